@@ -1,0 +1,1 @@
+"""The capsule's library: pure functions on arrays, from a recording to a verdict."""

@@ -1,0 +1,117 @@
+"""From the readings of a run to the padded matrix V (eq. normalization to eq. extended).
+
+Missing samples (NaN) take no part in the mean, the standard deviation or a window: the paper's
+"actual available data points".
+"""
+
+import numpy as np
+
+
+def normalize(values: np.ndarray) -> np.ndarray:
+    """Bring each sensor to mean 0 and standard deviation 1 (eq. normalization).
+
+    The standard deviation is the sample's (N - 1), as in MATLAB's ``zscore``.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings; the unit does not matter.
+
+    Returns
+    -------
+    (S, K) array
+        Readings in standard deviations.
+
+    Raises
+    ------
+    ValueError
+        A sensor is constant.
+    """
+    if np.any(np.nanmax(values, axis=1) == np.nanmin(values, axis=1)):
+        raise ValueError("a constant sensor cannot be normalized")
+    mean = np.nanmean(values, axis=1, keepdims=True)
+    deviation = np.nanstd(values, axis=1, ddof=1, keepdims=True)
+    return (values - mean) / deviation
+
+
+def rms_envelope(normalized: np.ndarray, window: int) -> np.ndarray:
+    """Take the root mean square over a centred window (eq. RMS_envelope, eq. W').
+
+    The window [k - W/2, k + W/2] is cut at both ends of the recording, and the sum is divided
+    by the number of samples that it really holds.
+
+    Parameters
+    ----------
+    normalized : (S, K) array
+        Normalized readings.
+    window : int
+        Window size W in samples.
+
+    Returns
+    -------
+    (S, K) array
+        The envelope; NaN where a window holds no sample.
+    """
+    samples = normalized.shape[1]
+    half = window // 2
+    known = ~np.isnan(normalized)
+    squares = np.where(known, normalized, 0.0) ** 2
+    position = np.arange(samples)
+    start = np.maximum(position - half, 0)
+    end = np.minimum(position + half + 1, samples)
+    count = _window_sum(known.astype(np.float64), start, end)
+    total = _window_sum(squares, start, end)
+    # Differences of a running sum can fall below zero by rounding.
+    mean = np.divide(
+        np.maximum(total, 0.0), count, out=np.full_like(total, np.nan), where=count > 0
+    )
+    return np.sqrt(mean)
+
+
+def _window_sum(values: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    running = np.concatenate([np.zeros((values.shape[0], 1)), np.cumsum(values, axis=1)], axis=1)
+    return running[:, end] - running[:, start]
+
+
+def rectify(envelope: np.ndarray, threshold: float) -> np.ndarray:
+    """Keep what exceeds the threshold c (eq. ReLU)."""
+    return np.maximum(envelope - threshold, 0.0)
+
+
+def extend(rectified: np.ndarray, length: int) -> np.ndarray:
+    """Pad with zeros on the right to L columns (eq. extended).
+
+    Raises
+    ------
+    ValueError
+        The recording is longer than L; it is never cut.
+    """
+    sensors, samples = rectified.shape
+    if samples > length:
+        raise ValueError(f"{samples} samples do not fit into {length} columns")
+    matrix = np.zeros((sensors, length))
+    matrix[:, :samples] = rectified
+    return matrix
+
+
+def preprocess(values: np.ndarray, *, window: int, threshold: float, length: int) -> np.ndarray:
+    """Make the padded matrix V of a run (eq. normalization to eq. extended).
+
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings; NaN where a sample is missing.
+    window : int
+        Window size W in samples.
+    threshold : float
+        Threshold c in standard deviations.
+    length : int
+        Number of columns L.
+
+    Returns
+    -------
+    (S, L) array
+        The matrix V, in standard deviations above the threshold.
+    """
+    envelope = rms_envelope(normalize(values), window)
+    return extend(rectify(envelope, threshold), length)

@@ -1,0 +1,232 @@
+"""The file format of a recording: the one reader and the one writer.
+
+A recording is a text file: ``# key: value`` lines, one line of column names, and one line a
+sample. Only the columns ``time_s, sensor_1 ... sensor_S`` are required. A sample that is
+missing (the board was unplugged) is a line whose sensor cells are empty.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import BinaryIO
+
+import numpy as np
+
+from capsule.errors import RecordingError
+
+FORMAT_VERSION = "1"
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+
+
+@dataclass(frozen=True)
+class Recording:
+    """One run of the capsule along the intestine.
+
+    Attributes
+    ----------
+    time_s : (K,) array
+        Time of each sample in seconds.
+    values : (S, K) array
+        Readings of the S sensors, ADC counts or volts; NaN where a sample is missing.
+    header : dict of str to str
+        The ``# key: value`` lines of the file.
+    """
+
+    time_s: np.ndarray
+    values: np.ndarray
+    header: Mapping[str, str] = field(default_factory=dict)
+
+
+def column_names(sensors: int) -> list[str]:
+    """Give the required columns of a recording of that many sensors."""
+    return ["time_s", *(f"sensor_{s}" for s in range(1, sensors + 1))]
+
+
+def read_recording(stream: BinaryIO, sensors: int, max_bytes: int = 16_000_000) -> Recording:
+    """Read a recording.
+
+    Parameters
+    ----------
+    stream : binary file
+        The file, open for reading.
+    sensors : int
+        Number of sensors S that the file must hold.
+    max_bytes : int
+        A larger file is refused after reading no more than this.
+
+    Returns
+    -------
+    Recording
+
+    Raises
+    ------
+    RecordingError
+        The bytes are no recording of S sensors; the text says why and at which line.
+    """
+    content = stream.read(max_bytes + 1)
+    if len(content) > max_bytes:
+        raise RecordingError(
+            f"the file is larger than {max_bytes / 1e6:g} MB and cannot be one run "
+            "(limit: recording.max_megabytes)"
+        )
+    text = _decode(content)
+    lines = text.splitlines()
+    header, first_row = _split_header(lines)
+    if first_row == len(lines):
+        raise RecordingError("there is a header but no line of column names and no sample")
+    order = _column_order(lines[first_row], sensors, first_row + 1)
+    complete = text.endswith(("\n", "\r"))
+    if "format_version" in header and not complete:
+        raise RecordingError(
+            f"line {len(lines)} is cut off: the file ends in mid-line; copy it again"
+        )
+    rows = [
+        _parse_row(line, order, number)
+        for number, line in enumerate(lines[first_row + 1 :], start=first_row + 2)
+        if line.strip()
+    ]
+    if not rows:
+        raise RecordingError("there are column names but no sample")
+    table = np.array(rows, dtype=np.float64)
+    return Recording(table[:, 0], np.ascontiguousarray(table[:, 1:].T), header)
+
+
+def _decode(content: bytes) -> str:
+    if not content:
+        raise RecordingError("the file is empty")
+    if content.startswith((b"\xff\xfe", b"\xfe\xff")) or b"\x00" in content:
+        raise RecordingError("the file is not UTF-8 text (UTF-16, or binary?); save it as UTF-8")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise RecordingError(
+            f"byte {error.start + 1} is not UTF-8 text (another encoding?); save it as UTF-8"
+        ) from None
+
+
+def _split_header(lines: Sequence[str]) -> tuple[dict[str, str], int]:
+    """Read the ``# key: value`` lines; give them and the index of the line of column names."""
+    header: dict[str, str] = {}
+    for index, line in enumerate(lines):
+        stripped = line.strip()
+        if stripped and not stripped.startswith("#"):
+            return header, index
+        key, colon, value = stripped.lstrip("#").partition(":")
+        if colon:
+            header[key.strip()] = value.strip()
+    return header, len(lines)
+
+
+def _column_order(line: str, sensors: int, number: int) -> list[int]:
+    """Find the required columns, in whatever order they stand."""
+    if ";" in line or "\t" in line:
+        raise RecordingError(
+            f"line {number} separates columns by semicolons or tabs; "
+            "use commas between columns and points in numbers"
+        )
+    names = [name.strip() for name in line.split(",")]
+    wanted = column_names(sensors)
+    doubled = sorted({name for name in names if names.count(name) > 1})
+    if doubled:
+        raise RecordingError(f"line {number}: the column {doubled[0]!r} stands more than once")
+    missing = [name for name in wanted if name not in names]
+    if missing:
+        raise RecordingError(
+            f"line {number}: the column {missing[0]!r} is missing; found: {_shorten(line)!r}, "
+            f"wanted: {','.join(wanted)}"
+        )
+    surplus = [name for name in names if re.fullmatch(r"sensor_\d+", name) and name not in wanted]
+    if surplus:
+        raise RecordingError(
+            f"line {number}: there is a column {surplus[0]!r}, but recording.sensors is {sensors}"
+        )
+    return [names.index(name) for name in wanted] + [len(names)]
+
+
+def _parse_row(line: str, order: Sequence[int], number: int) -> list[float]:
+    cells = line.split(",")
+    if len(cells) != order[-1]:
+        raise RecordingError(
+            f"line {number} has {len(cells)} cells where {order[-1]} columns are named "
+            "(a cut-off line, or decimal commas?)"
+        )
+    picked = [cells[index].strip() for index in order[:-1]]
+    if picked[0] and not any(picked[1:]):
+        picked[1:] = ["nan"] * (len(picked) - 1)
+        return [_parse_number(picked[0], number), *map(float, picked[1:])]
+    return [_parse_number(cell, number) for cell in picked]
+
+
+def _parse_number(cell: str, number: int) -> float:
+    # float() alone would let nan, inf and 1_000 pass.
+    if not _NUMBER.fullmatch(cell):
+        what = f"{_shorten(cell)!r} is not a number" if cell else "a cell is empty"
+        raise RecordingError(f"line {number}: {what}")
+    value = float(cell)
+    if not np.isfinite(value):
+        raise RecordingError(f"line {number}: {_shorten(cell)!r} is too large")
+    return value
+
+
+def _shorten(text: str, length: int = 60) -> str:
+    return text if len(text) <= length else text[: length - 3] + "..."
+
+
+def format_header(header: Mapping[str, str], sensors: int) -> str:
+    """Write the head of a recording: ``# key: value`` lines and the column names.
+
+    Parameters
+    ----------
+    header : mapping of str to str
+        What is known about the run; ``format_version`` is added.
+    sensors : int
+        Number of sensors S.
+
+    Returns
+    -------
+    str
+        Lines that end in a line feed.
+    """
+    entries = {"format_version": FORMAT_VERSION, **header}
+    lines = [f"# {_one_line(key)}: {_one_line(value)}\n" for key, value in entries.items()]
+    return "".join(lines) + ",".join(column_names(sensors)) + "\n"
+
+
+def format_sample(time_s: float, values: Sequence[float] | None, sensors: int = 4) -> str:
+    """Write one sample as a line; ``None`` stands for a sample that is missing.
+
+    Parameters
+    ----------
+    time_s : float
+        Time in seconds; written to the millisecond, or exactly where that is not enough.
+    values : sequence of S floats, or None
+        The readings.
+    sensors : int
+        Number of empty cells of a missing sample.
+
+    Returns
+    -------
+    str
+        A line that ends in a line feed.
+    """
+    cells = [""] * sensors if values is None else [_format_number(value) for value in values]
+    return ",".join([_format_number(time_s), *cells]) + "\n"
+
+
+def format_recording(recording: Recording) -> bytes:
+    """Write a whole recording; what `read_recording` gives back equals it."""
+    sensors = recording.values.shape[0]
+    lines = [format_header(recording.header, sensors)]
+    for time_s, sample in zip(recording.time_s, recording.values.T, strict=True):
+        missing = bool(np.isnan(sample).all())
+        lines.append(format_sample(time_s, None if missing else sample, sensors))
+    return "".join(lines).encode("utf-8")
+
+
+def _format_number(value: float) -> str:
+    number = float(value)
+    return str(int(number)) if number.is_integer() and abs(number) < 1e15 else repr(number)
+
+
+def _one_line(text: object) -> str:
+    return " ".join(str(text).split())
