@@ -4,11 +4,14 @@ Imports nothing heavy: the Snakefile and every script use it.
 """
 
 import contextlib
+import csv
 import io
 import json
+import math
 import os
 import sys
-from collections.abc import Callable, Iterator
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import IO
 
@@ -56,8 +59,6 @@ def write_whole(path: Path, mode: str = "w") -> Iterator[IO]:
     try:
         with unfinished.open(mode, **text) as stream:
             yield stream
-            stream.flush()
-            os.fsync(stream.fileno())
         unfinished.replace(path)
     finally:
         unfinished.unlink(missing_ok=True)
@@ -75,13 +76,43 @@ def read_json(path: Path) -> dict:
     return json.loads(path.read_text(encoding="utf-8"))
 
 
+def write_csv(path: Path, columns: Sequence[str], rows: Iterable[Mapping]) -> None:
+    """Write a table: comma-separated, full precision, an empty cell where a value is unknown."""
+    with write_whole(path) as stream:
+        writer = csv.DictWriter(stream, columns, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows({name: _cell(row[name]) for name in columns} for row in rows)
+
+
+def _cell(value: object) -> object:
+    unknown = value is None or (isinstance(value, float) and math.isnan(value))
+    return "" if unknown else value
+
+
+def read_csv(path: Path) -> list[dict[str, str]]:
+    """Read a table that a stage before has written; every cell as text."""
+    with path.open(encoding="utf-8", newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def accepted_recordings(index: Path) -> list[str]:
+    """Give the names of the accepted recordings, from results/recordings.csv."""
+    return [row["recording"] for row in read_csv(index) if row["status"] == "accepted"]
+
+
 def run(main: Callable[[], None]) -> None:
-    """Run a script: faults of the input and of the disk end in one plain line, not a traceback."""
+    """Run a script: faults of the input and of the disk end in one plain line, not a traceback.
+
+    The last line that a successful script prints, into its log, is how long it took; the report
+    adds these up.
+    """
+    started = time.perf_counter()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     try:
         main()
+        print(f"finished in {time.perf_counter() - started:.3f} s")
     except CapsuleError as error:
         sys.exit(f"error: {error}")
     except OSError as error:

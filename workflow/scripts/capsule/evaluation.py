@@ -1,6 +1,6 @@
 """How often the verdicts are right, in the paper's words and with intervals."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy.stats import binomtest
@@ -144,3 +144,56 @@ def confusion_table(
 def _rate_columns(name: str, hits: int, count: int, confidence: float) -> dict:
     value, low, high = rate(hits, count, confidence)
     return {name: value, f"{name}_low": low, f"{name}_high": high}
+
+
+def tables(
+    predictions: Sequence[Mapping],
+    sizes_mm: Sequence[float],
+    *,
+    schemes: Sequence[str],
+    tolerance_mm: float,
+    confidence: float,
+) -> dict[str, list[dict]]:
+    """Make every table of rates, each row marked with its detector and scheme.
+
+    Parameters
+    ----------
+    predictions : sequence of mapping
+        Rows with ``detector``, ``scheme``, ``size_mm`` and ``predicted_mm``.
+    sizes_mm : sequence of float
+        Sizes that have a template, 0 included.
+    schemes : sequence of str
+        The schemes, in the order of the rows.
+    tolerance_mm : float
+        Allowed error of the size in mm.
+    confidence : float
+        Level of the intervals.
+
+    Returns
+    -------
+    dict of str to list of dict
+        ``detection``, ``specificity``, ``sizing`` and ``confusion``.
+    """
+    nodules = [size for size in sizes_mm if size > 0]
+    result: dict[str, list[dict]] = {
+        "detection": [],
+        "specificity": [],
+        "sizing": [],
+        "confusion": [],
+    }
+    detectors = list(dict.fromkeys(row["detector"] for row in predictions))
+    for detector in detectors:
+        for scheme in schemes:
+            rows = [r for r in predictions if (r["detector"], r["scheme"]) == (detector, scheme)]
+            true_mm = np.array([row["size_mm"] for row in rows], dtype=np.float64)
+            predicted_mm = np.array([row["predicted_mm"] for row in rows], dtype=np.float64)
+            made = {
+                "detection": detection_table(true_mm, predicted_mm, nodules, confidence),
+                "specificity": [specificity_row(true_mm, predicted_mm, confidence)],
+                "sizing": sizing_table(true_mm, predicted_mm, nodules, tolerance_mm, confidence),
+                "confusion": confusion_table(true_mm, predicted_mm, sizes_mm),
+            }
+            key = {"detector": detector, "scheme": scheme}
+            for name, table in made.items():
+                result[name] += [key | row for row in table]
+    return result

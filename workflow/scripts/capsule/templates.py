@@ -1,11 +1,11 @@
 """Templates: the averaged particle of each nodule size (eq. barTheta, eq. averagingProcess)."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from capsule.particles import Particle
+from capsule.particles import Particle, render
 
 
 @dataclass(frozen=True)
@@ -60,3 +60,71 @@ def total(particles: Sequence[Particle], sensors: int) -> ParticleTotal:
 def no_nodule_template(sensors: int, length: int) -> np.ndarray:
     """Give T^0, the zero matrix (eq. T0)."""
     return np.zeros((sensors, length))
+
+
+@dataclass(frozen=True)
+class TemplateSet:
+    """The templates of all sizes, with what is needed to leave a recording out.
+
+    Attributes
+    ----------
+    sizes_mm : tuple of B floats
+        The templates' sizes, ascending; the first is 0, no nodule.
+    totals : tuple of B ParticleTotal
+        Sums of the optimal particles; empty for size 0.
+    matrices : tuple of B (S, L) arrays
+        The rendered templates T^b; NaN for a size without a recording.
+    first_peak : int
+        u, the column of the first peak.
+    """
+
+    sizes_mm: tuple[float, ...]
+    totals: tuple[ParticleTotal, ...]
+    matrices: tuple[np.ndarray, ...]
+    first_peak: int
+
+    def without(self, size_mm: float, particle: Particle) -> tuple[np.ndarray, ...]:
+        """Give the templates as if one recording had not been made.
+
+        Parameters
+        ----------
+        size_mm : float
+            The recording's size; 0 changes nothing, since T^0 is no average.
+        particle : Particle
+            Its optimal particle.
+
+        Returns
+        -------
+        tuple of B (S, L) arrays
+        """
+        if size_mm == 0:
+            return self.matrices
+        index = self.sizes_mm.index(size_mm)
+        mean = self.totals[index].without(particle).mean()
+        rendered = render(mean, self.first_peak, self.matrices[index].shape[1])
+        return (*self.matrices[:index], rendered, *self.matrices[index + 1 :])
+
+
+def build_templates(
+    particles: Mapping[float, Sequence[Particle]], *, sensors: int, first_peak: int, length: int
+) -> TemplateSet:
+    """Average and render the templates of all sizes.
+
+    Parameters
+    ----------
+    particles : mapping of float to sequence of Particle
+        Theta* of the recordings of each nodule size in mm.
+    sensors, length : int
+        S and L.
+    first_peak : int
+        u, the column of the first peak.
+
+    Returns
+    -------
+    TemplateSet
+    """
+    sizes_mm = (0.0, *sorted(particles))
+    totals = tuple(total(particles.get(size, ()), sensors) for size in sizes_mm)
+    rendered = [render(each.mean(), first_peak, length) for each in totals[1:]]
+    matrices = (no_nodule_template(sensors, length), *rendered)
+    return TemplateSet(sizes_mm, totals, matrices, first_peak)

@@ -1,0 +1,21 @@
+# Recordings in raw/, one report out: snakemake -c2 results/report.html
+
+
+configfile: "config/config.yaml"
+
+
+include: "workflow/rules/common.smk"
+include: "workflow/rules/preprocess.smk"
+include: "workflow/rules/fit.smk"
+include: "workflow/rules/evaluate.smk"
+
+
+rule all:
+    default_target: True
+    input:
+        "results/detections.csv",
+        "results/evaluation/detection.csv",
+
+
+onsuccess:
+    summarize_recordings()

@@ -1,0 +1,43 @@
+"""Small recordings made by formula, for tests that need data but no physics."""
+
+from pathlib import Path
+
+import numpy as np
+
+from capsule.recording import Recording, format_recording
+from capsule.seeding import generator
+
+
+def make_recording(
+    size_mm: float, name: str, samples: int = 700, sensors: int = 4, spacing: int = 130
+) -> Recording:
+    """Make a run: waves and noise on every sensor, and a bump where it meets the nodule.
+
+    Parameters
+    ----------
+    size_mm : float
+        Sets the height of the bumps; 0 gives none.
+    name : str
+        The recording's name, from which its random numbers come.
+    samples, sensors, spacing : int
+        K, S, and the samples between the bumps of neighbouring sensors.
+    """
+    numbers = generator(7, "synthetic", name)
+    sample = np.arange(samples)
+    wave = 6.0 * np.sin(2.0 * np.pi * sample / 32.0)
+    values = np.round(512 + wave + numbers.normal(0.0, 4.0, (sensors, samples)))
+    for s in range(sensors):
+        centre = 120 + spacing * s + numbers.integers(-5, 6)
+        values[s] += np.round(12.0 * size_mm * np.exp(-0.5 * ((sample - centre) / 25.0) ** 2))
+    header = {"source": "formula of the tests", "rate_hz": "10", "adc_bits": "10"}
+    return Recording(np.round(sample * 0.1, 3), values, header)
+
+
+def write_archive(raw: Path, names: list[str], **shape: int) -> None:
+    """Write recordings such as ``3mm/r01`` below a folder; the size is read from the name."""
+    for name in names:
+        folder = name.split("/")[0]
+        size_mm = 0.0 if folder == "unlabelled" else float(folder.removesuffix("mm"))
+        path = raw / f"{name}.csv"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(format_recording(make_recording(size_mm, name, **shape)))

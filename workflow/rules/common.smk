@@ -1,0 +1,85 @@
+# What all rules share: the check of the configuration, the recordings under raw/, and the
+# inputs and parameters that make exactly what changed run again.
+#
+# takes: config/config.yaml, workflow/schemas/config.schema.json, the names under raw/
+# gives: ARCHIVE, and the functions script, library, section
+
+import csv
+import json
+import os
+import sys
+from pathlib import Path
+
+from snakemake.exceptions import WorkflowError
+from snakemake.utils import min_version
+
+min_version("9.10")
+
+SCRIPTS = Path(workflow.basedir) / "workflow" / "scripts"
+sys.path.insert(0, str(SCRIPTS))
+
+from capsule.configuration import check_configuration
+from capsule.errors import CapsuleError
+from files import list_archive, read_csv
+from sources import imported_files
+
+# The jobs' "python" is the one that runs Snakemake, activated or not.
+os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+# Jobs run side by side; threads inside one would only disturb the others.
+for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(variable, "1")
+
+try:
+    schema_text = (SCRIPTS.parent / "schemas" / "config.schema.json").read_text(encoding="utf-8")
+    check_configuration(config, json.loads(schema_text), "config/config.yaml")
+    ARCHIVE = list_archive(Path("raw"))
+except CapsuleError as error:
+    raise WorkflowError(str(error)) from None
+
+TEMPLATE_SETTINGS = {
+    "sensors": config["recording"]["sensors"],
+    "first_peak": config["fit"]["first_peak"],
+    "length": config["preprocessing"]["length"],
+}
+
+
+def script(name):
+    """Name a script relative to the working directory, as a rule's input."""
+    return os.path.relpath(SCRIPTS / name)
+
+
+def library(name):
+    """List the library modules that a script imports, so that an edit runs it again."""
+    return [os.path.relpath(path) for path in imported_files(SCRIPTS / name)]
+
+
+def as_parameter(settings):
+    """Hand settings to a rule as one parameter; a function, since Snakemake expands braces."""
+    text = json.dumps(settings, sort_keys=True)
+    return lambda wildcards: text
+
+
+def section(*names):
+    """Hand a rule its own sections of the configuration."""
+    return as_parameter({name: config[name] for name in names})
+
+
+def summarize_recordings():
+    """Say on the terminal what was rejected or passed over."""
+    index, others = Path("results/recordings.csv"), Path("results/passed_over.csv")
+    if not index.exists() or not others.exists():
+        return
+    rows = read_csv(index)
+    rejected = [row for row in rows if row["status"] != "accepted"]
+    print(
+        f"{len(rows) - len(rejected)} recordings accepted, {len(rejected)} rejected.",
+        file=sys.stderr,
+    )
+    for row in rejected:
+        print(f"  rejected: raw/{row['recording']}: {row['reason']}", file=sys.stderr)
+    for row in read_csv(others):
+        print(f"  passed over: raw/{row['path']}: {row['reason']}", file=sys.stderr)
+
+
+wildcard_constraints:
+    recording=r"[^/]+/[^/]+",

@@ -1,0 +1,45 @@
+# A particle is fitted to each recording of a nodule; those of a size are averaged to a template.
+#
+# takes: results/matrices/<size>mm/<run>.npy, results/recordings.csv
+# gives: results/fits/<size>mm/<run>.json, results/templates.json, results/templates.npz
+
+
+rule fit:
+    input:
+        matrix="results/matrices/{recording}.npy",
+        # A stop on a rejected recording comes before any fit; otherwise fits wait for nobody.
+        index=ancient("results/recordings.csv") if config["on_rejected"] == "fail" else [],
+        script=script("fit.py"),
+        library=library("fit.py"),
+    output:
+        "results/fits/{recording}.json",
+    log:
+        "results/logs/fit/{recording}.log",
+    conda:
+        "../../environment.yml"
+    params:
+        settings=section("fit"),
+    shell:
+        "python {input.script:q} {input.matrix:q} --name {wildcards.recording:q}"
+        " --settings {params.settings:q} --output {output:q} > {log:q} 2>&1"
+
+
+rule average:
+    input:
+        fits=expand("results/fits/{recording}.json", recording=ARCHIVE.of_nodules()),
+        recordings="results/recordings.csv",
+        script=script("average.py"),
+        library=library("average.py"),
+    output:
+        parameters="results/templates.json",
+        matrices="results/templates.npz",
+    log:
+        "results/logs/average.log",
+    conda:
+        "../../environment.yml"
+    params:
+        settings=as_parameter(TEMPLATE_SETTINGS),
+    shell:
+        "python {input.script:q} --recordings {input.recordings:q} --fits results/fits"
+        " --settings {params.settings:q} --parameters {output.parameters:q}"
+        " --matrices {output.matrices:q} > {log:q} 2>&1"

@@ -1,0 +1,47 @@
+# Recordings are checked and made into matrices, and all of them are listed.
+#
+# takes: raw/<size>mm/<run>.csv
+# gives: results/matrices/<size>mm/<run>.npy, results/checks/<size>mm/<run>.json,
+#        results/recordings.csv, results/passed_over.csv
+
+
+rule preprocess:
+    input:
+        recording="raw/{recording}.csv",
+        script=script("preprocess.py"),
+        library=library("preprocess.py"),
+    output:
+        matrix="results/matrices/{recording}.npy",
+        check="results/checks/{recording}.json",
+    log:
+        "results/logs/preprocess/{recording}.log",
+    conda:
+        "../../environment.yml"
+    params:
+        settings=section("recording", "preprocessing"),
+    shell:
+        "python {input.script:q} {input.recording:q} --name {wildcards.recording:q}"
+        " --settings {params.settings:q} --matrix {output.matrix:q} --check {output.check:q}"
+        " > {log:q} 2>&1"
+
+
+rule index:
+    input:
+        checks=expand("results/checks/{recording}.json", recording=ARCHIVE.recordings),
+        script=script("index.py"),
+        library=library("index.py"),
+    output:
+        recordings="results/recordings.csv",
+        passed_over="results/passed_over.csv",
+    log:
+        "results/logs/index.log",
+    conda:
+        "../../environment.yml"
+    params:
+        on_rejected=config["on_rejected"],
+        # Not in the command: files that are no recordings must be listed anew when they change.
+        others=as_parameter([ARCHIVE.refused, ARCHIVE.passed_over]),
+    shell:
+        "python {input.script:q} --raw raw --checks results/checks"
+        " --on-rejected {params.on_rejected} --output {output.recordings:q}"
+        " --passed-over {output.passed_over:q} > {log:q} 2>&1"

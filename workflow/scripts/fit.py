@@ -1,0 +1,41 @@
+"""Fit a particle to one recording's matrix; that of a rejected recording has no parameters."""
+
+import argparse
+import json
+from pathlib import Path
+
+import numpy as np
+
+import files
+from capsule.fitting import fit_particle
+from capsule.naming import size_mm
+from capsule.particles import ParameterSpace
+from capsule.seeding import generator
+
+
+def main() -> None:
+    """Read a matrix, write the optimal parameter set."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("matrix", type=Path, help="the matrix, .npy")
+    parser.add_argument("--name", required=True, help="the recording's name, such as 3mm/r07")
+    parser.add_argument("--settings", type=json.loads, required=True, help="config section, JSON")
+    parser.add_argument("--output", type=Path, required=True, help="output: the fit, .json")
+    arguments = parser.parse_args()
+    settings = dict(arguments.settings["fit"])
+    seed = settings.pop("seed")
+    counts = {key: settings.pop(key) for key in ("particles", "iterations", "first_peak")}
+    result = {"recording": arguments.name, "size_mm": size_mm(arguments.name), "seed": seed}
+    result |= {"first_peak": counts["first_peak"], "parameters": None}
+    result |= dict.fromkeys(("rmse_initial", "rmse", "lag", "accepted_moves"))
+    matrix = np.load(arguments.matrix)
+    if not np.isnan(matrix).any():
+        numbers = generator(seed, "fit", arguments.name)
+        fit = fit_particle(matrix, numbers, **counts, space=ParameterSpace(**settings))
+        result["parameters"] = {key: value.tolist() for key, value in vars(fit.particle).items()}
+        result |= {key: value for key, value in vars(fit).items() if key != "particle"}
+        print(f"{arguments.name}: RMSE {fit.rmse_initial:.5f} -> {fit.rmse:.5f}")
+    files.write_json(arguments.output, result)
+
+
+if __name__ == "__main__":
+    files.run(main)

@@ -1,0 +1,53 @@
+"""Check one recording and make its matrix V; a rejected one gets a matrix of NaN."""
+
+import argparse
+import hashlib
+import json
+from pathlib import Path
+
+import numpy as np
+
+import files
+from capsule.acceptance import accept
+from capsule.errors import RecordingError
+from capsule.naming import size_mm
+from capsule.preprocessing import preprocess
+from capsule.recording import read_recording
+
+
+def main() -> None:
+    """Read a recording, write its matrix and the outcome of its check."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("recording", type=Path, help="the CSV file")
+    parser.add_argument("--name", required=True, help="the recording's name, such as 3mm/r07")
+    parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
+    parser.add_argument("--matrix", type=Path, required=True, help="output: the matrix, .npy")
+    parser.add_argument("--check", type=Path, required=True, help="output: the check, .json")
+    arguments = parser.parse_args()
+    rules = dict(arguments.settings["recording"])
+    shape = arguments.settings["preprocessing"]
+    sensors, max_megabytes = rules.pop("sensors"), rules.pop("max_megabytes")
+    check = {"recording": arguments.name, "size_mm": size_mm(arguments.name), "header": {}}
+    check |= {"samples": None, "duration_s": None, "status": "rejected", "reason": ""}
+    matrix = np.full((sensors, shape["length"]), np.nan)
+    with arguments.recording.open("rb") as stream:
+        check["sha256"] = hashlib.file_digest(stream, "sha256").hexdigest()
+        stream.seek(0)
+        try:
+            recording = read_recording(stream, sensors, int(max_megabytes * 1e6))
+            check["header"] = dict(recording.header)
+            check["samples"] = recording.time_s.size
+            check["duration_s"] = float(recording.time_s[-1] - recording.time_s[0])
+            values = accept(recording, **rules, window=shape["window"], length=shape["length"])
+            matrix = preprocess(values, **shape)
+            check["status"] = "accepted"
+        except RecordingError as reason:
+            check["reason"] = str(reason)
+    with files.write_whole(arguments.matrix, "wb") as stream:
+        np.save(stream, matrix)
+    files.write_json(arguments.check, check)
+    print(f"{arguments.name}: {check['status']}", check["reason"])
+
+
+if __name__ == "__main__":
+    files.run(main)
