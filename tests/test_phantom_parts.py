@@ -1,5 +1,6 @@
 """The parts of the phantom, each against what one can work out by hand."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -8,7 +9,13 @@ import yaml
 
 from capsule.errors import CapsuleError
 from capsule.phantom.advance import head_position, stroke_positions
-from capsule.phantom.contact import bulge_profile, compression, pressed_bulge, seat_wander
+from capsule.phantom.contact import (
+    bulge_profile,
+    compression,
+    height_factor,
+    pressed_bulge,
+    seat_wander,
+)
 from capsule.phantom.geometry import half_width, pitch, vertices
 from capsule.phantom.parameters import (
     parameter_names,
@@ -91,17 +98,32 @@ def test_wall_and_substructure_share_the_overlap_as_springs_in_series():
     assert compression(contact, wall, np.array([1e6])) == pytest.approx(contact.fold_limit_mm)
 
 
+def test_the_capsule_covers_a_nodule_at_its_middle_and_misses_one_beyond_its_height():
+    origami = PHANTOM.origami
+    assert height_factor(origami, 2.0, 0.0) == pytest.approx(1.0)
+    # The capsule is 5 mm high: its edge at 2.5 mm halves a nodule centred there.
+    assert height_factor(origami, 2.0, 2.5) == pytest.approx(0.5)
+    assert height_factor(origami, 2.0, -2.5) == pytest.approx(0.5)
+    assert height_factor(origami, 2.0, 3.5) == pytest.approx(0.0)
+    assert height_factor(origami, 5.0, 3.5) > 0.1
+    assert height_factor(origami, 0.0, 0.0) == 0
+
+
 def test_seat_wander_has_the_spread_that_is_set():
-    contact = PHANTOM.contact
+    contact = dataclasses.replace(PHANTOM.contact, wander_spread=0.0)
     wander = seat_wander(contact, np.random.default_rng(3), 4, 100_000, 10.0)
     assert wander.shape == (4, 100_000)
     assert wander.std() == pytest.approx(contact.wander_mm, rel=0.05)
 
 
+def level_way(position_mm, stroke_mm):
+    return np.zeros(4)
+
+
 def test_a_smooth_wall_lets_the_capsule_advance_at_its_speed():
     advance = PHANTOM.advance
     runs = [
-        stroke_positions(advance, np.random.default_rng(seed), 3.2, 200, lambda x, stroke: 0.0)
+        stroke_positions(advance, np.random.default_rng(seed), 3.2, 200, level_way, 4)
         for seed in range(200)
     ]
     speed = np.mean([run[-1] / (200 * 3.2) for run in runs])
@@ -109,10 +131,29 @@ def test_a_smooth_wall_lets_the_capsule_advance_at_its_speed():
 
 
 def test_a_climb_shortens_the_stroke():
-    advance = PHANTOM.advance
-    free = stroke_positions(advance, np.random.default_rng(1), 3.2, 20, lambda x, s: 0.0)
-    uphill = stroke_positions(advance, np.random.default_rng(1), 3.2, 20, lambda x, s: s)
+    advance = dataclasses.replace(PHANTOM.advance, catch_probability=0.0)
+
+    def uphill_way(position_mm, stroke_mm):
+        return np.array([stroke_mm, 0.0, 0.0, 0.0])
+
+    free = stroke_positions(advance, np.random.default_rng(1), 3.2, 20, level_way, 4)
+    uphill = stroke_positions(advance, np.random.default_rng(1), 3.2, 20, uphill_way, 4)
     np.testing.assert_allclose(uphill, free * math.exp(-advance.snag))
+
+
+def test_an_awn_that_catches_on_a_steep_slope_holds_the_capsule():
+    def steep_way(position_mm, stroke_mm):
+        return np.array([0.0, 2 * stroke_mm * PHANTOM.advance.catch_slope, 0.0, 0.0])
+
+    def distance(catch_probability, hold):
+        advance = dataclasses.replace(
+            PHANTOM.advance, catch_probability=catch_probability, hold=hold, snag=0.0
+        )
+        return stroke_positions(advance, np.random.default_rng(1), 3.2, 400, steep_way, 4)[-1]
+
+    assert distance(1.0, 1.0) == 0
+    assert distance(1.0, 0.5) == pytest.approx(0.5 * distance(0.0, 0.5), rel=0.15)
+    assert distance(0.0, 1.0) == distance(1.0, 0.0)
 
 
 def test_the_head_moves_with_the_wave_and_then_rests():

@@ -1,0 +1,77 @@
+"""Draw the figures of the phantom's documentation, and measure what the last of them shows."""
+
+import argparse
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+import files
+from capsule.phantom import figures, sensitivity, trial
+from capsule.phantom.parameters import Phantom
+from capsule.phantom.simulation import simulate_run
+from capsule.preprocessing import normalize, preprocess, rms_envelope
+from phantom_edges import detector_of, phantom_arguments
+from simulate import read_phantom
+
+LEVELS = {
+    "noise": (0, 1, 4, 8, 16, 32),
+    "drift": (0, 1, 2, 4, 8, 16),
+    "speed": (0.7, 0.85, 1, 1.25, 1.5, 2),
+    "contact variation": (0, 0.5, 1, 1.5, 2, 3),
+}
+
+
+def draw_signals(phantom: Phantom, seed: int, settings: dict) -> Figure:
+    """Draw a healthy run and runs over a small and a large nodule."""
+    names = {"0mm/r01": "no nodule", "2mm/r01": "2 mm", "3mm/r01": "3 mm", "5mm/r02": "5 mm"}
+    runs = [simulate_run(phantom, float(name[0]), seed, name) for name in names]
+    readings = [run.counts.astype(np.float64) for run in runs]
+    envelopes = [rms_envelope(normalize(each), settings["window"]) for each in readings]
+    matrices = [preprocess(each, **settings) for each in readings]
+    return figures.signals(runs, list(names.values()), envelopes, matrices)
+
+
+def measure(phantom: Phantom, detector: trial.Detector, archives: int) -> Iterator[dict]:
+    """Give the rates at every level of each disturbance, with the calibrated bench's templates."""
+    templates = trial.learn(trial.archive_matrices(phantom, 1, 20, detector), detector)
+    seeds = range(1001, 1001 + archives)
+    for variation, levels in LEVELS.items():
+        for level in levels:
+            bench = sensitivity.varied(phantom, variation, level)
+            table = sensitivity.measure(bench, detector, templates, seeds)
+            yield {"variation": variation, "level": level} | sensitivity.headline(table)
+    for fault in sensitivity.FAULTS:
+        table = sensitivity.measure(phantom, detector, templates, seeds, fault)
+        yield {"variation": "one faulty sensor", "level": fault} | sensitivity.headline(table)
+
+
+def main() -> None:
+    """Write phantom-signals.svg, phantom-table.svg and phantom-sensitivity.svg (and its .csv)."""
+    parser = argparse.ArgumentParser(description=__doc__, parents=[phantom_arguments()])
+    parser.add_argument("--table", type=Path, required=True, help="cells from judge_phantom.py")
+    parser.add_argument("--seed", type=int, default=1, help="of the signals shown (default: 1)")
+    parser.add_argument("--archives", type=int, default=5, help="a level (default: 5)")
+    parser.add_argument("--output", type=Path, required=True, help="folder of the figures")
+    arguments = parser.parse_args()
+    figures.repeatable()
+    phantom = read_phantom(arguments.parameters, arguments.changes)
+    detector = detector_of(arguments.config)
+    drawn = {"signals": draw_signals(phantom, arguments.seed, dict(detector.preprocessing))}
+    drawn["table"] = figures.cells(files.read_csv(arguments.table))
+    rows = []
+    for row in measure(phantom, trial.quick(detector), arguments.archives):
+        rows.append(row)
+        print(f"\rsensitivity: {row['variation']} {row['level']}  ", end="", file=sys.stderr)
+    print(file=sys.stderr)
+    files.write_csv(arguments.output / "phantom-sensitivity.csv", list(rows[0]), rows)
+    drawn["sensitivity"] = figures.sensitivity(rows)
+    for name, figure in drawn.items():
+        with files.write_whole(arguments.output / f"phantom-{name}.svg") as stream:
+            figure.savefig(stream, format="svg", metadata={"Date": None})
+
+
+if __name__ == "__main__":
+    files.run(main)
