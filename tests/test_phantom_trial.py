@@ -72,13 +72,14 @@ def test_headline_rates_of_a_perfect_and_of_a_blind_detector():
 
 def test_the_figures_and_tables_of_the_documentation_can_be_made(tmp_path, monkeypatch, capsys):
     table = tmp_path / "cells.csv"
-    command = ["judge_phantom.py", "--archives", "2", "--quick", "--output", str(table)]
+    command = ["judge_phantom.py", "--archives", "2", "--runs", "2", "--quick"]
+    command += ["--output", str(table)]
     monkeypatch.setattr(sys, "argv", command)
     judge_phantom.main()
     assert len(read_csv(table)) == 22
     assert "mean absolute difference" in capsys.readouterr().out
     monkeypatch.setattr(draw_phantom, "LEVELS", {"noise": (1, 32)})
-    command = ["draw_phantom.py", "--archives", "1", "--table", str(table)]
+    command = ["draw_phantom.py", "--archives", "1", "--runs", "2", "--table", str(table)]
     monkeypatch.setattr(sys, "argv", [*command, "--output", str(tmp_path)])
     draw_phantom.main()
     rows = read_csv(tmp_path / "phantom-sensitivity.csv")

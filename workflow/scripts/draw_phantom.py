@@ -34,17 +34,17 @@ def draw_signals(phantom: Phantom, seed: int, settings: dict) -> Figure:
     return figures.signals(runs, list(names.values()), envelopes, matrices)
 
 
-def measure(phantom: Phantom, detector: trial.Detector, archives: int) -> Iterator[dict]:
+def measure(phantom: Phantom, detector: trial.Detector, archives: int, runs: int) -> Iterator[dict]:
     """Give the rates at every level of each disturbance, with the calibrated bench's templates."""
-    templates = trial.learn(trial.archive_matrices(phantom, 1, 20, detector), detector)
+    templates = trial.learn(trial.archive_matrices(phantom, 1, runs, detector), detector)
     seeds = range(1001, 1001 + archives)
     for variation, levels in LEVELS.items():
         for level in levels:
             bench = sensitivity.varied(phantom, variation, level)
-            table = sensitivity.measure(bench, detector, templates, seeds)
+            table = sensitivity.measure(bench, detector, templates, seeds, runs=runs)
             yield {"variation": variation, "level": level} | sensitivity.headline(table)
     for fault in sensitivity.FAULTS:
-        table = sensitivity.measure(phantom, detector, templates, seeds, fault)
+        table = sensitivity.measure(phantom, detector, templates, seeds, fault, runs)
         yield {"variation": "one faulty sensor", "level": fault} | sensitivity.headline(table)
 
 
@@ -54,6 +54,7 @@ def main() -> None:
     parser.add_argument("--table", type=Path, required=True, help="cells from judge_phantom.py")
     parser.add_argument("--seed", type=int, default=1, help="of the signals shown (default: 1)")
     parser.add_argument("--archives", type=int, default=5, help="a level (default: 5)")
+    parser.add_argument("--runs", type=int, default=20, help="a size and archive (default: 20)")
     parser.add_argument("--output", type=Path, required=True, help="folder of the figures")
     arguments = parser.parse_args()
     figures.repeatable()
@@ -62,7 +63,7 @@ def main() -> None:
     drawn = {"signals": draw_signals(phantom, arguments.seed, dict(detector.preprocessing))}
     drawn["table"] = figures.cells(files.read_csv(arguments.table))
     rows = []
-    for row in measure(phantom, trial.quick(detector), arguments.archives):
+    for row in measure(phantom, trial.quick(detector), arguments.archives, arguments.runs):
         rows.append(row)
         print(f"\rsensitivity: {row['variation']} {row['level']}  ", end="", file=sys.stderr)
     print(file=sys.stderr)

@@ -28,8 +28,8 @@ class Advance:
         Slope of the wall under an awn from which the awn may catch.
     catch_probability
         Probability that an awn catches on such a slope at all, drawn once for each awn and run.
-    hold
-        Probability that a caught awn holds the capsule for a wave, and for another, and so on.
+    hold_waves
+        Mean number of waves for which a caught awn holds the capsule before it slips over.
     lead_mm
         Way before sensor 1 meets the nodule, and after sensor 4 has left it.
     lead_spread_mm
@@ -46,7 +46,7 @@ class Advance:
     snag: float
     catch_slope: float
     catch_probability: float
-    hold: float
+    hold_waves: float
     lead_mm: float
     lead_spread_mm: float
     longest_samples: int
@@ -77,17 +77,18 @@ def stroke_positions(
     run_factor = np.exp(generator.normal(0.0, advance.speed_spread))
     stroke_factors = np.exp(generator.normal(0.0, advance.stroke_spread, waves))
     chances = generator.random(waves)
-    catching = generator.random(sensors) < advance.catch_probability
-    hold_chances = generator.random(waves)
+    catches = generator.random(sensors) < advance.catch_probability
+    # How many waves each awn will hold: between half and one and a half of the mean.
+    holds = np.rint(catches * advance.hold_waves * generator.uniform(0.5, 1.5, sensors))
     # The mean over sticking and slipping waves is the speed that is set.
     mean_factor = np.exp(advance.stroke_spread**2 / 2) * (1 - advance.stick_probability)
     stroke = advance.speed_mm_s * period_s * run_factor / mean_factor
     positions = np.zeros(waves + 1)
     for wave in range(waves):
         slopes = rise(positions[wave], stroke) / stroke
-        caught = bool(np.any(catching & (slopes > advance.catch_slope)))
-        held = caught and hold_chances[wave] < advance.hold
-        slips = chances[wave] >= advance.stick_probability and not held
+        caught = (holds > 0) & (slopes > advance.catch_slope)
+        holds -= caught
+        slips = chances[wave] >= advance.stick_probability and not caught.any()
         moved = stroke * stroke_factors[wave] * np.exp(-advance.snag * slopes.sum())
         positions[wave + 1] = positions[wave] + (moved if slips else 0.0)
     return positions

@@ -22,6 +22,8 @@ class Contact:
         Compression at which the fold is closed and yields no further.
     reach_mm
         Standard deviation of a substructure's sensitivity along the capsule.
+    bearing_height_mm
+        Height of the strip by which the capsule bears on the wall, at most that of the print.
     height_offset_mm
         Spread, from run to run, of the nodule's height against the capsule's middle plane.
     coupling_spread
@@ -38,6 +40,7 @@ class Contact:
     patch_mm2: float
     fold_limit_mm: float
     reach_mm: float
+    bearing_height_mm: float
     height_offset_mm: float
     coupling_spread: float
     wander_mm: float
@@ -76,29 +79,29 @@ def bulge_width(contact: Contact, wall: Wall, origami: Origami, nodule_mm: float
     return float(np.hypot(half_width_mm / 2, contact.reach_mm))
 
 
-def height_factor(origami: Origami, nodule_mm: float, offset_mm: float) -> float:
-    """Return the part of a nodule that the capsule covers when it passes above or below it.
+def height_factor(contact: Contact, nodule_mm: float, offset_mm: float) -> float:
+    """Return the part of a nodule's contact that is left when it lies above or below the capsule.
 
-    The capsule is only as high as its print. Seen along the way of pressing, the nodule is a
-    disc, and the part of it within the capsule's height bears the contact. So a badly set
-    platform misses a small nodule and touches a large one in part.
+    Seen along the way of pressing, the nodule is a disc and the capsule bears on it by a strip.
+    What counts is the disc's area within the strip, compared with a nodule at the strip's middle.
+    So a badly set platform misses a small nodule and still touches a large one.
 
     Parameters
     ----------
     offset_mm
-        Height of the nodule's centre above the capsule's middle plane.
+        Height of the nodule's centre above the strip's middle.
     """
     if nodule_mm == 0:
         return 0.0
-    radius = nodule_mm / 2
+    radius, half_strip = nodule_mm / 2, contact.bearing_height_mm / 2
 
     def below(edge_mm: float) -> float:
         # Part of the disc's area below a horizontal line at this height over its centre.
         line = np.clip(edge_mm / radius, -1.0, 1.0)
         return float(0.5 + (line * np.sqrt(1 - line**2) + np.arcsin(line)) / np.pi)
 
-    half_height = origami.height_mm / 2
-    return below(half_height - offset_mm) - below(-half_height - offset_mm)
+    within = below(half_strip - offset_mm) - below(-half_strip - offset_mm)
+    return within / (below(half_strip) - below(-half_strip))
 
 
 def bulge_profile(height_mm: np.ndarray, width_mm: float, distance_mm: np.ndarray) -> np.ndarray:

@@ -78,6 +78,7 @@ def measure(
     templates: TemplateSet,
     seeds: Sequence[int],
     fault: str = "none",
+    runs: int = 20,
 ) -> np.ndarray:
     """Classify fresh archives of a bench with given templates and add their tables up.
 
@@ -88,9 +89,11 @@ def measure(
     templates
         From an archive of the calibrated bench: a lab makes its templates once.
     seeds
-        One archive of 120 runs each.
+        One archive each.
     fault
         One of `FAULTS`; each run has another sensor at fault, chosen by chance.
+    runs
+        Runs of each size in an archive.
 
     Returns
     -------
@@ -104,7 +107,7 @@ def measure(
             numbers = generator(seed, "fault", name)
             return with_fault(counts, fault, int(numbers.integers(len(counts))), numbers)
 
-        matrices = archive_matrices(phantom, seed, 20, detector, spoil)
+        matrices = archive_matrices(phantom, seed, runs, detector, spoil)
         table += classify(matrices, templates)
     return table
 

@@ -14,7 +14,7 @@ from capsule.recording import Recording
 from capsule.seeding import generator
 
 # Raise it whenever the same seed gives other bytes.
-SIMULATOR_VERSION = "1"
+SIMULATOR_VERSION = "2"
 SENSORS = 4
 # A fixed date: a simulated run takes place at no time, and the clock would spoil repeatability.
 STARTED = "2024-06-03T00:00:00Z"
@@ -84,7 +84,7 @@ def simulate_run(
     height_offset_mm = seat.normal(0.0, contact.height_offset_mm)
     phase = seat.uniform(0.0, 2 * np.pi)
     bulge_mm = touch.pressed_bulge(contact, wall, nodule_mm) * touch.height_factor(
-        origami, nodule_mm, height_offset_mm
+        contact, nodule_mm, height_offset_mm
     )
     width_mm = touch.bulge_width(contact, wall, origami, nodule_mm)
 
