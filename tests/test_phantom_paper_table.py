@@ -1,10 +1,15 @@
 """The paper's cells, and a table that reproduces them."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from capsule.evaluation import detection_table, sizing_table
 from capsule.phantom.paper_table import PAPER, cells, distance, mean_difference, summary
+from files import read_csv
+
+ROOT = Path(__file__).resolve().parents[1]
 
 # One table of 120 runs that gives every printed number of the paper.
 LIKE_THE_PAPER = np.array(
@@ -59,3 +64,18 @@ def test_summary_says_whether_the_paper_lies_in_the_central_range():
     assert not rows["exact 5 mm"]["inside"]
     assert rows["exact 5 mm"]["low"] == pytest.approx(20.975)
     assert mean_difference(list(rows.values())) == pytest.approx((39.5 - 15) / len(PAPER))
+
+
+def test_the_documentation_shows_the_table_that_was_measured():
+    text = (ROOT / "docs/phantom.md").read_text(encoding="utf-8")
+    rows = read_csv(ROOT / "docs/phantom-table.csv")
+    assert [row["cell"] for row in rows] == list(PAPER)
+    for row in rows:
+        paper, mean, low, high = (float(row[key]) for key in ("paper", "mean", "low", "high"))
+        inside = "yes" if row["inside"] == "True" else "no"
+        assert (
+            f"| {row['cell']} | {paper:.1f} | {mean:.1f} | {low:.1f}-{high:.1f} | {inside} |"
+            in text
+        )
+    difference = np.mean([abs(float(row["mean"]) - float(row["paper"])) for row in rows])
+    assert f"differ from the paper by {difference:.1f} points on average" in text

@@ -25,13 +25,19 @@ LEVELS = {
 
 
 def draw_signals(phantom: Phantom, seed: int, settings: dict) -> Figure:
-    """Draw a healthy run and runs over a small and a large nodule."""
-    names = {"0mm/r01": "no nodule", "2mm/r01": "2 mm", "3mm/r01": "3 mm", "5mm/r02": "5 mm"}
-    runs = [simulate_run(phantom, float(name[0]), seed, name) for name in names]
-    readings = [run.counts.astype(np.float64) for run in runs]
-    envelopes = [rms_envelope(normalize(each), settings["window"]) for each in readings]
-    matrices = [preprocess(each, **settings) for each in readings]
-    return figures.signals(runs, list(names.values()), envelopes, matrices)
+    """Draw, for some sizes, the run of twenty whose matrix holds the middling sum."""
+    runs, titles, envelopes, matrices = [], [], [], []
+    for size in (0, 2, 3, 4, 5):
+        names = [f"{size}mm/r{number:02d}" for number in range(1, 21)]
+        made = [simulate_run(phantom, size, seed, name) for name in names]
+        each = [preprocess(run.counts.astype(np.float64), **settings) for run in made]
+        middle = int(np.argsort([matrix.sum() for matrix in each])[len(each) // 2])
+        runs.append(made[middle])
+        titles.append(names[middle] if size else f"{names[middle]} (no nodule)")
+        readings = made[middle].counts.astype(np.float64)
+        envelopes.append(rms_envelope(normalize(readings), settings["window"]))
+        matrices.append(each[middle])
+    return figures.signals(runs, titles, envelopes, matrices)
 
 
 def measure(phantom: Phantom, detector: trial.Detector, archives: int, runs: int) -> Iterator[dict]:

@@ -41,7 +41,7 @@ def signals(
     matrices
         Matrices V, each (S, L).
     """
-    figure = Figure(figsize=(3.2 * len(runs), 6.2), layout="constrained")
+    figure = Figure(figsize=(2.4 * len(runs), 5.6), layout="constrained")
     axes = figure.subplots(3, len(runs), sharex=True, sharey="row", squeeze=False)
     for column, (run, envelope, matrix) in enumerate(zip(runs, envelopes, matrices, strict=True)):
         top, middle, bottom = axes[:, column]
