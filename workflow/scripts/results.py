@@ -34,8 +34,8 @@ class Evaluation:
     paper: Mapping[str, pd.DataFrame]
 
     def detectors(self) -> list[str]:
-        """Name the detectors, the paper's own first."""
-        return list(dict.fromkeys(self.predictions["detector"]))
+        """Name the detectors, the paper's own first; it stands alone where nothing was judged."""
+        return list(dict.fromkeys(self.predictions["detector"])) or ["template"]
 
     def sizes_mm(self) -> list[float]:
         """Give the sizes that have a template, 0 included, ascending."""

@@ -86,6 +86,10 @@ def render_figure(figure: Figure, kind: str, name: str) -> bytes:
     metadata = {"svg": {"Date": None, "Title": name}, "pdf": {"CreationDate": None, "Title": name}}
     stream = io.BytesIO()
     with figure_style(), matplotlib.rc_context({"svg.hashsalt": name}):
+        if figure.get_layout_engine() is not None:
+            # Laid out once: saving would do it twice for every format.
+            figure.draw_without_rendering()
+            figure.set_layout_engine("none")
         figure.savefig(stream, format=kind, metadata=metadata[kind])
     return stream.getvalue()
 
