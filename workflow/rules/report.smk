@@ -1,7 +1,7 @@
 # What people look at: the figures, and one page with everything.
 #
-# takes: raw/, results/recordings.csv, results/passed_over.csv, results/templates.{json,npz},
-#        results/evaluation/, results/detections.csv, workflow/report/
+# takes: raw/, results/recordings.csv, results/passed_over.csv, results/fits/,
+#        results/templates.{json,npz}, results/evaluation/, results/detections.csv, workflow/report/
 # gives: results/figures/<figure>{,_column}.{svg,pdf}, results/figures/<figure>.csv,
 #        results/report.html
 
@@ -53,9 +53,20 @@ rule report:
         evaluation=expand("results/evaluation/{table}.csv", table=TABLES),
         detections="results/detections.csv",
         figures=rules.draw.output,
+        raw=expand("raw/{recording}.csv", recording=ARCHIVE.recordings),
+        fits=expand("results/fits/{recording}.json", recording=ARCHIVE.of_nodules()),
         page=[
             report_file(name)
-            for name in ["report.html.j2", "report.css", "report.js", "paper.yaml"]
+            for name in [
+                "report.html.j2",
+                "report.css",
+                "signals.js",
+                "viewer.js",
+                "recordings.js",
+                "paper.yaml",
+                "vendor/uplot/uPlot.iife.min.js",
+                "vendor/uplot/uPlot.min.css",
+            ]
         ],
         schema=os.path.relpath(SCRIPTS.parent / "schemas" / "config.schema.json"),
         script=script("report.py"),
@@ -70,6 +81,6 @@ rule report:
         settings=section(*sorted(config)),
         template=os.path.relpath(REPORT),
     shell:
-        "python {input.script:q} --results results --template {params.template:q}"
+        "python {input.script:q} --raw raw --results results --template {params.template:q}"
         " --schema {input.schema:q} --settings {params.settings:q}"
         " --code {input.script:q} {input.library:q} --output {output:q} > {log:q} 2>&1"

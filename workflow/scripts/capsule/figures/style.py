@@ -7,6 +7,7 @@ machine draws the same bytes.
 
 import contextlib
 import io
+import re
 from collections.abc import Iterator
 
 import matplotlib
@@ -91,7 +92,17 @@ def render_figure(figure: Figure, kind: str, name: str) -> bytes:
             figure.draw_without_rendering()
             figure.set_layout_engine("none")
         figure.savefig(stream, format=kind, metadata=metadata[kind])
-    return stream.getvalue()
+    content = stream.getvalue()
+    return _shorten_coordinates(content) if kind == "svg" else content
+
+
+def _shorten_coordinates(svg: bytes) -> bytes:
+    """Round the coordinates of paths to a hundredth of a point: half the file, same picture."""
+
+    def shorten_path(path: re.Match) -> bytes:
+        return re.sub(rb"-?\d+\.\d{3,}", lambda number: b"%.2f" % float(number[0]), path[0])
+
+    return re.sub(rb' d="[^"]*"', shorten_path, svg)
 
 
 def say_nothing_to_show(axes: Axes, reason: str) -> None:
