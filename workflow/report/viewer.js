@@ -199,9 +199,14 @@ function lineKey(count) {
   return list;
 }
 
-/** Make a table out of rows of text; the first cell of a row is its header. */
-function textTable(className, caption, heads, rows) {
+/** Make a table out of rows; the first cell of a row is its header. It scrolls where it must. */
+function textTable(className, label, caption, heads, rows) {
+  const scroll = element("div", "scroll");
+  scroll.tabIndex = 0;
+  scroll.setAttribute("role", "region");
+  scroll.setAttribute("aria-label", `Table: ${label}`);
   const table = element("table", className);
+  scroll.append(table);
   table.append(element("caption", "", caption));
   const head = table.createTHead().insertRow();
   for (const text of heads) {
@@ -220,7 +225,7 @@ function textTable(className, caption, heads, rows) {
       data.append(content);
     }
   }
-  return table;
+  return scroll;
 }
 
 /** A distance as a number with a bar, so that the eye finds the shortest. */
@@ -247,7 +252,7 @@ function distanceTable(evidence, sizes) {
   ]);
   const verdicts = ["Verdict", ...evidence.verdicts.map((verdict) => element("strong", "", sizeWords(verdict.predicted_mm)))];
   const caption = "RMSE to every template; the shortest distance is the verdict.";
-  return textTable("distances", caption, heads, [...rows, verdicts]);
+  return textTable("distances", "distances", caption, heads, [...rows, verdicts]);
 }
 
 function peakTable(evidence) {
@@ -258,7 +263,7 @@ function peakTable(evidence) {
     above.toFixed(1),
   ]);
   const heads = ["Sensor", "Highest (SD)", "At (s)", `Above ${evidence.threshold} SD for (s)`];
-  return textTable("peaks", "The envelopes in numbers.", heads, rows);
+  return textTable("peaks", "envelopes", "The envelopes in numbers.", heads, rows);
 }
 
 /** A chart with its caption; `describe` says in words what the canvas shows. */
