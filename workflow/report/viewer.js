@@ -207,7 +207,9 @@ function textTable(className, label, caption, heads, rows) {
   scroll.setAttribute("aria-label", `Table: ${label}`);
   const table = element("table", className);
   scroll.append(table);
-  table.append(element("caption", "", caption));
+  const title = element("caption");
+  title.append(element("span", "", caption));
+  table.append(title);
   const head = table.createTHead().insertRow();
   for (const text of heads) {
     const cell = element("th", "", text);
