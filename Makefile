@@ -1,0 +1,33 @@
+# Two commands do everything on a fresh machine: `make report` and `make test`.
+
+PYTHON ?= python3
+CORES ?= 2
+ENVIRONMENT := .venv
+BIN := $(ENVIRONMENT)/bin
+
+.PHONY: help report test lint environment
+
+help:  ## list what make can do
+	@sed -n 's/^\([a-z]*\):.*## /make \1  /p' Makefile | awk '{printf "%-18s", $$1 " " $$2; $$1 = $$2 = ""; print}'
+
+report: $(ENVIRONMENT)/ready  ## set up the environment and make results/report.html
+	$(BIN)/snakemake -c$(CORES) results/report.html
+
+test: $(ENVIRONMENT)/ready  ## set up the environment and run all tests
+	$(BIN)/python -m pytest $(PYTEST_FLAGS)
+
+lint: $(ENVIRONMENT)/ready  ## check the style of Python and Snakemake files
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/snakefmt --check Snakefile workflow/rules
+	$(BIN)/snakemake --lint
+
+environment: $(ENVIRONMENT)/ready  ## set up the environment in .venv
+
+# The lock pins every package with its hash; a changed lock sets up anew.
+$(ENVIRONMENT)/ready: requirements.lock
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	  echo "error: $(PYTHON) is too old, Python 3.11 or newer is needed; try: make report PYTHON=python3.12" >&2; exit 1; }
+	$(PYTHON) -m venv --clear $(ENVIRONMENT)
+	$(BIN)/python -m pip install --quiet --require-hashes --requirement requirements.lock
+	@touch $@

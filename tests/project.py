@@ -1,0 +1,98 @@
+"""A copy of the project with its own recordings, in which tests run Snakemake for real."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections import Counter
+from pathlib import Path
+
+import yaml
+
+ROOT = Path(__file__).parents[1]
+PARTS = ["Snakefile", "workflow", "config", "profiles", "environment.yml"]
+
+
+class Project:
+    """A project folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Where it lies.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.raw = folder / "raw"
+        self.results = folder / "results"
+
+    @classmethod
+    def create(cls, folder: Path, **fit: int) -> "Project":
+        """Copy the project's code and configuration, with a smaller fit, and no recordings."""
+        folder.mkdir(parents=True)
+        for part in PARTS:
+            source = ROOT / part
+            if source.is_dir():
+                ignored = shutil.ignore_patterns("__pycache__")
+                shutil.copytree(source, folder / part, ignore=ignored)
+            else:
+                shutil.copy2(source, folder / part)
+        project = cls(folder)
+        project.raw.mkdir()
+        project.configure(fit=fit)
+        return project
+
+    def copy(self, folder: Path, *, keep_times: bool = True) -> "Project":
+        """Copy everything, results too; without times it is as after a fresh checkout."""
+        function = shutil.copy2 if keep_times else shutil.copyfile
+        shutil.copytree(self.folder, folder, copy_function=function, symlinks=True)
+        return Project(folder)
+
+    def configure(self, **changes: object) -> None:
+        """Change keys of config.yaml; a dict changes keys of a section."""
+        path = self.folder / "config" / "config.yaml"
+        config = yaml.safe_load(path.read_text(encoding="utf-8"))
+        for key, value in changes.items():
+            if isinstance(value, dict):
+                config[key].update(value)
+            else:
+                config[key] = value
+        path.write_text(yaml.safe_dump(config), encoding="utf-8")
+
+    def append(self, file: str, text: str) -> None:
+        """Add text to the end of a file."""
+        with (self.folder / file).open("a", encoding="utf-8") as stream:
+            stream.write(text)
+
+    def snakemake(self, *arguments: str, cores: int = 2) -> "Run":
+        """Call snakemake as a user does."""
+        command = [sys.executable, "-m", "snakemake", f"-c{cores}", *arguments]
+        environment = {**os.environ, "PYTHONPATH": ""}
+        done = subprocess.run(
+            command, cwd=self.folder, env=environment, capture_output=True, text=True, check=False
+        )
+        return Run(done.returncode, done.stdout + done.stderr)
+
+    def result_bytes(self) -> dict[str, bytes]:
+        """Give the content of every result but the logs, which hold durations."""
+        return {
+            path.relative_to(self.results).as_posix(): path.read_bytes()
+            for path in sorted(self.results.rglob("*"))
+            if path.is_file() and "logs" not in path.relative_to(self.results).parts
+        }
+
+
+class Run:
+    """What a call of snakemake did."""
+
+    def __init__(self, status: int, output: str) -> None:
+        self.status = status
+        self.output = output
+        self.jobs = Counter(re.findall(r"^(?:local)?rule (\w+):$", output, re.MULTILINE))
+
+    @property
+    def did_nothing(self) -> bool:
+        """Tell whether snakemake said that there is nothing to do."""
+        return self.status == 0 and "Nothing to be done" in self.output and not self.jobs

@@ -1,0 +1,1 @@
+"""A physical model of the paper's bench: phantom gut, capsule, sensors and electronics."""

@@ -1,0 +1,128 @@
+"""Contact between capsule, wall and nodule: how far each substructure is compressed."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from capsule.phantom.geometry import Origami
+from capsule.phantom.wall import Wall, cushion_stiffness
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Stiffness and reach of a substructure, and how its seat against the wall varies.
+
+    Attributes
+    ----------
+    unit_stiffness_n_mm
+        Stiffness of half a substructure against being pressed flat.
+    patch_mm2
+        Area over which the tip of an awn presses on the wall.
+    fold_limit_mm
+        Compression at which the fold is closed and yields no further.
+    reach_mm
+        Standard deviation of a substructure's sensitivity along the capsule.
+    height_offset_mm
+        Spread, from run to run, of the nodule's height against the capsule's middle plane.
+    coupling_spread
+        Spread of the logarithm of each sensor's touch on the nodule, drawn anew in each run.
+    wander_mm
+        Standard deviation of a substructure's slow shift in its seat.
+    wander_time_s
+        Correlation time of that shift.
+    """
+
+    unit_stiffness_n_mm: float
+    patch_mm2: float
+    fold_limit_mm: float
+    reach_mm: float
+    height_offset_mm: float
+    coupling_spread: float
+    wander_mm: float
+    wander_time_s: float
+
+
+def sphere_stiffness(wall: Wall, nodule_mm: float) -> float:
+    """Return the stiffness with which the sheet carries a sphere, in N/mm.
+
+    The sphere presses its cross section into the sheet behind it: ``E (pi d^2 / 4) / sheet``.
+    """
+    return float(wall.modulus_kpa * 1e-3 * np.pi * nodule_mm**2 / 4 / wall.sheet_mm)
+
+
+def pressed_bulge(contact: Contact, wall: Wall, nodule_mm: float) -> float:
+    """Return the height of the bulge that is left under the pressing capsule, in mm.
+
+    A sphere of diameter d lifts the thin free wall by d, but only below itself. The capsule's tip
+    rests on the sphere and on the wall around it, two springs side by side, and stands at the mean
+    of their heights weighted by their stiffness: ``d k_sphere / (k_sphere + k_wall)``. So a small
+    sphere sinks away and a large one stands firm.
+    """
+    sphere = sphere_stiffness(wall, nodule_mm)
+    return nodule_mm * sphere / (sphere + cushion_stiffness(wall, contact.patch_mm2))
+
+
+def bulge_width(contact: Contact, wall: Wall, origami: Origami, nodule_mm: float) -> float:
+    """Return the standard deviation along the gut of the bulge as a substructure feels it, in mm.
+
+    The sphere below the wall is felt through the wall and by the rounded tip, so half its width is
+    about radius + wall + tip radius, taken as two standard deviations; the substructure's own
+    reach adds to it.
+    """
+    half_width_mm = nodule_mm / 2 + wall.wall_mm + origami.tip_radius_mm
+    return float(np.hypot(half_width_mm / 2, contact.reach_mm))
+
+
+def height_factor(wall: Wall, origami: Origami, nodule_mm: float, offset_mm: float) -> float:
+    """Return the part of the bulge that is left when the nodule lies above or below the capsule.
+
+    Parameters
+    ----------
+    offset_mm
+        Height of the nodule's centre above the capsule's middle plane.
+    """
+    reach = nodule_mm / 2 + wall.wall_mm + origami.tip_radius_mm
+    return float(np.exp(-0.5 * (offset_mm / reach) ** 2))
+
+
+def bulge_profile(height_mm: np.ndarray, width_mm: float, distance_mm: np.ndarray) -> np.ndarray:
+    """Return the bulge's height at a distance along the gut from its centre, in mm."""
+    return height_mm * np.exp(-0.5 * (distance_mm / width_mm) ** 2)
+
+
+def compression(
+    contact: Contact, wall: Wall, overlap_mm: np.ndarray, sphere_n_mm: np.ndarray | float = 0.0
+) -> np.ndarray:
+    """Return how far half a substructure yields to a wall that overlaps it, in mm.
+
+    Wall and substructure are two springs in series and share the overlap; a sphere below the tip
+    adds its stiffness to the wall's. The fold closes gradually towards its limit.
+
+    Parameters
+    ----------
+    overlap_mm
+        How far the wall would reach into the relaxed substructure.
+    sphere_n_mm
+        Stiffness of the sphere below the tip.
+    """
+    support = cushion_stiffness(wall, contact.patch_mm2) + sphere_n_mm
+    share = support / (support + contact.unit_stiffness_n_mm)
+    return contact.fold_limit_mm * np.tanh(share * overlap_mm / contact.fold_limit_mm)
+
+
+def seat_wander(
+    contact: Contact, generator: np.random.Generator, sensors: int, samples: int, rate_hz: float
+) -> np.ndarray:
+    """Return the slow shift of each substructure in its seat, in mm: shape (S, K).
+
+    White noise smoothed by a Gaussian of the correlation time, scaled to ``wander_mm``.
+    """
+    frequencies = np.fft.rfftfreq(2 * samples, 1 / rate_hz)
+    noise = generator.standard_normal((sensors, 2 * samples))
+    gain = np.exp(-0.5 * (np.pi * frequencies * contact.wander_time_s) ** 2)
+    smooth = np.fft.irfft(np.fft.rfft(noise) * gain, 2 * samples)[:, :samples]
+    # The standard deviation of the smoothed noise follows from the gain (Parseval).
+    deviation = np.sqrt(
+        (gain[0] ** 2 + 2 * np.sum(gain[1:-1] ** 2) + gain[-1] ** 2) / (2 * samples)
+    )
+    return contact.wander_mm * smooth / deviation

@@ -1,0 +1,90 @@
+"""Geometry of the origami: from the dimensions of one substructure to the pitch of the sensors.
+
+Coordinates: x runs along the capsule towards its head (the right), y away from the symmetry axis.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Origami:
+    """Dimensions of the four substructures; lengths in mm, angles in degrees.
+
+    Attributes
+    ----------
+    axis_to_fold_mm
+        Distance from the symmetry axis to the fold A (the paper's h_1).
+    fold_to_shoulder_mm
+        Distance across the axis from A to the shoulder C (h_2).
+    shoulder_to_tip_mm
+        Distance across the axis from C to the tip D of the awn (h_3).
+    awn_tilt_deg
+        Tilt of the line BD to the tail, from the direction across the axis (alpha).
+    fold_angle_deg
+        Angle between the lines CA and CB (beta).
+    tip_radius_mm
+        Chamfer radius of the tip D (r).
+    wall_thickness_mm
+        Thickness of the printed wall.
+    adhesive_mm
+        Film of adhesive between two glued substructures.
+    height_mm
+        Height of the print, out of the plane of the drawing.
+    """
+
+    axis_to_fold_mm: float
+    fold_to_shoulder_mm: float
+    shoulder_to_tip_mm: float
+    awn_tilt_deg: float
+    fold_angle_deg: float
+    tip_radius_mm: float
+    wall_thickness_mm: float
+    adhesive_mm: float
+    height_mm: float
+
+
+def half_width(origami: Origami) -> float:
+    """Return the distance from the axis to the tip of an awn, in mm (half the paper's w)."""
+    return origami.axis_to_fold_mm + origami.fold_to_shoulder_mm + origami.shoulder_to_tip_mm
+
+
+def vertices(origami: Origami) -> dict[str, np.ndarray]:
+    """Return the corners A, B, C and the awn's tip D of one half of a substructure.
+
+    B, C and D lie on one line, which leans to the tail by alpha; CA leans from it by beta towards
+    the head; A and B are both h_1 away from the axis, where the neighbours are glued.
+
+    Returns
+    -------
+    dict of str to array of shape (2,)
+        Positions (x, y) in mm, with C at x = 0.
+    """
+    tilt = np.radians(origami.awn_tilt_deg)
+    ramp = np.radians(origami.awn_tilt_deg + origami.fold_angle_deg)
+    low = origami.axis_to_fold_mm
+    shoulder = low + origami.fold_to_shoulder_mm
+    return {
+        "A": np.array([origami.fold_to_shoulder_mm * np.tan(ramp), low]),
+        "B": np.array([origami.fold_to_shoulder_mm * np.tan(tilt), low]),
+        "C": np.array([0.0, shoulder]),
+        "D": np.array([-origami.shoulder_to_tip_mm * np.tan(tilt), half_width(origami)]),
+    }
+
+
+def pitch(origami: Origami) -> float:
+    """Return the distance along the axis from one substructure to the next, in mm.
+
+    The corners lie on the middle line of the printed wall, so a substructure ends half a wall
+    beyond A and beyond B, and a film of adhesive joins it to its neighbour:
+    ``h_2 (tan(alpha + beta) - tan(alpha)) + wall + adhesive``.
+    """
+    corners = vertices(origami)
+    hexagon = float(corners["A"][0] - corners["B"][0])
+    return hexagon + origami.wall_thickness_mm + origami.adhesive_mm
+
+
+def sensor_offsets(origami: Origami, sensors: int) -> np.ndarray:
+    """Return how far each sensor lies behind sensor 1, the one at the head, in mm: shape (S,)."""
+    return pitch(origami) * np.arange(sensors)

@@ -1,0 +1,117 @@
+"""The phantom's parameters: one value object, made from a table that says where each is from."""
+
+import difflib
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any, get_type_hints
+
+from capsule.errors import CapsuleError
+from capsule.phantom.advance import Advance
+from capsule.phantom.contact import Contact
+from capsule.phantom.geometry import Origami
+from capsule.phantom.sensor import Electronics, Sensor
+from capsule.phantom.wall import Wall
+
+SOURCES = ("paper", "data sheet", "calibrated", "assumed")
+
+
+@dataclass(frozen=True)
+class Phantom:
+    """All parameters of the bench, by part."""
+
+    origami: Origami
+    wall: Wall
+    contact: Contact
+    advance: Advance
+    sensor: Sensor
+    electronics: Electronics
+
+
+def parameter_names() -> list[str]:
+    """Return every parameter's name as ``part.parameter``."""
+    parts = get_type_hints(Phantom)
+    return [f"{part}.{item.name}" for part, kind in parts.items() for item in fields(kind)]
+
+
+def phantom_from_table(table: Mapping[str, Any]) -> Phantom:
+    """Return the phantom described by a table of parts, parameters and their values.
+
+    Parameters
+    ----------
+    table
+        ``{part: {parameter: {"value": number, "unit": str, "source": str, ...}}}``, as in
+        ``config/phantom.yaml``.
+
+    Raises
+    ------
+    CapsuleError
+        A parameter is unknown, missing, without value, unit or source, or no number.
+    """
+    if not isinstance(table, Mapping):
+        raise CapsuleError("the phantom's table is empty; it needs parts with parameters")
+    values: dict[str, float] = {}
+    for part, entries in table.items():
+        if not isinstance(entries, Mapping):
+            raise CapsuleError(f"{part}: needs parameters, each with a value, a unit and a source")
+        for key, entry in entries.items():
+            name = f"{part}.{key}"
+            _check_known(name)
+            _check_entry(name, entry)
+            values[name] = entry["value"]
+    missing = [name for name in parameter_names() if name not in values]
+    if missing:
+        raise CapsuleError(f"{missing[0]} is missing; give it a value, a unit and a source")
+    return Phantom(
+        **{
+            part: kind(**{item.name: values[f"{part}.{item.name}"] for item in fields(kind)})
+            for part, kind in get_type_hints(Phantom).items()
+        }
+    )
+
+
+def with_values(phantom: Phantom, values: Mapping[str, float]) -> Phantom:
+    """Return the phantom with some parameters changed.
+
+    Parameters
+    ----------
+    values
+        New values by ``part.parameter``.
+
+    Raises
+    ------
+    CapsuleError
+        A name is unknown; the message gives the nearest right one.
+    """
+    for name, value in values.items():
+        _check_known(name)
+        part, key = name.split(".")
+        changed = replace(getattr(phantom, part), **{key: value})
+        phantom = replace(phantom, **{part: changed})
+    return phantom
+
+
+def value_of(phantom: Phantom, name: str) -> float:
+    """Return the value of the parameter ``part.parameter``."""
+    _check_known(name)
+    part, key = name.split(".")
+    return getattr(getattr(phantom, part), key)
+
+
+def _check_known(name: str) -> None:
+    known = parameter_names()
+    if name not in known:
+        nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
+        hint = f"did you mean {nearest[0]}?" if nearest else f"known are {', '.join(known)}"
+        raise CapsuleError(f"the phantom has no parameter {name}; {hint}")
+
+
+def _check_entry(name: str, entry: Any) -> None:  # noqa: ANN401 - whatever the file holds
+    if not isinstance(entry, Mapping) or not {"value", "unit", "source"} <= set(entry):
+        raise CapsuleError(f"{name}: write it as {{value: ..., unit: ..., source: ...}}")
+    value = entry["value"]
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise CapsuleError(f"{name}: the value {value!r} is no number")
+    if entry["source"] not in SOURCES:
+        raise CapsuleError(
+            f"{name}: the source {entry['source']!r} is none of {', '.join(SOURCES)}"
+        )

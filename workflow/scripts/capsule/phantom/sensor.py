@@ -1,0 +1,131 @@
+"""From compression to counts: piezoresistive substructure, voltage divider, analogue converter."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Sensor:
+    """A substructure as a resistor.
+
+    Attributes
+    ----------
+    resistance_ohm
+        Resistance at rest.
+    resistance_spread
+        Spread of the logarithm of the resistance at rest, from sensor to sensor.
+    gauge_per_mm
+        Relative change of resistance per mm of compression (for small compression).
+    saturation_mm
+        Compression at which the conducting network saturates.
+    lag_s
+        Time constant of the quick part of the response.
+    creep_fraction
+        Part of the response that follows slowly.
+    creep_s
+        Time constant of the slow part.
+    settling
+        Spread of the relative change of resistance while the sensor settles after it was mounted.
+    settling_s
+        Time constant of that settling.
+    drift_per_s
+        Spread of the relative random walk of the resistance, per square root of a second.
+    noise
+        Relative noise of a reading.
+    """
+
+    resistance_ohm: float
+    resistance_spread: float
+    gauge_per_mm: float
+    saturation_mm: float
+    lag_s: float
+    creep_fraction: float
+    creep_s: float
+    settling: float
+    settling_s: float
+    drift_per_s: float
+    noise: float
+
+
+@dataclass(frozen=True)
+class Electronics:
+    """The voltage divider and the converter.
+
+    Attributes
+    ----------
+    series_ohm
+        Resistor in series with the sensor.
+    vref_v
+        Supply of the divider and reference of the converter.
+    adc_bits
+        Resolution of the converter.
+    rate_hz
+        Sampling rate.
+    """
+
+    series_ohm: float
+    vref_v: float
+    adc_bits: int
+    rate_hz: float
+
+
+def low_pass(signal: np.ndarray, time_constant_s: float, rate_hz: float) -> np.ndarray:
+    """Return the first-order response to a signal (S, K) that rested at its first value before."""
+    samples = signal.shape[-1]
+    if time_constant_s <= 0:
+        return signal
+    decay = np.exp(-1 / (rate_hz * time_constant_s))
+    kernel = (1 - decay) * decay ** np.arange(samples)
+    rest = signal[..., :1]
+    length = 2 * samples
+    spectrum = np.fft.rfft(signal - rest, length) * np.fft.rfft(kernel, length)
+    return rest + np.fft.irfft(spectrum, length)[..., :samples]
+
+
+def resistance(
+    sensor: Sensor,
+    generator: np.random.Generator,
+    compression_mm: np.ndarray,
+    rate_hz: float,
+) -> np.ndarray:
+    """Return the resistance of each sensor over time, in ohm.
+
+    Compression brings the carbon particles closer and lowers the resistance, up to saturation;
+    the polymer follows quickly in part and slowly in part; mounting, temperature and wear make
+    the rest value drift.
+
+    Parameters
+    ----------
+    compression_mm
+        Compression of the substructure, both halves together, shape (S, K).
+    """
+    sensors, samples = compression_mm.shape
+    felt = sensor.saturation_mm * np.tanh(compression_mm / sensor.saturation_mm)
+    quick = low_pass(felt, sensor.lag_s, rate_hz)
+    slow = low_pass(felt, sensor.creep_s, rate_hz)
+    followed = (1 - sensor.creep_fraction) * quick + sensor.creep_fraction * slow
+
+    time_s = np.arange(samples) / rate_hz
+    rest = sensor.resistance_ohm * np.exp(
+        generator.normal(0.0, sensor.resistance_spread, (sensors, 1))
+    )
+    settling = generator.normal(0.0, sensor.settling, (sensors, 1)) * np.exp(
+        -time_s / sensor.settling_s
+    )
+    steps = generator.standard_normal((sensors, samples)) * sensor.drift_per_s / np.sqrt(rate_hz)
+    noise = sensor.noise * generator.standard_normal((sensors, samples))
+    change = -sensor.gauge_per_mm * followed + settling + np.cumsum(steps, axis=1) + noise
+    # No resistance can fall below zero, however wild the parameters.
+    return rest * np.maximum(1 + change, 0.0)
+
+
+def counts(electronics: Electronics, resistance_ohm: np.ndarray) -> np.ndarray:
+    """Return the converter's reading of the voltage across each sensor: integers of shape (S, K).
+
+    The silicon converts ``floor(V 2^bits / Vref)`` and stays at its highest code above that.
+    """
+    steps = 2**electronics.adc_bits
+    voltage_v = electronics.vref_v * resistance_ohm / (resistance_ohm + electronics.series_ohm)
+    codes = np.floor(voltage_v * steps / electronics.vref_v)
+    return np.clip(codes, 0, steps - 1).astype(int)

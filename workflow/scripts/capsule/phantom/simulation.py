@@ -1,0 +1,138 @@
+"""One simulated run: the capsule's way, the wall under each sensor, and what the board reads."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from capsule.phantom import contact as touch
+from capsule.phantom.advance import head_position, stroke_positions
+from capsule.phantom.geometry import half_width, pitch, sensor_offsets
+from capsule.phantom.parameters import Phantom
+from capsule.phantom.sensor import counts, resistance
+from capsule.phantom.wall import overlap, uneven_height, wall_height, wave_period
+from capsule.recording import Recording
+from capsule.seeding import generator
+
+# Raise it whenever the same seed gives other bytes.
+SIMULATOR_VERSION = "1"
+SENSORS = 4
+# A fixed date: a simulated run takes place at no time, and the clock would spoil repeatability.
+STARTED = "2024-06-03T00:00:00Z"
+
+
+@dataclass(frozen=True)
+class Run:
+    """Everything that happens in one simulated run.
+
+    Attributes
+    ----------
+    time_s
+        Times of the samples, shape (K,).
+    head_mm
+        Way of sensor 1 from the start, shape (K,).
+    nodule_at_mm
+        Place of the nodule on that way; the place it would have if there is none.
+    compression_mm
+        Compression of each substructure, shape (S, K).
+    counts
+        Readings of the converter, integers, shape (S, K).
+    """
+
+    time_s: np.ndarray
+    head_mm: np.ndarray
+    nodule_at_mm: float
+    compression_mm: np.ndarray
+    counts: np.ndarray
+
+
+def simulate_run(
+    phantom: Phantom, nodule_mm: float, seed: int, site: str, attempt: str = "1"
+) -> Run:
+    """Simulate one pass of the capsule over one place.
+
+    Parameters
+    ----------
+    phantom
+        The bench.
+    nodule_mm
+        Diameter of the nodule; 0 for a healthy gut.
+    seed
+        The archive's seed.
+    site
+        Name of the place: its nodule and its uneven wall are the same in every pass.
+    attempt
+        Name of the pass: everything else is drawn anew in each.
+
+    Returns
+    -------
+    Run
+    """
+    place = generator(seed, "phantom", site)
+
+    def draw(subject: str) -> np.random.Generator:
+        # A stream for each subject: changing one parameter leaves the other draws as they were.
+        return generator(seed, "phantom", site, attempt, subject)
+
+    origami, wall, contact = phantom.origami, phantom.wall, phantom.contact
+    rate_hz = phantom.electronics.rate_hz
+    offsets = sensor_offsets(origami, SENSORS)
+
+    seat = draw("seat")
+    lead_mm = phantom.advance.lead_mm + seat.normal(0.0, phantom.advance.lead_spread_mm)
+    nodule_at_mm = max(lead_mm, 0.0)
+    coupling = np.exp(seat.normal(0.0, contact.coupling_spread, SENSORS))
+    height_offset_mm = seat.normal(0.0, contact.height_offset_mm)
+    phase = seat.uniform(0.0, 2 * np.pi)
+    bulge_mm = touch.pressed_bulge(contact, wall, nodule_mm) * touch.height_factor(
+        wall, origami, nodule_mm, height_offset_mm
+    )
+    width_mm = touch.bulge_width(contact, wall, origami, nodule_mm)
+
+    def climb(position_mm: float, stroke_mm: float) -> float:
+        distance = position_mm - offsets - nodule_at_mm
+        ahead = touch.bulge_profile(bulge_mm, width_mm, distance + stroke_mm)
+        return float(np.sum(ahead - touch.bulge_profile(bulge_mm, width_mm, distance)))
+
+    period_s = wave_period(wall)
+    longest = int(phantom.advance.longest_samples)
+    waves = int(np.ceil(longest / rate_hz / period_s)) + 1
+    strokes = stroke_positions(phantom.advance, draw("advance"), period_s, waves, climb)
+    time_s = np.round(np.arange(longest) / rate_hz, 6)
+    head_mm = head_position(phantom.advance, strokes, period_s, time_s)
+    way_mm = 2 * phantom.advance.lead_mm + (SENSORS - 1) * pitch(origami)
+    samples = max(int(np.searchsorted(head_mm, way_mm)), 2)
+    time_s, head_mm = time_s[:samples], head_mm[:samples]
+
+    position_mm = head_mm - offsets[:, np.newaxis]
+    wave_mm = wall_height(wall, position_mm, time_s, phase)
+    wander_mm = touch.seat_wander(contact, draw("wander"), SENSORS, longest, rate_hz)[:, :samples]
+    nodule_side = uneven_height(wall, place, position_mm)
+    other_side = uneven_height(wall, place, position_mm)
+    profile = touch.bulge_profile(1.0, width_mm, position_mm - nodule_at_mm)
+    heights = bulge_mm * coupling[:, np.newaxis] * profile
+    sphere = touch.sphere_stiffness(wall, nodule_mm) * profile
+    reach = half_width(origami)
+    # A seat that shifts towards one wall moves away from the other.
+    near = overlap(wall, reach, wave_mm + nodule_side + heights + wander_mm)
+    far = overlap(wall, reach, wave_mm + other_side - wander_mm)
+    pressed = touch.compression(contact, wall, near, sphere) + touch.compression(contact, wall, far)
+    ohms = resistance(phantom.sensor, draw("sensor"), pressed, rate_hz)
+    return Run(time_s, head_mm, nodule_at_mm, pressed, counts(phantom.electronics, ohms))
+
+
+def recording_of(run: Run, phantom: Phantom, seed: int, site: str) -> Recording:
+    """Return a run as a recording, with a header that says that it is simulated."""
+    electronics = phantom.electronics
+    header = {
+        "source": "simulated phantom",
+        "simulator_version": SIMULATOR_VERSION,
+        "simulator_seed": str(seed),
+        "rate_hz": f"{electronics.rate_hz:g}",
+        "adc_bits": f"{electronics.adc_bits:g}",
+        "vref_v": f"{electronics.vref_v:g}",
+        "series_ohm": f"{electronics.series_ohm:g}",
+        "started": STARTED,
+        "site": site,
+        "session": f"simulated-{seed}",
+    }
+    return Recording(run.time_s, run.counts, header)

@@ -1,0 +1,95 @@
+"""The phantom's two walls: the travelling wave of the cams, and the wall's own unevenness."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Wall:
+    """The silicone walls and the wave that the cams drive through them.
+
+    Attributes
+    ----------
+    lumen_mm
+        Distance between the baselines of the two walls.
+    amplitude_mm, wavelength_mm, speed_mm_s
+        The travelling sinusoidal wave.
+    modulus_kpa
+        Young's modulus of the silicone.
+    wall_mm
+        Thickness of the intestinal wall.
+    sheet_mm
+        Thickness of the sheet between cams and wall.
+    unevenness_mm
+        Standard deviation of the wall's height along the gut (casting, 2 mm cam followers).
+    unevenness_length_mm
+        Correlation length of that height.
+    """
+
+    lumen_mm: float
+    amplitude_mm: float
+    wavelength_mm: float
+    speed_mm_s: float
+    modulus_kpa: float
+    wall_mm: float
+    sheet_mm: float
+    unevenness_mm: float
+    unevenness_length_mm: float
+
+
+def wave_period(wall: Wall) -> float:
+    """Return the time between two waves at a fixed place, in seconds."""
+    return wall.wavelength_mm / wall.speed_mm_s
+
+
+def wall_height(
+    wall: Wall, position_mm: np.ndarray, time_s: np.ndarray, phase: float
+) -> np.ndarray:
+    """Return how far the wave pushes a wall inwards of its baseline, in mm.
+
+    Parameters
+    ----------
+    wall
+        The walls.
+    position_mm, time_s
+        Places along the gut and times; they broadcast against each other.
+    phase
+        Phase of the wave at place 0 and time 0, in radians.
+    """
+    travelled = position_mm - wall.speed_mm_s * time_s
+    return wall.amplitude_mm * np.cos(2 * np.pi * travelled / wall.wavelength_mm + phase)
+
+
+def overlap(wall: Wall, half_width_mm: float, height_mm: np.ndarray) -> np.ndarray:
+    """Return how far a wall would reach into a relaxed capsule, in mm; 0 where they are apart.
+
+    Parameters
+    ----------
+    half_width_mm
+        Distance from the capsule's axis to the tips of its awns.
+    height_mm
+        Inward displacement of the wall from its baseline, everything added up.
+    """
+    return np.maximum(height_mm + half_width_mm - wall.lumen_mm / 2, 0.0)
+
+
+def uneven_height(
+    wall: Wall, generator: np.random.Generator, position_mm: np.ndarray, waves: int = 24
+) -> np.ndarray:
+    """Return the unevenness of one wall at the given places, in mm.
+
+    A sum of sinusoids of random phase whose wave numbers follow a normal distribution: a Gaussian
+    random field with a Gaussian correlation of the length ``unevenness_length_mm``. It belongs to
+    the place, so a second pass with a generator in the same state feels the same wall.
+    """
+    wave_numbers = generator.normal(0.0, 1.0 / wall.unevenness_length_mm, waves)
+    phases = generator.uniform(0.0, 2 * np.pi, waves)
+    angles = position_mm[..., np.newaxis] * wave_numbers + phases
+    return wall.unevenness_mm * np.sqrt(2.0 / waves) * np.cos(angles).sum(axis=-1)
+
+
+def cushion_stiffness(wall: Wall, contact_area_mm2: float) -> float:
+    """Return the stiffness of wall and sheet under a flat contact, in N/mm (E A / thickness)."""
+    modulus_n_mm2 = wall.modulus_kpa * 1e-3
+    return modulus_n_mm2 * contact_area_mm2 / (wall.wall_mm + wall.sheet_mm)
