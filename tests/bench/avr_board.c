@@ -122,11 +122,17 @@ static avr_cycle_count_t on_tick(avr_t *avr, avr_cycle_count_t when, void *conte
     return when + 1000 * MHZ;
 }
 
-static void settle_pins(board_t *board) {
-    avr_cycle_timer_register(board->avr, 1000 * MHZ, on_tick, board);
+/* Open, the firmware's pull-up holds the pin high. simavr passes on changes only. */
+static void drive_end_stop(board_t *board) {
     if (board->end_stop_pin) {
+        avr_raise_irq(board->end_stop_pin, board->end_stop_closed);
         avr_raise_irq(board->end_stop_pin, !board->end_stop_closed);
     }
+}
+
+static void settle_pins(board_t *board) {
+    avr_cycle_timer_register(board->avr, 1000 * MHZ, on_tick, board);
+    drive_end_stop(board);
 }
 
 board_t *board_new(const char *mcu, const char *elf) {
@@ -190,9 +196,7 @@ void board_set_voltage(board_t *board, int channel, double from_mv, double to_mv
 
 void board_set_end_stop(board_t *board, int closed) {
     board->end_stop_closed = closed;
-    if (board->end_stop_pin) {
-        avr_raise_irq(board->end_stop_pin, !closed);
-    }
+    drive_end_stop(board);
 }
 
 /* Run to a point in time; 0, or 1 if the processor stopped. */
