@@ -38,15 +38,6 @@ def build_folder() -> Path:
     return folder
 
 
-def build_image(name: str, mcu: str, *sources: Path) -> Path:
-    """Build another program for a board, from sources of its own and the boards' shared ones."""
-    image = build_folder() / f"{name}.elf"
-    shared = FIRMWARE / "libraries" / "CapsuleLine" / "src"
-    flags = ("-std=c11", "-Os", "-Wall", "-Werror", "-DF_CPU=16000000UL", f"-I{shared}")
-    _run("avr-gcc", f"-mmcu={mcu}", *flags, "-o", image, *sources, *shared.glob("*.c"))
-    return image
-
-
 def _run(*command: str | Path) -> None:
     done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
     if done.returncode:
@@ -88,13 +79,11 @@ class EmulatedBoard:
     ----------
     board : tuple of str
         `LOGGER` or `PERISTALSIS`: the firmware's name and the processor's.
-    image : Path, optional
-        Another program for the same board.
     """
 
-    def __init__(self, board: tuple[str, str], image: Path | None = None) -> None:
+    def __init__(self, board: tuple[str, str]) -> None:
         name, mcu = board
-        image = image or build_folder() / f"{name}.elf"
+        image = build_folder() / f"{name}.elf"
         self._library = _library()
         self._board = self._library.board_new(mcu.encode(), str(image).encode())
         if not self._board:

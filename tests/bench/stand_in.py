@@ -17,7 +17,6 @@ class StandInLogger:
         self._end_stop_closed = False
         self._now_us = 0
         self.reset()
-        self._sent = b""
 
     def reset(self) -> None:
         """Press the reset button."""
