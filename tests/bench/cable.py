@@ -99,10 +99,14 @@ class Cable:
         """Pull the cable, maybe in the middle of a frame; what was sent before has been read."""
         if after_bytes:
             self._write(after_bytes)
-        self._wait_until_read()
+        self.wait_until_read()
         self._close_port()
         self.plugged = self._opened = False
         self._unfinished = b""
+
+    def press_reset(self) -> None:
+        """Press the board's reset button, maybe in the middle of a frame."""
+        self._boot_ends_us = -1
 
     @property
     def opened(self) -> bool:
@@ -152,7 +156,7 @@ class Cable:
         *frames, self._unfinished = (self._unfinished + sent).split(b"\n")
         for frame in (content + b"\n" for content in frames):
             heard = self._as_heard(self.spoil(frame) if self.spoil else frame)
-            if self._write(heard) and heard == frame:
+            if self._write(heard) and frame in heard:
                 self.whole.append(frame)
             else:
                 self.spoilt += 1
@@ -175,7 +179,7 @@ class Cable:
     def _host_baud(self) -> int:
         return self.board.baud
 
-    def _wait_until_read(self, limit_s: float = 5.0) -> None:
+    def wait_until_read(self, limit_s: float = 5.0) -> None:
         """Wait until the program has read what lies in the port."""
 
 
@@ -209,7 +213,7 @@ class TerminalCable(Cable):
         return not dict(poll.poll(0)).get(self._master, 0) & select.POLLHUP
 
     def _read(self) -> bytes:
-        with contextlib.suppress(BlockingIOError):
+        with contextlib.suppress(OSError):  # nothing there, or closed a moment ago
             return os.read(self._master, 4096)
         return b""
 
@@ -229,13 +233,17 @@ class TerminalCable(Cable):
         tcgets2 = 0x802C542A
         return struct.unpack("4I20B2I", fcntl.ioctl(self._master, tcgets2, bytes(44)))[-1]
 
-    def _wait_until_read(self, limit_s: float = 5.0) -> None:
-        # Closing a pseudo-terminal throws away what has not been read.
-        waiting_in = 0x541B
+    def wait_until_read(self, limit_s: float = 5.0) -> None:
+        """Wait until the program has read what lies in the port."""
+        # Closing a pseudo-terminal throws away what has not been read. The kernel passes bytes on
+        # in its own time, so "empty" counts once it has lasted.
+        count_waiting = 0x541B
         end = os.open(self._name, os.O_RDWR | os.O_NOCTTY)
-        deadline = time.monotonic() + limit_s
-        while struct.unpack("i", fcntl.ioctl(end, waiting_in, bytes(4)))[0]:
-            if time.monotonic() > deadline:
+        empty_since = started = time.monotonic()
+        while (now := time.monotonic()) - empty_since < 0.05:
+            if struct.unpack("i", fcntl.ioctl(end, count_waiting, bytes(4)))[0]:
+                empty_since = now
+            if now - started > limit_s:
                 raise RuntimeError("the program does not read its port")
             time.sleep(0.002)
         os.close(end)
@@ -297,7 +305,8 @@ class SocketCable(Cable):
             return False
         return True
 
-    def _wait_until_read(self, limit_s: float = 5.0) -> None:
+    def wait_until_read(self, limit_s: float = 5.0) -> None:
+        """Wait until the program has read what lies in the port."""
         # What is in flight arrives after the other side has shut down.
         if self._connection:
             with contextlib.suppress(OSError):

@@ -73,19 +73,20 @@ class PartFile:
         Raises
         ------
         DiskFullError
-            There is no room; what is in the file stays whole.
+            There is no room; the lines that fitted stay in the file.
         """
         if not self._pending:
             return
-        content = memoryview("".join(self._pending).encode("utf-8"))
+        content = "".join(self._pending).encode("utf-8")
+        self._pending.clear()
+        written = 0
         try:
-            written = 0
             while written < len(content):
                 written += os.write(self._descriptor, content[written:])
         except OSError as fault:
-            os.ftruncate(self._descriptor, self._length)
+            whole_lines = content.rfind(b"\n", 0, written) + 1
+            os.ftruncate(self._descriptor, self._length + whole_lines)
             raise explain_write_fault(fault, self.path) from fault
-        self._pending.clear()
         self._length += len(content)
 
     def sync(self) -> None:

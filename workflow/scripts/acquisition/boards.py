@@ -15,14 +15,16 @@ from acquisition.errors import (
     WrongBaudError,
     WrongBoardError,
 )
-from acquisition.line import Line
+from acquisition.line import BAUD, Arrival, Line
 from capsule.protocol import VERSION, Acknowledgement, Damaged, Identity, Refusal
 
 # Opening a port restarts an Arduino. A Mega's boot loader then waits for up to two seconds, and a
 # byte that comes meanwhile makes it wait for an upload that never comes: so listen first.
 QUIET_S = 2.5
-ASK_EVERY_S = 0.25
-ANSWER_S = 3.0
+ASK_EVERY_S = 0.1
+ANSWER_S = 4.0  # one answer in four survives 1 % of noise: forty are enough
+GARBLED_S = 1.0
+CONFIRM_S = 0.25
 PURPOSES = {"logger": "record with it (--port)", "peristalsis": "drive the wave with it (--drive)"}
 
 
@@ -44,14 +46,22 @@ def identify(line: Line, wanted: str) -> Identity:
         The port went away.
     """
     quiet_until = time.monotonic() + QUIET_S
-    deadline = ask_at = None
+    deadline = ask_at = identity = None
     frames = 0
+    others: list[Arrival] = []
     while deadline is None or time.monotonic() < deadline:
+        if deadline and time.monotonic() > deadline - ANSWER_S + GARBLED_S:
+            _check_baud(line, frames)
         for arrival in line.receive():
             frames += not isinstance(arrival.event, Damaged)
             if isinstance(arrival.event, Identity):
                 _check(arrival.event, wanted, line.port)
-                return arrival.event
+                identity = arrival.event
+            else:
+                others.append(arrival)
+        if identity:
+            line.put_back(others)  # a board that runs already sends samples meanwhile
+            return identity
         if deadline is None and (line.bytes_read or time.monotonic() > quiet_until):
             deadline = time.monotonic() + ANSWER_S
             ask_at = time.monotonic()
@@ -59,6 +69,17 @@ def identify(line: Line, wanted: str) -> Identity:
             line.send("identify")
             ask_at += ASK_EVERY_S
     raise _explain_silence(line, frames)
+
+
+def _check_baud(line: Line, frames: int) -> None:
+    """Read at the wrong rate, text is no text any more; noise leaves most of it."""
+    content = line.first_bytes
+    printable = sum(32 <= byte < 127 or byte in b"\r\n\t" for byte in content)
+    if frames == 0 and len(content) >= 20 and printable < 0.8 * len(content):
+        raise WrongBaudError(
+            f"{line.bytes_read} bytes came from {line.port} and not one frame: wrong baud rate? "
+            f"(set: {line.baud}; the firmware uses {BAUD})"
+        )
 
 
 def _check(identity: Identity, wanted: str, port: str) -> None:
@@ -86,16 +107,9 @@ def _explain_silence(line: Line, frames: int) -> AcquisitionError:
             f"the board at {line.port} sends frames but does not answer 'identify'; "
             "is the cable damaged? Try another one, or press the board's reset button"
         )
-    sample = line.first_bytes[:40]
-    printable = sum(32 <= byte < 127 or byte in b"\r\n\t" for byte in line.first_bytes)
-    if printable >= 0.95 * len(line.first_bytes):
-        return WrongBoardError(
-            f"the board at {line.port} runs another program: it sends {sample!r}; "
-            "upload the firmware (workflow/firmware)"
-        )
-    return WrongBaudError(
-        f"{line.bytes_read} bytes came from {line.port} and not one frame: wrong baud rate "
-        f"({line.baud}; the firmware uses 115200), or a very noisy line"
+    return WrongBoardError(
+        f"the board at {line.port} runs another program: it sends {line.first_bytes[:40]!r}; "
+        "upload the firmware (workflow/firmware)"
     )
 
 
@@ -114,7 +128,7 @@ def request(line: Line, command: str, tries: int = 12) -> str:
     name = command.partition(",")[0]
     for _ in range(tries):
         line.send(command)
-        deadline = time.monotonic() + ASK_EVERY_S
+        deadline = time.monotonic() + CONFIRM_S
         while time.monotonic() < deadline:
             for arrival in line.receive():
                 match arrival.event:

@@ -5,11 +5,12 @@ from dataclasses import dataclass
 
 from acquisition.boards import connect, request
 from acquisition.errors import AcquisitionError, LineLostError
-from acquisition.line import BAUD
+from acquisition.line import BAUD, Arrival
 from capsule.protocol import Position
 
 ASK_EVERY_S = 1.0
 SILENT_AFTER_S = 5.0
+LAST_LOOK_S = 0.5
 
 
 @dataclass(frozen=True)
@@ -81,9 +82,7 @@ class Drive:
             self._lost = True
             return f"warning: the peristalsis board at {self.port} was unplugged: no wave"
         for arrival in arrivals:
-            self._heard_s = arrival.moment_s
-            if isinstance(arrival.event, Position):
-                self.position = arrival.event
+            self._note(arrival)
         if now_s - self._heard_s > SILENT_AFTER_S:
             self._lost = True
             return f"warning: the peristalsis board at {self.port} is silent: is there a wave?"
@@ -91,6 +90,20 @@ class Drive:
             self._lost = True
             return "warning: the peristalsis board was reset: no wave"
         return ""
+
+    def _look_once_more(self) -> None:
+        """Ask how far the wave came."""
+        self.position = None
+        self.line.send("position")
+        deadline = time.monotonic() + LAST_LOOK_S
+        while self.position is None and time.monotonic() < deadline:
+            for arrival in self.line.receive():
+                self._note(arrival)
+
+    def _note(self, arrival: Arrival) -> None:
+        self._heard_s = arrival.moment_s
+        if isinstance(arrival.event, Position):
+            self.position = arrival.event
 
     def summary(self) -> str:
         """Say where the wave is."""
@@ -103,6 +116,7 @@ class Drive:
     def stop(self) -> str:
         """Stop the wave and close the port; gives a warning if the board does not obey."""
         try:
+            self._look_once_more()
             request(self.line, "stop")
         except (LineLostError, AcquisitionError) as fault:
             return f"warning: the wave could not be stopped: {fault}; cut the motor's power"

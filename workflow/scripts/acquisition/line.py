@@ -59,6 +59,7 @@ class Line:
         self.bytes_read = 0
         self.first_bytes = b""
         self._parser = FrameParser()
+        self._put_back: list[Arrival] = []
         try:
             self._serial = serial.serial_for_url(port, do_not_open=True)
             self._serial.baudrate = baud
@@ -87,7 +88,12 @@ class Line:
         moment_s = time.monotonic()
         self.bytes_read += len(received)
         self.first_bytes += received[: 200 - len(self.first_bytes)]
-        return [Arrival(event, moment_s) for event in self._parser.feed(received)]
+        before, self._put_back = self._put_back, []
+        return before + [Arrival(event, moment_s) for event in self._parser.feed(received)]
+
+    def put_back(self, arrivals: list[Arrival]) -> None:
+        """Have the next `receive` give these first."""
+        self._put_back = arrivals
 
     def send(self, payload: str) -> None:
         """Send a command.

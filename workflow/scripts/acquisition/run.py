@@ -58,6 +58,8 @@ def record(options: argparse.Namespace) -> None:
     finally:
         if drive and (warning := drive.stop()):
             print(warning, file=sys.stderr)
+    if drive:
+        session.progress.wave = drive.summary()
     _tell_outcome(session, terminal, final, log.path, settings)
     if judge:
         terminal.note(f"verdict: {judge(session.samples, sensors)}")
