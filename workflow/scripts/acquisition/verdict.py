@@ -59,6 +59,8 @@ class RunningVerdict:
             return f"no verdict: more than {length} samples"
         missing = [np.nan] * sensors
         values = np.array([missing if sample is None else sample for sample in samples]).T
+        if np.isnan(values).all():
+            return "no verdict: no sample yet"
         constant = np.nanmax(values, axis=1) == np.nanmin(values, axis=1)
         if constant.any():
             return f"no verdict: sensor {int(constant.argmax()) + 1} is constant"
