@@ -42,6 +42,11 @@ class Project:
         project = cls(folder)
         project.raw.mkdir()
         project.configure(fit=fit)
+        # The plain log names every job that ran; the progress bars do not.
+        profile = folder / "profiles/default/config.yaml"
+        settings = yaml.safe_load(profile.read_text(encoding="utf-8"))
+        settings.pop("logger")
+        profile.write_text(yaml.safe_dump(settings), encoding="utf-8")
         return project
 
     def copy(self, folder: Path, *, keep_times: bool = True) -> "Project":
