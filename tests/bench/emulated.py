@@ -135,7 +135,7 @@ class EmulatedBoard:
 
     def set_end_stop(self, closed: bool) -> None:
         """Press or release the end stop."""
-        self._library.board_set_end_stop(self._board, closed)
+        self._library.board_set_end_stop(self._board, int(closed))
 
     def advance(self, until_us: int) -> None:
         """Run the firmware to a point in time."""

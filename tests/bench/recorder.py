@@ -63,7 +63,11 @@ class Recorder:
     def recording(self) -> Recording:
         """Read the one recording that was archived."""
         (path,) = self.raw.rglob("*.csv")
-        with path.open("rb") as stream:
+        return self.recording_named(path.relative_to(self.raw).with_suffix("").as_posix())
+
+    def recording_named(self, name: str) -> Recording:
+        """Read a recording such as ``3mm/r01``."""
+        with (self.raw / f"{name}.csv").open("rb") as stream:
             return read_recording(stream, 4)
 
     def parts(self) -> list[Path]:
