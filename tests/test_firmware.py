@@ -1,11 +1,15 @@
 """The firmware on its emulated boards: when it samples, how it sleeps, how it turns the motor."""
 
 import re
+import shutil
+import subprocess
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from bench import emulated
+from bench.page import VOLTAGES_MV, conversation, hold
 from capsule.protocol import Acknowledgement, Position, Sample, decode, encode
 
 pytestmark = pytest.mark.skipif(
@@ -218,3 +222,50 @@ def test_a_damaged_command_is_not_obeyed(motor):
     assert (answer.command, answer.reason) == ("line", "failed its check")
     motor.wait(1)
     assert motor.board.half_steps == 0
+
+
+ARDUINO = Path("/usr/share/arduino/hardware")
+BOARDS = {"logger": "arduino:avr:mega:cpu=atmega2560", "peristalsis": "arduino:avr:uno"}
+
+
+def build_with_arduino(name, folder, *options):
+    """Build a sketch as the Arduino IDE does; gives the builder's output and status."""
+    folder.mkdir()
+    settings = {
+        "runtime.tools.avr-gcc.path": "/usr",
+        "tools.ctags.cmd.path": "/usr/bin/arduino-ctags",
+        # Debian's compiler lacks this constant, which the Arduino core's String uses.
+        "compiler.cpp.extra_flags": "-DDECIMAL_DIG=17",
+    }
+    command = ["arduino-builder", "-compile", "-fqbn", BOARDS[name], "-tools", "/usr/bin"]
+    for hardware in (ARDUINO, ARDUINO.parents[1] / "arduino-builder"):
+        command += ["-hardware", str(hardware)]
+    command += [f"-prefs={key}={value}" for key, value in settings.items()]
+    sketch = emulated.FIRMWARE / name / f"{name}.ino"
+    command += [*options, "-build-path", str(folder), str(sketch)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+needs_arduino = pytest.mark.skipif(
+    shutil.which("arduino-builder") is None or not ARDUINO.exists(),
+    reason="no Arduino builder (Debian: arduino-builder arduino-core-avr)",
+)
+
+
+@needs_arduino
+@pytest.mark.parametrize("board", [emulated.LOGGER, emulated.PERISTALSIS], ids=lambda b: b[0])
+def test_the_arduino_ide_builds_the_same_behaviour(board, tmp_path):
+    name = board[0]
+    libraries = str(emulated.FIRMWARE / "libraries")
+    built = build_with_arduino(name, tmp_path / "build", "-libraries", libraries)
+    assert built.returncode == 0, built.stderr
+    firmware = emulated.EmulatedBoard(board, tmp_path / "build" / f"{name}.ino.elf")
+    firmware.set_voltages(VOLTAGES_MV, VOLTAGES_MV)
+    assert hold(firmware, conversation(name)) == conversation(name)
+
+
+@needs_arduino
+def test_the_arduino_ide_is_told_where_the_library_lies(tmp_path):
+    built = build_with_arduino("logger", tmp_path / "build")
+    assert built.returncode != 0
+    assert "Sketchbook location to workflow/firmware" in built.stderr

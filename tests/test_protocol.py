@@ -1,13 +1,13 @@
 """The line's protocol: docs/protocol.md, the computer's side and the firmware agree."""
 
 import re
-from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from bench import emulated
+from bench.page import PAGE, VOLTAGES_MV, conversation, hold
 from bench.stand_in import StandInLogger
 from capsule.protocol import (
     LONGEST_FRAME,
@@ -23,35 +23,11 @@ from capsule.protocol import (
     encode,
 )
 
-PAGE = (Path(__file__).parents[1] / "docs" / "protocol.md").read_text(encoding="utf-8")
 CHECKSUMS = re.findall(r"^\| `([^`]+)` \| `([0-9A-F]{4})` \| `([^`]+)` \|$", PAGE, re.MULTILINE)
-VOLTAGES_MV = [1000, 2500, 4000, 5000]
 
 needs_emulator = pytest.mark.skipif(
     bool(emulated.missing_tools()), reason=f"no emulator: {emulated.missing_tools()}"
 )
-
-
-def conversation(board: str) -> list[tuple[int, str, str]]:
-    """Read a conversation from the page: time in ms, direction, line."""
-    block = re.search(rf"^```{board}\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)[1]
-    lines = re.findall(r"^ *(\d+) ms ([<>]) (.*)$", block, re.MULTILINE)
-    assert len(lines) == block.count("\n")
-    return [(int(ms), direction, line) for ms, direction, line in lines]
-
-
-def hold(board, lines: list[tuple[int, str, str]]) -> list[tuple[int, str, str]]:
-    """Say our part of a conversation to a board, and write down its part at the page's times."""
-    held = []
-    for ms, direction, line in lines:
-        board.advance(ms * 1000)
-        if direction == ">":
-            board.deliver(line.encode() + b"\n")
-            held.append((ms, ">", line))
-        else:
-            answered = board.take_sent().decode().splitlines()
-            held += [(ms, "<", answer) for answer in answered]
-    return held
 
 
 def test_checksums_of_the_page():

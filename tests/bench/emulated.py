@@ -79,11 +79,13 @@ class EmulatedBoard:
     ----------
     board : tuple of str
         `LOGGER` or `PERISTALSIS`: the firmware's name and the processor's.
+    image : Path, optional
+        The firmware, where it was built in another way.
     """
 
-    def __init__(self, board: tuple[str, str]) -> None:
+    def __init__(self, board: tuple[str, str], image: Path | None = None) -> None:
         name, mcu = board
-        image = build_folder() / f"{name}.elf"
+        image = image or build_folder() / f"{name}.elf"
         self._library = _library()
         self._board = self._library.board_new(mcu.encode(), str(image).encode())
         if not self._board:

@@ -4,6 +4,9 @@
  * by themselves, so that no code decides when a sample is taken. Between samples the processor
  * sleeps. It sleeps in idle mode: the quieter "ADC noise reduction" mode would stop the clock of
  * Timer1 and of the UART. Commands and frames: docs/protocol.md; wiring: docs/bench.md. */
+#if !__has_include(<capsule_frame.h>)
+#error "Arduino IDE: set File > Preferences > Sketchbook location to workflow/firmware"
+#endif
 #include <avr/interrupt.h>
 #include <avr/io.h>
 #include <avr/sleep.h>

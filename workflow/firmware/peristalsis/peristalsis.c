@@ -3,6 +3,9 @@
  * A 28BYJ-48 behind a ULN2003 makes a wave of 80 mm travel along the walls at a set speed. The
  * interrupt of Timer1 makes every step (motion.c); this file listens to commands and sleeps.
  * Commands and frames: docs/protocol.md; wiring, cam and gearing: docs/bench.md. */
+#if !__has_include(<capsule_frame.h>)
+#error "Arduino IDE: set File > Preferences > Sketchbook location to workflow/firmware"
+#endif
 #include <avr/interrupt.h>
 #include <avr/sleep.h>
 #include <capsule_frame.h>

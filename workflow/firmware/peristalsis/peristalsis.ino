@@ -3,10 +3,6 @@
 //
 // Once: File > Preferences > Sketchbook location: the folder workflow/firmware of this project, so
 // that the IDE finds the library CapsuleLine. Then choose "Arduino Uno" and upload.
-#if !__has_include(<capsule_frame.h>)
-#error "Set File > Preferences > Sketchbook location to workflow/firmware (see docs/bench.md)"
-#endif
-#include <capsule_frame.h>
 #ifndef __AVR_ATmega328P__
-#error "The peristalsis firmware is for the Arduino UNO: choose it under Tools > Board"
+#error "This firmware is for the Arduino UNO: choose it under Tools > Board"
 #endif
