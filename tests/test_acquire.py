@@ -2,6 +2,7 @@
 
 import errno
 import io
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -24,12 +25,14 @@ from capsule.protocol import Identity
 
 
 def test_every_fault_has_a_status_of_its_own():
+    page = (Path(__file__).parents[1] / "docs" / "bench.md").read_text(encoding="utf-8")
     kinds = AcquisitionError.__subclasses__()
     statuses = [kind.status for kind in kinds]
     assert len(set(statuses)) == len(kinds) >= 9
     assert not {0, 1, 2} & set(statuses)
     for status in statuses:
         assert f" {status} " in options.EXAMPLES
+        assert f"\n| {status} | " in page
 
 
 def test_faults_end_the_program_plainly(monkeypatch, capsys):

@@ -269,3 +269,27 @@ def test_the_arduino_ide_is_told_where_the_library_lies(tmp_path):
     built = build_with_arduino("logger", tmp_path / "build")
     assert built.returncode != 0
     assert "Sketchbook location to workflow/firmware" in built.stderr
+
+
+def test_the_page_on_the_bench_has_the_firmwares_numbers():
+    page = (Path(__file__).parents[1] / "docs" / "bench.md").read_text(encoding="utf-8")
+    header = (emulated.FIRMWARE / "peristalsis" / "motion.h").read_text(encoding="utf-8")
+    values = dict(re.findall(r"#define (\w+) \(?([\dL* ]+)\)?", header))
+    number = {name: eval(text.replace("L", ""), {}) for name, text in values.items()}
+    per_turn = number["HALF_STEPS_PER_TURN_NUMERATOR"] / number["HALF_STEPS_PER_TURN_DENOMINATOR"]
+    wavelength_mm = number["WAVELENGTH_UM"] / 1000
+    per_mm = per_turn / (number["WAVES_PER_MOTOR_TURN"] * wavelength_mm)
+    assert per_mm == pytest.approx(HALF_STEPS_PER_MM)
+    for statement in (
+        f"| half-steps a turn of the motor's shaft | {per_turn:.2f} |",
+        f"{number['WAVES_PER_MOTOR_TURN']} turns of the cam shaft a turn of the motor",
+        f"| cam shaft | {wavelength_mm:g} mm a turn |",
+        f"| half-steps a mm of the wave | {per_mm:.2f} |",
+        f"| half-steps a second at 25 mm/s | {25 * per_mm:.0f} |",
+        f"| half-steps a second at most | {number['MAX_RATE']} |",
+        f"{number['MAX_RATE'] / per_mm:.1f} mm/s; a faster wave is refused",
+        f"have to make {25 / wavelength_mm * per_turn:.0f} half-steps/s",
+        f"{number['MAX_RATE'] / per_turn * wavelength_mm:.1f} mm/s)",
+        f"| ramp | {number['DEFAULT_RAMP_UM_S2'] / 1000:g} mm/s² |",
+    ):
+        assert statement in page, statement
