@@ -7,12 +7,6 @@
 
 FIGURES = ["preprocessing", "templates", "detection", "sizing", "negatives", "confusion"]
 TABLES = ["predictions", "detection", "specificity", "sizing", "confusion"]
-REPORT = SCRIPTS.parent / "report"
-
-
-def report_file(name):
-    """Name a file of the report's template relative to the working directory."""
-    return os.path.relpath(REPORT / name)
 
 
 rule draw:
@@ -57,7 +51,7 @@ rule report:
             report_file(name)
             for name in ["report.html.j2", "report.css", "report.js", "paper.yaml"]
         ],
-        schema=os.path.relpath(SCRIPTS.parent / "schemas" / "config.schema.json"),
+        schema=os.path.relpath(SCHEMA),
         script=script("report.py"),
         library=library("report.py"),
     output:
@@ -68,7 +62,7 @@ rule report:
         "../../environment.yml"
     params:
         settings=section(*sorted(config)),
-        template=os.path.relpath(REPORT),
+        template=lambda wildcards, input: os.path.dirname(input.page[0]),
     shell:
         "python {input.script:q} --results results --template {params.template:q}"
         " --schema {input.schema:q} --settings {params.settings:q}"
