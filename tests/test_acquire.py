@@ -20,7 +20,9 @@ from acquisition.errors import (
     WrongBoardError,
 )
 from acquisition.terminal import Progress, Terminal
+from acquisition.usb import UsbPort
 from acquisition.verdict import RunningVerdict
+from capsule.errors import CapsuleError
 from capsule.protocol import Identity
 
 
@@ -146,6 +148,37 @@ def test_no_board_says_what_each_port_answered(bench_of_boards):
     assert "B is in use" in str(reason.value)
     with pytest.raises(BoardNotFoundError, match="plug it in"):
         boards.find("logger", 115200, lambda text: None, [])
+
+
+def plugged(device, serial_number, vid=0x2341):
+    return SimpleNamespace(device=device, vid=vid, pid=0x42, serial_number=serial_number)
+
+
+def test_a_board_is_known_again_under_another_name():
+    mega, other = plugged("ttyACM0", "85"), plugged("ttyACM1", "17")
+    port = UsbPort("ttyACM0", [mega, other])
+    assert port.current_name([plugged("ttyACM0", "85"), other]) == "ttyACM0"
+    assert port.current_name([other]) == "ttyACM0"  # not there: wait for it
+    assert port.current_name([plugged("ttyACM2", "85"), other]) == "ttyACM2"
+
+
+def test_boards_that_look_the_same_are_not_mixed_up():
+    # Clones carry no serial number: only the name tells them apart.
+    first, second = plugged("ttyUSB0", None), plugged("ttyUSB1", None)
+    port = UsbPort("ttyUSB0", [first, second])
+    assert port.current_name([first, second]) == "ttyUSB0"
+    assert UsbPort("socket://there:1", [first]).current_name([first]) == "socket://there:1"
+
+
+def test_a_broken_configuration_is_explained(tmp_path):
+    config = tmp_path / "config.yaml"
+    config.write_text("recording: [")
+    chosen = options.parse(["--recover", "--raw", str(tmp_path), "--config", str(config)])
+    with pytest.raises(AcquisitionError, match=r"config\.yaml is no YAML"):
+        acquire.run.recover(chosen)
+    config.write_text("recording: {sensors: 4}")
+    with pytest.raises(CapsuleError, match=r"config\.yaml cannot be used"):
+        acquire.run.recover(chosen)
 
 
 class Screen(io.StringIO):

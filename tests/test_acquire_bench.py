@@ -209,6 +209,22 @@ def test_reset_of_the_board(logger_bench):
     assert 8 < np.isnan(recording.values[0]).sum() < 20
 
 
+def test_reset_whose_announcement_is_lost(tmp_path):
+    made = LoggerBench(tmp_path)
+    recorder = made.record("--duration", "25")
+    made.run_until_samples(100)
+    made.bench.speed = 1
+    made.cable.spoil = lambda frame: b"" if b"$I" in frame and b"uptime_ms=0" in frame else frame
+    made.cable.press_reset()
+    made.run_until_samples(102)
+    made.bench.speed = None
+    made.run_to_end(recorder)
+    recorder.expect(0, "the board was reset")
+    check_complete(recorder.recording(), made.cable, ended_early=True)
+    check_times(recorder.recording(), tolerance_s=0.106)
+    assert not made.cable.boot_loader_stuck
+
+
 def test_killed_recorder_is_recovered(logger_bench):
     recorder = logger_bench.record("--name", "r01")
     logger_bench.run_until_samples(150)

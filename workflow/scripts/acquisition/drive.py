@@ -101,7 +101,7 @@ class Drive:
                 self._note(arrival)
 
     def _note(self, arrival: Arrival) -> None:
-        self._heard_s = arrival.moment_s
+        self._heard_s = time.monotonic()
         if isinstance(arrival.event, Position):
             self.position = arrival.event
 

@@ -3,12 +3,12 @@
 import contextlib
 import errno
 import os
-import time
 from dataclasses import dataclass
 
 import serial
 from serial.tools import list_ports
 
+from acquisition.clock import elapsed_s
 from acquisition.errors import (
     AcquisitionError,
     BoardNotFoundError,
@@ -31,7 +31,7 @@ if os.name == "posix":
 
 @dataclass(frozen=True)
 class Arrival:
-    """An event and the computer's monotonic clock when it was read."""
+    """An event and the computer's clock when it was read."""
 
     event: Event
     moment_s: float
@@ -78,6 +78,9 @@ class Line:
         LineLostError
             The port went away.
         """
+        if self._put_back:
+            before, self._put_back = self._put_back, []
+            return before
         try:
             if self._serial.timeout != timeout_s:
                 self._serial.timeout = timeout_s
@@ -85,11 +88,10 @@ class Line:
             received = self._serial.read(self._serial.in_waiting or 1)
         except _FAULTS as fault:
             raise LineLostError(str(fault)) from fault
-        moment_s = time.monotonic()
+        moment_s = elapsed_s()
         self.bytes_read += len(received)
         self.first_bytes += received[: 200 - len(self.first_bytes)]
-        before, self._put_back = self._put_back, []
-        return before + [Arrival(event, moment_s) for event in self._parser.feed(received)]
+        return [Arrival(event, moment_s) for event in self._parser.feed(received)]
 
     def put_back(self, arrivals: list[Arrival]) -> None:
         """Have the next `receive` give these first."""

@@ -15,11 +15,16 @@ from acquisition import archive, boards
 from acquisition.drive import Drive, Wave
 from acquisition.errors import AcquisitionError, BoardLostError
 from acquisition.frame_log import FrameLog
+from acquisition.line import Line
+from acquisition.options import PROJECT
 from acquisition.session import Limits, Session, StopRequest
 from acquisition.terminal import Progress, Terminal
+from capsule.configuration import check_configuration
 from capsule.naming import UNLABELLED
 from capsule.protocol import Identity
+from files import read_json
 
+SCHEMA = PROJECT / "workflow" / "schemas" / "config.schema.json"
 JUDGE_EVERY_S = 1.0
 Watcher = Callable[[Progress, list[tuple[int, ...] | None]], None]
 
@@ -31,7 +36,7 @@ def record(options: argparse.Namespace) -> None:
     folder = options.size or UNLABELLED
     final = options.raw / folder / f"{name}.csv"
     archive.check_free(final)
-    settings = yaml.safe_load(options.config.read_text(encoding="utf-8"))
+    settings = _settings(options.config)
     _tell_of_unfinished(options.raw)
     judge = _judge(options, settings)
     wave = Wave(options.speed, options.ramp, options.direction)
@@ -71,7 +76,7 @@ def recover(options: argparse.Namespace) -> None:
     parts = archive.unfinished(options.raw) if everything else [Path(options.recover)]
     if not parts:
         print(f"nothing to recover under {options.raw}")
-    settings = yaml.safe_load(options.config.read_text(encoding="utf-8"))
+    settings = _settings(options.config)
     failed: list[AcquisitionError] = []
     for part in parts:
         try:
@@ -85,6 +90,16 @@ def recover(options: argparse.Namespace) -> None:
         print(f"error: {reason}", file=sys.stderr)
     if failed:
         raise failed[-1]
+
+
+def _settings(config: Path) -> dict:
+    """Read the workflow's configuration, with the workflow's own check."""
+    try:
+        settings = yaml.safe_load(config.read_text(encoding="utf-8"))
+    except yaml.YAMLError as fault:
+        raise AcquisitionError(f"{config} is no YAML: {fault}") from fault
+    check_configuration(settings, read_json(SCHEMA), str(config))
+    return settings
 
 
 def _tell_of_unfinished(raw: Path) -> None:
@@ -101,7 +116,7 @@ def _judge(options: argparse.Namespace, settings: dict) -> Callable[[list, int],
     return RunningVerdict(options.templates, settings["preprocessing"]).judge
 
 
-def _logger(options: argparse.Namespace) -> tuple:
+def _logger(options: argparse.Namespace) -> tuple[Line, Identity]:
     if options.port:
         return boards.connect(options.port, options.baud, "logger")
     skip = [options.drive] if options.drive else []

@@ -6,9 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from types import FrameType
 
-from serial.tools import list_ports
-from serial.tools.list_ports_common import ListPortInfo
-
 from acquisition.archive import PartFile
 from acquisition.boards import connect
 from acquisition.errors import (
@@ -21,6 +18,7 @@ from acquisition.frame_log import FrameLog
 from acquisition.line import Arrival, Line
 from acquisition.terminal import Progress, Terminal
 from acquisition.timeline import MisplacedSampleError, Timeline
+from acquisition.usb import UsbPort
 from capsule.protocol import Acknowledgement, Damaged, Identity, Sample
 
 START_AGAIN_S = 0.5
@@ -98,7 +96,7 @@ class Session:
     ) -> None:
         rate_hz = float(identity.entries["rate_hz"])
         self._line = line
-        self._usb = _usb_identity(line.port)
+        self._port = UsbPort(line.port)
         self._sensors = int(identity.entries["channels"])
         self._full_scale = 2 ** int(identity.entries["adc_bits"]) - 1
         self._part = part
@@ -162,8 +160,9 @@ class Session:
     def _take(self, arrivals: list[Arrival]) -> None:
         if self._full:
             return
+        if arrivals:
+            self._heard_s = time.monotonic()
         for arrival in arrivals:
-            self._heard_s = arrival.moment_s
             match arrival.event:
                 case Damaged() as piece:
                     self._note_damaged(piece)
@@ -252,7 +251,7 @@ class Session:
                 self.ended = self._stop.reason
                 return
             try:
-                self._line, identity = connect(self._current_port(), self._line.baud, "logger")
+                self._line, identity = connect(self._port.current_name(), self._line.baud, "logger")
             except AcquisitionError as reason:
                 if not isinstance(reason, BoardNotFoundError) and str(reason) != told:
                     told = str(reason)
@@ -267,13 +266,6 @@ class Session:
             f"the board at {self._line.port} did not come back within {patience_s:.0f} s "
             "(--patience)"
         )
-
-    def _current_port(self) -> str:
-        """Find the board's port again: plugged back in, USB may give it another name."""
-        if self._usb is None:
-            return self._line.port
-        same = [found for found in list_ports.comports() if _key(found) == self._usb]
-        return same[0].device if len(same) == 1 else self._line.port
 
     def _pause(self) -> None:
         """Pause the board; what it sent before it heard of that is kept."""
@@ -297,15 +289,3 @@ class Session:
     def _tell(self, text: str) -> None:
         self._terminal.note(text)
         self._log.note(text)
-
-
-def _key(found: ListPortInfo) -> tuple[int | None, int | None, str | None]:
-    return found.vid, found.pid, found.serial_number
-
-
-def _usb_identity(port: str) -> tuple[int | None, int | None, str | None] | None:
-    """Tell a board by its USB identity; None where the port is no USB port."""
-    for found in list_ports.comports():
-        if found.device == port and found.vid is not None:
-            return _key(found)
-    return None

@@ -75,7 +75,7 @@ class Timeline:
         sample : Sample
             The sample.
         arrived_s : float
-            The computer's monotonic clock at its arrival.
+            The computer's clock at its arrival.
 
         Raises
         ------
