@@ -23,7 +23,7 @@ from capsule.protocol import VERSION, Acknowledgement, Damaged, Identity, Refusa
 QUIET_S = 2.5
 ASK_EVERY_S = 0.1
 ANSWER_S = 4.0  # one answer in four survives 1 % of noise: forty are enough
-GARBLED_S = 1.0
+GARBLED_S = 1.0  # after so much of that time, silence or garble is one for good
 CONFIRM_S = 0.25
 PURPOSES = {"logger": "record with it (--port)", "peristalsis": "drive the wave with it (--drive)"}
 
@@ -51,6 +51,8 @@ def identify(line: Line, wanted: str) -> Identity:
     others: list[Arrival] = []
     while deadline is None or time.monotonic() < deadline:
         if deadline and time.monotonic() > deadline - ANSWER_S + GARBLED_S:
+            if line.bytes_read == 0:
+                break
             _check_baud(line, frames)
         for arrival in line.receive():
             frames += not isinstance(arrival.event, Damaged)
