@@ -2,8 +2,10 @@
 # inputs and parameters that make exactly what changed run again.
 #
 # takes: config/config.yaml, workflow/schemas/config.schema.json, the names under raw/
-# gives: ARCHIVE, and the functions script, library, section
+# gives: ARCHIVE, the functions script, library, section and content_of_..., and the start of a run:
+#        its lock, and what a killed one left behind
 
+import atexit
 import hashlib
 import json
 import os
@@ -17,6 +19,7 @@ from snakemake.utils import min_version
 min_version("9.10")
 
 SCRIPTS = Path(workflow.basedir) / "workflow" / "scripts"
+SCHEMA = SCRIPTS.parent / "schemas" / "config.schema.json"
 sys.path.insert(0, str(SCRIPTS))
 
 from capsule.configuration import check_configuration
@@ -31,17 +34,17 @@ os.environ.update(PATH=os.pathsep.join([str(Path(sys.executable).parent), *os.ge
 for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
-# Below this a job that failed has most likely failed for want of room.
+# With less room than this no run gets far.
 FULL_DISK_BYTES = 1_000_000
 
 try:
-    schema_text = (SCRIPTS.parent / "schemas" / "config.schema.json").read_text(encoding="utf-8")
     if set("{}") & set(str(workflow.basedir)):
         raise CapsuleError(
             f"{workflow.basedir}: rename this folder; Snakemake cannot work where a name holds "
             "{ or }"
         )
-    check_configuration(config, json.loads(schema_text), "config/config.yaml")
+    schema = json.loads(SCHEMA.read_text(encoding="utf-8"))
+    check_configuration(config, schema, "config/config.yaml")
     ARCHIVE = list_archive(Path("raw"))
 except CapsuleError as error:
     raise WorkflowError(str(error)) from None
@@ -61,6 +64,11 @@ def script(name):
 def library(name):
     """List the library modules that a script imports, so that an edit runs it again."""
     return [os.path.relpath(path) for path in imported_files(SCRIPTS / name)]
+
+
+def report_file(name):
+    """Name a file of the report's template relative to the working directory."""
+    return os.path.relpath(SCRIPTS.parent / "report" / name)
 
 
 def as_parameter(settings):
@@ -111,13 +119,18 @@ def take_run_lock():
         raise WorkflowError(str(error)) from None
 
 
+def free_bytes():
+    """Give the room on the disks that hold the results and Snakemake's own notes."""
+    places = [place for place in (".", "results") if Path(place).exists()]
+    return min(shutil.disk_usage(place).free for place in places)
+
+
 def explain_full_disk():
-    """Say that the disk is full; a job's own log may have found no room for it."""
-    free = [shutil.disk_usage(place).free for place in (".", "results") if Path(place).exists()]
-    if min(free) < FULL_DISK_BYTES:
+    """Say that the disk is full: a job's log, or Snakemake's, may have found no room for it."""
+    if free_bytes() < FULL_DISK_BYTES:
         print(
-            "No space left on the disk. Make room and run the same command again: "
-            "what is finished stays.",
+            f"{free_bytes() / 1e6:.1f} MB are free on the disk: no space left to work with. "
+            "Make room and run the same command again: what is finished stays.",
             file=sys.stderr,
         )
 
@@ -130,7 +143,7 @@ onstart:
     # Kept in a variable, and so held, until this process ends.
     RUN_LOCK = take_run_lock()
     remove_unfinished(Path("results"))
-
-
-onerror:
-    explain_full_disk()
+    # Not onerror: where Snakemake itself finds no room, it ends without calling that.
+    atexit.register(explain_full_disk)
+    if free_bytes() < FULL_DISK_BYTES:
+        raise WorkflowError("no space left on device, nothing was started")

@@ -1,7 +1,7 @@
 """What makes a recording usable, and where its missing samples are."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 
