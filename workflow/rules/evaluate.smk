@@ -24,6 +24,7 @@ rule evaluate:
     params:
         settings=section("evaluation"),
         template_settings=as_parameter(TEMPLATE_SETTINGS),
+        code=content_of_code("evaluate.py"),
     shell:
         "python {input.script:q} --recordings {input.recordings:q} --matrices results/matrices"
         " --fits results/fits --settings {params.settings:q}"
@@ -44,6 +45,8 @@ rule detect:
         "results/logs/detect.log",
     conda:
         "../../environment.yml"
+    params:
+        code=content_of_code("detect.py"),
     shell:
         "python {input.script:q} --recordings {input.recordings:q} --matrices results/matrices"
         " --templates {input.templates:q} --output {output:q} > {log:q} 2>&1"

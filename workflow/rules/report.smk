@@ -32,6 +32,7 @@ rule draw:
         "../../environment.yml"
     params:
         settings=section("recording", "preprocessing", "evaluation"),
+        code=content_of_code("draw.py"),
     shell:
         "python {input.script:q} --raw raw --evaluation results/evaluation"
         " --templates {input.templates:q} --parameters {input.parameters:q}"
@@ -62,6 +63,7 @@ rule report:
         "../../environment.yml"
     params:
         settings=section(*sorted(config)),
+        code=content_of_code("report.py"),
         template=lambda wildcards, input: os.path.dirname(input.page[0]),
     shell:
         "python {input.script:q} --results results --template {params.template:q}"
