@@ -32,6 +32,7 @@ def test_recordings_are_ordered_by_size_then_by_number():
     assert archive.recordings == expected
     assert archive.of_nodules() == ["2.5mm/r1", "3mm/r9", "3mm/r10", "10mm/r1"]
     assert archive.unlabelled() == ["unlabelled/a"]
+    assert archive.labelled() == [*expected[:-1]]
 
 
 @pytest.mark.parametrize(

@@ -4,12 +4,10 @@
 # gives: results/evaluation/{predictions,detection,specificity,sizing,confusion}.csv,
 #        results/detections.csv
 
-LABELLED = [name for name in ARCHIVE.recordings if name not in set(ARCHIVE.unlabelled())]
-
 
 rule evaluate:
     input:
-        matrices=expand("results/matrices/{recording}.npy", recording=LABELLED),
+        matrices=expand("results/matrices/{recording}.npy", recording=ARCHIVE.labelled()),
         fits=expand("results/fits/{recording}.json", recording=ARCHIVE.of_nodules()),
         recordings="results/recordings.csv",
         script=script("evaluate.py"),

@@ -11,7 +11,7 @@ TABLES = ["predictions", "detection", "specificity", "sizing", "confusion"]
 
 rule draw:
     input:
-        raw=expand("raw/{recording}.csv", recording=LABELLED),
+        raw=expand("raw/{recording}.csv", recording=ARCHIVE.labelled()),
         evaluation=expand("results/evaluation/{table}.csv", table=TABLES),
         templates="results/templates.npz",
         parameters="results/templates.json",

@@ -56,6 +56,10 @@ class Archive:
     refused: dict[str, str]
     passed_over: dict[str, str]
 
+    def labelled(self) -> list[str]:
+        """Give the recordings made in a known condition, with or without a nodule."""
+        return [name for name in self.recordings if size_mm(name) is not None]
+
     def of_nodules(self) -> list[str]:
         """Give the recordings made over a nodule of known size."""
         return [name for name in self.recordings if (size_mm(name) or 0.0) > 0.0]
