@@ -86,6 +86,8 @@ def test_records_for_a_duration(logger_bench):
     logger_bench.run_to_end(recorder)
     printed = recorder.expect(0, "300 samples", "no gap", "--duration is over")
     assert "damaged" not in printed
+    assert "warning" not in printed
+    assert "00:30.0 of 00:30.0" in printed
     recording = recorder.recording()
     assert recording.time_s.size == 300
     assert not np.isnan(recording.values).any()
@@ -165,7 +167,7 @@ def test_unplugged_and_plugged_back_in(logger_bench):
     logger_bench.run_until_samples(112)
     bench.speed = None
     logger_bench.run_to_end(recorder)
-    recorder.expect(0, "was unplugged", "is back", "1 gaps", "1 damaged")
+    recorder.expect(0, "was unplugged", "is back", "1 gaps", "1 damaged", "recording.max_gap_s")
     recording = recorder.recording()
     assert recording.time_s.size == 250
     check_complete(recording, cable, ended_early=True)
