@@ -4,12 +4,10 @@
 # gives: results/evaluation/{predictions,detection,specificity,sizing,confusion}.csv,
 #        results/detections.csv
 
-LABELLED = [name for name in ARCHIVE.recordings if name not in set(ARCHIVE.unlabelled())]
-
 
 rule evaluate:
     input:
-        matrices=expand("results/matrices/{recording}.npy", recording=LABELLED),
+        matrices=expand("results/matrices/{recording}.npy", recording=ARCHIVE.labelled()),
         fits=expand("results/fits/{recording}.json", recording=ARCHIVE.of_nodules()),
         recordings="results/recordings.csv",
         script=script("evaluate.py"),
@@ -26,6 +24,7 @@ rule evaluate:
     params:
         settings=section("evaluation"),
         template_settings=as_parameter(TEMPLATE_SETTINGS),
+        code=content_of_code("evaluate.py"),
     shell:
         "python {input.script:q} --recordings {input.recordings:q} --matrices results/matrices"
         " --fits results/fits --settings {params.settings:q}"
@@ -46,6 +45,8 @@ rule detect:
         "results/logs/detect.log",
     conda:
         "../../environment.yml"
+    params:
+        code=content_of_code("detect.py"),
     shell:
         "python {input.script:q} --recordings {input.recordings:q} --matrices results/matrices"
         " --templates {input.templates:q} --output {output:q} > {log:q} 2>&1"

@@ -1,23 +1,17 @@
 # What people look at: the figures, and one page with everything.
 #
-# takes: raw/, results/recordings.csv, results/passed_over.csv, results/templates.{json,npz},
-#        results/evaluation/, results/detections.csv, workflow/report/
+# takes: raw/, results/recordings.csv, results/passed_over.csv, results/fits/,
+#        results/templates.{json,npz}, results/evaluation/, results/detections.csv, workflow/report/
 # gives: results/figures/<figure>{,_column}.{svg,pdf}, results/figures/<figure>.csv,
 #        results/report.html
 
 FIGURES = ["preprocessing", "templates", "detection", "sizing", "negatives", "confusion"]
 TABLES = ["predictions", "detection", "specificity", "sizing", "confusion"]
-REPORT = SCRIPTS.parent / "report"
-
-
-def report_file(name):
-    """Name a file of the report's template relative to the working directory."""
-    return os.path.relpath(REPORT / name)
 
 
 rule draw:
     input:
-        raw=expand("raw/{recording}.csv", recording=LABELLED),
+        raw=expand("raw/{recording}.csv", recording=ARCHIVE.labelled()),
         evaluation=expand("results/evaluation/{table}.csv", table=TABLES),
         templates="results/templates.npz",
         parameters="results/templates.json",
@@ -38,6 +32,7 @@ rule draw:
         "../../environment.yml"
     params:
         settings=section("recording", "preprocessing", "evaluation"),
+        code=content_of_code("draw.py"),
     shell:
         "python {input.script:q} --raw raw --evaluation results/evaluation"
         " --templates {input.templates:q} --parameters {input.parameters:q}"
@@ -53,11 +48,22 @@ rule report:
         evaluation=expand("results/evaluation/{table}.csv", table=TABLES),
         detections="results/detections.csv",
         figures=rules.draw.output,
+        raw=expand("raw/{recording}.csv", recording=ARCHIVE.recordings),
+        fits=expand("results/fits/{recording}.json", recording=ARCHIVE.of_nodules()),
         page=[
             report_file(name)
-            for name in ["report.html.j2", "report.css", "report.js", "paper.yaml"]
+            for name in [
+                "report.html.j2",
+                "report.css",
+                "signals.js",
+                "viewer.js",
+                "recordings.js",
+                "paper.yaml",
+                "vendor/uplot/uPlot.iife.min.js",
+                "vendor/uplot/uPlot.min.css",
+            ]
         ],
-        schema=os.path.relpath(SCRIPTS.parent / "schemas" / "config.schema.json"),
+        schema=os.path.relpath(SCHEMA),
         script=script("report.py"),
         library=library("report.py"),
     output:
@@ -68,8 +74,9 @@ rule report:
         "../../environment.yml"
     params:
         settings=section(*sorted(config)),
-        template=os.path.relpath(REPORT),
+        code=content_of_code("report.py"),
+        template=lambda wildcards, input: os.path.dirname(input.page[0]),
     shell:
-        "python {input.script:q} --results results --template {params.template:q}"
+        "python {input.script:q} --raw raw --results results --template {params.template:q}"
         " --schema {input.schema:q} --settings {params.settings:q}"
         " --code {input.script:q} {input.library:q} --output {output:q} > {log:q} 2>&1"
