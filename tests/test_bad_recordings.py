@@ -38,7 +38,7 @@ def good(tmp_path_factory):
         tmp_path_factory.mktemp("good") / "project", particles=10, iterations=10
     )
     write_archive(project.raw, GOOD, samples=400)
-    run = project.snakemake()
+    run = project.snakemake("results/evaluation/detection.csv", "results/detections.csv")
     assert run.status == 0, run.output
     return project
 
@@ -155,6 +155,19 @@ def test_a_gigabyte_is_rejected_at_once_and_in_little_memory(tmp_path):
     assert "larger than 16 MB" in (tmp_path / "c.json").read_text(encoding="utf-8")
     largest_kilobytes = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
     assert largest_kilobytes < 500_000
+
+
+@pytest.mark.parametrize("recordings", [[], ["0mm/r01", "unlabelled/patient"]], ids=str)
+def test_without_any_usable_nodule_the_run_says_so(tmp_path, recordings):
+    project = Project.create(tmp_path / "project")
+    write_archive(project.raw, recordings, samples=400)
+    (project.raw / "3mm").mkdir()
+    (project.raw / "3mm/bad.csv").touch()
+    run = project.snakemake()
+    assert run.status != 0
+    assert "error: no recording of a nodule can be used" in run.output
+    assert "  rejected: raw/3mm/bad: the file is empty" in run.output
+    assert "Traceback" not in run.output
 
 
 def test_a_folder_that_snakemake_cannot_work_in_is_refused(good, tmp_path):
