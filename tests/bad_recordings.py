@@ -395,7 +395,7 @@ NO_FILES = [
     Case(
         "a pipe",
         "3mm/pipe.csv",
-        os.mkfifo,
+        lambda path: os.mkfifo(path),
         "no file with content, but a pipe or a device",
     ),
     Case(

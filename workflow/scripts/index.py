@@ -21,7 +21,7 @@ def rows_of(raw: Path, checks: Path) -> Iterator[dict]:
             print(f"{name}: came while the workflow ran; run it again to take it in")
             continue
         check = files.read_json(check_file)
-        check["source"] = displayed(check["header"].get("source", ""))
+        check["source"] = as_text(check["header"].get("source", ""))
         if check["status"] == "accepted":
             # The readings, not the bytes: other line ends or headers make no other recording.
             original = first_with.setdefault(check["readings_sha256"], name)
@@ -31,6 +31,12 @@ def rows_of(raw: Path, checks: Path) -> Iterator[dict]:
     for path, reason in archive.refused.items():
         row = dict.fromkeys(COLUMNS) | {"recording": path, "status": "rejected", "reason": reason}
         yield row | {"size_mm": folder_size_mm(path.partition("/")[0])}
+
+
+def as_text(untrusted: str) -> str:
+    """Write what a header says so that a spreadsheet shows it and does not compute it."""
+    shown = displayed(untrusted)
+    return f" {shown}" if shown.startswith(("=", "+", "-", "@")) else shown
 
 
 def copy_of(original: str, name: str) -> str:
