@@ -53,7 +53,7 @@ def main() -> None:
     columns = ["recording", "size_mm", *key, "predicted_mm", *labels]
     files.write_csv(folder / "predictions.csv", columns, rows)
     for name, table in evaluation.tables(rows, templates.sizes_mm, **settings).items():
-        files.write_csv(folder / f"{name}.csv", list(table[0]), table)
+        files.write_csv(folder / f"{name}.csv", evaluation.COLUMNS[name], table)
 
 
 if __name__ == "__main__":
