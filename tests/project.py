@@ -77,8 +77,8 @@ class Project:
     ) -> "Run":
         """Call snakemake as a user does, with more environment variables where given."""
         command = [sys.executable, "-m", "snakemake", f"-c{cores}", *arguments]
-        # Warnings are errors in the jobs too, as they are in the tests.
-        strict = {"PYTHONPATH": "", "PYTHONWARNINGS": "error"}
+        # Warnings are errors in the jobs too, but for files that Snakemake leaves to be closed.
+        strict = {"PYTHONPATH": "", "PYTHONWARNINGS": "error,ignore::ResourceWarning"}
         variables = {**os.environ, **strict, **(environment or {})}
         done = subprocess.run(
             command, cwd=self.folder, env=variables, capture_output=True, text=True, check=False
