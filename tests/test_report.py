@@ -3,7 +3,7 @@
 import pandas as pd
 import pytest
 
-from capsule.report import answers, context, provenance, tables, words
+from capsule.report import answers, overview, provenance, tables, words
 from capsule.report.page import render_page
 
 UNKNOWN = float("nan")
@@ -148,7 +148,7 @@ def test_the_overview_lists_what_was_not_used():
         }
     )
     passed_over = pd.DataFrame({"path": ["notes.txt"], "reason": ["not a .csv file"]})
-    found = context.overview(index, passed_over)
+    found = overview.overview(index, passed_over)
     assert found["origin"]["kind"] == "recorded"
     assert (found["accepted"], found["unlabelled"]) == (3, 1)
     assert found["by_size"] == [{"size": "no nodule", "count": 1}, {"size": "2.5 mm", "count": 1}]

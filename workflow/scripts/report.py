@@ -86,7 +86,7 @@ def main() -> None:
     index = pd.read_csv(results / "recordings.csv")
     detections = pd.read_csv(results / "detections.csv")
     verdicts = recordings.verdicts_by_recording(evaluation.predictions, detections)
-    code = {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in arguments.code}
+    code = {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in arguments.code}
     said = judged.judgement(evaluation, index, verdicts, settings, printed)
     rows = {row["recording"]: row for row in said["recordings"]}
     page = {
