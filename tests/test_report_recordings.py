@@ -106,8 +106,8 @@ def test_the_summary_says_what_is_found_and_the_false_alarms(printed):
     (result,) = judged.results_of(evaluation, SETTINGS, printed["sizing_tolerance_mm"])
     text = cards.summary("simulated", 17, result["cards"], SETTINGS["evaluation"])
     assert text.startswith("On 17 simulated recordings, nodules of 3 mm and larger are reliably")
-    assert "where there is none, one is reported in 25 % of the runs" in text
-    assert "within 1 mm in 84.6 %" in text
+    assert "a nodule is reported in 25 % of the runs without one" in text
+    assert "within 1 mm in 84.6 % of the runs with a nodule" in text
 
 
 def test_every_answer_has_the_papers_beside_it(printed):

@@ -117,10 +117,11 @@ def summary(origin: str, accepted: int, cards: Sequence[Mapping], settings: Mapp
         found = f"{on}, nodules of {smallest['answer']} and larger are reliably found"
     if words.is_known(healthy["value"]):
         share = words.percent(1 - healthy["value"])
-        found += f"; where there is none, one is reported in {share} of the runs"
+        found += f"; a nodule is reported in {share} of the runs without one"
     if words.is_known(by_id["within"]["value"]):
         tolerance = f"{settings['tolerance_mm']:g} mm"
-        found += f". The size is right within {tolerance} in {by_id['within']['answer']}"
+        share = by_id["within"]["answer"]
+        found += f". The size is right within {tolerance} in {share} of the runs with a nodule"
     return found + "."
 
 
