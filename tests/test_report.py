@@ -99,6 +99,10 @@ def test_the_configuration_is_compared_with_the_paper():
     assert [row["differs"] for row in rows] == [True, False, False]
     assert rows[0]["value"] == "500" and rows[0]["paper"] == "2000"
     assert rows[1]["value"] == "0.001 to 1.5"
+    assert provenance.differences(rows) == (
+        "Different from the paper: fit.particles is 500 instead of 2000."
+    )
+    assert provenance.differences(rows[1:]).startswith("Every number that the paper gives")
 
 
 def test_the_combined_checksum_is_of_sorted_lines():
@@ -123,6 +127,8 @@ def test_the_combined_checksum_is_of_sorted_lines():
         (words.enumerate_words(["1", "2", "3"]), "1, 2 and 3"),
         (words.plural(1, "recording"), "1 recording"),
         (words.plural(1200, "recording"), "1 200 recordings"),
+        (words.duration(0.04), "under 0.1 s"),
+        (words.duration(4.21), "4.2 s"),
         (words.duration(81.4), "1 min 21 s"),
         (words.duration(7500), "2 h 5 min"),
     ],
