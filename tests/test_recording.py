@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from capsule.errors import RecordingError
-from capsule.recording import Recording, format_recording, format_sample, read_recording
+from capsule.recording import Recording, format_recording, format_sample, read_recording, source_of
 from synthetic import make_recording
 
 BARE = b"time_s,sensor_1,sensor_2\n0,512,500\n0.1,513,501\n"
@@ -141,6 +141,13 @@ def test_no_bytes_crash_the_reader(content):
         assert str(error)
     else:
         assert recording.values.shape == (2, recording.time_s.size)
+
+
+def test_a_simulated_recording_says_which_version_and_seed_made_it():
+    header = {"source": "simulated phantom", "simulator_version": "2", "simulator_seed": "1"}
+    assert source_of(header) == "simulated phantom, version 2, seed 1"
+    assert source_of({"source": "bench 2"}) == "bench 2"
+    assert source_of({}) == ""
 
 
 def test_counts_are_written_as_whole_numbers():

@@ -7,6 +7,7 @@ from pathlib import Path
 import files
 from capsule.errors import CapsuleError
 from capsule.naming import as_cell, folder_size_mm, reason_of_copy
+from capsule.recording import source_of
 
 COLUMNS = ["recording", "size_mm", "samples", "duration_s", "status", "reason", "sha256", "source"]
 
@@ -21,7 +22,7 @@ def rows_of(raw: Path, checks: Path) -> Iterator[dict]:
             print(f"{name}: came while the workflow ran; run it again to take it in")
             continue
         check = files.read_json(check_file)
-        check["source"] = as_cell(check["header"].get("source", ""))
+        check["source"] = as_cell(source_of(check["header"]))
         if check["status"] == "accepted":
             # The readings, not the bytes: other line ends or headers make no other recording.
             original = first_with.setdefault(check["readings_sha256"], name)

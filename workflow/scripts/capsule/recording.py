@@ -47,6 +47,15 @@ class Recording:
     header: Mapping[str, str] = field(default_factory=dict)
 
 
+def source_of(header: Mapping[str, str]) -> str:
+    """Say where a recording comes from; of a simulated one also which version and seed made it."""
+    named = [header.get("source", "")]
+    for key in ("version", "seed"):
+        if f"simulator_{key}" in header:
+            named.append(f"{key} {header[f'simulator_{key}']}")
+    return ", ".join(part for part in named if part)
+
+
 def column_names(sensors: int) -> list[str]:
     """Give the required columns of a recording of that many sensors."""
     return ["time_s", *(f"sensor_{s}" for s in range(1, sensors + 1))]
