@@ -1,7 +1,7 @@
 """One nodule passes all sensors in turn: the place and speed where their beats agree on it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -25,9 +25,9 @@ class Passage:
         When the first sensor passes it, in samples from the recording's start.
     lag_samples : float
         Mean time from sensor to sensor, in samples.
-    variation : float
-        Standard deviation of the depth over the whole run, mean over the sensors, in usual depths;
-        it belongs to no place, and says most about the size.
+    level_spread, depth_spread, shape_spread : float
+        Standard deviation of the channels over the whole run, mean over the sensors, in usual
+        depths; they belong to no place, and say much about the size.
     """
 
     evidence: float
@@ -37,10 +37,12 @@ class Passage:
     location_mm: float
     location_samples: float
     lag_samples: float
-    variation: float
+    level_spread: float
+    depth_spread: float
+    shape_spread: float
 
 
-UNKNOWN = Passage(*[float("nan")] * 8)
+UNKNOWN = Passage(*[float("nan")] * len(fields(Passage)))
 
 
 def standardised_beats(
@@ -171,5 +173,7 @@ def _describe(
         averages += beats.channels[:, sensor] @ presence / (presence.sum() + dwell)
     averages /= behind_mm.size
     moment = float(beats.centre[np.abs(head_mm - place).argmin()])
-    variation = float(beats.channels[CHANNELS.index("depth")].std(axis=1).mean())
-    return Passage(evidence, *map(float, averages), place, moment, pitch_mm / speed, variation)
+    spreads = beats.channels.std(axis=2).mean(axis=1)
+    return Passage(
+        evidence, *map(float, averages), place, moment, pitch_mm / speed, *map(float, spreads)
+    )
