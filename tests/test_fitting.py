@@ -52,11 +52,11 @@ def test_a_fit_equals_the_literal_algorithm(sensors, length):
 
 def test_the_fast_rendering_equals_the_plain_one():
     renderer = ParticleRenderer(sensors=4, length=1000, first_peak=150, space=PAPER)
-    drawn = np.empty((4, 1000))
-    for vector in PAPER.draw(20, 4, generator(1, "renderer")):
-        renderer.draw_into(vector, drawn)
-        expected = render(Particle.from_vector(vector), 150, 1000)
-        np.testing.assert_allclose(drawn, expected, atol=1e-14)
+    vectors = PAPER.draw(20, 4, generator(1, "renderer"))
+    drawn = np.empty((20, 4, 1000))
+    renderer.draw_into(vectors, drawn)
+    expected = [render(Particle.from_vector(vector), 150, 1000) for vector in vectors]
+    np.testing.assert_allclose(drawn, expected, atol=1e-14)
 
 
 def test_a_fit_finds_a_particle_that_is_hidden_in_the_data():
