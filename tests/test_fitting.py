@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 import literal
+from capsule import fitting
 from capsule.fitting import ParticleRenderer, fit_particle
 from capsule.particles import ParameterSpace, Particle, render
 from capsule.preprocessing import preprocess
@@ -48,6 +49,19 @@ def test_a_fit_equals_the_literal_algorithm(sensors, length):
     assert fit.rmse_initial == pytest.approx(initial, abs=1e-9)
     assert fit.rmse == pytest.approx(smallest, abs=1e-9)
     assert fit.accepted_moves == accepted > 0
+
+
+@pytest.mark.parametrize("at_once", [1, 2, 3, 50])
+def test_how_many_particles_are_compared_at_once_changes_no_fit(monkeypatch, at_once):
+    values = make_recording(3.0, "3mm/r01").values
+    matrix = preprocess(values, window=84, threshold=1.0, length=1000)
+    settings = {"particles": 21, "iterations": 47, "first_peak": 150, "space": PAPER}
+    expected = fit_particle(matrix, generator(1, "at once"), **settings)
+    monkeypatch.setattr(fitting, "AT_ONCE", at_once)
+    fit = fit_particle(matrix, generator(1, "at once"), **settings)
+    np.testing.assert_array_equal(fit.particle.to_vector(), expected.particle.to_vector())
+    assert (fit.lag, fit.rmse) == (expected.lag, expected.rmse)
+    assert fit.accepted_moves == expected.accepted_moves > 2
 
 
 def test_the_fast_rendering_equals_the_plain_one():
