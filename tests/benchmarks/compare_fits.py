@@ -29,7 +29,12 @@ import numpy as np  # noqa: E402
 import scipy.signal  # noqa: E402
 import yaml  # noqa: E402
 
-from capsule.fitting import AT_ONCE, ParticleRenderer, compare_vectors, fit_particle  # noqa: E402
+from capsule.fitting import (  # noqa: E402
+    CANDIDATES_AT_ONCE,
+    ParticleRenderer,
+    compare_vectors,
+    fit_particle,
+)
 from capsule.particles import ParameterSpace, Particle, render  # noqa: E402
 from capsule.preprocessing import preprocess  # noqa: E402
 from capsule.recording import read_recording  # noqa: E402
@@ -128,12 +133,12 @@ def compare_with(method: object, matrix: np.ndarray, vectors: np.ndarray) -> lis
 def ours(matrix: np.ndarray, vectors: np.ndarray) -> list[tuple]:
     """Render and compare every particle as a fit does."""
     sensors, length = matrix.shape
-    comparison = SlidingComparison(matrix, AT_ONCE)
+    comparison = SlidingComparison(matrix, CANDIDATES_AT_ONCE)
     renderer = ParticleRenderer(sensors, length, COUNTS["first_peak"], SPACE)
     energy = float(np.sum(matrix**2))
     results = []
-    for start in range(0, len(vectors), AT_ONCE):
-        group = vectors[start : start + AT_ONCE]
+    for start in range(0, len(vectors), CANDIDATES_AT_ONCE):
+        group = vectors[start : start + CANDIDATES_AT_ONCE]
         gains, lags = compare_vectors(group, renderer, comparison)
         distances = np.sqrt((energy - gains) / (3 * matrix.size))
         results.extend(zip(distances.tolist(), lags.tolist(), strict=True))
