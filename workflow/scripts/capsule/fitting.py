@@ -1,10 +1,10 @@
 """The particle that is most similar to a recording (eq. initalParticleindex to eq. Theta*).
 
-What makes a fit fast: (1) one cross-correlation by FFT, no longer than recording and particle
-need, gives all lags; (2) Delta mu and sigma^hor are integers, so every profile along time is a
-slice of one row of a small table; (3) the random numbers are drawn at once, every large array is
-made once; (4) gains are compared, not RMSEs; (5) calls and FFTs serve 16 candidates at a time, or 8
-proposals on the guess that none is accepted: what follows an accepted one is made again.
+What makes a fit fast: (1) one cross-correlation by FFT, no longer than needed, gives all lags;
+(2) Delta mu and sigma^hor are integers, so every profile along time is a slice of a small table;
+(3) random numbers are drawn at once, large arrays made once; (4) gains are compared, not RMSEs;
+(5) calls and FFTs serve 16 candidates at a time, or 8 proposals on the guess that none is
+accepted: what follows an accepted one is made again.
 """
 
 from dataclasses import dataclass
