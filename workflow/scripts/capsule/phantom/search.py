@@ -81,13 +81,20 @@ class Generation:
         The parameters of each candidate; the first is the centre of the cloud.
     losses
         What each gave.
-    centre
-        The parameters at the centre of the cloud that follows.
+    free
+        What is searched for.
+    cloud
+        Where to look next.
     """
 
     values: list[dict[str, float]]
     losses: list[float]
-    centre: dict[str, float]
+    free: Sequence[FreeParameter]
+    cloud: Cloud
+
+    def next_candidates(self, generator: np.random.Generator, count: int) -> list[dict[str, float]]:
+        """Draw candidates from the cloud that follows; the first is its centre."""
+        return [values_at(self.free, place) for place in self.cloud.draw(generator, count)]
 
 
 def evolve(
@@ -125,7 +132,7 @@ def evolve(
         values = [values_at(free, place) for place in places]
         losses = list(losses_of(values, number))
         cloud = cloud.moved(places, losses, rate)
-        yield Generation(values, losses, values_at(free, cloud.centre))
+        yield Generation(values, losses, free, cloud)
 
 
 def values_at(parameters: Sequence[FreeParameter], places: np.ndarray) -> dict[str, float]:
