@@ -8,13 +8,13 @@ include: "workflow/rules/common.smk"
 include: "workflow/rules/preprocess.smk"
 include: "workflow/rules/fit.smk"
 include: "workflow/rules/evaluate.smk"
+include: "workflow/rules/report.smk"
 
 
 rule all:
     default_target: True
     input:
-        "results/detections.csv",
-        "results/evaluation/detection.csv",
+        "results/report.html",
 
 
 onsuccess:

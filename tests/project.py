@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 
 import yaml
@@ -42,6 +43,11 @@ class Project:
         project = cls(folder)
         project.raw.mkdir()
         project.configure(fit=fit)
+        # The plain log names every job that ran; the progress bars do not.
+        profile = folder / "profiles/default/config.yaml"
+        settings = yaml.safe_load(profile.read_text(encoding="utf-8"))
+        settings.pop("logger")
+        profile.write_text(yaml.safe_dump(settings), encoding="utf-8")
         return project
 
     def copy(self, folder: Path, *, keep_times: bool = True) -> "Project":
@@ -66,12 +72,14 @@ class Project:
         with (self.folder / file).open("a", encoding="utf-8") as stream:
             stream.write(text)
 
-    def snakemake(self, *arguments: str, cores: int = 2) -> "Run":
-        """Call snakemake as a user does."""
+    def snakemake(
+        self, *arguments: str, cores: int = 2, environment: Mapping[str, str] | None = None
+    ) -> "Run":
+        """Call snakemake as a user does, with more environment variables where given."""
         command = [sys.executable, "-m", "snakemake", f"-c{cores}", *arguments]
-        environment = {**os.environ, "PYTHONPATH": ""}
+        variables = {**os.environ, "PYTHONPATH": "", **(environment or {})}
         done = subprocess.run(
-            command, cwd=self.folder, env=environment, capture_output=True, text=True, check=False
+            command, cwd=self.folder, env=variables, capture_output=True, text=True, check=False
         )
         return Run(done.returncode, done.stdout + done.stderr)
 

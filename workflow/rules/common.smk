@@ -16,6 +16,7 @@ from snakemake.utils import min_version
 min_version("9.10")
 
 SCRIPTS = Path(workflow.basedir) / "workflow" / "scripts"
+SCHEMA = SCRIPTS.parent / "schemas" / "config.schema.json"
 sys.path.insert(0, str(SCRIPTS))
 
 from capsule.configuration import check_configuration
@@ -30,8 +31,8 @@ for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
 try:
-    schema_text = (SCRIPTS.parent / "schemas" / "config.schema.json").read_text(encoding="utf-8")
-    check_configuration(config, json.loads(schema_text), "config/config.yaml")
+    schema = json.loads(SCHEMA.read_text(encoding="utf-8"))
+    check_configuration(config, schema, "config/config.yaml")
     ARCHIVE = list_archive(Path("raw"))
 except CapsuleError as error:
     raise WorkflowError(str(error)) from None
@@ -51,6 +52,11 @@ def script(name):
 def library(name):
     """List the library modules that a script imports, so that an edit runs it again."""
     return [os.path.relpath(path) for path in imported_files(SCRIPTS / name)]
+
+
+def report_file(name):
+    """Name a file of the report's template relative to the working directory."""
+    return os.path.relpath(SCRIPTS.parent / "report" / name)
 
 
 def as_parameter(settings):

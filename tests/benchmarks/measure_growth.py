@@ -1,0 +1,124 @@
+"""What a run costs as the archive grows: parse, dry run, cold run, no-op, one recording more.
+
+    python tests/benchmarks/measure_growth.py --recordings 120 1200
+    python tests/benchmarks/measure_growth.py --recordings 12000 --particles 20 --iterations 20
+
+Each archive is simulated in a temporary copy of the project. With --bare, the same commands run
+once more under `xargs` without Snakemake, stage after stage.
+"""
+
+import argparse
+import os
+import platform
+import resource
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
+
+from project import Project  # noqa: E402
+
+STAGES = ["preprocess", "index", "fit", "average", "evaluate", "detect", "draw", "report"]
+SIZES = ["0", "1", "2", "3", "4", "5"]
+
+
+def make_project(folder: Path, recordings: int, fit: dict[str, int]) -> Project:
+    """Copy the project and simulate an archive of six sizes."""
+    project = Project.create(folder, **fit)
+    simulate(project, recordings // len(SIZES))
+    return project
+
+
+def simulate(project: Project, runs: int, sizes: list[str] = SIZES, seed: int = 1) -> None:
+    """Add simulated recordings to a project."""
+    command = [sys.executable, str(ROOT / "workflow/scripts/simulate.py"), "--force"]
+    command += ["--out", str(project.raw), "--runs", str(runs), "--seed", str(seed)]
+    subprocess.run([*command, "--sizes", *sizes], check=True, capture_output=True)
+
+
+def seconds_of(project: Project, *arguments: str, cores: int) -> float:
+    """Time a call of snakemake; it must succeed."""
+    start = time.perf_counter()
+    run = project.snakemake(*arguments, cores=cores)
+    elapsed = time.perf_counter() - start
+    if run.status != 0:
+        raise SystemExit(f"snakemake failed:\n{run.output[-3000:]}")
+    return elapsed
+
+
+def bare_seconds(project: Project, cores: int) -> float:
+    """Time the same commands under xargs, each stage after the one before."""
+    summary = subprocess.run(
+        [sys.executable, "-m", "snakemake", "--detailed-summary", "-c1"],
+        cwd=project.folder, capture_output=True, text=True, check=True,
+    ).stdout  # fmt: skip
+    rows = [line.split("\t") for line in summary.splitlines()]
+    columns = {name: index for index, name in enumerate(rows[0])}
+    commands: dict[str, dict[str, None]] = {stage: {} for stage in STAGES}
+    for row in rows[1:]:
+        commands.setdefault(row[columns["rule"]], {})[row[columns["shellcmd"]]] = None
+    shutil.rmtree(project.results)
+    for stage_commands in commands.values():
+        for command in stage_commands:
+            for target in command.split(" > ")[1:]:
+                log = project.folder / target.split()[0]
+                log.parent.mkdir(parents=True, exist_ok=True)
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ["PATH"]])
+    environment = {**os.environ, "PATH": path, "OPENBLAS_NUM_THREADS": "1"}
+    start = time.perf_counter()
+    for stage_commands in commands.values():
+        subprocess.run(
+            ["xargs", "-0", "-P", str(cores), "-I{}", "bash", "-c", "{}"],
+            input="\0".join(stage_commands), cwd=project.folder, env=environment, text=True,
+            check=True,
+        )  # fmt: skip
+    return time.perf_counter() - start
+
+
+def main() -> None:
+    """Measure and print one row an archive."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--recordings", type=int, nargs="+", default=[120])
+    parser.add_argument("--particles", type=int, default=2000, help="N of the fit")
+    parser.add_argument("--iterations", type=int, default=2000, help="M of the fit")
+    parser.add_argument("--cores", type=int, default=2)
+    parser.add_argument("--bare", action="store_true", help="also without Snakemake, by xargs")
+    arguments = parser.parse_args()
+    fit = {"particles": arguments.particles, "iterations": arguments.iterations}
+    print(f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}")
+    print(f"-c{arguments.cores}, N = {fit['particles']}, M = {fit['iterations']}\n")
+    names = ["parse", "dry run", "cold run", "a recording", "no-op", "one more", "largest process"]
+    names += ["bare", "cold / bare"] if arguments.bare else []
+    print("| recordings | " + " | ".join(names) + " |\n" + "|---:" * (len(names) + 1) + "|")
+    for recordings in arguments.recordings:
+        with tempfile.TemporaryDirectory() as temporary:
+            project = make_project(Path(temporary) / "project", recordings, fit)
+            cores = arguments.cores
+            parse = seconds_of(project, "--list-rules", cores=cores)
+            dry = seconds_of(project, "--dry-run", "--quiet", cores=cores)
+            cold = seconds_of(project, cores=cores)
+            nothing = seconds_of(project, cores=cores)
+            extra = project.raw / "3mm" / "one-more.csv"
+            simulate(project, 1, ["3"], seed=2)
+            shutil.move(project.raw / "3mm" / "r01.csv", extra)
+            simulate(project, 1, ["3"], seed=1)
+            more = seconds_of(project, cores=cores)
+            memory = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
+            cells = [f"{parse:.1f} s", f"{dry:.1f} s", f"{cold:.1f} s"]
+            cells += [f"{1000 * cold / recordings:.0f} ms", f"{nothing:.1f} s", f"{more:.1f} s"]
+            cells.append(f"{memory:.0f} MB")
+            if arguments.bare:
+                extra.unlink()
+                seconds_of(project, cores=cores)
+                bare = bare_seconds(project, cores)
+                cells += [f"{bare:.1f} s", f"{cold / bare:.2f}"]
+            print(f"| {recordings:,} | " + " | ".join(cells) + " |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,69 @@
+# What people look at: the figures, and one page with everything.
+#
+# takes: raw/, results/recordings.csv, results/passed_over.csv, results/templates.{json,npz},
+#        results/evaluation/, results/detections.csv, workflow/report/
+# gives: results/figures/<figure>{,_column}.{svg,pdf}, results/figures/<figure>.csv,
+#        results/report.html
+
+FIGURES = ["preprocessing", "templates", "detection", "sizing", "negatives", "confusion"]
+TABLES = ["predictions", "detection", "specificity", "sizing", "confusion"]
+
+
+rule draw:
+    input:
+        raw=expand("raw/{recording}.csv", recording=LABELLED),
+        evaluation=expand("results/evaluation/{table}.csv", table=TABLES),
+        templates="results/templates.npz",
+        parameters="results/templates.json",
+        paper=report_file("paper.yaml"),
+        script=script("draw.py"),
+        library=library("draw.py"),
+    output:
+        expand(
+            "results/figures/{figure}{width}.{kind}",
+            figure=FIGURES,
+            width=["", "_column"],
+            kind=["svg", "pdf"],
+        ),
+        expand("results/figures/{figure}.csv", figure=FIGURES),
+    log:
+        "results/logs/draw.log",
+    conda:
+        "../../environment.yml"
+    params:
+        settings=section("recording", "preprocessing", "evaluation"),
+    shell:
+        "python {input.script:q} --raw raw --evaluation results/evaluation"
+        " --templates {input.templates:q} --parameters {input.parameters:q}"
+        " --paper {input.paper:q} --settings {params.settings:q} --output results/figures"
+        " > {log:q} 2>&1"
+
+
+rule report:
+    input:
+        recordings="results/recordings.csv",
+        passed_over="results/passed_over.csv",
+        parameters="results/templates.json",
+        evaluation=expand("results/evaluation/{table}.csv", table=TABLES),
+        detections="results/detections.csv",
+        figures=rules.draw.output,
+        page=[
+            report_file(name)
+            for name in ["report.html.j2", "report.css", "report.js", "paper.yaml"]
+        ],
+        schema=os.path.relpath(SCHEMA),
+        script=script("report.py"),
+        library=library("report.py"),
+    output:
+        "results/report.html",
+    log:
+        "results/logs/report.log",
+    conda:
+        "../../environment.yml"
+    params:
+        settings=section(*sorted(config)),
+        template=lambda wildcards, input: os.path.dirname(input.page[0]),
+    shell:
+        "python {input.script:q} --results results --template {params.template:q}"
+        " --schema {input.schema:q} --settings {params.settings:q}"
+        " --code {input.script:q} {input.library:q} --output {output:q} > {log:q} 2>&1"

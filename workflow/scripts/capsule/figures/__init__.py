@@ -1,0 +1,1 @@
+"""The figures: arrays and tables in, a matplotlib figure out."""

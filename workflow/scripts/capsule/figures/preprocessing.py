@@ -1,0 +1,201 @@
+"""The pre-processing figure: signal, envelope and matrix of a run without and with a nodule."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from capsule.figures.contours import contour_levels, draw_matrix
+from capsule.figures.style import (
+    COLUMN_WIDTH_IN,
+    INK,
+    PAGE_WIDTH_IN,
+    figure_style,
+    say_nothing_to_show,
+    sensor_line,
+)
+from capsule.preprocessing import normalize, rectify, rms_envelope
+
+
+@dataclass(frozen=True)
+class Example:
+    """One run on its way from readings to matrix.
+
+    Attributes
+    ----------
+    recording : str
+        Its name, such as ``3mm/r07``.
+    title : str
+        What it is, such as ``3 mm nodule``.
+    time_s : (K,) array
+        Time of each sample in seconds, from 0.
+    values : (S, K) array
+        The readings; NaN where a sample is missing.
+    envelope : (S, K) array
+        RMS envelope of the normalized readings, in standard deviations.
+    matrix : (S, K) array
+        The first K columns of the matrix V: those that stand for samples.
+    """
+
+    recording: str
+    title: str
+    time_s: np.ndarray
+    values: np.ndarray
+    envelope: np.ndarray
+    matrix: np.ndarray
+
+
+def make_example(
+    recording: str,
+    title: str,
+    values: np.ndarray,
+    *,
+    rate_hz: float,
+    window: int,
+    threshold: float,
+) -> Example:
+    """Take a run through the stages of pre-processing and keep each of them.
+
+    Parameters
+    ----------
+    recording, title : str
+        Its name, and what it is.
+    values : (S, K) array
+        The accepted readings on an even grid in time.
+    rate_hz : float
+        Sampling rate in Hz.
+    window : int
+        W, window of the envelope in samples.
+    threshold : float
+        c, in standard deviations.
+
+    Returns
+    -------
+    Example
+    """
+    envelope = rms_envelope(normalize(values), window)
+    time_s = np.arange(values.shape[1]) / rate_hz
+    return Example(recording, title, time_s, values, envelope, rectify(envelope, threshold))
+
+
+def typical_recording(energy: Mapping[str, float]) -> str | None:
+    """Choose the recording in the middle, so that the figure shows no lucky one.
+
+    Parameters
+    ----------
+    energy : mapping of str to float
+        By the recording's name, its distance to the zero template.
+
+    Returns
+    -------
+    str or None
+        The lower median; of equal ones the first by name; None where there is no recording.
+    """
+    ordered = sorted(energy, key=lambda name: (energy[name], name))
+    return ordered[(len(ordered) - 1) // 2] if ordered else None
+
+
+def example_table(examples: Sequence[Example | None]) -> pd.DataFrame:
+    """Lay out what the figure shows as a table, one row a sample."""
+    columns = ["recording", "time_s"]
+    frames = []
+    for example in filter(None, examples):
+        frame = pd.DataFrame({"recording": example.recording, "time_s": example.time_s})
+        for name in ("values", "envelope", "matrix"):
+            label = "reading" if name == "values" else name
+            for sensor, row in enumerate(getattr(example, name), start=1):
+                frame[f"{label}_{sensor}"] = row
+        frames.append(frame)
+    return pd.concat(frames, ignore_index=True) if frames else pd.DataFrame(columns=columns)
+
+
+def draw_preprocessing(
+    examples: Sequence[Example | None], threshold: float, width_in: float = PAGE_WIDTH_IN
+) -> Figure:
+    """Draw the stages of pre-processing (eq. normalization to eq. extended), a column a run.
+
+    Parameters
+    ----------
+    examples : sequence of Example or None
+        The runs side by side; None where the archive holds no such run.
+    threshold : float
+        c, drawn over the envelopes, in standard deviations.
+    width_in : float
+        Width of the figure in inches.
+
+    Returns
+    -------
+    Figure
+    """
+    known = [example for example in examples if example is not None]
+    highest = max((float(np.max(example.matrix)) for example in known), default=0.0)
+    tallest = max((float(np.nanmax(example.envelope)) for example in known), default=1.0)
+    levels = contour_levels(highest)
+    narrow = width_in <= COLUMN_WIDTH_IN
+    with figure_style():
+        figure = Figure(figsize=(width_in, 4.4 if narrow else 4.7), layout="constrained")
+        grid = figure.subplots(3, len(examples), squeeze=False, height_ratios=[1.15, 1, 1])
+        filled = None
+        for column, example in enumerate(examples):
+            signal, envelope, matrix = grid[:, column]
+            letter = chr(ord("A") + column)
+            if example is None:
+                for axes in (signal, envelope, matrix):
+                    say_nothing_to_show(axes, "no such recording")
+                continue
+            signal.set_title(f"({letter}) {example.title}" + ("" if narrow else ": readings"))
+            _draw_signals(signal, example)
+            _draw_envelopes(envelope, example, threshold, tallest)
+            drawn = draw_matrix(matrix, example.matrix, example.time_s, levels)
+            filled = drawn or filled
+            matrix.set_xlabel("time (s)")
+            if not narrow:
+                envelope.set_title("RMS envelope and threshold")
+                matrix.set_title("matrix")
+        grid[0, 0].set_ylabel("readings")
+        grid[1, 0].set_ylabel("envelope (SD)")
+        grid[2, 0].set_ylabel("sensor")
+        if filled is not None:
+            bar = figure.colorbar(filled, ax=grid[2, :].tolist(), aspect=9, pad=0.01)
+            bar.set_label("height (SD)")
+            bar.outline.set_linewidth(0.4)
+        _add_legend(figure, known, threshold)
+    return figure
+
+
+def _draw_signals(axes: Axes, example: Example) -> None:
+    """Draw the readings one sensor below the other, all to one scale."""
+    centred = example.values - np.nanmedian(example.values, axis=1, keepdims=True)
+    distance = float(np.nanmax(centred) - np.nanmin(centred)) * 0.75
+    sensors = len(centred)
+    for sensor, row in enumerate(centred):
+        line = sensor_line(sensor) | {"linestyle": "-", "linewidth": 0.6}
+        axes.plot(example.time_s, row - sensor * distance, **line)
+    axes.set_yticks([-sensor * distance for sensor in range(sensors)])
+    axes.set_yticklabels([str(sensor + 1) for sensor in range(sensors)])
+    axes.set_xlim(example.time_s[0], example.time_s[-1])
+    axes.tick_params(labelbottom=False)
+
+
+def _draw_envelopes(axes: Axes, example: Example, threshold: float, tallest: float) -> None:
+    for sensor, row in enumerate(example.envelope):
+        axes.plot(example.time_s, row, **sensor_line(sensor))
+    axes.axhline(threshold, color=INK, linewidth=0.6, zorder=0)
+    axes.set(xlim=(example.time_s[0], example.time_s[-1]), ylim=(0, 1.05 * tallest))
+    axes.tick_params(labelbottom=False)
+
+
+def _add_legend(figure: Figure, examples: Sequence[Example], threshold: float) -> None:
+    if not examples:
+        return
+    sensors = len(examples[0].values)
+    axes = figure.axes[0]
+    for sensor in range(sensors):
+        axes.plot([], [], label=f"sensor {sensor + 1}", **sensor_line(sensor))
+    axes.plot([], [], color=INK, linewidth=0.6, label=f"threshold {threshold:g}")
+    handles, labels = axes.get_legend_handles_labels()
+    columns = 3 if figure.get_figwidth() <= COLUMN_WIDTH_IN else 8
+    figure.legend(handles, labels, loc="outside lower center", ncols=columns, handlelength=2.8)

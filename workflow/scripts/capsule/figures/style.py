@@ -1,0 +1,104 @@
+"""The look that all figures share, and how they become files.
+
+Lightness and shape carry every difference, colour repeats it: the figures stay readable in
+greyscale and with any colour vision. The font is one that matplotlib brings along, so that every
+machine draws the same bytes.
+"""
+
+import contextlib
+import io
+from collections.abc import Iterator
+
+import matplotlib
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+# Widths of one and of two columns of an IEEE journal, in inches.
+COLUMN_WIDTH_IN = 3.5
+PAGE_WIDTH_IN = 7.16
+
+INK = "#1a1a1a"
+MUTED = "#6b6b6b"
+BLUE = "#0072b2"
+ORANGE = "#c34a00"
+# From white upwards in darkness: zero is the paper's white, in print too.
+COLOURS_OF_HEIGHT = "Blues"
+# One line a sensor: dark to light, each with its own dashes.
+SENSOR_COLOURS = ("#08306b", "#c34a00", "#2a7f62", "#9b6fb0", "#6b6b6b")
+SENSOR_DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.2, 1.5)))
+
+_SETTINGS = {
+    "font.family": "DejaVu Sans",
+    "font.size": 7.5,
+    "axes.titlesize": 8,
+    "axes.labelsize": 7.5,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "legend.fontsize": 7,
+    "legend.frameon": False,
+    "axes.edgecolor": INK,
+    "axes.labelcolor": INK,
+    "axes.titlecolor": INK,
+    "axes.titlelocation": "left",
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.unicode_minus": True,
+    "text.color": INK,
+    "xtick.color": INK,
+    "ytick.color": INK,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "lines.linewidth": 1.0,
+    "hatch.linewidth": 0.5,
+    # Glyphs as outlines in SVG and as TrueType in PDF: no reader needs the font.
+    "svg.fonttype": "path",
+    "pdf.fonttype": 42,
+    "pdf.compression": 9,
+}
+
+
+@contextlib.contextmanager
+def figure_style() -> Iterator[None]:
+    """Draw in the shared style; nothing outside is changed, and nothing outside changes it."""
+    with matplotlib.rc_context():
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(_SETTINGS)
+        yield
+
+
+def render_figure(figure: Figure, kind: str, name: str) -> bytes:
+    """Make a file's content of a figure; the same figure gives the same bytes.
+
+    Parameters
+    ----------
+    figure : Figure
+        Drawn within `figure_style`.
+    kind : {"svg", "pdf"}
+        The format.
+    name : str
+        Title in the file; the identifiers inside an SVG come from it.
+
+    Returns
+    -------
+    bytes
+    """
+    metadata = {"svg": {"Date": None, "Title": name}, "pdf": {"CreationDate": None, "Title": name}}
+    stream = io.BytesIO()
+    with figure_style(), matplotlib.rc_context({"svg.hashsalt": name}):
+        figure.savefig(stream, format=kind, metadata=metadata[kind])
+    return stream.getvalue()
+
+
+def say_nothing_to_show(axes: Axes, reason: str) -> None:
+    """Write into empty axes why they are empty."""
+    axes.set(xticks=[], yticks=[])
+    axes.text(0.5, 0.5, reason, transform=axes.transAxes, ha="center", va="center", color=MUTED)
+
+
+def sensor_line(sensor: int) -> dict:
+    """Give the colour and dashes of a sensor, counted from 0."""
+    return {
+        "color": SENSOR_COLOURS[sensor % len(SENSOR_COLOURS)],
+        "linestyle": SENSOR_DASHES[sensor % len(SENSOR_DASHES)],
+    }

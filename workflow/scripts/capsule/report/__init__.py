@@ -1,0 +1,1 @@
+"""The report: tables in, one HTML page out."""

@@ -1,0 +1,152 @@
+"""The report's tables, cell by cell: text to read, and the value that it was written from."""
+
+from collections.abc import Mapping, Sequence
+
+import pandas as pd
+
+from capsule.report import words
+
+
+def rate_table(
+    points: pd.DataFrame, measures: Mapping[str, str], sizes_mm: Sequence[float]
+) -> dict:
+    """Arrange rates: a row a size, a group of columns a measure, a column a scheme.
+
+    Parameters
+    ----------
+    points : DataFrame
+        From `capsule.figures.points`.
+    measures : mapping of str to str
+        The measures, and their headings.
+    sizes_mm : sequence of float
+        The rows; a size without a point is not known.
+
+    Returns
+    -------
+    dict
+        ``groups`` (headings with their schemes) and ``rows`` (``size_mm`` and ``cells``); a cell
+        has ``value``, ``text``, ``interval`` and ``count``.
+    """
+    schemes = list(dict.fromkeys(points["scheme"]))
+    groups = [
+        {"title": title, "schemes": [words.scheme(name) for name in schemes]}
+        for title in measures.values()
+    ]
+    found = {
+        (point.measure, point.scheme, point.size_mm): point
+        for point in points.itertuples(index=False)
+    }
+    one_sided = set(points.loc[points["one_sided"], "size_mm"])
+    rows = [
+        {
+            "size_mm": size_mm,
+            "size": words.size(size_mm),
+            "one_sided": size_mm in one_sided,
+            "cells": [
+                rate_cell(found.get((measure, name, size_mm)), name)
+                for measure in measures
+                for name in schemes
+            ],
+        }
+        for size_mm in sizes_mm
+    ]
+    return {"groups": groups, "rows": rows}
+
+
+def rate_cell(point: object | None, scheme: str = "") -> dict:
+    """Write one rate with its interval and its counts."""
+    if point is None or not words.is_known(point.rate):
+        text = "not given" if scheme == "paper" else words.UNKNOWN
+        return {"value": None, "text": text, "interval": "", "count": "", "scheme": scheme}
+    return {
+        "value": float(point.rate),
+        "text": words.percent(point.rate),
+        "interval": words.interval(point.low, point.high),
+        "count": words.count_of(point.hits, point.of),
+        "scheme": scheme,
+    }
+
+
+def confusion_rows(confusion: pd.DataFrame, scheme: str, sizes_mm: Sequence[float]) -> list[dict]:
+    """Arrange the counts of one scheme: a row a true size, a cell a predicted size.
+
+    A cell has its ``count``, its ``share`` of the row in tenths (for its shade), and says whether
+    it is ``right``.
+    """
+    chosen = confusion[confusion["scheme"] == scheme]
+    counts = {(r.size_mm, r.predicted_mm): int(r.count) for r in chosen.itertuples(index=False)}
+    rows = []
+    for actual in sizes_mm:
+        row = [counts.get((actual, predicted), 0) for predicted in sizes_mm]
+        total = sum(row)
+        cells = [
+            {
+                "count": count,
+                "share": round(10 * count / total) if total else 0,
+                "right": actual == predicted,
+            }
+            for predicted, count in zip(sizes_mm, row, strict=True)
+        ]
+        rows.append({"size": words.size(actual), "cells": cells, "total": total})
+    return rows
+
+
+def template_rows(entries: Sequence[Mapping]) -> list[dict]:
+    """List the averaged parameters of every template, a row a size and sensor."""
+    rows = []
+    for entry in entries:
+        parameters = entry["parameters"]
+        if entry["size_mm"] == 0 or parameters is None:
+            continue
+        spacing = [None, *parameters["peak_spacing"]]
+        columns = (
+            parameters["amplitude"],
+            parameters["vertical_spread"],
+            spacing,
+            parameters["horizontal_spread"],
+        )
+        sensors = [
+            {
+                "sensor": sensor,
+                "amplitude": words.number(values[0], 3),
+                "vertical_spread": words.number(values[1], 3),
+                "peak_spacing": "first" if values[2] is None else words.number(values[2], 1),
+                "horizontal_spread": words.number(values[3], 1),
+            }
+            for sensor, values in enumerate(zip(*columns, strict=True), start=1)
+        ]
+        rows.append(
+            {
+                "size": words.size(entry["size_mm"]),
+                "recordings": entry["recordings"],
+                "sensors": sensors,
+            }
+        )
+    return rows
+
+
+def detection_rows(detections: pd.DataFrame) -> dict:
+    """List the verdicts on unlabelled recordings with the distance to every template."""
+    labels = [name for name in detections.columns if name.startswith("rmse_")]
+    rows = []
+    for _, row in detections.iterrows():
+        distances = [row[label] for label in labels]
+        known = [value for value in distances if words.is_known(value)]
+        nearest = min(known) if known else None
+        rows.append(
+            {
+                "recording": row["recording"],
+                "detector": row["detector"],
+                "verdict": words.size(row["predicted_mm"]),
+                "distances": [
+                    {
+                        "value": float(value),
+                        "text": words.number(value, 4),
+                        "nearest": value == nearest,
+                    }
+                    for value in distances
+                ],
+            }
+        )
+    sizes = [words.size(float(label[5:].removesuffix("mm"))) for label in labels]
+    return {"sizes": sizes, "rows": rows}

@@ -1,0 +1,83 @@
+"""Numbers as a reader wants them; what is unknown is said in words."""
+
+import math
+from collections.abc import Sequence
+
+UNKNOWN = "not known"
+_SCHEMES = {
+    "leave_one_out": "leave-one-out",
+    "resubstitution": "resubstitution",
+    "paper": "paper, as printed",
+}
+
+
+def is_known(value: object) -> bool:
+    """Tell whether a cell of a table holds a value."""
+    return value is not None and not (isinstance(value, float) and math.isnan(value))
+
+
+def percent(fraction: float | None) -> str:
+    """Write a fraction in percent: ``57.7 %``, ``85 %``."""
+    return f"{_percent_digits(fraction)} %" if is_known(fraction) else UNKNOWN
+
+
+def interval(low: float, high: float) -> str:
+    """Write an interval of fractions in percent: ``64 to 95 %``."""
+    return f"{round(100 * low)} to {round(100 * high)} %" if is_known(low) else UNKNOWN
+
+
+def count_of(hits: int, of: int) -> str:
+    """Write ``17 of 20``."""
+    return f"{int(hits)} of {int(of)}"
+
+
+def size(size_mm: float | None) -> str:
+    """Write a size: ``3 mm``, ``no nodule``."""
+    if not is_known(size_mm):
+        return UNKNOWN
+    return "no nodule" if size_mm == 0 else f"{size_mm:g} mm"
+
+
+def number(value: float | None, digits: int = 2) -> str:
+    """Write a number with so many decimals."""
+    return f"{value:.{digits}f}" if is_known(value) else UNKNOWN
+
+
+def setting(value: object) -> str:
+    """Write a value of the configuration."""
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        numeric = len(value) == 2 and all(isinstance(part, int | float) for part in value)
+        return (" to " if numeric else ", ").join(setting(part) for part in value)
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def scheme(name: str) -> str:
+    """Write the name of a scheme."""
+    return _SCHEMES.get(name, name)
+
+
+def enumerate_words(parts: Sequence[str]) -> str:
+    """Write a list: ``a, b and c``."""
+    if len(parts) < 2:
+        return "".join(parts)
+    return f"{', '.join(parts[:-1])} and {parts[-1]}"
+
+
+def plural(count: int, singular: str, several: str | None = None) -> str:
+    """Write ``1 recording``, ``20 recordings``."""
+    return f"{count:,} {singular if count == 1 else several or singular + 's'}".replace(",", " ")
+
+
+def duration(seconds: float) -> str:
+    """Write a duration: ``4.2 s``, ``3 min 20 s``, ``2 h 5 min``."""
+    if seconds < 60:
+        return f"{seconds:.1f} s"
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes} min" if hours else f"{minutes} min {rest} s"
+
+
+def _percent_digits(fraction: float) -> str:
+    """Round to a tenth, and drop a tenth of zero."""
+    text = f"{100 * fraction:.1f}"
+    return text.removesuffix(".0")
