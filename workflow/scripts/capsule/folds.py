@@ -1,56 +1,61 @@
-"""Which recordings may teach the detector that judges a recording: the evaluation's schemes."""
+"""Which recordings teach the detector that judges a recording: the schemes of the evaluation."""
 
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-GROUP_KEYS = {"leave_one_site_out": "site", "leave_one_session_out": "session"}
+RESUBSTITUTION = "resubstitution"
+LEAVE_ONE_OUT = "leave_one_out"
 
 
-def groups_of(
-    scheme: str, names: Sequence[str], headers: Mapping[str, Mapping[str, str]]
+def group_scheme(key: str) -> str:
+    """Name the scheme that leaves out all recordings of a site (or session) at a time."""
+    return f"leave_one_{key}_out"
+
+
+def header_groups(
+    key: str, names: Sequence[str], headers: Mapping[str, Mapping[str, str]]
 ) -> list[str] | None:
-    """Name each recording's group: what is left out when it is judged.
+    """Group recordings by a line of their headers, such as ``site`` or ``session``.
 
     Parameters
     ----------
-    scheme : str
-        ``leave_one_out``, ``resubstitution``, ``leave_one_site_out`` or ``leave_one_session_out``.
+    key : str
+        The header line.
     names : sequence of R str
         The recordings.
     headers : mapping of str to mapping
-        The header lines of each recording; one that names no site (session) is its own group.
+        The header lines of each recording; one without that line is a group by itself.
 
     Returns
     -------
     list of R str, or None
-        None where the scheme says nothing of its own: all recordings are of one group, so nothing
-        would be left to learn from, or each is a group by itself, as in ``leave_one_out``.
+        None where leaving groups out says nothing of its own: all recordings are of one group,
+        so that none is left to learn from, or each is a group by itself, as in leave-one-out.
     """
-    if scheme not in GROUP_KEYS:
-        return list(names)
-    key = GROUP_KEYS[scheme]
-    # A mark no header can hold keeps unnamed recordings apart from groups of the same name.
-    groups = [headers[name].get(key) or f"\x00{name}" for name in names]
+    # A mark that no header holds keeps unnamed recordings apart from groups of the same name.
+    groups = [headers[name].get(key) or f"\n{name}" for name in names]
     return groups if 1 < len(set(groups)) < len(groups) else None
 
 
-def training_masks(scheme: str, groups: Sequence[str]) -> np.ndarray:
-    """Tell which recordings teach the detector that judges each recording.
+class Folds:
+    """The training fold of every recording.
 
     Parameters
     ----------
     scheme : str
-        As in `groups_of`; with ``resubstitution`` all of them do.
+        `RESUBSTITUTION`: every recording teaches; any other name: a recording's own group does
+        not.
     groups : sequence of R str
-        From `groups_of`.
-
-    Returns
-    -------
-    (R, R) array of bool
-        Row r is the training fold of recording r.
+        The group of each recording; the recordings' names leave one out at a time.
     """
-    labels = np.unique(np.array(groups), return_inverse=True)[1]
-    if scheme == "resubstitution":
-        return np.ones((labels.size, labels.size), dtype=bool)
-    return labels[:, np.newaxis] != labels[np.newaxis, :]
+
+    def __init__(self, scheme: str, groups: Sequence[str]) -> None:
+        self.scheme = scheme
+        self._label = np.unique(np.array(groups, dtype=object), return_inverse=True)[1]
+
+    def training(self, recording: int) -> np.ndarray:
+        """Tell which recordings teach the detector that judges this one, (R,) of bool."""
+        if self.scheme == RESUBSTITUTION:
+            return np.ones(self._label.size, dtype=bool)
+        return self._label != self._label[recording]

@@ -97,5 +97,8 @@ def fit_probability(
         curvature = (design * (weight * probability * (1 - probability))[:, np.newaxis]).T @ design
         step = np.linalg.solve(curvature + prior + 1e-9 * np.eye(2), gradient)
         # Newton overshoots where the curve is steep; no step is longer than a few units.
-        coefficients += step * min(1.0, 4.0 / max(float(np.abs(step).max()), 1e-300))
+        longest = float(np.abs(step).max())
+        coefficients += step * min(1.0, 4.0 / max(longest, 1e-300))
+        if longest < 1e-12:
+            break
     return Probability(centre, scale, float(coefficients[0]), float(coefficients[1]))
