@@ -8,7 +8,8 @@ import files
 from capsule.errors import CapsuleError
 from capsule.naming import folder_size_mm
 
-COLUMNS = ["recording", "size_mm", "samples", "duration_s", "status", "reason", "sha256", "source"]
+HEADER = ["source", "site", "session", "nodule_at_mm"]
+COLUMNS = ["recording", "size_mm", "samples", "duration_s", "status", "reason", "sha256", *HEADER]
 
 
 def rows_of(raw: Path, checks: Path) -> Iterator[dict]:
@@ -21,7 +22,7 @@ def rows_of(raw: Path, checks: Path) -> Iterator[dict]:
             print(f"{name}: came while the workflow ran; run it again to take it in")
             continue
         check = files.read_json(check_file)
-        check["source"] = check["header"].get("source", "")
+        check |= {key: check["header"].get(key, "") for key in HEADER}
         if check["status"] == "accepted":
             original = first_with.setdefault(check["sha256"], name)
             if original != name:

@@ -86,10 +86,11 @@ def _contradictions(config: Mapping) -> Iterable[str]:
         yield (
             f"preprocessing.window: {window} samples are more than preprocessing.length, {length}"
         )
-    for name in sorted(key for key in fit if key.endswith("_range")):
-        low, high = _pair(fit[name])
-        if low > high:
-            yield f"fit.{name}: {low:g} is above {high:g}; give the lower bound first"
+    for part in ("diagonal", "fit"):
+        for name in sorted(key for key in config[part] if key.endswith("_range")):
+            low, high = _pair(config[part][name])
+            if low > high:
+                yield f"{part}.{name}: {low:g} is above {high:g}; give the lower bound first"
     last = fit["first_peak"] + (recording["sensors"] - 1) * fit["peak_spacing_range"][1]
     if last > length:
         yield (
