@@ -59,6 +59,14 @@ def changed_sensor(sensor, readings):
         (changed_time(5, 0.2), "time runs backwards: 0.2 s follows 0.4 s"),
         (changed_time(5, 0.4), "time repeats: 0.4 s follows 0.4 s"),
         ({"time_s": np.arange(300) * 0.05}, "at 20 Hz, configured is 10 Hz"),
+        ({"time_s": np.arange(300) * 100.0}, "is time_s in 1/1000 of a second"),
+        (changed_time(299, 1e20), r"1e\+21 samples are more than the 1000 columns"),
+        ({"time_s": np.arange(300) * 1e-300}, "Hz, configured is 10 Hz"),
+        (changed_sensor(2, 512 + 1e-12 * np.arange(300)), "sensor_2 reads 512 throughout"),
+        (changed_sensor(2, 1e-200 * np.arange(300)), "sensor_2 reads 0 throughout"),
+        ({"header": {"adc_bits": "9" * 5000}}, "adc_bits: '9999999.*', which is no number"),
+        ({"header": {"adc_bits": "33"}}, "adc_bits: '33'; allowed is a whole number, 1 to 32"),
+        ({"header": {"adc_bits": "10.5"}}, "allowed is a whole number"),
         ({"time_s": np.arange(300) * 0.1 + 3.0 * (np.arange(300) > 50)}, "3 s of samples are"),
         (changed_time(299, 1e9), "more than the 1000 columns"),
         (changed_sensor(2, 512), "sensor_2 reads 512 throughout"),
@@ -81,7 +89,31 @@ def test_a_recording_is_never_cut_nor_shorter_than_the_window():
         accept(single, **SETTINGS)
 
 
-def test_volts_have_no_rails():
+def test_volts_are_taken_as_they_are():
     volts = np.clip(recording().values / 204.8, 0, 2.5)
     values = accept(recording(values=volts, header={}), **SETTINGS)
     np.testing.assert_array_equal(values, volts)
+
+
+MOSTLY = np.arange(300) < 200
+
+
+@pytest.mark.parametrize(
+    ("readings", "scale", "header"),
+    [
+        (np.where(MOSTLY, 1023, 500), 1.0, {"adc_bits": "10"}),
+        (np.where(MOSTLY, 1023, 500), 1.0, {}),
+        (np.where(MOSTLY, 4095, 500), 1.0, {}),
+        (np.where(MOSTLY, 0, 500), 1.0, {}),
+        (np.where(MOSTLY, 1023, 500.25), 1.0, {"adc_bits": "10"}),
+        (np.where(MOSTLY, 1023, 500.25), 1.0, {"adc_bits": "10", "vref_v": "5"}),
+        (np.where(MOSTLY, 1023, 500), 5 / 1023, {"vref_v": "5.0"}),
+        (np.where(MOSTLY, 1023, 500), 5 / 1024, {"vref_v": "5.0", "adc_bits": "10"}),
+        (np.where(MOSTLY, 0, 500), 5 / 1024, {}),
+    ],
+)
+def test_a_sensor_at_the_end_of_the_range_is_found_in_counts_and_volts(readings, scale, header):
+    values = recording().values
+    values[2] = readings
+    with pytest.raises(RecordingError, match=r"sensor_3 is at .* in 67 % of the samples"):
+        accept(recording(values=values * scale, header=header), **SETTINGS)

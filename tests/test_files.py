@@ -1,3 +1,6 @@
+import errno
+import os
+
 import pytest
 
 import files
@@ -43,11 +46,17 @@ def test_the_archive_is_listed_from_the_disk(tmp_path):
     (tmp_path / "3mm" / "d.csv").mkdir(parents=True)
     (tmp_path / "3mm" / "a.csv").touch()
     (tmp_path / "3mm" / "gone.csv").symlink_to("nowhere.csv")
+    (tmp_path / "3mm" / "loop.csv").symlink_to("loop.csv")
+    (tmp_path / "3mm" / "zero.csv").symlink_to("/dev/zero")
+    (tmp_path / os.fsdecode(b"3mm/\xff.csv")).touch()
     archive = files.list_archive(tmp_path)
     assert archive.recordings == ("3mm/a",)
     assert archive.refused == {
         "3mm/d.csv": "a folder, not a file",
         "3mm/gone.csv": "a link that leads nowhere",
+        "3mm/loop.csv": "a link that leads nowhere",
+        "3mm/zero.csv": "no file with content, but a pipe or a device",
+        "3mm/\\udcff.csv": archive.refused["3mm/\\udcff.csv"],
     }
     with pytest.raises(CapsuleError, match="does not exist"):
         files.list_archive(tmp_path / "none")
@@ -66,3 +75,42 @@ def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(SystemExit) as stop:
         files.run(lambda: files.read_csv(tmp_path / "none.csv"))
     assert str(stop.value.code).startswith(f"error: {tmp_path / 'none.csv'}: No such file")
+
+
+def test_a_full_disk_names_the_file_and_the_remedy(tmp_path, monkeypatch):
+    def no_room(descriptor):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", no_room)
+    target = tmp_path / "table.csv"
+    with pytest.raises(SystemExit) as stop:
+        files.run(lambda: files.write_json(target, {}))
+    assert stop.value.code == (
+        f"error: {target}: No space left on device; make room and run again: what is finished stays"
+    )
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_killed_writers_left_behind_is_removed_and_nothing_else(tmp_path):
+    left = tmp_path / "fits" / f".r01.json.123{files.UNFINISHED}"
+    kept = tmp_path / "fits" / "r01.json"
+    left.parent.mkdir()
+    left.touch()
+    kept.touch()
+    files.remove_unfinished(tmp_path)
+    assert list(left.parent.iterdir()) == [kept]
+
+
+def test_a_fingerprint_goes_by_the_content_and_not_by_the_time_stamp(tmp_path):
+    one, other = tmp_path / "one", tmp_path / "other"
+    one.write_bytes(b"1")
+    other.write_bytes(b"2")
+    os.utime(other, ns=(0, one.stat().st_mtime_ns))
+    assert files.fingerprint(one, 10) != files.fingerprint(other, 10)
+    before = files.fingerprint(one, 10)
+    os.utime(one, (1, 1))
+    assert files.fingerprint(one, 10) == before
+    assert files.fingerprint(one, 0) == "too large"
+    assert files.fingerprint(tmp_path, 10) == "unreadable: Is a directory"
+    assert files.read_limited(one, 1) == b"1"
+    assert files.read_limited(one, 0) is None

@@ -1,6 +1,10 @@
-import pytest
+import re
 
-from capsule.naming import Entry, classify, folder_size_mm, size_label, size_mm
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from capsule.naming import Entry, classify, displayed, folder_size_mm, size_label, size_mm
 
 
 @pytest.mark.parametrize(
@@ -13,7 +17,10 @@ def test_the_folder_is_the_label(folder, size):
         assert size_label(size) == folder
 
 
-@pytest.mark.parametrize("folder", ["mm", "3 mm", "3cm", "-3mm", "3,5mm", "3.mm", "nanmm", "²mm"])
+@pytest.mark.parametrize(
+    "folder",
+    ["mm", "3 mm", "3cm", "-3mm", "3,5mm", "3.mm", "nanmm", "²mm", "٣mm", "1234mm", "1.2345mm"],
+)
 def test_other_folders_name_no_size(folder):
     assert folder_size_mm(folder) is None
 
@@ -25,14 +32,18 @@ def test_recordings_are_ordered_by_size_then_by_number():
     assert archive.recordings == expected
     assert archive.of_nodules() == ["2.5mm/r1", "3mm/r9", "3mm/r10", "10mm/r1"]
     assert archive.unlabelled() == ["unlabelled/a"]
+    assert archive.labelled() == [*expected[:-1]]
 
 
 @pytest.mark.parametrize(
     ("entry", "reason"),
     [
-        (Entry("3mm/x.csv", is_file=False), "a folder, not a file"),
-        (Entry("3mm/x.csv", is_file=False, is_link=True), "leads nowhere"),
+        (Entry("3mm/x.csv", "folder"), "a folder, not a file"),
+        (Entry("3mm/x.csv", "dead link"), "leads nowhere"),
+        (Entry("3mm/x.csv", "device"), "a pipe or a device"),
+        (Entry("3mm/x.csv", "locked"), "no permission"),
         (Entry("3mm/run 1.csv"), "rename the file"),
+        (Entry("3mm/" + "r" * 97 + ".csv"), "rename the file"),
         (Entry("3mm/$(x).csv"), "rename the file"),
         (Entry("3mm/a\nb.csv"), "rename the file"),
         (Entry("3mm/-r.csv"), "rename the file"),
@@ -43,17 +54,20 @@ def test_recordings_are_ordered_by_size_then_by_number():
 def test_what_claims_to_be_a_recording_is_refused_by_name(entry, reason):
     archive = classify([entry])
     assert archive.recordings == ()
-    assert reason in archive.refused[entry.path]
+    assert reason in archive.refused[displayed(entry.path)]
 
 
 @pytest.mark.parametrize(
     ("entry", "path", "reason"),
     [
         (Entry("3mm/._r07.csv"), "3mm/._r07.csv", "hidden"),
+        (Entry("3mm/R07.CSV"), "3mm/R07.CSV", "rename the ending"),
+        (Entry("3mm/monday", "folder"), "3mm/monday", "a folder; recordings lie directly"),
+        (Entry("4mm", "locked"), "4mm", "no permission"),
         (Entry("3mm/notes.txt"), "3mm/notes.txt", "not a .csv file"),
         (Entry("3mm/r07.csv.part"), "3mm/r07.csv.part", "still being recorded"),
         (Entry("r07.csv"), "r07.csv", "lies beside the folders"),
-        (Entry("3cm", is_file=False), "3cm/", "names no size"),
+        (Entry("3cm", "folder"), "3cm/", "names no size"),
     ],
 )
 def test_what_is_no_recording_is_passed_over_by_name(entry, path, reason):
@@ -63,5 +77,35 @@ def test_what_is_no_recording_is_passed_over_by_name(entry, path, reason):
 
 
 def test_what_lies_in_a_folder_that_names_no_size_is_named_once():
-    archive = classify([Entry("3cm", is_file=False), Entry("3cm/r01.csv"), Entry(".git")])
+    archive = classify([Entry("3cm", "folder"), Entry("3cm/r01.csv"), Entry(".git", "folder")])
     assert list(archive.passed_over) == ["3cm/"]
+
+
+@given(st.integers(0, 999_999))
+def test_a_size_and_its_label_are_the_same_number(micrometres):
+    size = micrometres / 1000
+    assert folder_size_mm(size_label(size)) == size
+
+
+def any_name():
+    """Give names as the disk may hold them, bytes that are no UTF-8 included."""
+    return st.binary(min_size=1, max_size=20).map(
+        lambda name: name.decode("utf-8", "surrogateescape")
+    )
+
+
+@given(any_name(), any_name())
+def test_a_displayed_name_is_one_printable_line_and_different_names_stay_different(one, other):
+    assert displayed(one).isprintable()
+    displayed(one).encode("utf-8")
+    assert (displayed(one) == displayed(other)) == (one == other)
+
+
+@given(any_name())
+def test_every_name_is_processed_or_named_with_a_reason(name):
+    archive = classify([Entry(f"3mm/{name}.csv")])
+    listed = [f"{recording}.csv" for recording in archive.recordings]
+    listed += [*archive.refused, *archive.passed_over]
+    assert listed == [displayed(f"3mm/{name}.csv")]
+    for recording in archive.recordings:
+        assert re.fullmatch(r"[A-Za-z0-9_.+/-]+", recording)

@@ -38,11 +38,21 @@ def test_header_lines_are_read_and_volts_too():
     [
         b"\xef\xbb\xbf" + BARE,
         BARE.replace(b"\n", b"\r\n"),
+        BARE.replace(b"\n", b"\r"),
+        "# source: a\u2028b\x0cc\x85d\n".encode() + BARE,
         BARE.rstrip(b"\n"),
         BARE.replace(b",", b" , "),
         b"sensor_2,note,time_s,sensor_1\n500,x,0,512\n501,,0.1,513\n",
     ],
-    ids=["byte order mark", "CRLF", "no last line feed", "spaces", "other order and columns"],
+    ids=[
+        "byte order mark",
+        "CRLF",
+        "CR",
+        "odd line ends in a header",
+        "no last line feed",
+        "spaces",
+        "other order and columns",
+    ],
 )
 def test_harmless_variants_read_the_same(content):
     np.testing.assert_array_equal(read(content).values, read(BARE).values)
@@ -76,6 +86,11 @@ def test_a_missing_sample_keeps_its_place():
         (BARE + b"0,2,5,1,6,1\n", "line 4 has 6 cells"),
         (BARE.decode().encode("utf-16"), "not UTF-8 text"),
         (b"# source: caf\xe9\n" + BARE, "byte 14 is not UTF-8"),
+        (BARE + "0.2,٣,1\n".encode(), "line 4: '٣' is not a number"),
+        (BARE + b"0.2,1e300,1\n", "line 4: '1e300' is too large"),
+        (b"# format_version: 2\n" + BARE, "format_version '2'; this program knows 1"),
+        (b"#\n" * 1001 + BARE, "the first 1000 lines hold no column names"),
+        (b"a," * 6000, "line 1 holds 12000 characters"),
         (b"# format_version: 1\n" + BARE + b"0.2,514,50", "line 5 is cut off"),
     ],
 )

@@ -2,11 +2,14 @@
 # inputs and parameters that make exactly what changed run again.
 #
 # takes: config/config.yaml, workflow/schemas/config.schema.json, the names under raw/
-# gives: ARCHIVE, and the functions script, library, section
+# gives: ARCHIVE, the functions script, library, section and content_of_..., and the start of a run:
+#        its lock, and what a killed one left behind
 
-import csv
+import atexit
+import hashlib
 import json
 import os
+import shutil
 import sys
 from pathlib import Path
 
@@ -21,7 +24,8 @@ sys.path.insert(0, str(SCRIPTS))
 
 from capsule.configuration import check_configuration
 from capsule.errors import CapsuleError
-from files import list_archive, read_csv
+from files import fingerprint, list_archive, read_csv, remove_unfinished
+from run_guard import hold
 from sources import imported_files
 
 # The jobs' "python" is the one that runs Snakemake, activated or not.
@@ -30,7 +34,15 @@ os.environ.update(PATH=os.pathsep.join([str(Path(sys.executable).parent), *os.ge
 for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
+# With less room than this no run gets far.
+FULL_DISK_BYTES = 1_000_000
+
 try:
+    if set("{}") & set(str(workflow.basedir)):
+        raise CapsuleError(
+            f"{workflow.basedir}: rename this folder; Snakemake cannot work where a name holds "
+            "{ or }"
+        )
     schema = json.loads(SCHEMA.read_text(encoding="utf-8"))
     check_configuration(config, schema, "config/config.yaml")
     ARCHIVE = list_archive(Path("raw"))
@@ -65,6 +77,18 @@ def as_parameter(settings):
     return lambda wildcards: text
 
 
+def content_of_recording(wildcards):
+    """Hand a rule what changes with a recording's content, whatever its time stamp says."""
+    limit = int(config["recording"]["max_megabytes"] * 1e6)
+    return fingerprint(Path("raw") / f"{wildcards.recording}.csv", limit)
+
+
+def content_of_code(name):
+    """Hand a rule what changes with a script and its modules, whatever their time stamps say."""
+    sources = [SCRIPTS / name, *imported_files(SCRIPTS / name)]
+    return hashlib.sha256(b"\0".join(path.read_bytes() for path in sources)).hexdigest()
+
+
 def section(*names):
     """Hand a rule its own sections of the configuration."""
     return as_parameter({name: config[name] for name in names})
@@ -87,5 +111,39 @@ def summarize_recordings():
         print(f"  passed over: raw/{row['path']}: {row['reason']}", file=sys.stderr)
 
 
+def take_run_lock():
+    """Let no two runs work in this folder at once."""
+    try:
+        return hold(Path(".snakemake") / "run.lock")
+    except CapsuleError as error:
+        raise WorkflowError(str(error)) from None
+
+
+def free_bytes():
+    """Give the room on the disks that hold the results and Snakemake's own notes."""
+    places = [place for place in (".", "results") if Path(place).exists()]
+    return min(shutil.disk_usage(place).free for place in places)
+
+
+def explain_full_disk():
+    """Say that the disk is full: a job's log, or Snakemake's, may have found no room for it."""
+    if free_bytes() < FULL_DISK_BYTES:
+        print(
+            f"{free_bytes() / 1e6:.1f} MB are free on the disk: no space left to work with. "
+            "Make room and run the same command again: what is finished stays.",
+            file=sys.stderr,
+        )
+
+
 wildcard_constraints:
     recording=r"[^/]+/[^/]+",
+
+
+onstart:
+    # Kept in a variable, and so held, until this process ends.
+    RUN_LOCK = take_run_lock()
+    remove_unfinished(Path("results"))
+    # Not onerror: where Snakemake itself finds no room, it ends without calling that.
+    atexit.register(explain_full_disk)
+    if free_bytes() < FULL_DISK_BYTES:
+        raise WorkflowError("no space left on device, nothing was started")

@@ -5,7 +5,6 @@
 # gives: results/passages.csv, results/detections.csv, and under results/evaluation/
 #        {predictions,detection,specificity,sizing,confusion}.csv and what JUDGEMENTS names
 
-LABELLED = [name for name in ARCHIVE.recordings if name not in set(ARCHIVE.unlabelled())]
 JUDGEMENTS = [
     "summary",
     "auc",
@@ -36,6 +35,7 @@ rule passages:
     params:
         rate_hz=config["recording"]["rate_hz"],
         settings=section("diagonal"),
+        code=content_of_code("passages.py"),
     shell:
         "python {input.script:q} --recordings {input.recordings:q} --signals results/signals"
         " --rate-hz {params.rate_hz} --settings {params.settings:q} --output {output:q}"
@@ -44,7 +44,7 @@ rule passages:
 
 rule evaluate:
     input:
-        matrices=expand("results/matrices/{recording}.npy", recording=LABELLED),
+        matrices=expand("results/matrices/{recording}.npy", recording=ARCHIVE.labelled()),
         fits=expand("results/fits/{recording}.json", recording=ARCHIVE.of_nodules()),
         passages="results/passages.csv",
         recordings="results/recordings.csv",
@@ -69,6 +69,7 @@ rule evaluate:
     params:
         settings=section("detectors", "diagonal", "evaluation", "recording"),
         template_settings=as_parameter(TEMPLATE_SETTINGS),
+        code=content_of_code("evaluate.py"),
     shell:
         "python {input.script:q} --recordings {input.recordings:q} --matrices results/matrices"
         " --fits results/fits --passages {input.passages:q} --settings {params.settings:q}"
@@ -91,6 +92,7 @@ rule judge:
         "../../environment.yml"
     params:
         settings=section("evaluation"),
+        code=content_of_code("judge.py"),
     shell:
         "python {input.script:q} --recordings {input.recordings:q}"
         " --predictions {input.predictions:q} {input.grouped:q} --settings {params.settings:q}"
@@ -114,6 +116,7 @@ rule detect:
         "../../environment.yml"
     params:
         settings=section("detectors", "diagonal", "evaluation", "fit", "recording"),
+        code=content_of_code("detect.py"),
     shell:
         "python {input.script:q} --recordings {input.recordings:q} --matrices results/matrices"
         " --templates {input.templates:q} --passages {input.passages:q}"

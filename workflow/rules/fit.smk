@@ -19,6 +19,7 @@ rule fit:
         "../../environment.yml"
     params:
         settings=section("fit"),
+        code=content_of_code("fit.py"),
     shell:
         "python {input.script:q} {input.matrix:q} --name {wildcards.recording:q}"
         " --settings {params.settings:q} --output {output:q} > {log:q} 2>&1"
@@ -39,6 +40,7 @@ rule average:
         "../../environment.yml"
     params:
         settings=as_parameter(TEMPLATE_SETTINGS),
+        code=content_of_code("average.py"),
     shell:
         "python {input.script:q} --recordings {input.recordings:q} --fits results/fits"
         " --settings {params.settings:q} --parameters {output.parameters:q}"

@@ -20,6 +20,8 @@ rule preprocess:
         "../../environment.yml"
     params:
         settings=section("recording", "preprocessing"),
+        content=content_of_recording,
+        code=content_of_code("preprocess.py"),
     shell:
         "python {input.script:q} {input.recording:q} --name {wildcards.recording:q}"
         " --settings {params.settings:q} --signal {output.signal:q} --matrix {output.matrix:q}"
@@ -42,6 +44,7 @@ rule index:
         on_rejected=config["on_rejected"],
         # Not in the command: files that are no recordings must be listed anew when they change.
         others=as_parameter([ARCHIVE.refused, ARCHIVE.passed_over]),
+        code=content_of_code("index.py"),
     shell:
         "python {input.script:q} --raw raw --checks results/checks"
         " --on-rejected {params.on_rejected} --output {output.recordings:q}"

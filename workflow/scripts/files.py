@@ -5,6 +5,8 @@ Imports nothing heavy: the Snakefile and every script use it.
 
 import contextlib
 import csv
+import errno
+import hashlib
 import io
 import json
 import math
@@ -18,6 +20,8 @@ from typing import IO
 from capsule.errors import CapsuleError
 from capsule.naming import Archive, Entry, classify
 
+UNFINISHED = ".unfinished"
+
 
 def list_archive(raw: Path) -> Archive:
     """List the recordings under raw/, without opening any."""
@@ -27,20 +31,67 @@ def list_archive(raw: Path) -> Archive:
 
 
 def _entries(raw: Path) -> Iterator[Entry]:
-    with os.scandir(raw) as top:
-        folders = sorted(top, key=lambda found: found.name)
-    for folder in folders:
-        yield Entry(folder.name, folder.is_file(), folder.is_symlink())
-        if folder.is_dir():
-            with os.scandir(folder) as inside:
-                for found in inside:
-                    name = f"{folder.name}/{found.name}"
-                    yield Entry(name, found.is_file(), found.is_symlink())
+    for folder in sorted(raw.iterdir()):
+        kind = _kind(folder)
+        yield Entry(folder.name, kind)
+        if kind == "folder":
+            for found in folder.iterdir():
+                yield Entry(f"{folder.name}/{found.name}", _kind(found))
+
+
+def _kind(path: Path) -> str:
+    try:
+        # Links are followed, so what is not there is a link that leads nowhere, or to itself.
+        if not path.exists():
+            return "dead link"
+    except PermissionError:
+        return "locked"
+    if not (path.is_file() or path.is_dir()):
+        return "device"
+    if not os.access(path, os.R_OK):
+        return "locked"
+    return "folder" if path.is_dir() else "file"
+
+
+def read_limited(path: Path, max_bytes: int) -> bytes | None:
+    """Read a file whole, or tell by None that it is larger; no larger one is taken in."""
+    with path.open("rb") as stream:
+        content = stream.read(max_bytes + 1) if path.stat().st_size <= max_bytes else b""
+        if len(content) > max_bytes or path.stat().st_size > max_bytes:
+            return None
+        return content
+
+
+def fingerprint(path: Path, max_bytes: int) -> str:
+    """Give what changes when a file's content changes, and only then.
+
+    Snakemake alone goes by the time stamp: a file that is renamed, or copied or unpacked with
+    its old time stamp, would replace another one unnoticed.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    max_bytes : int
+        Of a larger file only the size counts; no such recording is ever read.
+
+    Returns
+    -------
+    str
+    """
+    try:
+        content = read_limited(path, max_bytes)
+        return hashlib.sha256(content).hexdigest() if content is not None else "too large"
+    except OSError as error:
+        return f"unreadable: {error.strerror}"
 
 
 @contextlib.contextmanager
 def write_whole(path: Path, mode: str = "w") -> Iterator[IO]:
     """Open a file for writing that appears under its name only when it is complete.
+
+    The content is collected in memory, written beside the final name, and renamed: whenever the
+    process is killed, the name stands for nothing or for all of it.
 
     Parameters
     ----------
@@ -52,16 +103,38 @@ def write_whole(path: Path, mode: str = "w") -> Iterator[IO]:
     Yields
     ------
     file
+
+    Raises
+    ------
+    OSError
+        Names the file.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = path.with_name(f".{path.name}.{os.getpid()}.unfinished")
-    text = {} if "b" in mode else {"encoding": "utf-8", "newline": "\n"}
+    buffer: io.BytesIO | io.StringIO = io.BytesIO() if "b" in mode else io.StringIO()
+    yield buffer
+    content = buffer.getvalue()
+    if isinstance(content, str):
+        content = content.encode("utf-8")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    unfinished = path.with_name(f".{path.name}.{os.getpid()}{UNFINISHED}")
     try:
-        with unfinished.open(mode, **text) as stream:
-            yield stream
+        with unfinished.open("wb") as stream:
+            stream.write(content)
+            stream.flush()
+            # Or a power cut could leave the name with nothing behind it.
+            os.fsync(stream.fileno())
         unfinished.replace(path)
+    except OSError as error:
+        # A failed write names no file by itself.
+        raise OSError(error.errno, error.strerror, str(path)) from error
     finally:
         unfinished.unlink(missing_ok=True)
+
+
+def remove_unfinished(folder: Path) -> None:
+    """Remove what writers that were killed have left behind."""
+    for path in folder.rglob(f".*{UNFINISHED}"):
+        path.unlink(missing_ok=True)
 
 
 def write_json(path: Path, content: object) -> None:
@@ -116,4 +189,7 @@ def run(main: Callable[[], None]) -> None:
     except CapsuleError as error:
         sys.exit(f"error: {error}")
     except OSError as error:
-        sys.exit(f"error: {error.filename or 'disk'}: {error.strerror or error}")
+        remedy = ""
+        if error.errno in (errno.ENOSPC, errno.EDQUOT):
+            remedy = "; make room and run again: what is finished stays"
+        sys.exit(f"error: {error.filename or 'disk'}: {error.strerror or error}{remedy}")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import files
 from capsule.errors import CapsuleError
-from capsule.naming import folder_size_mm
+from capsule.naming import UNLABELLED, displayed, folder_size_mm
 
 HEADER = ["source", "site", "session", "nodule_at_mm"]
 COLUMNS = ["recording", "size_mm", "samples", "duration_s", "status", "reason", "sha256", *HEADER]
@@ -22,19 +22,27 @@ def rows_of(raw: Path, checks: Path) -> Iterator[dict]:
             print(f"{name}: came while the workflow ran; run it again to take it in")
             continue
         check = files.read_json(check_file)
-        check |= {key: check["header"].get(key, "") for key in HEADER}
+        check |= {key: displayed(check["header"].get(key, "")) for key in HEADER}
         if check["status"] == "accepted":
-            original = first_with.setdefault(check["sha256"], name)
+            # The readings, not the bytes: other line ends or headers make no other recording.
+            original = first_with.setdefault(check["readings_sha256"], name)
             if original != name:
-                check |= {"status": "rejected", "reason": f"the same content as {original}"}
+                check |= {"status": "rejected", "reason": copy_of(original, name)}
         yield {column: check[column] for column in COLUMNS}
     for path, reason in archive.refused.items():
         row = dict.fromkeys(COLUMNS) | {"recording": path, "status": "rejected", "reason": reason}
         yield row | {"size_mm": folder_size_mm(path.partition("/")[0])}
 
 
+def copy_of(original: str, name: str) -> str:
+    """Say what a recording is a copy of, and whether the two contradict each other."""
+    reason = f"the same content as {original}"
+    labels = {folder for folder in (original.split("/")[0], name.split("/")[0])} - {UNLABELLED}
+    return reason + (", under another size: one of the two is mislabelled" * (len(labels) > 1))
+
+
 def main() -> None:
-    """Write recordings.csv and passed_over.csv; with --fail, stop where a file is rejected."""
+    """Write recordings.csv and passed_over.csv; with --on-rejected fail, stop on a rejected one."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--raw", type=Path, required=True, help="the folder of recordings")
     parser.add_argument("--checks", type=Path, required=True, help="the folder of checks")
@@ -49,7 +57,8 @@ def main() -> None:
     if rejected and arguments.on_rejected == "fail":
         lines = "".join(f"\n  {line}" for line in rejected)
         raise CapsuleError(
-            f"recordings were rejected, and config/config.yaml says on_rejected: fail{lines}"
+            f"on_rejected is fail, and these recordings are rejected:{lines}\n"
+            "repair or remove them, or set on_rejected: report in config/config.yaml"
         )
     print("\n".join(rejected))
     others = files.list_archive(arguments.raw).passed_over

@@ -5,6 +5,7 @@ A rejected recording gets arrays of NaN.
 
 import argparse
 import hashlib
+import io
 import json
 from pathlib import Path
 
@@ -15,7 +16,7 @@ from capsule.acceptance import accept
 from capsule.errors import RecordingError
 from capsule.naming import size_mm
 from capsule.preprocessing import preprocess
-from capsule.recording import read_recording
+from capsule.recording import read_recording, too_large
 
 
 def main() -> None:
@@ -30,23 +31,26 @@ def main() -> None:
     arguments = parser.parse_args()
     rules = dict(arguments.settings["recording"])
     shape = arguments.settings["preprocessing"]
-    sensors, max_megabytes = rules.pop("sensors"), rules.pop("max_megabytes")
+    sensors, max_bytes = rules.pop("sensors"), int(rules.pop("max_megabytes") * 1e6)
     check = {"recording": arguments.name, "size_mm": size_mm(arguments.name), "header": {}}
     check |= {"samples": None, "duration_s": None, "status": "rejected", "reason": ""}
+    check |= {"sha256": None, "readings_sha256": None}
     values = matrix = np.full((sensors, shape["length"]), np.nan)
-    with arguments.recording.open("rb") as stream:
-        check["sha256"] = hashlib.file_digest(stream, "sha256").hexdigest()
-        stream.seek(0)
-        try:
-            recording = read_recording(stream, sensors, int(max_megabytes * 1e6))
-            check["header"] = dict(recording.header)
-            check["samples"] = recording.time_s.size
-            check["duration_s"] = float(recording.time_s[-1] - recording.time_s[0])
-            values = accept(recording, **rules, window=shape["window"], length=shape["length"])
-            matrix = preprocess(values, **shape)
-            check["status"] = "accepted"
-        except RecordingError as reason:
-            check["reason"] = str(reason)
+    try:
+        content = files.read_limited(arguments.recording, max_bytes)
+        if content is None:
+            raise too_large(max_bytes)
+        check["sha256"] = hashlib.sha256(content).hexdigest()
+        recording = read_recording(io.BytesIO(content), sensors, max_bytes)
+        check["header"] = dict(recording.header)
+        check["samples"] = recording.time_s.size
+        check["duration_s"] = float(recording.time_s[-1] - recording.time_s[0])
+        values = accept(recording, **rules, window=shape["window"], length=shape["length"])
+        check["readings_sha256"] = hashlib.sha256(values.tobytes()).hexdigest()
+        matrix = preprocess(values, **shape)
+        check["status"] = "accepted"
+    except RecordingError as reason:
+        check["reason"] = str(reason)
     for path, array in ((arguments.signal, values), (arguments.matrix, matrix)):
         with files.write_whole(path, "wb") as stream:
             np.save(stream, array)

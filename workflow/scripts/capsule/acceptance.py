@@ -1,9 +1,17 @@
 """What makes a recording usable, and where its missing samples are."""
 
+import re
+from collections.abc import Mapping
+
 import numpy as np
 
 from capsule.errors import RecordingError
 from capsule.recording import Recording
+
+# Where no header says how many bits the ADC has: those of usual ones.
+_USUAL_BITS = (8, 10, 12, 14, 16)
+# Less variation than this, relative to the reading, is below any ADC's resolution: rounding.
+_SMALLEST_VARIATION = 1e-9
 
 
 def accept(
@@ -48,13 +56,14 @@ def accept(
     if recording.time_s.size < 2:
         raise RecordingError(f"{recording.time_s.size} sample is too few")
     places = _places(recording.time_s, rate_hz, rate_tolerance)
-    count = int(places[-1]) + 1
     # Length before filling: a wild time stamp must not ask for memory without bound.
-    if count > length:
+    if places[-1] + 1 > length:
         raise RecordingError(
-            f"{count} samples are more than the {length} columns of the matrix; "
+            f"{places[-1] + 1:.15g} samples are more than the {length} columns of the matrix; "
             "raise preprocessing.length"
         )
+    places = places.astype(np.int64)
+    count = int(places[-1]) + 1
     if count < window:
         raise RecordingError(
             f"{count} samples are fewer than the window of {window} (preprocessing.window)"
@@ -76,13 +85,15 @@ def _places(time_s: np.ndarray, rate_hz: float, rate_tolerance: float) -> np.nda
         raise RecordingError(f"time {what}: {later:g} s follows {earlier:g} s")
     interval = float(np.median(steps))
     if abs(1.0 / interval - rate_hz) > rate_tolerance * rate_hz:
+        scale = next((s for s in (1e3, 1e6, 1e9) if 0.5 < rate_hz * interval / s < 2), None)
+        hint = f"; is time_s in 1/{scale:.0f} of a second?" if scale else ""
         raise RecordingError(
             f"the samples come at {1.0 / interval:.4g} Hz, configured is {rate_hz:g} Hz "
-            "(recording.rate_hz)"
+            f"(recording.rate_hz){hint}"
         )
     # The recording's own interval: a clock that is 1 % off must not open gaps.
     advance = np.maximum(np.rint(steps / interval), 1.0)
-    return np.concatenate([[0], np.cumsum(advance)]).astype(np.int64)
+    return np.concatenate([[0.0], np.cumsum(advance)])
 
 
 def _check_gaps(values: np.ndarray, time_s: np.ndarray, rate_hz: float, max_gap_s: float) -> None:
@@ -101,32 +112,60 @@ def _check_gaps(values: np.ndarray, time_s: np.ndarray, rate_hz: float, max_gap_
         )
 
 
-def _check_sensors(values: np.ndarray, header: object, max_rail_fraction: float) -> None:
+def _check_sensors(values: np.ndarray, header: Mapping[str, str], max_rail_fraction: float) -> None:
+    counts, ends = _adc_ends(header, values)
     for sensor, readings in enumerate(values, start=1):
         known = readings[~np.isnan(readings)]
         low, high = known.min(), known.max()
-        if low == high:
+        if high - low <= max(_SMALLEST_VARIATION * max(abs(low), abs(high)), 1e-12):
             raise RecordingError(
                 f"sensor_{sensor} reads {low:g} throughout: is it connected, and not shorted?"
             )
-        rails = _rails(header)
-        if rails is None:
-            continue
-        if low < rails[0] or high > rails[1]:
-            outside = low if low < rails[0] else high
+        if counts and "adc_bits" in header and (low < 0 or high > ends[-1][1]):
+            outside = low if low < 0 else high
             raise RecordingError(
                 f"sensor_{sensor} reads {outside:g}, outside the ADC's range "
-                f"{rails[0]:g}..{rails[1]:g} (adc_bits in the header)"
+                f"0..{ends[-1][1]:g} (adc_bits in the header)"
             )
-        for rail in rails:
-            fraction = float(np.mean(known == rail))
+        for below, above in ends:
+            fraction = float(np.mean((known >= below) & (known <= above)))
             if fraction > max_rail_fraction:
+                unit = "" if counts else " V"
                 raise RecordingError(
-                    f"sensor_{sensor} is at {rail:g}, the end of the ADC's range, in "
+                    f"sensor_{sensor} is at {below:g}{unit}, the end of the ADC's range, in "
                     f"{100 * fraction:.0f} % of the samples (recording.max_rail_fraction)"
                 )
 
 
-def _rails(header: object) -> tuple[float, float] | None:
-    bits = header.get("adc_bits", "") if hasattr(header, "get") else ""
-    return (0.0, float(2 ** int(bits) - 1)) if bits.isdecimal() and int(bits) <= 32 else None
+def _adc_ends(
+    header: Mapping[str, str], values: np.ndarray
+) -> tuple[bool, list[tuple[float, float]]]:
+    """Tell whether readings are counts, and which bands of them are an end of the ADC's range.
+
+    The highest band stands last.
+    """
+    bits, vref_v = _header_number(header, "adc_bits"), _header_number(header, "vref_v")
+    if bits is not None and not (bits.is_integer() and 1 <= bits <= 32):
+        raise RecordingError(
+            f"the header says adc_bits: {header['adc_bits']!r}; allowed is a whole number, 1 to 32"
+        )
+    whole = bool(np.all((values % 1.0 == 0) | np.isnan(values)))
+    # Averaged counts are no whole numbers; volts never exceed the reference.
+    counts = whole or (bool(np.nanmax(values) > 2 * vref_v) if vref_v else bits is not None)
+    if counts:
+        # A reading of 2^n - 1 for most of a run is no coincidence, even where no header tells n.
+        tops = [float(2 ** int(n) - 1) for n in ([bits] if bits else _USUAL_BITS)]
+        return True, [(0.0, 0.0), *((top, top) for top in tops)]
+    step = (vref_v or 0.0) / 2 ** (bits or 10)
+    # Converted by 2^n or by 2^n - 1, the highest count is within one step of the reference.
+    top = [(vref_v - 1.5 * step, vref_v + step)] if vref_v else []
+    return False, [(0.0, step / 2), *top]
+
+
+def _header_number(header: Mapping[str, str], key: str) -> float | None:
+    text = header.get(key, "")
+    if not text:
+        return None
+    if not re.fullmatch(r"[0-9]{1,6}(\.[0-9]{1,6})?", text):
+        raise RecordingError(f"the header says {key}: {text[:60]!r}, which is no number")
+    return float(text)

@@ -8,9 +8,17 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 UNLABELLED = "unlabelled"
-_SIZE_FOLDER = re.compile(r"(\d+(?:\.\d+)?)mm")
-# Plain names reach a shell, a report and any file system unharmed.
-_PLAIN_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]*")
+# At most three digits on either side, so that a size and its label are the same number.
+_SIZE_FOLDER = re.compile(r"([0-9]{1,3}(?:\.[0-9]{1,3})?)mm")
+# Plain names reach a shell, a report and any file system unharmed; the length leaves room for
+# the endings of the results.
+_PLAIN_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]{0,99}")
+_NO_FILE = {
+    "folder": "a folder, not a file",
+    "dead link": "a link that leads nowhere",
+    "device": "no file with content, but a pipe or a device",
+    "locked": "cannot be read: you have no permission",
+}
 
 
 @dataclass(frozen=True)
@@ -21,15 +29,12 @@ class Entry:
     ----------
     path : str
         Relative to raw/, with forward slashes.
-    is_file : bool
-        False for folders and for links to nowhere.
-    is_link : bool
-        True for links.
+    kind : {"file", "folder", "dead link", "device", "locked"}
+        What it is, links followed; ``"locked"`` is a file or folder that may not be read.
     """
 
     path: str
-    is_file: bool = True
-    is_link: bool = False
+    kind: str = "file"
 
 
 @dataclass(frozen=True)
@@ -41,14 +46,19 @@ class Archive:
     recordings : tuple of str
         Names such as ``3mm/r07``, sorted: these are processed.
     refused : dict of str to str
-        Files that claim to be recordings but cannot be processed, and why.
+        Files that claim to be recordings but cannot be processed, and why; the names as
+        `displayed`.
     passed_over : dict of str to str
-        Everything else, and why.
+        Everything else, and why; the names as `displayed`.
     """
 
     recordings: tuple[str, ...]
     refused: dict[str, str]
     passed_over: dict[str, str]
+
+    def labelled(self) -> list[str]:
+        """Give the recordings made in a known condition, with or without a nodule."""
+        return [name for name in self.recordings if size_mm(name) is not None]
 
     def of_nodules(self) -> list[str]:
         """Give the recordings made over a nodule of known size."""
@@ -57,6 +67,18 @@ class Archive:
     def unlabelled(self) -> list[str]:
         """Give the recordings to be detected."""
         return [name for name in self.recordings if size_mm(name) is None]
+
+
+def displayed(name: str) -> str:
+    r"""Write an untrusted name on one line, so that it neither moves a cursor nor breaks a table.
+
+    What is not printable (line feeds, escape characters, bytes that are no UTF-8) is written as
+    an escape such as ``\n``; different names stay different.
+    """
+    return "".join(
+        each if each.isprintable() and each != "\\" else each.encode("unicode_escape").decode()
+        for each in name
+    )
 
 
 def folder_size_mm(folder: str) -> float | None:
@@ -102,24 +124,24 @@ def classify(entries: Iterable[Entry]) -> Archive:
     recordings, refused, passed_over = [], {}, {}
     for entry in entries:
         folder, _, name = entry.path.partition("/")
+        shown = displayed(entry.path)
         if not name:
-            _classify_top(entry, passed_over)
+            if reason := _fault_at_top(entry):
+                passed_over[shown + ("/" if entry.kind == "folder" else "")] = reason
         elif folder != UNLABELLED and folder_size_mm(folder) is None:
-            continue  # its folder is named once, by _classify_top
+            continue  # its folder is named once, above
         elif name.startswith("."):
-            passed_over[entry.path] = "hidden file"
+            passed_over[shown] = "hidden file"
+        elif name.endswith(".part"):
+            passed_over[shown] = "still being recorded"
         elif not name.endswith(".csv"):
-            passed_over[entry.path] = (
-                "still being recorded" if name.endswith(".part") else "not a .csv file"
-            )
-        elif not entry.is_file:
-            refused[entry.path] = (
-                "a link that leads nowhere" if entry.is_link else "a folder, not a file"
-            )
+            passed_over[shown] = _other_file(entry, name)
+        elif entry.kind != "file":
+            refused[shown] = _NO_FILE[entry.kind]
         elif not _PLAIN_NAME.fullmatch(name):
-            refused[entry.path] = (
+            refused[shown] = (
                 "rename the file: only letters A-Z, digits and _ . + - are allowed in its name, "
-                "and it starts with a letter or digit"
+                "at most 100 of them, and it starts with a letter or digit"
             )
         else:
             recordings.append(entry.path.removesuffix(".csv"))
@@ -127,12 +149,21 @@ def classify(entries: Iterable[Entry]) -> Archive:
     return Archive(tuple(sorted(recordings, key=sort_key)), *ordered)
 
 
-def _classify_top(entry: Entry, passed_over: dict[str, str]) -> None:
+def _other_file(entry: Entry, name: str) -> str:
+    if entry.kind == "folder":
+        return "a folder; recordings lie directly in the folder of their size"
+    if name.lower().endswith(".csv"):
+        return "not a .csv file: rename the ending to small letters"
+    return "not a .csv file"
+
+
+def _fault_at_top(entry: Entry) -> str:
     if entry.path.startswith("."):
-        return
-    if entry.is_file:
-        passed_over[entry.path] = "lies beside the folders; move it into one such as 3mm/"
-    elif entry.path != UNLABELLED and folder_size_mm(entry.path) is None:
-        passed_over[entry.path + "/"] = (
-            "a folder that names no size; call it such as 0mm, 2.5mm or unlabelled"
-        )
+        return ""
+    if entry.kind == "locked":
+        return _NO_FILE["locked"]
+    if entry.kind != "folder":
+        return "lies beside the folders; move it into one such as 3mm/"
+    if entry.path != UNLABELLED and folder_size_mm(entry.path) is None:
+        return "a folder that names no size; call it such as 0mm, 2.5mm or unlabelled"
+    return ""

@@ -5,7 +5,9 @@ sample. Only the columns ``time_s, sensor_1 ... sensor_S`` are required. A sampl
 missing (the board was unplugged) is a line whose sensor cells are empty.
 """
 
+import array
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import BinaryIO
@@ -15,7 +17,14 @@ import numpy as np
 from capsule.errors import RecordingError
 
 FORMAT_VERSION = "1"
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+# ASCII alone: float() would also read digits of other scripts.
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+# No clock and no ADC gives more than this; its square is far from overflow.
+_LARGEST_NUMBER = 1e20
+# Bounds that no recording comes near: what breaks them is some other file, and is told so at
+# once instead of being taken apart for minutes.
+_LONGEST_LINE = 10_000
+_LONGEST_HEADER = 1000
 
 
 @dataclass(frozen=True)
@@ -65,30 +74,49 @@ def read_recording(stream: BinaryIO, sensors: int, max_bytes: int = 16_000_000) 
     """
     content = stream.read(max_bytes + 1)
     if len(content) > max_bytes:
-        raise RecordingError(
-            f"the file is larger than {max_bytes / 1e6:g} MB and cannot be one run "
-            "(limit: recording.max_megabytes)"
-        )
+        raise too_large(max_bytes)
     text = _decode(content)
-    lines = text.splitlines()
+    # Not splitlines(): it also splits at form feeds and other characters that editors do not.
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    complete = lines[-1] == ""
+    if complete:
+        lines.pop()
+    longest = max(range(len(lines)), key=lambda index: len(lines[index]))
+    if len(lines[longest]) > _LONGEST_LINE:
+        raise RecordingError(
+            f"line {longest + 1} holds {len(lines[longest])} characters: this is no recording"
+        )
     header, first_row = _split_header(lines)
     if first_row == len(lines):
         raise RecordingError("there is a header but no line of column names and no sample")
     order = _column_order(lines[first_row], sensors, first_row + 1)
-    complete = text.endswith(("\n", "\r"))
-    if "format_version" in header and not complete:
+    version = header.get("format_version")
+    if version is not None and not complete:
         raise RecordingError(
             f"line {len(lines)} is cut off: the file ends in mid-line; copy it again"
         )
-    rows = [
-        _parse_row(line, order, number)
-        for number, line in enumerate(lines[first_row + 1 :], start=first_row + 2)
-        if line.strip()
-    ]
-    if not rows:
+    if version not in (None, FORMAT_VERSION):
+        raise RecordingError(
+            f"the header says format_version {_shorten(version)!r}; "
+            f"this program knows {FORMAT_VERSION}"
+        )
+    # Flat and packed: lists of floats would take ten times the memory of a wrong file.
+    cells = array.array("d")
+    for number, line in enumerate(lines[first_row + 1 :], start=first_row + 2):
+        if line.strip():
+            cells.extend(_parse_row(line, order, number))
+    if not cells:
         raise RecordingError("there are column names but no sample")
-    table = np.array(rows, dtype=np.float64)
+    table = np.array(cells).reshape(-1, sensors + 1)
     return Recording(table[:, 0], np.ascontiguousarray(table[:, 1:].T), header)
+
+
+def too_large(max_bytes: int) -> RecordingError:
+    """Say that a file is no recording because of its size; it need not be read for that."""
+    return RecordingError(
+        f"the file is larger than {max_bytes / 1e6:g} MB and cannot be one run "
+        "(limit: recording.max_megabytes)"
+    )
 
 
 def _decode(content: bytes) -> str:
@@ -114,6 +142,8 @@ def _split_header(lines: Sequence[str]) -> tuple[dict[str, str], int]:
         key, colon, value = stripped.lstrip("#").partition(":")
         if colon:
             header[key.strip()] = value.strip()
+        if index >= _LONGEST_HEADER:
+            raise RecordingError(f"the first {_LONGEST_HEADER} lines hold no column names")
     return header, len(lines)
 
 
@@ -126,19 +156,24 @@ def _column_order(line: str, sensors: int, number: int) -> list[int]:
         )
     names = [name.strip() for name in line.split(",")]
     wanted = column_names(sensors)
-    doubled = sorted({name for name in names if names.count(name) > 1})
+    doubled = sorted(name for name, count in Counter(names).items() if count > 1 and name)
     if doubled:
-        raise RecordingError(f"line {number}: the column {doubled[0]!r} stands more than once")
+        raise RecordingError(
+            f"line {number}: the column {_shorten(doubled[0])!r} stands more than once"
+        )
     missing = [name for name in wanted if name not in names]
     if missing:
         raise RecordingError(
             f"line {number}: the column {missing[0]!r} is missing; found: {_shorten(line)!r}, "
             f"wanted: {','.join(wanted)}"
         )
-    surplus = [name for name in names if re.fullmatch(r"sensor_\d+", name) and name not in wanted]
+    surplus = [
+        name for name in names if re.fullmatch(r"sensor_[0-9]+", name) and name not in wanted
+    ]
     if surplus:
         raise RecordingError(
-            f"line {number}: there is a column {surplus[0]!r}, but recording.sensors is {sensors}"
+            f"line {number}: there is a column {_shorten(surplus[0])!r}, "
+            f"but recording.sensors is {sensors}"
         )
     return [names.index(name) for name in wanted] + [len(names)]
 
@@ -163,7 +198,7 @@ def _parse_number(cell: str, number: int) -> float:
         what = f"{_shorten(cell)!r} is not a number" if cell else "a cell is empty"
         raise RecordingError(f"line {number}: {what}")
     value = float(cell)
-    if not np.isfinite(value):
+    if abs(value) > _LARGEST_NUMBER:
         raise RecordingError(f"line {number}: {_shorten(cell)!r} is too large")
     return value
 

@@ -1,0 +1,266 @@
+/* One AVR board as a passive object: the caller owns time, the line and the pins.
+ *
+ * libsimavr runs the board's real firmware, cycle by cycle. This file joins it to the bench: the
+ * UART as two byte queues, voltages at the ADC, the end stop, the coils of the stepper motor.
+ * Built as a shared library and called from emulated.py. */
+#include <simavr/avr_adc.h>
+#include <simavr/avr_ioport.h>
+#include <simavr/avr_uart.h>
+#include <simavr/sim_avr.h>
+#include <simavr/sim_elf.h>
+#include <simavr/sim_io.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define MHZ 16
+#define CHANNELS 8
+#define QUEUE 65536
+#define STAMPS 8192
+
+/* Cycle counts of the last events; `count` goes on beyond the size. */
+typedef struct {
+    unsigned long long cycles[STAMPS];
+    unsigned long count;
+} stamps_t;
+
+typedef struct {
+    avr_t *avr;
+    avr_irq_t *adc_pins, *uart_in, *end_stop_pin;
+    int transmit_length, receive_length, receive_done;
+    int uart_full;
+    unsigned char transmit[QUEUE], receive[QUEUE];
+    double from_mv[CHANNELS], to_mv[CHANNELS]; /* over the stretch being run */
+    avr_cycle_count_t stretch_start, stretch_end;
+    unsigned char coils;
+    long half_steps;
+    unsigned long illegal_steps; /* patterns or jumps that no half-step makes */
+    int end_stop_closed;
+    unsigned long long cycles_asleep;
+    stamps_t samples, steps;
+} board_t;
+
+static void stamp(stamps_t *stamps, avr_cycle_count_t cycle) {
+    stamps->cycles[stamps->count++ % STAMPS] = cycle;
+}
+
+/* simavr turns millivolts into mV * 1023 / Vref; silicon makes Vin * 1024 / Vref. So the code is
+ * computed here, and simavr is handed the millivolts that it turns into that code. */
+static void on_conversion(avr_irq_t *irq, uint32_t value, void *context) {
+    (void)irq;
+    board_t *board = context;
+    union {
+        avr_adc_mux_t mux;
+        uint32_t value;
+    } trigger = {.value = value};
+    unsigned channel = trigger.mux.src & (CHANNELS - 1);
+    if (channel == 0) {
+        stamp(&board->samples, board->avr->cycle);
+    }
+    double length = (double)(board->stretch_end - board->stretch_start);
+    double part = (double)(board->avr->cycle - board->stretch_start) / (length > 0 ? length : 1);
+    part = part > 1 ? 1 : part;
+    double mv = board->from_mv[channel] + (board->to_mv[channel] - board->from_mv[channel]) * part;
+    double vref_mv = board->avr->avcc;
+    int code = (int)(mv * 1024 / vref_mv);
+    code = code < 0 ? 0 : code > 1023 ? 1023 : code;
+    avr_raise_irq(board->adc_pins + channel, (uint32_t)((code * vref_mv + 1022) / 1023));
+}
+
+static void on_transmit(avr_irq_t *irq, uint32_t value, void *context) {
+    (void)irq;
+    board_t *board = context;
+    if (board->transmit_length < QUEUE) {
+        board->transmit[board->transmit_length++] = (unsigned char)value;
+    }
+}
+
+static void on_uart_ready(avr_irq_t *irq, uint32_t value, void *context) {
+    (void)irq, (void)value;
+    ((board_t *)context)->uart_full = 0;
+}
+
+static void on_uart_full(avr_irq_t *irq, uint32_t value, void *context) {
+    (void)irq;
+    if (value) {
+        ((board_t *)context)->uart_full = 1;
+    }
+}
+
+/* The rotor follows the coils: the place of each legal pattern in the eight half-steps. */
+static void on_coils(avr_irq_t *irq, uint32_t value, void *context) {
+    (void)irq;
+    static const signed char place[16] = {-1, 0, 2, 1, 4, -1, 3, -1, 6, 7, -1, -1, 5, -1, -1, -1};
+    board_t *board = context;
+    unsigned char coils = value & 0xF;
+    if (coils == board->coils || coils == 0) {
+        return; /* unpowered, the gear keeps the rotor where it is */
+    }
+    if (place[coils] < 0) {
+        board->illegal_steps++;
+        return;
+    }
+    if (board->coils) {
+        int turn = (place[coils] - place[board->coils]) & 7;
+        if (turn == 1 || turn == 7) {
+            board->half_steps += turn == 1 ? 1 : -1;
+            stamp(&board->steps, board->avr->cycle);
+        } else {
+            board->illegal_steps++;
+        }
+    }
+    board->coils = coils;
+}
+
+/* simavr would sleep on the wall clock; here sleeping costs nothing. */
+static void on_sleep(avr_t *avr, avr_cycle_count_t cycles) {
+    ((board_t *)avr->custom.data)->cycles_asleep += cycles;
+}
+
+/* Bounds one sleep to 1 ms, so that commands are heard. */
+static avr_cycle_count_t on_tick(avr_t *avr, avr_cycle_count_t when, void *context) {
+    (void)avr, (void)context;
+    return when + 1000 * MHZ;
+}
+
+/* Open, the firmware's pull-up holds the pin high. simavr passes on changes only. */
+static void drive_end_stop(board_t *board) {
+    if (board->end_stop_pin) {
+        avr_raise_irq(board->end_stop_pin, board->end_stop_closed);
+        avr_raise_irq(board->end_stop_pin, !board->end_stop_closed);
+    }
+}
+
+static void settle_pins(board_t *board) {
+    avr_cycle_timer_register(board->avr, 1000 * MHZ, on_tick, board);
+    drive_end_stop(board);
+}
+
+board_t *board_new(const char *mcu, const char *elf) {
+    elf_firmware_t firmware;
+    memset(&firmware, 0, sizeof firmware);
+    board_t *board = calloc(1, sizeof *board);
+    if (!board || elf_read_firmware(elf, &firmware) ||
+        !(board->avr = avr_make_mcu_by_name(mcu))) {
+        free(board);
+        return NULL;
+    }
+    avr_t *avr = board->avr;
+    firmware.frequency = MHZ * 1000000;
+    avr_init(avr);
+    avr->log = 0;
+    avr_load_firmware(avr, &firmware);
+    avr->vcc = avr->avcc = avr->aref = 5000;
+    avr->custom.data = board; /* simavr hands on_sleep() the AVR only */
+    avr->sleep = on_sleep;
+    uint32_t flags = 0; /* neither standard output nor waiting on the wall clock */
+    avr_ioctl(avr, AVR_IOCTL_UART_SET_FLAGS('0'), &flags);
+    board->adc_pins = avr_io_getirq(avr, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0);
+    board->uart_in = avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_INPUT);
+    board->end_stop_pin = avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('E'), 4);
+    const struct {
+        uint32_t kind;
+        int index;
+        avr_irq_notify_t notify;
+    } outputs[] = {
+        {AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_OUT_TRIGGER, on_conversion},
+        {AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUTPUT, on_transmit},
+        {AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUT_XON, on_uart_ready},
+        {AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_OUT_XOFF, on_uart_full},
+        {AVR_IOCTL_IOPORT_GETIRQ('B'), IOPORT_IRQ_PIN_ALL, on_coils},
+    };
+    for (size_t i = 0; i < sizeof outputs / sizeof *outputs; i++) {
+        avr_irq_register_notify(avr_io_getirq(avr, outputs[i].kind, outputs[i].index),
+                                outputs[i].notify, board);
+    }
+    settle_pins(board);
+    return board;
+}
+
+void board_reset(board_t *board) {
+    avr_cycle_count_t cycle = board->avr->cycle;
+    avr_reset(board->avr);
+    board->avr->cycle = cycle;
+    board->uart_full = board->receive_length = board->receive_done = 0;
+    settle_pins(board);
+}
+
+/* Let time pass without the firmware: the boot loader waits, or the board has no power. */
+void board_skip(board_t *board, unsigned long long until_us) {
+    board->avr->cycle = until_us * MHZ;
+}
+
+void board_set_voltage(board_t *board, int channel, double from_mv, double to_mv) {
+    board->from_mv[channel] = from_mv;
+    board->to_mv[channel] = to_mv;
+}
+
+void board_set_end_stop(board_t *board, int closed) {
+    board->end_stop_closed = closed;
+    drive_end_stop(board);
+}
+
+/* Run to a point in time; 0, or 1 if the processor stopped. */
+int board_run(board_t *board, unsigned long long until_us) {
+    avr_t *avr = board->avr;
+    board->stretch_start = avr->cycle;
+    board->stretch_end = until_us * MHZ;
+    while (avr->cycle < board->stretch_end) {
+        int state = avr_run(avr);
+        if (state == cpu_Done || state == cpu_Crashed) {
+            return 1;
+        }
+        while (!board->uart_full && board->receive_done < board->receive_length) {
+            avr_raise_irq(board->uart_in, board->receive[board->receive_done++]);
+        }
+    }
+    if (board->receive_done == board->receive_length) {
+        board->receive_done = board->receive_length = 0;
+    }
+    return 0;
+}
+
+int board_take_sent(board_t *board, unsigned char *out, int size) {
+    int length = board->transmit_length < size ? board->transmit_length : size;
+    memcpy(out, board->transmit, (size_t)length);
+    memmove(board->transmit, board->transmit + length, (size_t)(board->transmit_length - length));
+    board->transmit_length -= length;
+    return length;
+}
+
+int board_deliver(board_t *board, const unsigned char *bytes, int length) {
+    int room = QUEUE - board->receive_length;
+    length = length < room ? length : room;
+    memcpy(board->receive + board->receive_length, bytes, (size_t)length);
+    board->receive_length += length;
+    return length;
+}
+
+/* From the registers UBRR0 and UCSR0A, as the firmware set them. */
+long board_baud(board_t *board) {
+    unsigned char *data = board->avr->data;
+    long divisor = (data[0xC4] | data[0xC5] << 8) + 1;
+    return MHZ * 1000000 / (divisor * (data[0xC0] & 2 ? 8 : 16));
+}
+
+long board_half_steps(board_t *board) { return board->half_steps; }
+unsigned long board_illegal_steps(board_t *board) { return board->illegal_steps; }
+int board_coils(board_t *board) { return board->avr->data[0x25] & 0xF; } /* PORTB */
+unsigned long long board_cycles(board_t *board) { return board->avr->cycle; }
+unsigned long long board_cycles_asleep(board_t *board) { return board->cycles_asleep; }
+
+static int last(const stamps_t *stamps, unsigned long long *out, int size) {
+    unsigned long kept = stamps->count < STAMPS ? stamps->count : STAMPS;
+    int length = kept < (unsigned long)size ? (int)kept : size;
+    for (int i = 0; i < length; i++) {
+        out[i] = stamps->cycles[(stamps->count - (unsigned long)(length - i)) % STAMPS];
+    }
+    return length;
+}
+
+int board_sample_cycles(board_t *board, unsigned long long *out, int size) {
+    return last(&board->samples, out, size);
+}
+
+int board_step_cycles(board_t *board, unsigned long long *out, int size) {
+    return last(&board->steps, out, size);
+}

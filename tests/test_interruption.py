@@ -1,0 +1,235 @@
+"""A run that is killed, or finds the disk full, goes on by the same plain command."""
+
+import contextlib
+import os
+import random
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+
+import run_guard
+from capsule.errors import CapsuleError
+from files import UNFINISHED
+from project import Project
+from synthetic import write_archive
+
+RECORDINGS = ["0mm/r01", "3mm/r01", "3mm/r02", "unlabelled/patient"]
+CHAINS, KILLS = 5, 4
+
+
+@pytest.fixture(scope="module")
+def new(tmp_path_factory):
+    """Make a project with recordings and no results."""
+    project = Project.create(
+        tmp_path_factory.mktemp("new") / "project", particles=10, iterations=10
+    )
+    write_archive(project.raw, RECORDINGS, samples=400)
+    return project
+
+
+@pytest.fixture(scope="module")
+def undisturbed(new, tmp_path_factory):
+    """Run it once without any disturbance."""
+    project = new.copy(tmp_path_factory.mktemp("undisturbed") / "project")
+    run = project.snakemake()
+    assert run.status == 0, run.output
+    return project
+
+
+@dataclass
+class Progress:
+    """What a run has said: the outputs that its jobs started and finished to make."""
+
+    started: list[str] = field(default_factory=list)
+    finished: list[str] = field(default_factory=list)
+    _outputs: str = ""
+    _by_job: dict[str, str] = field(default_factory=dict)
+
+    def read(self, line: str) -> None:
+        """Take in a line of Snakemake's plain log."""
+        if match := re.match(r"    output: (.+)", line):
+            self._outputs = match[1]
+        elif (match := re.match(r"    jobid: (\d+)", line)) and self._outputs:
+            self._by_job[match[1]] = self._outputs
+            self.started.append(self._outputs)
+            self._outputs = ""
+        elif (match := re.match(r"Finished jobid: (\d+)", line)) and match[1] in self._by_job:
+            self.finished.append(self._by_job[match[1]])
+
+
+def run_and_kill(project: Project, numbers: random.Random) -> Progress:
+    """Run, and kill the whole process group without warning at a random moment.
+
+    The moment is a random time after a random number of jobs have begun, so that moments spread
+    over the run however busy the machine is; with no job, over the start of Snakemake.
+    """
+    jobs = numbers.randrange(4)
+    delay = numbers.uniform(0.0, 0.5 if jobs else 1.5)
+    progress = Progress()
+    command = [sys.executable, "-m", "snakemake", "-c1"]
+    with subprocess.Popen(
+        command,
+        cwd=project.folder,
+        env={**os.environ, "PYTHONPATH": ""},
+        start_new_session=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    ) as process:
+
+        def kill() -> None:
+            # The group's last member may just have ended by itself.
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+
+        timer = threading.Timer(delay, kill)
+        if jobs == 0:
+            timer.start()
+        for line in process.stdout:
+            progress.read(line)
+            if jobs and len(progress.started) >= jobs and not timer.is_alive():
+                timer.start()
+                jobs = 0
+        timer.join()
+    return progress
+
+
+def half_written(project: Project, expected: dict[str, bytes]) -> list[str]:
+    """Name the results that stand under their final name with another content."""
+    return [
+        name
+        for name, content in project.result_bytes().items()
+        if not name.endswith(UNFINISHED) and content != expected[name]
+    ]
+
+
+def be_killed_again_and_again(project: Project, seed: int, expected: dict[str, bytes]) -> int:
+    """Kill a run several times, then let it end; check what the issue asks at every step."""
+    numbers = random.Random(seed)
+    finished: set[str] = set()
+    killed = 0
+    for _ in range(KILLS):
+        progress = run_and_kill(project, numbers)
+        killed += 1
+        assert not finished & set(progress.started), "a finished job was done again"
+        finished |= set(progress.finished)
+        assert half_written(project, expected) == []
+    last = project.snakemake(cores=1)
+    assert last.status == 0, last.output
+    progress = Progress()
+    for line in last.output.splitlines():
+        progress.read(line)
+    assert not finished & set(progress.started), "a finished job was done again"
+    assert project.result_bytes() == expected
+    assert not list(project.results.rglob(f"*{UNFINISHED}"))
+    assert project.snakemake().did_nothing
+    return killed
+
+
+@pytest.mark.workflow
+def test_killed_at_twenty_random_moments_the_plain_command_goes_on(new, undisturbed, tmp_path):
+    expected = undisturbed.result_bytes()
+    projects = [new.copy(tmp_path / f"project-{number}") for number in range(CHAINS)]
+    with ThreadPoolExecutor(max_workers=2) as pool:
+        killed = pool.map(be_killed_again_and_again, projects, range(CHAINS), [expected] * CHAINS)
+        assert sum(killed) == 20
+
+
+@pytest.mark.workflow
+def test_two_runs_in_one_folder_exclude_each_other(new, tmp_path):
+    project = new.copy(tmp_path / "project")
+    with run_guard.hold(project.folder / ".snakemake/run.lock"):
+        second = project.snakemake()
+        assert second.status != 0
+        assert f"another run is at work in this folder (process {os.getpid()} on" in second.output
+        assert "wait until it has ended" in second.output
+        assert not second.jobs
+        assert project.snakemake("-n").status == 0
+    assert project.snakemake("results/checks/3mm/r01.json").status == 0
+
+
+def test_the_lock_ends_with_the_process_however_it_ends(tmp_path):
+    lock = tmp_path / "run.lock"
+    code = f"import pathlib, run_guard, time; kept = run_guard.hold(pathlib.Path({str(lock)!r}))"
+    code += "; print('held', flush=True); time.sleep(60)"
+    environment = {**os.environ, "PYTHONPATH": str(Path(run_guard.__file__).parent)}
+    with subprocess.Popen(
+        [sys.executable, "-c", code], env=environment, stdout=subprocess.PIPE, text=True
+    ) as holder:
+        assert holder.stdout.readline() == "held\n"
+        with pytest.raises(CapsuleError, match=f"process {holder.pid} on"):
+            run_guard.hold(lock)
+        holder.kill()
+    run_guard.hold(lock).close()
+
+
+@contextlib.contextmanager
+def small_disk(folder: Path, size: str):
+    """Mount a disk of that size there."""
+    folder.mkdir(exist_ok=True)
+    command = ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", str(folder)]
+    if os.name != "posix" or os.geteuid() != 0 or not shutil.which("mount"):
+        pytest.skip("a small disk can be mounted by the administrator of Linux only")
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        pytest.skip(f"mounting a small disk is not allowed here: {done.stderr.strip()}")
+    try:
+        yield
+    finally:
+        subprocess.run(["umount", "--lazy", str(folder)], check=True)
+
+
+def enlarge(folder: Path) -> None:
+    """Make room on the small disk."""
+    subprocess.run(["mount", "-o", "remount,size=50m", str(folder)], check=True)
+
+
+@pytest.mark.workflow
+def test_a_full_disk_is_named_and_the_run_goes_on_when_there_is_room(new, tmp_path):
+    plain = new.copy(tmp_path / "plain")
+    # Wide matrices: with the usual ones, the logs would fill so small a disk first.
+    plain.configure(preprocessing={"length": 15_000})
+    project = plain.copy(tmp_path / "project")
+    assert plain.snakemake().status == 0
+    with small_disk(project.results, "1700k"):
+        run = project.snakemake()
+        assert run.status != 0
+        assert re.search(
+            r"error: results/[\w/.-]+: No space left on device; make room and run again", run.output
+        )
+        assert "run the same command again: what is finished stays" in run.output
+        expected = plain.result_bytes()
+        assert half_written(project, expected) == []
+        done_before = run.output.count("Finished jobid")
+        assert done_before
+        enlarge(project.results)
+        rest = project.snakemake()
+        assert rest.status == 0, rest.output
+        assert project.result_bytes() == expected
+        assert rest.jobs.total() == plain_jobs() - done_before
+
+
+def plain_jobs() -> int:
+    """Count the jobs of an undisturbed run: one a recording, a nodule and a table, and `all`."""
+    return len(RECORDINGS) + 2 + 5
+
+
+@pytest.mark.workflow
+def test_on_a_disk_that_is_full_from_the_start_nothing_is_started(new, tmp_path):
+    project = new.copy(tmp_path / "project")
+    with small_disk(project.results, "900k"):
+        run = project.snakemake()
+        assert run.status != 0
+        assert not run.jobs
+        assert "no space left on device, nothing was started" in run.output
+        assert "MB are free on the disk" in run.output
+        enlarge(project.results)
+        assert project.snakemake("results/checks/3mm/r01.json").status == 0

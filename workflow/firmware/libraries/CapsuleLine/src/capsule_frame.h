@@ -1,0 +1,54 @@
+/* Frames of the serial line: "$", a payload, "*", four hexadecimal digits of CRC-16, line feed.
+ *
+ * docs/protocol.md is the description that both ends follow. */
+#ifndef CAPSULE_FRAME_H
+#define CAPSULE_FRAME_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define FRAME_CAPACITY 160  /* bytes of the longest frame a board sends */
+#define COMMAND_CAPACITY 40 /* bytes of the longest command a board takes */
+
+/* A frame under construction. */
+typedef struct {
+    char text[FRAME_CAPACITY];
+    uint8_t length;
+} frame_t;
+
+void frame_start(frame_t *frame, const char *kind);
+void frame_add_text(frame_t *frame, const char *text);
+void frame_add_key(frame_t *frame, const char *key); /* the next value follows "key=" */
+void frame_add_count(frame_t *frame, uint32_t value);
+void frame_add_signed(frame_t *frame, int32_t value);
+void frame_add_thousandths(frame_t *frame, int32_t value); /* 25000 is written 25.000 */
+/* Append to the text of the last field; a frame's text never holds "$", "*" or a line feed. */
+void frame_append(frame_t *frame, const char *text);
+void frame_append_count(frame_t *frame, uint32_t value);
+void frame_append_thousandths(frame_t *frame, int32_t value);
+void frame_finish(frame_t *frame); /* adds the check; text and length are then ready to send */
+
+/* What the last byte completed. */
+typedef enum {
+    RECEIVED_NOTHING,
+    RECEIVED_COMMAND,  /* checked: `text` holds it */
+    RECEIVED_QUESTION, /* a bare "?", for somebody at a terminal */
+    RECEIVED_DAMAGED   /* a line that failed its check */
+} received_t;
+
+/* A command on its way in. */
+typedef struct {
+    char text[COMMAND_CAPACITY + 1];
+    uint8_t length;
+    bool overflowed;
+} receiver_t;
+
+received_t receive_byte(receiver_t *receiver, char byte);
+
+/* Cut "name,argument" in two; gives the argument, empty where there is none. */
+char *split_argument(char *command);
+
+/* Read "25", "25.5" or "25.125" as thousandths; false where it is anything else. */
+bool parse_thousandths(const char *text, int32_t *thousandths);
+
+#endif

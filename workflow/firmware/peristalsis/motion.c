@@ -1,0 +1,170 @@
+#include "motion.h"
+
+#include <avr/interrupt.h>
+#include <avr/io.h>
+#include <stdlib.h>
+
+#define TICK_HZ (F_CPU / 64) /* of Timer1: 4 us */
+
+/* Coils at PB0..PB3 (digital pins 8..11), through the ULN2003 to the motor's blue, pink, yellow
+ * and orange wires. */
+#define COILS 0x0F
+static const uint8_t HALF_STEP_COILS[8] = {0x1, 0x3, 0x2, 0x6, 0x4, 0xC, 0x8, 0x9};
+
+/* Rates are signed thousandths of a half-step/s, negative backward. */
+#define START_RATE_MILLI (START_RATE * 1000L)
+
+static volatile int32_t rate;      /* now; 0 at rest */
+static volatile int32_t wanted;    /* where the ramp leads */
+static volatile uint16_t ramp;     /* half-steps/s^2 */
+static volatile int32_t half_steps;
+static volatile uint32_t overflows; /* of Timer1: 0.262 s each */
+static uint32_t remainder_ticks;    /* of the division in step_ticks(): no step is ever late */
+
+static int32_t set_speed_um_s = DEFAULT_SPEED_UM_S;
+static bool set_backward;
+
+/* 16.98 half-steps move the wave one mm. */
+static int32_t milli_rate(int32_t speed_um_s) {
+    return (int32_t)((int64_t)speed_um_s * HALF_STEPS_PER_TURN_NUMERATOR * 1000 /
+                     ((int64_t)HALF_STEPS_PER_TURN_DENOMINATOR * WAVES_PER_MOTOR_TURN *
+                      WAVELENGTH_UM));
+}
+
+static int32_t wave_um(int32_t steps, int32_t per_step) {
+    return (int32_t)((int64_t)steps * HALF_STEPS_PER_TURN_DENOMINATOR * WAVES_PER_MOTOR_TURN *
+                     WAVELENGTH_UM / ((int64_t)HALF_STEPS_PER_TURN_NUMERATOR * per_step));
+}
+
+static void energize(void) {
+    PORTB = (PORTB & (uint8_t)~COILS) | HALF_STEP_COILS[half_steps & 7];
+}
+
+static void release(void) {
+    PORTB &= (uint8_t)~COILS; /* the gear holds the cam; the coils stay cool */
+}
+
+static uint16_t step_ticks(uint32_t magnitude) {
+    uint32_t numerator = TICK_HZ * 1000UL + remainder_ticks;
+    remainder_ticks = numerator % magnitude;
+    return (uint16_t)(numerator / magnitude);
+}
+
+/* Move the rate towards the wanted one, as far as the ramp allows within one step. */
+static int32_t ramped(int32_t now, int32_t target, uint16_t ticks) {
+    int32_t change = (int32_t)((uint32_t)ramp * ticks / (TICK_HZ / 1000));
+    int32_t next = now < target ? now + change : now - change;
+    if (labs(target - now) <= change) {
+        next = target;
+    }
+    if (labs(next) >= START_RATE_MILLI || next == target) {
+        return next;
+    }
+    /* Slower than the ramp's first rate: stop there, or turn round at it. */
+    if (target == 0) {
+        return 0;
+    }
+    int32_t first = labs(target) < START_RATE_MILLI ? labs(target) : START_RATE_MILLI;
+    return target > 0 ? first : -first;
+}
+
+ISR(TIMER1_COMPA_vect) {
+    half_steps += rate > 0 ? 1 : -1;
+    energize();
+    uint16_t ticks = step_ticks((uint32_t)labs(rate));
+    rate = ramped(rate, wanted, ticks);
+    if (rate == 0) {
+        TIMSK1 &= (uint8_t) ~(1 << OCIE1A);
+        release();
+    } else {
+        OCR1A += ticks;
+    }
+}
+
+ISR(TIMER1_OVF_vect) {
+    overflows++;
+}
+
+void motion_begin(void) {
+    DDRB |= COILS;
+    TCCR1A = 0;
+    TCCR1B = 1 << CS11 | 1 << CS10; /* counts freely, F_CPU / 64 */
+    TIMSK1 = 1 << TOIE1;
+    motion_set_ramp(DEFAULT_RAMP_UM_S2);
+}
+
+motion_t motion_read(void) {
+    cli();
+    uint32_t elapsed = overflows;
+    uint16_t count = TCNT1;
+    if (TIFR1 & 1 << TOV1) { /* overflowed after interrupts were held */
+        elapsed++;
+        count = TCNT1;
+    }
+    motion_t motion = {.half_steps = half_steps, .state = rate == 0     ? STOPPED
+                                                          : wanted == 0 ? STOPPING
+                                                                        : RUNNING};
+    int32_t now = rate;
+    sei();
+    motion.uptime_ms = (uint32_t)(((uint64_t)elapsed << 16 | count) / (TICK_HZ / 1000));
+    motion.position_um = wave_um(motion.half_steps, 1);
+    motion.speed_um_s = wave_um(now, 1000);
+    return motion;
+}
+
+uint32_t motion_rate(int32_t speed_um_s) {
+    return (uint32_t)((milli_rate(speed_um_s) + 999) / 1000);
+}
+
+int32_t motion_max_speed_um_s(void) {
+    return wave_um(MAX_RATE, 1);
+}
+
+/* The main program alone changes what is wanted; the interrupt follows. */
+static void lead_to(int32_t target) {
+    cli();
+    wanted = target;
+    if (rate == 0 && target != 0) { /* from rest: the interrupt is off */
+        rate = ramped(0, target, 0);
+        remainder_ticks = 0;
+        energize();
+        OCR1A = TCNT1 + step_ticks((uint32_t)labs(rate));
+        TIFR1 = 1 << OCF1A; /* forget matches from before */
+        TIMSK1 |= 1 << OCIE1A;
+    }
+    sei();
+}
+
+static void lead_to_set_speed(void) {
+    int32_t target = milli_rate(set_speed_um_s);
+    lead_to(set_backward ? -target : target);
+}
+
+void motion_set_speed(int32_t speed_um_s) {
+    set_speed_um_s = speed_um_s;
+    if (wanted != 0) {
+        lead_to_set_speed();
+    }
+}
+
+void motion_set_ramp(int32_t ramp_um_s2) {
+    uint16_t half_steps_s2 = (uint16_t)(milli_rate(ramp_um_s2) / 1000);
+    cli();
+    ramp = half_steps_s2;
+    sei();
+}
+
+void motion_set_backward(bool backward) {
+    set_backward = backward;
+    if (wanted != 0) {
+        lead_to_set_speed();
+    }
+}
+
+void motion_start(void) {
+    lead_to_set_speed();
+}
+
+void motion_stop(void) {
+    lead_to(0);
+}

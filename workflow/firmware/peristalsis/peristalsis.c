@@ -1,0 +1,222 @@
+/* Peristalsis: turns the cam shafts of the phantom intestine, on an Arduino UNO.
+ *
+ * A 28BYJ-48 behind a ULN2003 makes a wave of 80 mm travel along the walls at a set speed. The
+ * interrupt of Timer1 makes every step (motion.c); this file listens to commands and sleeps.
+ * Commands and frames: docs/protocol.md; wiring, cam and gearing: docs/bench.md. */
+#if !__has_include(<capsule_frame.h>)
+#error "Arduino IDE: set File > Preferences > Sketchbook location to workflow/firmware"
+#endif
+#include <avr/interrupt.h>
+#include <avr/sleep.h>
+#include <capsule_frame.h>
+#include <capsule_serial.h>
+#include <string.h>
+
+#include "motion.h"
+
+#define FIRMWARE_VERSION "1.0"
+
+static const char *const STATE_NAMES[] = {"stopped", "running", "stopping"};
+
+static void send_identity(void) {
+    motion_t motion = motion_read();
+    frame_t frame;
+    frame_start(&frame, "I");
+    frame_add_text(&frame, "peristalsis");
+    frame_add_text(&frame, "protocol=1");
+    frame_add_text(&frame, "firmware=" FIRMWARE_VERSION);
+    frame_add_key(&frame, "wavelength_mm");
+    frame_add_thousandths(&frame, WAVELENGTH_UM);
+    frame_add_key(&frame, "max_mm_s");
+    frame_add_thousandths(&frame, motion_max_speed_um_s());
+    frame_add_key(&frame, "state");
+    frame_append(&frame, STATE_NAMES[motion.state]);
+    frame_add_key(&frame, "uptime_ms");
+    frame_add_count(&frame, motion.uptime_ms);
+    serial_send(&frame);
+}
+
+static void send_position(void) {
+    motion_t motion = motion_read();
+    frame_t frame;
+    frame_start(&frame, "P");
+    frame_add_count(&frame, motion.uptime_ms);
+    frame_add_signed(&frame, motion.half_steps);
+    frame_add_thousandths(&frame, motion.position_um);
+    frame_add_thousandths(&frame, motion.speed_um_s);
+    frame_add_text(&frame, STATE_NAMES[motion.state]);
+    serial_send(&frame);
+}
+
+static void refuse(const char *command, const char *reason) {
+    frame_t frame;
+    frame_start(&frame, "E");
+    frame_add_text(&frame, command);
+    frame_add_text(&frame, reason);
+    serial_send(&frame);
+}
+
+static void refuse_range(const char *command, int32_t low, int32_t high, const char *unit) {
+    frame_t frame;
+    frame_start(&frame, "E");
+    frame_add_text(&frame, command);
+    frame_add_text(&frame, "wants ");
+    frame_append_thousandths(&frame, low);
+    frame_append(&frame, " to ");
+    frame_append_thousandths(&frame, high);
+    frame_append(&frame, unit);
+    serial_send(&frame);
+}
+
+/* Says what the motor would have to do, so that the reader sees why not. */
+static void refuse_speed(int32_t speed_um_s) {
+    frame_t frame;
+    frame_start(&frame, "E");
+    frame_add_text(&frame, "speed");
+    frame_add_text(&frame, "");
+    frame_append_thousandths(&frame, speed_um_s);
+    frame_append(&frame, " mm/s needs ");
+    frame_append_count(&frame, motion_rate(speed_um_s));
+    frame_append(&frame, " half-steps/s; the motor follows ");
+    frame_append_count(&frame, MAX_RATE);
+    frame_append(&frame, " (");
+    frame_append_thousandths(&frame, motion_max_speed_um_s());
+    frame_append(&frame, " mm/s)");
+    serial_send(&frame);
+}
+
+static void acknowledge(const char *command, const char *argument) {
+    frame_t frame;
+    frame_start(&frame, "A");
+    frame_add_text(&frame, command);
+    if (*argument) {
+        frame_add_text(&frame, argument);
+    }
+    serial_send(&frame);
+}
+
+/* Each of these does what its command asks, or answers why not and gives false. */
+
+static bool set_speed(const char *argument) {
+    int32_t speed_um_s;
+    if (!parse_thousandths(argument, &speed_um_s) || speed_um_s < MIN_SPEED_UM_S) {
+        refuse_range("speed", MIN_SPEED_UM_S, motion_max_speed_um_s(), " mm/s");
+        return false;
+    }
+    if (speed_um_s > motion_max_speed_um_s()) {
+        refuse_speed(speed_um_s);
+        return false;
+    }
+    motion_set_speed(speed_um_s);
+    return true;
+}
+
+static bool set_ramp(const char *argument) {
+    int32_t ramp_um_s2;
+    if (!parse_thousandths(argument, &ramp_um_s2) || ramp_um_s2 < MIN_RAMP_UM_S2 ||
+        ramp_um_s2 > MAX_RAMP_UM_S2) {
+        refuse_range("ramp", MIN_RAMP_UM_S2, MAX_RAMP_UM_S2, " mm/s^2");
+        return false;
+    }
+    motion_set_ramp(ramp_um_s2);
+    return true;
+}
+
+static bool set_direction(const char *argument) {
+    bool backward = strcmp(argument, "backward") == 0;
+    if (!backward && strcmp(argument, "forward") != 0) {
+        refuse("direction", "wants forward or backward");
+        return false;
+    }
+    motion_set_backward(backward);
+    return true;
+}
+
+static bool start(const char *argument) {
+    (void)argument;
+    motion_start();
+    return true;
+}
+
+static bool stop(const char *argument) {
+    (void)argument;
+    motion_stop();
+    return true;
+}
+
+static bool identify(const char *argument) {
+    (void)argument;
+    send_identity();
+    return false; /* the identity is the answer */
+}
+
+static bool position(const char *argument) {
+    (void)argument;
+    send_position();
+    return false;
+}
+
+static const struct {
+    const char *name;
+    bool takes_argument;
+    bool (*obey)(const char *argument);
+} COMMANDS[] = {
+    {"identify", false, identify}, {"position", false, position},
+    {"start", false, start},       {"stop", false, stop},
+    {"speed", true, set_speed},    {"direction", true, set_direction},
+    {"ramp", true, set_ramp},
+};
+
+static void obey(char *command) {
+    char *argument = split_argument(command);
+    for (uint8_t i = 0; i < sizeof COMMANDS / sizeof *COMMANDS; i++) {
+        if (strcmp(command, COMMANDS[i].name) != 0) {
+            continue;
+        }
+        if (*argument && !COMMANDS[i].takes_argument) {
+            refuse(command, "takes no argument");
+        } else if (COMMANDS[i].obey(argument)) {
+            acknowledge(command, argument);
+        }
+        return;
+    }
+    refuse(command, "unknown; peristalsis knows identify position start stop speed direction ramp");
+}
+
+static void receive_commands(void) {
+    static receiver_t receiver;
+    while (serial_available()) {
+        switch (receive_byte(&receiver, serial_read())) {
+        case RECEIVED_COMMAND:
+            obey(receiver.text);
+            break;
+        case RECEIVED_QUESTION:
+            send_identity();
+            break;
+        case RECEIVED_DAMAGED:
+            refuse("line", "failed its check");
+            break;
+        case RECEIVED_NOTHING:
+            break;
+        }
+    }
+}
+
+int main(void) {
+    set_sleep_mode(SLEEP_MODE_IDLE);
+    serial_begin();
+    motion_begin();
+    sei();
+    send_identity();
+    for (;;) {
+        receive_commands();
+        cli();
+        if (!serial_available()) {
+            sleep_enable();
+            sei(); /* takes effect after the next instruction: no wake-up is missed */
+            sleep_cpu();
+            sleep_disable();
+        }
+        sei();
+    }
+}

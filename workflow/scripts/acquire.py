@@ -1,0 +1,27 @@
+"""Record a run of the capsule from the logger board into raw/."""
+
+import sys
+
+import files
+from acquisition import options, run
+from acquisition.errors import AcquisitionError
+
+
+def main() -> None:
+    """Record, or recover; each fault at the bench has its own exit status."""
+    arguments = options.parse()
+    try:
+        if arguments.recover is not None:
+            run.recover(arguments)
+        else:
+            run.record(arguments)
+    except AcquisitionError as error:
+        print(f"error: {error}", file=sys.stderr)
+        sys.exit(error.status)
+    except KeyboardInterrupt:
+        print("interrupted before the recording began; nothing is archived", file=sys.stderr)
+        sys.exit(130)
+
+
+if __name__ == "__main__":
+    files.run(main)

@@ -1,0 +1,260 @@
+"""Recordings on disk: every sample kept as it comes, the final name only for a whole file."""
+
+import contextlib
+import errno
+import os
+import re
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+from acquisition.errors import AcquisitionError, DiskFullError, NameExistsError
+from capsule.recording import column_names, format_header, format_sample
+
+try:
+    import fcntl
+except ImportError:  # Windows refuses to rename an open file, which serves as well
+    fcntl = None
+
+SUFFIX = ".part"
+SYNC_EVERY_S = 1.0
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+
+
+class PartFile:
+    """A recording being made: ``<name>.csv.part`` until it is whole.
+
+    Parameters
+    ----------
+    final : Path
+        The recording's name when it is whole.
+    header : mapping of str to str
+        What is known of the run.
+    sensors : int
+        Number of sensors S.
+
+    Raises
+    ------
+    NameExistsError
+        There is a recording of that name, whole or in parts.
+    DiskFullError
+        There is no room.
+    """
+
+    def __init__(self, final: Path, header: Mapping[str, str], sensors: int) -> None:
+        self.final = final
+        self.path = final.with_name(final.name + SUFFIX)
+        self._sensors = sensors
+        self._pending: list[str] = []
+        self._length = 0
+        self._synced_s = 0.0
+        check_free(final)
+        final.parent.mkdir(parents=True, exist_ok=True)
+        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+        try:
+            self._descriptor = os.open(self.path, flags, 0o666)
+        except FileExistsError as fault:
+            raise NameExistsError(_unfinished_text(self.path)) from fault
+        except OSError as fault:
+            raise explain_write_fault(fault, self.path) from fault
+        _lock(self._descriptor)
+        self._pending.append(format_header(header, sensors))
+        self.flush()
+        self.sync()
+        _sync_folder(final.parent)
+
+    def add(self, time_s: float, values: Sequence[float] | None) -> None:
+        """Add a sample; None is a missing one. It is written by the next `flush`."""
+        self._pending.append(format_sample(time_s, values, self._sensors))
+
+    def flush(self) -> None:
+        """Hand what was added to the operating system: a killed recorder loses nothing of it.
+
+        Raises
+        ------
+        DiskFullError
+            There is no room; the lines that fitted stay in the file.
+        """
+        if not self._pending:
+            return
+        content = "".join(self._pending).encode("utf-8")
+        self._pending.clear()
+        written = 0
+        try:
+            while written < len(content):
+                written += os.write(self._descriptor, content[written:])
+        except OSError as fault:
+            whole_lines = content.rfind(b"\n", 0, written) + 1
+            os.ftruncate(self._descriptor, self._length + whole_lines)
+            raise explain_write_fault(fault, self.path) from fault
+        self._length += len(content)
+
+    def sync(self) -> None:
+        """Have the disk keep what was flushed, once a second: a power cut loses no more."""
+        now_s = time.monotonic()
+        if now_s - self._synced_s >= SYNC_EVERY_S:
+            self._sync_now()
+            self._synced_s = now_s
+
+    def _sync_now(self) -> None:
+        try:
+            os.fsync(self._descriptor)
+        except OSError as fault:
+            raise explain_write_fault(fault, self.path) from fault
+
+    def finish(self) -> Path:
+        """Give the recording its name.
+
+        Raises
+        ------
+        NameExistsError
+            Another recording took the name meanwhile; this one stays in its parts.
+        """
+        self.flush()
+        self._sync_now()
+        self.close()
+        _publish(self.path, self.final)
+        return self.final
+
+    def discard(self) -> None:
+        """Remove a recording that holds no sample."""
+        self.close()
+        self.path.unlink()
+
+    def close(self) -> None:
+        """Close the file and leave it as it is."""
+        os.close(self._descriptor)
+
+
+def check_free(final: Path) -> None:
+    """Make sure that a recording's name is free; raises `NameExistsError`."""
+    if final.exists():
+        raise NameExistsError(
+            f"{final} exists, and a recording is never overwritten; choose another --name"
+        )
+    part = final.with_name(final.name + SUFFIX)
+    if part.exists():
+        raise NameExistsError(_unfinished_text(part))
+
+
+def unfinished(raw: Path) -> list[Path]:
+    """List what killed recorders have left under raw/."""
+    return sorted(raw.glob(f"*/*{SUFFIX}"))
+
+
+def recover(part: Path, sensors: int) -> tuple[Path, int, int]:
+    """Make a recording of what a killed recorder has left.
+
+    Parameters
+    ----------
+    part : Path
+        The ``.part`` file.
+    sensors : int
+        Number of sensors S.
+
+    Returns
+    -------
+    final : Path
+        The recording.
+    samples : int
+        How many places it holds.
+    dropped : int
+        Bytes at the end that are no whole line.
+
+    Raises
+    ------
+    AcquisitionError
+        It is being recorded at this moment, holds no sample, or is none of ours.
+    NameExistsError
+        There is a recording of that name.
+    """
+    final = part.with_name(part.name.removesuffix(SUFFIX))
+    if part.suffix != SUFFIX:
+        raise AcquisitionError(f"{part} is no unfinished recording: those end in {SUFFIX}")
+    if final.exists():
+        raise NameExistsError(f"{final} exists; rename it or {part.name}, and recover again")
+    with _opened(part) as descriptor:
+        content = part.read_bytes()
+        length, samples = _whole_length(content, sensors)
+        if samples == 0:
+            raise AcquisitionError(f"{part} holds no sample; delete it")
+        os.ftruncate(descriptor, length)
+        os.fsync(descriptor)
+    _publish(part, final)
+    return final, samples, len(content) - length
+
+
+@contextlib.contextmanager
+def _opened(part: Path) -> Iterator[int]:
+    try:
+        descriptor = os.open(part, os.O_RDWR | getattr(os, "O_BINARY", 0))
+    except FileNotFoundError as fault:
+        raise AcquisitionError(f"there is no {part}") from fault
+    try:
+        _lock(descriptor)
+        yield descriptor
+    except BlockingIOError as fault:
+        raise AcquisitionError(
+            f"{part} is being recorded at this moment; stop that recorder first"
+        ) from fault
+    finally:
+        os.close(descriptor)
+
+
+def _whole_length(content: bytes, sensors: int) -> tuple[int, int]:
+    """Measure header and whole sample lines; a power cut can leave zeros or half a line behind."""
+    columns = ",".join(column_names(sensors)).encode() + b"\n"
+    start = content.find(columns)
+    if start < 0 or not content.startswith(b"# "):
+        return 0, 0
+    line = re.compile(rb"\d+(\.\d+)?(?:(,\d+){%d}|,{%d})\n" % (sensors, sensors))
+    end = start + len(columns)
+    samples = 0
+    while match := line.match(content, end):
+        end = match.end()
+        samples += 1
+    return end, samples
+
+
+def _publish(part: Path, final: Path) -> None:
+    """Rename without ever replacing a recording."""
+    try:
+        os.link(part, final)  # atomic, and fails where the name exists
+        part.unlink()
+    except FileExistsError as fault:
+        raise NameExistsError(
+            f"{final} exists; the samples are kept in {part.name}: rename one, then --recover"
+        ) from fault
+    except OSError:  # a file system without links, such as a USB stick's
+        if final.exists():
+            raise NameExistsError(f"{final} exists; the samples are kept in {part.name}") from None
+        part.rename(final)
+    _sync_folder(final.parent)
+
+
+def _lock(descriptor: int) -> None:
+    """Mark a file as being recorded, for as long as this process lives."""
+    if fcntl:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def _sync_folder(folder: Path) -> None:
+    if os.name == "posix":
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+
+
+def _unfinished_text(part: Path) -> str:
+    return f"{part} is unfinished; make a recording of it first: acquire.py --recover"
+
+
+def explain_write_fault(fault: OSError, path: Path) -> AcquisitionError:
+    """Turn a failed write into a reason; a full disk has one of its own."""
+    if fault.errno in _FULL:
+        return DiskFullError(
+            f"the disk is full at {path}; what fitted is kept: make room, then acquire.py --recover"
+        )
+    return AcquisitionError(f"{path} cannot be written: {fault.strerror}")

@@ -1,0 +1,212 @@
+"""Which board is behind a port: asked politely, answered plainly."""
+
+import time
+from collections.abc import Callable, Iterable
+
+from serial.tools import list_ports
+from serial.tools.list_ports_common import ListPortInfo
+
+from acquisition.errors import (
+    AcquisitionError,
+    BoardNotFoundError,
+    LineLostError,
+    NoAnswerError,
+    RefusedError,
+    WrongBaudError,
+    WrongBoardError,
+)
+from acquisition.line import BAUD, Arrival, Line
+from capsule.protocol import VERSION, Acknowledgement, Damaged, Identity, Refusal
+
+# Opening a port restarts an Arduino. A Mega's boot loader then waits for up to two seconds, and a
+# byte that comes meanwhile makes it wait for an upload that never comes: so listen first.
+QUIET_S = 2.5
+ASK_EVERY_S = 0.1
+ANSWER_S = 4.0  # one answer in four survives 1 % of noise: forty are enough
+GARBLED_S = 1.0  # after so much of that time, silence or garble is one for good
+CONFIRM_S = 0.25
+PURPOSES = {"logger": "record with it (--port)", "peristalsis": "drive the wave with it (--drive)"}
+
+
+def identify(line: Line, wanted: str) -> Identity:
+    """Ask a board what it is.
+
+    Parameters
+    ----------
+    line : Line
+        An open line.
+    wanted : {"logger", "peristalsis"}
+        The board it should be.
+
+    Raises
+    ------
+    AcquisitionError
+        It is another board, or none, or the baud rate is wrong.
+    LineLostError
+        The port went away.
+    """
+    quiet_until = time.monotonic() + QUIET_S
+    deadline = ask_at = identity = None
+    frames = 0
+    others: list[Arrival] = []
+    while deadline is None or time.monotonic() < deadline:
+        if deadline and time.monotonic() > deadline - ANSWER_S + GARBLED_S:
+            if line.bytes_read == 0:
+                break
+            _check_baud(line, frames)
+        for arrival in line.receive():
+            frames += not isinstance(arrival.event, Damaged)
+            if isinstance(arrival.event, Identity):
+                _check(arrival.event, wanted, line.port)
+                identity = arrival.event
+            else:
+                others.append(arrival)
+        if identity:
+            line.put_back(others)  # a board that runs already sends samples meanwhile
+            return identity
+        if deadline is None and (line.bytes_read or time.monotonic() > quiet_until):
+            deadline = time.monotonic() + ANSWER_S
+            ask_at = time.monotonic()
+        if ask_at is not None and time.monotonic() >= ask_at:
+            line.send("identify")
+            ask_at += ASK_EVERY_S
+    raise _explain_silence(line, frames)
+
+
+def _check_baud(line: Line, frames: int) -> None:
+    """Read at the wrong rate, text is no text any more; noise leaves most of it."""
+    content = line.first_bytes
+    printable = sum(32 <= byte < 127 or byte in b"\r\n\t" for byte in content)
+    if frames == 0 and len(content) >= 20 and printable < 0.8 * len(content):
+        raise WrongBaudError(
+            f"{line.bytes_read} bytes came from {line.port} and not one frame: wrong baud rate? "
+            f"(set: {line.baud}; the firmware uses {BAUD})"
+        )
+
+
+def _check(identity: Identity, wanted: str, port: str) -> None:
+    if identity.device != wanted:
+        purpose = PURPOSES.get(identity.device, "it does not belong to this bench")
+        raise WrongBoardError(
+            f"the board at {port} is the {identity.device} board, not the {wanted}: {purpose}"
+        )
+    protocol = identity.entries.get("protocol")
+    if protocol != VERSION:
+        raise WrongBoardError(
+            f"the {wanted} at {port} speaks protocol {protocol}, this program speaks {VERSION}; "
+            "upload the firmware of this version (workflow/firmware)"
+        )
+
+
+def _explain_silence(line: Line, frames: int) -> AcquisitionError:
+    if line.bytes_read == 0:
+        return NoAnswerError(
+            f"nothing answers at {line.port}; is the firmware on the board "
+            "(workflow/firmware), and is this the right port?"
+        )
+    if frames:
+        return NoAnswerError(
+            f"the board at {line.port} sends frames but does not answer 'identify'; "
+            "is the cable damaged? Try another one, or press the board's reset button"
+        )
+    return WrongBoardError(
+        f"the board at {line.port} runs another program: it sends {line.first_bytes[:40]!r}; "
+        "upload the firmware (workflow/firmware)"
+    )
+
+
+def request(line: Line, command: str, tries: int = 12) -> str:
+    """Send a command until the board obeys; gives the argument that it confirms.
+
+    Raises
+    ------
+    RefusedError
+        The board refuses, with its reason.
+    NoAnswerError
+        It never answers.
+    LineLostError
+        The port went away.
+    """
+    name = command.partition(",")[0]
+    for _ in range(tries):
+        line.send(command)
+        deadline = time.monotonic() + CONFIRM_S
+        while time.monotonic() < deadline:
+            for arrival in line.receive():
+                match arrival.event:
+                    case Acknowledgement(command=answered, argument=argument) if answered == name:
+                        return argument
+                    case Refusal(command=answered, reason=reason) if answered == name:
+                        raise RefusedError(
+                            f"the board at {line.port} refuses {command!r}: {reason}"
+                        )
+    raise NoAnswerError(f"the board at {line.port} does not answer {command!r}")
+
+
+def connect(port: str, baud: int, wanted: str) -> tuple[Line, Identity]:
+    """Open a port and make sure of the board behind it; raises `AcquisitionError`."""
+    line = Line(port, baud)
+    try:
+        return line, identify(line, wanted)
+    except LineLostError as fault:
+        raise NoAnswerError(f"{port} went away while the board was asked: {fault}") from fault
+    except AcquisitionError:
+        line.close()
+        raise
+
+
+def find(
+    wanted: str,
+    baud: int,
+    tell: Callable[[str], None],
+    ports: Iterable[ListPortInfo] | None = None,
+    skip: Iterable[str] = (),
+) -> tuple[Line, Identity]:
+    """Find the board among the USB ports.
+
+    Parameters
+    ----------
+    wanted : {"logger", "peristalsis"}
+        The board to find.
+    baud : int
+        Bits per second.
+    tell : callable
+        Is told which port is asked.
+    ports : iterable of port descriptions, optional
+        Where to look; all ports of this computer if left out.
+    skip : iterable of str
+        Ports to leave alone.
+
+    Raises
+    ------
+    BoardNotFoundError
+        No board fits, or more than one; the text says what each port answered.
+    """
+    ports = list_ports.comports() if ports is None else ports
+    # Built-in ports and Bluetooth have no USB vendor number; no Arduino is behind them.
+    candidates = sorted(
+        found.device for found in ports if found.vid is not None and found.device not in skip
+    )
+    if len(candidates) > 1:
+        tell(f"looking for the {wanted} at {', '.join(candidates)}")
+    boards: list[tuple[Line, Identity]] = []
+    answers = []
+    for device in candidates:
+        try:
+            boards.append(connect(device, baud, wanted))
+        except AcquisitionError as reason:
+            answers.append(str(reason))
+    if len(boards) == 1:
+        return boards[0]
+    for line, _ in boards:
+        line.close()
+    if boards:
+        names = ", ".join(line.port for line, _ in boards)
+        raise BoardNotFoundError(f"{len(boards)} boards fit: {names}; choose one with --port")
+    if len(answers) == 1:
+        raise BoardNotFoundError(f"no {wanted} found: {answers[0]}")
+    listed = "".join(f"\n  {answer}" for answer in answers)
+    raise BoardNotFoundError(
+        f"no {wanted} found at any USB port{':' if listed else ''}{listed}"
+        + ("" if listed else "; plug it in, or name its port with --port")
+    )

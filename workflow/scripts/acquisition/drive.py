@@ -1,0 +1,125 @@
+"""The peristalsis board of --drive: set up, started with the recording, watched, and stopped."""
+
+import time
+from dataclasses import dataclass
+
+from acquisition.boards import connect, request
+from acquisition.errors import AcquisitionError, LineLostError
+from acquisition.line import BAUD, Arrival
+from capsule.protocol import Position
+
+ASK_EVERY_S = 1.0
+SILENT_AFTER_S = 5.0
+LAST_LOOK_S = 0.5
+
+
+@dataclass(frozen=True)
+class Wave:
+    """How the wave should travel."""
+
+    speed_mm_s: float
+    ramp_mm_s2: float
+    direction: str
+
+
+class Drive:
+    """The wave, for the length of a recording.
+
+    Parameters
+    ----------
+    port : str
+        The peristalsis board's port.
+    wave : Wave
+        How the wave should travel.
+
+    Raises
+    ------
+    AcquisitionError
+        The board is not there, is another one, or refuses; the text gives its reason.
+    """
+
+    def __init__(self, port: str, wave: Wave) -> None:
+        self.port = port
+        self.line, self.identity = connect(port, BAUD, "peristalsis")
+        self.position: Position | None = None
+        self._lost = False
+        self._asked_s = 0.0
+        self._heard_s = 0.0
+        try:
+            for setting in (
+                f"direction,{wave.direction}",
+                f"ramp,{wave.ramp_mm_s2:g}",
+                f"speed,{wave.speed_mm_s:g}",
+            ):
+                request(self.line, setting)
+        except LineLostError as fault:
+            raise AcquisitionError(f"the peristalsis board at {port} went away: {fault}") from fault
+        except AcquisitionError:
+            self.line.close()
+            raise
+
+    def start(self) -> None:
+        """Start the wave."""
+        try:
+            request(self.line, "start")
+        except LineLostError as fault:
+            raise AcquisitionError(
+                f"the peristalsis board at {self.port} went away: {fault}"
+            ) from fault
+        self._heard_s = time.monotonic()
+
+    def watch(self) -> str:
+        """Ask for the position now and then; gives a warning when the wave stops by itself."""
+        if self._lost:
+            return ""
+        now_s = time.monotonic()
+        try:
+            if now_s - self._asked_s >= ASK_EVERY_S:
+                self.line.send("position")
+                self._asked_s = now_s
+            arrivals = self.line.receive(timeout_s=0)
+        except LineLostError:
+            self._lost = True
+            return f"warning: the peristalsis board at {self.port} was unplugged: no wave"
+        for arrival in arrivals:
+            self._note(arrival)
+        if now_s - self._heard_s > SILENT_AFTER_S:
+            self._lost = True
+            return f"warning: the peristalsis board at {self.port} is silent: is there a wave?"
+        if self.position and self.position.state != "running":
+            self._lost = True
+            return "warning: the peristalsis board was reset: no wave"
+        return ""
+
+    def _look_once_more(self) -> None:
+        """Ask how far the wave came."""
+        self.position = None
+        self.line.send("position")
+        deadline = time.monotonic() + LAST_LOOK_S
+        while self.position is None and time.monotonic() < deadline:
+            for arrival in self.line.receive():
+                self._note(arrival)
+
+    def _note(self, arrival: Arrival) -> None:
+        self._heard_s = time.monotonic()
+        if isinstance(arrival.event, Position):
+            self.position = arrival.event
+
+    def summary(self) -> str:
+        """Say where the wave is."""
+        if self._lost:
+            return "no wave"
+        if self.position is None:
+            return ""
+        return f"wave {self.position.position_mm:.0f} mm at {self.position.speed_mm_s:.1f} mm/s"
+
+    def stop(self) -> str:
+        """Stop the wave and close the port; gives a warning if the board does not obey."""
+        try:
+            self._look_once_more()
+            request(self.line, "stop")
+        except (LineLostError, AcquisitionError) as fault:
+            return f"warning: the wave could not be stopped: {fault}; cut the motor's power"
+        finally:
+            self.line.close()
+        return ""

@@ -1,0 +1,73 @@
+"""The ways in which recording fails, each with an exit status of its own."""
+
+from capsule.errors import CapsuleError
+
+
+class AcquisitionError(CapsuleError):
+    """A fault at the bench; `status` is the exit status of acquire.py."""
+
+    status = 1
+
+
+class BoardNotFoundError(AcquisitionError):
+    """No port, or no board behind any port, or more than one that fits."""
+
+    status = 3
+
+
+class NoAnswerError(AcquisitionError):
+    """The port opens but nothing speaks."""
+
+    status = 4
+
+
+class PortBusyError(AcquisitionError):
+    """Another program has the port."""
+
+    status = 5
+
+
+class NoPermissionError(AcquisitionError):
+    """The user may not open the port."""
+
+    status = 6
+
+
+class WrongBaudError(AcquisitionError):
+    """Bytes come, but no frames."""
+
+    status = 7
+
+
+class WrongBoardError(AcquisitionError):
+    """Something else answers: the other board, another program, another protocol."""
+
+    status = 8
+
+
+class DiskFullError(AcquisitionError):
+    """Samples cannot be written."""
+
+    status = 9
+
+
+class NameExistsError(AcquisitionError):
+    """There is a recording of that name; none is ever overwritten."""
+
+    status = 10
+
+
+class BoardLostError(AcquisitionError):
+    """The board went away and did not come back in time; what came before is archived."""
+
+    status = 11
+
+
+class RefusedError(AcquisitionError):
+    """A board will not do what it was asked."""
+
+    status = 12
+
+
+class LineLostError(Exception):
+    """The port went away while it was open; the session waits for it to come back."""

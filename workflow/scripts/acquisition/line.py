@@ -1,0 +1,148 @@
+"""A serial line that carries frames: opened with plain reasons, read without losing a byte."""
+
+import contextlib
+import errno
+import os
+from dataclasses import dataclass
+
+import serial
+from serial.tools import list_ports
+
+from acquisition.clock import elapsed_s
+from acquisition.errors import (
+    AcquisitionError,
+    BoardNotFoundError,
+    LineLostError,
+    NoPermissionError,
+    PortBusyError,
+)
+from capsule.protocol import Event, FrameParser, encode
+
+BAUD = 115200
+READ_TIMEOUT_S = 0.05
+
+# What pyserial raises when a port goes away; termios.error is no OSError.
+_FAULTS: tuple[type[Exception], ...] = (serial.SerialException, OSError)
+if os.name == "posix":
+    import termios
+
+    _FAULTS = (*_FAULTS, termios.error)
+
+
+@dataclass(frozen=True)
+class Arrival:
+    """An event and the computer's clock when it was read."""
+
+    event: Event
+    moment_s: float
+
+
+class Line:
+    """An open port.
+
+    Parameters
+    ----------
+    port : str
+        A port's name, or an address that pyserial knows (``socket://``, ``rfc2217://``).
+    baud : int
+        Bits per second.
+
+    Raises
+    ------
+    AcquisitionError
+        The port cannot be opened; the subclass and the text say why.
+    """
+
+    def __init__(self, port: str, baud: int = BAUD) -> None:
+        self.port = port
+        self.baud = baud
+        self.bytes_read = 0
+        self.first_bytes = b""
+        self._parser = FrameParser()
+        self._put_back: list[Arrival] = []
+        try:
+            self._serial = serial.serial_for_url(port, do_not_open=True)
+            self._serial.baudrate = baud
+            self._serial.timeout = READ_TIMEOUT_S
+            # Two programs on one port would each get half of the bytes.
+            self._serial.exclusive = True
+            self._serial.open()
+        except (*_FAULTS, ValueError) as fault:
+            raise explain_open_fault(port, fault) from fault
+
+    def receive(self, timeout_s: float = READ_TIMEOUT_S) -> list[Arrival]:
+        """Give what has come in; waits up to the timeout for something to come.
+
+        Raises
+        ------
+        LineLostError
+            The port went away.
+        """
+        if self._put_back:
+            before, self._put_back = self._put_back, []
+            return before
+        try:
+            if self._serial.timeout != timeout_s:
+                self._serial.timeout = timeout_s
+            # Asking for more than there is would lose it all if the port went away meanwhile.
+            received = self._serial.read(self._serial.in_waiting or 1)
+        except _FAULTS as fault:
+            raise LineLostError(str(fault)) from fault
+        moment_s = elapsed_s()
+        self.bytes_read += len(received)
+        self.first_bytes += received[: 200 - len(self.first_bytes)]
+        return [Arrival(event, moment_s) for event in self._parser.feed(received)]
+
+    def put_back(self, arrivals: list[Arrival]) -> None:
+        """Have the next `receive` give these first."""
+        self._put_back = arrivals
+
+    def send(self, payload: str) -> None:
+        """Send a command.
+
+        Raises
+        ------
+        LineLostError
+            The port went away.
+        """
+        try:
+            self._serial.write(encode(payload))
+        except _FAULTS as fault:
+            raise LineLostError(str(fault)) from fault
+
+    def close(self) -> list[Event]:
+        """Close the port; gives what was left of a frame."""
+        with contextlib.suppress(*_FAULTS):  # it may be gone already
+            self._serial.close()
+        return self._parser.drop_pending("cut off: the line was closed")
+
+
+def explain_open_fault(port: str, fault: Exception) -> AcquisitionError:
+    """Turn a failed open into a reason that a lab member understands."""
+    number = getattr(fault, "errno", None)
+    text = str(fault)
+    # On Windows pyserial keeps the kind of fault in the text only, and "denied" means in use.
+    denied = number in (errno.EACCES, errno.EPERM)
+    in_use = number in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in text
+    if in_use or (os.name == "nt" and "PermissionError" in text):
+        return PortBusyError(
+            f"{port} is in use by another program; close the Arduino IDE's serial monitor, or "
+            "whatever else reads it, and start again"
+        )
+    if denied:
+        return NoPermissionError(
+            f"you may not open {port}; on Linux: sudo usermod -aG dialout $USER, "
+            "then log out and in again"
+        )
+    missing = number in (errno.ENOENT, errno.ENODEV, errno.ENXIO) or "FileNotFoundError" in text
+    if missing:
+        return BoardNotFoundError(
+            f"there is no port {port}; ports here: {', '.join(port_names()) or 'none'}; "
+            "plug the board in, or name its port with --port"
+        )
+    return AcquisitionError(f"{port} cannot be opened: {text}")
+
+
+def port_names() -> list[str]:
+    """Name the serial ports of this computer."""
+    return sorted(found.device for found in list_ports.comports())

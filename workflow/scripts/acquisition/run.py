@@ -1,0 +1,229 @@
+"""What acquire.py does: record a run, or recover what a killed recorder has left."""
+
+import argparse
+import contextlib
+import json
+import sys
+import time
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+
+import yaml
+
+from acquisition import archive, boards
+from acquisition.drive import Drive, Wave
+from acquisition.errors import AcquisitionError, BoardLostError
+from acquisition.frame_log import FrameLog
+from acquisition.line import Line
+from acquisition.options import PROJECT
+from acquisition.session import Limits, Session, StopRequest
+from acquisition.terminal import Progress, Terminal
+from capsule.configuration import check_configuration
+from capsule.naming import UNLABELLED
+from capsule.protocol import Identity
+from files import read_json
+
+SCHEMA = PROJECT / "workflow" / "schemas" / "config.schema.json"
+JUDGE_EVERY_S = 1.0
+Watcher = Callable[[Progress, list[tuple[int, ...] | None]], None]
+
+
+def record(options: argparse.Namespace) -> None:
+    """Record one run; raises `AcquisitionError` where the bench or the disk fails."""
+    started = datetime.now(UTC)
+    name = options.name or started.strftime("%Y%m%dT%H%M%SZ")
+    folder = options.size or UNLABELLED
+    final = options.raw / folder / f"{name}.csv"
+    archive.check_free(final)
+    settings = _settings(options.config)
+    _tell_of_unfinished(options.raw)
+    judge = _judge(options, settings)
+    wave = Wave(options.speed, options.ramp, options.direction)
+    drive = Drive(options.drive, wave) if options.drive else None
+    try:
+        line, identity = _logger(options)
+        full_scale = 2 ** int(identity.entries["adc_bits"]) - 1
+        terminal = Terminal(sys.stdout, full_scale)
+        sensors = int(identity.entries["channels"])
+        _check_fits(identity, settings["recording"])
+        watchers = _watchers(options, drive, judge, terminal, f"{folder}/{name}", sensors)
+        header = _header(identity, started, options, wave if drive else None)
+        if drive:
+            drive.start()
+        stop = StopRequest()
+        log = FrameLog(options.logs / folder / f"{name}.log")
+        part = archive.PartFile(final, header, sensors)
+        log.note(f"logger at {line.port}: {json.dumps(identity.entries)}")
+        limit = round(options.duration / _period_s(identity)) if options.duration else None
+        limits = Limits(limit, options.patience)
+        terminal.note(f"recording {final} from {line.port}; Ctrl-C ends it")
+        session = Session(line, identity, part, log, terminal, limits, stop, watchers)
+        _run(session, part, terminal, log)
+    finally:
+        if drive and (warning := drive.stop()):
+            print(warning, file=sys.stderr)
+    if drive:
+        session.progress.wave = drive.summary()
+    _tell_outcome(session, terminal, final, log.path, settings)
+    if judge:
+        terminal.note(f"verdict: {judge(session.samples, sensors)}")
+
+
+def recover(options: argparse.Namespace) -> None:
+    """Make recordings of unfinished ones; raises `AcquisitionError` if one cannot be."""
+    everything = options.recover == "all"
+    parts = archive.unfinished(options.raw) if everything else [Path(options.recover)]
+    if not parts:
+        print(f"nothing to recover under {options.raw}")
+    settings = _settings(options.config)
+    failed: list[AcquisitionError] = []
+    for part in parts:
+        try:
+            final, samples, dropped = archive.recover(part, settings["recording"]["sensors"])
+        except AcquisitionError as reason:
+            failed.append(reason)
+            continue
+        cut = f"; {dropped} bytes at its end were no whole line" if dropped else ""
+        print(f"recovered {final}: {samples} samples{cut}")
+    for reason in failed[:-1]:
+        print(f"error: {reason}", file=sys.stderr)
+    if failed:
+        raise failed[-1]
+
+
+def _settings(config: Path) -> dict:
+    """Read the workflow's configuration, with the workflow's own check."""
+    try:
+        settings = yaml.safe_load(config.read_text(encoding="utf-8"))
+    except yaml.YAMLError as fault:
+        raise AcquisitionError(f"{config} is no YAML: {fault}") from fault
+    check_configuration(settings, read_json(SCHEMA), str(config))
+    return settings
+
+
+def _tell_of_unfinished(raw: Path) -> None:
+    parts = archive.unfinished(raw)
+    if parts:
+        print(f"{len(parts)} unfinished under {raw} (acquire.py --recover): {parts[0]}")
+
+
+def _judge(options: argparse.Namespace, settings: dict) -> Callable[[list, int], str] | None:
+    if not options.detect:
+        return None
+    from acquisition.verdict import RunningVerdict  # numpy only where it is used
+
+    return RunningVerdict(options.templates, settings["preprocessing"]).judge
+
+
+def _logger(options: argparse.Namespace) -> tuple[Line, Identity]:
+    if options.port:
+        return boards.connect(options.port, options.baud, "logger")
+    skip = [options.drive] if options.drive else []
+    return boards.find("logger", options.baud, print, skip=skip)
+
+
+def _period_s(identity: Identity) -> float:
+    return 1.0 / float(identity.entries["rate_hz"])
+
+
+def _check_fits(identity: Identity, settings: dict) -> None:
+    """Refuse to record what the workflow would refuse to read."""
+    for entry, key in (("channels", "sensors"), ("rate_hz", "rate_hz")):
+        if float(identity.entries[entry]) != settings[key]:
+            raise AcquisitionError(
+                f"the board has {entry} = {identity.entries[entry]}, but the workflow is "
+                f"configured for {settings[key]:g} (config/config.yaml: recording.{key})"
+            )
+
+
+def _header(
+    identity: Identity, started: datetime, options: argparse.Namespace, wave: Wave | None
+) -> dict[str, str]:
+    entries = identity.entries
+    header = {
+        "source": f"recorded by the {identity.device} board, firmware {entries['firmware']}",
+        "rate_hz": entries["rate_hz"],
+        "adc_bits": entries["adc_bits"],
+        "vref_v": f"{int(entries['vref_mv']) / 1000:g}",
+        "series_ohm": entries["series_ohm"],
+        "started": started.isoformat(timespec="seconds").replace("+00:00", "Z"),
+    }
+    if wave:
+        header["wave_speed_mm_s"] = f"{wave.speed_mm_s:g}"
+        header["wave_direction"] = wave.direction
+    header |= {"site": options.site} if options.site else {}
+    header |= {"session": options.session} if options.session else {}
+    return header
+
+
+def _watchers(
+    options: argparse.Namespace,
+    drive: Drive | None,
+    judge: Callable[[list, int], str] | None,
+    terminal: Terminal,
+    title: str,
+    sensors: int,
+) -> Watcher:
+    """Join everything that follows the recording while it runs."""
+    window = None
+    if options.plot:
+        from acquisition.window import Window  # matplotlib only where it is used
+
+        window = Window(title, sensors)
+    judged_s = 0.0
+
+    def watch(progress: Progress, samples: list[tuple[int, ...] | None]) -> None:
+        nonlocal judged_s
+        if drive:
+            if warning := drive.watch():
+                terminal.note(warning)
+            progress.wave = drive.summary()
+        if judge and time.monotonic() - judged_s >= JUDGE_EVERY_S:
+            progress.verdict = judge(samples, sensors)
+            judged_s = time.monotonic()
+        terminal.show(progress)
+        if window:
+            window.show(progress)
+
+    return watch
+
+
+def _run(session: Session, part: archive.PartFile, terminal: Terminal, log: FrameLog) -> None:
+    """Record, and archive whatever came, even if the board was lost."""
+    lost = None
+    try:
+        session.run()
+    except BoardLostError as reason:
+        session.ended, lost = str(reason), reason
+    except AcquisitionError as reason:
+        with contextlib.suppress(AcquisitionError):  # what fits still
+            part.flush()
+        part.close()
+        terminal.clear()
+        raise reason
+    log.note(f"ended: {session.ended}")
+    log.close()
+    terminal.clear()
+    if not session.samples:
+        part.discard()
+        raise lost or AcquisitionError("ended before the first sample; nothing is archived")
+    part.finish()
+    if lost:
+        raise BoardLostError(f"{lost}; what came before is archived in {part.final}")
+
+
+def _tell_outcome(
+    session: Session, terminal: Terminal, final: Path, log: Path, settings: dict
+) -> None:
+    progress = session.progress
+    terminal.note(f"ended: {session.ended}")
+    if progress.damaged:
+        terminal.note(f"{progress.damaged} damaged frames are kept in {log}")
+    terminal.note(f"archived {final}: {progress.summary()}")
+    longest = settings["preprocessing"]["length"]
+    if progress.places > longest:
+        terminal.note(
+            f"warning: more than {longest} samples; the workflow refuses it "
+            "(config/config.yaml: preprocessing.length)"
+        )

@@ -1,0 +1,142 @@
+"""What a person sees in the terminal while recording."""
+
+import shutil
+import sys
+import time
+from collections import deque
+from dataclasses import dataclass, field
+from typing import TextIO
+
+REDRAW_EVERY_S = 0.2
+LINE_EVERY_S = 10.0  # where the terminal cannot redraw: a log file, a pipe
+KEPT = 600
+_BARS = "▁▂▃▄▅▆▇█"
+_PLAIN_BARS = "_.-=+*#@"
+
+
+@dataclass
+class Progress:
+    """How the recording stands; the session writes it, terminal and window read it.
+
+    Attributes
+    ----------
+    period_s : float
+        Seconds between samples.
+    places : int
+        Samples so far, the missing ones included.
+    missing, gaps, damaged : int
+        Samples missing, in how many gaps; pieces of the line that failed their check.
+    rate_hz : float
+        Samples received per second of this computer's clock, lately.
+    recent : deque of tuple of int, or None
+        The last samples.
+    wave, verdict : str
+        What the peristalsis board and the detector say; empty without them.
+    """
+
+    period_s: float
+    places: int = 0
+    missing: int = 0
+    gaps: int = 0
+    damaged: int = 0
+    rate_hz: float = 0.0
+    recent: deque[tuple[int, ...] | None] = field(default_factory=lambda: deque(maxlen=KEPT))
+    wave: str = ""
+    verdict: str = ""
+
+    def summary(self) -> str:
+        """Say in one line how the recording stands."""
+        seconds = self.places * self.period_s
+        parts = [
+            f"{int(seconds // 60):02d}:{seconds % 60:04.1f}",
+            f"{self.places} samples",
+            f"{self.rate_hz:.1f} Hz",
+            f"{self.gaps} gaps ({self.missing} samples missing)" if self.gaps else "no gap",
+            f"{self.damaged} damaged frames" if self.damaged else "",
+            self.wave,
+            self.verdict,
+        ]
+        return " | ".join(part for part in parts if part)
+
+
+class Terminal:
+    """Shows notes and the recording's state; redraws in place where the terminal can.
+
+    Parameters
+    ----------
+    stream : TextIO
+        Where to write.
+    full_scale : int
+        The ADC's largest count.
+    """
+
+    def __init__(self, stream: TextIO, full_scale: int) -> None:
+        self._stream = stream
+        self._full_scale = full_scale
+        self._redraws = stream.isatty() and _can_redraw()
+        encoding = (getattr(stream, "encoding", None) or "ascii").lower()
+        self._bars = _BARS if encoding.startswith("utf") else _PLAIN_BARS
+        self._drawn_lines = 0
+        self._shown_s = 0.0
+
+    def note(self, text: str) -> None:
+        """Say something that stays."""
+        self._erase()
+        print(text, file=self._stream, flush=True)
+
+    def show(self, progress: Progress) -> None:
+        """Show the state, not more often than an eye can follow."""
+        now_s = time.monotonic()
+        if now_s - self._shown_s < (REDRAW_EVERY_S if self._redraws else LINE_EVERY_S):
+            return
+        self._shown_s = now_s
+        if not self._redraws:
+            print(progress.summary(), file=self._stream, flush=True)
+            return
+        width = shutil.get_terminal_size().columns - 1
+        lines = [progress.summary()[:width], *self._sensor_lines(progress, width)]
+        self._erase()
+        print("\n".join(lines), file=self._stream, flush=True)
+        self._drawn_lines = len(lines)
+
+    def clear(self) -> None:
+        """Take the state away, so that what follows stands alone."""
+        self._erase()
+
+    def _erase(self) -> None:
+        if self._drawn_lines:
+            self._stream.write(f"\x1b[{self._drawn_lines}A\x1b[J")
+            self._drawn_lines = 0
+
+    def _sensor_lines(self, progress: Progress, width: int) -> list[str]:
+        known = [sample for sample in progress.recent if sample is not None]
+        if not known:
+            return []
+        lines = []
+        for sensor in range(len(known[0])):
+            label = f"sensor {sensor + 1} {known[-1][sensor]:4d} "
+            trace = list(progress.recent)[-max(width - len(label), 1) :]
+            counts = [None if sample is None else sample[sensor] for sample in trace]
+            lines.append((label + self.sparkline(counts))[:width])
+        return lines
+
+    def sparkline(self, counts: list[int | None]) -> str:
+        """Draw a trace between its smallest and largest value; a missing sample is a space."""
+        known = [count for count in counts if count is not None]
+        low, high = min(known, default=0), max(known, default=0)
+        # A quiet sensor should look quiet: noise of a few counts does not fill the height.
+        span = max(high - low, self._full_scale // 100, 1)
+        top = len(self._bars) - 1
+        return "".join(
+            " " if count is None else self._bars[(count - low) * top // span] for count in counts
+        )
+
+
+def _can_redraw() -> bool:
+    if sys.platform != "win32":
+        return True
+    import ctypes
+
+    # Windows 10 and later understand escape sequences once they are switched on.
+    kernel = ctypes.windll.kernel32
+    return bool(kernel.SetConsoleMode(kernel.GetStdHandle(-11), 7))

@@ -1,0 +1,39 @@
+"""Telling a USB port again after its board was plugged back in: the name may have changed."""
+
+from collections.abc import Iterable
+
+from serial.tools import list_ports
+from serial.tools.list_ports_common import ListPortInfo
+
+
+class UsbPort:
+    """A port and, where it is a USB port, the identity of what is plugged in.
+
+    Parameters
+    ----------
+    name : str
+        The port's name now.
+    ports : iterable of port descriptions, optional
+        The computer's ports; looked up if left out.
+    """
+
+    def __init__(self, name: str, ports: Iterable[ListPortInfo] | None = None) -> None:
+        self._name = name
+        self._identity = None
+        for found in list_ports.comports() if ports is None else ports:
+            if found.device == name and found.vid is not None:
+                self._identity = _identity(found)
+
+    def current_name(self, ports: Iterable[ListPortInfo] | None = None) -> str:
+        """Find the port's name now; the old one where nothing tells better."""
+        if self._identity is None:
+            return self._name
+        ports = list_ports.comports() if ports is None else ports
+        same = [found.device for found in ports if _identity(found) == self._identity]
+        if self._name not in same and len(same) == 1:
+            self._name = same[0]
+        return self._name
+
+
+def _identity(found: ListPortInfo) -> tuple[int | None, int | None, str | None]:
+    return found.vid, found.pid, found.serial_number

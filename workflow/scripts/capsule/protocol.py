@@ -1,0 +1,201 @@
+"""The serial line of the bench's boards: bytes in, events out; commands in, bytes out.
+
+docs/protocol.md describes the frames, ``$payload*CRC`` and a line feed. A ``$`` always begins a
+frame, so that a frame cut off by a reset or by noise never takes the next one with it.
+"""
+
+import binascii
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+VERSION = "1"
+LONGEST_FRAME = 256
+_PIECE = re.compile(rb"(\$?[^$\n]*)(\n|(?=\$))")
+_FRAME = re.compile(rb"\$([ -~]*)\*([0-9A-F]{4})")
+_COUNT = re.compile(r"\d{1,10}")
+_NUMBER = re.compile(r"-?\d{1,10}(\.\d{1,6})?")
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One sample of all sensors.
+
+    Attributes
+    ----------
+    sequence : int
+        Number of the sample since the board started.
+    device_ms : int
+        When the conversion began, in milliseconds since the board started.
+    counts : tuple of S int
+        ADC counts.
+    at_end : bool
+        The capsule has closed the end stop.
+    """
+
+    sequence: int
+    device_ms: int
+    counts: tuple[int, ...]
+    at_end: bool
+
+
+@dataclass(frozen=True)
+class Identity:
+    """What a board says of itself: its kind (``logger``, ``peristalsis``) and its entries."""
+
+    device: str
+    entries: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Position:
+    """Where the wave of the peristalsis board is; speed is negative backward."""
+
+    device_ms: int
+    half_steps: int
+    position_mm: float
+    speed_mm_s: float
+    state: str
+
+
+@dataclass(frozen=True)
+class Acknowledgement:
+    """The board obeys a command."""
+
+    command: str
+    argument: str
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """The board does not obey, and why."""
+
+    command: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class Damaged:
+    """Bytes that are no whole frame, and why; nothing of them is ever used."""
+
+    content: bytes
+    reason: str
+
+
+Event = Sample | Identity | Position | Acknowledgement | Refusal | Damaged
+
+
+def checksum(payload: bytes) -> int:
+    """Compute the CRC-16/CCITT-FALSE (polynomial 0x1021, initial value 0xFFFF)."""
+    return binascii.crc_hqx(payload, 0xFFFF)
+
+
+def encode(payload: str) -> bytes:
+    """Make a frame of a payload such as ``start`` or ``speed,25``.
+
+    Raises
+    ------
+    ValueError
+        The payload holds a character that has a meaning of its own on the line.
+    """
+    if not re.fullmatch(r"[ -#%-~]+", payload):
+        raise ValueError(f"{payload!r} cannot be sent: printable ASCII without '$' only")
+    content = payload.encode("ascii")
+    return b"$%s*%04X\n" % (content, checksum(content))
+
+
+class FrameParser:
+    """Cuts what comes in from the line into frames; any bytes are welcome.
+
+    Examples
+    --------
+    >>> parser = FrameParser()
+    >>> parser.feed(encode("A,start")[:5])
+    []
+    >>> parser.feed(encode("A,start")[5:])
+    [Acknowledgement(command='start', argument='')]
+    """
+
+    def __init__(self) -> None:
+        self._pending = b""
+
+    def feed(self, received: bytes) -> list[Event]:
+        """Give the events that these bytes complete."""
+        content = self._pending + received
+        events: list[Event] = []
+        end = 0
+        for match in _PIECE.finditer(content):
+            end = match.end()
+            piece, line_feed = match.groups()
+            if line_feed and piece:
+                events.append(decode(piece))
+            elif piece:
+                events.append(Damaged(piece, "cut off by the next frame"))
+        self._pending = content[end:]
+        if len(self._pending) > LONGEST_FRAME:
+            events += self.drop_pending("longer than any frame")
+        return events
+
+    def drop_pending(self, reason: str = "cut off") -> list[Event]:
+        """Give up the frame that has begun, because the line was closed."""
+        pending, self._pending = self._pending, b""
+        return [Damaged(pending, reason)] if pending else []
+
+
+def decode(frame: bytes) -> Event:
+    """Decode one frame, without its line feed.
+
+    Returns
+    -------
+    Event
+        `Damaged` where the check or the form is wrong.
+    """
+    match = _FRAME.fullmatch(frame)
+    if not match:
+        return Damaged(frame, "no frame")
+    payload, digits = match.groups()
+    if int(digits, 16) != checksum(payload):
+        return Damaged(frame, "failed its check")
+    kind, *fields = payload.decode("ascii").split(",")
+    read = _READERS.get(kind)
+    event = read(fields) if read else None
+    return event or Damaged(frame, "of unknown form")
+
+
+def _read_sample(fields: list[str]) -> Sample | None:
+    if len(fields) < 4 or not all(map(_COUNT.fullmatch, fields)) or fields[-1] not in ("0", "1"):
+        return None
+    sequence, device_ms, *counts, at_end = map(int, fields)
+    return Sample(sequence, device_ms, tuple(counts), bool(at_end))
+
+
+def _read_identity(fields: list[str]) -> Identity | None:
+    if not fields or not all("=" in entry for entry in fields[1:]):
+        return None
+    return Identity(fields[0], dict(entry.split("=", 1) for entry in fields[1:]))
+
+
+def _read_position(fields: list[str]) -> Position | None:
+    if len(fields) != 5 or not all(map(_NUMBER.fullmatch, fields[:4])):
+        return None
+    if "." in fields[0] + fields[1]:
+        return None
+    device_ms, half_steps, position_mm, speed_mm_s, state = fields
+    return Position(int(device_ms), int(half_steps), float(position_mm), float(speed_mm_s), state)
+
+
+def _read_acknowledgement(fields: list[str]) -> Acknowledgement | None:
+    return Acknowledgement(fields[0], ",".join(fields[1:])) if fields else None
+
+
+def _read_refusal(fields: list[str]) -> Refusal | None:
+    return Refusal(fields[0], ",".join(fields[1:])) if len(fields) > 1 else None
+
+
+_READERS = {
+    "D": _read_sample,
+    "I": _read_identity,
+    "P": _read_position,
+    "A": _read_acknowledgement,
+    "E": _read_refusal,
+}

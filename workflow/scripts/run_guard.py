@@ -1,0 +1,82 @@
+"""One run at a time in a folder, by a lock that the system itself takes back.
+
+Snakemake's own lock is a file, which `kill -9` or a power cut leaves behind, and the user has to
+remove it. A lock of the operating system ends with the process that holds it, however it ends.
+
+Imports nothing heavy: the Snakefile uses it.
+"""
+
+import contextlib
+import os
+import socket
+import sys
+import time
+from pathlib import Path
+from typing import IO
+
+from capsule.errors import CapsuleError
+
+if sys.platform == "win32":
+    import msvcrt
+
+    # Windows keeps others from reading what is locked: lock a byte beyond the text.
+    _LOCKED_BYTE = 1 << 20
+
+    def _lock(stream: IO[bytes]) -> None:
+        stream.seek(_LOCKED_BYTE)
+        msvcrt.locking(stream.fileno(), msvcrt.LK_NBLCK, 1)
+
+else:
+    import fcntl
+
+    def _lock(stream: IO[bytes]) -> None:
+        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def hold(path: Path) -> IO[bytes]:
+    """Take the lock of a folder, for as long as this process lives.
+
+    Parameters
+    ----------
+    path : Path
+        The file that carries the lock; it is made, and stays.
+
+    Returns
+    -------
+    binary file
+        To be kept: when it is closed, the lock is gone.
+
+    Raises
+    ------
+    CapsuleError
+        Another process holds the lock; the text says which.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    stream = path.open("a+b")
+    try:
+        _lock(stream)
+    except (BlockingIOError, PermissionError):
+        stream.close()
+        raise CapsuleError(
+            f"another run is at work in this folder ({_holder(path)}); wait until it has ended"
+        ) from None
+    except OSError as error:
+        print(
+            f"warning: {path}: this file system knows no locks ({error.strerror}); "
+            "see to it that only one run at a time works here",
+            file=sys.stderr,
+        )
+    stream.truncate(0)
+    stream.write(
+        f"process {os.getpid()} on {socket.gethostname()}, "
+        f"since {time.strftime('%Y-%m-%d %H:%M:%S')}\n".encode()
+    )
+    stream.flush()
+    return stream
+
+
+def _holder(path: Path) -> str:
+    text = ""
+    with contextlib.suppress(OSError):
+        text = path.read_text(encoding="utf-8", errors="replace").strip()
+    return text or "unknown which"
