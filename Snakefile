@@ -1,9 +1,6 @@
 # Recordings in raw/, one report out: snakemake -c2 results/report.html
 
 
-configfile: "config/config.yaml"
-
-
 include: "workflow/rules/common.smk"
 include: "workflow/rules/preprocess.smk"
 include: "workflow/rules/fit.smk"

@@ -176,7 +176,6 @@ def test_recovery_overwrites_nothing(final):
         archive.recover(final, 4)
 
 
-@pytest.mark.skipif(archive.fcntl is None, reason="Windows refuses to touch an open file itself")
 def test_a_running_recording_is_not_recovered(final):
     part = archive.PartFile(final, HEADER, 4)
     fill(part, 3)

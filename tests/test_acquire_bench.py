@@ -27,6 +27,11 @@ pytestmark = [
 ]
 
 
+# Across a restart of the board the computer's clock counts: exact to a sample, and to another one
+# where this machine is too busy to keep bench and recorder in step.
+GAP_TOLERANCE_S = 0.206
+
+
 class LoggerBench:
     """A logger on its cable, and the recorder that a test starts."""
 
@@ -45,6 +50,11 @@ class LoggerBench:
     def run_to_end(self, recorder):
         """Run the bench until the recorder has ended."""
         self.bench.run(recorder.done)
+
+    def slow_down(self):
+        """Go on in real time, until the recorder has seen it."""
+        self.bench.speed = 1
+        self.bench.run_for(0.5)
 
     def run_until_samples(self, count, limit_s=30.0):
         """Run the bench until that many samples have been handed over."""
@@ -76,6 +86,8 @@ def test_records_for_a_duration(logger_bench):
     logger_bench.run_to_end(recorder)
     printed = recorder.expect(0, "300 samples", "no gap", "--duration is over")
     assert "damaged" not in printed
+    assert "warning" not in printed
+    assert "00:30.0 of 00:30.0" in printed
     recording = recorder.recording()
     assert recording.time_s.size == 300
     assert not np.isnan(recording.values).any()
@@ -148,19 +160,18 @@ def test_unplugged_and_plugged_back_in(logger_bench):
     bench, cable = logger_bench.bench, logger_bench.cable
     recorder = logger_bench.record("--duration", "25")
     logger_bench.run_until_samples(100)
+    logger_bench.slow_down()
     cable.unplug(after_bytes=b"$D,100,10100,12")
-    bench.speed = 1
     bench.run_for(1.0)
     cable.plug()
-    logger_bench.run_until_samples(102)
+    logger_bench.run_until_samples(112)
     bench.speed = None
     logger_bench.run_to_end(recorder)
-    recorder.expect(0, "was unplugged", "is back", "1 gaps", "1 damaged")
+    recorder.expect(0, "was unplugged", "is back", "1 gaps", "1 damaged", "recording.max_gap_s")
     recording = recorder.recording()
     assert recording.time_s.size == 250
     check_complete(recording, cable, ended_early=True)
-    # The board's clock began anew: across the gap the computer's clock counts.
-    check_times(recording, tolerance_s=0.106)
+    check_times(recording, tolerance_s=GAP_TOLERANCE_S)
     assert 15 < np.isnan(recording.values[0]).sum() < 60
     assert "by this computer's clock" in recorder.log()
 
@@ -196,16 +207,15 @@ def test_reset_of_the_board(logger_bench):
     bench, cable = logger_bench.bench, logger_bench.cable
     recorder = logger_bench.record("--duration", "25")
     logger_bench.run_until_samples(100)
-    bench.speed = 1
-    bench.run_for(0.2)
+    logger_bench.slow_down()
     cable.press_reset()
-    logger_bench.run_until_samples(105)
+    logger_bench.run_until_samples(112)
     bench.speed = None
     logger_bench.run_to_end(recorder)
     recorder.expect(0, "the board was reset", "1 gaps")
     recording = recorder.recording()
     check_complete(recording, cable, ended_early=True)
-    check_times(recording, tolerance_s=0.106)
+    check_times(recording, tolerance_s=GAP_TOLERANCE_S)
     assert 8 < np.isnan(recording.values[0]).sum() < 20
 
 
@@ -213,15 +223,15 @@ def test_reset_whose_announcement_is_lost(tmp_path):
     made = LoggerBench(tmp_path)
     recorder = made.record("--duration", "25")
     made.run_until_samples(100)
-    made.bench.speed = 1
+    made.slow_down()
     made.cable.spoil = lambda frame: b"" if b"$I" in frame and b"uptime_ms=0" in frame else frame
     made.cable.press_reset()
-    made.run_until_samples(102)
+    made.run_until_samples(112)
     made.bench.speed = None
     made.run_to_end(recorder)
     recorder.expect(0, "the board was reset")
     check_complete(recorder.recording(), made.cable, ended_early=True)
-    check_times(recorder.recording(), tolerance_s=0.106)
+    check_times(recorder.recording(), tolerance_s=GAP_TOLERANCE_S)
     assert not made.cable.boot_loader_stuck
 
 

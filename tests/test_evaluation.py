@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from capsule.evaluation import (
+    COLUMNS,
     confusion_table,
     detection_table,
     rate,
@@ -113,3 +114,12 @@ def test_tables_keep_schemes_apart():
     recall = {row["scheme"]: row["recall"] for row in made["detection"]}
     assert recall == {"leave_one_out": 0.0, "resubstitution": 1.0}
     assert len(made["confusion"]) == 2 * 4
+
+
+def test_every_table_has_its_columns_whether_or_not_it_has_rows():
+    rows = [{"detector": "a", "scheme": "leave_one_out", "size_mm": 1.0, "predicted_mm": 1.0}]
+    settings = {"schemes": ["leave_one_out"], "tolerance_mm": 1.0, "confidence": 0.95}
+    for name, table in tables(rows, [0.0, 1.0], **settings).items():
+        assert all(list(row) == COLUMNS[name] for row in table)
+    empty = tables([], [0.0], **settings)
+    assert set(empty) == set(COLUMNS) and not any(empty.values())

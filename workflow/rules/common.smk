@@ -24,6 +24,7 @@ sys.path.insert(0, str(SCRIPTS))
 
 from capsule.configuration import check_configuration
 from capsule.errors import CapsuleError
+from config_files import read_config_file
 from files import fingerprint, list_archive, read_csv, remove_unfinished
 from run_guard import hold
 from sources import imported_files
@@ -43,8 +44,22 @@ try:
             f"{workflow.basedir}: rename this folder; Snakemake cannot work where a name holds "
             "{ or }"
         )
+    main_settings = read_config_file(Path("config/config.yaml"))
+except CapsuleError as error:
+    raise WorkflowError(str(error)) from None
+
+
+configfile: "config/config.yaml"
+
+
+try:
+    # Which source gives a key: the later ones override the earlier ones.
+    sources = {"config/config.yaml": main_settings}
+    for path in workflow.config_settings.configfiles:
+        sources[os.path.relpath(path)] = read_config_file(path)
+    sources["--config"] = workflow.config_settings.config
     schema = json.loads(SCHEMA.read_text(encoding="utf-8"))
-    check_configuration(config, schema, "config/config.yaml")
+    check_configuration(config, schema, sources)
     ARCHIVE = list_archive(Path("raw"))
 except CapsuleError as error:
     raise WorkflowError(str(error)) from None

@@ -1,7 +1,7 @@
 # What people look at: the figures, and one page with everything.
 #
-# takes: raw/, results/recordings.csv, results/passed_over.csv, results/templates.{json,npz},
-#        results/evaluation/, results/detections.csv, workflow/report/
+# takes: raw/, results/recordings.csv, results/passed_over.csv, results/fits/,
+#        results/templates.{json,npz}, results/evaluation/, results/detections.csv, workflow/report/
 # gives: results/figures/<figure>{,_column}.{svg,pdf}, results/figures/<figure>.csv,
 #        results/report.html
 
@@ -48,9 +48,20 @@ rule report:
         evaluation=expand("results/evaluation/{table}.csv", table=TABLES),
         detections="results/detections.csv",
         figures=rules.draw.output,
+        raw=expand("raw/{recording}.csv", recording=ARCHIVE.recordings),
+        fits=expand("results/fits/{recording}.json", recording=ARCHIVE.of_nodules()),
         page=[
             report_file(name)
-            for name in ["report.html.j2", "report.css", "report.js", "paper.yaml"]
+            for name in [
+                "report.html.j2",
+                "report.css",
+                "signals.js",
+                "viewer.js",
+                "recordings.js",
+                "paper.yaml",
+                "vendor/uplot/uPlot.iife.min.js",
+                "vendor/uplot/uPlot.min.css",
+            ]
         ],
         schema=os.path.relpath(SCHEMA),
         script=script("report.py"),
@@ -66,6 +77,6 @@ rule report:
         code=content_of_code("report.py"),
         template=lambda wildcards, input: os.path.dirname(input.page[0]),
     shell:
-        "python {input.script:q} --results results --template {params.template:q}"
+        "python {input.script:q} --raw raw --results results --template {params.template:q}"
         " --schema {input.schema:q} --settings {params.settings:q}"
         " --code {input.script:q} {input.library:q} --output {output:q} > {log:q} 2>&1"

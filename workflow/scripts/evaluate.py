@@ -68,7 +68,7 @@ def main() -> None:
     known = [row for row in made if not np.isnan(row["predicted_mm"])]
     counted = {key: rules[key] for key in ("schemes", "tolerance_mm", "confidence")}
     for name, table in evaluation.tables(known, templates.sizes_mm, **counted).items():
-        files.write_csv(folder / f"{name}.csv", list(table[0]), table)
+        files.write_csv(folder / f"{name}.csv", evaluation.COLUMNS[name], table)
 
 
 if __name__ == "__main__":

@@ -6,57 +6,59 @@ import hashlib
 import importlib.metadata
 import json
 import platform
+from collections.abc import Iterator
 from pathlib import Path
 
 import pandas as pd
 
 import files
-from capsule.report import context, provenance, tables, words
+from capsule.figures.preprocessing import make_example
+from capsule.naming import size_mm
+from capsule.report import evidence, judged, overview, provenance, recordings, tables, words
 from capsule.report.page import image_address, render_page
-from results import Evaluation, read_evaluation, read_printed
+from results import read_accepted, read_evaluation, read_fit, read_printed
 
 FIGURES = ("detection", "negatives", "sizing", "confusion", "templates", "preprocessing")
 PACKAGES = ("snakemake", "numpy", "scipy", "pandas", "matplotlib", "jinja2")
 RULES = ("preprocess", "index", "fit", "average", "evaluate", "detect", "draw")
+STYLES = ("vendor/uplot/uPlot.min.css", "report.css")
+SCRIPTS = ("vendor/uplot/uPlot.iife.min.js", "signals.js", "viewer.js", "recordings.js")
 
 
-def results_of(evaluation: Evaluation, settings: dict, printed: dict) -> list[dict]:
-    """Give each detector's answers and tables; the first is the paper's method."""
-    sizes_mm, judged = evaluation.sizes_mm(), settings["evaluation"]
-    scheme = context.RESULT if context.RESULT in judged["schemes"] else judged["schemes"][0]
-    found = []
-    for detector in evaluation.detectors():
-        both = {name: evaluation.of(name, detector, with_paper=True) for name in evaluation.tables}
-        ours = {name: table[table["scheme"] == scheme] for name, table in both.items()}
-        verdicts = evaluation.predictions.query("detector == @detector and scheme == @scheme")
-        found.append(
-            {
-                "detector": detector,
-                "scheme": words.scheme(scheme),
-                "cards": context.answer_cards(
-                    ours, evaluation.paper, verdicts, settings, printed["sizing_tolerance_mm"]
-                ),
-                **context.rate_tables(
-                    both["detection"], both["sizing"], both["confusion"], sizes_mm, judged
-                ),
-                "confusions": [
-                    {
-                        "title": words.scheme(name),
-                        "rows": tables.confusion_rows(both["confusion"], name, sizes_mm),
-                    }
-                    for name in judged["schemes"]
-                ],
-            }
-        )
-    return found
+def evidence_of(
+    rows: dict, verdicts: dict, raw: Path, results: Path, settings: dict
+) -> Iterator[tuple[str, str]]:
+    """Give each accepted recording's name and what the page carries of it."""
+    shape, rate_hz = settings["preprocessing"], settings["recording"]["rate_hz"]
+    stages = {"window": shape["window"], "threshold": shape["threshold"]}
+    samples = sum(row["samples"] for row in rows.values() if row["accepted"])
+    step = evidence.reading_step(samples * settings["recording"]["sensors"])
+    for name, row in rows.items():
+        if not row["accepted"]:
+            continue
+        recording, values = read_accepted(raw, name, settings)
+        title = recordings.title(rows[name])
+        run = make_example(name, title, values, rate_hz=rate_hz, **stages)
+        found = read_fit(results / "fits" / f"{name}.json") if size_mm(name) else None
+        fitted, facts = None, {"File": f"raw/{name}.csv", "SHA-256": row["sha256"]}
+        if found:
+            fit, particle = found
+            fitted = evidence.fitted_matrix(
+                particle, fit["first_peak"], fit["lag"], values.shape[1], shape["length"]
+            )
+            facts["Fit"] = provenance.fit_words(fit)
+        facts |= {f"# {key}": text for key, text in recording.header.items()}
+        said = verdicts.get(name, [])
+        content = evidence.recording_evidence(run, shape["threshold"], step, fitted, said, facts)
+        yield name, evidence.to_json(content)
 
 
-def durations(logs: Path, recordings: list[str]) -> list[dict]:
+def durations(logs: Path, names: list[str]) -> list[dict]:
     """Add up how long each rule's scripts took, from the last lines of their logs."""
     rows = []
     for rule in RULES:
         single = logs / f"{rule}.log"
-        paths = [single] if single.exists() else [logs / rule / f"{n}.log" for n in recordings]
+        paths = [single] if single.exists() else [logs / rule / f"{name}.log" for name in names]
         read = [path.read_text(encoding="utf-8") for path in paths if path.exists()]
         seconds = [s for s in map(provenance.seconds_in_log, read) if s is not None]
         if seconds:
@@ -68,6 +70,7 @@ def durations(logs: Path, recordings: list[str]) -> list[dict]:
 def main() -> None:
     """Read everything that was made, write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--raw", type=Path, required=True, help="the folder of recordings")
     parser.add_argument("--results", type=Path, required=True, help="the folder of results")
     parser.add_argument("--template", type=Path, required=True, help="the folder of the template")
     parser.add_argument("--schema", type=Path, required=True, help="the schema of the config")
@@ -75,55 +78,46 @@ def main() -> None:
     parser.add_argument("--code", type=Path, nargs="+", required=True, help="the files of the code")
     parser.add_argument("--output", type=Path, required=True, help="output: the page")
     arguments = parser.parse_args()
-    results, settings = arguments.results, arguments.settings
-    printed = read_printed(arguments.template / "paper.yaml")
+    results, settings, folder = arguments.results, arguments.settings, arguments.template
+    printed = read_printed(folder / "paper.yaml")
     evaluation = read_evaluation(
         results / "evaluation", printed, settings["evaluation"]["confidence"]
     )
     index = pd.read_csv(results / "recordings.csv")
-    checksums = dict(zip(index["recording"], index["sha256"].fillna(""), strict=True))
-    code = {
-        path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in sorted(arguments.code)
-    }
-    found = context.overview(index, pd.read_csv(results / "passed_over.csv"))
-    judged = results_of(evaluation, settings, printed)
+    detections = pd.read_csv(results / "detections.csv")
+    verdicts = recordings.verdicts_by_recording(evaluation.predictions, detections)
+    code = {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in arguments.code}
+    said = judged.judgement(evaluation, index, verdicts, settings, printed)
+    rows = {row["recording"]: row for row in said["recordings"]}
     page = {
-        **found,
-        "summary": context.summary(
-            found["origin"]["kind"], found["accepted"], judged[0]["cards"], settings["evaluation"]
-        ),
-        "results": judged,
-        "sizes": [words.size(size_mm) for size_mm in evaluation.sizes_mm()],
+        **overview.overview(index, pd.read_csv(results / "passed_over.csv")),
+        **said,
         "templates": tables.template_rows(files.read_json(results / "templates.json")["templates"]),
-        "detections": tables.detection_rows(pd.read_csv(results / "detections.csv")),
+        "detections": tables.detection_rows(detections),
+        "evidence": list(evidence_of(rows, verdicts, arguments.raw, results, settings)),
         "figures": {
             name: {
-                "wide": image_address((results / "figures" / f"{name}.svg").read_bytes()),
-                "narrow": image_address((results / "figures" / f"{name}_column.svg").read_bytes()),
+                width: image_address((results / "figures" / f"{name}{suffix}.svg").read_bytes())
+                for width, suffix in (("wide", ""), ("narrow", "_column"))
             }
             for name in FIGURES
         },
-        "paper": printed,
-        "confidence": words.percent(settings["evaluation"]["confidence"]),
         "configuration": provenance.configuration_table(
             settings, files.read_json(arguments.schema), printed["settings"]
         ),
         "versions": [("Python", platform.python_version())]
         + [(name, importlib.metadata.version(name)) for name in PACKAGES],
-        "checksums": {
-            "recordings": provenance.combined_checksum(checksums),
-            "code": provenance.combined_checksum(code),
-        },
-        "seed": settings["fit"]["seed"],
+        "code_checksum": provenance.combined_checksum(code),
         "times": durations(results / "logs", list(index["recording"])),
         "made": datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M UTC"),
     }
-    parts = [
-        (arguments.template / name).read_text(encoding="utf-8")
-        for name in ("report.html.j2", "report.css", "report.js")
-    ]
+    style, script = (
+        "\n".join((folder / name).read_text(encoding="utf-8") for name in names)
+        for names in (STYLES, SCRIPTS)
+    )
+    template = (folder / "report.html.j2").read_text(encoding="utf-8")
     with files.write_whole(arguments.output) as stream:
-        stream.write(render_page(*parts, {"page": page}))
+        stream.write(render_page(template, style, script, page))
     print(f"{arguments.output}: {arguments.output.stat().st_size / 1e6:.2f} MB")
 
 

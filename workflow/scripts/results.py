@@ -1,55 +1,18 @@
-"""Read the tables that the stages before have written, with the paper's numbers beside ours."""
+"""Read what the stages before have written, for the figures and the report."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import yaml
 
+import files
 from capsule.acceptance import accept
 from capsule.paper import printed_tables
+from capsule.particles import Particle
 from capsule.recording import Recording, read_recording
-
-TABLES = ("detection", "specificity", "sizing", "confusion")
-
-
-@dataclass(frozen=True)
-class Evaluation:
-    """The tables under results/evaluation.
-
-    Attributes
-    ----------
-    predictions : DataFrame
-        One row a recording, detector and scheme.
-    tables : dict of str to DataFrame
-        ``detection``, ``specificity``, ``sizing`` and ``confusion``, of every detector.
-    paper : dict of str to DataFrame
-        The paper's tables in the same columns.
-    """
-
-    predictions: pd.DataFrame
-    tables: Mapping[str, pd.DataFrame]
-    paper: Mapping[str, pd.DataFrame]
-
-    def detectors(self) -> list[str]:
-        """Name the detectors, the paper's own first."""
-        return list(dict.fromkeys(self.predictions["detector"]))
-
-    def sizes_mm(self) -> list[float]:
-        """Give the sizes that have a template, 0 included, ascending."""
-        return sorted(
-            float(name.removeprefix("rmse_").removesuffix("mm"))
-            for name in self.predictions.columns
-            if name.startswith("rmse_") and name.endswith("mm")
-        )
-
-    def of(self, name: str, detector: str, *, with_paper: bool = False) -> pd.DataFrame:
-        """Give one detector's rows of a table, the paper's below them if wanted."""
-        table = self.tables[name]
-        rows = table[table["detector"] == detector]
-        return pd.concat([rows, self.paper[name]], ignore_index=True) if with_paper else rows
+from capsule.report.judged import TABLES, Evaluation
 
 
 def read_evaluation(folder: Path, printed: Mapping, confidence: float) -> Evaluation:
@@ -79,3 +42,13 @@ def read_accepted(raw: Path, name: str, settings: Mapping) -> tuple[Recording, n
     with (raw / f"{name}.csv").open("rb") as stream:
         recording = read_recording(stream, sensors, max_bytes)
     return recording, accept(recording, **rules, window=shape["window"], length=shape["length"])
+
+
+def read_fit(path: Path) -> tuple[dict, Particle] | None:
+    """Read a recording's fit and its particle; None where it has none."""
+    if not path.exists():
+        return None
+    fit = files.read_json(path)
+    if fit["parameters"] is None:
+        return None
+    return fit, Particle(**{name: np.array(values) for name, values in fit["parameters"].items()})

@@ -11,13 +11,14 @@ from pathlib import Path
 from acquisition.errors import AcquisitionError, DiskFullError, NameExistsError
 from capsule.recording import column_names, format_header, format_sample
 
-try:
+if os.name == "nt":
+    import msvcrt
+else:
     import fcntl
-except ImportError:  # Windows refuses to rename an open file, which serves as well
-    fcntl = None
 
 SUFFIX = ".part"
 SYNC_EVERY_S = 1.0
+_LOCKED_BYTE = 2**31 - 2
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
@@ -220,7 +221,6 @@ def _publish(part: Path, final: Path) -> None:
     """Rename without ever replacing a recording."""
     try:
         os.link(part, final)  # atomic, and fails where the name exists
-        part.unlink()
     except FileExistsError as fault:
         raise NameExistsError(
             f"{final} exists; the samples are kept in {part.name}: rename one, then --recover"
@@ -229,13 +229,27 @@ def _publish(part: Path, final: Path) -> None:
         if final.exists():
             raise NameExistsError(f"{final} exists; the samples are kept in {part.name}") from None
         part.rename(final)
+    else:
+        part.unlink()
     _sync_folder(final.parent)
 
 
 def _lock(descriptor: int) -> None:
-    """Mark a file as being recorded, for as long as this process lives."""
-    if fcntl:
+    """Mark a file as being recorded, for as long as this process lives; `BlockingIOError` if it is.
+
+    Windows locks bytes, and keeps others from reading them: so one far behind any recording's end.
+    """
+    if os.name == "posix":
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        return
+    position = os.lseek(descriptor, 0, os.SEEK_CUR)
+    os.lseek(descriptor, _LOCKED_BYTE, os.SEEK_SET)
+    try:
+        msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+    except PermissionError as fault:
+        raise BlockingIOError(*fault.args) from fault
+    finally:
+        os.lseek(descriptor, position, os.SEEK_SET)
 
 
 def _sync_folder(folder: Path) -> None:

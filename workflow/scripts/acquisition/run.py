@@ -19,9 +19,12 @@ from acquisition.line import Line
 from acquisition.options import PROJECT
 from acquisition.session import Limits, Session, StopRequest
 from acquisition.terminal import Progress, Terminal
+from capsule.acceptance import accept
 from capsule.configuration import check_configuration
+from capsule.errors import RecordingError
 from capsule.naming import UNLABELLED
 from capsule.protocol import Identity
+from capsule.recording import read_recording
 from files import read_json
 
 SCHEMA = PROJECT / "workflow" / "schemas" / "config.schema.json"
@@ -221,9 +224,19 @@ def _tell_outcome(
     if progress.damaged:
         terminal.note(f"{progress.damaged} damaged frames are kept in {log}")
     terminal.note(f"archived {final}: {progress.summary()}")
-    longest = settings["preprocessing"]["length"]
-    if progress.places > longest:
-        terminal.note(
-            f"warning: more than {longest} samples; the workflow refuses it "
-            "(config/config.yaml: preprocessing.length)"
-        )
+    if reason := _refusal(final, settings):
+        terminal.note(f"warning: the workflow will refuse it: {reason}")
+
+
+def _refusal(recording: Path, settings: dict) -> str:
+    """Ask the workflow's own check what it will say, while the run can still be made again."""
+    rules = dict(settings["recording"])
+    sensors, max_megabytes = rules.pop("sensors"), rules.pop("max_megabytes")
+    shape = settings["preprocessing"]
+    try:
+        with recording.open("rb") as stream:
+            read = read_recording(stream, sensors, int(max_megabytes * 1e6))
+        accept(read, **rules, window=shape["window"], length=shape["length"])
+    except RecordingError as reason:
+        return str(reason)
+    return ""

@@ -106,7 +106,7 @@ class Session:
         self._stop = stop
         self._watch = watch
         self._timeline = Timeline(rate_hz)
-        self.progress = Progress(1.0 / rate_hz)
+        self.progress = Progress(1.0 / rate_hz, end_s=(limits.samples or 0) / rate_hz)
         self.samples: list[tuple[int, ...] | None] = []
         self.ended = ""
         self._full = False

@@ -22,6 +22,8 @@ class Progress:
     ----------
     period_s : float
         Seconds between samples.
+    end_s : float
+        When the recording will end by itself; 0 where it will not.
     places : int
         Samples so far, the missing ones included.
     missing, gaps, damaged : int
@@ -35,6 +37,7 @@ class Progress:
     """
 
     period_s: float
+    end_s: float = 0.0
     places: int = 0
     missing: int = 0
     gaps: int = 0
@@ -46,9 +49,9 @@ class Progress:
 
     def summary(self) -> str:
         """Say in one line how the recording stands."""
-        seconds = self.places * self.period_s
+        now = _minutes(self.places * self.period_s)
         parts = [
-            f"{int(seconds // 60):02d}:{seconds % 60:04.1f}",
+            f"{now} of {_minutes(self.end_s)}" if self.end_s else now,
             f"{self.places} samples",
             f"{self.rate_hz:.1f} Hz",
             f"{self.gaps} gaps ({self.missing} samples missing)" if self.gaps else "no gap",
@@ -57,6 +60,10 @@ class Progress:
             self.verdict,
         ]
         return " | ".join(part for part in parts if part)
+
+
+def _minutes(seconds: float) -> str:
+    return f"{int(seconds // 60):02d}:{seconds % 60:04.1f}"
 
 
 class Terminal:

@@ -1,113 +1,180 @@
-"""The check of the configuration: every fault with its key, its value and what is allowed."""
+"""The check of the configuration: every fault with its file, key, value and what is allowed."""
 
 import difflib
-from collections.abc import Iterable, Mapping, Sequence
+import math
+from collections.abc import Iterator, Mapping
 
 from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError
+from jsonschema.validators import extend
 
 from capsule.errors import CapsuleError
 
 _LIMITS = {
     "minimum": "at least",
-    "maximum": "at most",
     "exclusiveMinimum": "more than",
+    "maximum": "at most",
     "exclusiveMaximum": "less than",
 }
 
 
-def check_configuration(config: Mapping, schema: Mapping, source: str) -> None:
+def _is_integer(_: object, value: object) -> bool:
+    # JSON Schema takes 84.0 for an integer; numpy does not.
+    return isinstance(value, int) and not isinstance(value, bool)
+
+
+def _is_number(checker: object, value: object) -> bool:
+    # .nan passes every limit, since no comparison with it is true.
+    return _is_integer(checker, value) or (isinstance(value, float) and math.isfinite(value))
+
+
+_Validator = extend(
+    Draft202012Validator,
+    type_checker=Draft202012Validator.TYPE_CHECKER.redefine_many(
+        {"integer": _is_integer, "number": _is_number}
+    ),
+)
+
+
+def check_configuration(config: Mapping, schema: Mapping, sources: Mapping[str, Mapping]) -> None:
     """Refuse a configuration that breaks the schema or contradicts itself.
 
     Parameters
     ----------
     config : mapping
-        The configuration as loaded.
+        The configuration as it results from all sources.
     schema : mapping
         The JSON Schema.
-    source : str
-        The file that the message names.
+    sources : mapping of str to mapping
+        What each file, or the command line, gives; a later one overrides an earlier one. The
+        message names the one that a faulty value is from.
 
     Raises
     ------
     CapsuleError
-        Lists every fault, a line each: key, value, what is allowed.
+        Lists every fault, a line each: file, key, value, what is allowed.
     """
-    validator = Draft202012Validator(schema)
-    errors = sorted(validator.iter_errors(config), key=lambda error: list(map(str, error.path)))
-    faults = [fault for error in errors for fault in _describe(error)]
+    errors = _Validator(schema).iter_errors(config)
+    faults = {fault for error in errors for fault in _describe(error, schema, config)}
     if not faults:
-        faults = list(_contradictions(config))
+        faults = set(_contradictions(config))
     if faults:
-        lines = "".join(f"\n  {fault}" for fault in faults)
-        raise CapsuleError(f"{source} cannot be used:{lines}")
+        lines = "".join(f"\n  {_source(key, sources)}: {text}" for key, text in sorted(faults))
+        raise CapsuleError(f"the configuration cannot be used:{lines}")
 
 
-def _describe(error: ValidationError) -> Iterable[str]:
-    key = ".".join(str(part) for part in error.absolute_path)
+def _source(path: str, sources: Mapping[str, Mapping]) -> str:
+    """Name the last source that gives a key, or the first where none does."""
+    giving = next(iter(sources))
+    for name, content in sources.items():
+        place: object = content
+        for key in path.split("."):
+            place = place.get(key, sources) if isinstance(place, Mapping) else sources
+        if place is not sources:
+            giving = name
+    return giving
+
+
+def _describe(
+    error: ValidationError, schema: Mapping, config: Mapping
+) -> Iterator[tuple[str, str]]:
+    """Give the key and the message of each fault in an error of the validator."""
+    # A fault inside a list is told as one of the list.
+    keys = [part for part in error.absolute_path if isinstance(part, str)]
+    key = ".".join(keys)
+    prefix = f"{key}." if key else ""
     if error.validator == "additionalProperties":
         known = sorted(error.schema["properties"])
         for name in sorted(map(str, set(error.instance) - set(known))):
-            full = f"{key}.{name}" if key else name
             near = difflib.get_close_matches(name, known, n=1)
             hint = f"did you mean {near[0]}?" if near else f"known here: {', '.join(known)}"
-            yield f"{full}: there is no such key; {hint}"
+            yield prefix + name, f"{prefix}{name}: there is no such key; {hint}"
     elif error.validator == "required":
         for name in error.validator_value:
-            if name not in error.instance:
-                yield f"{f'{key}.{name}' if key else name}: is missing"
+            if name not in error.instance and repr(name) in error.message:
+                yield prefix + name, f"{prefix}{name}: is missing"
     else:
-        yield f"{key}: {_shorten(error.instance)} is not allowed; must be {_allowed(error)}"
+        value: object = config
+        part = schema
+        for name in keys:
+            value, part = value[name], part["properties"][name]
+        allowed = allowed_values(part, schema)
+        yield key, f"{key}: {_shorten(value)} is not allowed; must be {allowed}{_hint(value)}"
 
 
-def _allowed(error: ValidationError) -> str:
-    limit = error.validator_value
-    match error.validator:
-        case "type":
-            return f"of type {limit}"
-        case "enum":
-            return f"one of {', '.join(map(str, limit))}"
-        case "minItems" | "maxItems":
-            return f"a list of {'at least' if error.validator == 'minItems' else 'at most'} {limit}"
-        case "uniqueItems":
-            return "a list without repeats"
-        case name if name in _LIMITS:
-            return f"{_LIMITS[name]} {limit}"
-        case name:
-            return f"{name} {limit}"
+def _hint(value: object) -> str:
+    if isinstance(value, str):
+        try:
+            return f" (this is text; write {float(value):.12g})"
+        except ValueError:
+            return ""
+    return ""
 
 
-def _contradictions(config: Mapping) -> Iterable[str]:
+def allowed_values(part: Mapping, schema: Mapping) -> str:
+    """Say in words what a key may hold.
+
+    Parameters
+    ----------
+    part : mapping
+        The key's part of the schema.
+    schema : mapping
+        The whole schema, which holds what parts refer to.
+
+    Returns
+    -------
+    str
+    """
+    if "$ref" in part:
+        part = {**schema["$defs"][part["$ref"].rsplit("/", 1)[1]], **part}
+    limits = "".join(f", {word} {part[name]}" for name, word in _LIMITS.items() if name in part)
+    match part.get("type"):
+        case "object":
+            return f"a section with the keys {', '.join(part['properties'])}"
+        case "array":
+            least, most = part.get("minItems", 0), part.get("maxItems")
+            count = f" of {most}" if most == least else f" of at least {least}" if least else ""
+            unique = ", none twice" if part.get("uniqueItems") else ""
+            return f"a list{count}, each {allowed_values(part['items'], schema)}{unique}"
+        case "integer" | "number" as kind:
+            return f"{'a whole number' if kind == 'integer' else 'a number'}{limits}"
+        case "boolean":
+            return "true or false"
+        case "string":
+            return "text"
+    return f"one of {', '.join(map(str, part['enum']))}"
+
+
+def _contradictions(config: Mapping) -> Iterator[tuple[str, str]]:
     """Find values that are allowed one by one but not together."""
     recording, preprocessing = config["recording"], config["preprocessing"]
     fit = config["fit"]
     window, length = preprocessing["window"], preprocessing["length"]
     if window > length:
-        yield (
-            f"preprocessing.window: {window} samples are more than preprocessing.length, {length}"
-        )
+        key = "preprocessing.window"
+        yield key, f"{key}: {window} samples are more than preprocessing.length, {length}"
     for part in ("diagonal", "fit"):
         for name in sorted(key for key in config[part] if key.endswith("_range")):
-            low, high = _pair(config[part][name])
+            low, high = config[part][name]
             if low > high:
-                yield f"{part}.{name}: {low:g} is above {high:g}; give the lower bound first"
+                key = f"{part}.{name}"
+                yield key, f"{key}: {low:g} is above {high:g}; give the lower bound first"
     last = fit["first_peak"] + (recording["sensors"] - 1) * fit["peak_spacing_range"][1]
     if last > length:
+        key = "fit.peak_spacing_range" if fit["first_peak"] <= length else "fit.first_peak"
         yield (
-            f"fit.peak_spacing_range: with first_peak {fit['first_peak']} the last of "
-            f"{recording['sensors']} peaks could lie at column {last}, beyond "
-            f"preprocessing.length, {length}"
+            key,
+            f"{key}: with first_peak {fit['first_peak']} the last of {recording['sensors']} "
+            f"peaks could lie at column {last}, beyond preprocessing.length, {length}",
         )
     if recording["max_gap_s"] * recording["rate_hz"] > window // 2:
+        key = "recording.max_gap_s"
         yield (
-            f"recording.max_gap_s: {recording['max_gap_s']:g} s are more than half the window "
+            key,
+            f"{key}: {recording['max_gap_s']:g} s are more than half the window "
             f"of {window} samples at {recording['rate_hz']:g} Hz; allowed is at most "
-            f"{window // 2 / recording['rate_hz']:g} s"
+            f"{window // 2 / recording['rate_hz']:g} s",
         )
-
-
-def _pair(values: Sequence[float]) -> tuple[float, float]:
-    return values[0], values[1]
 
 
 def _shorten(value: object) -> str:

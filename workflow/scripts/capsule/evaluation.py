@@ -5,6 +5,29 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from scipy.stats import binomtest
 
+_RATES = {
+    name: [name, f"{name}_low", f"{name}_high"]
+    for name in ("precision", "recall", "specificity", "exact_rate", "within_rate")
+}
+_KEY = ["detector", "scheme"]
+# The columns of every table, which a table without a row has too.
+COLUMNS = {
+    "detection": [*_KEY, "size_mm", "tp", "fp", "fn", *_RATES["precision"], *_RATES["recall"]],
+    "specificity": [*_KEY, "healthy", "true_negatives", *_RATES["specificity"]],
+    "sizing": [
+        *_KEY,
+        "size_mm",
+        "recordings",
+        "exact",
+        *_RATES["exact_rate"],
+        "within",
+        *_RATES["within_rate"],
+        "one_sided",
+        "mean_absolute_error_mm",
+    ],
+    "confusion": [*_KEY, "size_mm", "predicted_mm", "count"],
+}
+
 
 def rate(hits: int, count: int, confidence: float) -> tuple[float, float, float]:
     """Give a rate and its Wilson interval.

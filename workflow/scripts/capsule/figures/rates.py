@@ -90,16 +90,17 @@ def draw_rates(
 
 
 def _draw_panel(axes: Axes, points: pd.DataFrame, sizes_mm: Sequence[float]) -> None:
-    if points["rate"].notna().sum() == 0:
+    points = points[points["size_mm"].isin(sizes_mm)]
+    known = points[points["rate"].notna()]
+    if known.empty:
         say_nothing_to_show(axes, "no recording to count")
         return
     schemes = [scheme for scheme in _MARKS if (points["scheme"] == scheme).any()]
     places = {size_mm: place for place, size_mm in enumerate(sizes_mm)}
     for order, scheme in enumerate(schemes):
-        rows = points[(points["scheme"] == scheme) & points["size_mm"].isin(sizes_mm)]
-        rows = rows[rows["rate"].notna()]
-        place = rows["size_mm"].map(places).to_numpy(dtype=np.float64)
-        place += 0.2 * (order - (len(schemes) - 1) / 2)
+        rows = known[known["scheme"] == scheme]
+        shift = 0.2 * (order - (len(schemes) - 1) / 2)
+        place = np.array([places[size_mm] + shift for size_mm in rows["size_mm"]])
         value = rows["rate"].to_numpy()
         reach = np.maximum([value - rows["low"], rows["high"] - value], 0.0)
         axes.errorbar(

@@ -109,7 +109,9 @@ def mean_size_error(predictions: pd.DataFrame, confidence: float) -> Estimate:
 
 
 def specificity(table: pd.DataFrame) -> Estimate:
-    """Take the specificity out of its table's one row of a detector and scheme."""
+    """Take the specificity out of its table's one row of a detector and scheme, if there is one."""
+    if table.empty:
+        return Estimate(*[float("nan")] * 3, 0, 0)
     row = table.iloc[0]
     bounds = (row["specificity"], row["specificity_low"], row["specificity_high"])
     counts = int(row["true_negatives"]), int(row["healthy"])

@@ -8,7 +8,7 @@ from jinja2 import DictLoader, Environment, StrictUndefined
 from markupsafe import Markup
 
 
-def render_page(template: str, style: str, script: str, context: Mapping) -> str:
+def render_page(template: str, style: str, script: str, page: Mapping) -> str:
     """Fill in the template; every value is escaped, and an unknown name is an error.
 
     The page's Content-Security-Policy allows this style and this script by their checksums, images
@@ -22,8 +22,9 @@ def render_page(template: str, style: str, script: str, context: Mapping) -> str
         belongs to the frame.
     style, script : str
         The page's CSS and JavaScript; neither may hold the end tag of its element.
-    context : mapping
-        The values.
+    page : mapping
+        The values. ``data`` and the second parts of ``evidence`` are JSON from
+        `capsule.report.evidence.to_json`, which no tag can begin in.
 
     Returns
     -------
@@ -52,7 +53,10 @@ def render_page(template: str, style: str, script: str, context: Mapping) -> str
         ]
     )
     frame = {"style": Markup(style), "script": Markup(script), "policy": Markup(policy)}
-    return environment.get_template("report").render(**context, **frame)
+    if "evidence" in page:
+        carried = [(name, Markup(content)) for name, content in page["evidence"]]
+        page = {**page, "data": Markup(page["data"]), "evidence": carried}
+    return environment.get_template("report").render(page=page, **frame)
 
 
 def _allowed(text: str) -> str:

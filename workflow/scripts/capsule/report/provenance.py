@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from capsule.report.words import setting
+from capsule.report.words import plural, setting
 
 _FINISHED = re.compile(r"^finished in (\d+(?:\.\d+)?) s$", re.MULTILINE)
 
@@ -114,6 +114,14 @@ def _agrees(value: object, said: Mapping) -> bool:
     return value == said["value"]
 
 
+def fit_words(fit: Mapping) -> str:
+    """Say how well a particle fits, from the fit's file."""
+    return (
+        f"RMSE {fit['rmse']:.4f}; the best of the random particles had {fit['rmse_initial']:.4f}, "
+        f"and {plural(fit['accepted_moves'], 'step')} improved it; lag {fit['lag']}"
+    )
+
+
 def combined_checksum(checksums: Mapping[str, str]) -> str:
     """Give one SHA-256 for many named files: of the lines ``checksum  name``, sorted by name.
 
@@ -121,3 +129,18 @@ def combined_checksum(checksums: Mapping[str, str]) -> str:
     """
     lines = "".join(f"{checksums[name]}  {name}\n" for name in sorted(checksums))
     return hashlib.sha256(lines.encode("utf-8")).hexdigest()
+
+
+def bibtex(printed: Mapping) -> str:
+    """Write the BibTeX entry of the paper, from ``paper.yaml``."""
+    surname = printed["authors"][0].split()[-1].lower()
+    archive, _, number = printed["identifier"].partition(":")
+    fields = {
+        "title": printed["title"],
+        "author": " and ".join(printed["authors"]),
+        "year": printed["year"],
+        "eprint": number,
+        "archivePrefix": archive,
+    }
+    lines = ",\n".join(f"  {name} = {{{value}}}" for name, value in fields.items())
+    return f"@misc{{{surname}{printed['year']}capsule,\n{lines}\n}}"

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
+from capsule.figures import points
 from capsule.report import words
 
 
@@ -150,3 +151,44 @@ def detection_rows(detections: pd.DataFrame) -> dict:
         )
     sizes = [words.size(float(label[5:].removesuffix("mm"))) for label in labels]
     return {"sizes": sizes, "rows": rows}
+
+
+def rate_tables(
+    detection: pd.DataFrame,
+    sizing: pd.DataFrame,
+    confusion: pd.DataFrame,
+    sizes_mm: Sequence[float],
+    settings: Mapping,
+) -> dict:
+    """Make the tables of detection, of the negatives and of sizing, the paper's beside ours."""
+    tolerance, confidence = settings["tolerance_mm"], settings["confidence"]
+    measures = {"exact_rate": "Exact size", "within_rate": f"Within {tolerance:g} mm"}
+    sized = rate_table(points.sizing_points(sizing), measures, sizes_mm[1:])
+    errors = {
+        (row.scheme, row.size_mm): row.mean_absolute_error_mm
+        for row in sizing.itertuples(index=False)
+        if row.scheme != "paper"
+    }
+    schemes = list(dict.fromkeys(scheme for scheme, _ in errors))
+    sized["groups"].append(
+        {"title": "Mean absolute error", "schemes": [words.scheme(name) for name in schemes]}
+    )
+    for row in sized["rows"]:
+        for name in schemes:
+            row["cells"].append(_error_cell(errors.get((name, row["size_mm"])), name))
+    measures = {"precision": "Precision", "recall": "Recall"}
+    negatives = points.negative_points(confusion, confidence)
+    return {
+        "detection": rate_table(points.detection_points(detection), measures, sizes_mm[1:]),
+        "negatives": rate_table(
+            negatives, {"classified": "Share of the recordings without a nodule"}, sizes_mm
+        ),
+        "sizing": sized,
+    }
+
+
+def _error_cell(value: float | None, scheme: str) -> dict:
+    known = words.is_known(value)
+    text = f"{words.number(value)} mm" if known else words.UNKNOWN
+    value = float(value) if known else None
+    return {"value": value, "text": text, "interval": "", "count": "", "scheme": scheme}

@@ -1,90 +1,10 @@
-"""What the page says: the values of the template, from the tables of a run."""
+"""The answers of the first screen in words, each with its interval and the paper's answer."""
 
 from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
-from capsule.figures import points
-from capsule.report import answers, tables, words
-from capsule.report.provenance import Origin, origin_of
-
-RESULT = "leave_one_out"
-
-
-def overview(index: pd.DataFrame, passed_over: pd.DataFrame) -> dict:
-    """Say how many recordings there are, where they come from and what could not be used.
-
-    Parameters
-    ----------
-    index : DataFrame
-        results/recordings.csv.
-    passed_over : DataFrame
-        results/passed_over.csv.
-
-    Returns
-    -------
-    dict
-        ``origin``, ``accepted``, ``by_size``, ``unlabelled``, ``rejected`` and ``passed_over``.
-    """
-    accepted = index[index["status"] == "accepted"]
-    rejected = index[index["status"] != "accepted"]
-    labelled = accepted[accepted["size_mm"].notna()]
-    by_size = labelled.groupby("size_mm").size()
-    origin = origin_of(accepted["source"].fillna("").astype(str))
-    return {
-        "origin": {"kind": origin.kind, **_origin_words(origin)},
-        "accepted": len(accepted),
-        "accepted_words": words.plural(len(accepted), "recording"),
-        "by_size": [
-            {"size": words.size(float(size)), "count": int(count)}
-            for size, count in by_size.items()
-        ],
-        "unlabelled": int(accepted["size_mm"].isna().sum()),
-        "rejected": rejected[["recording", "reason"]].fillna("").to_dict("records"),
-        "passed_over": passed_over[["path", "reason"]].fillna("").to_dict("records"),
-    }
-
-
-def _origin_words(origin: Origin) -> dict:
-    """Say where the recordings come from, in a headline and a sentence."""
-    total = origin.simulated + origin.recorded + origin.silent
-    match origin.kind:
-        case "simulated":
-            headline = "Simulated recordings"
-            text = (
-                f"Every one of the {words.plural(total, 'recording')} was made by a simulator. "
-                "These numbers show how the method behaves on simulated signals; they say nothing "
-                "about how well a real capsule finds nodules."
-            )
-        case "recorded":
-            headline = "Recorded data"
-            text = f"All {words.plural(total, 'recording')} name a source that is no simulator."
-        case "mixed":
-            headline = "Mixed origin"
-            parts = [
-                f"{count} {what}"
-                for count, what in (
-                    (origin.simulated, "simulated"),
-                    (origin.recorded, "from another source"),
-                    (origin.silent, "without a source in the header"),
-                )
-                if count
-            ]
-            text = (
-                f"Of the {words.plural(total, 'recording')}, {words.enumerate_words(parts)}. "
-                "Rates over such a mixture belong to neither; separate them to judge the capsule."
-            )
-        case "unknown":
-            headline = "Origin not stated"
-            text = (
-                "No recording names its source; write a line such as “# source: bench 2” at the "
-                "top of each file."
-            )
-        case _:
-            headline = "No recordings"
-            text = "There is no usable recording under raw/."
-    sources = [f"{name} ({count})" for name, count in origin.sources.items()]
-    return {"headline": headline, "text": text, "sources": sources}
+from capsule.report import answers, words
 
 
 def answer_cards(
@@ -249,44 +169,3 @@ def _error_words(error: answers.Estimate) -> str:
     bounds = f"{words.number(error.low)} to {words.number(error.high)} mm; "
     mean = f"mean of {words.plural(error.of, 'recording')}, a missed nodule counting as 0 mm."
     return (bounds if words.is_known(error.low) else "") + mean
-
-
-def rate_tables(
-    detection: pd.DataFrame,
-    sizing: pd.DataFrame,
-    confusion: pd.DataFrame,
-    sizes_mm: Sequence[float],
-    settings: Mapping,
-) -> dict:
-    """Make the tables of detection, of the negatives and of sizing, the paper's beside ours."""
-    tolerance, confidence = settings["tolerance_mm"], settings["confidence"]
-    measures = {"exact_rate": "Exact size", "within_rate": f"Within {tolerance:g} mm"}
-    sized = tables.rate_table(points.sizing_points(sizing), measures, sizes_mm[1:])
-    errors = {
-        (row.scheme, row.size_mm): row.mean_absolute_error_mm
-        for row in sizing.itertuples(index=False)
-        if row.scheme != "paper"
-    }
-    schemes = list(dict.fromkeys(scheme for scheme, _ in errors))
-    sized["groups"].append(
-        {"title": "Mean absolute error", "schemes": [words.scheme(name) for name in schemes]}
-    )
-    for row in sized["rows"]:
-        for name in schemes:
-            row["cells"].append(_error_cell(errors.get((name, row["size_mm"])), name))
-    measures = {"precision": "Precision", "recall": "Recall"}
-    negatives = points.negative_points(confusion, confidence)
-    return {
-        "detection": tables.rate_table(points.detection_points(detection), measures, sizes_mm[1:]),
-        "negatives": tables.rate_table(
-            negatives, {"classified": "Share of the recordings without a nodule"}, sizes_mm
-        ),
-        "sizing": sized,
-    }
-
-
-def _error_cell(value: float | None, scheme: str) -> dict:
-    known = words.is_known(value)
-    text = f"{words.number(value)} mm" if known else words.UNKNOWN
-    value = float(value) if known else None
-    return {"value": value, "text": text, "interval": "", "count": "", "scheme": scheme}

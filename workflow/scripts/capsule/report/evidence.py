@@ -1,0 +1,153 @@
+"""What the page holds of each recording, small enough for a thousand of them.
+
+A signal becomes whole numbers of one or two bytes with a scale, in base64; the page multiplies
+them back. Readings that are counts of an ADC come through exactly.
+"""
+
+import base64
+import json
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from capsule.figures.preprocessing import Example
+from capsule.particles import Particle, render
+
+# A page of this many readings stays below 25 MB; of larger archives every n-th reading is shown.
+MAX_READINGS = 5_000_000
+# Envelopes and matrices are smooth over the window of the envelope; more points show no more.
+SMOOTH_POINTS = 250
+
+
+def pack(values: np.ndarray, bits: int = 16) -> dict:
+    """Write an array as whole numbers of 8 or 16 bits in base64.
+
+    Parameters
+    ----------
+    values : (S, N) array
+        NaN where a sample is missing.
+    bits : {8, 16}
+        Bits a value.
+
+    Returns
+    -------
+    dict
+        ``bits``, ``rows``, ``low``, ``scale`` and ``data``: value = low + scale * number, row after
+        row, little-endian; the largest number stands for a missing sample. Whole numbers that
+        fit are kept exactly.
+    """
+    missing = 2**bits - 1
+    known = values[~np.isnan(values)]
+    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 0.0)
+    whole = bool(np.all(known == np.rint(known))) and high - low < missing
+    scale = 1.0 if whole or high == low else (high - low) / (missing - 1)
+    numbers = np.where(np.isnan(values), missing, np.rint((values - low) / scale))
+    data = numbers.astype(f"<u{bits // 8}").tobytes()
+    return {
+        "bits": bits,
+        "rows": values.shape[0],
+        "low": low,
+        "scale": scale,
+        "data": base64.b64encode(data).decode("ascii"),
+    }
+
+
+def reading_step(total_readings: int) -> int:
+    """Choose n so that every n-th reading of an archive fits the page."""
+    return max(1, -(-total_readings // MAX_READINGS))
+
+
+def fitted_matrix(
+    particle: Particle, first_peak: float, lag: int, samples: int, length: int
+) -> np.ndarray:
+    """Lay the fitted particle over the recording, shifted to its best lag (eq. RMSE).
+
+    Parameters
+    ----------
+    particle : Particle
+        Theta*.
+    first_peak : float
+        u.
+    lag : int
+        tau in 1..2L; at L + 1 both matrices lie on each other.
+    samples, length : int
+        K and L.
+
+    Returns
+    -------
+    (S, K) array
+    """
+    sensors = particle.amplitude.size
+    frame = np.zeros((sensors, 3 * length))
+    frame[:, lag - 1 : lag - 1 + length] = render(particle, first_peak, length)
+    return frame[:, length : length + samples]
+
+
+def peaks(envelope: np.ndarray, time_s: np.ndarray, threshold: float) -> list[list[float]]:
+    """Sum up each sensor's envelope: highest value, its time, and the seconds above threshold."""
+    interval = float(time_s[1] - time_s[0])
+    rows = []
+    for row in envelope:
+        highest = int(np.nanargmax(row))
+        above = float(np.sum(row > threshold)) * interval
+        rows.append([round(float(row[highest]), 3), round(float(time_s[highest]), 3), above])
+    return [[value, at, round(above, 3)] for value, at, above in rows]
+
+
+def recording_evidence(
+    example: Example,
+    threshold: float,
+    step: int,
+    fitted: np.ndarray | None,
+    verdicts: Sequence[Mapping],
+    facts: Mapping[str, str],
+) -> dict:
+    """Put together what the page shows of one recording.
+
+    Parameters
+    ----------
+    example : Example
+        The recording on its way from readings to matrix.
+    threshold : float
+        c, in standard deviations.
+    step : int
+        Every n-th reading is kept, of n = step.
+    fitted : (S, K) array or None
+        From `fitted_matrix`; None without a fit.
+    verdicts : sequence of mapping
+        ``label``, ``predicted_mm`` and ``distances`` of what every detector said.
+    facts : mapping of str to str
+        Names and texts that are listed beside the signals.
+
+    Returns
+    -------
+    dict
+        Ready for `to_json`.
+    """
+    samples = example.time_s.size
+    smooth = max(1, -(-samples // SMOOTH_POINTS))
+    interval = float(example.time_s[1] - example.time_s[0])
+    return {
+        "recording": example.recording,
+        "title": example.title,
+        "interval_s": interval,
+        "threshold": threshold,
+        "readings": {"every": step, **pack(example.values[:, ::step])},
+        "envelope": {"every": smooth, **pack(example.envelope[:, ::smooth])},
+        "matrix": {"every": smooth, **pack(example.matrix[:, ::smooth], 8)},
+        "fitted": None if fitted is None else {"every": smooth, **pack(fitted[:, ::smooth], 8)},
+        "peaks": peaks(example.envelope, example.time_s, threshold),
+        "verdicts": [
+            {key: verdict[key] for key in ("label", "predicted_mm", "distances")}
+            for verdict in verdicts
+        ],
+        "facts": dict(facts),
+    }
+
+
+def to_json(content: object) -> str:
+    """Write JSON that can stand inside a script element: no tag can begin in it."""
+    text = json.dumps(content, allow_nan=False, ensure_ascii=False, separators=(",", ":"))
+    for character in "<>&\u2028\u2029":
+        text = text.replace(character, f"\\u{ord(character):04x}")
+    return text

@@ -1,0 +1,166 @@
+"""The evaluation's tables, ours and the paper's, and what the page says of each detector."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import pandas as pd
+
+from capsule.report import cards, evidence, provenance, recordings, tables, words
+
+RESULT = "leave_one_out"
+TABLES = ("detection", "specificity", "sizing", "confusion")
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """The tables under results/evaluation.
+
+    Attributes
+    ----------
+    predictions : DataFrame
+        One row a recording, detector and scheme.
+    tables : dict of str to DataFrame
+        ``detection``, ``specificity``, ``sizing`` and ``confusion``, of every detector.
+    paper : dict of str to DataFrame
+        The paper's tables in the same columns.
+    """
+
+    predictions: pd.DataFrame
+    tables: Mapping[str, pd.DataFrame]
+    paper: Mapping[str, pd.DataFrame]
+
+    def detectors(self) -> list[str]:
+        """Name the detectors, the paper's own first; it stands alone where nothing was judged."""
+        return list(dict.fromkeys(self.predictions["detector"])) or ["template"]
+
+    def sizes_mm(self) -> list[float]:
+        """Give the sizes that have a template, 0 included, ascending."""
+        return sorted(
+            float(name.removeprefix("rmse_").removesuffix("mm"))
+            for name in self.predictions.columns
+            if name.startswith("rmse_") and name.endswith("mm")
+        )
+
+    def of(self, name: str, detector: str, *, with_paper: bool = False) -> pd.DataFrame:
+        """Give one detector's rows of a table, the paper's below them if wanted."""
+        table = self.tables[name]
+        rows = table[table["detector"] == detector]
+        return pd.concat([rows, self.paper[name]], ignore_index=True) if with_paper else rows
+
+
+def main_scheme(schemes: list[str]) -> str:
+    """Choose the scheme whose numbers are the result: leave-one-out, if it was computed."""
+    return RESULT if RESULT in schemes else schemes[0]
+
+
+def results_of(evaluation: Evaluation, settings: Mapping, printed_tolerance_mm: float) -> list:
+    """Give each detector's answers and tables; the first is the paper's method.
+
+    Parameters
+    ----------
+    evaluation : Evaluation
+        The tables.
+    settings : mapping
+        The configuration.
+    printed_tolerance_mm : float
+        The tolerance of the paper's rates.
+
+    Returns
+    -------
+    list of dict
+        ``detector``, ``scheme``, ``cards``, the tables of rates and ``confusions``.
+    """
+    sizes_mm, judged = evaluation.sizes_mm(), settings["evaluation"]
+    scheme = main_scheme(judged["schemes"])
+    found = []
+    for detector in evaluation.detectors():
+        both = {name: evaluation.of(name, detector, with_paper=True) for name in TABLES}
+        ours = {name: table[table["scheme"] == scheme] for name, table in both.items()}
+        rows = evaluation.predictions
+        rows = rows[(rows["detector"] == detector) & (rows["scheme"] == scheme)]
+        confusions = [
+            {
+                "title": words.scheme(name),
+                "rows": tables.confusion_rows(both["confusion"], name, sizes_mm),
+            }
+            for name in judged["schemes"]
+        ]
+        found.append(
+            {
+                "detector": detector,
+                "scheme": words.scheme(scheme),
+                "cards": cards.answer_cards(
+                    ours, evaluation.paper, rows, settings, printed_tolerance_mm
+                ),
+                "confusions": confusions,
+                **tables.rate_tables(
+                    both["detection"], both["sizing"], both["confusion"], sizes_mm, judged
+                ),
+            }
+        )
+    return found
+
+
+def judgement(
+    evaluation: Evaluation,
+    index: pd.DataFrame,
+    verdicts: Mapping[str, list[dict]],
+    settings: Mapping,
+    printed: Mapping,
+) -> dict:
+    """Give the page's values that follow from the recordings and what was said of them.
+
+    Parameters
+    ----------
+    evaluation : Evaluation
+        The tables.
+    index : DataFrame
+        results/recordings.csv.
+    verdicts : mapping of str to list of dict
+        From `capsule.report.recordings.verdicts_by_recording`.
+    settings : mapping
+        The configuration.
+    printed : mapping
+        Content of paper.yaml.
+
+    Returns
+    -------
+    dict
+    """
+    results = results_of(evaluation, settings, printed["sizing_tolerance_mm"])
+    judged, sizes_mm = settings["evaluation"], evaluation.sizes_mm()
+    rows = recordings.recording_rows(
+        index,
+        verdicts,
+        results[0]["detector"],
+        main_scheme(judged["schemes"]),
+        judged["tolerance_mm"],
+    )
+    shown = [row for row in rows if row["accepted"]]
+    checksums = {row["recording"]: row["sha256"] for row in rows if row["sha256"]}
+    # A nodule says more at first sight than a run without.
+    first = next((row for row in shown if row["size_mm"]), shown[0] if shown else None)
+    present = {row["outcome"] for row in rows}
+    return {
+        "results": results,
+        "summary": cards.summary(
+            provenance.origin_of(
+                index.loc[index["status"] == "accepted", "source"].fillna("")
+            ).kind,
+            len(shown),
+            results[0]["cards"],
+            judged,
+        ),
+        "sizes": [words.size(size_mm) for size_mm in sizes_mm],
+        "recordings": rows,
+        "recording_sizes": list(dict.fromkeys(row["size"] for row in rows)),
+        "outcomes": [name for name in recordings.OUTCOMES if name in present],
+        "first_shown": first["recording"] if first else "",
+        "data": evidence.to_json({"sizes": sizes_mm}),
+        "tolerance": f"{judged['tolerance_mm']:g} mm",
+        "confidence": words.percent(judged["confidence"]),
+        "seed": settings["fit"]["seed"],
+        "recordings_checksum": provenance.combined_checksum(checksums),
+        "paper": printed,
+        "bibtex": provenance.bibtex(printed),
+    }

@@ -1,0 +1,62 @@
+"""Reads a configuration file; whatever is wrong with it is told with its name and line.
+
+Snakemake alone would name no file, and take the last of two equal keys without a word.
+"""
+
+from pathlib import Path
+
+import yaml
+
+from capsule.errors import CapsuleError
+
+
+class _Loader(yaml.SafeLoader):
+    """Refuses a mapping that holds a key twice."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict:
+        """Make a dict, and look at its keys."""
+        seen = set()
+        for key_node, _ in node.value:
+            key = key_node.value if isinstance(key_node, yaml.ScalarNode) else None
+            if key in seen:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"the key {key!r} stands twice", key_node.start_mark
+                )
+            seen.add(key)
+        return super().construct_mapping(node, deep)
+
+
+def read_config_file(path: Path) -> dict:
+    """Read a configuration file.
+
+    Parameters
+    ----------
+    path : Path
+        A YAML or JSON file.
+
+    Returns
+    -------
+    dict
+
+    Raises
+    ------
+    CapsuleError
+        There is no such file, or it holds no configuration; the text names the file.
+    """
+    try:
+        content = yaml.load(path.read_text(encoding="utf-8-sig"), Loader=_Loader)
+    except OSError as error:
+        raise CapsuleError(f"{path}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise CapsuleError(f"{path}: this is not UTF-8 text; save it as UTF-8") from None
+    except yaml.MarkedYAMLError as error:
+        line = f", line {error.problem_mark.line + 1}" if error.problem_mark else ""
+        raise CapsuleError(f"{path}{line}: {error.problem}") from None
+    except yaml.YAMLError as error:
+        raise CapsuleError(f"{path}: this is no YAML: {error}") from None
+    except RecursionError:
+        raise CapsuleError(f"{path}: this is nested too deeply") from None
+    if not isinstance(content, dict):
+        what = "is empty" if content is None else f"holds {type(content).__name__}, no keys"
+        raise CapsuleError(f"{path}: this file {what}; config/README.md shows every key")
+    return content
