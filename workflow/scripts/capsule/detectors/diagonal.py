@@ -15,8 +15,8 @@ class Passage:
     Attributes
     ----------
     evidence : float
-        How much the weighted beats exceed the usual there, mean over the sensors, in usual depths;
-        the detector's score.
+        How much the weighted beats exceed the usual there, in units of their spread, mean over the
+        sensors; the detector's score.
     level, depth, shape : float
         The channels at the candidate, mean over the sensors, in usual depths.
     location_mm : float
@@ -43,10 +43,43 @@ class Passage:
 UNKNOWN = Passage(*[float("nan")] * 8)
 
 
+def standardised_beats(
+    beats: Beats, weights: Mapping[str, float], least_spread: float, limit: float
+) -> np.ndarray:
+    """Weigh the channels, in units of each sensor's own spread over the run.
+
+    A sensor whose seat shifts all the time says less than one that sits firm, and no single beat
+    says more than `limit`.
+
+    Parameters
+    ----------
+    beats : Beats
+        From `find_beats`.
+    weights : mapping of str to float
+        Weight of each channel.
+    least_spread : float
+        Added to the spread in quadrature, in usual depths: no sensor is trusted beyond it.
+    limit : float
+        Largest magnitude, in spreads.
+
+    Returns
+    -------
+    (S, N) array
+    """
+    weighted = np.tensordot([weights[name] for name in CHANNELS], beats.channels, axes=1)
+    # A nodule raises the beats for part of the run, so the spread is that of the lower half. From
+    # the median to the lower quartile it is 0.6745 standard deviations of a normal distribution.
+    quartile, median = np.quantile(weighted, [0.25, 0.5], axis=1)[..., np.newaxis]
+    spread = (median - quartile) / 0.6745
+    return np.clip(weighted / np.hypot(least_spread, spread), -limit, limit)
+
+
 def find_passage(
     beats: Beats,
     *,
     weights: Mapping[str, float],
+    least_spread: float,
+    limit: float,
     pitch_mm: float,
     lag_range: tuple[float, float],
     lags: int,
@@ -64,8 +97,8 @@ def find_passage(
     ----------
     beats : Beats
         From `find_beats`.
-    weights : mapping of str to float
-        Weight of each channel of the beats.
+    weights, least_spread, limit
+        As in `standardised_beats`.
     pitch_mm : float
         Distance from sensor to sensor in mm.
     lag_range : pair of float
@@ -84,7 +117,7 @@ def find_passage(
     -------
     Passage
     """
-    weighted = np.tensordot([weights[name] for name in CHANNELS], beats.channels, axes=1)
+    weighted = standardised_beats(beats, weights, least_spread, limit)
     sensors = weighted.shape[0]
     behind_mm = pitch_mm * np.arange(sensors)
     best, found = -np.inf, UNKNOWN
