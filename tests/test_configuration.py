@@ -178,4 +178,4 @@ def test_every_number_has_a_limit_on_both_sides():
             high = {"maximum", "exclusiveMaximum"} & set(number)
             unlimited += [key] if not (low and high) else []
     # Any whole number is a seed; it is hashed.
-    assert unlimited == ["fit.seed"]
+    assert unlimited == ["fit.seed", "evaluation.seed"]

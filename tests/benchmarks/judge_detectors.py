@@ -21,7 +21,9 @@ import numpy as np
 import yaml
 
 ROOT = Path(__file__).parents[2]
-sys.path.insert(0, str(ROOT / "workflow" / "scripts"))
+sys.path[:0] = [str(ROOT / "workflow" / "scripts"), str(Path(__file__).parent)]
+
+from judge_rates import rates  # noqa: E402
 
 from capsule.detectors.beats import find_beats  # noqa: E402
 from capsule.detectors.diagonal import UNKNOWN, Passage, find_passage  # noqa: E402
@@ -83,21 +85,6 @@ def archive(phantom: Phantom, seed: int, passes: int = 1) -> Iterator[tuple[str,
                     float(size),
                     simulate_run(phantom, size, seed, site, str(attempt)),
                 )
-
-
-def rates(sizes: np.ndarray, predicted: np.ndarray) -> dict[str, float]:
-    """Give what a table shows of one archive, in the issue's terms."""
-    detected, large = predicted > 0, sizes >= 2
-    error = np.abs(predicted - sizes)
-    specificity = float(np.mean(~detected[sizes == 0]))
-    return {
-        "specificity": specificity,
-        "recall at 1 mm": float(np.mean(detected[sizes == 1])),
-        "recall from 2 mm": float(np.mean(detected[large])),
-        "within 1 mm, from 2 mm": float(np.mean((error[large] <= 1) & detected[large])),
-        "balanced accuracy": (specificity + float(np.mean(detected[sizes > 0]))) / 2,
-        "size error, from 2 mm (mm)": float(np.mean(error[large])),
-    }
 
 
 def judge_diagonal(runs: list, config: dict) -> tuple[dict, np.ndarray]:

@@ -121,6 +121,8 @@ class TemplateSet:
                 index = self.sizes_mm.index(size_mm)
                 totals[index] = totals[index].without(particle)
                 changed.add(index)
+        if not changed:
+            return self.matrices
         return tuple(
             render(totals[index].mean(), self.first_peak, matrix.shape[1])
             if index in changed

@@ -25,7 +25,7 @@ class Beats:
         second harmonic (in phase) of one wave, each minus the sensor's median, in units of the
         sensor's median depth. Pressing raises level and depth.
     centre : (N,) array
-        Centre of each window, in samples from the first reading.
+        Centre of each window, in samples from the first reading; evenly spaced.
     irregular_mm : (N,) array
         How far the capsule is ahead of steady motion at these moments, in mm, from the phase.
     """
@@ -99,19 +99,22 @@ def wave_phase(values: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarra
         Phase of each sensor against the first, in radians.
     """
     samples = np.arange(values.shape[1])
-    one_wave = np.ones(max(round(period), 1))
-    taper = np.hanning(2 * round(period) + 3)[1:-1]
-    held = np.convolve(np.ones(samples.size), one_wave, "same")
+    wave = round(period)
+    taper = np.hanning(2 * wave + 3)[1:-1]
     carrier = np.exp(-2j * np.pi * samples / period)
+    # Only windows that lie wholly inside: a cut one would lean to its side.
+    inside = samples[(wave - 1) // 2 :][: samples.size - wave + 1]
+    steady = values[:, inside] - _window_mean(values, wave)
     lines = []
-    for row in values - values.mean(axis=1, keepdims=True):
-        steady = row - np.convolve(row, one_wave, "same") / held
-        line = np.convolve(steady * carrier, taper, "same")
+    for row in steady * carrier[inside]:
+        line = np.convolve(row, taper, "valid")
         lines.append(line / np.maximum(np.abs(line), 1e-300))
     phasors = np.stack(lines)
     offset = np.angle((phasors * np.conj(phasors[0])).mean(axis=1))
-    common = (phasors * np.exp(-1j * offset)[:, np.newaxis]).mean(axis=0)
-    return np.unwrap(np.angle(common)), offset
+    common = np.unwrap(np.angle((phasors * np.exp(-1j * offset)[:, np.newaxis]).mean(axis=0)))
+    # Towards the ends, where no whole window fits, the motion counts as steady.
+    known = inside[(taper.size - 1) // 2 :][: common.size]
+    return np.interp(samples, known, common), offset
 
 
 def find_beats(
@@ -133,16 +136,16 @@ def find_beats(
     Returns
     -------
     Beats or None
-        None for a recording that is too short to hold a wave, or that holds none on some sensor.
+        None for a recording of fewer than four waves, or without a wave on some sensor.
     """
     known = fill_missing(values)
     pressed = -known if pressing_lowers else known
     count = known.shape[1]
-    if count < 2 * period:
+    if count < 4 * period:
         return None
     own_period = wave_period(pressed, period)
     window = round(own_period)
-    if count <= window:
+    if count < 4 * window:
         return None
     irregular, offset = wave_phase(pressed, own_period)
     samples = np.arange(count)
@@ -158,10 +161,12 @@ def find_beats(
     usual_depth = np.median(harmonics[0], axis=1)
     if np.any(usual_depth <= 0):
         return None
-    channels = np.stack([level, *harmonics])
+    # Windows of one wave change slowly: eight to a wave are enough.
+    stride = max(window // 8, 1)
+    channels = np.stack([level, *harmonics])[..., ::stride]
     channels -= np.median(channels, axis=2, keepdims=True)
     channels /= usual_depth[:, np.newaxis]
-    centre = np.arange(level.shape[1]) + (window - 1) / 2
+    centre = np.arange(0, level.shape[1], stride) + (window - 1) / 2
     # Ahead of steady motion, the capsule meets the wave late: the phase falls behind.
     ahead = np.interp(centre, samples, -irregular) * wavelength_mm / (2 * np.pi)
     steady = np.polyval(np.polyfit(centre, ahead, 1), centre)

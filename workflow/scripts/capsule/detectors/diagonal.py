@@ -77,7 +77,9 @@ def standardised_beats(
 def find_passage(
     beats: Beats,
     *,
-    weights: Mapping[str, float],
+    level_weight: float,
+    depth_weight: float,
+    shape_weight: float,
     least_spread: float,
     limit: float,
     pitch_mm: float,
@@ -97,7 +99,9 @@ def find_passage(
     ----------
     beats : Beats
         From `find_beats`.
-    weights, least_spread, limit
+    level_weight, depth_weight, shape_weight : float
+        Weights of the channels of the beats.
+    least_spread, limit : float
         As in `standardised_beats`.
     pitch_mm : float
         Distance from sensor to sensor in mm.
@@ -117,9 +121,11 @@ def find_passage(
     -------
     Passage
     """
+    weights = dict(zip(CHANNELS, (level_weight, depth_weight, shape_weight), strict=True))
     weighted = standardised_beats(beats, weights, least_spread, limit)
     sensors = weighted.shape[0]
     behind_mm = pitch_mm * np.arange(sensors)
+    dwell /= float(beats.centre[1] - beats.centre[0])
     best, found = -np.inf, UNKNOWN
     speeds = np.linspace(pitch_mm / lag_range[1], pitch_mm / lag_range[0], lags)
     for speed in speeds:
