@@ -228,6 +228,12 @@ UNREADABLE = [
         "line 1 holds 2000000 characters: this is no recording",
     ),
     Case(
+        "more lines than any run has",
+        "3mm/many-lines.csv",
+        write(COLUMNS + b"\n" * 250_000),
+        "the file holds 250000 lines: no run is that long",
+    ),
+    Case(
         "cut off in mid-line",
         "3mm/cut-off.csv",
         write(content("cut off")[:-7]),
@@ -389,7 +395,7 @@ NO_FILES = [
     Case(
         "a pipe",
         "3mm/pipe.csv",
-        os.mkfifo,
+        lambda path: os.mkfifo(path),
         "no file with content, but a pipe or a device",
     ),
     Case(
@@ -501,14 +507,17 @@ def table() -> str:
         ("Files that cannot be read", UNREADABLE, "reason"),
         ("Recordings that cannot be used", UNUSABLE, "reason"),
         ("What is no file", NO_FILES, "reason"),
-        ("Names", STRANGE_NAMES, "reason"),
+        ("Names", STRANGE_NAMES, ""),
         ("Passed over", PASSED_OVER, "reason in `results/passed_over.csv`"),
     ]:
-        parts += [f"### {title}\n", f"| what | as | {head} |\n|---|---|---|"]
+        # Names are all refused for the same reason, which then stands above the table.
+        same = "" if head else f"Refused by name: `{cases[0].reason}`.\n\n"
+        rows = [["what", "as", head], ["---"] * 3]
         for case in cases:
             shown = _shorten(displayed(os.fsdecode(case.name)))
-            parts[-1] += f"\n| {case.what} | {_code(shown)} | {_code(case.reason)} |"
-        parts[-1] += "\n"
+            rows.append([case.what, _code(shown), _code(case.reason)])
+        lines = ["| " + " | ".join(row if head else row[:2]) + " |" for row in rows]
+        parts += [f"### {title}\n", same + "\n".join(lines) + "\n"]
     parts += ["### Accepted\n", "| what |\n|---|"]
     parts[-1] += "".join(f"\n| {what} |" for what, _ in HARMLESS)
     return "\n".join(parts) + "\n"

@@ -77,7 +77,9 @@ class Project:
     ) -> "Run":
         """Call snakemake as a user does, with more environment variables where given."""
         command = [sys.executable, "-m", "snakemake", f"-c{cores}", *arguments]
-        variables = {**os.environ, "PYTHONPATH": "", **(environment or {})}
+        # Warnings are errors in the jobs too, but for files that Snakemake leaves to be closed.
+        strict = {"PYTHONPATH": "", "PYTHONWARNINGS": "error,ignore::ResourceWarning"}
+        variables = {**os.environ, **strict, **(environment or {})}
         done = subprocess.run(
             command, cwd=self.folder, env=variables, capture_output=True, text=True, check=False
         )

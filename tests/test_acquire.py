@@ -174,10 +174,10 @@ def test_a_broken_configuration_is_explained(tmp_path):
     config = tmp_path / "config.yaml"
     config.write_text("recording: [")
     chosen = options.parse(["--recover", "--raw", str(tmp_path), "--config", str(config)])
-    with pytest.raises(AcquisitionError, match=r"config\.yaml is no YAML"):
+    with pytest.raises(CapsuleError, match=r"config\.yaml, line 1"):
         acquire.run.recover(chosen)
     config.write_text("recording: {sensors: 4}")
-    with pytest.raises(CapsuleError, match=r"config\.yaml cannot be used"):
+    with pytest.raises(CapsuleError, match=r"config\.yaml: evaluation"):
         acquire.run.recover(chosen)
 
 

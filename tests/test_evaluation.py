@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import binomtest
 
 from capsule.evaluation import (
     COLUMNS,
@@ -89,6 +90,14 @@ def test_intervals_are_wilsons(pair):
     assert low == pytest.approx(max(centre - half, 0.0), abs=1e-12)
     assert high == pytest.approx(min(centre + half, 1.0), abs=1e-12)
     assert low <= value <= high
+
+
+@pytest.mark.parametrize(("hits", "count"), [(0, 20), (15, 26), (17, 20), (20, 20)])
+@pytest.mark.parametrize("confidence", [0.9, 0.95])
+def test_intervals_are_those_of_scipy(hits, count, confidence):
+    expected = binomtest(hits, count).proportion_ci(confidence, method="wilson")
+    _, low, high = rate(hits, count, confidence)
+    assert (low, high) == pytest.approx((expected.low, expected.high), abs=1e-12)
 
 
 def test_a_rate_of_nothing_is_unknown():

@@ -101,6 +101,8 @@ def test_contour_levels_reach_the_highest_value():
     levels = contour_levels(1.37)
     assert levels[0] == 0 and levels[-1] >= 1.37
     assert np.all(np.diff(contour_levels(0.0)) > 0)
+    faint = contour_levels(1.37, with_faint=True)
+    assert np.all(np.diff(faint) > 0) and faint[1] == pytest.approx(levels[1] / 5)
 
 
 def test_points_carry_the_counts_of_the_tables():

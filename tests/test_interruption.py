@@ -22,6 +22,10 @@ from files import UNFINISHED
 from project import Project
 from synthetic import write_archive
 
+pytestmark = pytest.mark.skipif(
+    sys.platform == "win32", reason="Windows has no process groups to kill"
+)
+
 RECORDINGS = ["0mm/r01", "3mm/r01", "3mm/r02", "unlabelled/patient"]
 # What a run makes before the figures, which take most of the time.
 TABLES = ["results/evaluation/detection.csv", "results/detections.csv"]
@@ -172,14 +176,37 @@ def test_killed_at_twenty_random_moments_the_plain_command_goes_on(new, undistur
 @pytest.mark.workflow
 def test_two_runs_in_one_folder_exclude_each_other(new, tmp_path):
     project = new.copy(tmp_path / "project")
+    # A fit that is still at work when the second run starts.
+    project.configure(fit={"iterations": 1_000_000})
+    command = [sys.executable, "-m", "snakemake", "-c1", "results/fits/3mm/r01.json"]
+    with subprocess.Popen(
+        command,
+        cwd=project.folder,
+        env={**os.environ, "PYTHONPATH": ""},
+        start_new_session=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+    ) as first:
+        try:
+            assert any("rule fit:" in line for line in first.stdout)
+            second = project.snakemake(*TABLES)
+            assert first.poll() is None
+        finally:
+            os.killpg(first.pid, signal.SIGKILL)
+    assert second.status != 0
+    assert not second.jobs["preprocess"]
+    told = f"another run is at work in this folder (process {first.pid} on"
+    assert told in second.output
+    assert "wait until it has ended" in second.output
+    assert project.snakemake("results/checks/3mm/r02.json").status == 0
+
+
+@pytest.mark.workflow
+def test_a_dry_run_is_possible_beside_a_run(new, tmp_path):
+    project = new.copy(tmp_path / "project")
     with run_guard.hold(project.folder / ".snakemake/run.lock"):
-        second = project.snakemake()
-        assert second.status != 0
-        assert f"another run is at work in this folder (process {os.getpid()} on" in second.output
-        assert "wait until it has ended" in second.output
-        assert not second.jobs
         assert project.snakemake("-n").status == 0
-    assert project.snakemake("results/checks/3mm/r01.json").status == 0
 
 
 def test_the_lock_ends_with_the_process_however_it_ends(tmp_path):

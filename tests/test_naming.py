@@ -4,7 +4,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from capsule.naming import Entry, classify, displayed, folder_size_mm, size_label, size_mm
+from capsule.naming import (
+    Entry,
+    as_cell,
+    classify,
+    displayed,
+    folder_size_mm,
+    reason_of_copy,
+    size_label,
+    size_mm,
+)
 
 
 @pytest.mark.parametrize(
@@ -109,3 +118,16 @@ def test_every_name_is_processed_or_named_with_a_reason(name):
     assert listed == [displayed(f"3mm/{name}.csv")]
     for recording in archive.recordings:
         assert re.fullmatch(r"[A-Za-z0-9_.+/-]+", recording)
+
+
+def test_a_copy_under_another_size_is_told_as_a_contradiction():
+    assert reason_of_copy("3mm/a", "3mm/b") == "the same content as 3mm/a"
+    assert reason_of_copy("3mm/a", "3.0mm/b") == "the same content as 3mm/a"
+    assert reason_of_copy("3mm/a", "unlabelled/b") == "the same content as 3mm/a"
+    assert reason_of_copy("3mm/a", "4mm/b").endswith("one of the two is mislabelled")
+
+
+def test_a_cell_is_never_a_formula():
+    assert as_cell("=1+1") == " =1+1"
+    assert as_cell("bench 2") == "bench 2"
+    assert as_cell("a\tb") == "a\\tb"

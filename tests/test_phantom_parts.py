@@ -1,5 +1,6 @@
 """The parts of the phantom, each against what one can work out by hand."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -8,7 +9,13 @@ import yaml
 
 from capsule.errors import CapsuleError
 from capsule.phantom.advance import head_position, stroke_positions
-from capsule.phantom.contact import bulge_profile, compression, pressed_bulge, seat_wander
+from capsule.phantom.contact import (
+    bulge_profile,
+    compression,
+    height_factor,
+    pressed_bulge,
+    seat_wander,
+)
 from capsule.phantom.geometry import half_width, pitch, vertices
 from capsule.phantom.parameters import (
     parameter_names,
@@ -91,17 +98,34 @@ def test_wall_and_substructure_share_the_overlap_as_springs_in_series():
     assert compression(contact, wall, np.array([1e6])) == pytest.approx(contact.fold_limit_mm)
 
 
+def test_the_capsule_bears_on_a_nodule_at_its_middle_and_misses_one_beyond_its_strip():
+    contact = dataclasses.replace(PHANTOM.contact, bearing_height_mm=5.0)
+    assert height_factor(contact, 2.0, 0.0) == pytest.approx(1.0)
+    # The strip's edge at 2.5 mm halves a nodule centred there.
+    assert height_factor(contact, 2.0, 2.5) == pytest.approx(0.5)
+    assert height_factor(contact, 2.0, -2.5) == pytest.approx(0.5)
+    assert height_factor(contact, 2.0, 3.5) == pytest.approx(0.0)
+    assert height_factor(contact, 5.0, 3.5) > 0.1
+    assert height_factor(contact, 0.0, 0.0) == 0
+    narrow = dataclasses.replace(PHANTOM.contact, bearing_height_mm=1.0)
+    assert height_factor(narrow, 5.0, 0.0) == pytest.approx(1.0)
+
+
 def test_seat_wander_has_the_spread_that_is_set():
-    contact = PHANTOM.contact
+    contact = dataclasses.replace(PHANTOM.contact, wander_spread=0.0)
     wander = seat_wander(contact, np.random.default_rng(3), 4, 100_000, 10.0)
     assert wander.shape == (4, 100_000)
     assert wander.std() == pytest.approx(contact.wander_mm, rel=0.05)
 
 
+def level_way(position_mm, stroke_mm):
+    return np.zeros(4)
+
+
 def test_a_smooth_wall_lets_the_capsule_advance_at_its_speed():
     advance = PHANTOM.advance
     runs = [
-        stroke_positions(advance, np.random.default_rng(seed), 3.2, 200, lambda x, stroke: 0.0)
+        stroke_positions(advance, np.random.default_rng(seed), 3.2, 200, level_way, 4)
         for seed in range(200)
     ]
     speed = np.mean([run[-1] / (200 * 3.2) for run in runs])
@@ -109,10 +133,29 @@ def test_a_smooth_wall_lets_the_capsule_advance_at_its_speed():
 
 
 def test_a_climb_shortens_the_stroke():
-    advance = PHANTOM.advance
-    free = stroke_positions(advance, np.random.default_rng(1), 3.2, 20, lambda x, s: 0.0)
-    uphill = stroke_positions(advance, np.random.default_rng(1), 3.2, 20, lambda x, s: s)
+    advance = dataclasses.replace(PHANTOM.advance, catch_probability=0.0)
+
+    def uphill_way(position_mm, stroke_mm):
+        return np.array([stroke_mm, 0.0, 0.0, 0.0])
+
+    free = stroke_positions(advance, np.random.default_rng(1), 3.2, 20, level_way, 4)
+    uphill = stroke_positions(advance, np.random.default_rng(1), 3.2, 20, uphill_way, 4)
     np.testing.assert_allclose(uphill, free * math.exp(-advance.snag))
+
+
+def test_an_awn_that_catches_on_a_steep_slope_holds_the_capsule():
+    def steep_way(position_mm, stroke_mm):
+        return np.array([0.0, 2 * stroke_mm * PHANTOM.advance.catch_slope, 0.0, 0.0])
+
+    def distance(seed, catch_probability):
+        advance = dataclasses.replace(
+            PHANTOM.advance, catch_probability=catch_probability, hold_waves=4.0, snag=0.0
+        )
+        return stroke_positions(advance, np.random.default_rng(seed), 3.2, 40, steep_way, 4)[-1]
+
+    # Held for four waves of the forty on average, then it slips over for good.
+    free, caught = ([distance(seed, each) for seed in range(300)] for each in (0.0, 1.0))
+    assert np.mean(caught) == pytest.approx(36 / 40 * np.mean(free), rel=0.03)
 
 
 def test_the_head_moves_with_the_wave_and_then_rests():

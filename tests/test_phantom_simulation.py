@@ -26,6 +26,7 @@ QUIET = with_values(
         "advance.speed_spread": 0,
         "advance.stroke_spread": 0,
         "advance.stick_probability": 0,
+        "advance.catch_probability": 0,
         "sensor.settling": 0,
         "sensor.drift_per_s": 0,
         "sensor.noise": 0,

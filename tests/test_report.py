@@ -3,7 +3,7 @@
 import pandas as pd
 import pytest
 
-from capsule.report import answers, context, provenance, tables, words
+from capsule.report import answers, overview, provenance, tables, words
 from capsule.report.page import render_page
 
 UNKNOWN = float("nan")
@@ -99,6 +99,10 @@ def test_the_configuration_is_compared_with_the_paper():
     assert [row["differs"] for row in rows] == [True, False, False]
     assert rows[0]["value"] == "500" and rows[0]["paper"] == "2000"
     assert rows[1]["value"] == "0.001 to 1.5"
+    assert provenance.differences(rows) == (
+        "Different from the paper: fit.particles is 500 instead of 2000."
+    )
+    assert provenance.differences(rows[1:]).startswith("Every number that the paper gives")
 
 
 def test_the_combined_checksum_is_of_sorted_lines():
@@ -123,6 +127,8 @@ def test_the_combined_checksum_is_of_sorted_lines():
         (words.enumerate_words(["1", "2", "3"]), "1, 2 and 3"),
         (words.plural(1, "recording"), "1 recording"),
         (words.plural(1200, "recording"), "1 200 recordings"),
+        (words.duration(0.04), "under 0.1 s"),
+        (words.duration(4.21), "4.2 s"),
         (words.duration(81.4), "1 min 21 s"),
         (words.duration(7500), "2 h 5 min"),
     ],
@@ -148,7 +154,7 @@ def test_the_overview_lists_what_was_not_used():
         }
     )
     passed_over = pd.DataFrame({"path": ["notes.txt"], "reason": ["not a .csv file"]})
-    found = context.overview(index, passed_over)
+    found = overview.overview(index, passed_over)
     assert found["origin"]["kind"] == "recorded"
     assert (found["accepted"], found["unlabelled"]) == (3, 1)
     assert found["by_size"] == [{"size": "no nodule", "count": 1}, {"size": "2.5 mm", "count": 1}]

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -195,3 +196,29 @@ def test_a_fault_in_the_configuration_is_told_before_anything_runs(new, tmp_path
     assert run.status != 0
     assert "preprocessing.windw: there is no such key; did you mean window?" in run.output
     assert not project.results.exists()
+
+
+@pytest.mark.parametrize(
+    ("file", "expected"),
+    [
+        ("scripts/capsule/figures/rates.py", {"draw", "report"}),
+        ("scripts/capsule/report/cards.py", {"report"}),
+        ("report/report.css", {"report"}),
+    ],
+)
+def test_an_edit_to_what_people_see_computes_nothing_again(project, file, expected):
+    comment = "/* an edit */" if file.endswith(".css") else "# an edit"
+    project.append(f"workflow/{file}", f"\n{comment}\n")
+    assert set(project.snakemake("--dry-run").jobs) - {"all"} == expected
+
+
+def test_an_archive_without_labels_has_its_figures_and_report_too(new, tmp_path):
+    project = new.copy(tmp_path / "unlabelled")
+    for folder in ("0mm", "1mm", "2.5mm"):
+        shutil.rmtree(project.raw / folder)
+    run = project.snakemake()
+    assert run.status == 0, run.output
+    page = (project.results / "report.html").read_text(encoding="utf-8")
+    assert "nothing to judge detection by" in page
+    assert "unlabelled/patient" in page
+    assert table(project, "evaluation/detection.csv") == []

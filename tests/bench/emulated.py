@@ -1,5 +1,6 @@
 """The boards with their real firmware, in libsimavr."""
 
+import atexit
 import ctypes
 import functools
 import shutil
@@ -30,6 +31,7 @@ def missing_tools() -> str:
 def build_folder() -> Path:
     """Build the firmware and the emulator's library, once a test run."""
     folder = Path(tempfile.mkdtemp(prefix="capsule-bench-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
     _run("make", "-s", "-C", FIRMWARE, f"BUILD={folder}")
     library = folder / "libavrboard.so"
     warnings = ("-Wall", "-Wextra", "-Werror")

@@ -126,10 +126,14 @@ def summarize_recordings():
         print(f"  passed over: raw/{row['path']}: {row['reason']}", file=sys.stderr)
 
 
+# Kept open, and so locked, until this process ends.
+RUN_LOCK = []
+
+
 def take_run_lock():
     """Let no two runs work in this folder at once."""
     try:
-        return hold(Path(".snakemake") / "run.lock")
+        RUN_LOCK.append(hold(Path(".snakemake") / "run.lock"))
     except CapsuleError as error:
         raise WorkflowError(str(error)) from None
 
@@ -155,8 +159,7 @@ wildcard_constraints:
 
 
 onstart:
-    # Kept in a variable, and so held, until this process ends.
-    RUN_LOCK = take_run_lock()
+    take_run_lock()
     remove_unfinished(Path("results"))
     # Not onerror: where Snakemake itself finds no room, it ends without calling that.
     atexit.register(explain_full_disk)

@@ -2,23 +2,18 @@
 
 import argparse
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
-from matplotlib.figure import Figure
 
 import files
-from capsule.figures import points, preprocessing
-from capsule.figures.confusion import draw_confusion
-from capsule.figures.rates import draw_rates
+from capsule.figures import preprocessing
+from capsule.figures.gallery import drawings
 from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
-from capsule.figures.templates import draw_templates, template_table
+from capsule.judgements import Evaluation
 from capsule.naming import folder_size_mm
-from results import Evaluation, read_accepted, read_evaluation, read_printed
-
-Drawing = tuple[str, pd.DataFrame, Callable[[float], Figure]]
+from results import read_accepted, read_evaluation, read_printed
 
 
 def examples(
@@ -40,65 +35,6 @@ def examples(
         yield preprocessing.make_example(name, title, values, rate_hz=rate_hz, **stages)
 
 
-def drawings(
-    evaluation: Evaluation, runs: list, templates: dict, counts: list[int], settings: dict
-) -> Iterator[Drawing]:
-    """Give each figure's name, its data and how to draw it at a width."""
-    judged, threshold = settings["evaluation"], settings["preprocessing"]["threshold"]
-    sizes_mm, detector = evaluation.sizes_mm(), evaluation.detectors()[0]
-    template_sizes = [folder_size_mm(label) for label in templates]
-    matrices = list(templates.values())
-    table = preprocessing.example_table(runs)
-    yield (
-        "preprocessing",
-        table,
-        lambda width: preprocessing.draw_preprocessing(runs, threshold, width),
-    )
-    yield (
-        "templates",
-        template_table(template_sizes, matrices),
-        lambda width: draw_templates(template_sizes, matrices, counts, width),
-    )
-    true_size = "size of the nodule (mm)"
-    tolerance = f"within {judged['tolerance_mm']:g} mm (*: one-sided)"
-    for name, table, panels, sizes, label in [
-        (
-            "detection",
-            points.detection_points(evaluation.of("detection", detector, with_paper=True)),
-            {"precision": "precision", "recall": "recall"},
-            sizes_mm[1:],
-            true_size,
-        ),
-        (
-            "sizing",
-            points.sizing_points(evaluation.of("sizing", detector, with_paper=True)),
-            {"exact_rate": "exact size", "within_rate": tolerance},
-            sizes_mm[1:],
-            true_size,
-        ),
-        (
-            "negatives",
-            points.negative_points(
-                evaluation.of("confusion", detector, with_paper=True), judged["confidence"]
-            ),
-            {"classified": "recordings without a nodule, by verdict"},
-            sizes_mm,
-            "predicted size (mm)",
-        ),
-    ]:
-        yield (
-            name,
-            table,
-            lambda width, p=table, t=panels, s=sizes, x=label: draw_rates(p, t, s, x, width),
-        )
-    confusion = evaluation.of("confusion", detector)
-    yield (
-        "confusion",
-        confusion,
-        lambda width: draw_confusion(confusion, judged["schemes"], sizes_mm, width),
-    )
-
-
 def main() -> None:
     """Read the tables and templates, write the figures."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -116,7 +52,7 @@ def main() -> None:
         arguments.evaluation, printed, settings["evaluation"]["confidence"]
     )
     with np.load(arguments.templates) as stored:
-        templates = dict(stored)
+        templates = {folder_size_mm(label): matrix for label, matrix in stored.items()}
     entries = files.read_json(arguments.parameters)["templates"]
     counts = [entry["recordings"] for entry in entries]
     runs = list(examples(evaluation, arguments.raw, settings))

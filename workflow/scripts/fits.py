@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 
 import files
+from capsule.errors import CapsuleError
 from capsule.naming import size_mm
 from capsule.particles import Particle
 
@@ -23,6 +24,11 @@ def read_particles(recordings: Path, folder: Path) -> dict[str, Particle]:
     -------
     dict of str to Particle
         By the recording's name, in the order of recordings.csv.
+
+    Raises
+    ------
+    CapsuleError
+        There is none, so there is nothing to make a template from.
     """
     particles = {}
     for name in files.accepted_recordings(recordings):
@@ -30,6 +36,13 @@ def read_particles(recordings: Path, folder: Path) -> dict[str, Particle]:
             parameters = files.read_json(folder / f"{name}.json")["parameters"]
             arrays = {key: np.array(value) for key, value in parameters.items()}
             particles[name] = Particle(**arrays)
+    if not particles:
+        rejected = [row for row in files.read_csv(recordings) if row["status"] != "accepted"]
+        raise CapsuleError(
+            "no recording of a nodule can be used, so there is no template to compare with; put "
+            "some into raw/, in folders such as 3mm/"
+            + "".join(f"\n  rejected: raw/{row['recording']}: {row['reason']}" for row in rejected)
+        )
     return particles
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import files
 from capsule.errors import CapsuleError
-from capsule.naming import UNLABELLED, displayed, folder_size_mm
+from capsule.naming import as_cell, folder_size_mm, reason_of_copy
 
 HEADER = ["source", "site", "session", "nodule_at_mm"]
 COLUMNS = ["recording", "size_mm", "samples", "duration_s", "status", "reason", "sha256", *HEADER]
@@ -22,23 +22,16 @@ def rows_of(raw: Path, checks: Path) -> Iterator[dict]:
             print(f"{name}: came while the workflow ran; run it again to take it in")
             continue
         check = files.read_json(check_file)
-        check |= {key: displayed(check["header"].get(key, "")) for key in HEADER}
+        check |= {key: as_cell(check["header"].get(key, "")) for key in HEADER}
         if check["status"] == "accepted":
             # The readings, not the bytes: other line ends or headers make no other recording.
             original = first_with.setdefault(check["readings_sha256"], name)
             if original != name:
-                check |= {"status": "rejected", "reason": copy_of(original, name)}
+                check |= {"status": "rejected", "reason": reason_of_copy(original, name)}
         yield {column: check[column] for column in COLUMNS}
     for path, reason in archive.refused.items():
         row = dict.fromkeys(COLUMNS) | {"recording": path, "status": "rejected", "reason": reason}
         yield row | {"size_mm": folder_size_mm(path.partition("/")[0])}
-
-
-def copy_of(original: str, name: str) -> str:
-    """Say what a recording is a copy of, and whether the two contradict each other."""
-    reason = f"the same content as {original}"
-    labels = {folder for folder in (original.split("/")[0], name.split("/")[0])} - {UNLABELLED}
-    return reason + (", under another size: one of the two is mislabelled" * (len(labels) > 1))
 
 
 def main() -> None:

@@ -16,11 +16,11 @@ from capsule.figures.preprocessing import make_example
 from capsule.naming import size_mm
 from capsule.report import evidence, judged, overview, provenance, recordings, tables, words
 from capsule.report.page import image_address, render_page
+from durations import read_durations
 from results import read_accepted, read_evaluation, read_fit, read_printed
 
 FIGURES = ("detection", "negatives", "sizing", "confusion", "templates", "preprocessing")
 PACKAGES = ("snakemake", "numpy", "scipy", "pandas", "matplotlib", "jinja2")
-RULES = ("preprocess", "index", "fit", "average", "evaluate", "detect", "draw")
 STYLES = ("vendor/uplot/uPlot.min.css", "report.css")
 SCRIPTS = ("vendor/uplot/uPlot.iife.min.js", "signals.js", "viewer.js", "recordings.js")
 
@@ -53,20 +53,6 @@ def evidence_of(
         yield name, evidence.to_json(content)
 
 
-def durations(logs: Path, names: list[str]) -> list[dict]:
-    """Add up how long each rule's scripts took, from the last lines of their logs."""
-    rows = []
-    for rule in RULES:
-        single = logs / f"{rule}.log"
-        paths = [single] if single.exists() else [logs / rule / f"{name}.log" for name in names]
-        read = [path.read_text(encoding="utf-8") for path in paths if path.exists()]
-        seconds = [s for s in map(provenance.seconds_in_log, read) if s is not None]
-        if seconds:
-            total = words.duration(sum(seconds))
-            rows.append({"rule": rule, "jobs": len(seconds), "seconds": total})
-    return rows
-
-
 def main() -> None:
     """Read everything that was made, write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -86,7 +72,10 @@ def main() -> None:
     index = pd.read_csv(results / "recordings.csv")
     detections = pd.read_csv(results / "detections.csv")
     verdicts = recordings.verdicts_by_recording(evaluation.predictions, detections)
-    code = {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in arguments.code}
+    code = {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in arguments.code}
+    configuration = provenance.configuration_table(
+        settings, files.read_json(arguments.schema), printed["settings"]
+    )
     said = judged.judgement(evaluation, index, verdicts, settings, printed)
     rows = {row["recording"]: row for row in said["recordings"]}
     page = {
@@ -102,13 +91,15 @@ def main() -> None:
             }
             for name in FIGURES
         },
-        "configuration": provenance.configuration_table(
-            settings, files.read_json(arguments.schema), printed["settings"]
-        ),
+        "configuration": configuration,
+        "differences": provenance.differences(configuration),
         "versions": [("Python", platform.python_version())]
         + [(name, importlib.metadata.version(name)) for name in PACKAGES],
         "code_checksum": provenance.combined_checksum(code),
-        "times": durations(results / "logs", list(index["recording"])),
+        "times": [
+            row | {"seconds": words.duration(row["seconds"])}
+            for row in read_durations(results / "logs", list(index["recording"]))
+        ],
         "made": datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M UTC"),
     }
     style, script = (

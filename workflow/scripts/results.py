@@ -9,10 +9,10 @@ import yaml
 
 import files
 from capsule.acceptance import accept
+from capsule.judgements import TABLES, Evaluation
 from capsule.paper import printed_tables
 from capsule.particles import Particle
 from capsule.recording import Recording, read_recording
-from capsule.report.judged import TABLES, Evaluation
 
 
 def read_evaluation(folder: Path, printed: Mapping, confidence: float) -> Evaluation:

@@ -101,11 +101,10 @@ motion_t motion_read(void) {
         elapsed++;
         count = TCNT1;
     }
-    motion_t motion = {.half_steps = half_steps, .state = rate == 0     ? STOPPED
-                                                          : wanted == 0 ? STOPPING
-                                                                        : RUNNING};
-    int32_t now = rate;
+    int32_t now = rate, target = wanted;
+    motion_t motion = {.half_steps = half_steps};
     sei();
+    motion.state = now == 0 ? STOPPED : target == 0 ? STOPPING : RUNNING;
     motion.uptime_ms = (uint32_t)(((uint64_t)elapsed << 16 | count) / (TICK_HZ / 1000));
     motion.position_um = wave_um(motion.half_steps, 1);
     motion.speed_um_s = wave_um(now, 1000);

@@ -9,8 +9,6 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 
-import yaml
-
 from acquisition import archive, boards
 from acquisition.drive import Drive, Wave
 from acquisition.errors import AcquisitionError, BoardLostError
@@ -25,6 +23,7 @@ from capsule.errors import RecordingError
 from capsule.naming import UNLABELLED
 from capsule.protocol import Identity
 from capsule.recording import read_recording
+from config_files import read_config_file
 from files import read_json
 
 SCHEMA = PROJECT / "workflow" / "schemas" / "config.schema.json"
@@ -97,11 +96,8 @@ def recover(options: argparse.Namespace) -> None:
 
 def _settings(config: Path) -> dict:
     """Read the workflow's configuration, with the workflow's own check."""
-    try:
-        settings = yaml.safe_load(config.read_text(encoding="utf-8"))
-    except yaml.YAMLError as fault:
-        raise AcquisitionError(f"{config} is no YAML: {fault}") from fault
-    check_configuration(settings, read_json(SCHEMA), str(config))
+    settings = read_config_file(config)
+    check_configuration(settings, read_json(SCHEMA), {str(config): settings})
     return settings
 
 

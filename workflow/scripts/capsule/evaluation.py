@@ -1,9 +1,10 @@
 """How often the verdicts are right, in the paper's words and with intervals."""
 
+import math
 from collections.abc import Mapping, Sequence
+from statistics import NormalDist
 
 import numpy as np
-from scipy.stats import binomtest
 
 _RATES = {
     name: [name, f"{name}_low", f"{name}_high"]
@@ -46,8 +47,15 @@ def rate(hits: int, count: int, confidence: float) -> tuple[float, float, float]
     """
     if count == 0:
         return float("nan"), float("nan"), float("nan")
-    interval = binomtest(hits, count).proportion_ci(confidence, method="wilson")
-    return hits / count, float(interval.low), float(interval.high)
+    share = hits / count
+    z = NormalDist().inv_cdf(0.5 + confidence / 2)
+    centre = share + z**2 / (2 * count)
+    reach = z * math.sqrt(share * (1 - share) / count + (z / (2 * count)) ** 2)
+    scale = 1 + z**2 / count
+    # Of all or none the interval ends there, but for rounding.
+    low = 0.0 if hits == 0 else (centre - reach) / scale
+    high = 1.0 if hits == count else (centre + reach) / scale
+    return share, low, high
 
 
 def detection_counts(true_mm: np.ndarray, predicted_mm: np.ndarray, size_mm: float) -> dict:

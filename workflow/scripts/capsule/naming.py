@@ -81,6 +81,12 @@ def displayed(name: str) -> str:
     )
 
 
+def as_cell(untrusted: str) -> str:
+    """Write untrusted text so that a spreadsheet shows it and does not compute it."""
+    shown = displayed(untrusted)
+    return f" {shown}" if shown.startswith(("=", "+", "-", "@")) else shown
+
+
 def folder_size_mm(folder: str) -> float | None:
     """Read the nodule size from a folder's name such as ``3mm`` or ``2.5mm``; None for others."""
     match = _SIZE_FOLDER.fullmatch(folder)
@@ -107,6 +113,13 @@ def sort_key(recording: str) -> tuple:
         if part
     ]
     return (size is None, size or 0.0, folder, parts, run)
+
+
+def reason_of_copy(original: str, name: str) -> str:
+    """Say what a recording is a copy of, and whether the labels of the two contradict."""
+    reason = f"the same content as {original}"
+    sizes = {size_mm(original), size_mm(name)} - {None}
+    return reason + (", under another size: one of the two is mislabelled" * (len(sizes) > 1))
 
 
 def classify(entries: Iterable[Entry]) -> Archive:

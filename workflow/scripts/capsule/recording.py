@@ -24,6 +24,7 @@ _LARGEST_NUMBER = 1e20
 # Bounds that no recording comes near: what breaks them is some other file, and is told so at
 # once instead of being taken apart for minutes.
 _LONGEST_LINE = 10_000
+_MOST_LINES = 200_000
 _LONGEST_HEADER = 1000
 
 
@@ -77,7 +78,10 @@ def read_recording(stream: BinaryIO, sensors: int, max_bytes: int = 16_000_000) 
         raise too_large(max_bytes)
     text = _decode(content)
     # Not splitlines(): it also splits at form feeds and other characters that editors do not.
-    lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    if text.count("\n") > _MOST_LINES:
+        raise RecordingError(f"the file holds {text.count(chr(10))} lines: no run is that long")
+    lines = text.split("\n")
     complete = lines[-1] == ""
     if complete:
         lines.pop()

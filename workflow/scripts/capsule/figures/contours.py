@@ -11,7 +11,7 @@ from capsule.figures.style import COLOURS_OF_HEIGHT, INK, say_nothing_to_show
 _COLUMNS_DRAWN = 250
 
 
-def contour_levels(highest: float, count: int = 8) -> np.ndarray:
+def contour_levels(highest: float, count: int = 8, *, with_faint: bool = False) -> np.ndarray:
     """Choose round heights from 0 up to at least the highest value.
 
     Parameters
@@ -20,6 +20,8 @@ def contour_levels(highest: float, count: int = 8) -> np.ndarray:
         Largest value to be shown; where it is 0, any heights do.
     count : int
         About how many bands.
+    with_faint : bool
+        Add a height at a fifth of the first step, so that a low pattern beside high ones shows.
 
     Returns
     -------
@@ -27,7 +29,8 @@ def contour_levels(highest: float, count: int = 8) -> np.ndarray:
         Ascending from 0, two or more.
     """
     levels = MaxNLocator(count).tick_values(0.0, highest if highest > 0 else 1.0)
-    return levels[levels >= 0]
+    levels = levels[levels >= 0]
+    return np.insert(levels, 1, levels[1] / 5) if with_faint else levels
 
 
 def draw_matrix(

@@ -48,7 +48,7 @@ def draw_templates(
     columns = min(len(sizes_mm), 2 if narrow else 3)
     rows = -(-len(sizes_mm) // columns)
     highest = max((float(np.max(m)) for m in matrices if not np.isnan(m).any()), default=0.0)
-    levels = contour_levels(highest)
+    levels = contour_levels(highest, with_faint=True)
     with figure_style():
         height = rows * (1.15 if narrow else 1.45) + (0.75 if narrow else 0.35)
         figure = Figure(figsize=(width_in, height), layout="constrained")
@@ -61,7 +61,7 @@ def draw_templates(
             matrix = matrices[index]
             column = np.arange(1, matrix.shape[1] + 1)
             filled = draw_matrix(axes, matrix, column, levels) or filled
-            axes.set_title(_title(sizes_mm[index], counts[index], narrow))
+            axes.set_title(_title(sizes_mm[index], counts[index], float(np.max(matrix)), narrow))
             if index + columns >= len(sizes_mm):
                 axes.set_xlabel("column (sample)")
                 axes.tick_params(labelbottom=True)
@@ -75,8 +75,9 @@ def draw_templates(
     return figure
 
 
-def _title(size_mm: float, count: int, narrow: bool) -> str:
+def _title(size_mm: float, count: int, highest: float, narrow: bool) -> str:
     if size_mm == 0:
         return "no nodule"
-    of = f"n = {count}" if narrow else f"mean of {count}"
-    return f"{size_mm:g} mm ({of})"
+    if narrow or np.isnan(highest):
+        return f"{size_mm:g} mm (n = {count})"
+    return f"{size_mm:g} mm (mean of {count}, peak {highest:.2f})"

@@ -24,6 +24,12 @@ class Advance:
         Part of a wave's period in which the wave grips and moves the capsule.
     snag
         How strongly a slope of the wall under the awns shortens (or, downhill, lengthens) a stroke.
+    catch_slope
+        Slope of the wall under an awn from which the awn may catch.
+    catch_probability
+        Probability that an awn catches on such a slope at all, drawn once for each awn and run.
+    hold_waves
+        Mean number of waves for which a caught awn holds the capsule before it slips over.
     lead_mm
         Way before sensor 1 meets the nodule, and after sensor 4 has left it.
     lead_spread_mm
@@ -38,6 +44,9 @@ class Advance:
     stick_probability: float
     grip_fraction: float
     snag: float
+    catch_slope: float
+    catch_probability: float
+    hold_waves: float
     lead_mm: float
     lead_spread_mm: float
     longest_samples: int
@@ -48,7 +57,8 @@ def stroke_positions(
     generator: np.random.Generator,
     period_s: float,
     waves: int,
-    rise: Callable[[float, float], float],
+    rise: Callable[[float, float], np.ndarray],
+    sensors: int,
 ) -> np.ndarray:
     """Return where the capsule's head stands at the start of each wave, in mm: shape (waves + 1,).
 
@@ -59,20 +69,28 @@ def stroke_positions(
     waves
         Number of waves.
     rise
-        ``rise(position, stroke)``: by how much, in mm, the awns would climb in all when the head
-        moves from ``position`` by ``stroke``.
+        ``rise(position, stroke)``: by how much, in mm, each awn would climb when the head moves
+        from ``position`` by ``stroke``; shape (S,).
+    sensors
+        Number of substructures S, each with an awn.
     """
     run_factor = np.exp(generator.normal(0.0, advance.speed_spread))
     stroke_factors = np.exp(generator.normal(0.0, advance.stroke_spread, waves))
-    moves = generator.random(waves) >= advance.stick_probability
+    chances = generator.random(waves)
+    catches = generator.random(sensors) < advance.catch_probability
+    # How many waves each awn will hold: between half and one and a half of the mean.
+    holds = np.rint(catches * advance.hold_waves * generator.uniform(0.5, 1.5, sensors))
     # The mean over sticking and slipping waves is the speed that is set.
     mean_factor = np.exp(advance.stroke_spread**2 / 2) * (1 - advance.stick_probability)
     stroke = advance.speed_mm_s * period_s * run_factor / mean_factor
     positions = np.zeros(waves + 1)
     for wave in range(waves):
-        free_stroke = stroke * stroke_factors[wave] * moves[wave]
-        slope = rise(positions[wave], stroke) / stroke
-        positions[wave + 1] = positions[wave] + free_stroke * np.exp(-advance.snag * slope)
+        slopes = rise(positions[wave], stroke) / stroke
+        caught = (holds > 0) & (slopes > advance.catch_slope)
+        holds -= caught
+        slips = chances[wave] >= advance.stick_probability and not caught.any()
+        moved = stroke * stroke_factors[wave] * np.exp(-advance.snag * slopes.sum())
+        positions[wave + 1] = positions[wave] + (moved if slips else 0.0)
     return positions
 
 

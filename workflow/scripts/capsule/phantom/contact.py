@@ -22,12 +22,16 @@ class Contact:
         Compression at which the fold is closed and yields no further.
     reach_mm
         Standard deviation of a substructure's sensitivity along the capsule.
+    bearing_height_mm
+        Height of the strip by which the capsule bears on the wall, at most that of the print.
     height_offset_mm
         Spread, from run to run, of the nodule's height against the capsule's middle plane.
     coupling_spread
         Spread of the logarithm of each sensor's touch on the nodule, drawn anew in each run.
     wander_mm
         Standard deviation of a substructure's slow shift in its seat.
+    wander_spread
+        Spread of the logarithm of that deviation: how loosely the capsule sits in a run.
     wander_time_s
         Correlation time of that shift.
     """
@@ -36,9 +40,11 @@ class Contact:
     patch_mm2: float
     fold_limit_mm: float
     reach_mm: float
+    bearing_height_mm: float
     height_offset_mm: float
     coupling_spread: float
     wander_mm: float
+    wander_spread: float
     wander_time_s: float
 
 
@@ -73,16 +79,29 @@ def bulge_width(contact: Contact, wall: Wall, origami: Origami, nodule_mm: float
     return float(np.hypot(half_width_mm / 2, contact.reach_mm))
 
 
-def height_factor(wall: Wall, origami: Origami, nodule_mm: float, offset_mm: float) -> float:
-    """Return the part of the bulge that is left when the nodule lies above or below the capsule.
+def height_factor(contact: Contact, nodule_mm: float, offset_mm: float) -> float:
+    """Return the part of a nodule's contact that is left when it lies above or below the capsule.
+
+    Seen along the way of pressing, the nodule is a disc and the capsule bears on it by a strip.
+    What counts is the disc's area within the strip, compared with a nodule at the strip's middle.
+    So a badly set platform misses a small nodule and still touches a large one.
 
     Parameters
     ----------
     offset_mm
-        Height of the nodule's centre above the capsule's middle plane.
+        Height of the nodule's centre above the strip's middle.
     """
-    reach = nodule_mm / 2 + wall.wall_mm + origami.tip_radius_mm
-    return float(np.exp(-0.5 * (offset_mm / reach) ** 2))
+    if nodule_mm == 0:
+        return 0.0
+    radius, half_strip = nodule_mm / 2, contact.bearing_height_mm / 2
+
+    def below(edge_mm: float) -> float:
+        # Part of the disc's area below a horizontal line at this height over its centre.
+        line = np.clip(edge_mm / radius, -1.0, 1.0)
+        return float(0.5 + (line * np.sqrt(1 - line**2) + np.arcsin(line)) / np.pi)
+
+    within = below(half_strip - offset_mm) - below(-half_strip - offset_mm)
+    return within / (below(half_strip) - below(-half_strip))
 
 
 def bulge_profile(height_mm: np.ndarray, width_mm: float, distance_mm: np.ndarray) -> np.ndarray:
@@ -96,7 +115,7 @@ def compression(
     """Return how far half a substructure yields to a wall that overlaps it, in mm.
 
     Wall and substructure are two springs in series and share the overlap; a sphere below the tip
-    adds its stiffness to the wall's. The fold closes gradually towards its limit.
+    adds its stiffness to the wall's. The fold gives way until it is closed.
 
     Parameters
     ----------
@@ -107,7 +126,9 @@ def compression(
     """
     support = cushion_stiffness(wall, contact.patch_mm2) + sphere_n_mm
     share = support / (support + contact.unit_stiffness_n_mm)
-    return contact.fold_limit_mm * np.tanh(share * overlap_mm / contact.fold_limit_mm)
+    free = share * overlap_mm
+    # Free below the limit, stopped by the closed fold above it, with a short rounded transition.
+    return free / (1 + (free / contact.fold_limit_mm) ** 4) ** 0.25
 
 
 def seat_wander(
@@ -115,7 +136,8 @@ def seat_wander(
 ) -> np.ndarray:
     """Return the slow shift of each substructure in its seat, in mm: shape (S, K).
 
-    White noise smoothed by a Gaussian of the correlation time, scaled to ``wander_mm``.
+    White noise smoothed by a Gaussian of the correlation time, scaled to ``wander_mm`` and the
+    run's looseness.
     """
     frequencies = np.fft.rfftfreq(2 * samples, 1 / rate_hz)
     noise = generator.standard_normal((sensors, 2 * samples))
@@ -125,4 +147,5 @@ def seat_wander(
     deviation = np.sqrt(
         (gain[0] ** 2 + 2 * np.sum(gain[1:-1] ** 2) + gain[-1] ** 2) / (2 * samples)
     )
-    return contact.wander_mm * smooth / deviation
+    looseness = np.exp(generator.normal(0.0, contact.wander_spread))
+    return contact.wander_mm * looseness * smooth / deviation

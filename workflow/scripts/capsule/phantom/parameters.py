@@ -1,6 +1,7 @@
 """The phantom's parameters: one value object, made from a table that says where each is from."""
 
 import difflib
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Any, get_type_hints
@@ -95,6 +96,34 @@ def value_of(phantom: Phantom, name: str) -> float:
     _check_known(name)
     part, key = name.split(".")
     return getattr(getattr(phantom, part), key)
+
+
+def rewritten(text: str, values: Mapping[str, float]) -> str:
+    """Return the text of a table with new values; comments and order stay.
+
+    Parameters
+    ----------
+    text
+        The YAML text: parts at the margin, one line a parameter, ``key: {value: 1.0, ...}``.
+    values
+        New values by ``part.parameter``.
+
+    Raises
+    ------
+    CapsuleError
+        A parameter has no such line.
+    """
+    pending, lines, part = dict(values), [], ""
+    for line in text.splitlines(keepends=True):
+        if heading := re.match(r"(\w+):", line):
+            part = heading[1]
+        entry = re.match(r"(  (\w+): \{value: )[^,]+(,.*)", line, re.DOTALL)
+        if entry and f"{part}.{entry[2]}" in pending:
+            line = f"{entry[1]}{pending.pop(f'{part}.{entry[2]}'):.4g}{entry[3]}"
+        lines.append(line)
+    if pending:
+        raise CapsuleError(f"the table has no line '{next(iter(pending))}: {{value: ...'")
+    return "".join(lines)
 
 
 def _check_known(name: str) -> None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from capsule.evaluation import rate
 
@@ -104,7 +104,7 @@ def mean_size_error(predictions: pd.DataFrame, confidence: float) -> Estimate:
     mean = float(errors.mean())
     if count == 1:
         return Estimate(mean, float("nan"), float("nan"), 0, 1)
-    reach = student.ppf(0.5 + confidence / 2, count - 1) * errors.std(ddof=1) / np.sqrt(count)
+    reach = stdtrit(count - 1, 0.5 + confidence / 2) * errors.std(ddof=1) / np.sqrt(count)
     return Estimate(mean, max(0.0, mean - float(reach)), mean + float(reach), 0, count)
 
 

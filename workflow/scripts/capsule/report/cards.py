@@ -43,11 +43,12 @@ def answer_cards(
         {
             "id": "smallest",
             "question": "Smallest size reliably found",
-            "answer": "none" if smallest is None else words.size(smallest),
+            "answer": _smallest_words(ours["detection"], smallest),
             "value": smallest,
             "detail": _rates_at(ours["detection"], smallest)
             + f"Reliable: precision and recall of at least {words.percent(level)}, there and at "
-            "every larger size.",
+            "every larger size."
+            + ("" if healthy.of else " With no recording without a nodule, precision is empty."),
             "paper": _paper_smallest(paper["detection"], level),
         },
         {
@@ -106,17 +107,28 @@ def summary(origin: str, accepted: int, cards: Sequence[Mapping], settings: Mapp
     smallest, healthy = by_id["smallest"], by_id["specificity"]
     kind = "simulated recording" if origin == "simulated" else "recording"
     on = f"On {words.plural(accepted, kind)}"
-    if smallest["value"] is None:
+    if not accepted:
+        return "There is no recording to judge by yet."
+    if smallest["answer"] == words.UNKNOWN:
+        found = f"{on}, none of a nodule of known size, there is nothing to judge detection by"
+    elif smallest["value"] is None:
         found = f"{on}, no nodule size is reliably found"
     else:
         found = f"{on}, nodules of {smallest['answer']} and larger are reliably found"
     if words.is_known(healthy["value"]):
         share = words.percent(1 - healthy["value"])
-        found += f"; where there is none, one is reported in {share} of the runs"
+        found += f"; a nodule is reported in {share} of the runs without one"
     if words.is_known(by_id["within"]["value"]):
         tolerance = f"{settings['tolerance_mm']:g} mm"
-        found += f". The size is right within {tolerance} in {by_id['within']['answer']}"
+        share = by_id["within"]["answer"]
+        found += f". The size is right within {tolerance} in {share} of the runs with a nodule"
     return found + "."
+
+
+def _smallest_words(detection: pd.DataFrame, smallest: float | None) -> str:
+    if smallest is not None:
+        return words.size(smallest)
+    return "none" if detection["recall"].notna().any() else words.UNKNOWN
 
 
 def _rates_at(detection: pd.DataFrame, size_mm: float | None) -> str:

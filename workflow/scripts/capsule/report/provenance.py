@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-from capsule.report.words import plural, setting
+from capsule.report.words import enumerate_words, plural, setting
 
 _FINISHED = re.compile(r"^finished in (\d+(?:\.\d+)?) s$", re.MULTILINE)
 
@@ -93,6 +93,18 @@ def configuration_table(config: Mapping, schema: Mapping, printed: Mapping) -> l
             }
         )
     return rows
+
+
+def differences(rows: Iterable[Mapping]) -> str:
+    """Say in a sentence what of `configuration_table` differs from the paper."""
+    found = [
+        f"{row['key']} is {row['value']} instead of {row['paper']}"
+        for row in rows
+        if row["differs"]
+    ]
+    if not found:
+        return "Every number that the paper gives is used as it stands there."
+    return f"Different from the paper: {enumerate_words(found)}."
 
 
 def _leaves(config: Mapping, schema: Mapping, prefix: str = "") -> Iterable[tuple]:

@@ -70,6 +70,8 @@ def plural(count: int, singular: str, several: str | None = None) -> str:
 
 def duration(seconds: float) -> str:
     """Write a duration: ``4.2 s``, ``3 min 20 s``, ``2 h 5 min``."""
+    if seconds < 0.1:
+        return "under 0.1 s"
     if seconds < 60:
         return f"{seconds:.1f} s"
     minutes, rest = divmod(round(seconds), 60)

@@ -1,0 +1,86 @@
+"""What the page carries of each recording: exact where it can be, small, and harmless."""
+
+import base64
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from capsule.figures.preprocessing import make_example
+from capsule.particles import Particle, render
+from capsule.report import evidence
+from capsule.sliding import rmse_at_lag
+from synthetic import make_recording
+
+
+def unpack(packed):
+    """Turn packed numbers back, as the page does."""
+    numbers = np.frombuffer(base64.b64decode(packed["data"]), f"<u{packed['bits'] // 8}")
+    values = packed["low"] + packed["scale"] * numbers.astype(float)
+    values[numbers == 2 ** packed["bits"] - 1] = np.nan
+    return values.reshape(packed["rows"], -1)
+
+
+def test_counts_of_an_adc_come_through_exactly_with_their_gaps():
+    values = np.array([[0.0, 512.0, np.nan, 1023.0], [3.0, np.nan, 7.0, 65533.0]])
+    assert np.array_equal(unpack(evidence.pack(values)), values, equal_nan=True)
+
+
+@given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=50), st.sampled_from([8, 16]))
+def test_other_values_come_through_to_half_a_step(values, bits):
+    array = np.array([values])
+    packed = evidence.pack(array, bits)
+    assert np.allclose(unpack(packed), array, rtol=0, atol=0.5001 * packed["scale"] + 1e-9)
+    assert packed["scale"] <= max(1.0, np.ptp(array) / (2**bits - 3))
+
+
+@pytest.mark.parametrize("fill", [np.nan, 0.0, 2.5])
+def test_a_signal_that_never_changes_or_is_missing(fill):
+    values = np.full((2, 3), fill)
+    assert np.array_equal(unpack(evidence.pack(values)), values, equal_nan=True)
+
+
+def test_the_fitted_particle_lies_where_the_comparison_found_it():
+    particle = Particle(np.ones(2), np.full(2, 0.3), np.array([40.0]), np.full(2, 8.0))
+    drawn = render(particle, 30, 120)
+    matrix = np.zeros_like(drawn)
+    matrix[:, 25:] = drawn[:, :-25]
+    lag = min(range(1, 241), key=lambda tau: rmse_at_lag(matrix, drawn, tau))
+    fitted = evidence.fitted_matrix(particle, 30, lag, 100, 120)
+    assert fitted.shape == (2, 100)
+    assert np.allclose(fitted, matrix[:, :100], atol=1e-9)
+
+
+def test_peaks_say_how_high_when_and_how_long():
+    envelope = np.array([[0.5, 1.2, 2.0, 1.1], [0.1, 0.2, 0.3, 0.2]])
+    rows = evidence.peaks(envelope, np.array([0.0, 0.5, 1.0, 1.5]), 1.0)
+    assert rows == [[2.0, 1.0, 1.5], [0.3, 1.0, 0.0]]
+
+
+def test_1200_recordings_of_full_length_stay_below_25_megabytes():
+    values = make_recording(3, "3mm/r01", samples=1000).values
+    run = make_example("3mm/r01", "3 mm", values, rate_hz=10, window=84, threshold=1.0)
+    verdicts = [{"label": "x", "predicted_mm": 3.0, "distances": [0.123456789012345] * 6}] * 2
+    content = evidence.recording_evidence(run, 1.0, 1, run.matrix, verdicts, {"SHA-256": "0" * 64})
+    one = len(evidence.to_json(content))
+    # The figures take 2.5 MB, a row of the table less than 1 kB.
+    assert 1200 * (one + 1000) + 2.5e6 < 25e6
+
+
+def test_of_a_larger_archive_every_nth_reading_is_kept():
+    assert evidence.reading_step(1200 * 1000 * 4) == 1
+    assert evidence.reading_step(4800 * 1000 * 4) == 4
+
+
+def test_json_in_a_script_element_cannot_end_it():
+    content = {"source": "</script><!-- & \u2028"}
+    text = evidence.to_json(content)
+    assert "<" not in text and "&" not in text and "\u2028" not in text
+    assert json.loads(text) == content
+
+
+def test_an_unknown_value_must_be_none_not_nan():
+    with pytest.raises(ValueError, match="JSON compliant"):
+        evidence.to_json({"predicted_mm": float("nan")})

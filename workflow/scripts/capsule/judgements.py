@@ -1,0 +1,45 @@
+"""The evaluation's tables, with the paper's printed numbers beside ours."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import pandas as pd
+
+TABLES = ("detection", "specificity", "sizing", "confusion")
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """The tables under results/evaluation.
+
+    Attributes
+    ----------
+    predictions : DataFrame
+        One row a recording, detector and scheme.
+    tables : dict of str to DataFrame
+        ``detection``, ``specificity``, ``sizing`` and ``confusion``, of every detector.
+    paper : dict of str to DataFrame
+        The paper's tables in the same columns.
+    """
+
+    predictions: pd.DataFrame
+    tables: Mapping[str, pd.DataFrame]
+    paper: Mapping[str, pd.DataFrame]
+
+    def detectors(self) -> list[str]:
+        """Name the detectors, the paper's own first; it stands alone where nothing was judged."""
+        return list(dict.fromkeys(self.predictions["detector"])) or ["template"]
+
+    def sizes_mm(self) -> list[float]:
+        """Give the sizes that have a template, 0 included, ascending."""
+        return sorted(
+            float(name.removeprefix("rmse_").removesuffix("mm"))
+            for name in self.predictions.columns
+            if name.startswith("rmse_") and name.endswith("mm")
+        )
+
+    def of(self, name: str, detector: str, *, with_paper: bool = False) -> pd.DataFrame:
+        """Give one detector's rows of a table, the paper's below them if wanted."""
+        table = self.tables[name]
+        rows = table[table["detector"] == detector]
+        return pd.concat([rows, self.paper[name]], ignore_index=True) if with_paper else rows

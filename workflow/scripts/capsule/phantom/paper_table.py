@@ -1,0 +1,104 @@
+"""The paper's printed numbers as cells, and how a simulated archive compares with them."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+SIZES_MM = (0, 1, 2, 3, 4, 5)
+
+# In percent. Precision and recall for 1..5 mm, exact and within-1-mm rates for 2..5 mm, the
+# specificity 6/20 that follows from the printed pie, and that pie: how the 20 runs without a
+# nodule were classified.
+PAPER = {
+    "precision 1 mm": 100 * 15 / 26,
+    "precision 2 mm": 85.0,
+    "precision 3 mm": 100.0,
+    "precision 4 mm": 100.0,
+    "precision 5 mm": 100.0,
+    "recall 1 mm": 75.0,
+    "recall 2 mm": 85.0,
+    "recall 3 mm": 100.0,
+    "recall 4 mm": 100.0,
+    "recall 5 mm": 100.0,
+    "exact 2 mm": 30.0,
+    "exact 3 mm": 55.0,
+    "exact 4 mm": 70.0,
+    "exact 5 mm": 15.0,
+    "within 1 mm of 2 mm": 85.0,
+    "within 1 mm of 3 mm": 85.0,
+    "within 1 mm of 4 mm": 85.0,
+    "within 1 mm of 5 mm": 70.0,
+    "specificity": 30.0,
+    "no nodule as none": 30.0,
+    "no nodule as 1 mm": 55.0,
+    "no nodule as 2 mm": 15.0,
+}
+
+
+def cells(confusion: np.ndarray) -> dict[str, float]:
+    """Return the paper's cells of one archive, in percent.
+
+    Parameters
+    ----------
+    confusion : (6, 6) array
+        Runs of true size (row) classified as size (column), 0..5 mm.
+
+    Returns
+    -------
+    dict of str to float
+        The keys of `PAPER`; NaN for a precision of nothing found.
+    """
+    runs = confusion.sum(axis=1)
+    nodules = range(1, len(SIZES_MM))
+    found = confusion[:, 1:].sum(axis=1)
+    result = {}
+    for size in nodules:
+        claimed = found[size] + confusion[0, size]
+        result[f"precision {size} mm"] = 100 * found[size] / claimed if claimed else np.nan
+    result |= {f"recall {size} mm": 100 * found[size] / runs[size] for size in nodules}
+    result |= {f"exact {size} mm": 100 * confusion[size, size] / runs[size] for size in nodules[1:]}
+    for size in nodules[1:]:
+        near = confusion[size, max(size - 1, 1) : size + 2].sum()
+        result[f"within 1 mm of {size} mm"] = 100 * near / runs[size]
+    result["specificity"] = 100 * confusion[0, 0] / runs[0]
+    for size, label in enumerate(("none", "1 mm", "2 mm")):
+        result[f"no nodule as {label}"] = 100 * confusion[0, size] / runs[0]
+    return {name: float(value) for name, value in result.items()}
+
+
+def distance(found: Mapping[str, float]) -> float:
+    """Return the root mean square difference of one archive's cells from the paper's, in points."""
+    differences = np.array([found[name] - value for name, value in PAPER.items()])
+    # A precision of nothing found is as far off as can be.
+    return float(np.sqrt(np.mean(np.nan_to_num(differences, nan=100.0) ** 2)))
+
+
+def summary(archives: Sequence[Mapping[str, float]]) -> list[dict]:
+    """Return each cell's paper value beside the mean and the central 95 % of the archives.
+
+    Returns
+    -------
+    list of dict
+        ``cell``, ``paper``, ``mean``, ``low``, ``high``, in percent, and ``inside``: whether the
+        paper's value lies in the range.
+    """
+    rows = []
+    for name, paper in PAPER.items():
+        values = np.array([archive[name] for archive in archives])
+        low, high = np.nanpercentile(values, [2.5, 97.5])
+        rows.append(
+            {
+                "cell": name,
+                "paper": paper,
+                "mean": float(np.nanmean(values)),
+                "low": float(low),
+                "high": float(high),
+                "inside": bool(low - 1e-9 <= paper <= high + 1e-9),
+            }
+        )
+    return rows
+
+
+def mean_difference(rows: Sequence[Mapping]) -> float:
+    """Return the mean absolute difference of the cells' means from the paper, in points."""
+    return float(np.mean([abs(row["mean"] - row["paper"]) for row in rows]))

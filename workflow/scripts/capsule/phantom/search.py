@@ -1,0 +1,159 @@
+"""A plain evolutionary search for the free parameters of the phantom."""
+
+import itertools
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class FreeParameter:
+    """A parameter that is searched for.
+
+    Attributes
+    ----------
+    name
+        ``part.parameter``.
+    low, high
+        Its range.
+    logarithmic
+        Whether steps are in its logarithm (for scales) or in itself.
+    """
+
+    name: str
+    low: float
+    high: float
+    logarithmic: bool
+
+    def at(self, place: float) -> float:
+        """Return the value at a place in 0..1 of the range."""
+        if self.logarithmic:
+            return float(self.low * (self.high / self.low) ** place)
+        return float(self.low + (self.high - self.low) * place)
+
+    def place(self, value: float) -> float:
+        """Return the place in 0..1 of a value; what lies outside counts as the bound."""
+        value = min(max(value, self.low), self.high)
+        if self.logarithmic:
+            return float(np.log(value / self.low) / np.log(self.high / self.low))
+        return float((value - self.low) / (self.high - self.low))
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """Where the search looks: a normal distribution for each parameter's place in its range.
+
+    Attributes
+    ----------
+    centre, spread
+        Mean and standard deviation of each place, shape (D,).
+    """
+
+    centre: np.ndarray
+    spread: np.ndarray
+
+    def draw(self, generator: np.random.Generator, count: int) -> np.ndarray:
+        """Return candidates, shape (count, D), reflected into 0..1; the first is the centre."""
+        places = self.centre + self.spread * generator.standard_normal((count, self.centre.size))
+        places[0] = self.centre
+        # The absolute value of mod(x + 1, 2) - 1 folds the line onto 0..1.
+        return np.abs(np.mod(places + 1, 2) - 1)
+
+    def moved(self, candidates: np.ndarray, losses: Sequence[float], rate: float) -> "Cloud":
+        """Return the cloud drawn towards the best quarter of the candidates.
+
+        Parameters
+        ----------
+        candidates : (count, D) array
+            What was tried.
+        losses
+            What each gave; smaller is better.
+        rate
+            How far to move, 0..1. Slow moves average the noise of single archives out.
+        """
+        best = candidates[np.argsort(losses)[: max(len(losses) // 4, 2)]]
+        # The spread shrinks more slowly than the centre moves, lest chance decide too early.
+        spread = (1 - rate / 2) * self.spread + rate / 2 * best.std(axis=0)
+        return Cloud((1 - rate) * self.centre + rate * best.mean(axis=0), spread)
+
+
+@dataclass(frozen=True)
+class Generation:
+    """One step of the search.
+
+    Attributes
+    ----------
+    values
+        The parameters of each candidate; the first is the centre of the cloud.
+    losses
+        What each gave.
+    centre
+        The parameters at the centre of the cloud that follows.
+    """
+
+    values: list[dict[str, float]]
+    losses: list[float]
+    centre: dict[str, float]
+
+
+def evolve(
+    free: Sequence[FreeParameter],
+    start: Mapping[str, float],
+    loss: Callable[[Mapping[str, float], int], float],
+    draw: Callable[[int], np.random.Generator],
+    *,
+    candidates: int,
+    spread: float,
+    rate: float,
+) -> Iterator[Generation]:
+    """Search without end: try a cloud of candidates, move it towards the best, try again.
+
+    Parameters
+    ----------
+    free
+        What is searched for.
+    start
+        Values of these parameters to begin with.
+    loss
+        ``loss(values, number)``: how bad the values are, in generation ``number``. All candidates
+        of a generation should meet the same random numbers: a fair comparison.
+    draw
+        ``draw(number)``: source of the candidates of generation ``number``.
+    candidates
+        Number of candidates in a generation.
+    spread
+        Standard deviation of the first cloud, in parts of the ranges.
+    rate
+        How far the cloud moves in a generation, 0..1.
+    """
+    centre = np.array([each.place(start[each.name]) for each in free])
+    cloud = Cloud(centre, np.full(centre.size, spread))
+    for number in itertools.count():
+        places = cloud.draw(draw(number), candidates)
+        values = [values_at(free, place) for place in places]
+        losses = [loss(each, number) for each in values]
+        cloud = cloud.moved(places, losses, rate)
+        yield Generation(values, losses, values_at(free, cloud.centre))
+
+
+def values_at(parameters: Sequence[FreeParameter], places: np.ndarray) -> dict[str, float]:
+    """Return the parameters' values at the given places in their ranges."""
+    return {each.name: each.at(place) for each, place in zip(parameters, places, strict=True)}
+
+
+def free_parameters(table: Mapping) -> list[FreeParameter]:
+    """Return the parameters that a table marks with a ``range`` to search.
+
+    Parameters
+    ----------
+    table
+        As in ``config/phantom.yaml``: ``range: [low, high]``; a positive lower end means steps
+        in the logarithm.
+    """
+    return [
+        FreeParameter(f"{part}.{key}", *map(float, entry["range"]), entry["range"][0] > 0)
+        for part, entries in table.items()
+        for key, entry in entries.items()
+        if "range" in entry
+    ]

@@ -1,0 +1,49 @@
+"""Judge the phantom: the paper's table over independent archives, with the paper's full fit."""
+
+import argparse
+import sys
+from pathlib import Path
+
+import numpy as np
+
+import files
+from capsule.phantom import paper_table, trial
+from phantom_edges import detector_of, phantom_arguments
+from simulate import read_phantom
+
+
+def main() -> None:
+    """Write each cell's paper value, mean and central 95 %."""
+    parser = argparse.ArgumentParser(description=__doc__, parents=[phantom_arguments()])
+    parser.add_argument("--archives", type=int, default=20, help="default: 20")
+    parser.add_argument("--runs", type=int, default=20, help="of each size (default: 20)")
+    parser.add_argument("--first-seed", type=int, default=1, help="of the archives (default: 1)")
+    parser.add_argument("--quick", action="store_true", help="the search's cheap fit")
+    parser.add_argument("--output", type=Path, help="CSV file of the cells")
+    arguments = parser.parse_args()
+    phantom = read_phantom(arguments.parameters, arguments.changes)
+    detector = detector_of(arguments.config)
+    detector = trial.quick(detector) if arguments.quick else detector
+    tables = []
+    for seed in range(arguments.first_seed, arguments.first_seed + arguments.archives):
+        matrices = trial.archive_matrices(phantom, seed, arguments.runs, detector)
+        tables.append(trial.resubstitution(matrices, detector))
+        rows = paper_table.summary([paper_table.cells(table) for table in tables])
+        if arguments.output:
+            # After each archive: an interrupted judgement is still one over fewer archives.
+            files.write_csv(arguments.output, list(rows[0]), rows)
+        print(f"\rarchive {len(tables)} of {arguments.archives}", end="", file=sys.stderr)
+    print(f"\n{'cell, %':22}{'paper':>7}{'mean':>7}{'central 95 %':>15}")
+    for row in rows:
+        remark = "" if row["inside"] else "  the paper's value is outside"
+        print(
+            f"{row['cell']:22}{row['paper']:7.1f}{row['mean']:7.1f}"
+            f"{row['low']:9.1f}{row['high']:6.1f}{remark}"
+        )
+    print(f"mean absolute difference of the means: {paper_table.mean_difference(rows):.1f} points")
+    print("mean confusion table, rows true 0..5 mm:")
+    print(np.round(np.mean(tables, axis=0), 1))
+
+
+if __name__ == "__main__":
+    files.run(main)
