@@ -87,6 +87,12 @@ def archive(phantom: Phantom, seed: int, passes: int = 1) -> Iterator[tuple[str,
                 )
 
 
+def mean_or_unknown(values: np.ndarray) -> float:
+    """Average what is known; NaN where nothing is."""
+    known = values[~np.isnan(values)]
+    return float(known.mean()) if known.size else float("nan")
+
+
 def judge_diagonal(runs: list, config: dict) -> tuple[dict, np.ndarray]:
     """Judge one archive by the diagonal detector; give its rates and the scores."""
     judged = config["evaluation"]
@@ -104,10 +110,12 @@ def judge_diagonal(runs: list, config: dict) -> tuple[dict, np.ndarray]:
     scores = np.array([verdict.score for verdict in verdicts])
     row["AUC of 1 mm"] = roc.auc(scores[true_mm == 0], scores[true_mm == 1])
     estimate = np.array([verdict.estimate_mm for verdict in verdicts])
-    row["size estimate's error (mm)"] = float(np.nanmean(np.abs(estimate - true_mm)[true_mm >= 2]))
+    found = ~np.isnan(estimate) & (true_mm >= 2)
+    row["size estimate's error (mm)"] = mean_or_unknown(np.abs(estimate - true_mm)[found])
     where = np.array([run.nodule_at_mm for _, _, run in runs])
     place = np.array([verdict.location_mm for verdict in verdicts])
-    row["place's error, median (mm)"] = float(np.nanmedian(np.abs(place - where)[true_mm > 0]))
+    error = np.abs(place - where)[found]
+    row["place's error, median (mm)"] = float(np.median(error)) if error.size else float("nan")
     row["seconds"] = seconds
     return row, scores
 
@@ -193,7 +201,7 @@ def table(rows: list[dict]) -> str:
 
 def mean_row(label: dict, rows: list[dict]) -> dict:
     """Average the rows of several archives."""
-    return label | {key: float(np.mean([row[key] for row in rows])) for key in rows[0]}
+    return label | {key: mean_or_unknown(np.array([row[key] for row in rows])) for key in rows[0]}
 
 
 def main() -> None:
