@@ -171,8 +171,12 @@ def test_every_recording_is_listed_with_its_verdict(browser, page, project):
     said = {
         row["recording"]: row["predicted_mm"]
         for row in table(project, "evaluation/predictions.csv")
-        if row["scheme"] == "leave_one_out"
-    } | {row["recording"]: row["predicted_mm"] for row in table(project, "detections.csv")}
+        if (row["detector"], row["scheme"]) == ("template", "leave_one_out")
+    } | {
+        row["recording"]: row["predicted_mm"]
+        for row in table(project, "detections.csv")
+        if row["detector"] == "template"
+    }
     rows = browser.run(
         "return [...document.querySelectorAll('#recordings-table tbody tr')]"
         ".map((row) => [row.dataset.recording, row.cells[2].dataset.value])"

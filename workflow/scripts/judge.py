@@ -8,7 +8,10 @@ import files
 from capsule.folds import group_scheme
 from capsule.judging import tables
 
-EMPTY = {  # columns of the tables that may have no row
+EMPTY = {  # columns of a table that has no row
+    "summary": ["detector", "scheme", "recordings", "accuracy", "sensitivity", "specificity"],
+    "predictive_values": ["detector", "scheme", "size_mm", "prevalence", "ppv", "npv"],
+    "size_error": ["detector", "scheme", "size_mm", "recordings", "detected", "bias_mm"],
     "calibration": ["detector", "scheme", "stated_low", "stated_high", "recordings", "stated"],
     "brier": ["detector", "scheme", "recordings", "prevalence", "brier", "brier_uninformed"],
     "localisation": ["detector", "scheme", "size_mm", "recordings", "median_absolute_error_mm"],
@@ -34,7 +37,7 @@ def main() -> None:
     headers = {row["recording"]: row for row in files.read_csv(arguments.recordings)}
     sites = {name: row["site"] for name, row in headers.items()}
     places = {name: tables.number(row["nodule_at_mm"]) for name, row in headers.items()}
-    made: dict[str, list[dict]] = {}
+    made: dict[str, list[dict]] = {name: [] for name in EMPTY}
     by_scheme: dict[str, list[tables.Verdicts]] = {}
     predictions = [row for path in arguments.predictions for row in files.read_csv(path)]
     for verdicts in tables.collect(predictions):
@@ -57,7 +60,7 @@ def main() -> None:
             passes, wanted = rules["passes"], rules["specificity"]
             parts["retest"] = tables.retests(verdicts, sites, passes, wanted, level)
         for name, rows in parts.items():
-            made.setdefault(name, []).extend(rows)
+            made[name] += rows
     made["comparison"] = [
         row
         for of_scheme in by_scheme.values()
