@@ -102,6 +102,9 @@ def test_passes_over_one_place_are_judged_together():
     true_mm, detected = combined_detections(scores, sizes, passes, 0.9)
     assert true_mm.tolist() == [0, 0, 1]
     assert detected.tolist() == [False, False, True]
+    scores[0] = np.nan  # a pass without a verdict leaves the other
+    assert combined_detections(scores, sizes, passes, 0.9)[1].tolist() == [True, False, True]
+    scores[0] = 0.0
     _, by_sign = combined_detections(scores - 0.15, sizes, passes, None)
     assert by_sign.tolist() == [True, True, True]
 

@@ -217,6 +217,7 @@ def main() -> None:
     parser.add_argument("--retest-archives", type=int, default=5, help="archives of several passes")
     parser.add_argument("--export", type=Path, help="write archives for peers/run_peers.py")
     parser.add_argument("--peers", type=Path, help="what peers/run_peers.py wrote, JSON")
+    parser.add_argument("--limit", type=Path, help="what peers/find_limit.py wrote, JSON")
     parser.add_argument("--parameters", type=Path, default=DEFAULT_TABLE, help="phantom.yaml")
     parser.add_argument("--output", type=Path, help="output: the tables, Markdown")
     arguments = parser.parse_args()
@@ -266,6 +267,12 @@ def main() -> None:
         "## Several passes over one place, judged together\n\n"
         f"The diagonal detector on {arguments.retest_archives} archives.\n\n{table(retests)}"
     )
+    if arguments.limit:
+        text += (
+            "\n## What can be told from none at all on this bench\n\nMiniRocket with ridge, taught "
+            "by thousands of recordings, on 1200 others (`peers/find_limit.py`).\n\n"
+            + table(json.loads(arguments.limit.read_text()))
+        )
     if arguments.output:
         arguments.output.write_text(text, encoding="utf-8")
     print(text)

@@ -39,7 +39,8 @@ def combined_detections(
     Parameters
     ----------
     scores : (R,) array
-        Scores of single recordings.
+        Scores of single recordings; an unknown one (NaN) does not count, and a place of which
+        none is known is left aside.
     sizes_mm : (R,) array
         True sizes, 0 for no nodule.
     passes : mapping of str to sequence of int
@@ -55,8 +56,10 @@ def combined_detections(
     detected : (P,) array of bool
         Whether a nodule is detected there.
     """
-    means = np.array([scores[list(places)].mean() for places in passes.values()])
-    true_mm = np.array([sizes_mm[places[0]] for places in passes.values()])
+    known = [[one for one in places if not np.isnan(scores[one])] for places in passes.values()]
+    known = [places for places in known if places]
+    means = np.array([scores[places].mean() for places in known])
+    true_mm = np.array([sizes_mm[places[0]] for places in known])
     healthy = true_mm == 0
     detected = np.zeros(means.size, dtype=bool)
     for place, mean in enumerate(means):
