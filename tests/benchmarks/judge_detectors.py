@@ -251,6 +251,7 @@ def main() -> None:
             plain["diagonal"] = rows
         print(table(conditions[-1:]), file=sys.stderr, flush=True)
     peers = json.loads(arguments.peers.read_text()) if arguments.peers else {}
+    judged_peers = "".join(f" {name}: {len(rows)} archives." for name, rows in peers.items())
     detectors = [mean_row({"detector": name}, rows) for name, rows in plain.items()]
     detectors += [mean_row({"detector": name}, rows) for name, rows in peers.items()]
     detectors.append(mean_row({"detector": "diagonal, labels dealt out anew"}, chance))
@@ -263,7 +264,7 @@ def main() -> None:
         f"{table(conditions)}\n## The detectors on the bench as configured\n\n"
         f"The paper's with {arguments.fit} particles and iterations, on "
         f"{arguments.paper_archives} archives. The diagonal's AUC of 1 mm is above the paper's "
-        f"margin's on {sum(wins)} of {len(wins)}.\n\n{table(detectors)}\n"
+        f"margin's on {sum(wins)} of {len(wins)}.{judged_peers}\n\n{table(detectors)}\n"
         "## Several passes over one place, judged together\n\n"
         f"The diagonal detector on {arguments.retest_archives} archives.\n\n{table(retests)}"
     )
