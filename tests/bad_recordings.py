@@ -484,7 +484,7 @@ HARMLESS = [
     ("the line ends of old Macs", lambda data: data.replace(b"\n", b"\r")),
     (
         "HTML and formulas in the header",
-        lambda data: f"# source: ={HOSTILE}\n# {HOSTILE}: x\n".encode() + data,
+        lambda data: data.replace(b"# source: ", f"# {HOSTILE}: x\n# source: ={HOSTILE} ".encode()),
     ),
     ("no header", lambda data: data[data.index(b"time_s") :]),
     (

@@ -10,8 +10,8 @@ from bench.cable import TerminalCable
 from bench.closed_loop import ClosedLoop
 from bench.recorder import Recorder, check_complete
 from bench.workbench import Workbench
+from phantom_edges import DEFAULT_TABLE, read_phantom
 from project import Project
-from simulate import DEFAULT_TABLE, read_phantom
 from synthetic import write_archive
 
 pytestmark = [

@@ -25,7 +25,7 @@ from capsule.phantom.parameters import (
 )
 from capsule.phantom.sensor import counts, low_pass
 from capsule.phantom.wall import overlap, uneven_height, wall_height, wave_period
-from simulate import DEFAULT_TABLE, read_phantom
+from phantom_edges import DEFAULT_TABLE, read_phantom
 
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
 

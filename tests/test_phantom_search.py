@@ -9,7 +9,7 @@ import yaml
 from capsule.errors import CapsuleError
 from capsule.phantom.parameters import phantom_from_table, rewritten, value_of
 from capsule.phantom.search import FreeParameter, evolve, free_parameters
-from simulate import DEFAULT_TABLE
+from phantom_edges import DEFAULT_TABLE
 
 FREE = [FreeParameter("size", 0.01, 100.0, True), FreeParameter("share", 0.0, 1.0, False)]
 

@@ -7,6 +7,7 @@ import time
 import numpy as np
 import pytest
 
+import phantom_edges
 import simulate
 from capsule.errors import CapsuleError
 from capsule.phantom.geometry import pitch
@@ -15,7 +16,7 @@ from capsule.phantom.simulation import recording_of, simulate_run
 from capsule.preprocessing import preprocess
 from capsule.recording import format_recording, read_recording
 
-PHANTOM = simulate.read_phantom(simulate.DEFAULT_TABLE, [])
+PHANTOM = phantom_edges.read_phantom(phantom_edges.DEFAULT_TABLE, [])
 QUIET = with_values(
     PHANTOM,
     {
@@ -119,7 +120,7 @@ def test_existing_files_are_kept_unless_forced(tmp_path, monkeypatch):
 @pytest.mark.parametrize("change", ["sensor.noise", "sensor.noise=loud"])
 def test_a_change_that_cannot_be_read_is_answered_with_an_example(change):
     with pytest.raises(CapsuleError, match=r"such as sensor\.noise=0\.01"):
-        simulate.read_phantom(simulate.DEFAULT_TABLE, [change])
+        phantom_edges.read_phantom(phantom_edges.DEFAULT_TABLE, [change])
 
 
 def test_120_recordings(capsys):

@@ -10,8 +10,7 @@ import judge_phantom
 from capsule.phantom import sensitivity, trial
 from capsule.phantom.parameters import value_of
 from files import read_csv
-from phantom_edges import DEFAULT_CONFIG, detector_of
-from simulate import DEFAULT_TABLE, read_phantom
+from phantom_edges import DEFAULT_CONFIG, DEFAULT_TABLE, detector_of, read_phantom
 
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
 DETECTOR = trial.quick(detector_of(DEFAULT_CONFIG))

@@ -220,13 +220,14 @@ def test_an_edit_to_what_people_see_computes_nothing_again(project, file, expect
     assert set(project.snakemake("--dry-run").jobs) - {"all"} == expected
 
 
-def test_an_archive_without_labels_has_its_figures_and_report_too(new, tmp_path):
-    project = new.copy(tmp_path / "unlabelled")
-    for folder in ("0mm", "1mm", "2.5mm"):
+def test_an_archive_of_nodules_alone_has_its_figures_and_report_too(new, tmp_path):
+    project = new.copy(tmp_path / "nodules")
+    for folder in ("0mm", "unlabelled"):
         shutil.rmtree(project.raw / folder)
     run = project.snakemake()
     assert run.status == 0, run.output
     page = (project.results / "report.html").read_text(encoding="utf-8")
-    assert "nothing to judge detection by" in page
-    assert "unlabelled/patient" in page
-    assert table(project, "evaluation/detection.csv") == []
+    assert "There is no recording without a nodule." in page
+    assert "There are none. Put recordings whose nodule is not known" in page
+    (row,) = [r for r in table(project, "evaluation/specificity.csv") if "leave" in r["scheme"]]
+    assert (row["healthy"], row["specificity"]) == ("0", "")

@@ -19,8 +19,7 @@ import files
 from capsule.phantom import paper_table, search, trial
 from capsule.phantom.parameters import rewritten, value_of, with_values
 from capsule.seeding import generator
-from phantom_edges import detector_of, phantom_arguments
-from simulate import read_phantom
+from phantom_edges import detector_arguments, detector_of, read_phantom
 
 # Archives of the search have seeds from here on; those that judge the winner count from 1.
 FIRST_SEARCH_SEED = 100_000
@@ -38,7 +37,7 @@ def append(log: Path, row: dict) -> None:
 
 def main() -> None:
     """Move a cloud of candidates, generation by generation."""
-    parser = argparse.ArgumentParser(description=__doc__, parents=[phantom_arguments()])
+    parser = argparse.ArgumentParser(description=__doc__, parents=[detector_arguments()])
     parser.add_argument("--generations", type=int, default=25, help="default: 25")
     parser.add_argument("--candidates", type=int, default=28, help="a generation (default: 28)")
     parser.add_argument("--spread", type=float, default=0.13, help="of the first (default: 0.13)")

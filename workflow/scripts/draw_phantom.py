@@ -13,8 +13,7 @@ from capsule.phantom import figures, sensitivity, trial
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import simulate_run
 from capsule.preprocessing import normalize, preprocess, rms_envelope
-from phantom_edges import detector_of, phantom_arguments
-from simulate import read_phantom
+from phantom_edges import detector_arguments, detector_of, read_phantom
 
 LEVELS = {
     "noise": (0, 1, 4, 8, 16, 32),
@@ -56,7 +55,7 @@ def measure(phantom: Phantom, detector: trial.Detector, archives: int, runs: int
 
 def main() -> None:
     """Write phantom-signals.svg, phantom-table.svg and phantom-sensitivity.svg (and its .csv)."""
-    parser = argparse.ArgumentParser(description=__doc__, parents=[phantom_arguments()])
+    parser = argparse.ArgumentParser(description=__doc__, parents=[detector_arguments()])
     parser.add_argument("--table", type=Path, required=True, help="cells from judge_phantom.py")
     parser.add_argument("--seed", type=int, default=1, help="of the signals shown (default: 1)")
     parser.add_argument("--archives", type=int, default=5, help="a level (default: 5)")

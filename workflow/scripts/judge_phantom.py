@@ -8,13 +8,12 @@ import numpy as np
 
 import files
 from capsule.phantom import paper_table, trial
-from phantom_edges import detector_of, phantom_arguments
-from simulate import read_phantom
+from phantom_edges import detector_arguments, detector_of, read_phantom
 
 
 def main() -> None:
     """Write each cell's paper value, mean and central 95 %."""
-    parser = argparse.ArgumentParser(description=__doc__, parents=[phantom_arguments()])
+    parser = argparse.ArgumentParser(description=__doc__, parents=[detector_arguments()])
     parser.add_argument("--archives", type=int, default=20, help="default: 20")
     parser.add_argument("--runs", type=int, default=20, help="of each size (default: 20)")
     parser.add_argument("--first-seed", type=int, default=1, help="of the archives (default: 1)")

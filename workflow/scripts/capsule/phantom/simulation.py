@@ -1,5 +1,6 @@
 """One simulated run: the capsule's way, the wall under each sensor, and what the board reads."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,6 +44,28 @@ class Run:
     nodule_at_mm: float
     compression_mm: np.ndarray
     counts: np.ndarray
+
+
+@dataclass(frozen=True)
+class PlannedRun:
+    """One run of an archive: its name such as ``3mm/r07``, place, nodule size and pass."""
+
+    name: str
+    site: str
+    size_mm: float
+    attempt: str
+
+
+def planned_runs(sizes_mm: Sequence[float], runs: int, passes: int) -> list[PlannedRun]:
+    """List the runs of an archive; several passes over one place share its site."""
+    sites = [
+        (f"{size:g}mm/r{number:02d}", size) for size in sizes_mm for number in range(1, runs + 1)
+    ]
+    return [
+        PlannedRun(f"{site}p{attempt}" if passes > 1 else site, site, size, str(attempt))
+        for site, size in sites
+        for attempt in range(1, passes + 1)
+    ]
 
 
 def simulate_run(
