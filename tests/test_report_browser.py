@@ -3,6 +3,7 @@
 import csv
 import re
 import shutil
+from itertools import product
 
 import numpy as np
 import pytest
@@ -115,16 +116,19 @@ def test_rejected_recordings_stand_at_the_top_with_their_reason(browser, page, p
 )
 def test_the_tables_hold_the_numbers_of_the_csv_files(browser, page, project, file, rates):
     browser.open(page)
-    rows = table(project, f"evaluation/{file}.csv")
-    schemes = list(dict.fromkeys(row["scheme"] for row in rows))
-    for size in (1.0, 2.5, 6.0):
+    every = table(project, f"evaluation/{file}.csv")
+    detectors = list(dict.fromkeys(row["detector"] for row in every))
+    assert detectors[0] == "template" and len(detectors) > 1
+    schemes = list(dict.fromkeys(row["scheme"] for row in every))
+    for (number, detector), size in product(enumerate(detectors), (1.0, 2.5, 6.0)):
+        rows = [row for row in every if row["detector"] == detector]
         of_size = {row["scheme"]: row for row in rows if float(row["size_mm"]) == size}
         cells = browser.run(
-            "return [...document.querySelectorAll(`#${arguments[0]}-table tbody tr`)]"
+            "return [...document.querySelectorAll(`#${arguments[0]} tbody tr`)]"
             ".filter((row) => row.cells[0].textContent.startsWith(arguments[1]))"
             ".flatMap((row) => [...row.querySelectorAll('td')].map((cell) => "
             "[cell.dataset.value ?? null, cell.innerText]))",
-            file,
+            f"{file}-table-{number}" if number else f"{file}-table",
             f"{size:g} mm",
         )
         for group, (rate, hits, misses) in enumerate(rates):
@@ -147,7 +151,7 @@ def test_the_specificity_is_the_one_of_the_csv_file(browser, page, project):
     (row,) = [
         row
         for row in table(project, "evaluation/specificity.csv")
-        if row["scheme"] == "leave_one_out"
+        if (row["detector"], row["scheme"]) == ("template", "leave_one_out")
     ]
     card = browser.find("#card-specificity .answer")
     assert float(card.get_attribute("data-value")) == float(row["specificity"])
@@ -159,7 +163,7 @@ def test_the_confusions_are_those_of_the_csv_file(browser, page, project):
     rows = [
         row
         for row in table(project, "evaluation/confusion.csv")
-        if row["scheme"] == "leave_one_out"
+        if (row["detector"], row["scheme"]) == ("template", "leave_one_out")
     ]
     cells = browser.texts("#confusion-table-1 tbody td:not(:last-child)")
     assert cells == [row["count"] for row in rows]
@@ -171,8 +175,12 @@ def test_every_recording_is_listed_with_its_verdict(browser, page, project):
     said = {
         row["recording"]: row["predicted_mm"]
         for row in table(project, "evaluation/predictions.csv")
-        if row["scheme"] == "leave_one_out"
-    } | {row["recording"]: row["predicted_mm"] for row in table(project, "detections.csv")}
+        if (row["detector"], row["scheme"]) == ("template", "leave_one_out")
+    } | {
+        row["recording"]: row["predicted_mm"]
+        for row in table(project, "detections.csv")
+        if row["detector"] == "template"
+    }
     rows = browser.run(
         "return [...document.querySelectorAll('#recordings-table tbody tr')]"
         ".map((row) => [row.dataset.recording, row.cells[2].dataset.value])"
@@ -276,7 +284,11 @@ def test_the_signals_in_the_page_are_those_of_the_files(browser, page, project):
         expected = stored[:, : recording.time_s.size : every]
         assert np.allclose(matrix, expected, atol=expected.max() / 250 + 1e-12)
         rows = table(project, "evaluation/predictions.csv")
-        (row,) = [r for r in rows if (r["recording"], r["scheme"]) == (name, "leave_one_out")]
+        (row,) = [
+            r
+            for r in rows
+            if (r["recording"], r["detector"], r["scheme"]) == (name, "template", "leave_one_out")
+        ]
         distances = [float(row[f"rmse_{size}mm"]) for size in SIZES]
         assert verdicts[0]["distances"] == distances
         assert verdicts[0]["predicted_mm"] == float(row["predicted_mm"])

@@ -61,14 +61,20 @@ def test_every_stage_hands_on_its_files(finished):
     with np.load(finished.results / "templates.npz") as templates:
         assert list(templates) == ["0mm", "1mm", "2.5mm"]
     predictions = table(finished, "evaluation/predictions.csv")
-    assert len(predictions) == 2 * 6
+    assert len(predictions) == 3 * 2 * 6
+    assert {row["detector"] for row in predictions[:12]} == {"template"}
     assert {"rmse_0mm", "rmse_1mm", "rmse_2.5mm"} <= set(predictions[0])
-    (detection,) = table(finished, "detections.csv")
+    detection, by_threshold, by_diagonal = table(finished, "detections.csv")
+    assert by_threshold["detector"] == "template_threshold"
+    assert float(by_diagonal["score"]) != float(by_diagonal["threshold"])
+    assert 0 < float(by_diagonal["probability"]) < 1
     assert detection["recording"] == "unlabelled/patient"
     nearest = min(("0mm", "1mm", "2.5mm"), key=lambda size: float(detection[f"rmse_{size}"]))
     assert f"{float(detection['predicted_mm']):g}mm" == nearest
-    for name in ("detection", "specificity", "sizing", "confusion"):
-        assert table(finished, f"evaluation/{name}.csv")
+    for name in ("detection", "specificity", "sizing", "confusion", "summary", "auc"):
+        detectors = [row["detector"] for row in table(finished, f"evaluation/{name}.csv")]
+        assert detectors[0] == "template"
+        assert {"template", "template_threshold", "diagonal"} <= set(detectors)
 
 
 def test_a_second_call_has_nothing_to_do(project):
@@ -90,7 +96,9 @@ def test_a_fresh_checkout_runs_nothing_again(finished, tmp_path):
     ("module", "expected"),
     [
         ("capsule/fitting.py", {"fit": len(NODULES), "average": 1, "evaluate": 1, "detect": 1}),
+        ("capsule/detectors/diagonal.py", {"passages": 1, "evaluate": 1, "detect": 1}),
         ("capsule/evaluation.py", {"evaluate": 1}),
+        ("capsule/judging/prevalence.py", {}),
         ("detect.py", {"detect": 1}),
         ("capsule/report/words.py", {}),
     ],

@@ -50,6 +50,8 @@ rule report:
         passed_over="results/passed_over.csv",
         parameters="results/templates.json",
         evaluation=expand("results/evaluation/{table}.csv", table=TABLES),
+        # Not on the page: made with it, so that one command makes every table.
+        judgements=expand("results/evaluation/{table}.csv", table=JUDGEMENTS),
         detections="results/detections.csv",
         figures=rules.draw.output,
         raw=expand("raw/{recording}.csv", recording=ARCHIVE.recordings),

@@ -1,6 +1,6 @@
 """Templates: the averaged particle of each nodule size (eq. barTheta, eq. averagingProcess)."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -97,12 +97,38 @@ class TemplateSet:
         -------
         tuple of B (S, L) arrays
         """
-        if size_mm == 0:
+        return self.without_all([(size_mm, particle)])
+
+    def without_all(
+        self, left_out: Iterable[tuple[float, Particle | None]]
+    ) -> tuple[np.ndarray, ...]:
+        """Give the templates as if several recordings had not been made.
+
+        Parameters
+        ----------
+        left_out : iterable of (float, Particle)
+            Size and optimal particle of each; those of size 0 change nothing.
+
+        Returns
+        -------
+        tuple of B (S, L) arrays
+            The very same arrays for the sizes that lose no recording; NaN for one that loses all.
+        """
+        totals = dict(enumerate(self.totals))
+        changed = set()
+        for size_mm, particle in left_out:
+            if size_mm > 0:
+                index = self.sizes_mm.index(size_mm)
+                totals[index] = totals[index].without(particle)
+                changed.add(index)
+        if not changed:
             return self.matrices
-        index = self.sizes_mm.index(size_mm)
-        mean = self.totals[index].without(particle).mean()
-        rendered = render(mean, self.first_peak, self.matrices[index].shape[1])
-        return (*self.matrices[:index], rendered, *self.matrices[index + 1 :])
+        return tuple(
+            render(totals[index].mean(), self.first_peak, matrix.shape[1])
+            if index in changed
+            else matrix
+            for index, matrix in enumerate(self.matrices)
+        )
 
 
 def build_templates(

@@ -1,0 +1,120 @@
+"""The detectors on whole archives: what is left out teaches nothing."""
+
+import numpy as np
+import pytest
+
+from capsule.detection import nearest_size, template_distances
+from capsule.detectors.diagonal import UNKNOWN, Passage
+from capsule.detectors.learning import DiagonalDetector
+from capsule.detectors.margin import first_peak_sample, template_margins
+from capsule.detectors.operating_point import threshold_at
+from capsule.detectors.paper import TemplateDetector
+from capsule.folds import Folds, group_scheme, header_groups
+from capsule.particles import Particle, render
+from capsule.seeding import generator
+from capsule.sliding import rmse_at_lag
+from capsule.templates import build_templates
+from test_particles import PAPER
+
+LEARNING = {"specificity": 0.9, "prevalence": 0.5, "size_ridge": 1.0}
+
+
+def passage(score, size=0.0):
+    return Passage(score, size, size, size, 10.0, 200.0, 130.0, size)
+
+
+@pytest.fixture(scope="module")
+def archive():
+    """Matrices of 8 healthy recordings and of 4 a size, with particles as if fitted to them."""
+    numbers = generator(1, "archive")
+    sizes = {f"{size}mm/r{run}": float(size) for size in (0, 1, 3) for run in range(8 - 2 * size)}
+    drawn = PAPER.draw(len(sizes), 4, numbers)
+    particles, matrices = {}, {}
+    for name, vector in zip(sizes, drawn, strict=True):
+        noise = np.maximum(numbers.normal(0.0, 0.05, (4, 1000)), 0.0)
+        matrices[name] = noise
+        if sizes[name] > 0:
+            particles[name] = Particle.from_vector(vector)
+            matrices[name] = noise + sizes[name] / 3 * render(particles[name], 150, 1000)
+    by_size = {b: [p for n, p in particles.items() if sizes[n] == b] for b in (1.0, 3.0)}
+    templates = build_templates(by_size, sensors=4, first_peak=150, length=1000)
+    return sizes, particles, matrices, templates
+
+
+def test_the_papers_verdict_is_the_papers(archive):
+    sizes, particles, matrices, templates = archive
+    detector = TemplateDetector(templates, particles, sizes, matrices.__getitem__, 0.9)
+    for name, size in sizes.items():
+        left = templates.without(size, particles.get(name)) if size else templates.matrices
+        expected = template_distances(matrices[name], left)
+        distances, by_rule, _ = detector.judge(name, [name])
+        np.testing.assert_array_equal(distances, expected)
+        assert by_rule.predicted_mm == nearest_size(expected, templates.sizes_mm)
+        assert (by_rule.score > 0) == (by_rule.predicted_mm > 0)
+
+
+def test_a_margin_is_the_gain_over_no_template(archive):
+    _, _, matrices, templates = archive
+    matrix = matrices["3mm/r0"]
+    gains, lags = template_margins(matrix, templates.matrices[1:])
+    for template, gain, lag in zip(templates.matrices[1:], gains, lags, strict=True):
+        energy = (matrix**2).sum()
+        rmse = rmse_at_lag(matrix, template, int(lag))
+        assert rmse**2 * 4 * 3000 == pytest.approx(energy - gain)
+    assert np.isnan(template_margins(np.full((4, 1000), np.nan), [matrix])).all()
+
+
+def test_the_lag_tells_when_the_first_sensor_meets_the_nodule():
+    particle = Particle(np.ones(4), np.full(4, 0.2), np.full(3, 120.0), np.full(4, 20.0))
+    template = render(particle, 150, 1000)
+    _, lags = template_margins(np.roll(template, 33, axis=1), [template])
+    assert first_peak_sample(lags[0], 150, 1000) == 150 - 1 + 33
+
+
+def test_the_folds_threshold_equals_that_of_all_margins_computed_anew(archive):
+    sizes, particles, matrices, templates = archive
+    detector = TemplateDetector(templates, particles, sizes, matrices.__getitem__, 0.8)
+    healthy = [name for name, size in sizes.items() if size == 0]
+    for left_out in (["1mm/r2"], ["0mm/r3"], ["1mm/r0", "3mm/r1", "0mm/r0"]):
+        fold = templates.without_all([(sizes[n], particles.get(n)) for n in left_out])
+        margins = [
+            np.nanmax(template_margins(matrices[name], fold[1:])[0])
+            for name in healthy
+            if name not in left_out
+        ]
+        _, _, verdict = detector.judge(left_out[0], left_out)
+        assert verdict.threshold == threshold_at(np.array(margins), 0.8)
+
+
+def test_a_recording_does_not_teach_its_own_verdict():
+    sizes = {f"0mm/r{run}": 0.0 for run in range(10)} | {"1mm/r0": 1.0, "2mm/r0": 2.0}
+    passages = {name: passage(0.1 * place, sizes[name]) for place, name in enumerate(sizes)}
+    passages["0mm/r9"] = passage(9.0)
+    detector = DiagonalDetector(passages, sizes, **LEARNING)
+    alone = detector.judge("0mm/r9", ["0mm/r9"])
+    assert alone.threshold == pytest.approx(0.8)
+    assert alone.predicted_mm > 0
+    assert detector.judge("0mm/r9", []).predicted_mm == 0
+    without_a_size = detector.judge("2mm/r0", ["2mm/r0", "0mm/r9"])
+    assert without_a_size.estimate_mm == 1.0
+
+
+def test_an_unknown_passage_has_no_verdict_and_teaches_nothing():
+    sizes = {"0mm/a": 0.0, "0mm/b": 0.0, "0mm/c": 0.0, "2mm/a": 2.0}
+    passages = {"0mm/a": passage(0.1), "0mm/b": passage(0.2), "0mm/c": UNKNOWN}
+    passages["2mm/a"] = passage(1.0, 2.0)
+    detector = DiagonalDetector(passages, sizes, **LEARNING)
+    assert np.isnan(detector.judge("0mm/c", ["0mm/c"]).predicted_mm)
+    assert detector.judge("2mm/a", ["2mm/a"]).threshold == 0.2
+
+
+def test_groups_come_from_the_headers():
+    names = ["a", "b", "c", "d"]
+    headers = {"a": {"site": "x"}, "b": {"site": "x"}, "c": {"site": "y"}, "d": {}}
+    folds = Folds(group_scheme("site"), header_groups("site", names, headers))
+    assert folds.training(0).tolist() == [False, False, True, True]
+    assert folds.training(3).tolist() == [True, True, True, False]
+    assert header_groups("session", names, headers) is None
+    assert header_groups("site", ["a", "b"], headers) is None
+    assert Folds("resubstitution", names).training(1).all()
+    assert Folds("leave_one_out", names).training(1).tolist() == [True, False, True, True]

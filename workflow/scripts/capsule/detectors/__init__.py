@@ -1,0 +1,1 @@
+"""Detectors beside the paper's: its margin with a threshold, and the diagonal of beats."""

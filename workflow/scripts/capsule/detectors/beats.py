@@ -1,0 +1,179 @@
+"""From readings to beats: the peristaltic wave as each sensor's own calibration and odometer.
+
+Every wave presses every sensor once. Within one wave the signal is a few harmonics of the wave's
+phase; a nodule makes the beats deeper and changes their shape while it passes a sensor. Taken
+relative to the sensor's usual beat, this needs neither the sensor's gain nor its resistance, and
+slow drift does not enter. The phase itself tells how far the capsule has moved: a capsule that
+advances by one wavelength meets one wave less.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+CHANNELS = ("level", "depth", "shape")
+
+
+@dataclass(frozen=True)
+class Beats:
+    """What a recording holds of the wave, in windows of one wave.
+
+    Attributes
+    ----------
+    channels : (3, S, N) array
+        Level, depth and shape of the beats as `CHANNELS` names them: the mean, the first and the
+        second harmonic (in phase) of one wave, each minus the sensor's median, in units of the
+        sensor's median depth. Pressing raises level and depth.
+    centre : (N,) array
+        Centre of each window, in samples from the first reading; evenly spaced.
+    irregular_mm : (N,) array
+        How far the capsule is ahead of steady motion at these moments, in mm, from the phase.
+    """
+
+    channels: np.ndarray
+    centre: np.ndarray
+    irregular_mm: np.ndarray
+
+
+def fill_missing(values: np.ndarray) -> np.ndarray:
+    """Bridge missing samples (NaN) by straight lines; the ends take the nearest reading.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings, at least one known for each sensor.
+
+    Returns
+    -------
+    (S, K) array
+    """
+    if not np.isnan(values).any():
+        return values
+    place = np.arange(values.shape[1])
+    known = ~np.isnan(values)
+    return np.stack(
+        [np.interp(place, place[k], row[k]) for row, k in zip(values, known, strict=True)]
+    )
+
+
+def wave_period(values: np.ndarray, expected: float) -> float:
+    """Find the wave's period: the strongest line of the spectrum within a factor of two.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings without gaps.
+    expected : float
+        The configured period in samples.
+
+    Returns
+    -------
+    float
+        Period in samples; to a thirty-second of a spectral line.
+    """
+    count = values.shape[1]
+    centred = values - values.mean(axis=1, keepdims=True)
+    scale = centred.std(axis=1, keepdims=True)
+    tapered = centred / np.where(scale > 0, scale, 1.0) * np.hanning(count + 2)[1:-1]
+    padded = 32 * count
+    power = (np.abs(np.fft.rfft(tapered, padded, axis=1)) ** 2).sum(axis=0)
+    low, high = int(np.ceil(padded / (2 * expected))), int(padded / (expected / 2))
+    return padded / (low + int(power[low : high + 1].argmax()))
+
+
+def wave_phase(values: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]:
+    """Follow the phase of the wave, which all sensors share up to a constant.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings without gaps.
+    period : float
+        Mean period in samples.
+
+    Returns
+    -------
+    irregular : (K,) array
+        What the common phase deviates from that of a wave of the mean period, in radians.
+    offset : (S,) array
+        Phase of each sensor against the first, in radians.
+    """
+    samples = np.arange(values.shape[1])
+    wave = round(period)
+    taper = np.hanning(2 * wave + 3)[1:-1]
+    carrier = np.exp(-2j * np.pi * samples / period)
+    # Only windows that lie wholly inside: a cut one would lean to its side.
+    inside = samples[(wave - 1) // 2 :][: samples.size - wave + 1]
+    steady = values[:, inside] - _window_mean(values, wave)
+    lines = []
+    for row in steady * carrier[inside]:
+        line = np.convolve(row, taper, "valid")
+        lines.append(line / np.maximum(np.abs(line), 1e-300))
+    phasors = np.stack(lines)
+    offset = np.angle((phasors * np.conj(phasors[0])).mean(axis=1))
+    common = np.unwrap(np.angle((phasors * np.exp(-1j * offset)[:, np.newaxis]).mean(axis=0)))
+    # Towards the ends, where no whole window fits, the motion counts as steady.
+    known = inside[(taper.size - 1) // 2 :][: common.size]
+    return np.interp(samples, known, common), offset
+
+
+def find_beats(
+    values: np.ndarray, *, period: float, wavelength_mm: float, pressing_lowers: bool
+) -> Beats | None:
+    """Take a recording apart into beats.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings in any unit; NaN where a sample is missing.
+    period : float
+        Configured time from wave to wave, in samples; the recording's own may be half or twice it.
+    wavelength_mm : float
+        Length of the wave in mm.
+    pressing_lowers : bool
+        Whether a sensor reads less when it is pressed.
+
+    Returns
+    -------
+    Beats or None
+        None for a recording of fewer than four waves, or without a wave on some sensor.
+    """
+    known = fill_missing(values)
+    pressed = -known if pressing_lowers else known
+    count = known.shape[1]
+    if count < 4 * period:
+        return None
+    own_period = wave_period(pressed, period)
+    window = round(own_period)
+    if count < 4 * window:
+        return None
+    irregular, offset = wave_phase(pressed, own_period)
+    samples = np.arange(count)
+    phase = irregular + 2 * np.pi * samples / own_period + offset[:, np.newaxis]
+    centred = pressed - pressed.mean(axis=1, keepdims=True)
+    level = _window_mean(centred, window)
+    harmonics = []
+    for order in (1, 2):
+        turn = np.cos(order * phase)
+        harmonics.append(
+            2 * (_window_mean(centred * turn, window) - level * _window_mean(turn, window))
+        )
+    usual_depth = np.median(harmonics[0], axis=1)
+    if np.any(usual_depth <= 0):
+        return None
+    # Windows of one wave change slowly: eight to a wave are enough.
+    stride = max(window // 8, 1)
+    channels = np.stack([level, *harmonics])[..., ::stride]
+    channels -= np.median(channels, axis=2, keepdims=True)
+    channels /= usual_depth[:, np.newaxis]
+    centre = np.arange(0, level.shape[1], stride) + (window - 1) / 2
+    # Ahead of steady motion, the capsule meets the wave late: the phase falls behind.
+    ahead = np.interp(centre, samples, -irregular) * wavelength_mm / (2 * np.pi)
+    steady = np.polyval(np.polyfit(centre, ahead, 1), centre)
+    return Beats(channels, centre, ahead - steady)
+
+
+def _window_mean(values: np.ndarray, window: int) -> np.ndarray:
+    start = np.zeros((values.shape[0], 1))
+    running = np.concatenate([start, np.cumsum(values, axis=1)], axis=1)
+    return (running[:, window:] - running[:, :-window]) / window

@@ -1,0 +1,142 @@
+"""What the diagonal detector learns from recordings of known size, and how it judges by it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from capsule.detectors.diagonal import Passage
+from capsule.detectors.operating_point import Probability, fit_probability, threshold_at
+from capsule.detectors.sizing import SizeModel, fit_sizes, nearest_known
+from capsule.detectors.verdicts import Verdict
+
+UNKNOWN_VALUE = float("nan")
+
+
+@dataclass(frozen=True)
+class DiagonalModel:
+    """What the diagonal detector learns from a training fold.
+
+    Attributes
+    ----------
+    threshold : float
+        Of the evidence.
+    probability : Probability or None
+        From the evidence.
+    sizes : SizeModel or None
+        From the features of the passage.
+    known_mm : tuple of float
+        Nodule sizes of the archive.
+    """
+
+    threshold: float
+    probability: Probability | None
+    sizes: SizeModel | None
+    known_mm: tuple[float, ...]
+
+    def verdict(self, passage: Passage) -> Verdict:
+        """Judge one recording by its passage."""
+        score = passage.evidence
+        if np.isnan(score) or np.isnan(self.threshold):
+            return Verdict(UNKNOWN_VALUE, score, self.threshold)
+        detected = score > self.threshold
+        chance = UNKNOWN_VALUE if self.probability is None else float(self.probability.of(score))
+        if not detected:
+            return Verdict(0.0, score, self.threshold, chance)
+        estimate = UNKNOWN_VALUE
+        if self.sizes is not None:
+            estimate = float(self.sizes.estimate(size_features([passage]))[0])
+        predicted = nearest_known(estimate, self.known_mm)
+        place = passage.location_samples, passage.location_mm
+        return Verdict(predicted, score, self.threshold, chance, estimate, *place)
+
+
+def size_features(passages: Sequence[Passage]) -> np.ndarray:
+    """Lay out the features from which sizes are estimated, (n, 4)."""
+    return np.array([[p.level, p.depth, p.shape, p.variation] for p in passages]).reshape(-1, 4)
+
+
+def fit_diagonal(
+    scores: np.ndarray,
+    features: np.ndarray,
+    sizes_mm: np.ndarray,
+    *,
+    known_mm: Sequence[float],
+    specificity: float,
+    prevalence: float,
+    size_ridge: float,
+) -> DiagonalModel:
+    """Learn from the labelled recordings of a training fold.
+
+    Parameters
+    ----------
+    scores : (n,) array
+        Evidence of each recording's passage; one without (NaN) teaches nothing.
+    features : (n, 4) array
+        From `size_features`.
+    sizes_mm : (n,) array
+        True sizes, 0 for no nodule.
+    known_mm : sequence of float
+        Nodule sizes of the whole archive, to which predictions are rounded.
+    specificity : float
+        Wanted of the threshold.
+    prevalence : float
+        For which the probability is stated.
+    size_ridge : float
+        Penalty of the size regression.
+
+    Returns
+    -------
+    DiagonalModel
+    """
+    usable = ~np.isnan(scores)
+    scores, features, sizes_mm = scores[usable], features[usable], sizes_mm[usable]
+    nodule = sizes_mm > 0
+    return DiagonalModel(
+        threshold_at(scores[~nodule], specificity),
+        fit_probability(scores, nodule, prevalence),
+        fit_sizes(features[nodule], sizes_mm[nodule], size_ridge),
+        tuple(known_mm),
+    )
+
+
+class DiagonalDetector:
+    """Judges recordings by what the others of an archive teach.
+
+    Parameters
+    ----------
+    passages : mapping of str to Passage
+        One of each recording, labelled or not.
+    sizes_mm : mapping of str to float
+        True sizes of the labelled recordings.
+    **learning : float
+        ``specificity``, ``prevalence`` and ``size_ridge`` of `fit_diagonal`.
+    """
+
+    def __init__(
+        self, passages: Mapping[str, Passage], sizes_mm: Mapping[str, float], **learning: float
+    ) -> None:
+        self.passages = passages
+        self._place = {name: place for place, name in enumerate(sizes_mm)}
+        labelled = [passages[name] for name in sizes_mm]
+        self._scores = np.array([passage.evidence for passage in labelled])
+        self._features = size_features(labelled)
+        self._sizes_mm = np.array(list(sizes_mm.values()), dtype=np.float64)
+        self._known_mm = tuple(sorted({size for size in sizes_mm.values() if size > 0}))
+        self._learning = learning
+        self._models: dict[frozenset[str], DiagonalModel] = {}
+
+    def judge(self, name: str, left_out: Sequence[str]) -> Verdict:
+        """Judge one recording; those left out teach nothing."""
+        key = frozenset(left_out)
+        if key not in self._models:
+            taught = np.ones(self._scores.size, dtype=bool)
+            taught[[self._place[other] for other in left_out]] = False
+            self._models[key] = fit_diagonal(
+                self._scores[taught],
+                self._features[taught],
+                self._sizes_mm[taught],
+                known_mm=self._known_mm,
+                **self._learning,
+            )
+        return self._models[key].verdict(self.passages[name])

@@ -1,0 +1,93 @@
+"""What every detector says of a recording, in the same words."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from capsule.detection import nearest_size
+
+_UNKNOWN = float("nan")
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A detector's verdict on one recording.
+
+    Attributes
+    ----------
+    predicted_mm : float
+        0 for no nodule, otherwise one of the archive's sizes; NaN where nothing can be said.
+    score : float
+        The higher, the more it looks like a nodule.
+    threshold : float
+        A score above it means a nodule.
+    probability : float
+        Of a nodule, at the configured prevalence; NaN for a detector that gives none.
+    estimate_mm : float
+        The size of the nodule; NaN where none is detected.
+    location_samples, location_mm : float
+        Where along the run the nodule lies: when the first sensor passes it, in samples from the
+        start, and how far the capsule has then come; NaN where none is detected, or unknown.
+    """
+
+    predicted_mm: float
+    score: float
+    threshold: float
+    probability: float = _UNKNOWN
+    estimate_mm: float = _UNKNOWN
+    location_samples: float = _UNKNOWN
+    location_mm: float = _UNKNOWN
+
+
+def template_verdict(predicted_mm: float, gains: np.ndarray, location_samples: float) -> Verdict:
+    """Put the paper's verdict into these words: its margin is the score, its threshold is 0.
+
+    Parameters
+    ----------
+    predicted_mm : float
+        The paper's verdict.
+    gains : (B,) array
+        From `template_margins`.
+    location_samples : float
+        When the first sensor meets the best template's first peak.
+    """
+    score = _largest(gains)
+    if not predicted_mm > 0:
+        return Verdict(predicted_mm, score, 0.0)
+    return Verdict(predicted_mm, score, 0.0, _UNKNOWN, predicted_mm, location_samples)
+
+
+def threshold_verdict(
+    distances: np.ndarray,
+    gains: np.ndarray,
+    sizes_mm: Sequence[float],
+    threshold: float,
+    location_samples: float,
+) -> Verdict:
+    """Judge by the paper's margin against a threshold; the size is the nearest nodule template's.
+
+    Parameters
+    ----------
+    distances : (1 + B,) array
+        From `template_distances`, T^0 first.
+    gains : (B,) array
+        From `template_margins`.
+    sizes_mm : sequence of 1 + B floats
+        The templates' sizes, 0 first.
+    threshold : float
+        From `threshold_at` on the margins of healthy recordings.
+    location_samples : float
+        When the first sensor meets the best template's first peak.
+    """
+    score = _largest(gains)
+    if np.isnan(score) or np.isnan(threshold):
+        return Verdict(_UNKNOWN, score, threshold)
+    if score <= threshold:
+        return Verdict(0.0, score, threshold)
+    size_mm = nearest_size(distances[1:], sizes_mm[1:])
+    return Verdict(size_mm, score, threshold, _UNKNOWN, size_mm, location_samples)
+
+
+def _largest(gains: np.ndarray) -> float:
+    return float(np.nanmax(gains)) if np.any(~np.isnan(gains)) else _UNKNOWN

@@ -1,0 +1,61 @@
+"""Which recordings teach the detector that judges a recording: the schemes of the evaluation."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+RESUBSTITUTION = "resubstitution"
+LEAVE_ONE_OUT = "leave_one_out"
+
+
+def group_scheme(key: str) -> str:
+    """Name the scheme that leaves out all recordings of a site (or session) at a time."""
+    return f"leave_one_{key}_out"
+
+
+def header_groups(
+    key: str, names: Sequence[str], headers: Mapping[str, Mapping[str, str]]
+) -> list[str] | None:
+    """Group recordings by a line of their headers, such as ``site`` or ``session``.
+
+    Parameters
+    ----------
+    key : str
+        The header line.
+    names : sequence of R str
+        The recordings.
+    headers : mapping of str to mapping
+        The header lines of each recording; one without that line is a group by itself.
+
+    Returns
+    -------
+    list of R str, or None
+        None where leaving groups out says nothing of its own: all recordings are of one group,
+        so that none is left to learn from, or each is a group by itself, as in leave-one-out.
+    """
+    # A mark that no header holds keeps unnamed recordings apart from groups of the same name.
+    groups = [headers[name].get(key) or f"\n{name}" for name in names]
+    return groups if 1 < len(set(groups)) < len(groups) else None
+
+
+class Folds:
+    """The training fold of every recording.
+
+    Parameters
+    ----------
+    scheme : str
+        `RESUBSTITUTION`: every recording teaches; any other name: a recording's own group does
+        not.
+    groups : sequence of R str
+        The group of each recording; the recordings' names leave one out at a time.
+    """
+
+    def __init__(self, scheme: str, groups: Sequence[str]) -> None:
+        self.scheme = scheme
+        self._label = np.unique(np.array(groups, dtype=object), return_inverse=True)[1]
+
+    def training(self, recording: int) -> np.ndarray:
+        """Tell which recordings teach the detector that judges this one, (R,) of bool."""
+        if self.scheme == RESUBSTITUTION:
+            return np.ones(self._label.size, dtype=bool)
+        return self._label != self._label[recording]

@@ -1,0 +1,60 @@
+"""Whether one detector is better than another, or than chance."""
+
+import numpy as np
+from scipy.stats import binomtest, norm
+
+from capsule.judging.roc import auc
+
+
+def paired_difference(
+    first_right: np.ndarray, second_right: np.ndarray, confidence: float
+) -> dict[str, float]:
+    """Compare two detectors on the same recordings.
+
+    Parameters
+    ----------
+    first_right, second_right : (n,) array of bool
+        Which recordings each of them judges rightly.
+    confidence : float
+        Level of the interval.
+
+    Returns
+    -------
+    dict
+        ``only_first``, ``only_second``: recordings that one of them alone judges rightly;
+        ``difference`` of the rates, second minus first, with ``_low`` and ``_high`` (Wald interval
+        with one recording added to both counts, Bonett and Price 2012); ``mcnemar_p``: exact
+        two-sided probability of counts so unequal if neither were better.
+    """
+    count = first_right.size
+    only_first = int(np.sum(first_right & ~second_right))
+    only_second = int(np.sum(second_right & ~first_right))
+    result: dict[str, float] = {"only_first": only_first, "only_second": only_second}
+    if count == 0:
+        unknown = ("difference", "difference_low", "difference_high", "mcnemar_p")
+        return result | dict.fromkeys(unknown, float("nan"))
+    discordant = only_first + only_second
+    first, second = (only_first + 1) / (count + 2), (only_second + 1) / (count + 2)
+    z = norm.ppf(0.5 + confidence / 2)
+    reach = z * np.sqrt((first + second - (second - first) ** 2) / (count + 2))
+    result["difference"] = (only_second - only_first) / count
+    result["difference_low"] = float(max(second - first - reach, -1.0))
+    result["difference_high"] = float(min(second - first + reach, 1.0))
+    result["mcnemar_p"] = float(binomtest(only_first, discordant).pvalue) if discordant else 1.0
+    return result
+
+
+def permuted_areas(
+    scores: np.ndarray, nodule: np.ndarray, generator: np.random.Generator, repeats: int
+) -> np.ndarray:
+    """Give the areas under the curve that chance alone would reach: labels dealt out anew, (n,)."""
+    areas = np.empty(repeats)
+    for repeat in range(repeats):
+        dealt = generator.permutation(nodule)
+        areas[repeat] = auc(scores[~dealt], scores[dealt])
+    return areas
+
+
+def exceedance(observed: float, by_chance: np.ndarray) -> float:
+    """Give the probability that chance reaches so much, the observation counted in."""
+    return float((1 + np.sum(by_chance >= observed)) / (1 + by_chance.size))

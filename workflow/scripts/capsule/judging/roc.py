@@ -1,0 +1,95 @@
+"""The receiver operating characteristic: every threshold of a score at once."""
+
+import numpy as np
+
+
+def auc(healthy: np.ndarray, nodule: np.ndarray) -> float:
+    """Give the area under the curve: how often a nodule outscores a healthy recording.
+
+    Parameters
+    ----------
+    healthy, nodule : (n,), (m,) array
+        Scores; ties count half.
+
+    Returns
+    -------
+    float
+        NaN where one of the two is empty.
+    """
+    if healthy.size == 0 or nodule.size == 0:
+        return float("nan")
+    ordered = np.sort(healthy)
+    below = np.searchsorted(ordered, nodule, side="left")
+    not_above = np.searchsorted(ordered, nodule, side="right")
+    return float((below + not_above).mean() / (2 * healthy.size))
+
+
+def rates_above(scores: np.ndarray, thresholds: np.ndarray) -> np.ndarray:
+    """Give the share of scores above each threshold, (T,)."""
+    return 1.0 - np.searchsorted(np.sort(scores), thresholds, side="right") / scores.size
+
+
+def curve(healthy: np.ndarray, nodule: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Sweep the threshold over all scores.
+
+    Returns
+    -------
+    thresholds : (T,) array
+        Descending, from infinity, where nothing is called a nodule.
+    false_positive_rate, true_positive_rate : (T,) array
+    """
+    thresholds = np.unique(np.concatenate([healthy, nodule]))[::-1]
+    # Below the lowest score everything is called a nodule.
+    thresholds = np.concatenate([[np.inf], thresholds, [-np.inf]])
+    return thresholds, rates_above(healthy, thresholds), rates_above(nodule, thresholds)
+
+
+def bootstrap(
+    healthy: np.ndarray,
+    nodule: np.ndarray,
+    grid: np.ndarray,
+    generator: np.random.Generator,
+    repeats: int,
+    confidence: float,
+) -> tuple[tuple[float, float], np.ndarray, np.ndarray]:
+    """Draw recordings again, healthy ones and nodules apart, for the bands of the curve.
+
+    Parameters
+    ----------
+    healthy, nodule : (n,), (m,) array
+        Scores.
+    grid : (G,) array
+        False positive rates at which the band is wanted.
+    generator : numpy.random.Generator
+        Source of the draws.
+    repeats : int
+        Number of draws.
+    confidence : float
+        Level of the percentile intervals.
+
+    Returns
+    -------
+    area : pair of float
+        Interval of the area under the curve.
+    low, high : (G,) array
+        Band of the true positive rate at each false positive rate.
+    """
+    areas, heights = np.empty(repeats), np.empty((repeats, grid.size))
+    for repeat in range(repeats):
+        drawn = generator.choice(healthy, healthy.size)
+        found = generator.choice(nodule, nodule.size)
+        areas[repeat] = auc(drawn, found)
+        heights[repeat] = height_at(drawn, found, grid)
+    tails = [(1 - confidence) / 2, (1 + confidence) / 2]
+    low, high = np.quantile(areas, tails)
+    band = np.quantile(heights, tails, axis=0)
+    return (float(low), float(high)), band[0], band[1]
+
+
+def height_at(healthy: np.ndarray, nodule: np.ndarray, grid: np.ndarray) -> np.ndarray:
+    """Give the true positive rate reached at no more than each false positive rate, (G,)."""
+    ordered = np.sort(healthy)[::-1]
+    allowed = np.floor(grid * healthy.size + 1e-9).astype(int)
+    # With k false positives allowed, the threshold is the score of rank k + 1 from the top.
+    thresholds = np.concatenate([ordered, [-np.inf]])[np.minimum(allowed, healthy.size)]
+    return rates_above(nodule, thresholds)

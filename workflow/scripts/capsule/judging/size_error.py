@@ -1,0 +1,44 @@
+"""How far the estimated size is from the true one, in mm."""
+
+import numpy as np
+from scipy.stats import t as student
+
+
+def mean_interval(values: np.ndarray, confidence: float) -> tuple[float, float, float]:
+    """Give a mean and Student's interval of it; NaN where there are too few values."""
+    count = values.size
+    if count == 0:
+        return float("nan"), float("nan"), float("nan")
+    mean = float(values.mean())
+    if count == 1:
+        return mean, float("nan"), float("nan")
+    reach = float(student.ppf(0.5 + confidence / 2, count - 1)) * values.std(ddof=1) / count**0.5
+    return mean, mean - float(reach), mean + float(reach)
+
+
+def size_error_row(true_mm: np.ndarray, estimate_mm: np.ndarray, confidence: float) -> dict:
+    """Give bias and mean absolute error of the recordings in which a nodule was detected.
+
+    Parameters
+    ----------
+    true_mm, estimate_mm : (n,) array
+        Sizes in mm; a missed nodule has no estimate (NaN).
+    confidence : float
+        Level of the intervals.
+
+    Returns
+    -------
+    dict
+        ``recordings``, ``detected``; ``bias_mm`` and ``absolute_error_mm``, each with ``_low`` and
+        ``_high``.
+    """
+    error = (estimate_mm - true_mm)[~np.isnan(estimate_mm)]
+    row: dict[str, float] = {"recordings": true_mm.size, "detected": error.size}
+    for name, values in (("bias", error), ("absolute_error", np.abs(error))):
+        ends = ("_mm", "_low_mm", "_high_mm")
+        cells = zip(ends, mean_interval(values, confidence), strict=True)
+        row |= {f"{name}{end}": value for end, value in cells}
+    # NaN stays NaN here: it is not smaller than 0.
+    if row["absolute_error_low_mm"] < 0:
+        row["absolute_error_low_mm"] = 0.0
+    return row
