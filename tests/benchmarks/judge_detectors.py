@@ -38,7 +38,7 @@ from capsule.phantom.simulation import simulate_run  # noqa: E402
 from capsule.preprocessing import preprocess  # noqa: E402
 from capsule.seeding import generator  # noqa: E402
 from capsule.templates import build_templates  # noqa: E402
-from simulate import DEFAULT_TABLE, read_phantom  # noqa: E402
+from phantom_edges import DEFAULT_TABLE, read_phantom  # noqa: E402
 
 # The detector was designed on seeds 5000 to 9999; nothing here may use those.
 FIRST_SEED = 20_000
@@ -222,6 +222,9 @@ def main() -> None:
     parser.add_argument("--output", type=Path, help="output: the tables, Markdown")
     arguments = parser.parse_args()
     config, phantom = settings(), read_phantom(arguments.parameters, [])
+    # No more can be judged in these ways than there are.
+    arguments.paper_archives = min(arguments.paper_archives, arguments.archives)
+    arguments.retest_archives = min(arguments.retest_archives, arguments.archives)
     seeds = [FIRST_SEED + number for number in range(arguments.archives)]
     if arguments.export:
         arguments.export.mkdir(parents=True, exist_ok=True)
