@@ -8,7 +8,18 @@
 FIGURES = ["preprocessing", "templates", "detection", "sizing", "negatives", "confusion"]
 TABLES = ["predictions", "detection", "specificity", "sizing", "confusion"]
 # The report says by a checksum which code its results come from.
-STAGES = ["preprocess", "index", "fit", "average", "evaluate", "detect", "draw", "report"]
+STAGES = [
+    "preprocess",
+    "index",
+    "fit",
+    "average",
+    "passages",
+    "evaluate",
+    "judge",
+    "detect",
+    "draw",
+    "report",
+]
 CODE = {script(f"{stage}.py") for stage in STAGES}
 CODE.update(path for stage in STAGES for path in library(f"{stage}.py"))
 
