@@ -66,7 +66,11 @@ def main() -> None:
         for of_scheme in by_scheme.values()
         for row in tables.comparisons(of_scheme, rules["tolerance_mm"], level)
     ]
-    made["summary"] = [row for each in by_scheme.values() for row in tables.summary(each, level)]
+    made["summary"] = [
+        row
+        for each in by_scheme.values()
+        for row in tables.summary(each, rules["tolerance_mm"], level)
+    ]
     for name, rows in made.items():
         columns = list(rows[0]) if rows else EMPTY[name]
         files.write_csv(arguments.output / f"{name}.csv", columns, rows)
