@@ -12,7 +12,6 @@ rule all:
     default_target: True
     input:
         "results/report.html",
-        expand("results/evaluation/{table}.csv", table=JUDGEMENTS),
 
 
 onsuccess:

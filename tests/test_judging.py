@@ -58,12 +58,20 @@ def test_a_true_probability_is_calibrated_and_a_false_one_is_not():
     truth = numbers.random(20000)
     nodule = numbers.random(20000) < truth
     share = nodule.mean()
-    rows = calibration_table(truth, nodule, share, 5, numbers, 100, 0.95)
+    rows = calibration_table(truth, nodule, share, 5, 0.95)
     for row in rows:
         assert row["observed"] == pytest.approx(row["stated"], abs=0.03)
         assert row["observed_low"] <= row["observed"] <= row["observed_high"]
     assert brier_score(truth, nodule, share) < brier_score(1 - truth, nodule, share)
     assert brier_score(np.full(nodule.size, 0.1), nodule, 0.1) == pytest.approx(0.09)
+
+
+def test_a_few_nodules_in_a_bin_do_not_prove_certainty():
+    probability = np.array([0.1] * 20 + [0.9] * 5)
+    low, empty, high = calibration_table(probability, probability > 0.5, 0.1, 3, 0.95)
+    assert (low["observed"], high["observed"]) == (0.0, 1.0)
+    assert low["observed_high"] > 0.01 and high["observed_low"] < 0.7
+    assert empty["recordings"] == 0 and np.isnan(empty["observed"])
 
 
 def test_the_comparison_of_two_detectors_is_mcnemars():

@@ -3,21 +3,8 @@
 # takes: results/signals/, results/matrices/, results/fits/, results/templates.npz,
 #        results/recordings.csv
 # gives: results/passages.csv, results/detections.csv, and under results/evaluation/
-#        {predictions,detection,specificity,sizing,confusion}.csv and what JUDGEMENTS names
-
-JUDGEMENTS = [
-    "summary",
-    "auc",
-    "roc",
-    "predictive_values",
-    "calibration",
-    "brier",
-    "size_error",
-    "localisation",
-    "comparison",
-    "permutation",
-    "retest",
-]
+#        {predictions,group_predictions,detection,specificity,sizing,confusion}.csv and the tables
+#        of capsule.judging.COLUMNS
 
 
 rule passages:

@@ -5,8 +5,16 @@
 # gives: results/figures/<figure>{,_column}.{svg,pdf}, results/figures/<figure>.csv,
 #        results/report.html
 
-FIGURES = ["preprocessing", "templates", "detection", "sizing", "negatives", "confusion"]
-TABLES = ["predictions", "detection", "specificity", "sizing", "confusion"]
+FIGURES = [
+    "preprocessing",
+    "templates",
+    "detection",
+    "sizing",
+    "negatives",
+    "confusion",
+    "roc",
+]
+TABLES = ["predictions", "detection", "specificity", "sizing", "confusion", *JUDGEMENTS]
 # The report says by a checksum which code its results come from.
 STAGES = [
     "preprocess",
@@ -61,8 +69,6 @@ rule report:
         passed_over="results/passed_over.csv",
         parameters="results/templates.json",
         evaluation=expand("results/evaluation/{table}.csv", table=TABLES),
-        # Not on the page: made with it, so that one command makes every table.
-        judgements=expand("results/evaluation/{table}.csv", table=JUDGEMENTS),
         detections="results/detections.csv",
         figures=rules.draw.output,
         raw=expand("raw/{recording}.csv", recording=ARCHIVE.recordings),

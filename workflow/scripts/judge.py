@@ -6,21 +6,7 @@ from pathlib import Path
 
 import files
 from capsule.folds import group_scheme
-from capsule.judging import tables
-
-EMPTY = {  # columns of a table that has no row
-    "summary": ["detector", "scheme", "recordings", "accuracy", "sensitivity", "specificity"],
-    "predictive_values": ["detector", "scheme", "size_mm", "prevalence", "ppv", "npv"],
-    "size_error": ["detector", "scheme", "size_mm", "recordings", "detected", "bias_mm"],
-    "calibration": ["detector", "scheme", "stated_low", "stated_high", "recordings", "stated"],
-    "brier": ["detector", "scheme", "recordings", "prevalence", "brier", "brier_uninformed"],
-    "localisation": ["detector", "scheme", "size_mm", "recordings", "median_absolute_error_mm"],
-    "comparison": ["scheme", "first", "second", "measure", "size_mm", "recordings"],
-    "permutation": ["detector", "scheme", "auc", "by_chance", "p"],
-    "retest": ["detector", "scheme", "passes", "size_mm", "sites", "detected"],
-    "auc": ["detector", "scheme", "size_mm", "auc"],
-    "roc": ["detector", "scheme", "size_mm", "false_positive_rate", "true_positive_rate"],
-}
+from capsule.judging import COLUMNS, tables
 
 
 def main() -> None:
@@ -37,14 +23,14 @@ def main() -> None:
     headers = {row["recording"]: row for row in files.read_csv(arguments.recordings)}
     sites = {name: row["site"] for name, row in headers.items()}
     places = {name: tables.number(row["nodule_at_mm"]) for name, row in headers.items()}
-    made: dict[str, list[dict]] = {name: [] for name in EMPTY}
+    made: dict[str, list[dict]] = {name: [] for name in COLUMNS}
     by_scheme: dict[str, list[tables.Verdicts]] = {}
     predictions = [row for path in arguments.predictions for row in files.read_csv(path)]
     for verdicts in tables.collect(predictions):
         by_scheme.setdefault(verdicts.key["scheme"], []).append(verdicts)
         areas, points = tables.curves(verdicts, seed, repeats, level)
         bins = rules["calibration_bins"]
-        stated, brier = tables.calibrated(verdicts, prevalence, bins, seed, repeats, level)
+        stated, brier = tables.calibrated(verdicts, prevalence, bins, level)
         parts = {
             "auc": areas,
             "roc": points,
@@ -72,7 +58,7 @@ def main() -> None:
         for row in tables.summary(each, rules["tolerance_mm"], level)
     ]
     for name, rows in made.items():
-        columns = list(rows[0]) if rows else EMPTY[name]
+        columns = list(rows[0]) if rows else COLUMNS[name]
         files.write_csv(arguments.output / f"{name}.csv", columns, rows)
 
 

@@ -76,9 +76,7 @@ def collect(rows: Sequence[Mapping[str, str]]) -> list[Verdicts]:
     ]
 
 
-def summary(
-    of_scheme: Sequence[Verdicts], tolerance_mm: float, confidence: float
-) -> list[dict]:
+def summary(of_scheme: Sequence[Verdicts], tolerance_mm: float, confidence: float) -> list[dict]:
     """Give each detector's rates over all recordings, and those of calling everything a nodule.
 
     The interval of the balanced accuracy is made of those of its two halves (Zou and Donner 2008).
@@ -159,17 +157,14 @@ def predictive(verdicts: Verdicts, prevalence: float, confidence: float) -> list
 
 
 def calibrated(
-    verdicts: Verdicts, prevalence: float, bins: int, seed: int, repeats: int, confidence: float
+    verdicts: Verdicts, prevalence: float, bins: int, confidence: float
 ) -> tuple[list[dict], list[dict]]:
     """Compare stated probabilities with what came true, for a detector that states them."""
     known = ~np.isnan(verdicts.probability)
     if not known.any():
         return [], []
     probability, nodule = verdicts.probability[known], verdicts.of(ANY)[known]
-    numbers = generator(seed, "calibration", *verdicts.key.values())
-    table = calibration.calibration_table(
-        probability, nodule, prevalence, bins, numbers, repeats, confidence
-    )
+    table = calibration.calibration_table(probability, nodule, prevalence, bins, confidence)
     uninformed = np.full(nodule.size, prevalence)
     score = {
         "recordings": nodule.size,

@@ -4,15 +4,9 @@ from collections.abc import Mapping
 
 import pandas as pd
 
+from capsule.folds import main_scheme
 from capsule.judgements import TABLES, Evaluation
 from capsule.report import cards, evidence, provenance, recordings, tables, words
-
-RESULT = "leave_one_out"
-
-
-def main_scheme(schemes: list[str]) -> str:
-    """Choose the scheme whose numbers are the result: leave-one-out, if it was computed."""
-    return RESULT if RESULT in schemes else schemes[0]
 
 
 def results_of(evaluation: Evaluation, settings: Mapping, printed_tolerance_mm: float) -> list:
@@ -50,6 +44,7 @@ def results_of(evaluation: Evaluation, settings: Mapping, printed_tolerance_mm: 
         found.append(
             {
                 "detector": detector,
+                "words": words.detector(detector),
                 "scheme": words.scheme(scheme),
                 "cards": cards.answer_cards(
                     ours, evaluation.paper, rows, settings, printed_tolerance_mm
