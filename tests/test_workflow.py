@@ -210,6 +210,7 @@ def test_a_fault_in_the_configuration_is_told_before_anything_runs(new, tmp_path
     ("file", "expected"),
     [
         ("scripts/capsule/figures/rates.py", {"draw", "report"}),
+        ("scripts/capsule/judging/roc.py", {"judge", "draw", "report"}),
         ("scripts/capsule/report/cards.py", {"report"}),
         ("report/report.css", {"report"}),
     ],
@@ -228,6 +229,35 @@ def test_an_archive_of_nodules_alone_has_its_figures_and_report_too(new, tmp_pat
     assert run.status == 0, run.output
     page = (project.results / "report.html").read_text(encoding="utf-8")
     assert "There is no recording without a nodule." in page
+    assert "template_threshold and diagonal have given no verdict on a labelled recording." in page
     assert "There are none. Put recordings whose nodule is not known" in page
     (row,) = [r for r in table(project, "evaluation/specificity.csv") if "leave" in r["scheme"]]
     assert (row["healthy"], row["specificity"]) == ("0", "")
+
+
+def test_two_labelled_recordings_are_enough_for_verdicts_and_the_page_says_how_far_to_trust_them(
+    new, tmp_path
+):
+    project = new.copy(tmp_path / "few")
+    for name in ("0mm/r02", "1mm/r02", "2.5mm/r01", "2.5mm/r02"):
+        (project.raw / f"{name}.csv").unlink()
+    run = project.snakemake()
+    assert run.status == 0, run.output
+    said = table(project, "detections.csv")
+    assert [row["detector"] for row in said] == ["template", "template_threshold", "diagonal"]
+    assert all(row["predicted_mm"] for row in said)
+    page = (project.results / "report.html").read_text(encoding="utf-8")
+    assert "1 recording without a nodule cannot promise a specificity of 95 %" in page
+
+
+@pytest.mark.parametrize("kept", ["0mm", "unlabelled"])
+def test_without_a_recording_of_a_nodule_the_run_stops_with_a_plain_line(new, tmp_path, kept):
+    project = new.copy(tmp_path / "none")
+    for folder in project.raw.iterdir():
+        if folder.name != kept:
+            shutil.rmtree(folder)
+    run = project.snakemake()
+    assert run.status != 0
+    log = (project.results / "logs/average.log").read_text(encoding="utf-8")
+    assert log.startswith("error: no recording of a nodule can be used")
+    assert "Traceback" not in log

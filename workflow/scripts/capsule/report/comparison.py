@@ -113,7 +113,7 @@ def _groups(rows: Judgements, detectors: Sequence[str], settings: Mapping) -> li
             "rows": [
                 columns.numbers("AUC, any nodule against none", "auc", "auc"),
                 *smallest,
-                columns.cells("The same with labels dealt out anew", "permutation", _chance),
+                columns.cells("AUC, labels dealt out anew", "permutation", _chance),
             ],
         },
         {

@@ -1,5 +1,6 @@
 """What the page says of each detector, and of each recording."""
 
+import math
 from collections.abc import Mapping
 
 import pandas as pd
@@ -114,6 +115,10 @@ def judgement(
         "outcomes": [name for name in recordings.OUTCOMES if name in present],
         "first_shown": first["recording"] if first else "",
         "data": evidence.to_json({"sizes": sizes_mm}),
+        "few_healthy": few_healthy(
+            int(((index["status"] == "accepted") & (index["size_mm"] == 0)).sum()),
+            judged["specificity"],
+        ),
         "tolerance": f"{judged['tolerance_mm']:g} mm",
         "confidence": words.percent(judged["confidence"]),
         "seed": settings["fit"]["seed"],
@@ -121,3 +126,15 @@ def judgement(
         "paper": printed,
         "bibtex": provenance.bibtex(printed),
     }
+
+
+def few_healthy(healthy: int, specificity: float) -> str:
+    """Say so where no threshold can promise the wanted specificity (`threshold_at`)."""
+    needed = math.ceil(specificity / (1 - specificity) - 1e-9)
+    if healthy >= needed:
+        return ""
+    return (
+        f"{words.plural(healthy, 'recording')} without a nodule cannot promise a specificity of "
+        f"{words.percent(specificity)}: that takes {needed}. Until then the threshold is the "
+        "largest score among them."
+    )

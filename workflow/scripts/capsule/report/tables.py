@@ -176,11 +176,6 @@ def detection_rows(detections: pd.DataFrame) -> dict:
 
 def _verdict_words(row: Mapping) -> dict:
     """Write a detector's verdict: an unknown part of it, such as the place of none, is left out."""
-    place = [
-        f"{words.number(row[name], 1)} {unit}"
-        for name, unit in (("location_s", "s"), ("location_mm", "mm"))
-        if words.is_known(row[name])
-    ]
     estimate, probability = row["estimate_mm"], row["probability"]
     return {
         "detector": row["detector"],
@@ -191,7 +186,7 @@ def _verdict_words(row: Mapping) -> dict:
         "probability": words.percent(probability)
         if words.is_known(probability)
         else words.NOT_GIVEN,
-        "place": ", ".join(place) or words.NOT_GIVEN,
+        "place": words.place(row["location_s"], row["location_mm"]),
     }
 
 

@@ -53,6 +53,15 @@ def number(value: float | None, digits: int = 2) -> str:
     return f"{value:.{digits}f}" if is_known(value) else UNKNOWN
 
 
+def place(seconds: float, way_mm: float | None) -> str:
+    """Write where along a run a nodule lies: ``12.3 s, 6.1 mm``."""
+    if not is_known(seconds):
+        return NOT_GIVEN
+    if seconds < 0:
+        return "before the start"
+    return f"{seconds:.1f} s" + (f", {way_mm:.1f} mm" if is_known(way_mm) else "")
+
+
 def setting(value: object) -> str:
     """Write a value of the configuration."""
     if isinstance(value, Sequence) and not isinstance(value, str):
