@@ -116,6 +116,7 @@ def test_rejected_recordings_stand_at_the_top_with_their_reason(browser, page, p
 )
 def test_the_tables_hold_the_numbers_of_the_csv_files(browser, page, project, file, rates):
     browser.open(page)
+    browser.run("document.querySelectorAll('details').forEach((d) => { d.open = true; })")
     every = table(project, f"evaluation/{file}.csv")
     detectors = list(dict.fromkeys(row["detector"] for row in every))
     assert detectors[0] == "template" and len(detectors) > 1

@@ -32,6 +32,7 @@ STAGES = [
     "evaluate",
     "judge",
     "detect",
+    "combine",
     "draw",
     "report",
 ]

@@ -2,7 +2,8 @@
 #
 # takes: results/signals/, results/matrices/, results/fits/, results/templates.npz,
 #        results/recordings.csv
-# gives: results/passages.csv, results/detections.csv, and under results/evaluation/
+# gives: results/passages.csv, results/detections.csv, results/sites.csv, and under
+#        results/evaluation/
 #        {predictions,group_predictions,detection,specificity,sizing,confusion}.csv and the tables
 #        of capsule.judging.COLUMNS
 
@@ -107,4 +108,27 @@ rule detect:
     shell:
         "python {input.script:q} --recordings {input.recordings:q} --matrices results/matrices"
         " --templates {input.templates:q} --passages {input.passages:q}"
+        " --settings {params.settings:q} --output {output:q} > {log:q} 2>&1"
+
+
+rule combine:
+    input:
+        predictions="results/evaluation/predictions.csv",
+        grouped="results/evaluation/group_predictions.csv",
+        detections="results/detections.csv",
+        recordings="results/recordings.csv",
+        script=script("combine.py"),
+        library=library("combine.py"),
+    output:
+        "results/sites.csv",
+    log:
+        "results/logs/combine.log",
+    conda:
+        "../../environment.yml"
+    params:
+        settings=section("evaluation"),
+        code=content_of_code("combine.py"),
+    shell:
+        "python {input.script:q} --recordings {input.recordings:q}"
+        " --evaluation results/evaluation --detections {input.detections:q}"
         " --settings {params.settings:q} --output {output:q} > {log:q} 2>&1"

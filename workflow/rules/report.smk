@@ -25,6 +25,7 @@ STAGES = [
     "evaluate",
     "judge",
     "detect",
+    "combine",
     "draw",
     "report",
 ]
@@ -70,6 +71,7 @@ rule report:
         parameters="results/templates.json",
         evaluation=expand("results/evaluation/{table}.csv", table=TABLES),
         detections="results/detections.csv",
+        sites="results/sites.csv",
         figures=rules.draw.output,
         raw=expand("raw/{recording}.csv", recording=ARCHIVE.recordings),
         fits=expand("results/fits/{recording}.json", recording=ARCHIVE.of_nodules()),

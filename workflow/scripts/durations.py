@@ -13,6 +13,7 @@ RULES = (
     "evaluate",
     "judge",
     "detect",
+    "combine",
     "draw",
 )
 

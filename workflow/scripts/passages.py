@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 import files
-from capsule.detectors.beats import find_beats
-from capsule.detectors.diagonal import UNKNOWN, Passage, find_passage
+from capsule.detectors.diagonal import UNKNOWN, Passage
+from capsule.detectors.search import search
 
 
 def main() -> None:
@@ -21,17 +21,11 @@ def main() -> None:
     parser.add_argument("--settings", type=json.loads, required=True, help="config section, JSON")
     parser.add_argument("--output", type=Path, required=True, help="output: passages.csv")
     arguments = parser.parse_args()
-    settings = dict(arguments.settings["diagonal"])
-    settings.pop("size_ridge")
-    wavelength_mm, speed_mm_s = settings.pop("wavelength_mm"), settings.pop("wave_speed_mm_s")
-    period = arguments.rate_hz * wavelength_mm / speed_mm_s
-    wave = {"period": period, "wavelength_mm": wavelength_mm}
-    wave["pressing_lowers"] = settings.pop("pressing_lowers_reading")
     rows = []
     for name in files.accepted_recordings(arguments.recordings):
-        beats = find_beats(np.load(arguments.signals / f"{name}.npy"), **wave)
-        passage = UNKNOWN if beats is None else find_passage(beats, **settings)
-        if beats is None:
+        values = np.load(arguments.signals / f"{name}.npy")
+        passage = search(values, arguments.rate_hz, arguments.settings["diagonal"])
+        if passage is UNKNOWN:
             print(f"{name}: no peristaltic wave was found on every sensor")
         rows.append({"recording": name, **asdict(passage)})
     columns = ["recording", *(field.name for field in fields(Passage))]

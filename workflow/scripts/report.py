@@ -19,6 +19,7 @@ from capsule.report import (
     evidence,
     judged,
     overview,
+    places,
     provenance,
     recordings,
     tables,
@@ -78,6 +79,7 @@ def main() -> None:
     evaluation = read_evaluation(
         results / "evaluation", printed, settings["evaluation"]["confidence"]
     )
+    judgements = read_judgements(results / "evaluation")
     index = pd.read_csv(results / "recordings.csv")
     detections = pd.read_csv(results / "detections.csv")
     verdicts = recordings.verdicts_by_recording(evaluation.predictions, detections)
@@ -90,7 +92,9 @@ def main() -> None:
     page = {
         **overview.overview(index, pd.read_csv(results / "passed_over.csv")),
         **said,
-        **comparison.page_values(read_judgements(results / "evaluation"), settings),
+        **comparison.page_values(judgements, settings),
+        "places": places.place_rows(pd.read_csv(results / "sites.csv")),
+        "retest": places.retest_rows(judgements["retest"]),
         "templates": tables.template_rows(files.read_json(results / "templates.json")["templates"]),
         "detections": tables.detection_rows(detections),
         "evidence": list(evidence_of(rows, verdicts, arguments.raw, results, settings)),
