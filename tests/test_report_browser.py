@@ -3,6 +3,7 @@
 import csv
 import re
 import shutil
+import time
 from itertools import product
 
 import numpy as np
@@ -242,20 +243,27 @@ def test_filters_and_search_work_together(browser, page):
     assert browser.messages() == []
 
 
+def wait_for_title(browser, start):
+    """Wait until the viewer shows a recording: the page hears of a new address a moment later."""
+    title, deadline = browser.find("#viewer-title"), time.monotonic() + 10
+    while not title.text.startswith(start) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert title.text.startswith(start)
+
+
 def test_choosing_a_recording_by_click_key_and_address(browser, page):
     browser.open(page)
-    title = browser.find("#viewer-title")
     browser.find("a[href='#recording=6mm/r02']").click()
-    assert title.text.startswith("6mm/r02: 6 mm nodule, taken for ")
+    wait_for_title(browser, "6mm/r02: 6 mm nodule, taken for ")
     assert browser.run("return document.activeElement.id") == "viewer-title"
     browser.find("a[href='#recording=0mm/r03']").send_keys("\ue007")
-    assert title.text.startswith("0mm/r03: no nodule")
+    wait_for_title(browser, "0mm/r03: no nodule")
     browser.find("#next").send_keys(" ")
-    assert title.text.startswith("1mm/r01: ")
+    wait_for_title(browser, "1mm/r01: ")
     browser.find("#previous").click()
-    assert title.text.startswith("0mm/r03: ")
+    wait_for_title(browser, "0mm/r03: ")
     browser.open(page, "#recording=unlabelled/u1")
-    assert browser.find("#viewer-title").text.startswith("unlabelled/u1: unlabelled, taken for ")
+    wait_for_title(browser, "unlabelled/u1: unlabelled, taken for ")
     assert browser.find("#next").get_attribute("disabled")
     assert browser.messages() == []
 
@@ -267,7 +275,7 @@ def test_next_keeps_to_the_filter(browser, page):
         "size.dispatchEvent(new Event('change'))"
     )
     browser.find("#next").click()
-    assert browser.find("#viewer-title").text.startswith("6mm/r01")
+    wait_for_title(browser, "6mm/r01")
 
 
 def test_the_signals_in_the_page_are_those_of_the_files(browser, page, project):

@@ -2,8 +2,8 @@
 #
 # takes: results/signals/, results/matrices/, results/fits/, results/templates.npz,
 #        results/recordings.csv
-# gives: results/passages.csv, results/detections.csv, results/sites.csv, and under
-#        results/evaluation/
+# gives: results/passages.csv, results/detections.csv, results/detectors.json, results/sites.csv,
+#        and under results/evaluation/
 #        {predictions,group_predictions,detection,specificity,sizing,confusion}.csv and the tables
 #        of capsule.judging.COLUMNS
 
@@ -97,18 +97,21 @@ rule detect:
         script=script("detect.py"),
         library=library("detect.py"),
     output:
-        "results/detections.csv",
+        detections="results/detections.csv",
+        # With the templates all that acquire.py needs to judge a new recording.
+        learned="results/detectors.json",
     log:
         "results/logs/detect.log",
     conda:
         "../../environment.yml"
     params:
-        settings=section("detectors", "diagonal", "evaluation", "fit", "recording"),
+        settings=section("detectors", "diagonal", "evaluation", "fit", "preprocessing", "recording"),
         code=content_of_code("detect.py"),
     shell:
         "python {input.script:q} --recordings {input.recordings:q} --matrices results/matrices"
         " --templates {input.templates:q} --passages {input.passages:q}"
-        " --settings {params.settings:q} --output {output:q} > {log:q} 2>&1"
+        " --settings {params.settings:q} --output {output.detections:q}"
+        " --learned {output.learned:q} > {log:q} 2>&1"
 
 
 rule combine:

@@ -1,4 +1,4 @@
-"""Let every detector judge the unlabelled recordings by what all labelled ones teach."""
+"""Let every detector judge the unlabelled recordings, and keep what all labelled ones teach it."""
 
 import argparse
 import json
@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 import files
+from capsule.detectors.learned import to_json
 from capsule.naming import folder_size_mm, size_mm
 from capsule.templates import TemplateSet
 from judges import COLUMNS, Judges, read_array, read_passages
@@ -22,6 +23,7 @@ def main() -> None:
     parser.add_argument("--passages", type=Path, required=True, help="passages.csv")
     parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
     parser.add_argument("--output", type=Path, required=True, help="output: detections.csv")
+    parser.add_argument("--learned", type=Path, required=True, help="output: detectors.json")
     arguments = parser.parse_args()
     names = files.accepted_recordings(arguments.recordings)
     sizes_mm = {name: size_mm(name) for name in names if size_mm(name) is not None}
@@ -38,6 +40,7 @@ def main() -> None:
     rows = [row for name in unlabelled for row in judges.rows(name, [])]
     columns = ["recording", "detector", "predicted_mm", *judges.labels, *COLUMNS]
     files.write_csv(arguments.output, columns, rows)
+    files.write_json(arguments.learned, {**to_json(judges.learned()), "settings": settings})
     print(f"{len(unlabelled)} unlabelled recordings judged by {len(judges.detectors)} detectors")
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 import files
 from capsule.detectors.diagonal import Passage
+from capsule.detectors.learned import Learned
 from capsule.detectors.learning import DiagonalDetector
 from capsule.detectors.paper import TemplateDetector
 from capsule.detectors.verdicts import Verdict
@@ -72,6 +73,11 @@ class Judges:
             else:
                 verdict = by_rule if detector == "template" else by_threshold
                 yield self._row(name, detector, verdict) | known
+
+    def learned(self) -> Learned:
+        """Give what all labelled recordings teach, to judge others without them."""
+        count = len(self._template.sizes_mm)
+        return Learned(count, self._template.threshold(), self._diagonal.model([]))
 
     def _row(self, name: str, detector: str, verdict: Verdict) -> dict:
         row = {"recording": name, "detector": detector, **vars(verdict)}
