@@ -7,6 +7,9 @@ import shutil
 import numpy as np
 import pytest
 
+from acquisition.verdict import FinalVerdict
+from capsule.report import words
+from config_files import read_config_file
 from project import Project
 from synthetic import write_archive
 
@@ -75,6 +78,19 @@ def test_every_stage_hands_on_its_files(finished):
         detectors = [row["detector"] for row in table(finished, f"evaluation/{name}.csv")]
         assert detectors[0] == "template"
         assert {"template", "template_threshold", "diagonal"} <= set(detectors)
+
+
+def test_what_is_handed_on_judges_a_recording_as_the_workflow_did(finished):
+    settings = read_config_file(finished.folder / "config/config.yaml")
+    files = finished.results / "templates.npz", finished.results / "detectors.json"
+    values = np.load(finished.results / "signals/unlabelled/patient.npy")
+    said = FinalVerdict(*files, settings).judge(values)
+    rows = table(finished, "detections.csv")
+    for line, row in zip(said, rows, strict=True):
+        verdict = f"nodule of {float(row['estimate_mm']):.1f} mm" if row["estimate_mm"] else "no"
+        assert line.startswith(f"verdict of {row['detector']}: {verdict}")
+        assert not row["probability"] or words.percent(float(row["probability"])) in line
+        assert not row["location_s"] or words.place(float(row["location_s"]), None) in line
 
 
 def test_a_second_call_has_nothing_to_do(project):
