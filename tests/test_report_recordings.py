@@ -142,6 +142,7 @@ def test_what_cannot_be_said_is_not_said(printed, verdicts, sizes_mm, expected):
 
 def test_too_few_healthy_recordings_to_promise_a_specificity_are_told():
     assert judged.few_healthy(19, 0.95) == judged.few_healthy(9, 0.9) == ""
+    assert judged.few_healthy(0, 0.95) == ""  # then there is no threshold at all
     assert "that takes 19" in judged.few_healthy(18, 0.95)
     assert judged.few_healthy(1, 0.9).startswith("1 recording without a nodule cannot promise")
 

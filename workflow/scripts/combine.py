@@ -9,7 +9,6 @@ import numpy as np
 import files
 from capsule.folds import group_scheme, main_scheme
 from capsule.judging.sites import Passes, SiteVerdict, site_verdicts
-from capsule.judging.tables import number
 
 COLUMNS = ["site", "size_mm", "recordings", "detector", *SiteVerdict.__annotations__]
 
@@ -25,8 +24,8 @@ def passes_of(rows: list[dict], sites: dict[str, str]) -> dict[str, dict[str, Pa
     return {
         detector: {
             site: Passes(
-                number(group[0].get("size_mm", "")),
-                *(np.array([number(row[column]) for row in group]) for column in columns),
+                float(group[0].get("size_mm") or "nan"),
+                *(np.array([float(row[column] or "nan") for row in group]) for column in columns),
             )
             for site, group in by_site.items()
         }

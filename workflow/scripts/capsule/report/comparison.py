@@ -36,7 +36,7 @@ def page_values(judgements: Judgements, settings: Mapping) -> dict:
             judgements, [main, *(group_scheme(key) for key in judged["groups"])], judged
         ),
         "calibration": calibration_rows(judgements["calibration"], main),
-        "silent": silent(judgements, settings["detectors"]),
+        "silent": silent(judgements, main, settings["detectors"]),
         "in_short": in_short(judgements, main),
         "wanted_specificity": words.percent(judged["specificity"]),
         "prevalence": words.percent(judged["prevalence"]),
@@ -235,9 +235,10 @@ def _difference(row: Mapping) -> dict:
     return plain_cell(float(value), words.points(value), bounds, words.p_value(row["mcnemar_p"]))
 
 
-def silent(judgements: Judgements, detectors: Sequence[str]) -> str:
+def silent(judgements: Judgements, scheme: str, detectors: Sequence[str]) -> str:
     """Say which of the configured detectors have judged no labelled recording, and why."""
-    judged = set(judgements["summary"]["detector"])
+    table = judgements["summary"]
+    judged = set(table.loc[table["scheme"] == scheme, "detector"])
     names = [name for name in detectors if name not in judged]
     if not names:
         return ""

@@ -129,9 +129,9 @@ def judgement(
 
 
 def few_healthy(healthy: int, specificity: float) -> str:
-    """Say so where no threshold can promise the wanted specificity (`threshold_at`)."""
+    """Say so where some threshold, but none that promises the specificity, can be learned."""
     needed = math.ceil(specificity / (1 - specificity) - 1e-9)
-    if healthy >= needed:
+    if healthy == 0 or healthy >= needed:
         return ""
     return (
         f"{words.plural(healthy, 'recording')} without a nodule cannot promise a specificity of "
