@@ -1,7 +1,10 @@
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import literal
+from capsule import fitting
 from capsule.fitting import ParticleRenderer, fit_particle
 from capsule.particles import ParameterSpace, Particle, render
 from capsule.preprocessing import preprocess
@@ -50,13 +53,39 @@ def test_a_fit_equals_the_literal_algorithm(sensors, length):
     assert fit.accepted_moves == accepted > 0
 
 
+@pytest.mark.parametrize("at_once", [1, 2, 3, 50])
+def test_how_many_particles_are_compared_at_once_changes_no_fit(monkeypatch, at_once):
+    values = make_recording(3.0, "3mm/r01").values
+    matrix = preprocess(values, window=84, threshold=1.0, length=1000)
+    sizes = {"particles": 21, "iterations": 47, "first_peak": 150, "space": PAPER}
+    expected = fit_particle(matrix, generator(1, "at once"), **sizes)
+    monkeypatch.setattr(fitting, "CANDIDATES_AT_ONCE", at_once)
+    monkeypatch.setattr(fitting, "PROPOSALS_AT_ONCE", at_once)
+    fit = fit_particle(matrix, generator(1, "at once"), **sizes)
+    np.testing.assert_array_equal(fit.particle.to_vector(), expected.particle.to_vector())
+    assert (fit.lag, fit.rmse) == (expected.lag, expected.rmse)
+    assert fit.accepted_moves == expected.accepted_moves > 2
+
+
 def test_the_fast_rendering_equals_the_plain_one():
     renderer = ParticleRenderer(sensors=4, length=1000, first_peak=150, space=PAPER)
-    drawn = np.empty((4, 1000))
-    for vector in PAPER.draw(20, 4, generator(1, "renderer")):
-        renderer.draw_into(vector, drawn)
-        expected = render(Particle.from_vector(vector), 150, 1000)
-        np.testing.assert_allclose(drawn, expected, atol=1e-14)
+    vectors = PAPER.draw(20, 4, generator(1, "renderer"))
+    drawn = np.empty((20, 4, 1000))
+    renderer.draw_into(vectors, drawn)
+    expected = [render(Particle.from_vector(vector), 150, 1000) for vector in vectors]
+    np.testing.assert_allclose(drawn, expected, atol=1e-14)
+
+
+@given(st.integers(1, 5), st.integers(1, 1000), st.integers(0, 2**32))
+@settings(max_examples=60, deadline=None)
+def test_the_fast_rendering_holds_for_peaks_at_and_beyond_the_edges(sensors, length, seed):
+    first_peak = int(generator(seed, "first peak").integers(1, length, endpoint=True))
+    renderer = ParticleRenderer(sensors, length, first_peak, PAPER)
+    vectors = PAPER.draw(2, sensors, generator(seed, "edges"))
+    drawn = np.empty((2, sensors, length))
+    renderer.draw_into(vectors, drawn)
+    expected = [render(Particle.from_vector(vector), first_peak, length) for vector in vectors]
+    np.testing.assert_allclose(drawn, expected, atol=1e-15)
 
 
 def test_a_fit_finds_a_particle_that_is_hidden_in_the_data():
@@ -91,9 +120,9 @@ def test_the_reported_distance_is_that_of_the_reported_particle():
 def test_the_same_numbers_give_the_same_bits_and_others_do_not():
     values = make_recording(4.0, "4mm/r01").values
     matrix = preprocess(values, window=84, threshold=1.0, length=1000)
-    settings = {"particles": 20, "iterations": 20, "first_peak": 150, "space": PAPER}
+    sizes = {"particles": 20, "iterations": 20, "first_peak": 150, "space": PAPER}
     first, again, other = (
-        fit_particle(matrix, generator(1, name), **settings) for name in ("a", "a", "b")
+        fit_particle(matrix, generator(1, name), **sizes) for name in ("a", "a", "b")
     )
     assert first.particle.to_vector().tobytes() == again.particle.to_vector().tobytes()
     assert first.rmse == again.rmse

@@ -1,13 +1,16 @@
 """How fast the sliding comparison and a whole fit are, beside what one would write first.
 
     python tests/benchmarks/compare_fits.py raw/3mm/r07.csv
+    python tests/benchmarks/compare_fits.py raw/3mm/r07.csv --recordings raw/*mm/r12.csv
 
 Every way renders the same particles and slides them over the same matrix, in turn, in one
-process; the table gives medians of the rounds. stumpy is measured where it is installed
-(`pip install stumpy`); nothing else here needs it.
+process, and must find the same RMSE and lag; the table gives medians of the rounds. With
+--recordings a second table gives the ratios on other recordings: a short one takes shorter FFTs.
+stumpy is measured where it is installed (`pip install stumpy`); nothing else here needs it.
 """
 
 import argparse
+import functools
 import importlib.util
 import os
 import platform
@@ -26,7 +29,12 @@ import numpy as np  # noqa: E402
 import scipy.signal  # noqa: E402
 import yaml  # noqa: E402
 
-from capsule.fitting import ParticleRenderer, fit_particle  # noqa: E402
+from capsule.fitting import (  # noqa: E402
+    CANDIDATES_AT_ONCE,
+    ParticleRenderer,
+    compare_vectors,
+    fit_particle,
+)
 from capsule.particles import ParameterSpace, Particle, render  # noqa: E402
 from capsule.preprocessing import preprocess  # noqa: E402
 from capsule.recording import read_recording  # noqa: E402
@@ -105,6 +113,14 @@ def plain_fft(matrix: np.ndarray, particle: np.ndarray) -> tuple[float, int]:
     return best_of(squares, matrix)
 
 
+METHODS = {"literal formula": literal, "numpy.correlate": numpy_correlate}
+SLOW = set(METHODS)  # too slow for all particles of a round
+METHODS["scipy.signal.correlate, fft"] = scipy_correlate
+if importlib.util.find_spec("stumpy"):
+    METHODS["stumpy.mass, normalize=False"] = stumpy_mass
+METHODS["plain numpy FFT"] = plain_fft
+
+
 def compare_with(method: object, matrix: np.ndarray, vectors: np.ndarray) -> list[tuple]:
     """Render and compare every particle in one way."""
     length, first_peak = matrix.shape[1], COUNTS["first_peak"]
@@ -117,14 +133,15 @@ def compare_with(method: object, matrix: np.ndarray, vectors: np.ndarray) -> lis
 def ours(matrix: np.ndarray, vectors: np.ndarray) -> list[tuple]:
     """Render and compare every particle as a fit does."""
     sensors, length = matrix.shape
-    comparison = SlidingComparison(matrix)
+    comparison = SlidingComparison(matrix, CANDIDATES_AT_ONCE)
     renderer = ParticleRenderer(sensors, length, COUNTS["first_peak"], SPACE)
     energy = float(np.sum(matrix**2))
     results = []
-    for vector in vectors:
-        renderer.draw_into(vector, comparison.particle)
-        gain, lag = comparison.gain()
-        results.append((float(np.sqrt((energy - gain) / (3 * matrix.size))), lag))
+    for start in range(0, len(vectors), CANDIDATES_AT_ONCE):
+        group = vectors[start : start + CANDIDATES_AT_ONCE]
+        gains, lags = compare_vectors(group, renderer, comparison)
+        distances = np.sqrt((energy - gains) / (3 * matrix.size))
+        results.extend(zip(distances.tolist(), lags.tolist(), strict=True))
     return results
 
 
@@ -155,48 +172,80 @@ def cpu_seconds(function: object, *arguments: object) -> tuple[float, object]:
     return time.process_time() - start, result
 
 
-def main() -> None:
-    """Measure and print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("recording", type=Path, help="a recording, such as raw/3mm/r07.csv")
-    parser.add_argument("--rounds", type=int, default=5, help="rounds to take medians of")
-    arguments = parser.parse_args()
-    with arguments.recording.open("rb") as stream:
+def read_matrix(path: Path) -> np.ndarray:
+    """Read a recording and preprocess it as the workflow does."""
+    with path.open("rb") as stream:
         recording = read_recording(stream, CONFIG["recording"]["sensors"])
-    matrix = preprocess(recording.values, **CONFIG["preprocessing"])
-    vectors = SPACE.draw(200, matrix.shape[0], generator(SEED, "benchmark"))
+    return preprocess(recording.values, **CONFIG["preprocessing"])
 
-    methods = {"literal formula": literal, "numpy.correlate": numpy_correlate}
-    methods["scipy.signal.correlate, fft"] = scipy_correlate
-    if importlib.util.find_spec("stumpy"):
-        methods["stumpy.mass, normalize=False"] = stumpy_mass
-    methods["plain numpy FFT"] = plain_fft
+
+def measure(matrix: np.ndarray, rounds: int, count: int) -> dict[str, float]:
+    """Compare `count` particles in every way; give the median CPU times per particle in s."""
+    vectors = SPACE.draw(count, matrix.shape[0], generator(SEED, "benchmark"))
     expected = ours(matrix, vectors)
+    methods = {name: functools.partial(compare_with, method) for name, method in METHODS.items()}
     times: dict[str, list[float]] = {name: [] for name in [*methods, "ours"]}
-    for round_number in range(arguments.rounds + 1):
-        for name, method in methods.items():
-            some = vectors[:4] if method in (literal, numpy_correlate) else vectors
-            seconds, results = cpu_seconds(compare_with, method, matrix, some)
+    for round_number in range(rounds + 1):
+        for name, method in {**methods, "ours": ours}.items():
+            some = vectors[:4] if name in SLOW else vectors
+            seconds, results = cpu_seconds(method, matrix, some)
             assert [lag for _, lag in results] == [lag for _, lag in expected[: len(some)]], name
             np.testing.assert_allclose(
                 [rmse for rmse, _ in results],
                 [rmse for rmse, _ in expected[: len(some)]],
                 atol=1e-9,
+                err_msg=name,
             )
             if round_number:  # the first round warms caches and compiles stumpy
                 times[name].append(seconds / len(some))
-        seconds, _ = cpu_seconds(ours, matrix, vectors)
-        if round_number:
-            times["ours"].append(seconds / len(vectors))
+    return {name: statistics.median(measured) for name, measured in times.items()}
+
+
+def filled_columns(matrix: np.ndarray) -> int:
+    """Count the columns from the recording's first value to its last."""
+    filled = np.flatnonzero(matrix.any(axis=0))
+    return int(filled[-1] - filled[0] + 1) if filled.size else 0
+
+
+def print_recordings(paths: list[Path], rounds: int, count: int) -> None:
+    """Print how much faster ours is on each recording, and the smallest and largest ratios."""
+    matrices = [(path, read_matrix(path)) for path in paths]
+    measured = [(path, matrix, measure(matrix, rounds, count)) for path, matrix in matrices]
+    print(f"\n| recording | columns | ours | {' | '.join(METHODS)} |")
+    print(f"|---|---:|---:|{'---:|' * len(METHODS)}")
+    ratios = {name: [] for name in METHODS}
+    for path, matrix, medians in measured:
+        for name in METHODS:
+            ratios[name].append(medians[name] / medians["ours"])
+        cells = " | ".join(f"{values[-1]:,.1f}" for values in ratios.values())
+        mine = f"{1e6 * medians['ours']:,.0f} us"
+        print(f"| {path.parent.name}/{path.stem} | {filled_columns(matrix)} | {mine} | {cells} |")
+    for word, choose in (("smallest", min), ("median", statistics.median), ("largest", max)):
+        cells = " | ".join(f"{choose(values):,.1f}" for values in ratios.values())
+        print(f"| {word} | | | {cells} |")
+
+
+def main() -> None:
+    """Measure and print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("recording", type=Path, help="a recording, such as raw/3mm/r07.csv")
+    parser.add_argument("--rounds", type=int, default=5, help="rounds to take medians of")
+    parser.add_argument("--particles", type=int, default=1000, help="particles in a round")
+    parser.add_argument(
+        "--recordings", type=Path, nargs="+", default=[], help="others, for a table of ratios"
+    )
+    arguments = parser.parse_args()
+    matrix = read_matrix(arguments.recording)
+    medians = measure(matrix, arguments.rounds, arguments.particles)
 
     print(f"{platform.machine()}, Python {platform.python_version()}, numpy {np.__version__}")
     print(f"{arguments.recording}: {matrix.shape[0]} x {matrix.shape[1]}, rendering included\n")
     print("| comparison | median per particle | ours is faster by |")
     print("|---|---:|---:|")
-    fastest = statistics.median(times["ours"])
-    for name, measured in times.items():
-        median = statistics.median(measured)
-        print(f"| {name} | {1e6 * median:,.0f} us | {median / fastest:,.1f} |")
+    for name, median in medians.items():
+        print(f"| {name} | {1e6 * median:,.0f} us | {median / medians['ours']:,.1f} |")
+    if arguments.recordings:
+        print_recordings(arguments.recordings, arguments.rounds, arguments.particles)
 
     fits: dict[str, list[float]] = {"plain numpy FFT": [], "ours": []}
     for _ in range(arguments.rounds):
