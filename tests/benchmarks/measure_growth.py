@@ -23,7 +23,19 @@ sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
 
 from project import Project  # noqa: E402
 
-STAGES = ["preprocess", "index", "fit", "average", "evaluate", "detect", "draw", "report"]
+STAGES = [
+    "preprocess",
+    "index",
+    "fit",
+    "average",
+    "passages",
+    "evaluate",
+    "judge",
+    "detect",
+    "combine",
+    "draw",
+    "report",
+]
 SIZES = ["0", "1", "2", "3", "4", "5"]
 
 
