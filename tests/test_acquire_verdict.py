@@ -61,8 +61,12 @@ def test_no_verdict_without_reason(verdict, tmp_path):
 
 def learned_from(healthy_scores=(0.1, 0.2)):
     """Teach the detectors with a few made-up passages."""
-    passages = {f"0mm/{n}": Passage(s, 0, 0, 0, 1, 1, 130, 0) for n, s in enumerate(healthy_scores)}
-    passages |= {f"3mm/{n}": Passage(3.0 + n, n, n, n, 1, 1, 130, n) for n in range(3)}
+    place, usual = (1, 1, 130), (0.1, 0.1, 0.1)
+    passages = {
+        f"0mm/{n}": Passage(score, 0, 0, 0, *place, *usual)
+        for n, score in enumerate(healthy_scores)
+    }
+    passages |= {f"3mm/{n}": Passage(3.0 + n, n, n, n, *place, *usual) for n in range(3)}
     sizes = {name: float(name[0]) for name in passages}
     rules = {"specificity": 0.95, "prevalence": 0.1, "size_ridge": 2.0}
     model = DiagonalDetector(passages, sizes, **rules).model([])
@@ -73,7 +77,7 @@ def test_what_is_learned_survives_the_file():
     for learned in (learned_from(), learned_from(healthy_scores=())):
         read = from_json(json.loads(json.dumps(to_json(learned), allow_nan=False)))
         assert to_json(read) == to_json(learned)
-        passage = Passage(9.0, 1, 1, 1, 4.5, 128, 130, 1)
+        passage = Passage(9.0, 1, 1, 1, 4.5, 128, 130, 0.1, 0.1, 0.1)
         before, after = learned.diagonal.verdict(passage), read.diagonal.verdict(passage)
         np.testing.assert_equal(vars(after), vars(before))
 

@@ -20,7 +20,7 @@ LEARNING = {"specificity": 0.9, "prevalence": 0.5, "size_ridge": 1.0}
 
 
 def passage(score, size=0.0):
-    return Passage(score, size, size, size, 10.0, 200.0, 130.0, size)
+    return Passage(score, size, size, size, 10.0, 200.0, 130.0, *[np.exp(size)] * 3)
 
 
 @pytest.fixture(scope="module")

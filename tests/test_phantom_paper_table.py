@@ -6,7 +6,15 @@ import numpy as np
 import pytest
 
 from capsule.evaluation import detection_table, sizing_table
-from capsule.phantom.paper_table import PAPER, cells, distance, mean_difference, summary
+from capsule.phantom.paper_table import (
+    MOTION,
+    PAPER,
+    cells,
+    distance,
+    mean_difference,
+    motion,
+    summary,
+)
 from files import read_csv
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -33,7 +41,14 @@ def runs_of(confusion):
 def test_the_papers_numbers_come_from_one_table_of_120_runs():
     found = cells(LIKE_THE_PAPER)
     assert found == pytest.approx(PAPER)
-    assert distance(found) == pytest.approx(0)
+    assert distance(found | MOTION) == pytest.approx(0)
+
+
+def test_the_motion_counts_like_cells():
+    found = motion(np.array([True, True, True, False]), np.array([99, 100, 250, 250.5]))
+    assert list(found.values()) == [75, 50]
+    wanted = np.sqrt((25**2 + 50**2) / 24)
+    assert distance(cells(LIKE_THE_PAPER) | found) == pytest.approx(wanted)
 
 
 def test_cells_agree_with_the_evaluation():
@@ -54,7 +69,7 @@ def test_a_precision_of_nothing_found_is_missing_and_far_off():
     nothing[:, 0] = 20
     found = cells(nothing)
     assert np.isnan(found["precision 5 mm"])
-    assert distance(found) > 50
+    assert distance(found | MOTION) > 50
 
 
 def test_summary_says_whether_the_paper_lies_in_the_central_range():

@@ -17,19 +17,20 @@ FREE = [FreeParameter("size", 0.01, 100.0, True), FreeParameter("share", 0.0, 1.
 def test_places_and_values_belong_together():
     assert FREE[0].at(0.5) == pytest.approx(1.0)
     assert FREE[1].at(0.25) == pytest.approx(0.25)
-    for parameter, place in itertools.product(FREE, (0.0, 0.3, 1.0)):
-        assert parameter.place(parameter.at(place)) == pytest.approx(place)
-    assert FREE[0].place(1e6) == 1.0
+    for parameter in FREE:
+        assert parameter.at(0.0) == pytest.approx(parameter.low)
+        assert parameter.at(1.0) == pytest.approx(parameter.high)
 
 
 def found_after(generations, seed):
-    def loss(values, number):
-        return abs(np.log10(values["size"] / 10)) + abs(values["share"] - 0.8)
+    def losses_of(candidates, number):
+        return [
+            abs(np.log10(values["size"] / 10)) + abs(values["share"] - 0.8) for values in candidates
+        ]
 
     steps = evolve(
         FREE,
-        {"size": 1.0, "share": 0.5},
-        loss,
+        losses_of,
         lambda number: np.random.default_rng([seed, number]),
         candidates=24,
         spread=0.2,
@@ -45,7 +46,7 @@ def test_the_search_finds_the_answer_and_finds_it_again():
     assert found_after(25, seed=1)[-1].centre == steps[-1].centre
 
 
-def test_the_first_candidate_is_the_start_and_all_stay_in_range():
+def test_the_first_candidate_is_the_middle_and_all_stay_in_range():
     step = found_after(1, seed=2)[0]
     assert step.values[0] == pytest.approx({"size": 1.0, "share": 0.5})
     assert len(step.values) == len(step.losses) == 24

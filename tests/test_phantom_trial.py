@@ -1,6 +1,7 @@
 """The detector on simulated archives, and how it bears a bench that changes."""
 
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ import pytest
 import draw_phantom
 import judge_phantom
 from capsule.phantom import sensitivity, trial
-from capsule.phantom.parameters import value_of
+from capsule.phantom.parameters import value_of, with_values
 from files import read_csv
 from phantom_edges import DEFAULT_CONFIG, DEFAULT_TABLE, detector_of, read_phantom
 
@@ -17,13 +18,34 @@ DETECTOR = trial.quick(detector_of(DEFAULT_CONFIG))
 
 
 @pytest.fixture(scope="module")
-def matrices():
-    return trial.archive_matrices(PHANTOM, 3, 4, DETECTOR)
+def archive():
+    return trial.simulate_archive(PHANTOM, 3, 4)
+
+
+@pytest.fixture(scope="module")
+def matrices(archive):
+    return trial.archive_matrices(archive, DETECTOR)
 
 
 def test_an_archive_has_every_size_thinned_by_the_stride(matrices):
     assert len(matrices) == 6 * 4
     assert {matrix.shape for matrix in matrices.values()} == {(4, 100)}
+
+
+def test_a_run_that_is_stopped_by_hand_has_not_arrived(archive):
+    sizes = [run.time_s.size for name, run in archive.items() if not name.startswith("0mm")]
+    stopped = with_values(PHANTOM, {"advance.longest_samples": max(sizes)})
+    share = trial.archive_motion(archive, stopped)["reaches the far side"]
+    assert share == pytest.approx(100 * np.mean(np.array(sizes) < max(sizes)))
+    assert share < 100
+
+
+def test_passing_times_are_those_of_the_sensors(archive):
+    """At a steady speed the sensors meet the nodule one after the other, a pitch apart."""
+    run = archive["3mm/r01"]
+    for speed, usual in ((0.4, 100), (1.0, 0), (0.2, 0)):
+        steady = replace(run, time_s=np.arange(2000) / 10, head_mm=speed * np.arange(2000) / 10)
+        assert trial.archive_motion({"3mm/r01": steady}, PHANTOM)["Delta mu 100 to 250"] == usual
 
 
 def test_the_detector_tells_a_large_nodule_from_none(matrices):

@@ -41,7 +41,8 @@ def draw_signals(phantom: Phantom, seed: int, settings: dict) -> Figure:
 
 def measure(phantom: Phantom, detector: trial.Detector, archives: int, runs: int) -> Iterator[dict]:
     """Give the rates at every level of each disturbance, with the calibrated bench's templates."""
-    templates = trial.learn(trial.archive_matrices(phantom, 1, runs, detector), detector)
+    archive = trial.simulate_archive(phantom, 1, runs)
+    templates = trial.learn(trial.archive_matrices(archive, detector), detector)
     seeds = range(1001, 1001 + archives)
     for variation, levels in LEVELS.items():
         for level in levels:

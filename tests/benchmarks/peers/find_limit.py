@@ -25,7 +25,7 @@ from capsule.judging.roc import auc, height_at  # noqa: E402
 from capsule.phantom.parameters import Phantom  # noqa: E402
 from capsule.phantom.simulation import simulate_run  # noqa: E402
 from capsule.preprocessing import normalize  # noqa: E402
-from simulate import DEFAULT_TABLE, read_phantom  # noqa: E402
+from phantom_edges import DEFAULT_TABLE, read_phantom  # noqa: E402
 
 LENGTH, TEACHING_SEED, FRESH_SEED, FRESH = 1000, 70_001, 70_002, 600
 PENALTY = 1000.0

@@ -69,16 +69,23 @@ def wave_period(values: np.ndarray, expected: float) -> float:
     Returns
     -------
     float
-        Period in samples; to a thirty-second of a spectral line.
+        Period in samples, interpolated between the lines.
     """
     count = values.shape[1]
     centred = values - values.mean(axis=1, keepdims=True)
     scale = centred.std(axis=1, keepdims=True)
     tapered = centred / np.where(scale > 0, scale, 1.0) * np.hanning(count + 2)[1:-1]
-    padded = 32 * count
+    # A power of two is fast for every number of samples; four lines to each natural one are
+    # enough for a parabola through the highest and its neighbours.
+    padded = 4 << (count - 1).bit_length()
     power = (np.abs(np.fft.rfft(tapered, padded, axis=1)) ** 2).sum(axis=0)
     low, high = int(np.ceil(padded / (2 * expected))), int(padded / (expected / 2))
-    return padded / (low + int(power[low : high + 1].argmax()))
+    line = low + int(power[low : high + 1].argmax())
+    before, peak, after = power[line - 1 : line + 2]
+    bend = before - 2 * peak + after
+    # At an end of the range the highest line need not be a peak.
+    off = 0.5 * (before - after) / bend if bend < 0 else 0.0
+    return padded / (line + min(max(off, -0.5), 0.5))
 
 
 def wave_phase(values: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]:
@@ -152,11 +159,14 @@ def find_beats(
     phase = irregular + 2 * np.pi * samples / own_period + offset[:, np.newaxis]
     centred = pressed - pressed.mean(axis=1, keepdims=True)
     level = _window_mean(centred, window)
+    # A sensor that drifts during a wave would seem to beat.
+    steady = centred - _trend(level, window, count)
+    rest = _window_mean(steady, window)
     harmonics = []
     for order in (1, 2):
         turn = np.cos(order * phase)
         harmonics.append(
-            2 * (_window_mean(centred * turn, window) - level * _window_mean(turn, window))
+            2 * (_window_mean(steady * turn, window) - rest * _window_mean(turn, window))
         )
     usual_depth = np.median(harmonics[0], axis=1)
     if np.any(usual_depth <= 0):
@@ -171,6 +181,21 @@ def find_beats(
     ahead = np.interp(centre, samples, -irregular) * wavelength_mm / (2 * np.pi)
     steady = np.polyval(np.polyfit(centre, ahead, 1), centre)
     return Beats(channels, centre, ahead - steady)
+
+
+def _trend(level: np.ndarray, window: int, count: int) -> np.ndarray:
+    """Draw the windows' level (S, N) out to every sample (S, K); the ends go on at their slope."""
+    last = level.shape[1] - 1
+    wave = min(window, last)
+    half = (window - 1) / 2
+    centre, samples = np.arange(last + 1) + half, np.arange(count)
+    before, after = np.minimum(samples - half, 0.0), np.maximum(samples - half - last, 0.0)
+    trends = []
+    for row in level:
+        first_slope, last_slope = row[wave] - row[0], row[last] - row[last - wave]
+        ends = (before * first_slope + after * last_slope) / wave
+        trends.append(np.interp(samples, centre, row) + ends)
+    return np.stack(trends)
 
 
 def _window_mean(values: np.ndarray, window: int) -> np.ndarray:

@@ -1,7 +1,7 @@
 """One nodule passes all sensors in turn: the place and speed where their beats agree on it."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -25,9 +25,9 @@ class Passage:
         When the first sensor passes it, in samples from the recording's start.
     lag_samples : float
         Mean time from sensor to sensor, in samples.
-    variation : float
-        Standard deviation of the depth over the whole run, mean over the sensors, in usual depths;
-        it belongs to no place, and says most about the size.
+    level_spread, depth_spread, shape_spread : float
+        Standard deviation of the channels over the whole run, mean over the sensors, in usual
+        depths; they belong to no place, and say much about the size.
     """
 
     evidence: float
@@ -37,10 +37,12 @@ class Passage:
     location_mm: float
     location_samples: float
     lag_samples: float
-    variation: float
+    level_spread: float
+    depth_spread: float
+    shape_spread: float
 
 
-UNKNOWN = Passage(*[float("nan")] * 8)
+UNKNOWN = Passage(*[float("nan")] * len(fields(Passage)))
 
 
 def standardised_beats(
@@ -126,10 +128,10 @@ def find_passage(
     sensors = weighted.shape[0]
     behind_mm = pitch_mm * np.arange(sensors)
     dwell /= float(beats.centre[1] - beats.centre[0])
-    best, found = -np.inf, UNKNOWN
+    best, best_place, best_speed = -np.inf, 0.0, 0.0
     speeds = np.linspace(pitch_mm / lag_range[1], pitch_mm / lag_range[0], lags)
     for speed in speeds:
-        head_mm = beats.irregular_mm - beats.irregular_mm[0] + speed * beats.centre
+        head_mm = _head(beats, speed)
         # Places that at least half the sensors can meet.
         farthest = float(head_mm.max()) - behind_mm[sensors // 2]
         places = np.arange(0.0, max(farthest, 0.0) + step_mm / 2, step_mm)
@@ -140,12 +142,13 @@ def find_passage(
         evidence /= sensors
         place = int(evidence.argmax())
         if evidence[place] > best:
-            best = float(evidence[place])
-            found = _describe(
-                beats, head_mm, behind_mm, float(places[place]), pitch_mm / speed, best,
-                width_mm, dwell,
-            )  # fmt: skip
-    return found
+            best, best_place, best_speed = float(evidence[place]), float(places[place]), speed
+    return _describe(beats, behind_mm, best_place, best_speed, best, pitch_mm, width_mm, dwell)
+
+
+def _head(beats: Beats, speed: float) -> np.ndarray:
+    """Give the way of the first sensor (N,) at a mean speed in mm a sample."""
+    return beats.irregular_mm - beats.irregular_mm[0] + speed * beats.centre
 
 
 def _presence(places: np.ndarray, position_mm: np.ndarray, width_mm: float) -> np.ndarray:
@@ -155,19 +158,22 @@ def _presence(places: np.ndarray, position_mm: np.ndarray, width_mm: float) -> n
 
 def _describe(
     beats: Beats,
-    head_mm: np.ndarray,
     behind_mm: np.ndarray,
     place: float,
-    lag: float,
+    speed: float,
     evidence: float,
+    pitch_mm: float,
     width_mm: float,
     dwell: float,
 ) -> Passage:
+    head_mm = _head(beats, speed)
     averages = np.zeros(len(CHANNELS))
     for sensor, behind in enumerate(behind_mm):
         (presence,) = _presence(np.array([place]), head_mm - behind, width_mm)
         averages += beats.channels[:, sensor] @ presence / (presence.sum() + dwell)
     averages /= behind_mm.size
     moment = float(beats.centre[np.abs(head_mm - place).argmin()])
-    variation = float(beats.channels[CHANNELS.index("depth")].std(axis=1).mean())
-    return Passage(evidence, *map(float, averages), place, moment, lag, variation)
+    spreads = beats.channels.std(axis=2).mean(axis=1)
+    return Passage(
+        evidence, *map(float, averages), place, moment, pitch_mm / speed, *map(float, spreads)
+    )

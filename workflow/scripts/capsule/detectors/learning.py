@@ -52,8 +52,19 @@ class DiagonalModel:
 
 
 def size_features(passages: Sequence[Passage]) -> np.ndarray:
-    """Lay out the features from which sizes are estimated, (n, 4)."""
-    return np.array([[p.level, p.depth, p.shape, p.variation] for p in passages]).reshape(-1, 4)
+    """Lay out the features from which sizes are estimated, (n, 7).
+
+    The channels at the place, the logarithms of their spreads over the run, which a size
+    multiplies, and the time from sensor to sensor, since a large nodule slows the capsule down.
+    """
+    rows = [
+        [
+            *(passage.level, passage.depth, passage.shape, passage.lag_samples),
+            *np.log((passage.level_spread, passage.depth_spread, passage.shape_spread)),
+        ]
+        for passage in passages
+    ]
+    return np.array(rows).reshape(-1, 7)
 
 
 def fit_diagonal(
@@ -72,7 +83,7 @@ def fit_diagonal(
     ----------
     scores : (n,) array
         Evidence of each recording's passage; one without (NaN) teaches nothing.
-    features : (n, 4) array
+    features : (n, 7) array
         From `size_features`.
     sizes_mm : (n,) array
         True sizes, 0 for no nodule.

@@ -32,13 +32,6 @@ class FreeParameter:
             return float(self.low * (self.high / self.low) ** place)
         return float(self.low + (self.high - self.low) * place)
 
-    def place(self, value: float) -> float:
-        """Return the place in 0..1 of a value; what lies outside counts as the bound."""
-        value = min(max(value, self.low), self.high)
-        if self.logarithmic:
-            return float(np.log(value / self.low) / np.log(self.high / self.low))
-        return float((value - self.low) / (self.high - self.low))
-
 
 @dataclass(frozen=True)
 class Cloud:
@@ -99,8 +92,7 @@ class Generation:
 
 def evolve(
     free: Sequence[FreeParameter],
-    start: Mapping[str, float],
-    loss: Callable[[Mapping[str, float], int], float],
+    losses_of: Callable[[Sequence[Mapping[str, float]], int], Sequence[float]],
     draw: Callable[[int], np.random.Generator],
     *,
     candidates: int,
@@ -109,15 +101,15 @@ def evolve(
 ) -> Iterator[Generation]:
     """Search without end: try a cloud of candidates, move it towards the best, try again.
 
+    The first cloud lies in the middle of all ranges, so nothing depends on earlier results.
+
     Parameters
     ----------
     free
         What is searched for.
-    start
-        Values of these parameters to begin with.
-    loss
-        ``loss(values, number)``: how bad the values are, in generation ``number``. All candidates
-        of a generation should meet the same random numbers: a fair comparison.
+    losses_of
+        ``losses_of(candidates, number)``: how bad each candidate of generation ``number`` is. All
+        candidates of a generation should meet the same random numbers: a fair comparison.
     draw
         ``draw(number)``: source of the candidates of generation ``number``.
     candidates
@@ -127,12 +119,11 @@ def evolve(
     rate
         How far the cloud moves in a generation, 0..1.
     """
-    centre = np.array([each.place(start[each.name]) for each in free])
-    cloud = Cloud(centre, np.full(centre.size, spread))
+    cloud = Cloud(np.full(len(free), 0.5), np.full(len(free), spread))
     for number in itertools.count():
         places = cloud.draw(draw(number), candidates)
         values = [values_at(free, place) for place in places]
-        losses = [loss(each, number) for each in values]
+        losses = list(losses_of(values, number))
         cloud = cloud.moved(places, losses, rate)
         yield Generation(values, losses, values_at(free, cloud.centre))
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from capsule.phantom.paper_table import SIZES_MM
 from capsule.phantom.parameters import Phantom, value_of, with_values
-from capsule.phantom.trial import Detector, archive_matrices, classify
+from capsule.phantom.trial import Detector, archive_matrices, classify, simulate_archive
 from capsule.seeding import generator
 from capsule.templates import TemplateSet
 
@@ -107,7 +107,7 @@ def measure(
             numbers = generator(seed, "fault", name)
             return with_fault(counts, fault, int(numbers.integers(len(counts))), numbers)
 
-        matrices = archive_matrices(phantom, seed, runs, detector, spoil)
+        matrices = archive_matrices(simulate_archive(phantom, seed, runs), detector, spoil)
         table += classify(matrices, templates)
     return table
 

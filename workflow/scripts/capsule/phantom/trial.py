@@ -8,9 +8,10 @@ import numpy as np
 from capsule.detection import nearest_size, template_distances
 from capsule.fitting import fit_particle
 from capsule.particles import ParameterSpace
-from capsule.phantom.paper_table import SIZES_MM
+from capsule.phantom.geometry import sensor_offsets
+from capsule.phantom.paper_table import SIZES_MM, motion
 from capsule.phantom.parameters import Phantom
-from capsule.phantom.simulation import SENSORS, simulate_run
+from capsule.phantom.simulation import SENSORS, Run, simulate_run
 from capsule.preprocessing import preprocess
 from capsule.seeding import generator
 from capsule.templates import TemplateSet, build_templates
@@ -43,30 +44,44 @@ def quick(detector: Detector) -> Detector:
     )
 
 
+def simulate_archive(phantom: Phantom, seed: int, runs: int) -> dict[str, Run]:
+    """Simulate so many runs of each size, 0..5 mm, by recording name such as ``3mm/r07``."""
+    names = [f"{size}mm/r{run:02d}" for size in SIZES_MM for run in range(1, runs + 1)]
+    return {name: simulate_run(phantom, _size(name), seed, name) for name in names}
+
+
 def archive_matrices(
-    phantom: Phantom,
-    seed: int,
-    runs: int,
+    archive: Mapping[str, Run],
     detector: Detector,
     spoil: Callable[[np.ndarray, str], np.ndarray] | None = None,
 ) -> dict[str, np.ndarray]:
-    """Simulate an archive and return its matrices V, thinned by the stride, by recording name.
+    """Return the matrices V of an archive, thinned by the stride, by recording name.
 
     Parameters
     ----------
-    runs
-        Runs of each size, 0..5 mm.
+    archive
+        From `simulate_archive`.
     spoil
         Changes the readings (S, K) of a run, given its name; a fault of a sensor.
     """
-    names = [f"{size}mm/r{run:02d}" for size in SIZES_MM for run in range(1, runs + 1)]
     matrices = {}
-    for name in names:
-        run = simulate_run(phantom, _size(name), seed, name)
+    for name, run in archive.items():
         counts = run.counts if spoil is None else spoil(run.counts, name)
         matrix = preprocess(counts.astype(np.float64), **detector.preprocessing)
         matrices[name] = np.ascontiguousarray(matrix[:, :: detector.stride])
     return matrices
+
+
+def archive_motion(archive: Mapping[str, Run], phantom: Phantom) -> dict[str, float]:
+    """Return in how many runs over a nodule the capsule moves as the paper says, in percent."""
+    behind_mm = sensor_offsets(phantom.origami, SENSORS)
+    arrived, passing = [], []
+    for name, run in archive.items():
+        if _size(name) > 0:
+            arrived.append(run.time_s.size < int(phantom.advance.longest_samples))
+            moments = np.searchsorted(run.head_mm, run.nodule_at_mm + behind_mm)
+            passing.append(np.diff(moments).mean())
+    return motion(np.array(arrived), np.array(passing))
 
 
 def learn(matrices: Mapping[str, np.ndarray], detector: Detector) -> TemplateSet:
