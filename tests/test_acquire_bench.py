@@ -1,5 +1,6 @@
 """acquire.py against the real firmware in the emulator: what a lab fears, tried."""
 
+import json
 import os
 import resource
 import signal
@@ -402,12 +403,21 @@ def test_running_verdict(logger_bench):
     shape = np.zeros((4, 1000))
     shape[:, 200:400] = 0.5
     np.savez(templates, **{"0mm": np.zeros((4, 1000)), "4mm": shape})
+    unknown = {"threshold": None, "probability": None, "sizes": None, "known_mm": [4.0]}
+    learned = {"recordings": 0, "margin_threshold": 5.0, "diagonal": unknown, "settings": {}}
+    (logger_bench.folder / "detectors.json").write_text(json.dumps(learned))
     recorder = logger_bench.record("--duration", "60", "--detect", "--templates", templates)
     logger_bench.run_to_end(recorder)
-    assert "verdict: n" in recorder.expect(0)
-    assert "RMSE" in recorder.output[0]
+    said = recorder.expect(0)
+    assert "verdict of template: n" in said and "verdict of template_threshold: n" in said
+    assert "verdict of diagonal: not known, no" in said
+    assert said.index("archived") < said.index("verdict of template:")
 
 
 def test_detect_without_templates(logger_bench):
     recorder = logger_bench.record("--detect", "--templates", logger_bench.folder / "none.npz")
     recorder.expect(1, "none.npz", "snakemake")
+    np.savez(logger_bench.folder / "templates.npz", **{"0mm": np.zeros((4, 1000))})
+    templates = logger_bench.folder / "templates.npz"
+    recorder = logger_bench.record("--detect", "--templates", templates)
+    recorder.expect(1, "detectors.json", "snakemake")

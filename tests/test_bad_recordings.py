@@ -159,7 +159,8 @@ def test_a_gigabyte_is_rejected_at_once_and_in_little_memory(tmp_path):
     settings = {name: config[name] for name in ("recording", "preprocessing")}
     command = [sys.executable, str(ROOT / "workflow/scripts/preprocess.py"), str(recording)]
     command += ["--name", "3mm/huge", "--settings", json.dumps(settings)]
-    command += ["--matrix", str(tmp_path / "m.npy"), "--check", str(tmp_path / "c.json")]
+    command += ["--signal", str(tmp_path / "s.npy"), "--matrix", str(tmp_path / "m.npy")]
+    command += ["--check", str(tmp_path / "c.json")]
     start = time.perf_counter()
     subprocess.run(command, check=True)
     assert time.perf_counter() - start < 5

@@ -53,7 +53,7 @@ def test_the_configuration_holds_the_papers_numbers():
             84,
             "preprocessing.windw: there is no such key; did you mean window",
         ),
-        ("zzz", 1, "zzz: there is no such key; known here: evaluation, fit"),
+        ("zzz", 1, "zzz: there is no such key; known here: detectors, diagonal"),
         ("fit.particles", None, "fit.particles: is missing"),
         ("fit.particles", "many", "fit.particles: 'many' is not allowed; must be a whole number"),
         ("fit.particles", 2000.5, "fit.particles: 2000.5 is not allowed"),
@@ -178,4 +178,4 @@ def test_every_number_has_a_limit_on_both_sides():
             high = {"maximum", "exclusiveMaximum"} & set(number)
             unlimited += [key] if not (low and high) else []
     # Any whole number is a seed; it is hashed.
-    assert unlimited == ["fit.seed"]
+    assert unlimited == ["fit.seed", "evaluation.seed"]

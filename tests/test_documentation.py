@@ -29,6 +29,9 @@ def allowed(part):
         items = part["items"]
         if "enum" in items:
             return "list of " + ", ".join(f"`{value}`" for value in items["enum"])
+        if "maxItems" not in part:
+            return f"list of {items['type']}s, {_limits(items)}"
+        items = SCHEMA["$defs"][items["$ref"].rsplit("/", 1)[1]] if "$ref" in items else items
         return f"pair of {items['type']}s, {_limits(items)}"
     return f"{part['type']}{', ' if _limits(part) else ''}{_limits(part)}"
 

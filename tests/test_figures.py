@@ -18,6 +18,7 @@ from capsule.figures.preprocessing import (
     typical_recording,
 )
 from capsule.figures.rates import draw_rates
+from capsule.figures.roc import curve_table, draw_roc
 from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
 from capsule.figures.templates import draw_templates, template_table
 from capsule.particles import Particle, render
@@ -152,6 +153,51 @@ def test_confusion_shows_the_counts(width):
     figure = draw_confusion(confusion, SCHEMES, SIZES, width)
     assert len(figure.axes) == 2
     assert texts(figure).count("1") == 2 * 6
+
+
+def curves(detectors, sizes=(np.nan, 1.0)):
+    """Make tables as capsule.judging.tables does: curves, specificity and sensitivity."""
+    roc = [
+        {
+            "detector": name, "scheme": "leave_one_out", "size_mm": size,
+            "false_positive_rate": rate, "true_positive_rate": rate**power,
+            "true_positive_rate_low": rate**power / 2, "true_positive_rate_high": 1.0,
+        }
+        for name, power in detectors.items() for size in sizes for rate in (0.0, 0.5, 1.0)
+    ]  # fmt: skip
+    key = [{"detector": name, "scheme": "leave_one_out"} for name in detectors]
+    summary = [row | {"specificity": 0.75} for row in key]
+    sensitivity = [row | {"size_mm": size, "sensitivity": 0.5} for row in key for size in sizes]
+    columns = ["detector", "scheme", "size_mm", "false_positive_rate", "true_positive_rate"]
+    tables = (
+        pd.DataFrame(roc, columns=None if roc else columns),
+        *map(pd.DataFrame, (summary, sensitivity)),
+    )
+    return curve_table(*tables, "leave_one_out")
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_detectors_of_one_score_share_a_curve_and_keep_their_points(width):
+    table = curves({"template": 1, "template_threshold": 1, "diagonal": 0.5})
+    points = table[table["kind"] == "operating point"]
+    assert set(points["false_positive_rate"]) == {0.25}
+    figure = draw_roc(table, ["template", "template_threshold", "diagonal"], width)
+    shown = texts(figure)
+    assert "score of template, template_threshold" in shown and "score of diagonal" in shown
+    assert "verdicts of template_threshold" in shown
+    assert [axes.get_title(loc="left") for axes in figure.axes if axes.get_visible()] == [
+        "any nodule",
+        "1 mm",
+    ]
+    assert render_figure(figure, "svg", "roc")
+
+
+def test_without_a_curve_the_figure_says_so():
+    empty = pd.DataFrame(columns=["detector", "scheme", "size_mm", "false_positive_rate"])
+    summary = pd.DataFrame({"detector": ["template"], "scheme": ["leave_one_out"]})
+    summary = summary.assign(specificity=np.nan, size_mm=np.nan, sensitivity=1.0)
+    table = curve_table(empty, summary, summary, "leave_one_out")
+    assert "no recording to count" in texts(draw_roc(table, ["template"]))
 
 
 @pytest.mark.parametrize("kind", ["svg", "pdf"])

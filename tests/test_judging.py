@@ -8,7 +8,7 @@ from capsule.judging.agreement import exceedance, paired_difference, permuted_ar
 from capsule.judging.calibration import brier_score, calibration_table
 from capsule.judging.prevalence import predictive_values
 from capsule.judging.retest import combined_detections, first_passes
-from capsule.judging.size_error import size_error_row
+from capsule.judging.size_error import median_interval, size_error_row
 from capsule.seeding import generator
 
 SCORES = st.lists(st.integers(0, 9), min_size=1, max_size=12).map(np.array)
@@ -58,12 +58,20 @@ def test_a_true_probability_is_calibrated_and_a_false_one_is_not():
     truth = numbers.random(20000)
     nodule = numbers.random(20000) < truth
     share = nodule.mean()
-    rows = calibration_table(truth, nodule, share, 5, numbers, 100, 0.95)
+    rows = calibration_table(truth, nodule, share, 5, 0.95)
     for row in rows:
         assert row["observed"] == pytest.approx(row["stated"], abs=0.03)
         assert row["observed_low"] <= row["observed"] <= row["observed_high"]
     assert brier_score(truth, nodule, share) < brier_score(1 - truth, nodule, share)
     assert brier_score(np.full(nodule.size, 0.1), nodule, 0.1) == pytest.approx(0.09)
+
+
+def test_a_few_nodules_in_a_bin_do_not_prove_certainty():
+    probability = np.array([0.1] * 20 + [0.9] * 5)
+    low, empty, high = calibration_table(probability, probability > 0.5, 0.1, 3, 0.95)
+    assert (low["observed"], high["observed"]) == (0.0, 1.0)
+    assert low["observed_high"] > 0.01 and high["observed_low"] < 0.7
+    assert empty["recordings"] == 0 and np.isnan(empty["observed"])
 
 
 def test_the_comparison_of_two_detectors_is_mcnemars():
@@ -83,6 +91,10 @@ def test_dealt_out_labels_fall_to_chance():
     nodule = np.arange(60) >= 20
     areas = permuted_areas(nodule + 0.1 * numbers.normal(size=60), nodule, numbers, 500)
     assert areas.mean() == pytest.approx(0.5, abs=0.02)
+    ties = np.array([0.0, 1.0, 1.0, 2.0])
+    (area,) = permuted_areas(ties, np.array([False, True, False, True]), generator(1, "ties"), 1)
+    dealt = generator(1, "ties").permutation(ties)
+    assert area == pytest.approx(roc.auc(dealt[2:], dealt[:2]))
     assert exceedance(1.0, areas) == pytest.approx(1 / 501)
 
 
@@ -122,24 +134,48 @@ def rows(detector, predicted):
 
 def test_tables_compare_detectors_with_each_other_and_with_always_nodule():
     one, other = tables.collect(rows("one", [0, 1, 0, 1, 2]) + rows("other", [0, 0, 1, 1, 2]))
-    summary = {row["detector"]: row for row in tables.summary([one, other], 0.95)}
+    summary = {row["detector"]: row for row in tables.summary([one, other], 1.0, 0.95)}
     assert summary["one"]["balanced_accuracy"] == pytest.approx((2 / 3 + 1 / 2) / 2)
     assert summary["always_nodule"]["sensitivity"] == 1.0
     assert summary["always_nodule"]["balanced_accuracy"] == 0.5
+    # "one" misses a nodule of 1 mm, which is then of no size; "other" sizes all three rightly.
+    assert summary["one"]["exact_rate"] == summary["one"]["within_rate"] == pytest.approx(2 / 3)
+    assert summary["other"]["exact_rate"] == 1.0
+    assert np.isnan(summary["always_nodule"]["exact_rate"])
+    low, high = (summary["one"][f"balanced_accuracy_{end}"] for end in ("low", "high"))
+    assert low < summary["one"]["balanced_accuracy"] < high
     compared = {
         (row["measure"], row["size_mm"]): row["difference"]
         for row in tables.comparisons([one, other], 1.0, 0.95)
     }
     assert compared["detection", 0.0] == 0.5
     assert compared["detection", 1.0] == 0.5
+    assert compared["detection", tables.ANY] == pytest.approx(1 / 3)
     assert compared["size_within_tolerance", 2.0] == 0.0
+
+
+def test_a_recording_without_a_score_enters_no_curve():
+    unknown = rows("one", [0, 1, 0, 1, 2])
+    unknown[1]["score"] = ""
+    (verdicts,) = tables.collect(unknown)
+    areas, _ = tables.curves(verdicts, 1, 100, 0.95)
+    assert areas[0]["auc"] == pytest.approx((0.5 + 1 + 1) / 3)
+    (row,) = tables.permutation(verdicts, 1, 100, 0.95)
+    assert row["auc"] == areas[0]["auc"]
+
+
+def test_the_interval_of_the_median_lies_between_two_of_the_values():
+    # Of 20 values, 6 to 15 hold the median with 95.9 % (a table in any textbook of signs).
+    assert median_interval(np.arange(1.0, 21.0), 0.95) == (10.5, 6.0, 15.0)
+    few = median_interval(np.array([1.0, 2.0, 4.0]), 0.95)
+    assert few[0] == 2.0 and np.isnan(few[1:]).all()
 
 
 def test_a_verdict_that_is_not_known_enters_no_table():
     unknown = rows("one", [0, 1, 0, 1, 2])
     unknown[1]["predicted_mm"] = ""
     (verdicts,) = tables.collect(unknown)
-    (row, _) = tables.summary([verdicts], 0.95)
+    (row, _) = tables.summary([verdicts], 1.0, 0.95)
     assert row["recordings"] == 4
     assert row["specificity"] == 1.0
 

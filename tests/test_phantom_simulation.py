@@ -61,6 +61,9 @@ def test_a_file_says_that_it_is_simulated_and_reads_back():
     assert recording.header["source"] == "simulated phantom"
     assert recording.header["simulator_seed"] == "7"
     assert recording.header["site"] == "2mm/r01"
+    assert float(recording.header["nodule_at_mm"]) == pytest.approx(run.nodule_at_mm, abs=0.01)
+    healthy = recording_of(simulate_run(PHANTOM, 0, 7, "0mm/r01"), PHANTOM, 7, "0mm/r01")
+    assert "nodule_at_mm" not in healthy.header
     np.testing.assert_array_equal(recording.values, run.counts)
     np.testing.assert_allclose(np.diff(recording.time_s), 0.1)
 

@@ -15,9 +15,10 @@ from capsule.report import cards, judged, provenance, recordings
 
 ROOT = Path(__file__).parents[1]
 UNKNOWN = float("nan")
+RATES = {"schemes": ["leave_one_out"], "tolerance_mm": 1.0, "confidence": 0.95}
 SETTINGS = {
     "fit": {"seed": 1},
-    "evaluation": {"schemes": ["leave_one_out"], "tolerance_mm": 1.0, "confidence": 0.95},
+    "evaluation": {**RATES, "specificity": 0.95},
     "report": {"reliable_rate": 0.85},
 }
 
@@ -44,7 +45,7 @@ def evaluated(printed, verdicts, sizes_mm=(0.0, 2.0, 3.0), detectors=("template"
     ]
     columns = ["recording", "size_mm", "detector", "scheme", "predicted_mm"]
     columns += [f"rmse_{size:g}mm" for size in sizes_mm]
-    made = tables(rows, list(sizes_mm), **SETTINGS["evaluation"])
+    made = tables(rows, list(sizes_mm), **RATES)
     paper = {name: pd.DataFrame(rows) for name, rows in printed_tables(printed, 0.95).items()}
     ours = {name: pd.DataFrame(table, columns=COLUMNS[name]) for name, table in made.items()}
     return Evaluation(pd.DataFrame(rows, columns=columns), ours, paper)
@@ -94,7 +95,7 @@ def test_rows_hold_the_chosen_verdict_and_the_reason_of_the_rejected(printed):
         "within tolerance",
         "0.0000",
     )
-    assert recordings.title(good) == "2 mm nodule, taken for 3 mm (within tolerance)"
+    assert recordings.title(good) == "2 mm nodule, taken for 3 mm by template (within tolerance)"
     assert (bad["outcome"], bad["reason"], bad["verdict"]) == ("rejected", "the file is empty", "")
 
 
@@ -105,8 +106,10 @@ def test_the_summary_says_what_is_found_and_the_false_alarms(printed):
     evaluation = evaluated(printed, verdicts)
     (result,) = judged.results_of(evaluation, SETTINGS, printed["sizing_tolerance_mm"])
     text = cards.summary("simulated", 17, result["cards"], SETTINGS["evaluation"])
-    assert text.startswith("On 17 simulated recordings, nodules of 3 mm and larger are reliably")
-    assert "a nodule is reported in 25 % of the runs without one" in text
+    assert text.startswith(
+        "On 17 simulated recordings, the paper's detector reliably finds nodules of 3 mm and larger"
+    )
+    assert "it reports a nodule in 25 % of the runs without one" in text
     assert "within 1 mm in 84.6 % of the runs with a nodule" in text
 
 
@@ -124,7 +127,7 @@ def test_every_answer_has_the_papers_beside_it(printed):
     [
         ([], (0.0,), "There is no recording to judge by yet."),
         ([("0mm/a", 0.0, 0.0)], (0.0,), "none of a nodule of known size"),
-        ([("2mm/a", 2.0, 0.0)], (0.0, 2.0), "no nodule size is reliably found"),
+        ([("2mm/a", 2.0, 0.0)], (0.0, 2.0), "reliably finds no nodule size"),
     ],
 )
 def test_what_cannot_be_said_is_not_said(printed, verdicts, sizes_mm, expected):
@@ -135,6 +138,13 @@ def test_what_cannot_be_said_is_not_said(printed, verdicts, sizes_mm, expected):
     assert expected in said["summary"]
     assert "nan" not in json.dumps(said["results"], allow_nan=True).replace("NaN", "").lower()
     assert not any("nan" in card["answer"] + card["detail"] for card in said["results"][0]["cards"])
+
+
+def test_too_few_healthy_recordings_to_promise_a_specificity_are_told():
+    assert judged.few_healthy(19, 0.95) == judged.few_healthy(9, 0.9) == ""
+    assert judged.few_healthy(0, 0.95) == ""  # then there is no threshold at all
+    assert "that takes 19" in judged.few_healthy(18, 0.95)
+    assert judged.few_healthy(1, 0.9).startswith("1 recording without a nodule cannot promise")
 
 
 def test_the_papers_settings_are_keys_of_the_configuration(printed):

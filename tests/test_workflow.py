@@ -7,6 +7,9 @@ import shutil
 import numpy as np
 import pytest
 
+from acquisition.verdict import FinalVerdict
+from capsule.report import words
+from config_files import read_config_file
 from project import Project
 from synthetic import write_archive
 
@@ -61,14 +64,33 @@ def test_every_stage_hands_on_its_files(finished):
     with np.load(finished.results / "templates.npz") as templates:
         assert list(templates) == ["0mm", "1mm", "2.5mm"]
     predictions = table(finished, "evaluation/predictions.csv")
-    assert len(predictions) == 2 * 6
+    assert len(predictions) == 3 * 2 * 6
+    assert {row["detector"] for row in predictions[:12]} == {"template"}
     assert {"rmse_0mm", "rmse_1mm", "rmse_2.5mm"} <= set(predictions[0])
-    (detection,) = table(finished, "detections.csv")
+    detection, by_threshold, by_diagonal = table(finished, "detections.csv")
+    assert by_threshold["detector"] == "template_threshold"
+    assert float(by_diagonal["score"]) != float(by_diagonal["threshold"])
+    assert 0 < float(by_diagonal["probability"]) < 1
     assert detection["recording"] == "unlabelled/patient"
     nearest = min(("0mm", "1mm", "2.5mm"), key=lambda size: float(detection[f"rmse_{size}"]))
     assert f"{float(detection['predicted_mm']):g}mm" == nearest
-    for name in ("detection", "specificity", "sizing", "confusion"):
-        assert table(finished, f"evaluation/{name}.csv")
+    for name in ("detection", "specificity", "sizing", "confusion", "summary", "auc"):
+        detectors = [row["detector"] for row in table(finished, f"evaluation/{name}.csv")]
+        assert detectors[0] == "template"
+        assert {"template", "template_threshold", "diagonal"} <= set(detectors)
+
+
+def test_what_is_handed_on_judges_a_recording_as_the_workflow_did(finished):
+    settings = read_config_file(finished.folder / "config/config.yaml")
+    files = finished.results / "templates.npz", finished.results / "detectors.json"
+    values = np.load(finished.results / "signals/unlabelled/patient.npy")
+    said = FinalVerdict(*files, settings).judge(values)
+    rows = table(finished, "detections.csv")
+    for line, row in zip(said, rows, strict=True):
+        verdict = f"nodule of {float(row['estimate_mm']):.1f} mm" if row["estimate_mm"] else "no"
+        assert line.startswith(f"verdict of {row['detector']}: {verdict}")
+        assert not row["probability"] or words.percent(float(row["probability"])) in line
+        assert not row["location_s"] or words.place(float(row["location_s"]), None) in line
 
 
 def test_a_second_call_has_nothing_to_do(project):
@@ -90,7 +112,9 @@ def test_a_fresh_checkout_runs_nothing_again(finished, tmp_path):
     ("module", "expected"),
     [
         ("capsule/fitting.py", {"fit": len(NODULES), "average": 1, "evaluate": 1, "detect": 1}),
+        ("capsule/detectors/diagonal.py", {"passages": 1, "evaluate": 1, "detect": 1}),
         ("capsule/evaluation.py", {"evaluate": 1}),
+        ("capsule/judging/prevalence.py", {}),
         ("detect.py", {"detect": 1}),
         ("capsule/report/words.py", {}),
     ],
@@ -202,6 +226,7 @@ def test_a_fault_in_the_configuration_is_told_before_anything_runs(new, tmp_path
     ("file", "expected"),
     [
         ("scripts/capsule/figures/rates.py", {"draw", "report"}),
+        ("scripts/capsule/judging/roc.py", {"judge", "draw", "report"}),
         ("scripts/capsule/report/cards.py", {"report"}),
         ("report/report.css", {"report"}),
     ],
@@ -220,6 +245,23 @@ def test_an_archive_of_nodules_alone_has_its_figures_and_report_too(new, tmp_pat
     assert run.status == 0, run.output
     page = (project.results / "report.html").read_text(encoding="utf-8")
     assert "There is no recording without a nodule." in page
+    assert "template_threshold and diagonal have given no verdict on a labelled recording." in page
     assert "There are none. Put recordings whose nodule is not known" in page
     (row,) = [r for r in table(project, "evaluation/specificity.csv") if "leave" in r["scheme"]]
     assert (row["healthy"], row["specificity"]) == ("0", "")
+
+
+def test_two_labelled_recordings_are_enough_for_verdicts_and_the_page_says_how_far_to_trust_them(
+    new, tmp_path
+):
+    project = new.copy(tmp_path / "few")
+    for name in ("0mm/r02", "1mm/r02", "2.5mm/r01", "2.5mm/r02"):
+        (project.raw / f"{name}.csv").unlink()
+    run = project.snakemake()
+    assert run.status == 0, run.output
+    said = table(project, "detections.csv")
+    assert [row["detector"] for row in said] == ["template", "template_threshold", "diagonal"]
+    assert all(row["predicted_mm"] for row in said)
+    page = (project.results / "report.html").read_text(encoding="utf-8")
+    assert "1 recording without a nodule cannot promise a specificity of 95 %" in page
+    assert "template_threshold has given no verdict on a labelled recording." in page

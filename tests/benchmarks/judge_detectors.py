@@ -25,10 +25,10 @@ sys.path[:0] = [str(ROOT / "workflow" / "scripts"), str(Path(__file__).parent)]
 
 from judge_rates import rates  # noqa: E402
 
-from capsule.detectors.beats import find_beats  # noqa: E402
-from capsule.detectors.diagonal import UNKNOWN, Passage, find_passage  # noqa: E402
+from capsule.detectors.diagonal import Passage  # noqa: E402
 from capsule.detectors.learning import DiagonalDetector  # noqa: E402
 from capsule.detectors.paper import TemplateDetector  # noqa: E402
+from capsule.detectors.search import search  # noqa: E402
 from capsule.fitting import fit_particle  # noqa: E402
 from capsule.judging import roc  # noqa: E402
 from capsule.judging.retest import combined_detections, first_passes  # noqa: E402
@@ -56,26 +56,13 @@ CONDITIONS = {
 
 
 def settings() -> dict:
-    """Read config.yaml, and what detectors.yaml adds to it."""
-    config = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
-    added = Path(__file__).with_name("detectors.yaml").read_text(encoding="utf-8")
-    for section, values in yaml.safe_load(added).items():
-        config[section] = config.get(section, {}) | values
-    return config
+    """Read config.yaml."""
+    return yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
 
 
 def passage_of(values: np.ndarray, config: dict) -> Passage:
     """Search one recording with the configured detector."""
-    options = dict(config["diagonal"])
-    options.pop("size_ridge")
-    period = config["recording"]["rate_hz"] * options["wavelength_mm"]
-    beats = find_beats(
-        values,
-        period=period / options.pop("wave_speed_mm_s"),
-        wavelength_mm=options.pop("wavelength_mm"),
-        pressing_lowers=options.pop("pressing_lowers_reading"),
-    )
-    return UNKNOWN if beats is None else find_passage(beats, **options)
+    return search(values, config["recording"]["rate_hz"], config["diagonal"])
 
 
 def archive(phantom: Phantom, seed: int, passes: int = 1) -> Iterator[tuple[str, float, object]]:

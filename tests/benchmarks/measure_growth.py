@@ -23,7 +23,19 @@ sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
 
 from project import Project  # noqa: E402
 
-STAGES = ["preprocess", "index", "fit", "average", "evaluate", "detect", "draw", "report"]
+STAGES = [
+    "preprocess",
+    "index",
+    "fit",
+    "average",
+    "passages",
+    "evaluate",
+    "judge",
+    "detect",
+    "combine",
+    "draw",
+    "report",
+]
 SIZES = ["0", "1", "2", "3", "4", "5"]
 
 
@@ -41,11 +53,20 @@ def simulate(project: Project, runs: int, sizes: list[str] = SIZES, seed: int = 
     subprocess.run([*command, "--sizes", *sizes], check=True, capture_output=True)
 
 
+def cpu_of_children() -> float:
+    """Give the CPU time of all processes that have ended."""
+    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return usage.ru_utime + usage.ru_stime
+
+
 def seconds_of(project: Project, *arguments: str, cores: int) -> float:
     """Time a call of snakemake; it must succeed."""
-    start = time.perf_counter()
+    start, cpu = time.perf_counter(), cpu_of_children()
     run = project.snakemake(*arguments, cores=cores)
-    elapsed = time.perf_counter() - start
+    elapsed, cpu = time.perf_counter() - start, cpu_of_children() - cpu
+    # At once, since the largest archive takes most of an hour; CPU time bears a shared machine.
+    call = " ".join(["snakemake", *arguments])
+    print(f"{call}: {elapsed:.1f} s, CPU {cpu:.1f} s", file=sys.stderr, flush=True)
     if run.status != 0:
         raise SystemExit(f"snakemake failed:\n{run.output[-3000:]}")
     return elapsed

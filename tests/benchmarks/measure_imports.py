@@ -33,7 +33,7 @@ def job_commands(recording: Path, folder: Path) -> dict[str, list[str]]:
     name = f"{recording.parent.name}/{recording.stem}"
     matrix, check, fit = (str(folder / file) for file in ("matrix.npy", "check.json", "fit.json"))
     common = ["--name", name, "--settings", json.dumps(config)]
-    outputs = ["--matrix", matrix, "--check", check]
+    outputs = ["--signal", str(folder / "signal.npy"), "--matrix", matrix, "--check", check]
     return {
         "preprocess": [str(SCRIPTS / "preprocess.py"), str(recording), *common, *outputs],
         "fit": [str(SCRIPTS / "fit.py"), matrix, *common, "--output", fit],

@@ -243,18 +243,26 @@ function distanceCell(value, nearest, longest) {
 }
 
 function distanceTable(evidence, sizes) {
-  const heads = ["Template", ...evidence.verdicts.map((verdict) => verdict.label)];
-  const known = evidence.verdicts.map((verdict) => verdict.distances.filter((value) => value !== null));
+  const shown = evidence.verdicts.filter((verdict) => verdict.distances.length);
+  const heads = ["Template", ...shown.map((verdict) => verdict.label)];
+  const known = shown.map((verdict) => verdict.distances.filter((value) => value !== null));
   const longest = Math.max(0, ...known.flat());
   const rows = sizes.map((size, index) => [
     sizeWords(size),
-    ...evidence.verdicts.map((verdict, which) =>
-      distanceCell(verdict.distances[index], Math.min(...known[which]), longest),
-    ),
+    ...shown.map((verdict, which) => distanceCell(verdict.distances[index], Math.min(...known[which]), longest)),
   ]);
-  const verdicts = ["Verdict", ...evidence.verdicts.map((verdict) => element("strong", "", sizeWords(verdict.predicted_mm)))];
-  const caption = "RMSE to every template; the shortest distance is the verdict.";
-  return textTable("distances", "distances", caption, heads, [...rows, verdicts]);
+  const caption = "RMSE to every template; the shortest distance is the verdict of the paper’s detector, template.";
+  return textTable("distances", "distances", caption, heads, rows);
+}
+
+function verdictTable(evidence) {
+  const rows = evidence.verdicts.map((verdict) => [
+    verdict.label,
+    element("strong", "", sizeWords(verdict.predicted_mm)),
+    verdict.details,
+  ]);
+  const caption = "Every detector’s verdict, by what other recordings teach; with resubstitution this one teaches too.";
+  return textTable("verdicts", "verdicts", caption, ["Detector", "Verdict", "Details"], rows);
 }
 
 function peakTable(evidence) {
@@ -319,7 +327,7 @@ function showRecording(viewer, evidence, sizes) {
   };
   const tables = element("div", "tables");
   tables.append(distanceTable(evidence, sizes), peakTable(evidence));
-  viewer.append(tables);
+  viewer.append(verdictTable(evidence), tables);
   const facts = element("dl", "facts");
   for (const [name, text] of Object.entries(evidence.facts)) {
     facts.append(element("dt", "", name), element("dd", "", text || UNKNOWN));

@@ -1,8 +1,8 @@
 # Recordings are checked and made into matrices, and all of them are listed.
 #
 # takes: raw/<size>mm/<run>.csv
-# gives: results/matrices/<size>mm/<run>.npy, results/checks/<size>mm/<run>.json,
-#        results/recordings.csv, results/passed_over.csv
+# gives: results/signals/<size>mm/<run>.npy, results/matrices/<size>mm/<run>.npy,
+#        results/checks/<size>mm/<run>.json, results/recordings.csv, results/passed_over.csv
 
 
 rule preprocess:
@@ -11,6 +11,7 @@ rule preprocess:
         script=script("preprocess.py"),
         library=library("preprocess.py"),
     output:
+        signal="results/signals/{recording}.npy",
         matrix="results/matrices/{recording}.npy",
         check="results/checks/{recording}.json",
     log:
@@ -23,8 +24,8 @@ rule preprocess:
         code=content_of_code("preprocess.py"),
     shell:
         "python {input.script:q} {input.recording:q} --name {wildcards.recording:q}"
-        " --settings {params.settings:q} --matrix {output.matrix:q} --check {output.check:q}"
-        " > {log:q} 2>&1"
+        " --settings {params.settings:q} --signal {output.signal:q} --matrix {output.matrix:q}"
+        " --check {output.check:q} > {log:q} 2>&1"
 
 
 rule index:

@@ -5,10 +5,30 @@
 # gives: results/figures/<figure>{,_column}.{svg,pdf}, results/figures/<figure>.csv,
 #        results/report.html
 
-FIGURES = ["preprocessing", "templates", "detection", "sizing", "negatives", "confusion"]
-TABLES = ["predictions", "detection", "specificity", "sizing", "confusion"]
+FIGURES = [
+    "preprocessing",
+    "templates",
+    "detection",
+    "sizing",
+    "negatives",
+    "confusion",
+    "roc",
+]
+TABLES = ["predictions", "detection", "specificity", "sizing", "confusion", *JUDGEMENTS]
 # The report says by a checksum which code its results come from.
-STAGES = ["preprocess", "index", "fit", "average", "evaluate", "detect", "draw", "report"]
+STAGES = [
+    "preprocess",
+    "index",
+    "fit",
+    "average",
+    "passages",
+    "evaluate",
+    "judge",
+    "detect",
+    "combine",
+    "draw",
+    "report",
+]
 CODE = {script(f"{stage}.py") for stage in STAGES}
 CODE.update(path for stage in STAGES for path in library(f"{stage}.py"))
 
@@ -51,6 +71,7 @@ rule report:
         parameters="results/templates.json",
         evaluation=expand("results/evaluation/{table}.csv", table=TABLES),
         detections="results/detections.csv",
+        sites="results/sites.csv",
         figures=rules.draw.output,
         raw=expand("raw/{recording}.csv", recording=ARCHIVE.recordings),
         fits=expand("results/fits/{recording}.json", recording=ARCHIVE.of_nodules()),

@@ -1,38 +1,47 @@
-"""Compare the unlabelled recordings with the templates."""
+"""Let every detector judge the unlabelled recordings, and keep what all labelled ones teach it."""
 
 import argparse
+import json
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 import files
-from capsule.detection import nearest_size, template_distances
+from capsule.detectors.learned import to_json
 from capsule.naming import folder_size_mm, size_mm
+from capsule.templates import TemplateSet
+from judges import COLUMNS, Judges, read_array, read_passages
 
 
 def main() -> None:
-    """Write detections.csv: the predicted size and the distance to each template."""
+    """Write detections.csv: verdict, size, probability and place, and the template distances."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--recordings", type=Path, required=True, help="recordings.csv")
     parser.add_argument("--matrices", type=Path, required=True, help="the folder of matrices")
     parser.add_argument("--templates", type=Path, required=True, help="templates.npz")
+    parser.add_argument("--passages", type=Path, required=True, help="passages.csv")
+    parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
     parser.add_argument("--output", type=Path, required=True, help="output: detections.csv")
+    parser.add_argument("--learned", type=Path, required=True, help="output: detectors.json")
     arguments = parser.parse_args()
+    names = files.accepted_recordings(arguments.recordings)
+    sizes_mm = {name: size_mm(name) for name in names if size_mm(name) is not None}
+    settings = arguments.settings
     with np.load(arguments.templates) as stored:
-        templates = dict(stored)
-    sizes_mm = [folder_size_mm(label) for label in templates]
-    labels = [f"rmse_{label}" for label in templates]
-    rows = []
-    for name in files.accepted_recordings(arguments.recordings):
-        if size_mm(name) is None:
-            matrix = np.load(arguments.matrices / f"{name}.npy")
-            distances = template_distances(matrix, list(templates.values()))
-            row = {"recording": name, "detector": "template"}
-            row["predicted_mm"] = nearest_size(distances, sizes_mm)
-            rows.append(row | dict(zip(labels, distances.tolist(), strict=True)))
-    columns = ["recording", "detector", "predicted_mm", *labels]
+        known_mm = tuple(folder_size_mm(label) for label in stored)
+        matrices = tuple(stored.values())
+    # Nothing is left out here, so the sums behind the templates are not needed.
+    templates = TemplateSet(known_mm, (), matrices, settings["fit"]["first_peak"])
+    passages = read_passages(arguments.passages)
+    load = partial(read_array, arguments.matrices)
+    judges = Judges(sizes_mm, templates, {}, passages, load, settings)
+    unlabelled = [name for name in names if name not in sizes_mm]
+    rows = [row for name in unlabelled for row in judges.rows(name, [])]
+    columns = ["recording", "detector", "predicted_mm", *judges.labels, *COLUMNS]
     files.write_csv(arguments.output, columns, rows)
-    print(f"{len(rows)} unlabelled recordings compared with {len(templates)} templates")
+    files.write_json(arguments.learned, {**to_json(judges.learned()), "settings": settings})
+    print(f"{len(unlabelled)} unlabelled recordings judged by {len(judges.detectors)} detectors")
 
 
 if __name__ == "__main__":

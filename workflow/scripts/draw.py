@@ -13,7 +13,7 @@ from capsule.figures.gallery import drawings
 from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
 from capsule.judgements import Evaluation
 from capsule.naming import folder_size_mm
-from results import read_accepted, read_evaluation, read_printed
+from results import read_accepted, read_evaluation, read_judgements, read_printed
 
 
 def examples(
@@ -56,7 +56,8 @@ def main() -> None:
     entries = files.read_json(arguments.parameters)["templates"]
     counts = [entry["recordings"] for entry in entries]
     runs = list(examples(evaluation, arguments.raw, settings))
-    for name, table, draw in drawings(evaluation, runs, templates, counts, settings):
+    judgements = read_judgements(arguments.evaluation)
+    for name, table, draw in drawings(evaluation, judgements, runs, templates, counts, settings):
         with files.write_whole(output / f"{name}.csv") as stream:
             table.to_csv(stream, index=False, lineterminator="\n")
         for width, suffix in ((PAGE_WIDTH_IN, ""), (COLUMN_WIDTH_IN, "_column")):

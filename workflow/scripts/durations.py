@@ -4,7 +4,18 @@ from pathlib import Path
 
 from capsule.report.provenance import seconds_in_log
 
-RULES = ("preprocess", "index", "fit", "average", "evaluate", "detect", "draw")
+RULES = (
+    "preprocess",
+    "index",
+    "fit",
+    "average",
+    "passages",
+    "evaluate",
+    "judge",
+    "detect",
+    "combine",
+    "draw",
+)
 
 
 def read_durations(logs: Path, names: list[str]) -> list[dict]:

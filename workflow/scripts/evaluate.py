@@ -1,8 +1,9 @@
-"""Judge the detector on the labelled recordings, leave-one-out and by resubstitution."""
+"""Let every detector judge the labelled recordings by what the other recordings teach."""
 
 import argparse
 import json
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -10,49 +11,63 @@ import numpy as np
 import files
 import fits
 from capsule import evaluation
-from capsule.detection import nearest_size, template_distances
-from capsule.naming import size_label, size_mm
-from capsule.templates import TemplateSet, build_templates
+from capsule.folds import Folds, group_scheme, header_groups
+from capsule.naming import size_mm
+from capsule.templates import build_templates
+from judges import COLUMNS, Judges, read_array, read_passages
 
 
-def predictions(
-    names: list[str], matrices: Path, templates: TemplateSet, particles: dict, schemes: list[str]
-) -> Iterator[dict]:
-    """Give one row a recording and scheme: the predicted size, the distance to each template."""
-    labels = [f"rmse_{size_label(size)}" for size in templates.sizes_mm]
-    for name in names:
-        matrix = np.load(matrices / f"{name}.npy")
-        size = size_mm(name)
-        for scheme in schemes:
-            compared = templates.matrices
-            if scheme == "leave_one_out" and size > 0:
-                compared = templates.without(size, particles[name])
-            distances = template_distances(matrix, compared)
-            row = {"recording": name, "size_mm": size, "detector": "template", "scheme": scheme}
-            row["predicted_mm"] = nearest_size(distances, templates.sizes_mm)
-            yield row | dict(zip(labels, distances.tolist(), strict=True))
+def group_folds(index: dict[str, dict], keys: list[str]) -> Iterator[Folds]:
+    """Give the folds that leave out whole sites or sessions, where the headers name several."""
+    for key in keys:
+        groups = header_groups(key, list(index), index)
+        if groups is None:
+            print(f"{group_scheme(key)}: the headers do not name several recordings a {key}")
+        else:
+            yield Folds(group_scheme(key), groups)
+
+
+def predictions(judges: Judges, sizes_mm: dict[str, float], all_folds: list[Folds]) -> list[dict]:
+    """Give one row a detector, recording and scheme, in this order."""
+    names, rows = list(sizes_mm), []
+    for place, name in enumerate(names):
+        for folds in all_folds:
+            left_out = [names[other] for other in np.flatnonzero(~folds.training(place))]
+            labels = {"size_mm": sizes_mm[name], "scheme": folds.scheme}
+            rows += [row | labels for row in judges.rows(name, left_out)]
+    return sorted(rows, key=lambda row: judges.detectors.index(row["detector"]))
 
 
 def main() -> None:
-    """Write the predictions and the tables of rates."""
+    """Write the predictions of every detector and scheme, and the tables of rates."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--recordings", type=Path, required=True, help="recordings.csv")
     parser.add_argument("--matrices", type=Path, required=True, help="the folder of matrices")
     parser.add_argument("--fits", type=Path, required=True, help="the folder of fits")
-    parser.add_argument("--settings", type=json.loads, required=True, help="config section, JSON")
+    parser.add_argument("--passages", type=Path, required=True, help="passages.csv")
+    parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
     parser.add_argument("--template-settings", type=json.loads, required=True, help="S, L, u")
     parser.add_argument("--output", type=Path, required=True, help="output: the folder of tables")
     arguments = parser.parse_args()
-    settings, folder = arguments.settings["evaluation"], arguments.output
+    settings, folder = arguments.settings, arguments.output
+    rules = settings["evaluation"]
+    rows = [row for row in files.read_csv(arguments.recordings) if row["status"] == "accepted"]
+    index = {row["recording"]: row for row in rows if row["size_mm"]}
+    sizes_mm = {name: size_mm(name) for name in index}
     particles = fits.read_particles(arguments.recordings, arguments.fits)
     templates = build_templates(fits.by_size(particles), **arguments.template_settings)
-    names = [n for n in files.accepted_recordings(arguments.recordings) if size_mm(n) is not None]
-    rows = list(predictions(names, arguments.matrices, templates, particles, settings["schemes"]))
-    labels = [f"rmse_{size_label(size)}" for size in templates.sizes_mm]
-    key = ["detector", "scheme"]
-    columns = ["recording", "size_mm", *key, "predicted_mm", *labels]
-    files.write_csv(folder / "predictions.csv", columns, rows)
-    for name, table in evaluation.tables(rows, templates.sizes_mm, **settings).items():
+    passages = read_passages(arguments.passages)
+    load = partial(read_array, arguments.matrices)
+    judges = Judges(sizes_mm, templates, particles, passages, load, settings)
+    columns = ["recording", "size_mm", "detector", "scheme", "predicted_mm"]
+    columns += [*judges.labels, *COLUMNS]
+    made = predictions(judges, sizes_mm, [Folds(name, list(index)) for name in rules["schemes"]])
+    grouped = predictions(judges, sizes_mm, list(group_folds(index, rules["groups"])))
+    files.write_csv(folder / "predictions.csv", columns, made)
+    files.write_csv(folder / "group_predictions.csv", columns, grouped)
+    known = [row for row in made if not np.isnan(row["predicted_mm"])]
+    counted = {key: rules[key] for key in ("schemes", "tolerance_mm", "confidence")}
+    for name, table in evaluation.tables(known, templates.sizes_mm, **counted).items():
         files.write_csv(folder / f"{name}.csv", evaluation.COLUMNS[name], table)
 
 

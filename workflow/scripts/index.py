@@ -9,7 +9,9 @@ from capsule.errors import CapsuleError
 from capsule.naming import as_cell, folder_size_mm, reason_of_copy
 from capsule.recording import source_of
 
+FROM_HEADER = ["site", "session", "nodule_at_mm"]
 COLUMNS = ["recording", "size_mm", "samples", "duration_s", "status", "reason", "sha256", "source"]
+COLUMNS += FROM_HEADER
 
 
 def rows_of(raw: Path, checks: Path) -> Iterator[dict]:
@@ -22,6 +24,7 @@ def rows_of(raw: Path, checks: Path) -> Iterator[dict]:
             print(f"{name}: came while the workflow ran; run it again to take it in")
             continue
         check = files.read_json(check_file)
+        check |= {key: as_cell(check["header"].get(key, "")) for key in FROM_HEADER}
         check["source"] = as_cell(source_of(check["header"]))
         if check["status"] == "accepted":
             # The readings, not the bytes: other line ends or headers make no other recording.

@@ -1,4 +1,7 @@
-"""Check one recording and make its matrix V; a rejected one gets a matrix of NaN."""
+"""Check one recording, lay its readings on an even grid and make its matrix V.
+
+A rejected recording gets arrays of NaN.
+"""
 
 import argparse
 import hashlib
@@ -22,6 +25,7 @@ def main() -> None:
     parser.add_argument("recording", type=Path, help="the CSV file")
     parser.add_argument("--name", required=True, help="the recording's name, such as 3mm/r07")
     parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
+    parser.add_argument("--signal", type=Path, required=True, help="output: the readings, .npy")
     parser.add_argument("--matrix", type=Path, required=True, help="output: the matrix, .npy")
     parser.add_argument("--check", type=Path, required=True, help="output: the check, .json")
     arguments = parser.parse_args()
@@ -31,7 +35,7 @@ def main() -> None:
     check = {"recording": arguments.name, "size_mm": size_mm(arguments.name), "header": {}}
     check |= {"samples": None, "duration_s": None, "status": "rejected", "reason": ""}
     check |= {"sha256": None, "readings_sha256": None}
-    matrix = np.full((sensors, shape["length"]), np.nan)
+    values = matrix = np.full((sensors, shape["length"]), np.nan)
     try:
         content = files.read_limited(arguments.recording, max_bytes)
         if content is None:
@@ -47,8 +51,9 @@ def main() -> None:
         check["status"] = "accepted"
     except RecordingError as reason:
         check["reason"] = str(reason)
-    with files.write_whole(arguments.matrix, "wb") as stream:
-        np.save(stream, matrix)
+    for path, array in ((arguments.signal, values), (arguments.matrix, matrix)):
+        with files.write_whole(path, "wb") as stream:
+            np.save(stream, array)
     files.write_json(arguments.check, check)
     print(f"{arguments.name}: {check['status']}", check["reason"])
 

@@ -14,12 +14,22 @@ import pandas as pd
 import files
 from capsule.figures.preprocessing import make_example
 from capsule.naming import size_mm
-from capsule.report import evidence, judged, overview, provenance, recordings, tables, words
+from capsule.report import (
+    comparison,
+    evidence,
+    judged,
+    overview,
+    places,
+    provenance,
+    recordings,
+    tables,
+    words,
+)
 from capsule.report.page import image_address, render_page
 from durations import read_durations
-from results import read_accepted, read_evaluation, read_fit, read_printed
+from results import read_accepted, read_evaluation, read_fit, read_judgements, read_printed
 
-FIGURES = ("detection", "negatives", "sizing", "confusion", "templates", "preprocessing")
+FIGURES = ("detection", "negatives", "sizing", "confusion", "roc", "templates", "preprocessing")
 PACKAGES = ("snakemake", "numpy", "scipy", "pandas", "matplotlib", "jinja2")
 STYLES = ("vendor/uplot/uPlot.min.css", "report.css")
 SCRIPTS = ("vendor/uplot/uPlot.iife.min.js", "signals.js", "viewer.js", "recordings.js")
@@ -69,6 +79,7 @@ def main() -> None:
     evaluation = read_evaluation(
         results / "evaluation", printed, settings["evaluation"]["confidence"]
     )
+    judgements = read_judgements(results / "evaluation")
     index = pd.read_csv(results / "recordings.csv")
     detections = pd.read_csv(results / "detections.csv")
     verdicts = recordings.verdicts_by_recording(evaluation.predictions, detections)
@@ -81,6 +92,9 @@ def main() -> None:
     page = {
         **overview.overview(index, pd.read_csv(results / "passed_over.csv")),
         **said,
+        **comparison.page_values(judgements, settings),
+        "places": places.place_rows(pd.read_csv(results / "sites.csv")),
+        "retest": places.retest_rows(judgements["retest"]),
         "templates": tables.template_rows(files.read_json(results / "templates.json")["templates"]),
         "detections": tables.detection_rows(detections),
         "evidence": list(evidence_of(rows, verdicts, arguments.raw, results, settings)),

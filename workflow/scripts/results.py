@@ -10,6 +10,7 @@ import yaml
 import files
 from capsule.acceptance import accept
 from capsule.judgements import TABLES, Evaluation
+from capsule.judging import COLUMNS
 from capsule.paper import printed_tables
 from capsule.particles import Particle
 from capsule.recording import Recording, read_recording
@@ -20,6 +21,11 @@ def read_evaluation(folder: Path, printed: Mapping, confidence: float) -> Evalua
     paper = {name: pd.DataFrame(rows) for name, rows in printed_tables(printed, confidence).items()}
     tables = {name: pd.read_csv(folder / f"{name}.csv") for name in TABLES}
     return Evaluation(pd.read_csv(folder / "predictions.csv"), tables, paper)
+
+
+def read_judgements(folder: Path) -> dict[str, pd.DataFrame]:
+    """Read the tables by which the detectors are compared."""
+    return {name: pd.read_csv(folder / f"{name}.csv") for name in COLUMNS}
 
 
 def read_printed(path: Path) -> dict:

@@ -11,7 +11,7 @@ PROJECT = Path(__file__).resolve().parents[3]
 EXAMPLES = """
 examples:
   acquire.py --size 3                     record a run over a 3 mm nodule until Ctrl-C
-  acquire.py --unlabelled --detect        record a run to be detected, with the running verdict
+  acquire.py --unlabelled --detect        record a run to be detected, and judge it
   acquire.py --size 0 --duration 90 --drive /dev/ttyACM1
                                           start the wave, record 90 s without a nodule, stop both
   acquire.py --recover                    make recordings of what killed recorders have left
@@ -59,7 +59,11 @@ def _add_run_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--site", help="header: the place of the nodule, for several passes")
     group.add_argument("--session", help="header: what these recordings have in common")
     group.add_argument("--plot", action="store_true", help="open a live window")
-    group.add_argument("--detect", action="store_true", help="show the detector's running verdict")
+    group.add_argument(
+        "--detect",
+        action="store_true",
+        help="show the running verdict, and in the end every detector's",
+    )
 
 
 def _add_board_options(parser: argparse.ArgumentParser) -> None:
@@ -115,7 +119,7 @@ def _add_place_options(parser: argparse.ArgumentParser) -> None:
         "--templates",
         type=Path,
         default=PROJECT / "results" / "templates.npz",
-        help="for --detect (default: results/templates.npz)",
+        help="for --detect, with detectors.json beside it (default: results/templates.npz)",
     )
     group.add_argument(
         "--config",

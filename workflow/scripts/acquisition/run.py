@@ -9,6 +9,8 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 
+import numpy as np
+
 from acquisition import archive, boards
 from acquisition.drive import Drive, Wave
 from acquisition.errors import AcquisitionError, BoardLostError
@@ -40,7 +42,7 @@ def record(options: argparse.Namespace) -> None:
     archive.check_free(final)
     settings = _settings(options.config)
     _tell_of_unfinished(options.raw)
-    judge = _judge(options, settings)
+    judge, judge_all = _judges(options, settings)
     wave = Wave(options.speed, options.ramp, options.direction)
     drive = Drive(options.drive, wave) if options.drive else None
     try:
@@ -67,9 +69,10 @@ def record(options: argparse.Namespace) -> None:
             print(warning, file=sys.stderr)
     if drive:
         session.progress.wave = drive.summary()
-    _tell_outcome(session, terminal, final, log.path, settings)
-    if judge:
-        terminal.note(f"verdict: {judge(session.samples, sensors)}")
+    values = _tell_outcome(session, terminal, final, log.path, settings)
+    if judge_all and values is not None:
+        for line in judge_all(values):
+            terminal.note(line)
 
 
 def recover(options: argparse.Namespace) -> None:
@@ -107,12 +110,17 @@ def _tell_of_unfinished(raw: Path) -> None:
         print(f"{len(parts)} unfinished under {raw} (acquire.py --recover): {parts[0]}")
 
 
-def _judge(options: argparse.Namespace, settings: dict) -> Callable[[list, int], str] | None:
+def _judges(
+    options: argparse.Namespace, settings: dict
+) -> tuple[Callable[[list, int], str] | None, Callable[[np.ndarray], list[str]] | None]:
+    """Give what judges the samples so far and what judges the whole recording, if wanted."""
     if not options.detect:
-        return None
-    from acquisition.verdict import RunningVerdict  # numpy only where it is used
+        return None, None
+    from acquisition.verdict import FinalVerdict, RunningVerdict  # only where they are used
 
-    return RunningVerdict(options.templates, settings["preprocessing"]).judge
+    running = RunningVerdict(options.templates, settings["preprocessing"])
+    learned = options.templates.with_name("detectors.json")
+    return running.judge, FinalVerdict(options.templates, learned, settings).judge
 
 
 def _logger(options: argparse.Namespace) -> tuple[Line, Identity]:
@@ -214,25 +222,25 @@ def _run(session: Session, part: archive.PartFile, terminal: Terminal, log: Fram
 
 def _tell_outcome(
     session: Session, terminal: Terminal, final: Path, log: Path, settings: dict
-) -> None:
+) -> np.ndarray | None:
+    """Say how it ended; gives the readings that the workflow will see, None if it refuses them."""
     progress = session.progress
     terminal.note(f"ended: {session.ended}")
     if progress.damaged:
         terminal.note(f"{progress.damaged} damaged frames are kept in {log}")
     terminal.note(f"archived {final}: {progress.summary()}")
-    if reason := _refusal(final, settings):
+    try:
+        return _accepted(final, settings)
+    except RecordingError as reason:
         terminal.note(f"warning: the workflow will refuse it: {reason}")
+        return None
 
 
-def _refusal(recording: Path, settings: dict) -> str:
+def _accepted(recording: Path, settings: dict) -> np.ndarray:
     """Ask the workflow's own check what it will say, while the run can still be made again."""
     rules = dict(settings["recording"])
     sensors, max_megabytes = rules.pop("sensors"), rules.pop("max_megabytes")
     shape = settings["preprocessing"]
-    try:
-        with recording.open("rb") as stream:
-            read = read_recording(stream, sensors, int(max_megabytes * 1e6))
-        accept(read, **rules, window=shape["window"], length=shape["length"])
-    except RecordingError as reason:
-        return str(reason)
-    return ""
+    with recording.open("rb") as stream:
+        read = read_recording(stream, sensors, int(max_megabytes * 1e6))
+    return accept(read, **rules, window=shape["window"], length=shape["length"])

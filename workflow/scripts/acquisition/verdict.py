@@ -1,4 +1,4 @@
-"""The running verdict of --detect: the paper's detector on what came so far."""
+"""The verdicts of --detect: the paper's detector on what came so far, every one in the end."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -7,8 +7,20 @@ import numpy as np
 
 from acquisition.errors import AcquisitionError
 from capsule.detection import nearest_size, template_distances
+from capsule.detectors.learned import from_json
+from capsule.detectors.verdicts import Verdict
 from capsule.naming import folder_size_mm
 from capsule.preprocessing import preprocess
+from capsule.report import words
+from files import read_json
+
+
+def read_templates(path: Path) -> dict[float, np.ndarray]:
+    """Read ``results/templates.npz``: the template of every size in mm."""
+    if not path.exists():
+        raise AcquisitionError(f"--detect needs {path}; make it first: snakemake -c2 {path}")
+    with np.load(path) as stored:
+        return {folder_size_mm(label): matrix for label, matrix in stored.items()}
 
 
 class RunningVerdict:
@@ -28,13 +40,8 @@ class RunningVerdict:
     """
 
     def __init__(self, templates: Path, shape: Mapping[str, float]) -> None:
-        if not templates.exists():
-            raise AcquisitionError(
-                f"--detect needs {templates}; make it first: snakemake -c2 {templates}"
-            )
-        with np.load(templates) as stored:
-            self._templates = list(stored.values())
-            self._sizes_mm = [folder_size_mm(label) for label in stored]
+        stored = read_templates(templates)
+        self._templates, self._sizes_mm = list(stored.values()), list(stored)
         self._shape = shape
 
     def judge(self, samples: Sequence[Sequence[int] | None], sensors: int) -> str:
@@ -70,3 +77,83 @@ class RunningVerdict:
             return "no verdict: a gap is longer than the window"
         what = f"nodule of {size_mm:g} mm" if size_mm else "no nodule"
         return f"{what} (RMSE {np.nanmin(distances):.3f})"
+
+
+class FinalVerdict:
+    """Judges a whole recording by every configured detector, as the workflow would.
+
+    Parameters
+    ----------
+    templates, learned : Path
+        ``results/templates.npz`` and ``results/detectors.json``, as the workflow makes them.
+    settings : mapping
+        The configuration.
+
+    Raises
+    ------
+    AcquisitionError
+        One of them is not there yet, or made by another configuration.
+    """
+
+    def __init__(self, templates: Path, learned: Path, settings: Mapping) -> None:
+        self._templates = read_templates(templates)
+        if not learned.exists():
+            raise AcquisitionError(
+                f"--detect needs {learned}; make it first: snakemake -c2 {learned}"
+            )
+        self._settings = settings
+        try:
+            content = read_json(learned)
+            same = all(content["settings"][key] == settings[key] for key in content["settings"])
+            self._learned = from_json(content)
+        except (KeyError, TypeError, ValueError):
+            same = False
+        if not same:
+            raise AcquisitionError(
+                f"{learned} was made by another configuration or version; make it again: "
+                f"snakemake -c2 {learned}"
+            )
+
+    def judge(self, values: np.ndarray) -> list[str]:
+        """Say what every configured detector makes of a recording.
+
+        Parameters
+        ----------
+        values : (S, K) array
+            Its readings on an even grid in time, as `capsule.acceptance.accept` gives them.
+
+        Returns
+        -------
+        list of str
+            A line a detector.
+        """
+        settings = self._settings
+        verdicts = self._learned.verdicts(
+            preprocess(values, **settings["preprocessing"]),
+            values,
+            self._templates,
+            first_peak=settings["fit"]["first_peak"],
+            rate_hz=settings["recording"]["rate_hz"],
+            diagonal=settings["diagonal"],
+        )
+        return [self._line(name, verdicts[name]) for name in settings["detectors"]]
+
+    def _line(self, detector: str, verdict: Verdict) -> str:
+        recording = self._settings["recording"]
+        if np.isnan(verdict.predicted_mm):
+            # Its own score is known where only the recordings that teach a threshold are missing.
+            why = "no wave on every sensor" if np.isnan(verdict.score) else "nothing to learn from"
+            return f"verdict of {detector}: not known, {why}"
+        said = ["no nodule"]
+        if verdict.predicted_mm > 0:
+            where = words.place(
+                verdict.location_samples / recording["rate_hz"], verdict.location_mm
+            )
+            said = [f"nodule of {verdict.estimate_mm:.1f} mm", f"sensor 1 passes it: {where}"]
+        if not np.isnan(verdict.probability):
+            prevalence = words.percent(self._settings["evaluation"]["prevalence"])
+            said.append(
+                f"probability of a nodule {words.percent(verdict.probability)} where {prevalence} "
+                "have one"
+            )
+        return f"verdict of {detector}: {', '.join(said)}"

@@ -153,11 +153,12 @@ def _contradictions(config: Mapping) -> Iterator[tuple[str, str]]:
     if window > length:
         key = "preprocessing.window"
         yield key, f"{key}: {window} samples are more than preprocessing.length, {length}"
-    for name in sorted(key for key in fit if key.endswith("_range")):
-        low, high = fit[name]
-        if low > high:
-            key = f"fit.{name}"
-            yield key, f"{key}: {low:g} is above {high:g}; give the lower bound first"
+    for part in ("diagonal", "fit"):
+        for name in sorted(key for key in config[part] if key.endswith("_range")):
+            low, high = config[part][name]
+            if low > high:
+                key = f"{part}.{name}"
+                yield key, f"{key}: {low:g} is above {high:g}; give the lower bound first"
     last = fit["first_peak"] + (recording["sensors"] - 1) * fit["peak_spacing_range"][1]
     if last > length:
         key = "fit.peak_spacing_range" if fit["first_peak"] <= length else "fit.first_peak"

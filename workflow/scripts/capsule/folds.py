@@ -8,6 +8,11 @@ RESUBSTITUTION = "resubstitution"
 LEAVE_ONE_OUT = "leave_one_out"
 
 
+def main_scheme(schemes: Sequence[str]) -> str:
+    """Choose the scheme whose numbers are the result: leave-one-out, if it was computed."""
+    return LEAVE_ONE_OUT if LEAVE_ONE_OUT in schemes else schemes[0]
+
+
 def group_scheme(key: str) -> str:
     """Name the scheme that leaves out all recordings of a site (or session) at a time."""
     return f"leave_one_{key}_out"

@@ -139,6 +139,10 @@ class DiagonalDetector:
 
     def judge(self, name: str, left_out: Sequence[str]) -> Verdict:
         """Judge one recording; those left out teach nothing."""
+        return self.model(left_out).verdict(self.passages[name])
+
+    def model(self, left_out: Sequence[str]) -> DiagonalModel:
+        """Learn from all labelled recordings but those left out."""
         key = frozenset(left_out)
         if key not in self._models:
             taught = np.ones(self._scores.size, dtype=bool)
@@ -150,4 +154,4 @@ class DiagonalDetector:
                 known_mm=self._known_mm,
                 **self._learning,
             )
-        return self._models[key].verdict(self.passages[name])
+        return self._models[key]

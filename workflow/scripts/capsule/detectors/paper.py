@@ -71,20 +71,17 @@ class TemplateDetector:
         matrices = self.templates.without_all(
             [(self.sizes_mm[other], self.particles.get(other)) for other in left_out]
         )
-        matrix, sizes = self.load(name), self.templates.sizes_mm
-        distances = template_distances(matrix, matrices)
-        gains, lags = template_margins(matrix, matrices[1:])
-        location = float("nan")
-        if np.any(~np.isnan(gains)):
-            length = matrix.shape[1]
-            lag = float(lags[int(np.nanargmax(gains))])
-            location = first_peak_sample(lag, self.templates.first_peak, length)
-        threshold = self._threshold(frozenset(left_out), matrices)
-        return (
-            distances,
-            template_verdict(nearest_size(distances, sizes), gains, location),
-            threshold_verdict(distances, gains, sizes, threshold, location),
+        return judge_matrix(
+            self.load(name),
+            matrices,
+            self.templates.sizes_mm,
+            self.templates.first_peak,
+            self._threshold(frozenset(left_out), matrices),
         )
+
+    def threshold(self) -> float:
+        """Give the threshold that all healthy recordings teach."""
+        return self._threshold(frozenset(), self.templates.matrices)
 
     def _threshold(self, left_out: frozenset[str], matrices: Sequence[np.ndarray]) -> float:
         """Choose the threshold on the margins of the fold's healthy recordings.
@@ -130,3 +127,43 @@ def _margins(gains: np.ndarray) -> np.ndarray:
     known = np.where(np.isnan(gains), -np.inf, gains)
     best = known.max(axis=1, initial=-np.inf)
     return best[np.isfinite(best)]
+
+
+def judge_matrix(
+    matrix: np.ndarray,
+    matrices: Sequence[np.ndarray],
+    sizes_mm: Sequence[float],
+    first_peak: int,
+    threshold: float,
+) -> tuple[np.ndarray, Verdict, Verdict]:
+    """Judge one recording by templates and by a threshold of the margin.
+
+    Parameters
+    ----------
+    matrix : (S, L) array
+        V.
+    matrices : sequence of 1 + B (S, L) arrays
+        The templates, T^0 first.
+    sizes_mm : sequence of 1 + B floats
+        Their sizes, 0 first.
+    first_peak : int
+        u.
+    threshold : float
+        Of the margin.
+
+    Returns
+    -------
+    distances, by_rule, by_threshold
+        As of `TemplateDetector.judge`.
+    """
+    distances = template_distances(matrix, matrices)
+    gains, lags = template_margins(matrix, matrices[1:])
+    location = float("nan")
+    if np.any(~np.isnan(gains)):
+        lag = float(lags[int(np.nanargmax(gains))])
+        location = first_peak_sample(lag, first_peak, matrix.shape[1])
+    return (
+        distances,
+        template_verdict(nearest_size(distances, sizes_mm), gains, location),
+        threshold_verdict(distances, gains, sizes_mm, threshold, location),
+    )

@@ -9,7 +9,9 @@ from matplotlib.figure import Figure
 from capsule.figures import points, preprocessing
 from capsule.figures.confusion import draw_confusion
 from capsule.figures.rates import draw_rates
+from capsule.figures.roc import curve_table, draw_roc
 from capsule.figures.templates import draw_templates, template_table
+from capsule.folds import main_scheme
 from capsule.judgements import Evaluation
 
 Drawing = tuple[str, pd.DataFrame, Callable[[float], Figure]]
@@ -17,6 +19,7 @@ Drawing = tuple[str, pd.DataFrame, Callable[[float], Figure]]
 
 def drawings(
     evaluation: Evaluation,
+    judgements: Mapping[str, pd.DataFrame],
     runs: Sequence[preprocessing.Example | None],
     templates: Mapping[float, np.ndarray],
     counts: Sequence[int],
@@ -28,6 +31,8 @@ def drawings(
     ----------
     evaluation : Evaluation
         The tables, ours and the paper's; the first detector is drawn.
+    judgements : mapping of str to DataFrame
+        Of these tables ``roc``, ``summary`` and ``predictive_values``: all detectors are drawn.
     runs : sequence of Example or None
         The runs of the pre-processing figure.
     templates : mapping of float to (S, L) array
@@ -96,3 +101,8 @@ def drawings(
         confusion,
         lambda width: draw_confusion(confusion, judged["schemes"], sizes_mm, width),
     )
+    curves = curve_table(
+        *(judgements[name] for name in ("roc", "summary", "predictive_values")),
+        main_scheme(judged["schemes"]),
+    )
+    yield "roc", curves, lambda width: draw_roc(curves, evaluation.detectors(), width)

@@ -1,1 +1,16 @@
 """How far the verdicts can be trusted: curves, probabilities, comparisons, all with intervals."""
+
+# The tables that the workflow makes of them, with the columns that one without a row has.
+COLUMNS = {
+    "summary": ["detector", "scheme", "recordings", "accuracy", "sensitivity", "specificity"],
+    "predictive_values": ["detector", "scheme", "size_mm", "prevalence", "ppv", "npv"],
+    "size_error": ["detector", "scheme", "size_mm", "recordings", "detected", "bias_mm"],
+    "calibration": ["detector", "scheme", "stated_low", "stated_high", "recordings", "stated"],
+    "brier": ["detector", "scheme", "recordings", "prevalence", "brier", "brier_uninformed"],
+    "localisation": ["detector", "scheme", "size_mm", "recordings", "median_absolute_error_mm"],
+    "comparison": ["scheme", "first", "second", "measure", "size_mm", "recordings"],
+    "permutation": ["detector", "scheme", "auc", "by_chance", "p"],
+    "retest": ["detector", "scheme", "passes", "size_mm", "sites", "detected"],
+    "auc": ["detector", "scheme", "size_mm", "auc"],
+    "roc": ["detector", "scheme", "size_mm", "false_positive_rate", "true_positive_rate"],
+}

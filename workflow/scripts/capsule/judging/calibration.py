@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from capsule.judging.prevalence import predictive_values
+
 
 def prevalence_weights(nodule: np.ndarray, prevalence: float) -> np.ndarray:
     """Weigh recordings so that nodules have the stated prevalence; the weights sum to 1."""
@@ -18,15 +20,12 @@ def brier_score(probability: np.ndarray, nodule: np.ndarray, prevalence: float) 
 
 
 def calibration_table(
-    probability: np.ndarray,
-    nodule: np.ndarray,
-    prevalence: float,
-    bins: int,
-    generator: np.random.Generator,
-    repeats: int,
-    confidence: float,
+    probability: np.ndarray, nodule: np.ndarray, prevalence: float, bins: int, confidence: float
 ) -> list[dict]:
     """Compare the stated probability with the frequency observed, bin by bin.
+
+    A probability in a bin is a verdict, so the frequency of nodules behind it is a predictive
+    value, with that one's interval: five nodules and no healthy recording do not prove 100 %.
 
     Parameters
     ----------
@@ -38,12 +37,8 @@ def calibration_table(
         To which the archive's recordings are weighted.
     bins : int
         Number of equal intervals of the probability.
-    generator : numpy.random.Generator
-        Source of the bootstrap's draws, healthy recordings and nodules apart.
-    repeats : int
-        Number of draws.
     confidence : float
-        Level of the percentile intervals.
+        Level of the intervals.
 
     Returns
     -------
@@ -53,19 +48,14 @@ def calibration_table(
     """
     place = np.minimum((probability * bins).astype(int), bins - 1)
     weights = prevalence_weights(nodule, prevalence)
-    kinds = [np.flatnonzero(nodule), np.flatnonzero(~nodule)]
-    draws = np.full((repeats, bins), np.nan)
-    if all(kind.size for kind in kinds):
-        for repeat in range(repeats):
-            drawn = np.concatenate([generator.choice(kind, kind.size) for kind in kinds])
-            draws[repeat] = _observed(place[drawn], nodule[drawn], weights[drawn], bins)
-    observed = _observed(place, nodule, weights, bins)
-    tails = [(1 - confidence) / 2, (1 + confidence) / 2]
+    nodules, healthy = int(np.count_nonzero(nodule)), int(np.count_nonzero(~nodule))
     rows = []
     for index in range(bins):
         inside = place == index
-        known = draws[:, index][~np.isnan(draws[:, index])]
-        low, high = np.quantile(known, tails) if known.size else (np.nan, np.nan)
+        found, alarms = int(np.sum(inside & nodule)), int(np.sum(inside & ~nodule))
+        # Of an empty bin nothing is known.
+        of = (nodules, healthy) if found + alarms else (0, 0)
+        values = predictive_values(found, of[0], of[1] - alarms, of[1], prevalence, confidence)
         total = weights[inside].sum()
         stated = (weights * probability)[inside].sum() / total if total > 0 else np.nan
         rows.append(
@@ -74,15 +64,9 @@ def calibration_table(
                 "stated_high": (index + 1) / bins,
                 "recordings": int(inside.sum()),
                 "stated": float(stated),
-                "observed": float(observed[index]),
-                "observed_low": float(low),
-                "observed_high": float(high),
+                "observed": values["ppv"],
+                "observed_low": values["ppv_low"],
+                "observed_high": values["ppv_high"],
             }
         )
     return rows
-
-
-def _observed(place: np.ndarray, nodule: np.ndarray, weights: np.ndarray, bins: int) -> np.ndarray:
-    total = np.bincount(place, weights, bins)
-    found = np.bincount(place, weights * nodule, bins)
-    return np.divide(found, total, out=np.full(bins, np.nan), where=total > 0)

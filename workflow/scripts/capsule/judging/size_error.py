@@ -1,6 +1,7 @@
 """How far the estimated size is from the true one, in mm."""
 
 import numpy as np
+from scipy.stats import binom
 from scipy.stats import t as student
 
 
@@ -14,6 +15,22 @@ def mean_interval(values: np.ndarray, confidence: float) -> tuple[float, float, 
         return mean, float("nan"), float("nan")
     reach = float(student.ppf(0.5 + confidence / 2, count - 1)) * values.std(ddof=1) / count**0.5
     return mean, mean - float(reach), mean + float(reach)
+
+
+def median_interval(values: np.ndarray, confidence: float) -> tuple[float, float, float]:
+    """Give a median and an interval of it between two of the values, which any distribution allows.
+
+    The ends are unknown (NaN) where there are too few values for the confidence.
+    """
+    if values.size == 0:
+        return float("nan"), float("nan"), float("nan")
+    ordered = np.sort(values)
+    median = float(np.median(ordered))
+    # So many values lie below the median, or fewer, with half of what the confidence leaves.
+    skipped = int(binom.ppf((1 - confidence) / 2, ordered.size, 0.5))
+    if skipped == 0:
+        return median, float("nan"), float("nan")
+    return median, float(ordered[skipped - 1]), float(ordered[-skipped])
 
 
 def size_error_row(true_mm: np.ndarray, estimate_mm: np.ndarray, confidence: float) -> dict:

@@ -76,21 +76,41 @@ def collect(rows: Sequence[Mapping[str, str]]) -> list[Verdicts]:
     ]
 
 
-def summary(of_scheme: Sequence[Verdicts], confidence: float) -> list[dict]:
-    """Give each detector's rates over all recordings, and those of calling everything a nodule."""
+def summary(of_scheme: Sequence[Verdicts], tolerance_mm: float, confidence: float) -> list[dict]:
+    """Give each detector's rates over all recordings, and those of calling everything a nodule.
+
+    The interval of the balanced accuracy is made of those of its two halves (Zou and Donner 2008).
+    A missed nodule has no size, so it is neither exact nor within the tolerance.
+    """
     key, nodule = of_scheme[0].key, of_scheme[0].of(ANY)
-    judged = [(each.key, each.of(ANY), each.detected) for each in of_scheme]
-    judged.append((dict(key) | {"detector": ALWAYS}, nodule, np.ones(nodule.size, dtype=bool)))
+    judged = [(each.key, each.of(ANY), each.detected, each) for each in of_scheme]
+    everything = np.ones(nodule.size, dtype=bool)
+    judged.append((dict(key) | {"detector": ALWAYS}, nodule, everything, None))
     rows = []
-    for label, truth, detected in judged:
+    for label, truth, detected, verdicts in judged:
         hits, quiet = int(np.sum(detected & truth)), int(np.sum(~detected & ~truth))
+        sensitivity = rate(hits, int(truth.sum()), confidence)
+        specificity = rate(quiet, int((~truth).sum()), confidence)
         row = dict(label) | {"recordings": truth.size}
         row |= columns("accuracy", rate(hits + quiet, truth.size, confidence))
-        row |= columns("sensitivity", rate(hits, int(truth.sum()), confidence))
-        row |= columns("specificity", rate(quiet, int((~truth).sum()), confidence))
-        row["balanced_accuracy"] = (row["sensitivity"] + row["specificity"]) / 2
+        row |= columns("sensitivity", sensitivity)
+        row |= columns("specificity", specificity)
+        row |= columns("balanced_accuracy", _mean_of(sensitivity, specificity))
+        for name, allowed_mm in (("exact_rate", 0.0), ("within_rate", tolerance_mm)):
+            found = (float("nan"),) * 3
+            if verdicts is not None:
+                right = _right_size(verdicts, allowed_mm)[truth]
+                found = rate(int(right.sum()), right.size, confidence)
+            row |= columns(name, found)
         rows.append(row)
     return rows
+
+
+def _mean_of(first: Sequence[float], second: Sequence[float]) -> tuple[float, float, float]:
+    """Average two independent estimates and their intervals."""
+    value = (first[0] + second[0]) / 2
+    reach = [np.hypot(first[0] - first[end], second[0] - second[end]) / 2 for end in (1, 2)]
+    return value, float(max(value - reach[0], 0.0)), float(min(value + reach[1], 1.0))
 
 
 def columns(name: str, values: Sequence[float]) -> dict[str, float]:
@@ -103,9 +123,10 @@ def curves(
 ) -> tuple[list[dict], list[dict]]:
     """Give the areas under the ROC curves and the curves, any nodule and each size against none."""
     areas, points = [], []
-    healthy = verdicts.score[verdicts.size_mm == 0]
+    known = ~np.isnan(verdicts.score)
+    healthy = verdicts.score[known & (verdicts.size_mm == 0)]
     for size_mm in (ANY, *verdicts.nodule_sizes()):
-        nodule = verdicts.score[verdicts.of(size_mm)]
+        nodule = verdicts.score[known & verdicts.of(size_mm)]
         if healthy.size == 0 or nodule.size == 0:
             continue
         numbers = generator(seed, "roc", *verdicts.key.values(), str(size_mm))
@@ -136,17 +157,14 @@ def predictive(verdicts: Verdicts, prevalence: float, confidence: float) -> list
 
 
 def calibrated(
-    verdicts: Verdicts, prevalence: float, bins: int, seed: int, repeats: int, confidence: float
+    verdicts: Verdicts, prevalence: float, bins: int, confidence: float
 ) -> tuple[list[dict], list[dict]]:
     """Compare stated probabilities with what came true, for a detector that states them."""
     known = ~np.isnan(verdicts.probability)
     if not known.any():
         return [], []
     probability, nodule = verdicts.probability[known], verdicts.of(ANY)[known]
-    numbers = generator(seed, "calibration", *verdicts.key.values())
-    table = calibration.calibration_table(
-        probability, nodule, prevalence, bins, numbers, repeats, confidence
-    )
+    table = calibration.calibration_table(probability, nodule, prevalence, bins, confidence)
     uninformed = np.full(nodule.size, prevalence)
     score = {
         "recordings": nodule.size,
@@ -183,7 +201,8 @@ def localisation(
         known = known[~np.isnan(known)]
         if known.size:
             row = verdicts.key | {"size_mm": size_mm, "recordings": known.size}
-            row["median_absolute_error_mm"] = float(np.median(np.abs(known)))
+            median = size_error.median_interval(np.abs(known), confidence)
+            row |= columns("median_absolute_error_mm", median)
             bias = size_error.mean_interval(known, confidence)
             rows.append(row | columns("bias_mm", bias))
     return rows
@@ -195,17 +214,18 @@ def comparisons(
     """Compare every two detectors on the same recordings, detection and size apart."""
     rows = []
     for first, second in combinations(of_scheme, 2):
+        places = [{name: place for place, name in enumerate(v.recordings)} for v in (first, second)]
         both = sorted(set(first.recordings) & set(second.recordings))
-        pick = [[v.recordings.index(name) for name in both] for v in (first, second)]
+        pick = [[place[name] for name in both] for place in places]
         truth = first.size_mm[pick[0]]
         for measure in ("detection", "size_within_tolerance"):
             right = [
                 _right(v, measure, tolerance_mm)[chosen]
                 for v, chosen in zip((first, second), pick, strict=True)
             ]
-            sizes = [0.0, *first.nodule_sizes()] if measure == "detection" else first.nodule_sizes()
-            for size_mm in sizes:
-                chosen = truth == size_mm
+            healthy = [0.0] if measure == "detection" else []
+            for size_mm in (ANY, *healthy, *first.nodule_sizes()):
+                chosen = truth > 0 if size_mm is ANY else truth == size_mm
                 row = {"scheme": first.key["scheme"], "first": first.key["detector"]}
                 row |= {"second": second.key["detector"], "measure": measure, "size_mm": size_mm}
                 row["recordings"] = int(chosen.sum())
@@ -217,18 +237,24 @@ def comparisons(
 def _right(verdicts: Verdicts, measure: str, tolerance_mm: float) -> np.ndarray:
     if measure == "detection":
         return verdicts.detected == verdicts.of(ANY)
+    return _right_size(verdicts, tolerance_mm)
+
+
+def _right_size(verdicts: Verdicts, tolerance_mm: float) -> np.ndarray:
+    # A hair of slack, as in the table of sizing: 2.3 mm must lie within 0.2 mm of 2.5 mm.
     near = np.abs(verdicts.predicted_mm - verdicts.size_mm) <= tolerance_mm + 1e-9
     return verdicts.detected & near
 
 
 def permutation(verdicts: Verdicts, seed: int, repeats: int, confidence: float) -> list[dict]:
     """Compare the area under the curve with what it is when the labels are dealt out anew."""
-    nodule = verdicts.of(ANY)
+    known = ~np.isnan(verdicts.score)
+    score, nodule = verdicts.score[known], verdicts.of(ANY)[known]
     if nodule.all() or not nodule.any():
         return []
-    observed = roc.auc(verdicts.score[~nodule], verdicts.score[nodule])
+    observed = roc.auc(score[~nodule], score[nodule])
     numbers = generator(seed, "permutation", *verdicts.key.values())
-    chance = agreement.permuted_areas(verdicts.score, nodule, numbers, repeats)
+    chance = agreement.permuted_areas(score, nodule, numbers, repeats)
     low, high = np.quantile(chance, [(1 - confidence) / 2, (1 + confidence) / 2])
     row = verdicts.key | {"auc": observed, "by_chance": float(chance.mean())}
     row |= {"by_chance_low": float(low), "by_chance_high": float(high)}

@@ -27,6 +27,8 @@ class Run:
 
     Attributes
     ----------
+    nodule_mm
+        Diameter of the nodule; 0 for none.
     time_s
         Times of the samples, shape (K,).
     head_mm
@@ -39,6 +41,7 @@ class Run:
         Readings of the converter, integers, shape (S, K).
     """
 
+    nodule_mm: float
     time_s: np.ndarray
     head_mm: np.ndarray
     nodule_at_mm: float
@@ -140,7 +143,8 @@ def simulate_run(
     far = overlap(wall, reach, wave_mm + other_side - wander_mm)
     pressed = touch.compression(contact, wall, near, sphere) + touch.compression(contact, wall, far)
     ohms = resistance(phantom.sensor, draw("sensor"), pressed, rate_hz)
-    return Run(time_s, head_mm, nodule_at_mm, pressed, counts(phantom.electronics, ohms))
+    readings = counts(phantom.electronics, ohms)
+    return Run(nodule_mm, time_s, head_mm, nodule_at_mm, pressed, readings)
 
 
 def recording_of(run: Run, phantom: Phantom, seed: int, site: str) -> Recording:
@@ -158,4 +162,6 @@ def recording_of(run: Run, phantom: Phantom, seed: int, site: str) -> Recording:
         "site": site,
         "session": f"simulated-{seed}",
     }
+    if run.nodule_mm > 0:
+        header["nodule_at_mm"] = f"{run.nodule_at_mm:.2f}"
     return Recording(run.time_s, run.counts, header)

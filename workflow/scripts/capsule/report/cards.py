@@ -86,7 +86,7 @@ def answer_cards(
 
 
 def summary(origin: str, accepted: int, cards: Sequence[Mapping], settings: Mapping) -> str:
-    """Answer in a sentence or two.
+    """Answer in a sentence or two, by the paper's own detector.
 
     Parameters
     ----------
@@ -111,17 +111,17 @@ def summary(origin: str, accepted: int, cards: Sequence[Mapping], settings: Mapp
         return "There is no recording to judge by yet."
     if smallest["answer"] == words.UNKNOWN:
         found = f"{on}, none of a nodule of known size, there is nothing to judge detection by"
-    elif smallest["value"] is None:
-        found = f"{on}, no nodule size is reliably found"
     else:
-        found = f"{on}, nodules of {smallest['answer']} and larger are reliably found"
+        what = f"nodules of {smallest['answer']} and larger"
+        what = "no nodule size" if smallest["value"] is None else what
+        found = f"{on}, the paper's detector reliably finds {what}"
     if words.is_known(healthy["value"]):
         share = words.percent(1 - healthy["value"])
-        found += f"; a nodule is reported in {share} of the runs without one"
+        found += f"; it reports a nodule in {share} of the runs without one"
     if words.is_known(by_id["within"]["value"]):
         tolerance = f"{settings['tolerance_mm']:g} mm"
         share = by_id["within"]["answer"]
-        found += f". The size is right within {tolerance} in {share} of the runs with a nodule"
+        found += f". It gives the size within {tolerance} in {share} of the runs with a nodule"
     return found + "."
 
 

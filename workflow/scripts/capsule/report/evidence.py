@@ -115,7 +115,7 @@ def recording_evidence(
     fitted : (S, K) array or None
         From `fitted_matrix`; None without a fit.
     verdicts : sequence of mapping
-        ``label``, ``predicted_mm`` and ``distances`` of what every detector said.
+        ``label``, ``predicted_mm``, ``details`` and ``distances`` of what every detector said.
     facts : mapping of str to str
         Names and texts that are listed beside the signals.
 
@@ -138,7 +138,7 @@ def recording_evidence(
         "fitted": None if fitted is None else {"every": smooth, **pack(fitted[:, ::smooth], 8)},
         "peaks": peaks(example.envelope, example.time_s, threshold),
         "verdicts": [
-            {key: verdict[key] for key in ("label", "predicted_mm", "distances")}
+            {key: verdict[key] for key in ("label", "predicted_mm", "details", "distances")}
             for verdict in verdicts
         ],
         "facts": dict(facts),

@@ -1,18 +1,13 @@
 """What the page says of each detector, and of each recording."""
 
+import math
 from collections.abc import Mapping
 
 import pandas as pd
 
+from capsule.folds import main_scheme
 from capsule.judgements import TABLES, Evaluation
 from capsule.report import cards, evidence, provenance, recordings, tables, words
-
-RESULT = "leave_one_out"
-
-
-def main_scheme(schemes: list[str]) -> str:
-    """Choose the scheme whose numbers are the result: leave-one-out, if it was computed."""
-    return RESULT if RESULT in schemes else schemes[0]
 
 
 def results_of(evaluation: Evaluation, settings: Mapping, printed_tolerance_mm: float) -> list:
@@ -50,6 +45,7 @@ def results_of(evaluation: Evaluation, settings: Mapping, printed_tolerance_mm: 
         found.append(
             {
                 "detector": detector,
+                "words": words.detector(detector),
                 "scheme": words.scheme(scheme),
                 "cards": cards.answer_cards(
                     ours, evaluation.paper, rows, settings, printed_tolerance_mm
@@ -119,6 +115,10 @@ def judgement(
         "outcomes": [name for name in recordings.OUTCOMES if name in present],
         "first_shown": first["recording"] if first else "",
         "data": evidence.to_json({"sizes": sizes_mm}),
+        "few_healthy": few_healthy(
+            int(((index["status"] == "accepted") & (index["size_mm"] == 0)).sum()),
+            judged["specificity"],
+        ),
         "tolerance": f"{judged['tolerance_mm']:g} mm",
         "confidence": words.percent(judged["confidence"]),
         "seed": settings["fit"]["seed"],
@@ -126,3 +126,15 @@ def judgement(
         "paper": printed,
         "bibtex": provenance.bibtex(printed),
     }
+
+
+def few_healthy(healthy: int, specificity: float) -> str:
+    """Say so where some threshold, but none that promises the specificity, can be learned."""
+    needed = math.ceil(specificity / (1 - specificity) - 1e-9)
+    if healthy == 0 or healthy >= needed:
+        return ""
+    return (
+        f"{words.plural(healthy, 'recording')} without a nodule cannot promise a specificity of "
+        f"{words.percent(specificity)}: that takes {needed}. Until then the threshold is the "
+        "largest score among them."
+    )

@@ -6,6 +6,8 @@ import pandas as pd
 
 from capsule.report import words
 
+# The detector whose verdict is the shortest distance.
+BY_DISTANCE = "template"
 OUTCOMES = (
     "exact",
     "within tolerance",
@@ -57,8 +59,10 @@ def verdicts_by_recording(
     Returns
     -------
     dict of str to list of dict
-        ``detector``, ``scheme``, ``label`` (to be read), ``predicted_mm`` and ``distances``,
-        None where not known; unlabelled recordings have the scheme ``all``.
+        ``detector``, ``scheme``, ``label`` (to be read), ``predicted_mm``, ``details`` (size,
+        probability and place in words) and ``distances`` to every template, None where not known;
+        empty for a detector that does not judge by them. Unlabelled recordings have the scheme
+        ``all``.
     """
     several = predictions["detector"].nunique() > 1 or detections["detector"].nunique() > 1
     found: dict[str, list[dict]] = {}
@@ -66,17 +70,34 @@ def verdicts_by_recording(
         labels = [name for name in table.columns if name.startswith("rmse_")]
         for row in table.to_dict("records"):
             scheme = row.get("scheme", "all")
-            label = words.scheme(scheme) if scheme != "all" else "RMSE"
+            label = words.scheme(scheme) if scheme != "all" else "all labelled"
+            by_distance = row["detector"] == BY_DISTANCE
             found.setdefault(row["recording"], []).append(
                 {
                     "detector": row["detector"],
                     "scheme": scheme,
                     "label": f"{row['detector']}, {label}" if several else label,
                     "predicted_mm": _known_or_none(row["predicted_mm"]),
-                    "distances": [_known_or_none(row[name]) for name in labels],
+                    "details": _details(row),
+                    "distances": [_known_or_none(row[name]) for name in labels if by_distance],
                 }
             )
     return found
+
+
+def _details(row: Mapping) -> str:
+    """Write what a verdict says beyond its size; of no nodule only the probability."""
+    said = {
+        "estimated": (row.get("estimate_mm"), f"{words.number(row.get('estimate_mm'), 1)} mm"),
+        "probability": (row.get("probability"), words.percent(row.get("probability"))),
+        "place": (
+            row.get("location_s"),
+            words.place(row.get("location_s"), row.get("location_mm")),
+        ),
+    }
+    return ", ".join(
+        f"{name} {text}" for name, (value, text) in said.items() if words.is_known(value)
+    )
 
 
 def _known_or_none(value: float) -> float | None:
@@ -130,6 +151,7 @@ def recording_rows(
                 "size_mm": size_mm,
                 "size": words.size(size_mm) if size_mm is not None else "unlabelled",
                 "predicted_mm": predicted_mm,
+                "detector": detector,
                 "verdict": words.size(predicted_mm) if predicted_mm is not None else "",
                 "outcome": outcome(size_mm, predicted_mm, tolerance_mm) if accepted else "rejected",
                 "nearest": nearest,
@@ -156,4 +178,4 @@ def title(row: Mapping) -> str:
     if not row["verdict"]:
         return f"{truth}, not judged"
     judged = "" if row["size_mm"] is None else f" ({row['outcome']})"
-    return f"{truth}, taken for {row['verdict']}{judged}"
+    return f"{truth}, taken for {row['verdict']} by {row['detector']}{judged}"

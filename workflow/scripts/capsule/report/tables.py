@@ -57,7 +57,7 @@ def rate_table(
 def rate_cell(point: object | None, scheme: str = "") -> dict:
     """Write one rate with its interval and its counts."""
     if point is None or not words.is_known(point.rate):
-        text = "not given" if scheme == "paper" else words.UNKNOWN
+        text = words.NOT_GIVEN if scheme == "paper" else words.UNKNOWN
         return {"value": None, "text": text, "interval": "", "count": "", "scheme": scheme}
     return {
         "value": float(point.rate),
@@ -66,6 +66,20 @@ def rate_cell(point: object | None, scheme: str = "") -> dict:
         "count": words.count_of(point.hits, point.of),
         "scheme": scheme,
     }
+
+
+def plain_cell(value: float | None, text: str, interval: str = "", count: str = "") -> dict:
+    """Give a cell that belongs to no scheme."""
+    return {"value": value, "text": text, "interval": interval, "count": count, "scheme": ""}
+
+
+def rate_cell_of(row: Mapping, name: str) -> dict:
+    """Write the rate in a row of a table with the interval beside it."""
+    value, low, high = row[name], row[f"{name}_low"], row[f"{name}_high"]
+    if not words.is_known(value):
+        return plain_cell(None, words.UNKNOWN)
+    bounds = words.interval(low, high) if words.is_known(low) else ""
+    return plain_cell(float(value), words.percent(value), bounds)
 
 
 def confusion_rows(confusion: pd.DataFrame, scheme: str, sizes_mm: Sequence[float]) -> list[dict]:
@@ -127,18 +141,25 @@ def template_rows(entries: Sequence[Mapping]) -> list[dict]:
 
 
 def detection_rows(detections: pd.DataFrame) -> dict:
-    """List the verdicts on unlabelled recordings with the distance to every template."""
+    """List the verdicts on unlabelled recordings with the distance to every template.
+
+    Returns
+    -------
+    dict
+        ``sizes`` of the templates, and ``rows``: a recording with its ``distances`` and a verdict
+        of every detector.
+    """
     labels = [name for name in detections.columns if name.startswith("rmse_")]
     rows = []
-    for _, row in detections.iterrows():
-        distances = [row[label] for label in labels]
+    for name, of_recording in detections.groupby("recording", sort=False):
+        first = of_recording.iloc[0]
+        distances = [first[label] for label in labels]
         known = [value for value in distances if words.is_known(value)]
         nearest = min(known) if known else None
         rows.append(
             {
-                "recording": row["recording"],
-                "detector": row["detector"],
-                "verdict": words.size(row["predicted_mm"]),
+                "recording": name,
+                "verdicts": [_verdict_words(row) for row in of_recording.to_dict("records")],
                 "distances": [
                     {
                         "value": float(value),
@@ -151,6 +172,26 @@ def detection_rows(detections: pd.DataFrame) -> dict:
         )
     sizes = [words.size(float(label[5:].removesuffix("mm"))) for label in labels]
     return {"sizes": sizes, "rows": rows}
+
+
+def _verdict_words(row: Mapping) -> dict:
+    """Write a detector's verdict: an unknown part of it, such as the place of none, is left out."""
+    estimate, probability = row["estimate_mm"], row["probability"]
+    return {
+        "detector": row["detector"],
+        "verdict": words.size(row["predicted_mm"]),
+        "estimate": f"{words.number(estimate, 1)} mm"
+        if words.is_known(estimate)
+        else words.NOT_GIVEN,
+        "probability": words.percent(probability)
+        if words.is_known(probability)
+        else words.NOT_GIVEN,
+        "place": words.place(row["location_s"], row["location_mm"]),
+    }
+
+
+def _or_not_given(text: str, value: float) -> str:
+    return text if words.is_known(value) else words.NOT_GIVEN
 
 
 def rate_tables(

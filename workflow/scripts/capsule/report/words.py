@@ -4,10 +4,20 @@ import math
 from collections.abc import Sequence
 
 UNKNOWN = "not known"
+NOT_GIVEN = "not given"
+NOT_APPLICABLE = "n/a"
 _SCHEMES = {
     "leave_one_out": "leave-one-out",
     "resubstitution": "resubstitution",
+    "leave_one_site_out": "leave-one-site-out",
+    "leave_one_session_out": "leave-one-session-out",
     "paper": "paper, as printed",
+}
+_DETECTORS = {
+    "template": "the paper's rule: the nearest template",
+    "template_threshold": "the paper's margin against a threshold",
+    "diagonal": "beats that agree on one place, against a threshold",
+    "always_nodule": "baseline: calls everything a nodule",
 }
 
 
@@ -43,6 +53,15 @@ def number(value: float | None, digits: int = 2) -> str:
     return f"{value:.{digits}f}" if is_known(value) else UNKNOWN
 
 
+def place(seconds: float, way_mm: float | None) -> str:
+    """Write where along a run a nodule lies: ``12.3 s, 6.1 mm``."""
+    if not is_known(seconds):
+        return NOT_GIVEN
+    if seconds < 0:
+        return "before the start"
+    return f"{seconds:.1f} s" + (f", {way_mm:.1f} mm" if is_known(way_mm) else "")
+
+
 def setting(value: object) -> str:
     """Write a value of the configuration."""
     if isinstance(value, Sequence) and not isinstance(value, str):
@@ -54,6 +73,26 @@ def setting(value: object) -> str:
 def scheme(name: str) -> str:
     """Write the name of a scheme."""
     return _SCHEMES.get(name, name)
+
+
+def detector(name: str) -> str:
+    """Say in a few words how a detector decides."""
+    return _DETECTORS.get(name, "")
+
+
+def points(difference: float) -> str:
+    """Write a difference of two rates in percentage points: ``+12.5``, ``-40``."""
+    text = _percent_digits(abs(difference))
+    if text == "0":
+        return text
+    return ("+" if difference > 0 else "\u2212") + text
+
+
+def p_value(p: float | None) -> str:
+    """Write a probability under the null hypothesis: ``p = 0.031``, ``p < 0.001``."""
+    if not is_known(p):
+        return ""
+    return "p < 0.001" if p < 0.001 else f"p = {p:.3f}"
 
 
 def enumerate_words(parts: Sequence[str]) -> str:

@@ -1,0 +1,164 @@
+"""The figure of the ROC curves: what every threshold of a score would reach."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import PercentFormatter
+
+from capsule.figures.style import (
+    BLUE,
+    COLUMN_WIDTH_IN,
+    INK,
+    MUTED,
+    ORANGE,
+    PAGE_WIDTH_IN,
+    figure_style,
+    say_nothing_to_show,
+)
+
+# Colour, dashes and mark of a detector by its place in the configuration.
+_LOOKS = (
+    {"color": ORANGE, "linestyle": (0, (5, 1.5)), "marker": "D"},
+    {"color": INK, "linestyle": (0, (1.5, 1.2)), "marker": "s"},
+    {"color": BLUE, "linestyle": "-", "marker": "o"},
+)
+_FINE = 201
+
+
+def curve_table(
+    roc: pd.DataFrame, summary: pd.DataFrame, sensitivity: pd.DataFrame, scheme: str
+) -> pd.DataFrame:
+    """Collect the curves and the operating points of one scheme.
+
+    Parameters
+    ----------
+    roc : DataFrame
+        Curves with their bands per detector and size; an empty size is any nodule.
+    summary, sensitivity : DataFrame
+        Specificity per detector; sensitivity per detector and size.
+    scheme : str
+        The scheme wanted.
+
+    Returns
+    -------
+    DataFrame
+        ``detector``, ``size_mm`` (NaN for any nodule), ``kind`` (``curve`` or ``operating point``),
+        both rates and the bounds of the band.
+    """
+    columns = ["detector", "size_mm", "false_positive_rate", "true_positive_rate"]
+    bounds = ["true_positive_rate_low", "true_positive_rate_high"]
+    curves = roc[roc["scheme"] == scheme].reindex(columns=[*columns, *bounds])
+    specificity = summary[summary["scheme"] == scheme].set_index("detector")["specificity"]
+    points = sensitivity[sensitivity["scheme"] == scheme].assign(
+        false_positive_rate=lambda rows: 1 - rows["detector"].map(specificity).astype(float)
+    )
+    names = {f"sensitivity{end}": f"true_positive_rate{end}" for end in ("", "_low", "_high")}
+    points = points.rename(columns=names).reindex(columns=[*columns, *bounds])
+    points = points.dropna(subset=columns[2:])
+    found = [curves.assign(kind="curve"), points.assign(kind="operating point")]
+    # pandas warns of empty parts, which say nothing of the columns' types.
+    return pd.concat([part for part in found if not part.empty] or found[:1], ignore_index=True)
+
+
+def draw_roc(
+    table: pd.DataFrame, detectors: Sequence[str], width_in: float = PAGE_WIDTH_IN
+) -> Figure:
+    """Draw the curves of any nodule and of each size against none, a panel each.
+
+    Detectors that share a score share a curve; it is drawn once, and each has its own point.
+
+    Parameters
+    ----------
+    table : DataFrame
+        From `curve_table`.
+    detectors : sequence of str
+        In the order of the configuration.
+    width_in : float
+        Width of the figure in inches.
+
+    Returns
+    -------
+    Figure
+    """
+    sizes_mm = sorted(table["size_mm"].dropna().unique())
+    panels = [float("nan"), *sizes_mm]
+    across = 2 if width_in <= COLUMN_WIDTH_IN else 3
+    down = -(-len(panels) // across)
+    looks = {name: _LOOKS[place % len(_LOOKS)] for place, name in enumerate(detectors)}
+    with figure_style():
+        side = width_in / across
+        figure = Figure(figsize=(width_in, side * down + 0.55), layout="constrained")
+        grid = figure.subplots(down, across, squeeze=False, sharex=True, sharey=True)
+        for axes in grid.flat[len(panels) :]:
+            axes.set_visible(False)
+        for axes, size_mm in zip(grid.flat, panels, strict=False):
+            of_any = np.isnan(size_mm)
+            axes.set_title("any nodule" if of_any else f"{size_mm:g} mm")
+            size = table["size_mm"]
+            _draw_panel(axes, table[size.isna() if of_any else size == size_mm], looks)
+        for place, axes in enumerate(grid.flat[: len(panels)]):
+            if place + across >= len(panels):
+                axes.set_xlabel("false alarms")
+                axes.tick_params(labelbottom=True)
+            if place % across == 0:
+                axes.set_ylabel("nodules found")
+        handles, labels = grid[0, 0].get_legend_handles_labels()
+        if handles:
+            columns = 1 if across == 2 else 3
+            figure.legend(handles, labels, loc="outside lower center", ncols=columns)
+    return figure
+
+
+def _draw_panel(axes: Axes, table: pd.DataFrame, looks: Mapping[str, Mapping]) -> None:
+    curves = table[table["kind"] == "curve"]
+    if curves.empty:
+        say_nothing_to_show(axes, "no recording to count")
+        return
+    axes.plot([0, 1], [0, 1], color=MUTED, linewidth=0.5)
+    drawn: dict[tuple, list[str]] = {}
+    for name in looks:
+        rows = curves[curves["detector"] == name]
+        if not rows.empty:
+            drawn.setdefault(tuple(rows["true_positive_rate"]), []).append(name)
+    for names in drawn.values():
+        rows = curves[curves["detector"] == names[-1]].sort_values("false_positive_rate")
+        look = looks[names[-1]]
+        # The curve is a staircase: so many false alarms are allowed, or fewer.
+        allowed = rows["false_positive_rate"].to_numpy()
+        fine = np.linspace(0, 1, _FINE)
+        step = np.searchsorted(allowed, fine + 1e-9, side="right") - 1
+        low, high = (rows[f"true_positive_rate_{end}"].to_numpy()[step] for end in ("low", "high"))
+        axes.fill_between(fine, low, high, color=look["color"], alpha=0.15, linewidth=0)
+        axes.step(
+            np.concatenate([[0], allowed]),
+            np.concatenate([[0], rows["true_positive_rate"]]),
+            where="post",
+            color=look["color"],
+            linestyle=look["linestyle"],
+            label=f"score of {', '.join(names)}",
+        )
+    points = table[table["kind"] == "operating point"]
+    for name, look in looks.items():
+        row = points[points["detector"] == name]
+        if not row.empty:
+            axes.plot(
+                row["false_positive_rate"],
+                row["true_positive_rate"],
+                linestyle="none",
+                marker=look["marker"],
+                color=look["color"],
+                markersize=4.5,
+                markeredgecolor="white",
+                markeredgewidth=0.6,
+                label=f"verdicts of {name}",
+                zorder=3,
+            )
+    axes.set(xlim=(-0.03, 1.03), ylim=(-0.03, 1.03), aspect="equal")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_ticks(np.linspace(0, 1, 3))
+        axis.set_major_formatter(PercentFormatter(1.0, symbol=" %"))
+    axes.grid(color="#d9d9d9", linewidth=0.5)
+    axes.set_axisbelow(True)

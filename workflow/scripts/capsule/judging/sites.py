@@ -1,0 +1,109 @@
+"""One verdict for each place: all passes over it, judged together by their mean score."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from capsule.detectors.operating_point import threshold_at
+
+
+@dataclass(frozen=True)
+class Passes:
+    """What one detector says of the passes over one place.
+
+    Attributes
+    ----------
+    size_mm : float
+        True size, 0 for no nodule; NaN where it is not known.
+    score, estimate_mm, location_mm : (P,) array
+        Of each pass; NaN where it says nothing.
+    """
+
+    size_mm: float
+    score: np.ndarray
+    estimate_mm: np.ndarray
+    location_mm: np.ndarray
+
+
+@dataclass(frozen=True)
+class SiteVerdict:
+    """A detector's verdict on a place.
+
+    Attributes
+    ----------
+    passes : int
+        How many of them have a score.
+    score, threshold : float
+        Mean score of these passes; a score above the threshold means a nodule.
+    detected : bool or None
+        None where nothing can be said.
+    estimate_mm, location_mm : float
+        Mean size, and median place, of the passes in which a nodule is detected; NaN where the
+        verdict is none, or no single pass is above its own threshold.
+    """
+
+    passes: int
+    score: float
+    threshold: float
+    detected: bool | None
+    estimate_mm: float
+    location_mm: float
+
+
+def site_verdicts(sites: Mapping[str, Passes], specificity: float | None) -> dict[str, SiteVerdict]:
+    """Judge every place that was passed more than once.
+
+    The mean over passes scatters less than one score, so the threshold is learned from means too:
+    of as many passes over every other healthy place as over this one. A place with fewer gives the
+    mean of those it has, which errs to the side of too high a threshold.
+
+    Parameters
+    ----------
+    sites : mapping of str to Passes
+        Every place, those with a single pass too.
+    specificity : float or None
+        Wanted of the threshold; None for a detector whose threshold is fixed at 0.
+
+    Returns
+    -------
+    dict of str to SiteVerdict
+        Only of places with several passes.
+    """
+    healthy = [name for name, passes in sites.items() if passes.size_mm == 0]
+    means: dict[int, dict[str, float]] = {}
+    verdicts = {}
+    for name, passes in sites.items():
+        if passes.score.size < 2:
+            continue
+        count = int(np.count_nonzero(~np.isnan(passes.score)))
+        if count not in means:
+            means[count] = {other: _mean_of(sites[other].score, count) for other in healthy}
+        threshold = 0.0
+        if specificity is not None:
+            others = [mean for other, mean in means[count].items() if other != name]
+            threshold = _threshold(others, specificity)
+        verdicts[name] = _verdict(passes, count, threshold)
+    return verdicts
+
+
+def _threshold(means: Sequence[float], specificity: float) -> float:
+    known = np.array(means, dtype=np.float64)
+    return threshold_at(known[~np.isnan(known)], specificity)
+
+
+def _mean_of(scores: np.ndarray, count: int | None = None) -> float:
+    """Average the first so many known scores; NaN without any."""
+    known = scores[~np.isnan(scores)][:count]
+    return float(known.mean()) if known.size else float("nan")
+
+
+def _verdict(passes: Passes, count: int, threshold: float) -> SiteVerdict:
+    score = _mean_of(passes.score)
+    detected = None if np.isnan(score) or np.isnan(threshold) else score > threshold
+    estimate = place = float("nan")
+    if detected:
+        estimate = _mean_of(passes.estimate_mm)
+        known = passes.location_mm[~np.isnan(passes.location_mm)]
+        place = float(np.median(known)) if known.size else place
+    return SiteVerdict(count, score, threshold, detected, estimate, place)

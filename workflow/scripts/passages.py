@@ -1,0 +1,37 @@
+"""Find in every accepted recording the passage over a candidate for a nodule."""
+
+import argparse
+import json
+from dataclasses import asdict, fields
+from pathlib import Path
+
+import numpy as np
+
+import files
+from capsule.detectors.diagonal import UNKNOWN, Passage
+from capsule.detectors.search import search
+
+
+def main() -> None:
+    """Read the signals, write one row a recording."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--recordings", type=Path, required=True, help="recordings.csv")
+    parser.add_argument("--signals", type=Path, required=True, help="the folder of signals")
+    parser.add_argument("--rate-hz", type=float, required=True, help="sampling rate")
+    parser.add_argument("--settings", type=json.loads, required=True, help="config section, JSON")
+    parser.add_argument("--output", type=Path, required=True, help="output: passages.csv")
+    arguments = parser.parse_args()
+    rows = []
+    for name in files.accepted_recordings(arguments.recordings):
+        values = np.load(arguments.signals / f"{name}.npy")
+        passage = search(values, arguments.rate_hz, arguments.settings["diagonal"])
+        if passage is UNKNOWN:
+            print(f"{name}: no peristaltic wave was found on every sensor")
+        rows.append({"recording": name, **asdict(passage)})
+    columns = ["recording", *(field.name for field in fields(Passage))]
+    files.write_csv(arguments.output, columns, rows)
+    print(f"{len(rows)} recordings searched")
+
+
+if __name__ == "__main__":
+    files.run(main)
