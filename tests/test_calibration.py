@@ -37,7 +37,6 @@ def test_the_values_that_ship_are_what_the_search_found(tmp_path, monkeypatch):
     assert log.read_bytes() == LOG.read_bytes()
 
 
-@pytest.mark.slow
 def test_a_logged_trial_can_be_made_again():
     logged = read_csv(LOG)[0]
     values = {name: float(logged[name]) for name in logged if "." in name}
@@ -47,15 +46,14 @@ def test_a_logged_trial_can_be_made_again():
     assert {name: str(value) for name, value in again.items()} | {"stage": "generation 1"} == logged
 
 
-@pytest.mark.slow
 def test_an_interrupted_search_goes_on_and_ends_the_same(tmp_path, monkeypatch, capsys):
     options = ["--generations", "1", "--candidates", "2", "--archives", "1"]
-    options += ["--finalists", "1", "--final-archives", "1"]
+    options += ["--finals", "1", "--finalists", "1", "--final-archives", "1"]
     log = tmp_path / "log.csv"
     found = run(monkeypatch, log, tmp_path / "found.yaml", *options, "--jobs", "2")
     assert "generation 1 of 1: off by" in capsys.readouterr().out
     rows = read_csv(log)
-    assert [row["stage"] for row in rows] == ["generation 1", "generation 1", "finalist 1"]
+    assert [row["stage"] for row in rows] == ["generation 1", "generation 1", "final 1 candidate 1"]
     assert all(np.isfinite(calibration.mean_distance([row])) for row in rows)
     whole = log.read_text(encoding="utf-8")
     log.write_text("".join(whole.splitlines(keepends=True)[:2]), encoding="utf-8")

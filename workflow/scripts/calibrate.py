@@ -2,10 +2,10 @@
 
 Every parameter with a range in the table is searched for, from the middle of its range on; its
 present value plays no part. One trial is one simulated archive of 120 runs with cheap fits, and
-each candidate has some. Where the search ends, finalists are drawn and meet on further archives;
-the nearest to the paper wins. All trials are appended to the log; what it holds already is not
-simulated again, so a search that was interrupted goes on. The same seed gives the same winner.
-Then judge_phantom.py judges the winner on archives that the search has never seen.
+each candidate has some. Where the search ends, finalists are drawn and meet on further archives,
+in two rounds, the second around the winner of the first. All trials are appended to the log; what
+it holds already is not simulated again, so a search that was interrupted goes on. The same seed
+gives the same winner. Then judge_phantom.py judges it on archives that the search has never seen.
 """
 
 import argparse
@@ -65,6 +65,7 @@ def main() -> None:
     parser.add_argument("--candidates", type=int, default=24, help="a generation (default: 24)")
     parser.add_argument("--finalists", type=int, default=24, help="default: 24")
     parser.add_argument("--archives", type=int, default=3, help="a candidate (default: 3)")
+    parser.add_argument("--finals", type=int, default=2, help="rounds, each closer (default: 2)")
     parser.add_argument("--final-archives", type=int, default=20, help="a finalist (default: 20)")
     parser.add_argument("--spread", type=float, default=0.2, help="of the first (default: 0.2)")
     parser.add_argument("--rate", type=float, default=0.5, help="of movement (default: 0.5)")
@@ -103,17 +104,20 @@ def main() -> None:
             f" points in the middle, {step.losses[0]:.1f} at the centre",
             flush=True,
         )
-    seeds = calibration.finalist_seeds(arguments.seed, arguments.final_archives)
-    drawn = calibration.candidate_numbers(arguments.seed, arguments.generations)
-    results = []
-    for place, values in enumerate(step.next_candidates(drawn, arguments.finalists), start=1):
-        rows = log.trials(f"finalist {place}", [values] * len(seeds), seeds)
-        results.append((*calibration.shortfall(rows), place, values))
-        gap, difference, *_ = results[-1]
-        print(
-            f"finalist {place}: {gap:.1f} points outside, means off by {difference:.1f}", flush=True
-        )
-    winner = min(results)[-1]
+    cloud = step.cloud
+    for final in range(arguments.finals):
+        numbers = calibration.candidate_numbers(arguments.seed, arguments.generations + final)
+        seeds = calibration.finalist_seeds(arguments.seed, final, arguments.final_archives)
+        results = []
+        for place, where in enumerate(cloud.draw(numbers, arguments.finalists), start=1):
+            values = search.values_at(free, where)
+            stage = f"final {final + 1} candidate {place}"
+            rows = log.trials(stage, [values] * len(seeds), seeds)
+            results.append((*calibration.shortfall(rows), place, where, values))
+            gap, difference, *_ = results[-1]
+            print(f"{stage}: {gap:.1f} points outside, means off by {difference:.1f}", flush=True)
+        *_, where, winner = min(results, key=lambda result: result[:3])
+        cloud = calibration.closer(cloud, where)
     with files.write_whole(arguments.output) as stream:
         stream.write(rewritten(text, winner))
 

@@ -7,11 +7,14 @@ import numpy as np
 
 from capsule.phantom import paper_table, trial
 from capsule.phantom.parameters import Phantom, with_values
+from capsule.phantom.search import Cloud
 from capsule.seeding import generator
 
-# Archives of the search have seeds from here on; those that judge the winner count from 1.
+# Archives of the search have seeds from here on; those that judge the winner count from 2001.
 FIRST_SEED = 100_000
 _FINAL = 500
+# The second round's cloud of finalists, in parts of the first one's spread.
+_CLOSER = 0.4
 
 
 def generation_seeds(seed: int, generation: int, archives: int) -> list[int]:
@@ -20,10 +23,15 @@ def generation_seeds(seed: int, generation: int, archives: int) -> list[int]:
     return list(range(first, first + archives))
 
 
-def finalist_seeds(seed: int, archives: int) -> list[int]:
-    """Return the seeds of the archives on which the finalists meet; no generation has them."""
-    first = FIRST_SEED + 1000 * seed + _FINAL
+def finalist_seeds(seed: int, final: int, archives: int) -> list[int]:
+    """Return the seeds of the archives on which finalists meet; no generation has them."""
+    first = FIRST_SEED + 1000 * seed + _FINAL + final * archives
     return list(range(first, first + archives))
+
+
+def closer(cloud: Cloud, winner: np.ndarray) -> Cloud:
+    """Return the cloud of the next round of finalists, around the winner of the last one."""
+    return Cloud(winner, _CLOSER * cloud.spread)
 
 
 def candidate_numbers(seed: int, generation: int) -> np.random.Generator:
