@@ -1,59 +1,76 @@
-"""The search's log, and that the values that ship are what the search found."""
+"""The search for the phantom's parameters: it goes on from its log, and finds what ships."""
 
-import csv
-import functools
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-import yaml
 
 import calibrate
-from capsule.phantom import search
-from capsule.phantom.parameters import rewritten
-from phantom_edges import DEFAULT_TABLE
+from capsule.errors import CapsuleError
+from capsule.phantom import calibration
+from capsule.phantom.paper_table import MOTION, PAPER
+from files import read_csv
+from phantom_edges import DEFAULT_CONFIG, DEFAULT_TABLE
 
 LOG = Path(__file__).resolve().parents[1] / "docs/phantom-calibration.csv"
 
 
-def rows_of(log):
-    with log.open(encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(stream))
+def run(monkeypatch, log, output, *options):
+    command = ["calibrate.py", *options, "--log", str(log), "--output", str(output)]
+    monkeypatch.setattr(sys, "argv", command)
+    calibrate.main()
+    return output.read_text(encoding="utf-8")
 
 
-def test_the_values_that_ship_follow_from_the_log_of_the_search():
-    """Replay the search with the losses that were measured, instead of measuring them anew."""
-    text = DEFAULT_TABLE.read_text(encoding="utf-8")
-    free = search.free_parameters(yaml.safe_load(text))
-    trials = rows_of(LOG)
-    last = int(trials[-1]["generation"])
+def test_the_values_that_ship_are_what_the_search_found(tmp_path, monkeypatch):
+    """Every trial is in the log, so the whole search is followed without simulating anything."""
 
-    def losses_of(candidates, number):
-        rows = [row for row in trials if int(row["generation"]) == number]
-        for values, row in zip(candidates, rows, strict=True):
-            assert values == pytest.approx({name: float(row[name]) for name in values})
-        return [float(row["loss"]) for row in rows]
+    def nothing_is_missing(*arguments):
+        raise AssertionError(f"the log lacks a trial: {arguments}")
 
-    draw = functools.partial(calibrate.candidate_numbers, 1)
-    generations = search.evolve(free, losses_of, draw, candidates=28, spread=0.2, rate=0.5)
-    for _ in range(last + 1):
-        step = next(generations)
-    assert rewritten(text, step.centre) == text
+    monkeypatch.setattr(calibration, "try_out", nothing_is_missing)
+    log = tmp_path / "log.csv"
+    log.write_bytes(LOG.read_bytes())
+    shipped = DEFAULT_TABLE.read_text(encoding="utf-8")
+    assert run(monkeypatch, log, tmp_path / "found.yaml") == shipped
+    assert log.read_bytes() == LOG.read_bytes()
 
 
-@pytest.mark.slow
-def test_a_search_logs_every_trial_and_finds_the_same_again(tmp_path, monkeypatch, capsys):
-    def run(name, jobs):
-        log, output = tmp_path / f"{name}.csv", tmp_path / f"{name}.yaml"
-        command = ["calibrate.py", "--generations", "1", "--candidates", "2", "--jobs", jobs]
-        monkeypatch.setattr(sys, "argv", [*command, "--log", str(log), "--output", str(output)])
-        calibrate.main()
-        return rows_of(log), output.read_text(encoding="utf-8")
+def test_a_logged_trial_can_be_made_again():
+    logged = read_csv(LOG)[0]
+    values = {name: float(logged[name]) for name in logged if "." in name}
+    phantom = calibrate.read_phantom(DEFAULT_TABLE, [])
+    detector = calibrate.trial.quick(calibrate.detector_of(DEFAULT_CONFIG))
+    again = calibration.try_out(phantom, detector, values, int(logged["archive_seed"]))
+    assert {name: str(value) for name, value in again.items()} | {"stage": "generation 1"} == logged
 
-    trials, found = run("one", "1")
-    assert len(trials) == 2
-    assert all(np.isfinite(float(row["loss"])) for row in trials)
-    assert found != DEFAULT_TABLE.read_text(encoding="utf-8")
-    assert run("two", "2") == (trials, found)
+
+def test_an_interrupted_search_goes_on_and_ends_the_same(tmp_path, monkeypatch, capsys):
+    options = ["--generations", "1", "--candidates", "2", "--archives", "1"]
+    options += ["--finals", "1", "--finalists", "1", "--final-archives", "1"]
+    log = tmp_path / "log.csv"
+    found = run(monkeypatch, log, tmp_path / "found.yaml", *options, "--jobs", "2")
     assert "generation 1 of 1: off by" in capsys.readouterr().out
+    rows = read_csv(log)
+    assert [row["stage"] for row in rows] == ["generation 1", "generation 1", "final 1 candidate 1"]
+    assert all(np.isfinite(calibration.mean_distance([row])) for row in rows)
+    whole = log.read_text(encoding="utf-8")
+    log.write_text("".join(whole.splitlines(keepends=True)[:2]), encoding="utf-8")
+    assert run(monkeypatch, log, tmp_path / "again.yaml", *options) == found
+    assert log.read_text(encoding="utf-8") == whole
+
+
+def test_a_log_of_another_search_is_refused(tmp_path, monkeypatch):
+    log = tmp_path / "log.csv"
+    log.write_bytes(LOG.read_bytes())
+    with pytest.raises(CapsuleError, match="has other candidates than this search"):
+        run(monkeypatch, log, tmp_path / "found.yaml", "--seed", "2")
+
+
+def test_the_shortfall_sums_what_lies_outside_and_averages_differences():
+    perfect = {"confusion": str((20 * np.eye(6, dtype=int)).tolist())} | MOTION
+    paper = np.array(list(PAPER.values()))
+    # Everything is found and sized; the paper's last two cells are healthy runs with a size.
+    off = np.abs(paper - np.where(np.arange(paper.size) >= paper.size - 2, 0.0, 100.0))
+    assert calibration.shortfall([perfect] * 3) == pytest.approx((off.sum(), off.mean()))

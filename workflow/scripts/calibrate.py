@@ -1,17 +1,18 @@
 """Search for the phantom's free parameters, so that the paper's detector gives the paper's table.
 
 Every parameter with a range in the table is searched for, from the middle of its range on; its
-present value plays no part. One trial is one simulated archive of 120 runs with cheap fits; all
-trials are appended to the log. The same seed gives the same winner. Then judge_phantom.py judges
-the winner on archives that the search has never seen.
+present value plays no part. One trial is one simulated archive of 120 runs with cheap fits, and
+each candidate has some. Where the search ends, finalists are drawn and meet on further archives,
+in two rounds, the second around the winner of the first. All trials are appended to the log; what
+it holds already is not simulated again, so a search that was interrupted goes on. The same seed
+gives the same winner. Then judge_phantom.py judges it on archives that the search has never seen.
 """
 
 import argparse
 import csv
 import functools
 import itertools
-import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
@@ -19,94 +20,106 @@ import numpy as np
 import yaml
 
 import files
-from capsule.phantom import paper_table, search, trial
-from capsule.phantom.parameters import Phantom, rewritten, with_values
-from capsule.seeding import generator
+from capsule.errors import CapsuleError
+from capsule.phantom import calibration, search, trial
+from capsule.phantom.parameters import rewritten
 from phantom_edges import detector_arguments, detector_of, read_phantom
 
-# Archives of the search have seeds from here on; those that judge the winner count from 1.
-FIRST_SEARCH_SEED = 100_000
 
+class TrialLog:
+    """The trials of a search in a CSV file: looked up where they are known, made where not."""
 
-def try_out(
-    phantom: Phantom, detector: trial.Detector, seed: int, values: Mapping[str, float]
-) -> dict:
-    """Simulate one archive with these values; say how far it is from the paper."""
-    changed = with_values(phantom, values)
-    archive = trial.simulate_archive(changed, seed, 20)
-    table = trial.resubstitution(trial.archive_matrices(archive, detector), detector)
-    motion = trial.archive_motion(archive, changed)
-    loss = paper_table.distance(paper_table.cells(table) | motion)
-    result = {"archive_seed": seed, "loss": loss, "confusion": json.dumps(table.tolist())}
-    return result | motion | values
+    def __init__(self, path: Path, attempt: Callable[[Mapping, int], dict], jobs: int) -> None:
+        self.path, self.attempt, self.pool = path, attempt, ProcessPoolExecutor(jobs)
+        self.known = files.read_csv(path) if path.exists() else []
 
+    def trials(self, stage: str, values: Sequence[Mapping], seeds: Sequence[int]) -> list[dict]:
+        """Give the trials of one stage, one for each of the values and its seed."""
+        logged = [row for row in self.known if row["stage"] == stage]
+        wanted = [(str(s), *map(str, v.values())) for v, s in zip(values, seeds, strict=True)]
+        for row, keys in zip(logged, wanted, strict=False):
+            if (row["archive_seed"], *(row[name] for name in values[0])) != keys:
+                raise CapsuleError(
+                    f"{self.path}: {stage} has other candidates than this search; choose another"
+                    " --log, or the seed and ranges that it was made with"
+                )
+        rest = len(logged)
+        made = self.pool.map(self.attempt, values[rest:], seeds[rest:])
+        return logged + [self.append({"stage": stage} | row) for row in made]
 
-def archive_seed(seed: int, number: int) -> int:
-    """Return the seed of the archives of one generation."""
-    return FIRST_SEARCH_SEED + 1000 * seed + number
-
-
-def candidate_numbers(seed: int, number: int) -> np.random.Generator:
-    """Return the source of the candidates of one generation."""
-    return generator(archive_seed(seed, number), "candidates")
-
-
-def append(log: Path, rows: list[dict]) -> None:
-    """Append rows to a CSV file."""
-    log.parent.mkdir(parents=True, exist_ok=True)
-    with log.open("a", encoding="utf-8", newline="") as stream:
-        writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
-        if stream.tell() == 0:
-            writer.writeheader()
-        writer.writerows(rows)
+    def append(self, row: dict) -> dict:
+        """Append a row to the file."""
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        with self.path.open("a", encoding="utf-8", newline="") as stream:
+            writer = csv.DictWriter(stream, list(row), lineterminator="\n")
+            if stream.tell() == 0:
+                writer.writeheader()
+            writer.writerow(row)
+        return row
 
 
 def main() -> None:
-    """Move a cloud of candidates, generation by generation."""
+    """Move a cloud of candidates, generation by generation, and let finalists compete."""
     parser = argparse.ArgumentParser(description=__doc__, parents=[detector_arguments()])
-    parser.add_argument("--generations", type=int, default=30, help="default: 30")
-    parser.add_argument("--candidates", type=int, default=28, help="a generation (default: 28)")
+    parser.add_argument("--generations", type=int, default=12, help="default: 12")
+    parser.add_argument("--candidates", type=int, default=24, help="a generation (default: 24)")
+    parser.add_argument("--finalists", type=int, default=24, help="default: 24")
+    parser.add_argument("--archives", type=int, default=3, help="a candidate (default: 3)")
+    parser.add_argument("--finals", type=int, default=2, help="rounds, each closer (default: 2)")
+    parser.add_argument("--final-archives", type=int, default=20, help="a finalist (default: 20)")
     parser.add_argument("--spread", type=float, default=0.2, help="of the first (default: 0.2)")
     parser.add_argument("--rate", type=float, default=0.5, help="of movement (default: 0.5)")
     parser.add_argument("--seed", type=int, default=1, help="default: 1")
     parser.add_argument("--jobs", type=int, default=1, help="processes (default: 1)")
-    parser.add_argument("--log", type=Path, required=True, help="CSV file to append trials to")
-    parser.add_argument("--output", type=Path, help="write the table with the winner's values")
+    parser.add_argument("--log", type=Path, required=True, help="CSV file of the trials")
+    parser.add_argument("--output", type=Path, required=True, help="table with the winner's values")
     arguments = parser.parse_args()
     phantom = read_phantom(arguments.parameters, arguments.changes)
     text = arguments.parameters.read_text(encoding="utf-8")
     detector = trial.quick(detector_of(arguments.config))
     free = search.free_parameters(yaml.safe_load(text))
+    attempt = functools.partial(calibration.try_out, phantom, detector)
+    log = TrialLog(arguments.log, attempt, arguments.jobs)
 
-    with ProcessPoolExecutor(arguments.jobs) as pool:
+    def losses_of(candidates: Sequence[Mapping], number: int) -> list[float]:
+        seeds = calibration.generation_seeds(arguments.seed, number, arguments.archives)
+        met = [values for values in candidates for _ in seeds]
+        rows = log.trials(f"generation {number + 1}", met, seeds * len(candidates))
+        return [
+            calibration.mean_distance(rows[start : start + len(seeds)])
+            for start in range(0, len(rows), len(seeds))
+        ]
 
-        def losses_of(candidates: list[dict[str, float]], number: int) -> list[float]:
-            trying = functools.partial(
-                try_out, phantom, detector, archive_seed(arguments.seed, number)
-            )
-            rows = list(pool.map(trying, candidates))
-            append(arguments.log, [{"generation": number} | row for row in rows])
-            return [row["loss"] for row in rows]
-
-        generations = search.evolve(
-            free,
-            losses_of,
-            functools.partial(candidate_numbers, arguments.seed),
-            candidates=arguments.candidates,
-            spread=arguments.spread,
-            rate=arguments.rate,
+    generations = search.evolve(
+        free,
+        losses_of,
+        functools.partial(calibration.candidate_numbers, arguments.seed),
+        candidates=arguments.candidates,
+        spread=arguments.spread,
+        rate=arguments.rate,
+    )
+    for number, step in enumerate(itertools.islice(generations, arguments.generations), start=1):
+        print(
+            f"generation {number} of {arguments.generations}: off by {np.median(step.losses):.1f}"
+            f" points in the middle, {step.losses[0]:.1f} at the centre",
+            flush=True,
         )
-        for number, step in enumerate(itertools.islice(generations, arguments.generations), 1):
-            shown = ", ".join(f"{name}={value:.4g}" for name, value in step.centre.items())
-            print(
-                f"generation {number} of {arguments.generations}: off by"
-                f" {np.median(step.losses):.1f} points in the middle, {step.losses[0]:.1f} at the"
-                f" centre\n  {shown}",
-                flush=True,
-            )
-            if arguments.output:
-                with files.write_whole(arguments.output) as stream:
-                    stream.write(rewritten(text, step.centre))
+    cloud = step.cloud
+    for final in range(arguments.finals):
+        numbers = calibration.candidate_numbers(arguments.seed, arguments.generations + final)
+        seeds = calibration.finalist_seeds(arguments.seed, final, arguments.final_archives)
+        results = []
+        for place, where in enumerate(cloud.draw(numbers, arguments.finalists), start=1):
+            values = search.values_at(free, where)
+            stage = f"final {final + 1} candidate {place}"
+            rows = log.trials(stage, [values] * len(seeds), seeds)
+            results.append((*calibration.shortfall(rows), place, where, values))
+            gap, difference, *_ = results[-1]
+            print(f"{stage}: {gap:.1f} points outside, means off by {difference:.1f}", flush=True)
+        *_, where, winner = min(results, key=lambda result: result[:3])
+        cloud = calibration.closer(cloud, where)
+    with files.write_whole(arguments.output) as stream:
+        stream.write(rewritten(text, winner))
 
 
 if __name__ == "__main__":

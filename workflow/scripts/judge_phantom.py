@@ -28,7 +28,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, parents=[detector_arguments()])
     parser.add_argument("--archives", type=int, default=20, help="default: 20")
     parser.add_argument("--runs", type=int, default=20, help="of each size (default: 20)")
-    parser.add_argument("--first-seed", type=int, default=1, help="of the archives (default: 1)")
+    parser.add_argument(
+        "--first-seed", type=int, default=2001, help="of the archives (default: 2001)"
+    )
     parser.add_argument("--quick", action="store_true", help="the search's cheap fit")
     parser.add_argument("--jobs", type=int, default=1, help="processes (default: 1)")
     parser.add_argument("--output", type=Path, help="CSV file of the cells")

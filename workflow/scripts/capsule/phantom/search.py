@@ -47,7 +47,7 @@ class Cloud:
     spread: np.ndarray
 
     def draw(self, generator: np.random.Generator, count: int) -> np.ndarray:
-        """Return candidates, shape (count, D), reflected into 0..1; the first is the centre."""
+        """Return candidates' places, shape (count, D), in 0..1; the first is the centre."""
         places = self.centre + self.spread * generator.standard_normal((count, self.centre.size))
         places[0] = self.centre
         # The absolute value of mod(x + 1, 2) - 1 folds the line onto 0..1.
@@ -81,13 +81,13 @@ class Generation:
         The parameters of each candidate; the first is the centre of the cloud.
     losses
         What each gave.
-    centre
-        The parameters at the centre of the cloud that follows.
+    cloud
+        Where to look next.
     """
 
     values: list[dict[str, float]]
     losses: list[float]
-    centre: dict[str, float]
+    cloud: Cloud
 
 
 def evolve(
@@ -125,7 +125,7 @@ def evolve(
         values = [values_at(free, place) for place in places]
         losses = list(losses_of(values, number))
         cloud = cloud.moved(places, losses, rate)
-        yield Generation(values, losses, values_at(free, cloud.centre))
+        yield Generation(values, losses, cloud)
 
 
 def values_at(parameters: Sequence[FreeParameter], places: np.ndarray) -> dict[str, float]:

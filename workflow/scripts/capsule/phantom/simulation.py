@@ -15,7 +15,7 @@ from capsule.recording import Recording
 from capsule.seeding import generator
 
 # Raise it whenever the same seed gives other bytes.
-SIMULATOR_VERSION = "2"
+SIMULATOR_VERSION = "3"
 SENSORS = 4
 # A fixed date: a simulated run takes place at no time, and the clock would spoil repeatability.
 STARTED = "2024-06-03T00:00:00Z"
@@ -109,9 +109,9 @@ def simulate_run(
     coupling = np.exp(seat.normal(0.0, contact.coupling_spread, SENSORS))
     height_offset_mm = seat.normal(0.0, contact.height_offset_mm)
     phase = seat.uniform(0.0, 2 * np.pi)
-    bulge_mm = touch.pressed_bulge(contact, wall, nodule_mm) * touch.height_factor(
-        contact, nodule_mm, height_offset_mm
-    )
+    # What lies above or below the capsule neither lifts its tips nor carries them.
+    touched = touch.height_factor(contact, nodule_mm, height_offset_mm)
+    bulge_mm = touch.pressed_bulge(contact, wall, nodule_mm) * touched
     width_mm = touch.bulge_width(contact, wall, origami, nodule_mm)
 
     def climb(position_mm: float, stroke_mm: float) -> np.ndarray:
@@ -136,7 +136,7 @@ def simulate_run(
     other_side = uneven_height(wall, place, position_mm)
     profile = touch.bulge_profile(1.0, width_mm, position_mm - nodule_at_mm)
     heights = bulge_mm * coupling[:, np.newaxis] * profile
-    sphere = touch.sphere_stiffness(wall, nodule_mm) * profile
+    sphere = touch.sphere_stiffness(wall, nodule_mm) * touched * profile
     reach = half_width(origami)
     # A seat that shifts towards one wall moves away from the other.
     near = overlap(wall, reach, wave_mm + nodule_side + heights + wander_mm)
