@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import binom, binomtest, rankdata
 
 from capsule.judging import roc, tables
 from capsule.judging.agreement import exceedance, paired_difference, permuted_areas
@@ -84,6 +85,33 @@ def test_the_comparison_of_two_detectors_is_mcnemars():
     # Twice the binomial tail of 2 of 12: (1 + 12 + 66) / 4096.
     assert row["mcnemar_p"] == pytest.approx(2 * 79 / 4096)
     assert paired_difference(first, first, 0.95)["mcnemar_p"] == 1.0
+
+
+@given(st.integers(0, 200), st.integers(0, 200))
+def test_its_probability_is_that_of_the_binomial_test(first, second):
+    right = np.repeat([[True, False], [False, True]], [first, second], axis=0).T
+    expected = binomtest(first, first + second).pvalue if first + second else np.nan
+    found = paired_difference(*right, 0.95)["mcnemar_p"]
+    assert found == pytest.approx(expected, rel=1e-9, nan_ok=True)
+
+
+@given(st.integers(1, 300), st.floats(0.5, 0.999))
+def test_the_medians_interval_leaves_out_the_binomials_tails(count, confidence):
+    median, low, high = median_interval(np.arange(count, dtype=float), confidence)
+    skipped = binom.ppf((1 - confidence) / 2, count, 0.5)
+    assert median == (count - 1) / 2
+    np.testing.assert_equal(
+        (low, high), (skipped - 1, count - skipped) if skipped else (np.nan,) * 2
+    )
+
+
+@given(SCORES.filter(lambda scores: scores.size > 1))
+def test_equal_scores_share_their_rank(scores):
+    nodule = np.arange(scores.size) % 2 == 0
+    (area,) = permuted_areas(scores, nodule, generator(1, "ranks"), 1)
+    sum_of_ranks = generator(1, "ranks").permutation(rankdata(scores))[: nodule.sum()].sum()
+    pairs = nodule.sum() * (~nodule).sum()
+    assert area * pairs == pytest.approx(sum_of_ranks - nodule.sum() * (nodule.sum() + 1) / 2)
 
 
 def test_dealt_out_labels_fall_to_chance():

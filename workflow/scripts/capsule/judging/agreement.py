@@ -1,7 +1,9 @@
 """Whether one detector is better than another, or than chance."""
 
+from math import comb
+
 import numpy as np
-from scipy.stats import binomtest, norm, rankdata
+from scipy.special import ndtri
 
 
 def paired_difference(
@@ -31,15 +33,29 @@ def paired_difference(
     if count == 0:
         unknown = ("difference", "difference_low", "difference_high", "mcnemar_p")
         return result | dict.fromkeys(unknown, float("nan"))
-    discordant = only_first + only_second
     first, second = (only_first + 1) / (count + 2), (only_second + 1) / (count + 2)
-    z = norm.ppf(0.5 + confidence / 2)
+    z = ndtri(0.5 + confidence / 2)
     reach = z * np.sqrt((first + second - (second - first) ** 2) / (count + 2))
     result["difference"] = (only_second - only_first) / count
     result["difference_low"] = float(max(second - first - reach, -1.0))
     result["difference_high"] = float(min(second - first + reach, 1.0))
-    result["mcnemar_p"] = float(binomtest(only_first, discordant).pvalue) if discordant else 1.0
+    result["mcnemar_p"] = _sign_test(only_first, only_second)
     return result
+
+
+def _sign_test(first: int, second: int) -> float:
+    """Give the two-sided probability of counts so unequal, where either is as likely."""
+    if first == second:
+        return 1.0
+    count, fewer = first + second, min(first, second)
+    return 2 * sum(comb(count, k) for k in range(fewer + 1)) / 2**count
+
+
+def _ranks(scores: np.ndarray) -> np.ndarray:
+    """Rank scores from 1; equal ones share the mean of their ranks."""
+    _, place, count = np.unique(scores, return_inverse=True, return_counts=True)
+    last = np.cumsum(count)
+    return (last - (count - 1) / 2)[place]
 
 
 def permuted_areas(
@@ -48,7 +64,7 @@ def permuted_areas(
     """Give the areas under the curve that chance alone would reach: labels dealt out anew, (n,)."""
     # The area follows from the sum of the nodules' ranks (Mann and Whitney), so the scores are
     # sorted once.
-    ranks = rankdata(scores)
+    ranks = _ranks(scores)
     count = int(np.count_nonzero(nodule))
     sums = np.array([generator.permutation(ranks)[:count].sum() for _ in range(repeats)])
     return (sums - count * (count + 1) / 2) / (count * (nodule.size - count))

@@ -1,7 +1,7 @@
 """What a verdict means for a patient: predictive values at a stated prevalence."""
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtri
 
 
 def predictive_values(
@@ -33,7 +33,7 @@ def predictive_values(
     if nodules == 0 or healthy == 0:
         return dict.fromkeys(names, float("nan"))
     sensitivity, specificity = hits / nodules, rejections / healthy
-    z = norm.ppf(0.5 + confidence / 2)
+    z = ndtri(0.5 + confidence / 2)
     soft_hit = (hits + 0.5) / (nodules + 1)
     soft_rejection = (rejections + 0.5) / (healthy + 1)
     hit_spread, miss_spread = (1 - soft_hit) / soft_hit, soft_hit / (1 - soft_hit)

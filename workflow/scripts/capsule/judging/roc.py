@@ -18,10 +18,11 @@ def auc(healthy: np.ndarray, nodule: np.ndarray) -> float:
     """
     if healthy.size == 0 or nodule.size == 0:
         return float("nan")
-    ordered = np.sort(healthy)
-    below = np.searchsorted(ordered, nodule, side="left")
-    not_above = np.searchsorted(ordered, nodule, side="right")
-    return float((below + not_above).mean() / (2 * healthy.size))
+    # Both in order: the search then walks through memory instead of jumping about.
+    ordered, nodule = np.sort(healthy), np.sort(nodule)
+    below = ordered.searchsorted(nodule, side="left")
+    not_above = ordered.searchsorted(nodule, side="right")
+    return float((below.sum() + not_above.sum()) / nodule.size / (2 * healthy.size))
 
 
 def rates_above(scores: np.ndarray, thresholds: np.ndarray) -> np.ndarray:
@@ -76,8 +77,8 @@ def bootstrap(
     """
     areas, heights = np.empty(repeats), np.empty((repeats, grid.size))
     for repeat in range(repeats):
-        drawn = generator.choice(healthy, healthy.size)
-        found = generator.choice(nodule, nodule.size)
+        drawn = np.sort(healthy[generator.integers(0, healthy.size, healthy.size)])
+        found = np.sort(nodule[generator.integers(0, nodule.size, nodule.size)])
         areas[repeat] = auc(drawn, found)
         heights[repeat] = height_at(drawn, found, grid)
     tails = [(1 - confidence) / 2, (1 + confidence) / 2]

@@ -1,8 +1,7 @@
 """How far the estimated size is from the true one, in mm."""
 
 import numpy as np
-from scipy.stats import binom
-from scipy.stats import t as student
+from scipy.special import bdtr, stdtrit
 
 
 def mean_interval(values: np.ndarray, confidence: float) -> tuple[float, float, float]:
@@ -13,7 +12,7 @@ def mean_interval(values: np.ndarray, confidence: float) -> tuple[float, float, 
     mean = float(values.mean())
     if count == 1:
         return mean, float("nan"), float("nan")
-    reach = float(student.ppf(0.5 + confidence / 2, count - 1)) * values.std(ddof=1) / count**0.5
+    reach = float(stdtrit(count - 1, 0.5 + confidence / 2)) * values.std(ddof=1) / count**0.5
     return mean, mean - float(reach), mean + float(reach)
 
 
@@ -27,7 +26,8 @@ def median_interval(values: np.ndarray, confidence: float) -> tuple[float, float
     ordered = np.sort(values)
     median = float(np.median(ordered))
     # So many values lie below the median, or fewer, with half of what the confidence leaves.
-    skipped = int(binom.ppf((1 - confidence) / 2, ordered.size, 0.5))
+    below = bdtr(np.arange(ordered.size + 1), ordered.size, 0.5)
+    skipped = int(np.searchsorted(below, (1 - confidence) / 2))
     if skipped == 0:
         return median, float("nan"), float("nan")
     return median, float(ordered[skipped - 1]), float(ordered[-skipped])
