@@ -1,10 +1,54 @@
 """The paper's detector with a threshold: by how much the best template beats no template."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from capsule.sliding import SlidingComparison
+from capsule.sliding import SlidingComparison, rmse_at_lag
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """How templates lie on a recording.
+
+    Attributes
+    ----------
+    distances, gains, lags : (B,) array
+        The smallest RMSE (eq. RMSEmin), as of `capsule.detection.template_distances`, and gain and
+        lag, as of `template_margins`; NaN where the matrix or the template is NaN.
+    """
+
+    distances: np.ndarray
+    gains: np.ndarray
+    lags: np.ndarray
+
+    def replaced(self, places: Sequence[int], others: "Comparison") -> "Comparison":
+        """Put what was found of other templates in the places of these."""
+        arrays = []
+        for own, other in zip(vars(self).values(), vars(others).values(), strict=True):
+            array = own.copy()
+            array[places] = other
+            arrays.append(array)
+        return Comparison(*arrays)
+
+
+def compare_templates(matrix: np.ndarray, templates: Sequence[np.ndarray]) -> Comparison:
+    """Compare a recording with templates, distance and gain in one go.
+
+    Parameters
+    ----------
+    matrix : (S, L) array
+        The recording's matrix V.
+    templates : sequence of B (S, L) arrays
+        The templates; one that holds NaN has neither.
+    """
+    gains, lags = template_margins(matrix, templates)
+    distances = np.full(len(templates), np.nan)
+    for index, lag in enumerate(lags):
+        if not np.isnan(lag):
+            distances[index] = rmse_at_lag(matrix, templates[index], int(lag))
+    return Comparison(distances, gains, lags)
 
 
 def template_margins(
@@ -21,7 +65,7 @@ def template_margins(
     matrix : (S, L) array
         The recording's matrix V.
     templates : sequence of B (S, L) arrays
-        The templates T^b of nodules, without T^0; one that holds NaN has no gain.
+        The templates T^b; one that holds NaN has no gain, and that of T^0 is 0.
 
     Returns
     -------
@@ -35,10 +79,16 @@ def template_margins(
         return gains, lags
     comparison = SlidingComparison(matrix)
     for index, template in enumerate(templates):
-        if not np.isnan(template).any():
-            comparison.particle[...] = template
-            gains[index], lags[index] = comparison.gain()
+        gains[index], lags[index] = template_margin(comparison, template)
     return gains, lags
+
+
+def template_margin(comparison: SlidingComparison, template: np.ndarray) -> tuple[float, float]:
+    """Give gain and lag of one template (S, L) on a recording that holds no NaN."""
+    if np.isnan(template).any():
+        return float("nan"), float("nan")
+    comparison.particle[...] = template
+    return comparison.gain()
 
 
 def first_peak_sample(lag: float, first_peak: int, length: int) -> float:

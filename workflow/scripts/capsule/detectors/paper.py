@@ -1,14 +1,21 @@
 """The paper's detector on every recording of an archive, by its own rule and by a threshold."""
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 
 import numpy as np
 
-from capsule.detection import nearest_size, template_distances
-from capsule.detectors.margin import first_peak_sample, template_margins
+from capsule.detection import nearest_size
+from capsule.detectors.margin import (
+    Comparison,
+    compare_templates,
+    first_peak_sample,
+    template_margin,
+)
 from capsule.detectors.operating_point import threshold_at
 from capsule.detectors.verdicts import Verdict, template_verdict, threshold_verdict
 from capsule.particles import Particle
+from capsule.sliding import SlidingComparison
 from capsule.templates import TemplateSet
 
 
@@ -42,14 +49,17 @@ class TemplateDetector:
         self.sizes_mm = sizes_mm
         self.load = load
         self.specificity = specificity
-        self.healthy = [name for name, size in sizes_mm.items() if size == 0]
-        self._gains: dict[str, np.ndarray] = {}
-        self._norms: dict[str, float] = {}
-        for name in self.healthy:
-            matrix = load(name)
-            self._gains[name], _ = template_margins(matrix, templates.matrices[1:])
-            self._norms[name] = float(np.linalg.norm(matrix))
+        # With the templates of all recordings; a fold's differ in one or a few.
+        self._compared: dict[str, Comparison] = {}
+        healthy = [name for name, size in sizes_mm.items() if size == 0]
+        self._healthy = np.array(healthy, dtype=object)
+        self._row = {name: row for row, name in enumerate(healthy)}
+        gains = [self._compare(name).gains[1:] for name in healthy]
+        self._gains = np.array(gains).reshape(len(healthy), len(templates.matrices) - 1)
+        self._norms = np.array([np.linalg.norm(load(name)) for name in healthy])
         self._thresholds: dict[frozenset[str], float] = {}
+        # The same few recordings lie near the threshold of every fold.
+        self._near = lru_cache(maxsize=64)(lambda name: SlidingComparison(load(name)))
 
     def judge(self, name: str, left_out: Sequence[str]) -> tuple[np.ndarray, Verdict, Verdict]:
         """Judge one recording by what the others teach.
@@ -71,13 +81,20 @@ class TemplateDetector:
         matrices = self.templates.without_all(
             [(self.sizes_mm[other], self.particles.get(other)) for other in left_out]
         )
-        return judge_matrix(
-            self.load(name),
-            matrices,
-            self.templates.sizes_mm,
-            self.templates.first_peak,
-            self._threshold(frozenset(left_out), matrices),
-        )
+        compared = self._compare(name)
+        changed = _changed(self.templates.matrices, matrices)
+        if changed:
+            anew = compare_templates(self.load(name), [matrices[index] for index in changed])
+            compared = compared.replaced(changed, anew)
+        threshold = self._threshold(frozenset(left_out), matrices)
+        sizes_mm, first_peak = self.templates.sizes_mm, self.templates.first_peak
+        return _verdicts(compared, sizes_mm, first_peak, matrices[0].shape[1], threshold)
+
+    def _compare(self, name: str) -> Comparison:
+        """Compare a recording with the templates of all, once for all folds."""
+        if name not in self._compared:
+            self._compared[name] = compare_templates(self.load(name), self.templates.matrices)
+        return self._compared[name]
 
     def threshold(self) -> float:
         """Give the threshold that all healthy recordings teach."""
@@ -91,35 +108,44 @@ class TemplateDetector:
         are computed anew, which gives the same threshold as all of them would.
         """
         if left_out not in self._thresholds:
-            healthy = [name for name in self.healthy if name not in left_out]
-            self._thresholds[left_out] = self._fold_threshold(healthy, matrices)
+            rows = [self._row[name] for name in left_out if name in self._row]
+            self._thresholds[left_out] = self._fold_threshold(rows, matrices)
         return self._thresholds[left_out]
 
-    def _fold_threshold(self, healthy: Sequence[str], matrices: Sequence[np.ndarray]) -> float:
-        pairs = list(zip(self.templates.matrices[1:], matrices[1:], strict=True))
-        changed = [index for index, (whole, fold) in enumerate(pairs) if whole is not fold]
-        gains = np.array([self._gains[name] for name in healthy]).reshape(len(healthy), len(pairs))
-        if not changed or not healthy:
+    def _fold_threshold(self, left_out: Sequence[int], matrices: Sequence[np.ndarray]) -> float:
+        taught = np.ones(len(self._healthy), dtype=bool)
+        taught[left_out] = False
+        gains, wholes, folds = self._gains[taught], self.templates.matrices[1:], matrices[1:]
+        changed = _changed(wholes, folds)
+        if not changed or gains.size == 0:
             return threshold_at(_margins(gains), self.specificity)
-        lost = [index for index in changed if np.isnan(pairs[index][1]).any()]
+        lost = [index for index in changed if np.isnan(folds[index]).any()]
         gains[:, lost] = np.nan
         margins = _margins(gains)
         if margins.size == 0:
             return float("nan")
         kept = [index for index in changed if index not in lost]
-        norms = np.array([self._norms[name] for name in healthy])
-        reach = np.zeros(len(healthy))
+        norms = self._norms[taught]
+        reach = np.zeros(norms.size)
         for index in kept:
-            whole, fold = pairs[index]
+            whole, fold = wholes[index], folds[index]
             energy = abs(float((fold**2).sum() - (whole**2).sum()))
             reach = np.maximum(reach, 2 * norms * np.linalg.norm(fold - whole) + energy)
         lowest = threshold_at(margins - reach, self.specificity)
         highest = threshold_at(margins + reach, self.specificity)
         near = (margins + reach >= lowest) & (margins - reach <= highest)
+        names = self._healthy[taught]
         for place in np.flatnonzero(near):
-            matrix = self.load(healthy[place])
-            gains[place, kept], _ = template_margins(matrix, [pairs[k][1] for k in kept])
+            comparison = self._near(names[place])
+            for index in kept:
+                gains[place, index], _ = template_margin(comparison, folds[index])
         return threshold_at(_margins(gains), self.specificity)
+
+
+def _changed(wholes: Sequence[np.ndarray], folds: Sequence[np.ndarray]) -> list[int]:
+    """Tell which templates a fold does not share with all recordings."""
+    pairs = enumerate(zip(wholes, folds, strict=True))
+    return [index for index, (whole, fold) in pairs if whole is not fold]
 
 
 def _margins(gains: np.ndarray) -> np.ndarray:
@@ -156,12 +182,22 @@ def judge_matrix(
     distances, by_rule, by_threshold
         As of `TemplateDetector.judge`.
     """
-    distances = template_distances(matrix, matrices)
-    gains, lags = template_margins(matrix, matrices[1:])
+    compared = compare_templates(matrix, matrices)
+    return _verdicts(compared, sizes_mm, first_peak, matrix.shape[1], threshold)
+
+
+def _verdicts(
+    compared: Comparison,
+    sizes_mm: Sequence[float],
+    first_peak: int,
+    length: int,
+    threshold: float,
+) -> tuple[np.ndarray, Verdict, Verdict]:
+    # T^0 is first, and no nodule.
+    distances, gains, lags = compared.distances, compared.gains[1:], compared.lags[1:]
     location = float("nan")
     if np.any(~np.isnan(gains)):
-        lag = float(lags[int(np.nanargmax(gains))])
-        location = first_peak_sample(lag, first_peak, matrix.shape[1])
+        location = first_peak_sample(float(lags[int(np.nanargmax(gains))]), first_peak, length)
     return (
         distances,
         template_verdict(nearest_size(distances, sizes_mm), gains, location),
