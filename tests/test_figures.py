@@ -14,7 +14,6 @@ from capsule.figures.contours import contour_levels
 from capsule.figures.preprocessing import (
     draw_preprocessing,
     example_table,
-    make_example,
     typical_recording,
 )
 from capsule.figures.rates import draw_rates
@@ -22,6 +21,7 @@ from capsule.figures.roc import curve_table, draw_roc
 from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
 from capsule.figures.templates import draw_templates, template_table
 from capsule.particles import Particle, render
+from capsule.stages import make_example
 from synthetic import make_recording
 
 SCHEMES = ["leave_one_out", "resubstitution"]

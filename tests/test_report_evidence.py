@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from capsule.figures.preprocessing import make_example
 from capsule.particles import Particle, render
 from capsule.report import evidence
 from capsule.sliding import rmse_at_lag
+from capsule.stages import make_example
 from synthetic import make_recording
 
 

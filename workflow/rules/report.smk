@@ -1,7 +1,8 @@
 # What people look at: the figures, and one page with everything.
 #
-# takes: raw/, results/recordings.csv, results/passed_over.csv, results/fits/,
-#        results/templates.{json,npz}, results/evaluation/, results/detections.csv, workflow/report/
+# takes: results/recordings.csv, results/passed_over.csv, results/signals/, results/checks/,
+#        results/fits/, results/templates.{json,npz}, results/evaluation/, results/detections.csv,
+#        results/sites.csv, workflow/report/
 # gives: results/figures/<figure>{,_column}.{svg,pdf}, results/figures/<figure>.csv,
 #        results/report.html
 
@@ -14,7 +15,7 @@ FIGURES = [
     "confusion",
     "roc",
 ]
-TABLES = ["predictions", "detection", "specificity", "sizing", "confusion", *JUDGEMENTS]
+RATES = ["predictions", "detection", "specificity", "sizing", "confusion"]
 # The report says by a checksum which code its results come from.
 STAGES = [
     "preprocess",
@@ -33,33 +34,41 @@ CODE = {script(f"{stage}.py") for stage in STAGES}
 CODE.update(path for stage in STAGES for path in library(f"{stage}.py"))
 
 
+def shown_in(wildcards):
+    """Give what a figure shows; most are drawn while the judgements are still computed."""
+    if wildcards.figure == "templates":
+        return ["results/templates.npz", "results/templates.json"]
+    tables = [*RATES, *JUDGEMENTS] if wildcards.figure == "roc" else RATES
+    found = expand("results/evaluation/{table}.csv", table=tables)
+    if wildcards.figure == "preprocessing":
+        found += expand("results/signals/{recording}.npy", recording=ARCHIVE.labelled())
+    return found
+
+
 rule draw:
     input:
-        raw=expand("raw/{recording}.csv", recording=ARCHIVE.labelled()),
-        evaluation=expand("results/evaluation/{table}.csv", table=TABLES),
-        templates="results/templates.npz",
-        parameters="results/templates.json",
+        shown=shown_in,
         paper=report_file("paper.yaml"),
         script=script("draw.py"),
         library=library("draw.py"),
     output:
         expand(
-            "results/figures/{figure}{width}.{kind}",
-            figure=FIGURES,
+            "results/figures/{{figure}}{width}.{kind}",
             width=["", "_column"],
             kind=["svg", "pdf"],
         ),
-        expand("results/figures/{figure}.csv", figure=FIGURES),
+        "results/figures/{figure}.csv",
     log:
-        "results/logs/draw.log",
+        "results/logs/draw/{figure}.log",
+    wildcard_constraints:
+        figure="|".join(FIGURES),
     conda:
         "../../environment.yml"
     params:
         settings=section("recording", "preprocessing", "evaluation"),
         code=content_of_code("draw.py"),
     shell:
-        "python {input.script:q} --raw raw --evaluation results/evaluation"
-        " --templates {input.templates:q} --parameters {input.parameters:q}"
+        "python {input.script:q} --figure {wildcards.figure} --results results"
         " --paper {input.paper:q} --settings {params.settings:q} --output results/figures"
         " > {log:q} 2>&1"
 
@@ -69,11 +78,12 @@ rule report:
         recordings="results/recordings.csv",
         passed_over="results/passed_over.csv",
         parameters="results/templates.json",
-        evaluation=expand("results/evaluation/{table}.csv", table=TABLES),
+        evaluation=expand("results/evaluation/{table}.csv", table=[*RATES, *JUDGEMENTS]),
         detections="results/detections.csv",
         sites="results/sites.csv",
-        figures=rules.draw.output,
-        raw=expand("raw/{recording}.csv", recording=ARCHIVE.recordings),
+        figures=expand(rules.draw.output, figure=FIGURES),
+        signals=expand("results/signals/{recording}.npy", recording=ARCHIVE.recordings),
+        checks=expand("results/checks/{recording}.json", recording=ARCHIVE.recordings),
         fits=expand("results/fits/{recording}.json", recording=ARCHIVE.of_nodules()),
         page=[
             report_file(name)
@@ -102,6 +112,6 @@ rule report:
         code=content_of_code("report.py"),
         template=lambda wildcards, input: os.path.dirname(input.page[0]),
     shell:
-        "python {input.script:q} --raw raw --results results --template {params.template:q}"
+        "python {input.script:q} --results results --template {params.template:q}"
         " --schema {input.schema:q} --settings {params.settings:q}"
         " --code {input.code:q} --output {output:q} > {log:q} 2>&1"

@@ -12,7 +12,6 @@ from pathlib import Path
 import pandas as pd
 
 import files
-from capsule.figures.preprocessing import make_example
 from capsule.naming import size_mm
 from capsule.report import (
     comparison,
@@ -26,8 +25,9 @@ from capsule.report import (
     words,
 )
 from capsule.report.page import image_address, render_page
+from capsule.stages import make_example
 from durations import read_durations
-from results import read_accepted, read_evaluation, read_fit, read_judgements, read_printed
+from results import read_evaluation, read_fit, read_judgements, read_printed, read_signal
 
 FIGURES = ("detection", "negatives", "sizing", "confusion", "roc", "templates", "preprocessing")
 PACKAGES = ("snakemake", "numpy", "scipy", "pandas", "matplotlib", "jinja2")
@@ -36,7 +36,7 @@ SCRIPTS = ("vendor/uplot/uPlot.iife.min.js", "signals.js", "viewer.js", "recordi
 
 
 def evidence_of(
-    rows: dict, verdicts: dict, raw: Path, results: Path, settings: dict
+    rows: dict, verdicts: dict, results: Path, settings: dict
 ) -> Iterator[tuple[str, str]]:
     """Give each accepted recording's name and what the page carries of it."""
     shape, rate_hz = settings["preprocessing"], settings["recording"]["rate_hz"]
@@ -46,7 +46,7 @@ def evidence_of(
     for name, row in rows.items():
         if not row["accepted"]:
             continue
-        recording, values = read_accepted(raw, name, settings)
+        values = read_signal(results / "signals", name)
         title = recordings.title(rows[name])
         run = make_example(name, title, values, rate_hz=rate_hz, **stages)
         found = read_fit(results / "fits" / f"{name}.json") if size_mm(name) else None
@@ -57,7 +57,8 @@ def evidence_of(
                 particle, fit["first_peak"], fit["lag"], values.shape[1], shape["length"]
             )
             facts["Fit"] = provenance.fit_words(fit)
-        facts |= {f"# {key}": text for key, text in recording.header.items()}
+        header = files.read_json(results / "checks" / f"{name}.json")["header"]
+        facts |= {f"# {key}": text for key, text in header.items()}
         said = verdicts.get(name, [])
         content = evidence.recording_evidence(run, shape["threshold"], step, fitted, said, facts)
         yield name, evidence.to_json(content)
@@ -66,7 +67,6 @@ def evidence_of(
 def main() -> None:
     """Read everything that was made, write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--raw", type=Path, required=True, help="the folder of recordings")
     parser.add_argument("--results", type=Path, required=True, help="the folder of results")
     parser.add_argument("--template", type=Path, required=True, help="the folder of the template")
     parser.add_argument("--schema", type=Path, required=True, help="the schema of the config")
@@ -97,7 +97,7 @@ def main() -> None:
         "retest": places.retest_rows(judgements["retest"]),
         "templates": tables.template_rows(files.read_json(results / "templates.json")["templates"]),
         "detections": tables.detection_rows(detections),
-        "evidence": list(evidence_of(rows, verdicts, arguments.raw, results, settings)),
+        "evidence": list(evidence_of(rows, verdicts, results, settings)),
         "figures": {
             name: {
                 width: image_address((results / "figures" / f"{name}{suffix}.svg").read_bytes())
@@ -112,7 +112,7 @@ def main() -> None:
         "code_checksum": provenance.combined_checksum(code),
         "times": [
             row | {"seconds": words.duration(row["seconds"])}
-            for row in read_durations(results / "logs", list(index["recording"]))
+            for row in read_durations(results / "logs", list(index["recording"]), FIGURES)
         ],
         "made": datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M UTC"),
     }

@@ -8,12 +8,10 @@ import pandas as pd
 import yaml
 
 import files
-from capsule.acceptance import accept
 from capsule.judgements import TABLES, Evaluation
 from capsule.judging import COLUMNS
 from capsule.paper import printed_tables
 from capsule.particles import Particle
-from capsule.recording import Recording, read_recording
 
 
 def read_evaluation(folder: Path, printed: Mapping, confidence: float) -> Evaluation:
@@ -33,21 +31,9 @@ def read_printed(path: Path) -> dict:
     return yaml.safe_load(path.read_text(encoding="utf-8"))
 
 
-def read_accepted(raw: Path, name: str, settings: Mapping) -> tuple[Recording, np.ndarray]:
-    """Read an accepted recording anew.
-
-    Returns
-    -------
-    recording : Recording
-        As it stands in the file.
-    values : (S, K) array
-        Its readings on an even grid in time, NaN where a sample is missing.
-    """
-    rules, shape = dict(settings["recording"]), settings["preprocessing"]
-    sensors, max_bytes = rules.pop("sensors"), int(rules.pop("max_megabytes") * 1e6)
-    with (raw / f"{name}.csv").open("rb") as stream:
-        recording = read_recording(stream, sensors, max_bytes)
-    return recording, accept(recording, **rules, window=shape["window"], length=shape["length"])
+def read_signal(folder: Path, name: str) -> np.ndarray:
+    """Read an accepted recording's readings on an even grid, (S, K), NaN where one is missing."""
+    return np.load(folder / f"{name}.npy")
 
 
 def read_fit(path: Path) -> tuple[dict, Particle] | None:

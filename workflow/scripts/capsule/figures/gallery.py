@@ -1,6 +1,7 @@
-"""All figures of a run: their names, their data, and how to draw each at a width."""
+"""All figures of a run by name: their data, and how to draw each at a width."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -13,96 +14,76 @@ from capsule.figures.roc import curve_table, draw_roc
 from capsule.figures.templates import draw_templates, template_table
 from capsule.folds import main_scheme
 from capsule.judgements import Evaluation
+from capsule.stages import Example
 
-Drawing = tuple[str, pd.DataFrame, Callable[[float], Figure]]
+# The data of a figure, and what draws it: it takes the width in inches.
+Drawing = tuple[pd.DataFrame, Callable[[float], Figure]]
 
 
-def drawings(
-    evaluation: Evaluation,
-    judgements: Mapping[str, pd.DataFrame],
-    runs: Sequence[preprocessing.Example | None],
-    templates: Mapping[float, np.ndarray],
-    counts: Sequence[int],
-    settings: Mapping,
-) -> Iterator[Drawing]:
-    """Give each figure's name, its data and how to draw it at a width.
+def preprocessing_drawing(runs: Sequence[Example | None], settings: Mapping) -> Drawing:
+    """Give the pre-processing of some runs, by section ``preprocessing`` of the configuration."""
+    threshold = settings["preprocessing"]["threshold"]
+    return (
+        preprocessing.example_table(runs),
+        lambda width: preprocessing.draw_preprocessing(runs, threshold, width),
+    )
+
+
+def templates_drawing(templates: Mapping[float, np.ndarray], counts: Sequence[int]) -> Drawing:
+    """Give the templates, (S, L) by size in mm, each the average of so many recordings."""
+    sizes_mm, matrices = list(templates), list(templates.values())
+    return (
+        template_table(sizes_mm, matrices),
+        lambda width: draw_templates(sizes_mm, matrices, counts, width),
+    )
+
+
+def roc_drawing(
+    evaluation: Evaluation, judgements: Mapping[str, pd.DataFrame], settings: Mapping
+) -> Drawing:
+    """Give the curves of all detectors from the tables ``roc``, ``summary``, ``predictive_values``.
+
+    The scheme is the main one of section ``evaluation`` of the configuration.
+    """
+    curves = curve_table(
+        *(judgements[name] for name in ("roc", "summary", "predictive_values")),
+        main_scheme(settings["evaluation"]["schemes"]),
+    )
+    return curves, lambda width: draw_roc(curves, evaluation.detectors(), width)
+
+
+def rates_drawing(name: str, evaluation: Evaluation, settings: Mapping) -> Drawing:
+    """Give one of the figures of rates: ours, of the first detector, beside the paper's.
 
     Parameters
     ----------
+    name : {"detection", "sizing", "negatives", "confusion"}
+        Which; the last shows no rates of the paper.
     evaluation : Evaluation
-        The tables, ours and the paper's; the first detector is drawn.
-    judgements : mapping of str to DataFrame
-        Of these tables ``roc``, ``summary`` and ``predictive_values``: all detectors are drawn.
-    runs : sequence of Example or None
-        The runs of the pre-processing figure.
-    templates : mapping of float to (S, L) array
-        The templates by size in mm.
-    counts : sequence of int
-        How many recordings each template is the average of.
+        The tables, ours and the paper's.
     settings : mapping
-        Sections ``preprocessing`` and ``evaluation`` of the configuration.
-
-    Yields
-    ------
-    name : str
-    table : DataFrame
-    draw : callable
-        Takes the width in inches, gives the Figure.
+        Section ``evaluation`` of the configuration.
     """
-    judged, threshold = settings["evaluation"], settings["preprocessing"]["threshold"]
-    sizes_mm, detector = evaluation.sizes_mm(), evaluation.detectors()[0]
-    template_sizes, matrices = list(templates), list(templates.values())
-    table = preprocessing.example_table(runs)
-    yield (
-        "preprocessing",
-        table,
-        lambda width: preprocessing.draw_preprocessing(runs, threshold, width),
-    )
-    yield (
-        "templates",
-        template_table(template_sizes, matrices),
-        lambda width: draw_templates(template_sizes, matrices, counts, width),
-    )
+    judged, sizes_mm = settings["evaluation"], evaluation.sizes_mm()
+    detector = evaluation.detectors()[0]
+    tables = partial(evaluation.of, detector=detector, with_paper=True)
     true_size = "size of the nodule (mm)"
-    tolerance = f"within {judged['tolerance_mm']:g} mm (*: one-sided)"
-    for name, table, panels, sizes, label in [
-        (
-            "detection",
-            points.detection_points(evaluation.of("detection", detector, with_paper=True)),
-            {"precision": "precision", "recall": "recall"},
-            sizes_mm[1:],
-            true_size,
-        ),
-        (
-            "sizing",
-            points.sizing_points(evaluation.of("sizing", detector, with_paper=True)),
-            {"exact_rate": "exact size", "within_rate": tolerance},
-            sizes_mm[1:],
-            true_size,
-        ),
-        (
-            "negatives",
-            points.negative_points(
-                evaluation.of("confusion", detector, with_paper=True), judged["confidence"]
-            ),
-            {"classified": "recordings without a nodule, by verdict"},
-            sizes_mm,
-            "predicted size (mm)",
-        ),
-    ]:
-        yield (
-            name,
-            table,
-            lambda width, p=table, t=panels, s=sizes, x=label: draw_rates(p, t, s, x, width),
-        )
-    confusion = evaluation.of("confusion", detector)
-    yield (
-        "confusion",
-        confusion,
-        lambda width: draw_confusion(confusion, judged["schemes"], sizes_mm, width),
-    )
-    curves = curve_table(
-        *(judgements[name] for name in ("roc", "summary", "predictive_values")),
-        main_scheme(judged["schemes"]),
-    )
-    yield "roc", curves, lambda width: draw_roc(curves, evaluation.detectors(), width)
+    if name == "confusion":
+        counts = evaluation.of("confusion", detector)
+        return counts, lambda width: draw_confusion(counts, judged["schemes"], sizes_mm, width)
+    if name == "detection":
+        table = points.detection_points(tables("detection"))
+        panels = {"precision": "precision", "recall": "recall"}
+        shown, label = sizes_mm[1:], true_size
+    elif name == "sizing":
+        table = points.sizing_points(tables("sizing"))
+        within = f"within {judged['tolerance_mm']:g} mm (*: one-sided)"
+        panels = {"exact_rate": "exact size", "within_rate": within}
+        shown, label = sizes_mm[1:], true_size
+    elif name == "negatives":
+        table = points.negative_points(tables("confusion"), judged["confidence"])
+        panels = {"classified": "recordings without a nodule, by verdict"}
+        shown, label = sizes_mm, "predicted size (mm)"
+    else:
+        raise ValueError(f"there is no figure {name}")
+    return table, lambda width: draw_rates(table, panels, shown, label, width)

@@ -1,7 +1,6 @@
 """The pre-processing figure: signal, envelope and matrix of a run without and with a nodule."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
@@ -17,68 +16,7 @@ from capsule.figures.style import (
     say_nothing_to_show,
     sensor_line,
 )
-from capsule.preprocessing import normalize, rectify, rms_envelope
-
-
-@dataclass(frozen=True)
-class Example:
-    """One run on its way from readings to matrix.
-
-    Attributes
-    ----------
-    recording : str
-        Its name, such as ``3mm/r07``.
-    title : str
-        What it is, such as ``3 mm nodule``.
-    time_s : (K,) array
-        Time of each sample in seconds, from 0.
-    values : (S, K) array
-        The readings; NaN where a sample is missing.
-    envelope : (S, K) array
-        RMS envelope of the normalized readings, in standard deviations.
-    matrix : (S, K) array
-        The first K columns of the matrix V: those that stand for samples.
-    """
-
-    recording: str
-    title: str
-    time_s: np.ndarray
-    values: np.ndarray
-    envelope: np.ndarray
-    matrix: np.ndarray
-
-
-def make_example(
-    recording: str,
-    title: str,
-    values: np.ndarray,
-    *,
-    rate_hz: float,
-    window: int,
-    threshold: float,
-) -> Example:
-    """Take a run through the stages of pre-processing and keep each of them.
-
-    Parameters
-    ----------
-    recording, title : str
-        Its name, and what it is.
-    values : (S, K) array
-        The accepted readings on an even grid in time.
-    rate_hz : float
-        Sampling rate in Hz.
-    window : int
-        W, window of the envelope in samples.
-    threshold : float
-        c, in standard deviations.
-
-    Returns
-    -------
-    Example
-    """
-    envelope = rms_envelope(normalize(values), window)
-    time_s = np.arange(values.shape[1]) / rate_hz
-    return Example(recording, title, time_s, values, envelope, rectify(envelope, threshold))
+from capsule.stages import Example
 
 
 def typical_recording(energy: Mapping[str, float]) -> str | None:

@@ -10,8 +10,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from capsule.figures.preprocessing import Example
 from capsule.particles import Particle, render
+from capsule.stages import Example
 
 # A page of this many readings stays below 25 MB; of larger archives every n-th reading is shown.
 MAX_READINGS = 5_000_000
