@@ -25,6 +25,7 @@ sys.path.insert(0, str(SCRIPTS))
 from capsule.configuration import check_configuration
 from capsule.errors import CapsuleError
 from capsule.judging import COLUMNS as JUDGEMENTS
+from capsule.naming import folder_of
 from config_files import read_config_file
 from files import fingerprint, list_archive, read_csv, remove_unfinished
 from run_guard import hold

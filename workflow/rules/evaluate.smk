@@ -2,22 +2,28 @@
 #
 # takes: results/signals/, results/matrices/, results/fits/, results/templates.npz,
 #        results/recordings.csv
-# gives: results/passages.csv, results/detections.csv, results/detectors.json, results/sites.csv,
-#        and under results/evaluation/
+# gives: results/passages/<folder>.csv, results/detections.csv, results/detectors.json,
+#        results/sites.csv, and under results/evaluation/
 #        {predictions,group_predictions,detection,specificity,sizing,confusion}.csv and the tables
 #        of capsule.judging.COLUMNS
 
+FOLDERS = ARCHIVE.by_folder()
 
+
+# A folder a job: one recording more is searched with those of its size, not with all.
 rule passages:
     input:
-        signals=expand("results/signals/{recording}.npy", recording=ARCHIVE.recordings),
-        recordings="results/recordings.csv",
+        signals=lambda wildcards: expand(
+            "results/signals/{recording}.npy", recording=FOLDERS[wildcards.folder]
+        ),
         script=script("passages.py"),
         library=library("passages.py"),
     output:
-        "results/passages.csv",
+        "results/passages/{folder}.csv",
     log:
-        "results/logs/passages.log",
+        "results/logs/passages/{folder}.log",
+    wildcard_constraints:
+        folder="[^/]+",
     conda:
         "../../environment.yml"
     params:
@@ -25,7 +31,7 @@ rule passages:
         settings=section("diagonal"),
         code=content_of_code("passages.py"),
     shell:
-        "python {input.script:q} --recordings {input.recordings:q} --signals results/signals"
+        "python {input.script:q} --raw raw --folder {wildcards.folder:q} --signals results/signals"
         " --rate-hz {params.rate_hz} --settings {params.settings:q} --output {output:q}"
         " > {log:q} 2>&1"
 
@@ -34,7 +40,9 @@ rule evaluate:
     input:
         matrices=expand("results/matrices/{recording}.npy", recording=ARCHIVE.labelled()),
         fits=expand("results/fits/{recording}.json", recording=ARCHIVE.of_nodules()),
-        passages="results/passages.csv",
+        passages=expand(
+            "results/passages/{folder}.csv", folder=sorted(set(map(folder_of, ARCHIVE.labelled())))
+        ),
         recordings="results/recordings.csv",
         script=script("evaluate.py"),
         library=library("evaluate.py"),
@@ -60,7 +68,7 @@ rule evaluate:
         code=content_of_code("evaluate.py"),
     shell:
         "python {input.script:q} --recordings {input.recordings:q} --matrices results/matrices"
-        " --fits results/fits --passages {input.passages:q} --settings {params.settings:q}"
+        " --fits results/fits --passages results/passages --settings {params.settings:q}"
         " --template-settings {params.template_settings:q} --output results/evaluation"
         " > {log:q} 2>&1"
 
@@ -91,7 +99,7 @@ rule detect:
     input:
         # Labelled ones too: they teach the thresholds.
         matrices=expand("results/matrices/{recording}.npy", recording=ARCHIVE.recordings),
-        passages="results/passages.csv",
+        passages=expand("results/passages/{folder}.csv", folder=FOLDERS),
         recordings="results/recordings.csv",
         templates="results/templates.npz",
         script=script("detect.py"),
@@ -109,7 +117,7 @@ rule detect:
         code=content_of_code("detect.py"),
     shell:
         "python {input.script:q} --recordings {input.recordings:q} --matrices results/matrices"
-        " --templates {input.templates:q} --passages {input.passages:q}"
+        " --templates {input.templates:q} --passages results/passages"
         " --settings {params.settings:q} --output {output.detections:q}"
         " --learned {output.learned:q} > {log:q} 2>&1"
 

@@ -20,7 +20,7 @@ def main() -> None:
     parser.add_argument("--recordings", type=Path, required=True, help="recordings.csv")
     parser.add_argument("--matrices", type=Path, required=True, help="the folder of matrices")
     parser.add_argument("--templates", type=Path, required=True, help="templates.npz")
-    parser.add_argument("--passages", type=Path, required=True, help="passages.csv")
+    parser.add_argument("--passages", type=Path, required=True, help="the folder of passages")
     parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
     parser.add_argument("--output", type=Path, required=True, help="output: detections.csv")
     parser.add_argument("--learned", type=Path, required=True, help="output: detectors.json")
@@ -33,7 +33,7 @@ def main() -> None:
         matrices = tuple(stored.values())
     # Nothing is left out here, so the sums behind the templates are not needed.
     templates = TemplateSet(known_mm, (), matrices, settings["fit"]["first_peak"])
-    passages = read_passages(arguments.passages)
+    passages = read_passages(arguments.passages, names)
     load = partial(read_array, arguments.matrices)
     judges = Judges(sizes_mm, templates, {}, passages, load, settings)
     unlabelled = [name for name in names if name not in sizes_mm]

@@ -44,7 +44,7 @@ def main() -> None:
     parser.add_argument("--recordings", type=Path, required=True, help="recordings.csv")
     parser.add_argument("--matrices", type=Path, required=True, help="the folder of matrices")
     parser.add_argument("--fits", type=Path, required=True, help="the folder of fits")
-    parser.add_argument("--passages", type=Path, required=True, help="passages.csv")
+    parser.add_argument("--passages", type=Path, required=True, help="the folder of passages")
     parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
     parser.add_argument("--template-settings", type=json.loads, required=True, help="S, L, u")
     parser.add_argument("--output", type=Path, required=True, help="output: the folder of tables")
@@ -56,7 +56,7 @@ def main() -> None:
     sizes_mm = {name: size_mm(name) for name in index}
     particles = fits.read_particles(arguments.recordings, arguments.fits)
     templates = build_templates(fits.by_size(particles), **arguments.template_settings)
-    passages = read_passages(arguments.passages)
+    passages = read_passages(arguments.passages, index)
     load = partial(read_array, arguments.matrices)
     judges = Judges(sizes_mm, templates, particles, passages, load, settings)
     columns = ["recording", "size_mm", "detector", "scheme", "predicted_mm"]

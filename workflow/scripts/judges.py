@@ -1,6 +1,6 @@
 """Every configured detector on one recording, as rows of a table."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from capsule.detectors.learned import Learned
 from capsule.detectors.learning import DiagonalDetector
 from capsule.detectors.paper import TemplateDetector
 from capsule.detectors.verdicts import Verdict
-from capsule.naming import size_label
+from capsule.naming import folder_of, size_label
 from capsule.particles import Particle
 from capsule.templates import TemplateSet
 
@@ -89,10 +89,13 @@ def read_array(folder: Path, recording: str) -> np.ndarray:
     return np.load(folder / f"{recording}.npy")
 
 
-def read_passages(path: Path) -> dict[str, Passage]:
-    """Read passages.csv; an empty cell is unknown."""
+def read_passages(folder: Path, recordings: Iterable[str]) -> dict[str, Passage]:
+    """Read the passages of some recordings, a table a folder; an empty cell is unknown."""
+    wanted = set(recordings)
     names = [field.name for field in fields(Passage)]
     return {
         row["recording"]: Passage(**{name: float(row[name] or "nan") for name in names})
-        for row in files.read_csv(path)
+        for label in sorted({folder_of(name) for name in wanted})
+        for row in files.read_csv(folder / f"{label}.csv")
+        if row["recording"] in wanted
     }

@@ -1,4 +1,4 @@
-"""Find in every accepted recording the passage over a candidate for a nodule."""
+"""Find in every accepted recording of a folder the passage over a candidate for a nodule."""
 
 import argparse
 import json
@@ -15,15 +15,23 @@ from capsule.detectors.search import search
 def main() -> None:
     """Read the signals, write one row a recording."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--recordings", type=Path, required=True, help="recordings.csv")
+    parser.add_argument("--raw", type=Path, required=True, help="the folder of recordings")
+    parser.add_argument("--folder", required=True, help="the one below it, such as 3mm")
     parser.add_argument("--signals", type=Path, required=True, help="the folder of signals")
     parser.add_argument("--rate-hz", type=float, required=True, help="sampling rate")
     parser.add_argument("--settings", type=json.loads, required=True, help="config section, JSON")
-    parser.add_argument("--output", type=Path, required=True, help="output: passages.csv")
+    parser.add_argument("--output", type=Path, required=True, help="output: the table")
     arguments = parser.parse_args()
     rows = []
-    for name in files.accepted_recordings(arguments.recordings):
-        values = np.load(arguments.signals / f"{name}.npy")
+    for name in files.list_archive(arguments.raw).by_folder().get(arguments.folder, []):
+        signal = arguments.signals / f"{name}.npy"
+        if not signal.exists():
+            print(f"{name}: came while the workflow ran; run it again to take it in")
+            continue
+        values = np.load(signal)
+        if np.isnan(values).all():
+            print(f"{name}: rejected, not searched")
+            continue
         passage = search(values, arguments.rate_hz, arguments.settings["diagonal"])
         if passage is UNKNOWN:
             print(f"{name}: no peristaltic wave was found on every sensor")

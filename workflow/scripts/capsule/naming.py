@@ -64,6 +64,13 @@ class Archive:
         """Give the recordings made over a nodule of known size."""
         return [name for name in self.recordings if (size_mm(name) or 0.0) > 0.0]
 
+    def by_folder(self) -> dict[str, list[str]]:
+        """Give the recordings of each folder that holds some."""
+        folders: dict[str, list[str]] = {}
+        for name in self.recordings:
+            folders.setdefault(folder_of(name), []).append(name)
+        return folders
+
     def unlabelled(self) -> list[str]:
         """Give the recordings to be detected."""
         return [name for name in self.recordings if size_mm(name) is None]
@@ -93,9 +100,14 @@ def folder_size_mm(folder: str) -> float | None:
     return float(match[1]) if match else None
 
 
+def folder_of(recording: str) -> str:
+    """Name the folder of a recording: ``3mm`` of ``3mm/r07``."""
+    return recording.partition("/")[0]
+
+
 def size_mm(recording: str) -> float | None:
     """Give the true nodule size of a recording such as ``3mm/r07``; None where it is unknown."""
-    return folder_size_mm(recording.partition("/")[0])
+    return folder_size_mm(folder_of(recording))
 
 
 def size_label(size: float) -> str:
