@@ -5,7 +5,7 @@ import pytest
 
 from capsule.detection import nearest_size, template_distances
 from capsule.detectors.diagonal import UNKNOWN, Passage
-from capsule.detectors.learning import DiagonalDetector
+from capsule.detectors.learning import DiagonalDetector, fit_diagonal, size_features
 from capsule.detectors.margin import first_peak_sample, template_margins
 from capsule.detectors.operating_point import threshold_at
 from capsule.detectors.paper import TemplateDetector
@@ -47,7 +47,7 @@ def test_the_papers_verdict_is_the_papers(archive):
     for name, size in sizes.items():
         left = templates.without(size, particles.get(name)) if size else templates.matrices
         expected = template_distances(matrices[name], left)
-        distances, by_rule, _ = detector.judge(name, [name])
+        distances, by_rule, _ = detector.judge(name, detector.without([name]))
         np.testing.assert_array_equal(distances, expected)
         assert by_rule.predicted_mm == nearest_size(expected, templates.sizes_mm)
         assert (by_rule.score > 0) == (by_rule.predicted_mm > 0)
@@ -82,7 +82,7 @@ def test_the_folds_threshold_equals_that_of_all_margins_computed_anew(archive):
             for name in healthy
             if name not in left_out
         ]
-        _, _, verdict = detector.judge(left_out[0], left_out)
+        _, _, verdict = detector.judge(left_out[0], detector.without(left_out))
         assert verdict.threshold == threshold_at(np.array(margins), 0.8)
 
 
@@ -106,6 +106,40 @@ def test_an_unknown_passage_has_no_verdict_and_teaches_nothing():
     detector = DiagonalDetector(passages, sizes, **LEARNING)
     assert np.isnan(detector.judge("0mm/c", ["0mm/c"]).predicted_mm)
     assert detector.judge("2mm/a", ["2mm/a"]).threshold == 0.2
+
+
+def test_a_fold_teaches_the_diagonal_detector_what_learning_from_its_recordings_does():
+    numbers = generator(1, "diagonal archive")
+    sizes = {f"{place % 4}mm/r{place}": float(place % 4) for place in range(120)}
+    passages = {
+        name: passage(size / 2 + numbers.normal(), size + numbers.normal() / 4)
+        for name, size in sizes.items()
+    }
+    passages["1mm/r5"] = UNKNOWN
+    detector = DiagonalDetector(passages, sizes, **LEARNING)
+    for left_out in ([], ["0mm/r0"], ["3mm/r7"], ["1mm/r5"], [n for n in sizes if n < "1mm/r4"]):
+        taught = [name for name in sizes if name not in left_out]
+        expected = fit_diagonal(
+            np.array([passages[name].evidence for name in taught]),
+            size_features([passages[name] for name in taught]),
+            np.array([sizes[name] for name in taught]),
+            known_mm=(1.0, 2.0, 3.0),
+            **LEARNING,
+        )
+        for place in passages.values():
+            said, wanted = (model.verdict(place) for model in (detector.model(left_out), expected))
+            np.testing.assert_allclose(list(vars(said).values()), list(vars(wanted).values()))
+
+
+def test_the_parts_of_the_folds_judge_everybody_once():
+    for scheme, groups in (("leave_one_site_out", list("xyxz")), ("leave_one_out", list("abcd"))):
+        folds = Folds(scheme, groups)
+        for judged, left_out in folds.parts():
+            for recording in judged:
+                assert np.flatnonzero(~folds.training(recording)).tolist() == left_out.tolist()
+        assert sorted(place for judged, _ in folds.parts() for place in judged) == [0, 1, 2, 3]
+    ((judged, left_out),) = Folds("resubstitution", list("abcd")).parts()
+    assert (judged.size, left_out.size) == (4, 0)
 
 
 def test_groups_come_from_the_headers():

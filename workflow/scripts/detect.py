@@ -37,7 +37,7 @@ def main() -> None:
     load = partial(read_array, arguments.matrices)
     judges = Judges(sizes_mm, templates, {}, passages, load, settings)
     unlabelled = [name for name in names if name not in sizes_mm]
-    rows = [row for name in unlabelled for row in judges.rows(name, [])]
+    rows = list(judges.rows(unlabelled, []))
     columns = ["recording", "detector", "predicted_mm", *judges.labels, *COLUMNS]
     files.write_csv(arguments.output, columns, rows)
     files.write_json(arguments.learned, {**to_json(judges.learned()), "settings": settings})

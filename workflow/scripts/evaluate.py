@@ -1,6 +1,7 @@
 """Let every detector judge the labelled recordings by what the other recordings teach."""
 
 import argparse
+import itertools
 import json
 from collections.abc import Iterator
 from functools import partial
@@ -29,13 +30,15 @@ def group_folds(index: dict[str, dict], keys: list[str]) -> Iterator[Folds]:
 
 def predictions(judges: Judges, sizes_mm: dict[str, float], all_folds: list[Folds]) -> list[dict]:
     """Give one row a detector, recording and scheme, in this order."""
-    names, rows = list(sizes_mm), []
-    for place, name in enumerate(names):
-        for folds in all_folds:
-            left_out = [names[other] for other in np.flatnonzero(~folds.training(place))]
-            labels = {"size_mm": sizes_mm[name], "scheme": folds.scheme}
-            rows += [row | labels for row in judges.rows(name, left_out)]
-    return sorted(rows, key=lambda row: judges.detectors.index(row["detector"]))
+    names, found = list(sizes_mm), {}
+    for folds in all_folds:
+        for part in folds.parts():
+            judged, left_out = ([names[place] for place in places] for places in part)
+            for row in judges.rows(judged, left_out):
+                row |= {"size_mm": sizes_mm[row["recording"]], "scheme": folds.scheme}
+                found[row["detector"], row["recording"], row["scheme"]] = row
+    schemes = [folds.scheme for folds in all_folds]
+    return [found[key] for key in itertools.product(judges.detectors, names, schemes)]
 
 
 def main() -> None:

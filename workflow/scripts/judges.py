@@ -54,6 +54,7 @@ class Judges:
         self._template = TemplateDetector(
             templates, particles, sizes_mm, load, judged["specificity"]
         )
+        self._passages = passages
         self._diagonal = DiagonalDetector(
             passages,
             sizes_mm,
@@ -62,17 +63,19 @@ class Judges:
             size_ridge=settings["diagonal"]["size_ridge"],
         )
 
-    def rows(self, name: str, left_out: Sequence[str]) -> Iterator[dict]:
-        """Give each detector's verdict on a recording; those left out have taught nothing."""
-        distances, by_rule, by_threshold = self._template.judge(name, left_out)
-        known = dict(zip(self.labels, distances.tolist(), strict=True))
+    def rows(self, names: Sequence[str], left_out: Sequence[str]) -> Iterator[dict]:
+        """Give each detector's verdict on some recordings; those left out have taught nothing."""
+        templates, model = self._template.without(left_out), self._diagonal.model(left_out)
         unknown = dict.fromkeys(self.labels)
-        for detector in self.detectors:
-            if detector == "diagonal":
-                yield self._row(name, detector, self._diagonal.judge(name, left_out)) | unknown
-            else:
-                verdict = by_rule if detector == "template" else by_threshold
-                yield self._row(name, detector, verdict) | known
+        for name in names:
+            distances, by_rule, by_threshold = self._template.judge(name, templates)
+            known = dict(zip(self.labels, distances.tolist(), strict=True))
+            for detector in self.detectors:
+                if detector == "diagonal":
+                    yield self._row(name, detector, model.verdict(self._passages[name])) | unknown
+                else:
+                    verdict = by_rule if detector == "template" else by_threshold
+                    yield self._row(name, detector, verdict) | known
 
     def learned(self) -> Learned:
         """Give what all labelled recordings teach, to judge others without them."""

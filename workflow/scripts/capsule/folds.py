@@ -1,6 +1,6 @@
 """Which recordings teach the detector that judges a recording: the schemes of the evaluation."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -64,3 +64,13 @@ class Folds:
         if self.scheme == RESUBSTITUTION:
             return np.ones(self._label.size, dtype=bool)
         return self._label != self._label[recording]
+
+    def parts(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Give the recordings that one training fold judges, and those that it leaves out."""
+        everybody = np.arange(self._label.size)
+        if self.scheme == RESUBSTITUTION:
+            yield everybody, everybody[:0]
+        elif self._label.size:
+            ends = np.cumsum(np.bincount(self._label))[:-1]
+            for group in np.split(np.argsort(self._label, kind="stable"), ends):
+                yield group, group

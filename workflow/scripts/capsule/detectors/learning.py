@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.detectors.diagonal import Passage
+from capsule.detectors.leaving_out import ProbabilityWithout, SizesWithout
 from capsule.detectors.operating_point import Probability, fit_probability, threshold_at
 from capsule.detectors.sizing import SizeModel, fit_sizes, nearest_known
 from capsule.detectors.verdicts import Verdict
@@ -120,21 +121,34 @@ class DiagonalDetector:
         One of each recording, labelled or not.
     sizes_mm : mapping of str to float
         True sizes of the labelled recordings.
-    **learning : float
-        ``specificity``, ``prevalence`` and ``size_ridge`` of `fit_diagonal`.
+    specificity, prevalence, size_ridge : float
+        As in `fit_diagonal`.
     """
 
     def __init__(
-        self, passages: Mapping[str, Passage], sizes_mm: Mapping[str, float], **learning: float
+        self,
+        passages: Mapping[str, Passage],
+        sizes_mm: Mapping[str, float],
+        *,
+        specificity: float,
+        prevalence: float,
+        size_ridge: float,
     ) -> None:
         self.passages = passages
-        self._place = {name: place for place, name in enumerate(sizes_mm)}
         labelled = [passages[name] for name in sizes_mm]
-        self._scores = np.array([passage.evidence for passage in labelled])
-        self._features = size_features(labelled)
-        self._sizes_mm = np.array(list(sizes_mm.values()), dtype=np.float64)
+        scores = np.array([passage.evidence for passage in labelled])
+        usable = ~np.isnan(scores)
+        names = np.array(list(sizes_mm), dtype=object)[usable]
+        self._place = {name: place for place, name in enumerate(names)}
+        self._scores, self._features = scores[usable], size_features(labelled)[usable]
+        self._sizes_mm = np.array(list(sizes_mm.values()), dtype=np.float64)[usable]
+        self._nodule = self._sizes_mm > 0
         self._known_mm = tuple(sorted({size for size in sizes_mm.values() if size > 0}))
-        self._learning = learning
+        self._specificity = specificity
+        self._probability = ProbabilityWithout(self._scores, self._nodule, prevalence)
+        self._sizes = SizesWithout(
+            self._features[self._nodule], self._sizes_mm[self._nodule], size_ridge
+        )
         self._models: dict[frozenset[str], DiagonalModel] = {}
 
     def judge(self, name: str, left_out: Sequence[str]) -> Verdict:
@@ -145,13 +159,19 @@ class DiagonalDetector:
         """Learn from all labelled recordings but those left out."""
         key = frozenset(left_out)
         if key not in self._models:
-            taught = np.ones(self._scores.size, dtype=bool)
-            taught[[self._place[other] for other in left_out]] = False
-            self._models[key] = fit_diagonal(
-                self._scores[taught],
-                self._features[taught],
-                self._sizes_mm[taught],
-                known_mm=self._known_mm,
-                **self._learning,
-            )
+            places = [self._place[other] for other in key if other in self._place]
+            self._models[key] = self._learn(np.array(sorted(places), dtype=int))
         return self._models[key]
+
+    def _learn(self, left_out: np.ndarray) -> DiagonalModel:
+        """Learn as `fit_diagonal` does without some recordings, from what all of them teach."""
+        taught = np.ones(self._scores.size, dtype=bool)
+        taught[left_out] = False
+        # Places among the nodules alone.
+        nodules = np.searchsorted(np.flatnonzero(self._nodule), left_out[self._nodule[left_out]])
+        return DiagonalModel(
+            threshold_at(self._scores[taught & ~self._nodule], self._specificity),
+            self._probability.without(left_out),
+            self._sizes.without(nodules),
+            self._known_mm,
+        )

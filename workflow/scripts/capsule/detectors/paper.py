@@ -1,6 +1,7 @@
 """The paper's detector on every recording of an archive, by its own rule and by a threshold."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -17,6 +18,22 @@ from capsule.detectors.verdicts import Verdict, template_verdict, threshold_verd
 from capsule.particles import Particle
 from capsule.sliding import SlidingComparison
 from capsule.templates import TemplateSet
+
+
+@dataclass(frozen=True)
+class TemplateFold:
+    """What the recordings of a training fold teach.
+
+    Attributes
+    ----------
+    matrices : tuple of 1 + B (S, L) arrays
+        The templates, T^0 first.
+    threshold : float
+        Of the margin.
+    """
+
+    matrices: tuple[np.ndarray, ...]
+    threshold: float
 
 
 class TemplateDetector:
@@ -61,15 +78,22 @@ class TemplateDetector:
         # The same few recordings lie near the threshold of every fold.
         self._near = lru_cache(maxsize=64)(lambda name: SlidingComparison(load(name)))
 
-    def judge(self, name: str, left_out: Sequence[str]) -> tuple[np.ndarray, Verdict, Verdict]:
-        """Judge one recording by what the others teach.
+    def without(self, left_out: Sequence[str]) -> "TemplateFold":
+        """Learn from all recordings but those left out."""
+        matrices = self.templates.without_all(
+            [(self.sizes_mm[other], self.particles.get(other)) for other in left_out]
+        )
+        return TemplateFold(matrices, self._threshold(frozenset(left_out), matrices))
+
+    def judge(self, name: str, fold: "TemplateFold") -> tuple[np.ndarray, Verdict, Verdict]:
+        """Judge one recording by what a fold teaches.
 
         Parameters
         ----------
         name : str
             The recording.
-        left_out : sequence of str
-            The recordings that teach nothing.
+        fold : TemplateFold
+            From `without`.
 
         Returns
         -------
@@ -78,17 +102,14 @@ class TemplateDetector:
         by_rule, by_threshold : Verdict
             By the least RMSE, as in the paper; by the margin against a threshold.
         """
-        matrices = self.templates.without_all(
-            [(self.sizes_mm[other], self.particles.get(other)) for other in left_out]
-        )
         compared = self._compare(name)
-        changed = _changed(self.templates.matrices, matrices)
+        changed = _changed(self.templates.matrices, fold.matrices)
         if changed:
-            anew = compare_templates(self.load(name), [matrices[index] for index in changed])
+            anew = compare_templates(self.load(name), [fold.matrices[index] for index in changed])
             compared = compared.replaced(changed, anew)
-        threshold = self._threshold(frozenset(left_out), matrices)
         sizes_mm, first_peak = self.templates.sizes_mm, self.templates.first_peak
-        return _verdicts(compared, sizes_mm, first_peak, matrices[0].shape[1], threshold)
+        length = fold.matrices[0].shape[1]
+        return _verdicts(compared, sizes_mm, first_peak, length, fold.threshold)
 
     def _compare(self, name: str) -> Comparison:
         """Compare a recording with the templates of all, once for all folds."""
