@@ -47,7 +47,7 @@ def test_slurm_gives_the_same_results_in_few_jobs(tmp_path):
     assert list(actual) == list(expected)
     same = [name for name in expected if not name.startswith("report")]
     assert [name for name in same if actual[name] != expected[name]] == []
-    # Ten jobs in a handful of Slurm jobs.
+    # Two dozen jobs in a handful of Slurm jobs.
     assert 3 <= run.output.count("has been submitted with SLURM jobid") <= 5
 
 

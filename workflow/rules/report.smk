@@ -6,16 +6,24 @@
 # gives: results/figures/<figure>{,_column}.{svg,pdf}, results/figures/<figure>.csv,
 #        results/report.html
 
-FIGURES = [
-    "preprocessing",
-    "templates",
-    "detection",
-    "sizing",
-    "negatives",
-    "confusion",
-    "roc",
-]
-RATES = ["predictions", "detection", "specificity", "sizing", "confusion"]
+RATES = expand(
+    "results/evaluation/{table}.csv",
+    table=["predictions", "detection", "specificity", "sizing", "confusion"],
+)
+JUDGED = expand("results/evaluation/{table}.csv", table=JUDGEMENTS)
+# What each figure shows; most are drawn while the judgements are still computed.
+FIGURES = {
+    "preprocessing": [
+        *RATES,
+        *expand("results/signals/{recording}.npy", recording=ARCHIVE.labelled()),
+    ],
+    "templates": ["results/templates.npz", "results/templates.json"],
+    "detection": RATES,
+    "sizing": RATES,
+    "negatives": RATES,
+    "confusion": RATES,
+    "roc": [*RATES, *JUDGED],
+}
 # The report says by a checksum which code its results come from.
 STAGES = [
     "preprocess",
@@ -34,20 +42,9 @@ CODE = {script(f"{stage}.py") for stage in STAGES}
 CODE.update(path for stage in STAGES for path in library(f"{stage}.py"))
 
 
-def shown_in(wildcards):
-    """Give what a figure shows; most are drawn while the judgements are still computed."""
-    if wildcards.figure == "templates":
-        return ["results/templates.npz", "results/templates.json"]
-    tables = [*RATES, *JUDGEMENTS] if wildcards.figure == "roc" else RATES
-    found = expand("results/evaluation/{table}.csv", table=tables)
-    if wildcards.figure == "preprocessing":
-        found += expand("results/signals/{recording}.npy", recording=ARCHIVE.labelled())
-    return found
-
-
 rule draw:
     input:
-        shown=shown_in,
+        shown=lambda wildcards: FIGURES[wildcards.figure],
         paper=report_file("paper.yaml"),
         script=script("draw.py"),
         library=library("draw.py"),
@@ -78,7 +75,7 @@ rule report:
         recordings="results/recordings.csv",
         passed_over="results/passed_over.csv",
         parameters="results/templates.json",
-        evaluation=expand("results/evaluation/{table}.csv", table=[*RATES, *JUDGEMENTS]),
+        evaluation=[*RATES, *JUDGED],
         detections="results/detections.csv",
         sites="results/sites.csv",
         figures=expand(rules.draw.output, figure=FIGURES),
