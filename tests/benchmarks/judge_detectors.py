@@ -134,7 +134,7 @@ def judge_paper(runs: list, config: dict, count: int, seed: int) -> dict[str, di
     detector = TemplateDetector(
         templates, particles, sizes, matrices.__getitem__, config["evaluation"]["specificity"]
     )
-    verdicts = [detector.judge(name, [name])[1:] for name in sizes]
+    verdicts = [detector.judge(name, detector.without([name]))[1:] for name in sizes]
     seconds = time.process_time() - started
     true_mm, rows = np.array(list(sizes.values())), {}
     for place, label in enumerate(("template", "template_threshold")):
