@@ -10,8 +10,9 @@ import numpy as np
 import files
 from capsule.detectors.learned import to_json
 from capsule.naming import folder_size_mm, size_mm
+from capsule.predictions import Detectors
 from capsule.templates import TemplateSet
-from judges import COLUMNS, Judges, read_array, read_passages
+from detector_inputs import read_matrix, read_passages
 
 
 def main() -> None:
@@ -34,14 +35,13 @@ def main() -> None:
     # Nothing is left out here, so the sums behind the templates are not needed.
     templates = TemplateSet(known_mm, (), matrices, settings["fit"]["first_peak"])
     passages = read_passages(arguments.passages, names)
-    load = partial(read_array, arguments.matrices)
-    judges = Judges(sizes_mm, templates, {}, passages, load, settings)
+    load = partial(read_matrix, arguments.matrices)
+    detectors = Detectors(sizes_mm, templates, {}, passages, load, settings)
     unlabelled = [name for name in names if name not in sizes_mm]
-    rows = list(judges.rows(unlabelled, []))
-    columns = ["recording", "detector", "predicted_mm", *judges.labels, *COLUMNS]
-    files.write_csv(arguments.output, columns, rows)
-    files.write_json(arguments.learned, {**to_json(judges.learned()), "settings": settings})
-    print(f"{len(unlabelled)} unlabelled recordings judged by {len(judges.detectors)} detectors")
+    rows = list(detectors.rows(unlabelled, []))
+    files.write_csv(arguments.output, ["recording", "detector", *detectors.columns], rows)
+    files.write_json(arguments.learned, {**to_json(detectors.learned()), "settings": settings})
+    print(f"{len(unlabelled)} unlabelled recordings judged by {len(detectors.names)} detectors")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,6 @@
 """Let every detector judge the labelled recordings by what the other recordings teach."""
 
 import argparse
-import itertools
 import json
 from collections.abc import Iterator
 from functools import partial
@@ -14,8 +13,9 @@ import fits
 from capsule import evaluation
 from capsule.folds import Folds, group_scheme, header_groups
 from capsule.naming import size_mm
+from capsule.predictions import Detectors, by_folds
 from capsule.templates import build_templates
-from judges import COLUMNS, Judges, read_array, read_passages
+from detector_inputs import read_matrix, read_passages
 
 
 def group_folds(index: dict[str, dict], keys: list[str]) -> Iterator[Folds]:
@@ -26,19 +26,6 @@ def group_folds(index: dict[str, dict], keys: list[str]) -> Iterator[Folds]:
             print(f"{group_scheme(key)}: the headers do not name several recordings a {key}")
         else:
             yield Folds(group_scheme(key), groups)
-
-
-def predictions(judges: Judges, sizes_mm: dict[str, float], all_folds: list[Folds]) -> list[dict]:
-    """Give one row a detector, recording and scheme, in this order."""
-    names, found = list(sizes_mm), {}
-    for folds in all_folds:
-        for part in folds.parts():
-            judged, left_out = ([names[place] for place in places] for places in part)
-            for row in judges.rows(judged, left_out):
-                row |= {"size_mm": sizes_mm[row["recording"]], "scheme": folds.scheme}
-                found[row["detector"], row["recording"], row["scheme"]] = row
-    schemes = [folds.scheme for folds in all_folds]
-    return [found[key] for key in itertools.product(judges.detectors, names, schemes)]
 
 
 def main() -> None:
@@ -60,12 +47,11 @@ def main() -> None:
     particles = fits.read_particles(arguments.recordings, arguments.fits)
     templates = build_templates(fits.by_size(particles), **arguments.template_settings)
     passages = read_passages(arguments.passages, index)
-    load = partial(read_array, arguments.matrices)
-    judges = Judges(sizes_mm, templates, particles, passages, load, settings)
-    columns = ["recording", "size_mm", "detector", "scheme", "predicted_mm"]
-    columns += [*judges.labels, *COLUMNS]
-    made = predictions(judges, sizes_mm, [Folds(name, list(index)) for name in rules["schemes"]])
-    grouped = predictions(judges, sizes_mm, list(group_folds(index, rules["groups"])))
+    load = partial(read_matrix, arguments.matrices)
+    detectors = Detectors(sizes_mm, templates, particles, passages, load, settings)
+    columns = ["recording", "size_mm", "detector", "scheme", *detectors.columns]
+    made = by_folds(detectors, sizes_mm, [Folds(name, list(index)) for name in rules["schemes"]])
+    grouped = by_folds(detectors, sizes_mm, list(group_folds(index, rules["groups"])))
     files.write_csv(folder / "predictions.csv", columns, made)
     files.write_csv(folder / "group_predictions.csv", columns, grouped)
     known = [row for row in made if not np.isnan(row["predicted_mm"])]

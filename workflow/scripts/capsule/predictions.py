@@ -1,25 +1,24 @@
-"""Every configured detector on one recording, as rows of a table."""
+"""What the configured detectors say of the recordings of an archive, as rows of tables."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import fields
-from pathlib import Path
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import product
 
 import numpy as np
 
-import files
 from capsule.detectors.diagonal import Passage
 from capsule.detectors.learned import Learned
 from capsule.detectors.learning import DiagonalDetector
 from capsule.detectors.paper import TemplateDetector
 from capsule.detectors.verdicts import Verdict
-from capsule.naming import folder_of, size_label
+from capsule.folds import Folds
+from capsule.naming import size_label
 from capsule.particles import Particle
 from capsule.templates import TemplateSet
 
-COLUMNS = ["score", "threshold", "probability", "estimate_mm", "location_s", "location_mm"]
+_COLUMNS = ("score", "threshold", "probability", "estimate_mm", "location_s", "location_mm")
 
 
-class Judges:
+class Detectors:
     """The configured detectors, taught by the accepted labelled recordings.
 
     Parameters
@@ -36,6 +35,14 @@ class Judges:
         ``load(name)`` gives the matrix of a recording.
     settings : mapping
         The sections ``detectors``, ``recording``, ``diagonal`` and ``evaluation``.
+
+    Attributes
+    ----------
+    names : list of str
+        The detectors, in the order of the configuration.
+    columns : list of str
+        Of a row, beside those that say which recording and which detector: the verdict, the
+        distance to each template (None for a detector that does not judge by them), and the rest.
     """
 
     def __init__(
@@ -47,8 +54,9 @@ class Judges:
         load: Callable[[str], np.ndarray],
         settings: Mapping,
     ) -> None:
-        self.detectors = settings["detectors"]
-        self.labels = [f"rmse_{size_label(size)}" for size in templates.sizes_mm]
+        self.names = settings["detectors"]
+        self._distances = [f"rmse_{size_label(size)}" for size in templates.sizes_mm]
+        self.columns = ["predicted_mm", *self._distances, *_COLUMNS]
         self._rate_hz = settings["recording"]["rate_hz"]
         judged = settings["evaluation"]
         self._template = TemplateDetector(
@@ -65,12 +73,12 @@ class Judges:
 
     def rows(self, names: Sequence[str], left_out: Sequence[str]) -> Iterator[dict]:
         """Give each detector's verdict on some recordings; those left out have taught nothing."""
-        templates, model = self._template.without(left_out), self._diagonal.model(left_out)
-        unknown = dict.fromkeys(self.labels)
+        fold, model = self._template.without(left_out), self._diagonal.model(left_out)
+        unknown = dict.fromkeys(self._distances)
         for name in names:
-            distances, by_rule, by_threshold = self._template.judge(name, templates)
-            known = dict(zip(self.labels, distances.tolist(), strict=True))
-            for detector in self.detectors:
+            distances, by_rule, by_threshold = self._template.judge(name, fold)
+            known = dict(zip(self._distances, distances.tolist(), strict=True))
+            for detector in self.names:
                 if detector == "diagonal":
                     yield self._row(name, detector, model.verdict(self._passages[name])) | unknown
                 else:
@@ -87,18 +95,32 @@ class Judges:
         return row | {"location_s": row.pop("location_samples") / self._rate_hz}
 
 
-def read_array(folder: Path, recording: str) -> np.ndarray:
-    """Read a recording's array, such as its matrix, that a stage before has written."""
-    return np.load(folder / f"{recording}.npy")
+def by_folds(
+    detectors: Detectors, sizes_mm: Mapping[str, float], schemes: Sequence[Folds]
+) -> list[dict]:
+    """Let the detectors judge recordings of known size, each by what its training fold teaches.
 
+    Parameters
+    ----------
+    detectors : Detectors
+        Taught by the same recordings.
+    sizes_mm : mapping of str to float
+        The recordings and their true sizes.
+    schemes : sequence of Folds
+        The folds of these recordings, in the same order, under each scheme.
 
-def read_passages(folder: Path, recordings: Iterable[str]) -> dict[str, Passage]:
-    """Read the passages of some recordings, a table a folder; an empty cell is unknown."""
-    wanted = set(recordings)
-    names = [field.name for field in fields(Passage)]
-    return {
-        row["recording"]: Passage(**{name: float(row[name] or "nan") for name in names})
-        for label in sorted({folder_of(name) for name in wanted})
-        for row in files.read_csv(folder / f"{label}.csv")
-        if row["recording"] in wanted
-    }
+    Returns
+    -------
+    list of dict
+        One row a detector, recording and scheme, in this order: those of `Detectors.rows` with
+        ``size_mm`` and ``scheme``.
+    """
+    names, found = list(sizes_mm), {}
+    for folds in schemes:
+        for part in folds.parts():
+            judged, left_out = ([names[place] for place in places] for places in part)
+            for row in detectors.rows(judged, left_out):
+                row |= {"size_mm": sizes_mm[row["recording"]], "scheme": folds.scheme}
+                found[row["detector"], row["recording"], row["scheme"]] = row
+    order = product(detectors.names, names, [folds.scheme for folds in schemes])
+    return [found[key] for key in order]
