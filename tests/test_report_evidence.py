@@ -76,6 +76,38 @@ def test_of_a_larger_archive_every_nth_reading_is_kept():
     assert evidence.reading_step(4800 * 1000 * 4) == 4
 
 
+def test_of_an_archive_the_page_shows_every_accepted_recording_and_the_fit_where_there_is_one():
+    values = make_recording(3, "3mm/r01", samples=400).values
+    particle = Particle(np.ones(4), np.full(4, 0.3), np.full(3, 100.0), np.full(4, 9.0))
+    fit = {"first_peak": 50, "lag": 501, "rmse": 0.1, "rmse_initial": 0.2, "accepted_moves": 3}
+    stored = {
+        "0mm/r01": evidence.Stored(values, {"site": "a"}),
+        "3mm/r01": evidence.Stored(values, {}, (fit, particle)),
+    }
+    row = {"accepted": True, "samples": 400, "sha256": "0", "verdict": "", "size": "3 mm"}
+    rows = [
+        row | {"recording": "0mm/r01", "size_mm": 0.0},
+        row | {"recording": "2mm/bad", "accepted": False, "samples": 0},
+        row | {"recording": "3mm/r01", "size_mm": 3.0},
+    ]
+    said = {"label": "template", "predicted_mm": 3.0, "details": "", "distances": []}
+    settings = {
+        "preprocessing": {"window": 40, "threshold": 1.0, "length": 500},
+        "recording": {"rate_hz": 10, "sensors": 4},
+    }
+    made = evidence.archive_evidence(rows, {"3mm/r01": [said]}, stored.__getitem__, settings)
+    healthy, nodule = (json.loads(content) for _, content in made)
+    assert [each["recording"] for each in (healthy, nodule)] == ["0mm/r01", "3mm/r01"]
+    assert healthy["title"] == "no nodule, not judged"
+    assert healthy["facts"] == {"File": "raw/0mm/r01.csv", "SHA-256": "0", "# site": "a"}
+    assert healthy["fitted"] is None and healthy["verdicts"] == []
+    assert "RMSE 0.1000" in nodule["facts"]["Fit"] and nodule["verdicts"] == [said]
+    # At the lag L + 1 the first peak, of height 1, lies at the sample u.
+    drawn = unpack(nodule["fitted"])[0]
+    every = nodule["fitted"]["every"]
+    assert abs(int(drawn.argmax()) * every - 50) <= every
+
+
 def test_json_in_a_script_element_cannot_end_it():
     content = {"source": "</script><!-- & \u2028"}
     text = evidence.to_json(content)

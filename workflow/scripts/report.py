@@ -6,26 +6,14 @@ import hashlib
 import importlib.metadata
 import json
 import platform
-from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import pandas as pd
 
 import files
-from capsule.naming import size_mm
-from capsule.report import (
-    comparison,
-    evidence,
-    judged,
-    overview,
-    places,
-    provenance,
-    recordings,
-    tables,
-    words,
-)
+from capsule.report import contents, evidence, provenance, recordings, words
 from capsule.report.page import image_address, render_page
-from capsule.stages import make_example
 from durations import read_durations
 from results import read_evaluation, read_fit, read_judgements, read_printed, read_signal
 
@@ -35,33 +23,36 @@ STYLES = ("vendor/uplot/uPlot.min.css", "report.css")
 SCRIPTS = ("vendor/uplot/uPlot.iife.min.js", "signals.js", "viewer.js", "recordings.js")
 
 
-def evidence_of(
-    rows: dict, verdicts: dict, results: Path, settings: dict
-) -> Iterator[tuple[str, str]]:
-    """Give each accepted recording's name and what the page carries of it."""
-    shape, rate_hz = settings["preprocessing"], settings["recording"]["rate_hz"]
-    stages = {"window": shape["window"], "threshold": shape["threshold"]}
-    samples = sum(row["samples"] for row in rows.values() if row["accepted"])
-    step = evidence.reading_step(samples * settings["recording"]["sensors"])
-    for name, row in rows.items():
-        if not row["accepted"]:
-            continue
-        values = read_signal(results / "signals", name)
-        title = recordings.title(rows[name])
-        run = make_example(name, title, values, rate_hz=rate_hz, **stages)
-        found = read_fit(results / "fits" / f"{name}.json") if size_mm(name) else None
-        fitted, facts = None, {"File": f"raw/{name}.csv", "SHA-256": row["sha256"]}
-        if found:
-            fit, particle = found
-            fitted = evidence.fitted_matrix(
-                particle, fit["first_peak"], fit["lag"], values.shape[1], shape["length"]
-            )
-            facts["Fit"] = provenance.fit_words(fit)
-        header = files.read_json(results / "checks" / f"{name}.json")["header"]
-        facts |= {f"# {key}": text for key, text in header.items()}
-        said = verdicts.get(name, [])
-        content = evidence.recording_evidence(run, shape["threshold"], step, fitted, said, facts)
-        yield name, evidence.to_json(content)
+def read_tables(results: Path, printed: dict, confidence: float) -> contents.Tables:
+    """Read the tables that the page shows."""
+    evaluation = results / "evaluation"
+    return contents.Tables(
+        index=pd.read_csv(results / "recordings.csv"),
+        passed_over=pd.read_csv(results / "passed_over.csv"),
+        detections=pd.read_csv(results / "detections.csv"),
+        sites=pd.read_csv(results / "sites.csv"),
+        templates=files.read_json(results / "templates.json")["templates"],
+        evaluation=read_evaluation(evaluation, printed, confidence),
+        judgements=read_judgements(evaluation),
+    )
+
+
+def read_stored(results: Path, name: str) -> evidence.Stored:
+    """Read what the stages before have stored of an accepted recording."""
+    header = files.read_json(results / "checks" / f"{name}.json")["header"]
+    values = read_signal(results / "signals", name)
+    return evidence.Stored(values, header, read_fit(results / "fits" / f"{name}.json"))
+
+
+def read_figures(folder: Path) -> dict[str, dict[str, str]]:
+    """Read each figure at the width of a page and of a column, as addresses of images."""
+    return {
+        name: {
+            width: image_address((folder / f"{name}{suffix}.svg").read_bytes())
+            for width, suffix in (("wide", ""), ("narrow", "_column"))
+        }
+        for name in FIGURES
+    }
 
 
 def main() -> None:
@@ -75,44 +66,23 @@ def main() -> None:
     parser.add_argument("--output", type=Path, required=True, help="output: the page")
     arguments = parser.parse_args()
     results, settings, folder = arguments.results, arguments.settings, arguments.template
-    printed = read_printed(folder / "paper.yaml")
-    evaluation = read_evaluation(
-        results / "evaluation", printed, settings["evaluation"]["confidence"]
-    )
-    judgements = read_judgements(results / "evaluation")
-    index = pd.read_csv(results / "recordings.csv")
-    detections = pd.read_csv(results / "detections.csv")
-    verdicts = recordings.verdicts_by_recording(evaluation.predictions, detections)
+    printed, schema = read_printed(folder / "paper.yaml"), files.read_json(arguments.schema)
+    found = read_tables(results, printed, settings["evaluation"]["confidence"])
+    verdicts = recordings.verdicts_by_recording(found.evaluation.predictions, found.detections)
+    content = contents.page_values(found, verdicts, settings, schema, printed)
+    load = partial(read_stored, results)
     code = {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in arguments.code}
-    configuration = provenance.configuration_table(
-        settings, files.read_json(arguments.schema), printed["settings"]
-    )
-    said = judged.judgement(evaluation, index, verdicts, settings, printed)
-    rows = {row["recording"]: row for row in said["recordings"]}
-    page = {
-        **overview.overview(index, pd.read_csv(results / "passed_over.csv")),
-        **said,
-        **comparison.page_values(judgements, settings),
-        "places": places.place_rows(pd.read_csv(results / "sites.csv")),
-        "retest": places.retest_rows(judgements["retest"]),
-        "templates": tables.template_rows(files.read_json(results / "templates.json")["templates"]),
-        "detections": tables.detection_rows(detections),
-        "evidence": list(evidence_of(rows, verdicts, results, settings)),
-        "figures": {
-            name: {
-                width: image_address((results / "figures" / f"{name}{suffix}.svg").read_bytes())
-                for width, suffix in (("wide", ""), ("narrow", "_column"))
-            }
-            for name in FIGURES
-        },
-        "configuration": configuration,
-        "differences": provenance.differences(configuration),
+    page = content | {
+        "evidence": list(
+            evidence.archive_evidence(content["recordings"], verdicts, load, settings)
+        ),
+        "figures": read_figures(results / "figures"),
         "versions": [("Python", platform.python_version())]
         + [(name, importlib.metadata.version(name)) for name in PACKAGES],
         "code_checksum": provenance.combined_checksum(code),
         "times": [
             row | {"seconds": words.duration(row["seconds"])}
-            for row in read_durations(results / "logs", list(index["recording"]), FIGURES)
+            for row in read_durations(results / "logs", list(found.index["recording"]), FIGURES)
         ],
         "made": datetime.datetime.now(datetime.UTC).strftime("%Y-%m-%d %H:%M UTC"),
     }

@@ -6,17 +6,39 @@ them back. Readings that are counts of an ADC come through exactly.
 
 import base64
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from capsule.particles import Particle, render
-from capsule.stages import Example
+from capsule.report import recordings
+from capsule.report.provenance import fit_words
+from capsule.stages import Example, make_example
 
 # A page of this many readings stays below 25 MB; of larger archives every n-th reading is shown.
 MAX_READINGS = 5_000_000
 # Envelopes and matrices are smooth over the window of the envelope; more points show no more.
 SMOOTH_POINTS = 250
+
+
+@dataclass(frozen=True)
+class Stored:
+    """What the stages have stored of an accepted recording.
+
+    Attributes
+    ----------
+    values : (S, K) array
+        The readings on an even grid in time; NaN where a sample is missing.
+    header : mapping of str to str
+        The lines above the readings.
+    fit : (mapping, Particle) or None
+        The numbers of the fit, and Theta*; None without one.
+    """
+
+    values: np.ndarray
+    header: Mapping[str, str]
+    fit: tuple[Mapping, Particle] | None = None
 
 
 def pack(values: np.ndarray, bits: int = 16) -> dict:
@@ -143,6 +165,56 @@ def recording_evidence(
         ],
         "facts": dict(facts),
     }
+
+
+def archive_evidence(
+    rows: Iterable[Mapping],
+    verdicts: Mapping[str, Sequence[Mapping]],
+    load: Callable[[str], Stored],
+    settings: Mapping,
+) -> Iterator[tuple[str, str]]:
+    """Put together what the page shows of each recording, one at a time.
+
+    Parameters
+    ----------
+    rows : iterable of mapping
+        From `capsule.report.recordings.recording_rows`; rejected recordings are left out.
+    verdicts : mapping of str to sequence of mapping
+        From `capsule.report.recordings.verdicts_by_recording`.
+    load : callable
+        ``load(name)`` gives what is stored of a recording.
+    settings : mapping
+        The configuration.
+
+    Yields
+    ------
+    name : str
+        The recording.
+    content : str
+        From `recording_evidence`, as JSON.
+    """
+    shape = settings["preprocessing"]
+    stages = {key: shape[key] for key in ("window", "threshold")}
+    stages["rate_hz"] = settings["recording"]["rate_hz"]
+    accepted = [row for row in rows if row["accepted"]]
+    total = sum(row["samples"] for row in accepted) * settings["recording"]["sensors"]
+    step = reading_step(total)
+    for row in accepted:
+        name = row["recording"]
+        stored = load(name)
+        samples = stored.values.shape[1]
+        example = make_example(name, recordings.title(row), stored.values, **stages)
+        fitted, facts = None, {"File": f"raw/{name}.csv", "SHA-256": row["sha256"]}
+        if stored.fit:
+            fit, particle = stored.fit
+            fitted = fitted_matrix(
+                particle, fit["first_peak"], fit["lag"], samples, shape["length"]
+            )
+            facts["Fit"] = fit_words(fit)
+        facts |= {f"# {key}": text for key, text in stored.header.items()}
+        said = verdicts.get(name, [])
+        content = recording_evidence(example, shape["threshold"], step, fitted, said, facts)
+        yield name, to_json(content)
 
 
 def to_json(content: object) -> str:
