@@ -10,6 +10,7 @@
 #include <avr/interrupt.h>
 #include <avr/io.h>
 #include <avr/sleep.h>
+#include <capsule_commands.h>
 #include <capsule_frame.h>
 #include <capsule_serial.h>
 #include <string.h>
@@ -91,10 +92,7 @@ static bool at_end_stop(void) {
 
 static void send_identity(void) {
     frame_t frame;
-    frame_start(&frame, "I");
-    frame_add_text(&frame, "logger");
-    frame_add_text(&frame, "protocol=1");
-    frame_add_text(&frame, "firmware=" FIRMWARE_VERSION);
+    start_identity(&frame, "logger", FIRMWARE_VERSION);
     frame_add_key(&frame, "rate_hz");
     frame_add_count(&frame, RATE_HZ);
     frame_add_key(&frame, "channels");
@@ -134,46 +132,15 @@ static void set_running(bool wanted) {
 
 static void obey(char *command) {
     char *argument = split_argument(command);
-    frame_t reply;
     if (*argument) {
-        frame_start(&reply, "E");
-        frame_add_text(&reply, command);
-        frame_add_text(&reply, "takes no argument");
+        refuse(command, "takes no argument");
     } else if (strcmp(command, "identify") == 0) {
         send_identity();
-        return;
     } else if (strcmp(command, "start") == 0 || strcmp(command, "pause") == 0) {
         set_running(command[0] == 's');
-        frame_start(&reply, "A");
-        frame_add_text(&reply, command);
+        acknowledge(command, "");
     } else {
-        frame_start(&reply, "E");
-        frame_add_text(&reply, command);
-        frame_add_text(&reply, "unknown; the logger knows identify start pause");
-    }
-    serial_send(&reply);
-}
-
-static void receive_commands(void) {
-    static receiver_t receiver;
-    while (serial_available()) {
-        frame_t reply;
-        switch (receive_byte(&receiver, serial_read())) {
-        case RECEIVED_COMMAND:
-            obey(receiver.text);
-            break;
-        case RECEIVED_QUESTION:
-            send_identity();
-            break;
-        case RECEIVED_DAMAGED:
-            frame_start(&reply, "E");
-            frame_add_text(&reply, "line");
-            frame_add_text(&reply, "failed its check");
-            serial_send(&reply);
-            break;
-        case RECEIVED_NOTHING:
-            break;
-        }
+        refuse(command, "unknown; the logger knows identify start pause");
     }
 }
 
@@ -201,7 +168,7 @@ int main(void) {
             sampled = false;
             send_sample();
         }
-        receive_commands();
+        receive_commands(obey, send_identity);
         sleep_until_something_happens();
     }
 }

@@ -8,6 +8,7 @@
 #endif
 #include <avr/interrupt.h>
 #include <avr/sleep.h>
+#include <capsule_commands.h>
 #include <capsule_frame.h>
 #include <capsule_serial.h>
 #include <string.h>
@@ -21,10 +22,7 @@ static const char *const STATE_NAMES[] = {"stopped", "running", "stopping"};
 static void send_identity(void) {
     motion_t motion = motion_read();
     frame_t frame;
-    frame_start(&frame, "I");
-    frame_add_text(&frame, "peristalsis");
-    frame_add_text(&frame, "protocol=1");
-    frame_add_text(&frame, "firmware=" FIRMWARE_VERSION);
+    start_identity(&frame, "peristalsis", FIRMWARE_VERSION);
     frame_add_key(&frame, "wavelength_mm");
     frame_add_thousandths(&frame, WAVELENGTH_UM);
     frame_add_key(&frame, "max_mm_s");
@@ -45,14 +43,6 @@ static void send_position(void) {
     frame_add_thousandths(&frame, motion.position_um);
     frame_add_thousandths(&frame, motion.speed_um_s);
     frame_add_text(&frame, STATE_NAMES[motion.state]);
-    serial_send(&frame);
-}
-
-static void refuse(const char *command, const char *reason) {
-    frame_t frame;
-    frame_start(&frame, "E");
-    frame_add_text(&frame, command);
-    frame_add_text(&frame, reason);
     serial_send(&frame);
 }
 
@@ -82,16 +72,6 @@ static void refuse_speed(int32_t speed_um_s) {
     frame_append(&frame, " (");
     frame_append_thousandths(&frame, motion_max_speed_um_s());
     frame_append(&frame, " mm/s)");
-    serial_send(&frame);
-}
-
-static void acknowledge(const char *command, const char *argument) {
-    frame_t frame;
-    frame_start(&frame, "A");
-    frame_add_text(&frame, command);
-    if (*argument) {
-        frame_add_text(&frame, argument);
-    }
     serial_send(&frame);
 }
 
@@ -183,25 +163,6 @@ static void obey(char *command) {
     refuse(command, "unknown; peristalsis knows identify position start stop speed direction ramp");
 }
 
-static void receive_commands(void) {
-    static receiver_t receiver;
-    while (serial_available()) {
-        switch (receive_byte(&receiver, serial_read())) {
-        case RECEIVED_COMMAND:
-            obey(receiver.text);
-            break;
-        case RECEIVED_QUESTION:
-            send_identity();
-            break;
-        case RECEIVED_DAMAGED:
-            refuse("line", "failed its check");
-            break;
-        case RECEIVED_NOTHING:
-            break;
-        }
-    }
-}
-
 int main(void) {
     set_sleep_mode(SLEEP_MODE_IDLE);
     serial_begin();
@@ -209,7 +170,7 @@ int main(void) {
     sei();
     send_identity();
     for (;;) {
-        receive_commands();
+        receive_commands(obey, send_identity);
         cli();
         if (!serial_available()) {
             sleep_enable();

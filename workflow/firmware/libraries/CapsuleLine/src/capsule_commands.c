@@ -1,0 +1,48 @@
+#include "capsule_commands.h"
+
+#include "capsule_serial.h"
+
+void receive_commands(void (*obey)(char *command), void (*send_identity)(void)) {
+    static receiver_t receiver;
+    while (serial_available()) {
+        switch (receive_byte(&receiver, serial_read())) {
+        case RECEIVED_COMMAND:
+            obey(receiver.text);
+            break;
+        case RECEIVED_QUESTION:
+            send_identity();
+            break;
+        case RECEIVED_DAMAGED:
+            refuse("line", "failed its check");
+            break;
+        case RECEIVED_NOTHING:
+            break;
+        }
+    }
+}
+
+void start_identity(frame_t *frame, const char *device, const char *firmware_version) {
+    frame_start(frame, "I");
+    frame_add_text(frame, device);
+    frame_add_text(frame, "protocol=1");
+    frame_add_key(frame, "firmware");
+    frame_append(frame, firmware_version);
+}
+
+void acknowledge(const char *command, const char *argument) {
+    frame_t frame;
+    frame_start(&frame, "A");
+    frame_add_text(&frame, command);
+    if (*argument) {
+        frame_add_text(&frame, argument);
+    }
+    serial_send(&frame);
+}
+
+void refuse(const char *command, const char *reason) {
+    frame_t frame;
+    frame_start(&frame, "E");
+    frame_add_text(&frame, command);
+    frame_add_text(&frame, reason);
+    serial_send(&frame);
+}
