@@ -6,10 +6,13 @@ import shutil
 import subprocess
 import sys
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import yaml
+
+from synthetic import write_archive
 
 ROOT = Path(__file__).parents[1]
 PARTS = ["Snakefile", "workflow", "config", "profiles", "environment.yml"]
@@ -30,8 +33,22 @@ class Project:
         self.results = folder / "results"
 
     @classmethod
-    def create(cls, folder: Path, **fit: int) -> "Project":
-        """Copy the project's code and configuration, with a smaller fit, and no recordings."""
+    def create(
+        cls, folder: Path, recordings: Sequence[str] = (), samples: int = 700, **fit: int
+    ) -> "Project":
+        """Copy the project's code and configuration, with other recordings and a smaller fit.
+
+        Parameters
+        ----------
+        folder : Path
+            Where it will lie.
+        recordings : sequence of str
+            Names such as ``3mm/r01``: recordings made by formula.
+        samples : int
+            K of these recordings.
+        **fit : int
+            Changed keys of section ``fit`` of the configuration.
+        """
         folder.mkdir(parents=True)
         for part in PARTS:
             source = ROOT / part
@@ -42,6 +59,7 @@ class Project:
                 shutil.copy2(source, folder / part)
         project = cls(folder)
         project.raw.mkdir()
+        write_archive(project.raw, recordings, samples=samples)
         project.configure(fit=fit)
         # The plain log names every job that ran; the progress bars do not.
         profile = folder / "profiles/default/config.yaml"
@@ -76,14 +94,34 @@ class Project:
         self, *arguments: str, cores: int = 2, environment: Mapping[str, str] | None = None
     ) -> "Run":
         """Call snakemake as a user does, with more environment variables where given."""
-        command = [sys.executable, "-m", "snakemake", f"-c{cores}", *arguments]
+        called = self._call(arguments, cores, environment)
+        done = subprocess.run(**called, capture_output=True, check=False)
+        return Run(done.returncode, done.stdout + done.stderr)
+
+    def start(self, *arguments: str, cores: int = 1) -> subprocess.Popen[str]:
+        """Start snakemake in a process group of its own, which can be killed as a whole.
+
+        What it prints, errors too, is the process's standard output.
+        """
+        return subprocess.Popen(
+            **self._call(arguments, cores),
+            start_new_session=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+        )
+
+    def _call(
+        self, arguments: Sequence[str], cores: int, environment: Mapping[str, str] | None = None
+    ) -> dict[str, Any]:
+        """Say how `subprocess` is to call snakemake."""
         # Warnings are errors in the jobs too, but for files that Snakemake leaves to be closed.
         strict = {"PYTHONPATH": "", "PYTHONWARNINGS": "error,ignore::ResourceWarning"}
-        variables = {**os.environ, **strict, **(environment or {})}
-        done = subprocess.run(
-            command, cwd=self.folder, env=variables, capture_output=True, text=True, check=False
-        )
-        return Run(done.returncode, done.stdout + done.stderr)
+        return {
+            "args": [sys.executable, "-m", "snakemake", f"-c{cores}", *arguments],
+            "cwd": self.folder,
+            "env": {**os.environ, **strict, **(environment or {})},
+            "text": True,
+        }
 
     def result_bytes(self) -> dict[str, bytes]:
         """Give the content of every result but the logs, which hold durations."""

@@ -1,5 +1,6 @@
 """Small recordings made by formula, for tests that need data but no physics."""
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -33,7 +34,7 @@ def make_recording(
     return Recording(np.round(sample * 0.1, 3), values, header)
 
 
-def write_archive(raw: Path, names: list[str], **shape: int) -> None:
+def write_archive(raw: Path, names: Iterable[str], **shape: int) -> None:
     """Write recordings such as ``3mm/r01`` below a folder; the size is read from the name."""
     for name in names:
         folder = name.split("/")[0]

@@ -12,7 +12,6 @@ from bench.recorder import Recorder, check_complete
 from bench.workbench import Workbench
 from phantom_edges import DEFAULT_TABLE, read_phantom
 from project import Project
-from synthetic import write_archive
 
 pytestmark = [
     pytest.mark.workflow,
@@ -24,9 +23,8 @@ pytestmark = [
 
 @pytest.fixture
 def project(tmp_path):
-    made = Project.create(tmp_path / "project", particles=20, iterations=20)
-    write_archive(made.raw, ["0mm/r01", "3mm/r01"])
-    return made
+    names = ["0mm/r01", "3mm/r01"]
+    return Project.create(tmp_path / "project", names, particles=20, iterations=20)
 
 
 def test_a_run_over_a_3_mm_nodule_reaches_the_report(project, tmp_path):

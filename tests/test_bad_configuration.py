@@ -3,16 +3,14 @@
 import pytest
 
 from project import Project
-from synthetic import write_archive
 
 pytestmark = pytest.mark.workflow
 
 
 @pytest.fixture(scope="module")
 def new(tmp_path_factory):
-    project = Project.create(tmp_path_factory.mktemp("new") / "project")
-    write_archive(project.raw, ["3mm/r01"], samples=200)
-    return project
+    folder = tmp_path_factory.mktemp("new") / "project"
+    return Project.create(folder, ["3mm/r01"], samples=200)
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,6 @@ import yaml
 from bad_recordings import HARMLESS, HOSTILE, PASSED_OVER, REJECTED, table
 from capsule.naming import displayed
 from project import ROOT, Project
-from synthetic import write_archive
 
 pytestmark = [
     pytest.mark.workflow,
@@ -38,10 +37,8 @@ def rows(project, name):
 @pytest.fixture(scope="module")
 def good(tmp_path_factory):
     """Run the good recordings alone."""
-    project = Project.create(
-        tmp_path_factory.mktemp("good") / "project", particles=10, iterations=10
-    )
-    write_archive(project.raw, GOOD, samples=400)
+    folder = tmp_path_factory.mktemp("good") / "project"
+    project = Project.create(folder, GOOD, samples=400, particles=10, iterations=10)
     run = project.snakemake("results/evaluation/detection.csv", "results/detections.csv")
     assert run.status == 0, run.output
     return project
@@ -52,8 +49,7 @@ def mixed(good, tmp_path_factory):
     """Run them again from nothing, each in a harmless disguise, with every bad file beside them."""
     # The folder of the project has a strange name, too.
     folder = tmp_path_factory.mktemp("mixed") / "it's $(touch pwned) & é"
-    project = Project.create(folder, particles=10, iterations=10)
-    write_archive(project.raw, GOOD, samples=400)
+    project = Project.create(folder, GOOD, samples=400, particles=10, iterations=10)
     for case in REJECTED + PASSED_OVER:
         path = os.fsencode(project.raw) + b"/" + os.fsencode(case.name)
         os.makedirs(os.path.dirname(path), exist_ok=True)  # noqa: PTH103, PTH120
@@ -172,8 +168,7 @@ def test_a_gigabyte_is_rejected_at_once_and_in_little_memory(tmp_path):
 
 @pytest.mark.parametrize("recordings", [[], ["0mm/r01", "unlabelled/patient"]], ids=str)
 def test_without_any_usable_nodule_the_run_says_so(tmp_path, recordings):
-    project = Project.create(tmp_path / "project")
-    write_archive(project.raw, recordings, samples=400)
+    project = Project.create(tmp_path / "project", recordings, samples=400)
     (project.raw / "3mm").mkdir()
     (project.raw / "3mm/bad.csv").touch()
     run = project.snakemake()

@@ -6,7 +6,7 @@ import pytest
 
 from capsule.recording import format_recording
 from project import Project
-from synthetic import make_recording, write_archive
+from synthetic import make_recording
 
 pytestmark = pytest.mark.workflow
 
@@ -15,10 +15,9 @@ TABLES = ["results/evaluation/detection.csv", "results/detections.csv"]
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
-    project = Project.create(
-        tmp_path_factory.mktemp("finished") / "project", particles=10, iterations=10
-    )
-    write_archive(project.raw, ["0mm/r01", "1mm/r01", "3mm/r01", "3mm/r02"], samples=400)
+    folder = tmp_path_factory.mktemp("finished") / "project"
+    names = ["0mm/r01", "1mm/r01", "3mm/r01", "3mm/r02"]
+    project = Project.create(folder, names, samples=400, particles=10, iterations=10)
     run = project.snakemake(*TABLES)
     assert run.status == 0, run.output
     return project

@@ -20,7 +20,6 @@ import run_guard
 from capsule.errors import CapsuleError
 from files import UNFINISHED
 from project import Project
-from synthetic import write_archive
 
 pytestmark = pytest.mark.skipif(
     sys.platform == "win32", reason="Windows has no process groups to kill"
@@ -35,11 +34,8 @@ KILLS = 20
 @pytest.fixture(scope="module")
 def new(tmp_path_factory):
     """Make a project with recordings and no results."""
-    project = Project.create(
-        tmp_path_factory.mktemp("new") / "project", particles=10, iterations=10
-    )
-    write_archive(project.raw, RECORDINGS, samples=400)
-    return project
+    folder = tmp_path_factory.mktemp("new") / "project"
+    return Project.create(folder, RECORDINGS, samples=400, particles=10, iterations=10)
 
 
 @pytest.fixture(scope="module")
@@ -82,16 +78,7 @@ def run_and_kill(project: Project, numbers: random.Random) -> Progress:
     jobs = numbers.randrange(3)
     delay = numbers.uniform(0.0, 0.5 if jobs else 1.5)
     progress = Progress()
-    command = [sys.executable, "-m", "snakemake", "-c1"]
-    with subprocess.Popen(
-        command,
-        cwd=project.folder,
-        env={**os.environ, "PYTHONPATH": ""},
-        start_new_session=True,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-    ) as process:
+    with project.start() as process:
 
         def kill() -> None:
             # The group's last member may just have ended by itself.
@@ -178,16 +165,7 @@ def test_two_runs_in_one_folder_exclude_each_other(new, tmp_path):
     project = new.copy(tmp_path / "project")
     # A fit that is still at work when the second run starts.
     project.configure(fit={"iterations": 1_000_000})
-    command = [sys.executable, "-m", "snakemake", "-c1", "results/fits/3mm/r01.json"]
-    with subprocess.Popen(
-        command,
-        cwd=project.folder,
-        env={**os.environ, "PYTHONPATH": ""},
-        start_new_session=True,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-    ) as first:
+    with project.start("results/fits/3mm/r01.json") as first:
         try:
             assert any("rule fit:" in line for line in first.stdout)
             second = project.snakemake(*TABLES)

@@ -13,7 +13,6 @@ from browser import DESKTOP, PHONE, Browser, missing_browser
 from capsule.recording import read_recording
 from capsule.report import words
 from project import ROOT, Project
-from synthetic import write_archive
 
 pytestmark = [
     pytest.mark.browser,
@@ -29,10 +28,8 @@ EVIL = "<script>document.title='broken'</script><img src=x onerror=\"document.ti
 @pytest.fixture(scope="module")
 def project(tmp_path_factory):
     """Run the workflow on an archive that holds what a careless or malicious hand may leave."""
-    project = Project.create(
-        tmp_path_factory.mktemp("report") / "project", particles=200, iterations=200
-    )
-    write_archive(project.raw, RECORDINGS)
+    folder = tmp_path_factory.mktemp("report") / "project"
+    project = Project.create(folder, RECORDINGS, particles=200, iterations=200)
     path = project.raw / "1mm" / "r03.csv"
     content = path.read_text(encoding="utf-8")
     path.write_text(re.sub(r"(?m)^# source: .*$", f"# source: bench {EVIL}", content), "utf-8")

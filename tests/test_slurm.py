@@ -7,7 +7,6 @@ import yaml
 
 import slurm
 from project import ROOT, Project
-from synthetic import write_archive
 
 RECORDINGS = [f"{size}mm/r{run:02d}" for size in (0, 1) for run in (1, 2)]
 
@@ -31,8 +30,7 @@ WITHOUT_ACCOUNTING = [
 
 
 def test_slurm_gives_the_same_results_in_few_jobs(tmp_path):
-    local = Project.create(tmp_path / "local", particles=20, iterations=20)
-    write_archive(local.raw, RECORDINGS)
+    local = Project.create(tmp_path / "local", RECORDINGS, particles=20, iterations=20)
     remote = local.copy(tmp_path / "remote")
     assert local.snakemake().status == 0
 

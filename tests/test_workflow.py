@@ -31,11 +31,8 @@ def table(project, name):
 @pytest.fixture(scope="module")
 def new(tmp_path_factory):
     """Make a project with recordings and no results."""
-    project = Project.create(
-        tmp_path_factory.mktemp("new") / "project", particles=20, iterations=20
-    )
-    write_archive(project.raw, RECORDINGS)
-    return project
+    folder = tmp_path_factory.mktemp("new") / "project"
+    return Project.create(folder, RECORDINGS, particles=20, iterations=20)
 
 
 @pytest.fixture(scope="module")
