@@ -15,11 +15,13 @@ from capsule.figures.preprocessing import (
     draw_preprocessing,
     example_table,
     typical_recording,
+    typical_recordings,
 )
 from capsule.figures.rates import draw_rates
 from capsule.figures.roc import curve_table, draw_roc
 from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
 from capsule.figures.templates import draw_templates, template_table
+from capsule.judgements import Evaluation
 from capsule.particles import Particle, render
 from capsule.stages import make_example
 from synthetic import make_recording
@@ -76,6 +78,26 @@ def test_the_typical_run_is_the_one_in_the_middle():
     energy = {"3mm/r01": 0.3, "3mm/r02": 0.1, "3mm/r03": 0.2, "3mm/r04": 0.9}
     assert typical_recording(energy) == "3mm/r03"
     assert typical_recording({}) is None
+
+
+@pytest.mark.parametrize(
+    ("nodules_mm", "expected"),
+    [
+        ([1.0, 2.5, 6.0], [("no nodule", "0mm/a"), ("2.5 mm nodule", "2.5mm/a")]),
+        ([1.0, 2.5, 6.0, 7.0], [("no nodule", "0mm/a"), ("2.5 mm nodule", "2.5mm/a")]),
+        ([], [("no nodule", "0mm/a"), ("nodule", None)]),
+    ],
+)
+def test_the_archive_shows_a_run_without_a_nodule_and_one_of_the_middle_size(nodules_mm, expected):
+    sizes_mm = [0.0, *nodules_mm]
+    rows = [
+        {"recording": f"{size:g}mm/{run}", "scheme": scheme, "size_mm": size, "rmse_0mm": distance}
+        | {f"rmse_{nodule:g}mm": 1.0 for nodule in nodules_mm}
+        for scheme in SCHEMES
+        for size in sizes_mm
+        for run, distance in (("a", 0.2), ("b", 0.9), ("c", 0.1))
+    ]
+    assert typical_recordings(Evaluation(pd.DataFrame(rows), {}, {})) == expected
 
 
 @pytest.mark.parametrize("width", WIDTHS)

@@ -9,7 +9,7 @@ import numpy as np
 
 import files
 from capsule.figures import gallery
-from capsule.figures.preprocessing import typical_recording
+from capsule.figures.preprocessing import typical_recordings
 from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
 from capsule.judgements import Evaluation
 from capsule.naming import folder_size_mm
@@ -18,20 +18,11 @@ from results import read_evaluation, read_judgements, read_printed, read_signal
 
 
 def examples(evaluation: Evaluation, signals: Path, settings: dict) -> Iterator[Example | None]:
-    """Take a typical run without a nodule, and one over a nodule of the middle size."""
-    nodules = evaluation.sizes_mm()[1:]
-    rows = evaluation.predictions.drop_duplicates("recording")
+    """Read the typical runs of the archive."""
     stages = {key: settings["preprocessing"][key] for key in ("window", "threshold")}
-    rate_hz = settings["recording"]["rate_hz"]
-    for size_mm in (0.0, nodules[(len(nodules) - 1) // 2] if nodules else None):
-        of_size = rows[rows["size_mm"] == size_mm].set_index("recording")
-        name = typical_recording(of_size["rmse_0mm"].to_dict())
-        if name is None:
-            yield None
-            continue
-        values = read_signal(signals, name)
-        title = "no nodule" if size_mm == 0 else f"{size_mm:g} mm nodule"
-        yield make_example(name, title, values, rate_hz=rate_hz, **stages)
+    stages["rate_hz"] = settings["recording"]["rate_hz"]
+    for title, name in typical_recordings(evaluation):
+        yield make_example(name, title, read_signal(signals, name), **stages) if name else None
 
 
 def drawing(name: str, results: Path, paper: Path, settings: dict) -> gallery.Drawing:

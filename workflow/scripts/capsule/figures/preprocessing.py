@@ -16,6 +16,7 @@ from capsule.figures.style import (
     say_nothing_to_show,
     sensor_line,
 )
+from capsule.judgements import Evaluation
 from capsule.stages import Example
 
 
@@ -34,6 +35,27 @@ def typical_recording(energy: Mapping[str, float]) -> str | None:
     """
     ordered = sorted(energy, key=lambda name: (energy[name], name))
     return ordered[(len(ordered) - 1) // 2] if ordered else None
+
+
+def typical_recordings(evaluation: Evaluation) -> list[tuple[str, str | None]]:
+    """Choose a typical run without a nodule, and one over a nodule of the middle size.
+
+    Returns
+    -------
+    list of (str, str or None)
+        What it is, and the recording's name; None where there is no such recording.
+    """
+    nodules_mm = evaluation.sizes_mm()[1:]
+    wanted = {"no nodule": 0.0, "nodule": None}
+    if nodules_mm:
+        middle_mm = nodules_mm[(len(nodules_mm) - 1) // 2]
+        wanted = {"no nodule": 0.0, f"{middle_mm:g} mm nodule": middle_mm}
+    rows = evaluation.predictions.drop_duplicates("recording").set_index("recording")
+    distances = rows["rmse_0mm"]
+    return [
+        (title, typical_recording(distances[rows["size_mm"] == size_mm].to_dict()))
+        for title, size_mm in wanted.items()
+    ]
 
 
 def example_table(examples: Sequence[Example | None]) -> pd.DataFrame:
