@@ -4,8 +4,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binom, binomtest, rankdata
 
-from capsule.judging import roc, tables
+from capsule.judging import COLUMNS, roc, tables
 from capsule.judging.agreement import exceedance, paired_difference, permuted_areas
+from capsule.judging.all_tables import all_tables
 from capsule.judging.calibration import brier_score, calibration_table
 from capsule.judging.prevalence import predictive_values
 from capsule.judging.retest import combined_detections, first_passes
@@ -180,6 +181,32 @@ def test_tables_compare_detectors_with_each_other_and_with_always_nodule():
     assert compared["detection", 1.0] == 0.5
     assert compared["detection", tables.ANY] == pytest.approx(1 / 3)
     assert compared["size_within_tolerance", 2.0] == 0.0
+
+
+RULES = {
+    **{"confidence": 0.95, "tolerance_mm": 1.0, "prevalence": 0.5, "specificity": 0.5},
+    **{"seed": 1, "bootstrap": 50, "permutations": 50, "calibration_bins": 2, "passes": [1, 2]},
+}
+
+
+def test_every_table_is_made_of_each_detector_and_scheme():
+    once = rows("one", [0, 1, 0, 1, 2]) + rows("other", [0, 0, 1, 1, 2])
+    by_site = [row | {"scheme": "leave_one_site_out"} for row in once]
+    stated = [row | {"probability": "0.5", "location_mm": "7"} for row in once + by_site]
+    names = [row["recording"] for row in once[:5]]
+    sites = dict(zip(names, ["a", "a", "b", "b", ""], strict=True))
+    found = all_tables(stated, sites, dict.fromkeys(names, 6.0), RULES)
+    assert list(found) == list(COLUMNS)
+    for name, made in found.items():
+        assert set(COLUMNS[name]) <= set(made[0]), name
+        # Several passes over a place say something only where the place taught nothing.
+        schemes = {"leave_one_site_out"} | ({"leave_one_out"} if name != "retest" else set())
+        assert {row["scheme"] for row in made} == schemes, name
+    assert {row["passes"] for row in found["retest"]} == {1, 2}
+
+
+def test_without_a_verdict_every_table_is_empty():
+    assert all_tables([], {}, {}, RULES) == {name: [] for name in COLUMNS}
 
 
 def test_a_recording_without_a_score_enters_no_curve():

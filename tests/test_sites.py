@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from capsule.judging.sites import Passes, site_verdicts
+from capsule.judging.sites import COLUMNS, Passes, site_rows, site_verdicts
 from capsule.report import places
 
 UNKNOWN = float("nan")
@@ -54,6 +54,25 @@ def test_what_cannot_be_said_is_not_said():
     assert alone.detected is None
     silent = site_verdicts(HEALTHY | {"n": passes(3.0, UNKNOWN, UNKNOWN)}, 0.5)["n"]
     assert silent.detected is None and silent.passes == 0
+
+
+def test_verdicts_are_sorted_by_detector_label_and_the_place_that_the_recordings_name():
+    sites = {"0mm/a": "", "0mm/b": "", "2mm/a": "p", "2mm/b": "p", "unlabelled/c": "p"}
+    predictions = [
+        {"recording": name, "detector": detector, "size_mm": name[0], "score": str(score)}
+        | {"estimate_mm": "2.0", "location_mm": ""}
+        for detector in ("template", "diagonal")
+        for score, name in enumerate(list(sites)[:4])
+    ]
+    # Without a label, as in detections.csv, it is no pass over the labelled place.
+    unlabelled = dict(predictions[-1], recording="unlabelled/c")
+    del unlabelled["size_mm"]
+    by_rule, by_threshold = site_rows([*predictions, unlabelled], sites, 0.6)
+    assert list(by_rule) == list(COLUMNS)
+    assert (by_rule["detector"], by_threshold["detector"]) == ("template", "diagonal")
+    assert (by_rule["site"], by_rule["size_mm"], by_rule["recordings"]) == ("p", 2.0, 2)
+    # The mean of the scores 2 and 3; the rule's own threshold is 0, the other is a healthy score.
+    assert (by_rule["score"], by_rule["threshold"], by_threshold["threshold"]) == (2.5, 0.0, 1.0)
 
 
 def test_the_page_has_a_row_a_place_and_a_column_a_detector():

@@ -5,8 +5,9 @@ import json
 from pathlib import Path
 
 import files
-from capsule.folds import group_scheme
-from capsule.judging import COLUMNS, tables
+from capsule.judging import COLUMNS
+from capsule.judging.all_tables import all_tables
+from capsule.judging.tables import number
 
 
 def main() -> None:
@@ -17,46 +18,11 @@ def main() -> None:
     parser.add_argument("--settings", type=json.loads, required=True, help="config section, JSON")
     parser.add_argument("--output", type=Path, required=True, help="output: the folder of tables")
     arguments = parser.parse_args()
-    rules = arguments.settings["evaluation"]
-    level, seed, repeats = rules["confidence"], rules["seed"], rules["bootstrap"]
-    prevalence = rules["prevalence"]
     headers = {row["recording"]: row for row in files.read_csv(arguments.recordings)}
     sites = {name: row["site"] for name, row in headers.items()}
-    places = {name: tables.number(row["nodule_at_mm"]) for name, row in headers.items()}
-    made: dict[str, list[dict]] = {name: [] for name in COLUMNS}
-    by_scheme: dict[str, list[tables.Verdicts]] = {}
+    nodule_at_mm = {name: number(row["nodule_at_mm"]) for name, row in headers.items()}
     predictions = [row for path in arguments.predictions for row in files.read_csv(path)]
-    for verdicts in tables.collect(predictions):
-        by_scheme.setdefault(verdicts.key["scheme"], []).append(verdicts)
-        areas, points = tables.curves(verdicts, seed, repeats, level)
-        bins = rules["calibration_bins"]
-        stated, brier = tables.calibrated(verdicts, prevalence, bins, level)
-        parts = {
-            "auc": areas,
-            "roc": points,
-            "predictive_values": tables.predictive(verdicts, prevalence, level),
-            "calibration": stated,
-            "brier": brier,
-            "size_error": tables.size_errors(verdicts, level),
-            "localisation": tables.localisation(verdicts, places, level),
-            "permutation": tables.permutation(verdicts, seed, rules["permutations"], level),
-            "retest": [],
-        }
-        if verdicts.key["scheme"] == group_scheme("site"):
-            passes, wanted = rules["passes"], rules["specificity"]
-            parts["retest"] = tables.retests(verdicts, sites, passes, wanted, level)
-        for name, rows in parts.items():
-            made[name] += rows
-    made["comparison"] = [
-        row
-        for of_scheme in by_scheme.values()
-        for row in tables.comparisons(of_scheme, rules["tolerance_mm"], level)
-    ]
-    made["summary"] = [
-        row
-        for each in by_scheme.values()
-        for row in tables.summary(each, rules["tolerance_mm"], level)
-    ]
+    made = all_tables(predictions, sites, nodule_at_mm, arguments.settings["evaluation"])
     for name, rows in made.items():
         columns = list(rows[0]) if rows else COLUMNS[name]
         files.write_csv(arguments.output / f"{name}.csv", columns, rows)

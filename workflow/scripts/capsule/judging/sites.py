@@ -1,6 +1,6 @@
 """One verdict for each place: all passes over it, judged together by their mean score."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,6 +49,64 @@ class SiteVerdict:
     detected: bool | None
     estimate_mm: float
     location_mm: float
+
+
+COLUMNS = ("site", "size_mm", "recordings", "detector", *SiteVerdict.__annotations__)
+
+
+def site_rows(
+    predictions: Iterable[Mapping[str, str]], sites: Mapping[str, str], specificity: float
+) -> list[dict]:
+    """Judge every place that was passed more than once by all its recordings together.
+
+    Parameters
+    ----------
+    predictions : iterable of mapping of str to str
+        A row a detector and recording, as in results/evaluation/predictions.csv and
+        results/detections.csv.
+    sites : mapping of str to str
+        The place that each recording names, empty where it names none.
+    specificity : float
+        Wanted of the detectors that learn a threshold.
+
+    Returns
+    -------
+    list of dict
+        A row a detector and place, of `COLUMNS`.
+    """
+    rows = []
+    for detector, by_site in passes_by_site(predictions, sites).items():
+        wanted = None if detector == "template" else specificity
+        for site, verdict in site_verdicts(by_site, wanted).items():
+            passes = by_site[site]
+            row = {"site": site.partition("\n")[0], "size_mm": passes.size_mm}
+            row |= {"recordings": passes.score.size, "detector": detector}
+            rows.append(row | vars(verdict))
+    return rows
+
+
+def passes_by_site(
+    predictions: Iterable[Mapping[str, str]], sites: Mapping[str, str]
+) -> dict[str, dict[str, Passes]]:
+    """Sort verdicts by detector and place; a recording that names none is a place by itself.
+
+    The same place with another label is another place; the first line of a key is the name.
+    """
+    sorted_rows: dict[str, dict[str, list[Mapping[str, str]]]] = {}
+    for row in predictions:
+        site = f"{sites[row['recording']] or row['recording']}\n{row.get('size_mm', '')}"
+        sorted_rows.setdefault(row["detector"], {}).setdefault(site, []).append(row)
+    columns = ("score", "estimate_mm", "location_mm")
+    return {
+        detector: {
+            site: Passes(
+                float(group[0].get("size_mm") or "nan"),
+                *(np.array([float(row[column] or "nan") for row in group]) for column in columns),
+            )
+            for site, group in by_site.items()
+        }
+        for detector, by_site in sorted_rows.items()
+    }
 
 
 def site_verdicts(sites: Mapping[str, Passes], specificity: float | None) -> dict[str, SiteVerdict]:
