@@ -23,7 +23,7 @@ from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
 from capsule.figures.templates import draw_templates, template_table
 from capsule.judgements import Evaluation
 from capsule.particles import Particle, render
-from capsule.stages import make_example
+from capsule.stages import preprocess_run
 from synthetic import make_recording
 
 SCHEMES = ["leave_one_out", "resubstitution"]
@@ -48,7 +48,7 @@ SIZES = [0.0, 2.5, 6.0]
 @pytest.fixture
 def example():
     values = make_recording(3, "3mm/r01", samples=400, sensors=3, spacing=110).values
-    return make_example("3mm/r01", "3 mm nodule", values, rate_hz=10, window=40, threshold=1.0)
+    return preprocess_run("3mm/r01", "3 mm nodule", values, rate_hz=10, window=40, threshold=1.0)
 
 
 def texts(figure):
@@ -69,7 +69,7 @@ def test_preprocessing_shows_a_run_without_and_one_with_a_nodule(example, width)
 def test_missing_samples_leave_a_gap_in_the_figure():
     values = make_recording(3, "3mm/r01", samples=400).values
     values[:, 100:110] = np.nan
-    run = make_example("3mm/r01", "3 mm nodule", values, rate_hz=10, window=40, threshold=1.0)
+    run = preprocess_run("3mm/r01", "3 mm nodule", values, rate_hz=10, window=40, threshold=1.0)
     assert render_figure(draw_preprocessing([run], 1.0), "svg", "gap")
     assert example_table([run])["reading_1"].isna().sum() == 10
 

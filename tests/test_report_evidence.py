@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from capsule.particles import Particle, render
 from capsule.report import evidence
 from capsule.sliding import rmse_at_lag
-from capsule.stages import make_example
+from capsule.stages import preprocess_run
 from synthetic import make_recording
 
 
@@ -61,7 +61,7 @@ def test_peaks_say_how_high_when_and_how_long():
 
 def test_1200_recordings_of_full_length_stay_below_25_megabytes():
     values = make_recording(3, "3mm/r01", samples=1000).values
-    run = make_example("3mm/r01", "3 mm", values, rate_hz=10, window=84, threshold=1.0)
+    run = preprocess_run("3mm/r01", "3 mm", values, rate_hz=10, window=84, threshold=1.0)
     said = {"label": "template_threshold, leave-one-out", "predicted_mm": 3.0}
     said["details"] = "estimated 3.1 mm, probability 97.6 %, place 12.8 s, 5.5 mm"
     verdicts = [said | {"distances": [0.123456789012345] * 6}] * 2 + [said | {"distances": []}] * 4

@@ -27,6 +27,7 @@ from capsule.errors import CapsuleError
 from capsule.judging import COLUMNS as JUDGEMENTS
 from capsule.naming import folder_of
 from config_files import read_config_file
+from durations import RULES
 from files import fingerprint, list_archive, read_csv, remove_unfinished
 from run_guard import hold
 from sources import imported_files

@@ -25,19 +25,7 @@ FIGURES = {
     "roc": [*RATES, *JUDGED],
 }
 # The report says by a checksum which code its results come from.
-STAGES = [
-    "preprocess",
-    "index",
-    "fit",
-    "average",
-    "passages",
-    "evaluate",
-    "judge",
-    "detect",
-    "combine",
-    "draw",
-    "report",
-]
+STAGES = [*RULES, "report"]
 CODE = {script(f"{stage}.py") for stage in STAGES}
 CODE.update(path for stage in STAGES for path in library(f"{stage}.py"))
 

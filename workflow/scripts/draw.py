@@ -13,16 +13,18 @@ from capsule.figures.preprocessing import typical_recordings
 from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
 from capsule.judgements import Evaluation
 from capsule.naming import folder_size_mm
-from capsule.stages import Example, make_example
+from capsule.stages import PreprocessedRun, preprocess_run
 from results import read_evaluation, read_judgements, read_printed, read_signal
 
 
-def examples(evaluation: Evaluation, signals: Path, settings: dict) -> Iterator[Example | None]:
+def examples(
+    evaluation: Evaluation, signals: Path, settings: dict
+) -> Iterator[PreprocessedRun | None]:
     """Read the typical runs of the archive."""
     stages = {key: settings["preprocessing"][key] for key in ("window", "threshold")}
     stages["rate_hz"] = settings["recording"]["rate_hz"]
     for title, name in typical_recordings(evaluation):
-        yield make_example(name, title, read_signal(signals, name), **stages) if name else None
+        yield preprocess_run(name, title, read_signal(signals, name), **stages) if name else None
 
 
 def drawing(name: str, results: Path, paper: Path, settings: dict) -> gallery.Drawing:

@@ -1,4 +1,7 @@
-"""How long the stages took, from their logs."""
+"""How long the stages took, from their logs.
+
+Imports nothing heavy: the Snakefile takes the list of rules from here.
+"""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -6,6 +9,7 @@ from pathlib import Path
 from capsule.naming import folder_of
 from capsule.report.provenance import seconds_in_log
 
+# All rules before the report, in the order of the work.
 RULES = (
     "preprocess",
     "index",

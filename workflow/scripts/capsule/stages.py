@@ -8,8 +8,8 @@ from capsule.preprocessing import normalize, rectify, rms_envelope
 
 
 @dataclass(frozen=True)
-class Example:
-    """One run on its way from readings to matrix.
+class PreprocessedRun:
+    """One run after each of the stages, from readings to matrix.
 
     Attributes
     ----------
@@ -35,7 +35,7 @@ class Example:
     matrix: np.ndarray
 
 
-def make_example(
+def preprocess_run(
     recording: str,
     title: str,
     values: np.ndarray,
@@ -43,7 +43,7 @@ def make_example(
     rate_hz: float,
     window: int,
     threshold: float,
-) -> Example:
+) -> PreprocessedRun:
     """Take a run through the stages of pre-processing and keep each of them.
 
     Parameters
@@ -61,8 +61,9 @@ def make_example(
 
     Returns
     -------
-    Example
+    PreprocessedRun
     """
     envelope = rms_envelope(normalize(values), window)
     time_s = np.arange(values.shape[1]) / rate_hz
-    return Example(recording, title, time_s, values, envelope, rectify(envelope, threshold))
+    matrix = rectify(envelope, threshold)
+    return PreprocessedRun(recording, title, time_s, values, envelope, matrix)

@@ -1,4 +1,4 @@
-"""All figures of a run by name: their data, and how to draw each at a width."""
+"""All figures by name: their data, and how to draw each at a width."""
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -14,14 +14,14 @@ from capsule.figures.roc import curve_table, draw_roc
 from capsule.figures.templates import draw_templates, template_table
 from capsule.folds import main_scheme
 from capsule.judgements import Evaluation
-from capsule.stages import Example
+from capsule.stages import PreprocessedRun
 
 # The data of a figure, and what draws it: it takes the width in inches.
 Drawing = tuple[pd.DataFrame, Callable[[float], Figure]]
 
 
-def preprocessing_drawing(runs: Sequence[Example | None], settings: Mapping) -> Drawing:
-    """Give the pre-processing of some runs, by section ``preprocessing`` of the configuration."""
+def preprocessing_drawing(runs: Sequence[PreprocessedRun | None], settings: Mapping) -> Drawing:
+    """Give the stages of pre-processing of some runs; the configuration tells the threshold."""
     threshold = settings["preprocessing"]["threshold"]
     return (
         preprocessing.example_table(runs),
@@ -43,7 +43,7 @@ def roc_drawing(
 ) -> Drawing:
     """Give the curves of all detectors from the tables ``roc``, ``summary``, ``predictive_values``.
 
-    The scheme is the main one of section ``evaluation`` of the configuration.
+    The scheme is the main one of the configuration.
     """
     curves = curve_table(
         *(judgements[name] for name in ("roc", "summary", "predictive_values")),
@@ -62,7 +62,7 @@ def rates_drawing(name: str, evaluation: Evaluation, settings: Mapping) -> Drawi
     evaluation : Evaluation
         The tables, ours and the paper's.
     settings : mapping
-        Section ``evaluation`` of the configuration.
+        The configuration, or its section ``evaluation`` under this name.
     """
     judged, sizes_mm = settings["evaluation"], evaluation.sizes_mm()
     detector = evaluation.detectors()[0]

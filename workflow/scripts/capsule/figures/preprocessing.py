@@ -17,7 +17,7 @@ from capsule.figures.style import (
     sensor_line,
 )
 from capsule.judgements import Evaluation
-from capsule.stages import Example
+from capsule.stages import PreprocessedRun
 
 
 def typical_recording(energy: Mapping[str, float]) -> str | None:
@@ -58,7 +58,7 @@ def typical_recordings(evaluation: Evaluation) -> list[tuple[str, str | None]]:
     ]
 
 
-def example_table(examples: Sequence[Example | None]) -> pd.DataFrame:
+def example_table(examples: Sequence[PreprocessedRun | None]) -> pd.DataFrame:
     """Lay out what the figure shows as a table, one row a sample."""
     columns = ["recording", "time_s"]
     frames = []
@@ -73,13 +73,13 @@ def example_table(examples: Sequence[Example | None]) -> pd.DataFrame:
 
 
 def draw_preprocessing(
-    examples: Sequence[Example | None], threshold: float, width_in: float = PAGE_WIDTH_IN
+    examples: Sequence[PreprocessedRun | None], threshold: float, width_in: float = PAGE_WIDTH_IN
 ) -> Figure:
     """Draw the stages of pre-processing (eq. normalization to eq. extended), a column a run.
 
     Parameters
     ----------
-    examples : sequence of Example or None
+    examples : sequence of PreprocessedRun or None
         The runs side by side; None where the archive holds no such run.
     threshold : float
         c, drawn over the envelopes, in standard deviations.
@@ -126,7 +126,7 @@ def draw_preprocessing(
     return figure
 
 
-def _draw_signals(axes: Axes, example: Example) -> None:
+def _draw_signals(axes: Axes, example: PreprocessedRun) -> None:
     """Draw the readings one sensor below the other, all to one scale."""
     centred = example.values - np.nanmedian(example.values, axis=1, keepdims=True)
     distance = float(np.nanmax(centred) - np.nanmin(centred)) * 0.75
@@ -140,7 +140,7 @@ def _draw_signals(axes: Axes, example: Example) -> None:
     axes.tick_params(labelbottom=False)
 
 
-def _draw_envelopes(axes: Axes, example: Example, threshold: float, tallest: float) -> None:
+def _draw_envelopes(axes: Axes, example: PreprocessedRun, threshold: float, tallest: float) -> None:
     for sensor, row in enumerate(example.envelope):
         axes.plot(example.time_s, row, **sensor_line(sensor))
     axes.axhline(threshold, color=INK, linewidth=0.6, zorder=0)
@@ -148,7 +148,7 @@ def _draw_envelopes(axes: Axes, example: Example, threshold: float, tallest: flo
     axes.tick_params(labelbottom=False)
 
 
-def _add_legend(figure: Figure, examples: Sequence[Example], threshold: float) -> None:
+def _add_legend(figure: Figure, examples: Sequence[PreprocessedRun], threshold: float) -> None:
     if not examples:
         return
     sensors = len(examples[0].values)

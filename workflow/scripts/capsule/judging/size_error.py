@@ -25,12 +25,13 @@ def median_interval(values: np.ndarray, confidence: float) -> tuple[float, float
         return float("nan"), float("nan"), float("nan")
     ordered = np.sort(values)
     median = float(np.median(ordered))
-    # So many values lie below the median, or fewer, with half of what the confidence leaves.
-    below = bdtr(np.arange(ordered.size + 1), ordered.size, 0.5)
-    skipped = int(np.searchsorted(below, (1 - confidence) / 2))
-    if skipped == 0:
+    # For each k the probability that at most k of the values lie below the true median.
+    at_most = bdtr(np.arange(ordered.size + 1), ordered.size, 0.5)
+    # The ends are the values of this rank from below and from above, counted from 1.
+    rank = int(np.searchsorted(at_most, (1 - confidence) / 2))
+    if rank == 0:
         return median, float("nan"), float("nan")
-    return median, float(ordered[skipped - 1]), float(ordered[-skipped])
+    return median, float(ordered[rank - 1]), float(ordered[-rank])
 
 
 def size_error_row(true_mm: np.ndarray, estimate_mm: np.ndarray, confidence: float) -> dict:

@@ -14,7 +14,7 @@ import numpy as np
 from capsule.particles import Particle, render
 from capsule.report import recordings
 from capsule.report.provenance import fit_words
-from capsule.stages import Example, make_example
+from capsule.stages import PreprocessedRun, preprocess_run
 
 # A page of this many readings stays below 25 MB; of larger archives every n-th reading is shown.
 MAX_READINGS = 5_000_000
@@ -117,7 +117,7 @@ def peaks(envelope: np.ndarray, time_s: np.ndarray, threshold: float) -> list[li
 
 
 def recording_evidence(
-    example: Example,
+    run: PreprocessedRun,
     threshold: float,
     step: int,
     fitted: np.ndarray | None,
@@ -128,7 +128,7 @@ def recording_evidence(
 
     Parameters
     ----------
-    example : Example
+    run : PreprocessedRun
         The recording on its way from readings to matrix.
     threshold : float
         c, in standard deviations.
@@ -146,19 +146,19 @@ def recording_evidence(
     dict
         Ready for `to_json`.
     """
-    samples = example.time_s.size
+    samples = run.time_s.size
     smooth = max(1, -(-samples // SMOOTH_POINTS))
-    interval = float(example.time_s[1] - example.time_s[0])
+    interval = float(run.time_s[1] - run.time_s[0])
     return {
-        "recording": example.recording,
-        "title": example.title,
+        "recording": run.recording,
+        "title": run.title,
         "interval_s": interval,
         "threshold": threshold,
-        "readings": {"every": step, **pack(example.values[:, ::step])},
-        "envelope": {"every": smooth, **pack(example.envelope[:, ::smooth])},
-        "matrix": {"every": smooth, **pack(example.matrix[:, ::smooth], 8)},
+        "readings": {"every": step, **pack(run.values[:, ::step])},
+        "envelope": {"every": smooth, **pack(run.envelope[:, ::smooth])},
+        "matrix": {"every": smooth, **pack(run.matrix[:, ::smooth], 8)},
         "fitted": None if fitted is None else {"every": smooth, **pack(fitted[:, ::smooth], 8)},
-        "peaks": peaks(example.envelope, example.time_s, threshold),
+        "peaks": peaks(run.envelope, run.time_s, threshold),
         "verdicts": [
             {key: verdict[key] for key in ("label", "predicted_mm", "details", "distances")}
             for verdict in verdicts
@@ -203,7 +203,7 @@ def archive_evidence(
         name = row["recording"]
         stored = load(name)
         samples = stored.values.shape[1]
-        example = make_example(name, recordings.title(row), stored.values, **stages)
+        run = preprocess_run(name, recordings.title(row), stored.values, **stages)
         fitted, facts = None, {"File": f"raw/{name}.csv", "SHA-256": row["sha256"]}
         if stored.fit:
             fit, particle = stored.fit
@@ -213,7 +213,7 @@ def archive_evidence(
             facts["Fit"] = fit_words(fit)
         facts |= {f"# {key}": text for key, text in stored.header.items()}
         said = verdicts.get(name, [])
-        content = recording_evidence(example, shape["threshold"], step, fitted, said, facts)
+        content = recording_evidence(run, shape["threshold"], step, fitted, said, facts)
         yield name, to_json(content)
 
 
