@@ -71,11 +71,10 @@ def main() -> None:
     verdicts = recordings.verdicts_by_recording(found.evaluation.predictions, found.detections)
     content = contents.page_values(found, verdicts, settings, schema, printed)
     load = partial(read_stored, results)
+    carried = evidence.archive_evidence(content["recordings"], verdicts, load, settings)
     code = {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in arguments.code}
     page = content | {
-        "evidence": list(
-            evidence.archive_evidence(content["recordings"], verdicts, load, settings)
-        ),
+        "evidence": list(carried),
         "figures": read_figures(results / "figures"),
         "versions": [("Python", platform.python_version())]
         + [(name, importlib.metadata.version(name)) for name in PACKAGES],
