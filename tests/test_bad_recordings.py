@@ -91,9 +91,15 @@ def test_the_others_results_are_the_same_to_the_bit(mixed, good):
     project, _ = mixed
     before, after = good.result_bytes(), project.result_bytes()
     shows_rejections = ("recordings.csv", "passed_over.csv", "checks/", "report", "figures/")
+    # A copy is searched too: that it is one shows beside all others only.
+    shows_rejections += ("passages/",)
     compared = [name for name in before if not name.startswith(shows_rejections)]
     assert {"templates.npz", "detections.csv", "evaluation/sizing.csv"} <= set(compared)
     assert [name for name in compared if after[name] != before[name]] == []
+    for label in {name.partition("/")[0] for name in GOOD}:
+        passages = rows(project, f"passages/{label}.csv")
+        found = [row for row in passages if row["recording"] in GOOD]
+        assert found == rows(good, f"passages/{label}.csv")
     kept = [row for row in rows(project, "recordings.csv") if row["status"] == "accepted"]
     for ours, theirs in zip(kept, rows(good, "recordings.csv"), strict=True):
         for column in ("recording", "size_mm", "samples", "duration_s", "reason"):

@@ -1,4 +1,8 @@
-"""Find in every accepted recording of a folder the passage over a candidate for a nodule."""
+"""Find in every usable recording of a folder the passage over a candidate for a nodule.
+
+Copies of other recordings are searched too: only the index, which nobody waits for here, rejects
+them.
+"""
 
 import argparse
 import json
