@@ -124,30 +124,26 @@ def wave_phase(values: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarra
     return np.interp(samples, known, common), offset
 
 
-def find_beats(
-    values: np.ndarray, *, period: float, wavelength_mm: float, pressing_lowers: bool
-) -> Beats | None:
+def find_beats(values: np.ndarray, *, period: float, wavelength_mm: float) -> Beats | None:
     """Take a recording apart into beats.
 
     Parameters
     ----------
     values : (S, K) array
-        Readings in any unit; NaN where a sample is missing.
+        How hard each sensor is pressed, in any unit and from any rest; NaN where a sample is
+        missing.
     period : float
         Configured time from wave to wave, in samples; the recording's own may be half or twice it.
     wavelength_mm : float
         Length of the wave in mm.
-    pressing_lowers : bool
-        Whether a sensor reads less when it is pressed.
 
     Returns
     -------
     Beats or None
         None for a recording of fewer than four waves, or without a wave on some sensor.
     """
-    known = fill_missing(values)
-    pressed = -known if pressing_lowers else known
-    count = known.shape[1]
+    pressed = fill_missing(values)
+    count = pressed.shape[1]
     if count < 4 * period:
         return None
     own_period = wave_period(pressed, period)

@@ -12,6 +12,8 @@ from capsule.detectors.sizing import SizeModel, fit_sizes, nearest_known
 from capsule.detectors.verdicts import Verdict
 
 UNKNOWN_VALUE = float("nan")
+# In usual depths; a place where nothing rises has a logarithm, too.
+_LEAST_CHANNEL = 0.03
 
 
 @dataclass(frozen=True)
@@ -53,19 +55,25 @@ class DiagonalModel:
 
 
 def size_features(passages: Sequence[Passage]) -> np.ndarray:
-    """Lay out the features from which sizes are estimated, (n, 7).
+    """Lay out the features from which sizes are estimated, (n, 9).
 
-    The channels at the place, the logarithms of their spreads over the run, which a size
-    multiplies, and the time from sensor to sensor, since a large nodule slows the capsule down.
+    The channels at the place, depth and shape also by their logarithms, since a size multiplies
+    them; the logarithms of the channels' spreads over the run; and the time from sensor to sensor,
+    since a large nodule slows the capsule down.
     """
-    rows = [
-        [
-            *(passage.level, passage.depth, passage.shape, passage.lag_samples),
-            *np.log((passage.level_spread, passage.depth_spread, passage.shape_spread)),
-        ]
-        for passage in passages
-    ]
-    return np.array(rows).reshape(-1, 7)
+    names = (
+        "level",
+        "depth",
+        "shape",
+        "lag_samples",
+        "level_spread",
+        "depth_spread",
+        "shape_spread",
+    )
+    table = np.array([[getattr(passage, name) for name in names] for passage in passages])
+    table = table.reshape(-1, len(names))
+    risen = np.maximum(table[:, 1:3], _LEAST_CHANNEL)
+    return np.column_stack([table[:, :4], np.log(risen), np.log(table[:, 4:])])
 
 
 def fit_diagonal(
@@ -84,7 +92,7 @@ def fit_diagonal(
     ----------
     scores : (n,) array
         Evidence of each recording's passage; one without (NaN) teaches nothing.
-    features : (n, 7) array
+    features : (n, 9) array
         From `size_features`.
     sizes_mm : (n,) array
         True sizes, 0 for no nodule.

@@ -6,6 +6,7 @@ import numpy as np
 
 from capsule.detectors.beats import find_beats
 from capsule.detectors.diagonal import UNKNOWN, Passage, find_passage
+from capsule.detectors.divider import relative_resistance
 
 _OF_LEARNING = ("size_ridge",)
 
@@ -29,10 +30,9 @@ def search(values: np.ndarray, rate_hz: float, settings: Mapping) -> Passage:
     """
     options = {key: value for key, value in settings.items() if key not in _OF_LEARNING}
     wavelength_mm, speed_mm_s = options.pop("wavelength_mm"), options.pop("wave_speed_mm_s")
-    beats = find_beats(
-        values,
-        period=rate_hz * wavelength_mm / speed_mm_s,
-        wavelength_mm=wavelength_mm,
-        pressing_lowers=options.pop("pressing_lowers_reading"),
+    resistance = relative_resistance(
+        values, options.pop("full_scale"), options.pop("pressing_lowers_reading")
     )
+    period = rate_hz * wavelength_mm / speed_mm_s
+    beats = find_beats(-resistance, period=period, wavelength_mm=wavelength_mm)
     return UNKNOWN if beats is None else find_passage(beats, **options)

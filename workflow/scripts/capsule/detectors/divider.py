@@ -1,0 +1,37 @@
+"""From the readings of a voltage divider to the resistance of the sensor in it."""
+
+import numpy as np
+
+# Nearer to the ends of the converter a reading says no more than "very small" or "very large".
+_ENDS = 0.02
+
+
+def relative_resistance(
+    readings: np.ndarray, full_scale: float, pressing_lowers: bool
+) -> np.ndarray:
+    """Give each sensor's resistance in units of the resistor in series with it.
+
+    The reading is a curved function of the resistance: a sensor whose rest value has drifted
+    answers the same press with a smaller or larger change of the voltage. Its resistance does not.
+
+    Parameters
+    ----------
+    readings : (S, K) array
+        Readings in any unit; NaN where a sample is missing.
+    full_scale : float
+        What the supply voltage itself would read, such as 1024 for a 10 bit converter that refers
+        to it.
+    pressing_lowers : bool
+        Whether a pressed sensor, whose resistance falls, reads less: the voltage is taken across
+        the sensor, ``R / (R + R_series)``; otherwise across the other resistor.
+
+    Returns
+    -------
+    (S, K) array
+        ``R / R_series``. Readings of which some lie outside 0 to `full_scale` are of no such
+        divider; they are given back as they are, turned so that pressing lowers them.
+    """
+    if np.nanmin(readings) < 0 or np.nanmax(readings) > full_scale:
+        return readings if pressing_lowers else -readings
+    share = np.clip(readings / full_scale, _ENDS, 1 - _ENDS)
+    return share / (1 - share) if pressing_lowers else (1 - share) / share
