@@ -68,9 +68,27 @@ def test_a_log_of_another_search_is_refused(tmp_path, monkeypatch):
         run(monkeypatch, log, tmp_path / "found.yaml", "--seed", "2")
 
 
-def test_the_shortfall_sums_what_lies_outside_and_averages_differences():
+def test_the_shortfall_is_of_the_worst_cell_in_spreads_and_of_all_in_points():
     perfect = {"confusion": str((20 * np.eye(6, dtype=int)).tolist())} | MOTION
     paper = np.array(list(PAPER.values()))
     # Everything is found and sized; the paper's last two cells are healthy runs with a size.
     off = np.abs(paper - np.where(np.arange(paper.size) >= paper.size - 2, 0.0, 100.0))
-    assert calibration.shortfall([perfect] * 3) == pytest.approx((off.sum(), off.mean()))
+    # Archives that are all alike have the least spread, 1.5 points.
+    expected = pytest.approx((off.max() / 1.5, off.mean()))
+    assert calibration.shortfall([perfect] * 3) == expected
+
+
+def test_a_cell_that_varies_much_is_sooner_near():
+    like_the_paper = [
+        [6, 11, 3, 0, 0, 0],
+        [5, 9, 4, 2, 0, 0],
+        [3, 6, 6, 5, 0, 0],
+        [0, 3, 3, 11, 3, 0],
+        [0, 1, 2, 2, 14, 1],
+        [0, 0, 3, 3, 11, 3],
+    ]
+    # Two of the 3 mm runs taken for 4 mm: an exact rate of 45 instead of 55 %.
+    other = [[0, 3, 3, 9, 5, 0] if size == 3 else row for size, row in enumerate(like_the_paper)]
+    trials = [{"confusion": str(table)} | MOTION for table in (like_the_paper, other)]
+    # Their mean is 50 %, one standard deviation of 5 from the paper.
+    assert calibration.shortfall(trials) == pytest.approx((1.0, 5 / len(PAPER)))

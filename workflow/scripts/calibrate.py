@@ -61,11 +61,11 @@ class TrialLog:
 def main() -> None:
     """Move a cloud of candidates, generation by generation, and let finalists compete."""
     parser = argparse.ArgumentParser(description=__doc__, parents=[detector_arguments()])
-    parser.add_argument("--generations", type=int, default=12, help="default: 12")
+    parser.add_argument("--generations", type=int, default=1, help="default: 1")
     parser.add_argument("--candidates", type=int, default=24, help="a generation (default: 24)")
-    parser.add_argument("--finalists", type=int, default=24, help="default: 24")
+    parser.add_argument("--finalists", type=int, default=10, help="default: 10")
     parser.add_argument("--archives", type=int, default=3, help="a candidate (default: 3)")
-    parser.add_argument("--finals", type=int, default=2, help="rounds, each closer (default: 2)")
+    parser.add_argument("--finals", type=int, default=1, help="rounds, each closer (default: 1)")
     parser.add_argument("--final-archives", type=int, default=20, help="a finalist (default: 20)")
     parser.add_argument("--spread", type=float, default=0.2, help="of the first (default: 0.2)")
     parser.add_argument("--rate", type=float, default=0.5, help="of movement (default: 0.5)")
@@ -100,8 +100,8 @@ def main() -> None:
     )
     for number, step in enumerate(itertools.islice(generations, arguments.generations), start=1):
         print(
-            f"generation {number} of {arguments.generations}: off by {np.median(step.losses):.1f}"
-            f" points in the middle, {step.losses[0]:.1f} at the centre",
+            f"generation {number} of {arguments.generations}: off by {np.median(step.losses):.2f}"
+            f" spreads in the middle, {step.losses[0]:.2f} at the centre",
             flush=True,
         )
     cloud = step.cloud
@@ -114,8 +114,12 @@ def main() -> None:
             stage = f"final {final + 1} candidate {place}"
             rows = log.trials(stage, [values] * len(seeds), seeds)
             results.append((*calibration.shortfall(rows), place, where, values))
-            gap, difference, *_ = results[-1]
-            print(f"{stage}: {gap:.1f} points outside, means off by {difference:.1f}", flush=True)
+            worst, difference, *_ = results[-1]
+            print(
+                f"{stage}: the worst cell off by {worst:.2f} spreads, all by {difference:.1f}"
+                " points",
+                flush=True,
+            )
         *_, where, winner = min(results, key=lambda result: result[:3])
         cloud = calibration.closer(cloud, where)
     with files.write_whole(arguments.output) as stream:

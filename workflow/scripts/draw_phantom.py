@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import files
-from capsule.phantom import figures, sensitivity, trial
+from capsule.phantom import description, figures, sensitivity, trial
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import simulate_run
 from capsule.preprocessing import normalize, preprocess, rms_envelope
@@ -17,7 +17,7 @@ from phantom_edges import detector_arguments, detector_of, read_phantom
 
 LEVELS = {
     "noise": (0, 1, 4, 8, 16, 32),
-    "drift": (0, 1, 2, 4, 8, 16),
+    "drift": (0, 0.25, 0.5, 1, 2, 4),
     "speed": (0.7, 0.85, 1, 1.25, 1.5, 2),
     "contact variation": (0, 0.5, 1, 1.5, 2, 3),
 }
@@ -39,6 +39,13 @@ def draw_signals(phantom: Phantom, seed: int, settings: dict) -> Figure:
     return figures.signals(runs, titles, envelopes, matrices)
 
 
+def describe(phantom: Phantom, detector: trial.Detector, seed: int) -> list[dict]:
+    """Describe the runs and templates of one archive of 20 runs a size."""
+    archive = trial.simulate_archive(phantom, seed, 20)
+    matrices = trial.archive_matrices(archive, detector)
+    return description.describe(archive, matrices, trial.learn(matrices, detector), phantom)
+
+
 def measure(phantom: Phantom, detector: trial.Detector, archives: int, runs: int) -> Iterator[dict]:
     """Give the rates at every level of each disturbance, with the calibrated bench's templates."""
     archive = trial.simulate_archive(phantom, 1, runs)
@@ -55,7 +62,7 @@ def measure(phantom: Phantom, detector: trial.Detector, archives: int, runs: int
 
 
 def main() -> None:
-    """Write phantom-signals.svg, phantom-table.svg and phantom-sensitivity.svg (and its .csv)."""
+    """Write phantom-signals, phantom-table and phantom-sensitivity, as SVG; two also as CSV."""
     parser = argparse.ArgumentParser(description=__doc__, parents=[detector_arguments()])
     parser.add_argument("--table", type=Path, required=True, help="cells from judge_phantom.py")
     parser.add_argument("--seed", type=int, default=1, help="of the signals shown (default: 1)")
@@ -67,6 +74,8 @@ def main() -> None:
     phantom = read_phantom(arguments.parameters, arguments.changes)
     detector = detector_of(arguments.config)
     drawn = {"signals": draw_signals(phantom, arguments.seed, dict(detector.preprocessing))}
+    described = describe(phantom, detector, arguments.seed)
+    files.write_csv(arguments.output / "phantom-signals.csv", list(described[0]), described)
     drawn["table"] = figures.cells(files.read_csv(arguments.table))
     rows = []
     for row in measure(phantom, trial.quick(detector), arguments.archives, arguments.runs):

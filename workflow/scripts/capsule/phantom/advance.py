@@ -29,7 +29,8 @@ class Advance:
     catch_probability
         Probability that an awn catches on such a slope at all, drawn once for each awn and run.
     hold_waves
-        Mean number of waves for which a caught awn holds the capsule before it slips over.
+        Mean number of waves for which a caught awn holds the capsule; some hold hardly at all,
+        some twice as long.
     lead_mm
         Way before sensor 1 meets the nodule, and after sensor 4 has left it.
     lead_spread_mm
@@ -78,8 +79,7 @@ def stroke_positions(
     stroke_factors = np.exp(generator.normal(0.0, advance.stroke_spread, waves))
     chances = generator.random(waves)
     catches = generator.random(sensors) < advance.catch_probability
-    # How many waves each awn will hold: between half and one and a half of the mean.
-    holds = np.rint(catches * advance.hold_waves * generator.uniform(0.5, 1.5, sensors))
+    holds = np.rint(catches * advance.hold_waves * generator.uniform(0.0, 2.0, sensors))
     # The mean over sticking and slipping waves is the speed that is set.
     mean_factor = np.exp(advance.stroke_spread**2 / 2) * (1 - advance.stick_probability)
     stroke = advance.speed_mm_s * period_s * run_factor / mean_factor

@@ -26,9 +26,12 @@ class Sensor:
     creep_s
         Time constant of the slow part.
     settling
-        Spread of the relative change of resistance while the sensor settles after it was mounted.
+        Spread of the relative change of resistance, common to all sensors, while they settle after
+        the capsule was set in and the first waves pressed it.
     settling_s
         Time constant of that settling.
+    settling_spread
+        Spread of the logarithm of its size, from run to run.
     drift_per_s
         Spread of the relative random walk of the resistance, per square root of a second.
     noise
@@ -44,6 +47,7 @@ class Sensor:
     creep_s: float
     settling: float
     settling_s: float
+    settling_spread: float
     drift_per_s: float
     noise: float
 
@@ -110,9 +114,9 @@ def resistance(
     rest = sensor.resistance_ohm * np.exp(
         generator.normal(0.0, sensor.resistance_spread, (sensors, 1))
     )
-    settling = generator.normal(0.0, sensor.settling, (sensors, 1)) * np.exp(
-        -time_s / sensor.settling_s
-    )
+    # Of one material and pressed by the same waves from the same moment on, they settle alike.
+    size = sensor.settling * np.exp(generator.normal(0.0, sensor.settling_spread))
+    settling = generator.normal(0.0, size) * np.exp(-time_s / sensor.settling_s)
     steps = generator.standard_normal((sensors, samples)) * sensor.drift_per_s / np.sqrt(rate_hz)
     noise = sensor.noise * generator.standard_normal((sensors, samples))
     change = -sensor.gauge_per_mm * followed + settling + np.cumsum(steps, axis=1) + noise

@@ -15,8 +15,8 @@ class Wall:
         Distance between the baselines of the two walls.
     amplitude_mm, wavelength_mm, speed_mm_s
         The travelling sinusoidal wave.
-    modulus_kpa
-        Young's modulus of the silicone.
+    modulus_kpa, poisson_ratio
+        Young's modulus and Poisson's ratio of the silicone.
     wall_mm
         Thickness of the intestinal wall.
     sheet_mm
@@ -32,6 +32,7 @@ class Wall:
     wavelength_mm: float
     speed_mm_s: float
     modulus_kpa: float
+    poisson_ratio: float
     wall_mm: float
     sheet_mm: float
     unevenness_mm: float
