@@ -2,10 +2,11 @@
 
 Every parameter with a range in the table is searched for, from the middle of its range on; its
 present value plays no part. One trial is one simulated archive of 120 runs with cheap fits, and
-each candidate has some. Where the search ends, finalists are drawn and meet on further archives,
-in two rounds, the second around the winner of the first. All trials are appended to the log; what
-it holds already is not simulated again, so a search that was interrupted goes on. The same seed
-gives the same winner. Then judge_phantom.py judges it on archives that the search has never seen.
+each candidate has some. Where the search ends, finalists are drawn and meet on further archives;
+a second round of them would lie around the winner of the first. All trials are appended to the log;
+what it holds already is not simulated again, so a search that was interrupted goes on. The same
+seed gives the same winner. The defaults settle a range that is narrow already; for wide ones ask
+for a dozen generations. Then judge_phantom.py judges the winner on archives that it has never seen.
 """
 
 import argparse
