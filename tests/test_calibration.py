@@ -11,6 +11,7 @@ from capsule.errors import CapsuleError
 from capsule.phantom import calibration
 from capsule.phantom.paper_table import MOTION, PAPER
 from files import read_csv
+from like_the_paper import LIKE_THE_PAPER
 from phantom_edges import DEFAULT_CONFIG, DEFAULT_TABLE
 
 LOG = Path(__file__).resolve().parents[1] / "docs/phantom-calibration.csv"
@@ -79,16 +80,10 @@ def test_the_shortfall_is_of_the_worst_cell_in_spreads_and_of_all_in_points():
 
 
 def test_a_cell_that_varies_much_is_sooner_near():
-    like_the_paper = [
-        [6, 11, 3, 0, 0, 0],
-        [5, 9, 4, 2, 0, 0],
-        [3, 6, 6, 5, 0, 0],
-        [0, 3, 3, 11, 3, 0],
-        [0, 1, 2, 2, 14, 1],
-        [0, 0, 3, 3, 11, 3],
-    ]
     # Two of the 3 mm runs taken for 4 mm: an exact rate of 45 instead of 55 %.
-    other = [[0, 3, 3, 9, 5, 0] if size == 3 else row for size, row in enumerate(like_the_paper)]
-    trials = [{"confusion": str(table)} | MOTION for table in (like_the_paper, other)]
+    other = LIKE_THE_PAPER.copy()
+    other[3] = [0, 3, 3, 9, 5, 0]
+    tables = (LIKE_THE_PAPER, other)
+    trials = [{"confusion": str(table.tolist())} | MOTION for table in tables]
     # Their mean is 50 %, one standard deviation of 5 from the paper.
     assert calibration.shortfall(trials) == pytest.approx((1.0, 5 / len(PAPER)))

@@ -16,20 +16,9 @@ from capsule.phantom.paper_table import (
     summary,
 )
 from files import read_csv
+from like_the_paper import LIKE_THE_PAPER
 
 ROOT = Path(__file__).resolve().parents[1]
-
-# One table of 120 runs that gives every printed number of the paper.
-LIKE_THE_PAPER = np.array(
-    [
-        [6, 11, 3, 0, 0, 0],
-        [5, 9, 4, 2, 0, 0],
-        [3, 6, 6, 5, 0, 0],
-        [0, 3, 3, 11, 3, 0],
-        [0, 1, 2, 2, 14, 1],
-        [0, 0, 3, 3, 11, 3],
-    ]
-)
 
 
 def runs_of(confusion):

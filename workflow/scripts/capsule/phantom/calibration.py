@@ -59,7 +59,7 @@ def try_out(
         ``archive_seed``, ``confusion`` (JSON), the motion and the values.
     """
     changed = with_values(phantom, values)
-    archive = trial.simulate_archive(changed, seed, 20)
+    archive = trial.simulate_archive(changed, seed, paper_table.RUNS)
     table = trial.resubstitution(trial.archive_matrices(archive, detector), detector)
     motion = trial.archive_motion(archive, changed)
     result = {"archive_seed": seed, "confusion": json.dumps(table.tolist())}

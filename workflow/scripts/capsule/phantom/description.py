@@ -4,9 +4,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from capsule.phantom.geometry import sensor_offsets
 from capsule.phantom.parameters import Phantom
-from capsule.phantom.simulation import SENSORS, Run
+from capsule.phantom.simulation import Run
+from capsule.phantom.trial import passing_samples
 from capsule.templates import TemplateSet
 
 COLUMNS = (
@@ -48,7 +48,6 @@ def describe(
         points of the times from sensor to sensor over the place, and the smallest and largest
         Delta mu and sigma_hor of the size's template, as text such as ``128-181``.
     """
-    behind_mm = sensor_offsets(phantom.origami, SENSORS)
     particles = {
         size: total.mean()
         for size, total in zip(templates.sizes_mm, templates.totals, strict=True)
@@ -61,8 +60,8 @@ def describe(
         lengths = [run.time_s.size for run in runs]
         middle = int(np.argsort([matrices[name].sum() for name in names])[len(names) // 2])
         highest = [float(matrices[name].max()) for name in names]
-        moments = [np.searchsorted(run.head_mm, run.nodule_at_mm + behind_mm) for run in runs]
-        low, high = np.percentile(np.diff(moments, axis=1), [5, 95])
+        passing = [passing_samples(run, phantom) for run in runs]
+        low, high = np.percentile(passing, [5, 95])
         particle = particles.get(size)
         row = (
             f"{size:g}",

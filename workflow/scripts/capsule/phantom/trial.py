@@ -72,15 +72,19 @@ def archive_matrices(
     return matrices
 
 
+def passing_samples(run: Run, phantom: Phantom) -> np.ndarray:
+    """Return the samples from sensor to sensor over the nodule's place, shape (S - 1,)."""
+    behind_mm = sensor_offsets(phantom.origami, SENSORS)
+    return np.diff(np.searchsorted(run.head_mm, run.nodule_at_mm + behind_mm))
+
+
 def archive_motion(archive: Mapping[str, Run], phantom: Phantom) -> dict[str, float]:
     """Return in how many runs over a nodule the capsule moves as the paper says, in percent."""
-    behind_mm = sensor_offsets(phantom.origami, SENSORS)
     arrived, passing = [], []
     for name, run in archive.items():
         if _size(name) > 0:
             arrived.append(run.time_s.size < int(phantom.advance.longest_samples))
-            moments = np.searchsorted(run.head_mm, run.nodule_at_mm + behind_mm)
-            passing.append(np.diff(moments).mean())
+            passing.append(passing_samples(run, phantom).mean())
     return motion(np.array(arrived), np.array(passing))
 
 
