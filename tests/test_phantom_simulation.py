@@ -21,6 +21,7 @@ QUIET = with_values(
     PHANTOM,
     {
         "wall.unevenness_mm": 0,
+        "contact.series_offset_mm": 0,
         "contact.height_offset_mm": 0,
         "contact.coupling_spread": 0,
         "contact.wander_mm": 0,
@@ -110,6 +111,21 @@ def test_passes_over_a_site_share_its_place_and_nothing_else(tmp_path, monkeypat
     recordings = [read_recording(io.BytesIO(path.read_bytes()), 4) for path in files]
     assert {recording.header["site"] for recording in recordings} == {"3mm/r01"}
     assert len({recording.values.tobytes() for recording in recordings}) == 3
+
+
+def test_the_runs_over_one_nodule_share_the_height_at_which_it_was_set_up():
+    set_up = with_values(QUIET, {"contact.series_offset_mm": 0.8})
+    pressed = np.array(
+        [
+            [
+                simulate_run(set_up, 1.0, seed, f"1mm/r{number:02d}").compression_mm.max()
+                for number in range(1, 5)
+            ]
+            for seed in range(12)
+        ]
+    )
+    within, between = pressed.std(axis=1).mean(), pressed.mean(axis=1).std()
+    assert between > 10 * within
 
 
 def test_existing_files_are_kept_unless_forced(tmp_path, monkeypatch):

@@ -29,7 +29,7 @@ def main() -> None:
     parser.add_argument("--archives", type=int, default=20, help="default: 20")
     parser.add_argument("--runs", type=int, default=20, help="of each size (default: 20)")
     parser.add_argument(
-        "--first-seed", type=int, default=4001, help="of the archives (default: 4001)"
+        "--first-seed", type=int, default=10_001, help="of the archives (default: 10001)"
     )
     parser.add_argument("--quick", action="store_true", help="the search's cheap fit")
     parser.add_argument("--jobs", type=int, default=1, help="processes (default: 1)")

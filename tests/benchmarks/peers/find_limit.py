@@ -27,7 +27,9 @@ from capsule.phantom.simulation import simulate_run  # noqa: E402
 from capsule.preprocessing import normalize  # noqa: E402
 from phantom_edges import DEFAULT_TABLE, read_phantom  # noqa: E402
 
-LENGTH, TEACHING_SEED, FRESH_SEED, FRESH = 1000, 70_001, 70_002, 600
+LENGTH, TEACHING_SEED, FRESH_SEED, FRESH = 1000, 70_000, 80_000, 600
+# Recordings of one series, over one nodule as it was set up once; the next has the next seed.
+SERIES = 20
 PENALTY = 1000.0
 
 
@@ -35,7 +37,7 @@ def series_of(phantom: Phantom, size: int, seed: int, count: int) -> np.ndarray:
     """Simulate recordings of one size, normalized and padded with zeros: (count, S, L)."""
     series = np.zeros((count, 4, LENGTH), dtype=np.float32)
     for number in range(count):
-        run = simulate_run(phantom, size, seed, f"{size}mm/r{number}")
+        run = simulate_run(phantom, size, seed + number // SERIES, f"{size}mm/r{number}")
         series[number, :, : run.counts.shape[1]] = normalize(run.counts.astype(float))
     return series
 

@@ -10,7 +10,7 @@ from capsule.phantom.parameters import Phantom, with_values
 from capsule.phantom.search import Cloud
 from capsule.seeding import generator
 
-# Archives of the search have seeds from here on; those that judge the winner count from 4001.
+# Archives of the search have seeds from here on; those that judge the winner count from 10 001.
 FIRST_SEED = 100_000
 _FINAL = 500
 # In points. Twenty runs move a rate by 5 at a time: a mean that is nearer than this fits.

@@ -24,8 +24,11 @@ class Contact:
         Standard deviation of a substructure's sensitivity along the capsule.
     bearing_height_mm
         Height of the strip by which the capsule bears on the wall, at most that of the print.
+    series_offset_mm
+        Spread, from one series of runs over a nodule to the next, of the nodule's height against
+        the capsule's middle plane: nodule and platform are set up once for a series.
     height_offset_mm
-        Spread, from run to run, of the nodule's height against the capsule's middle plane.
+        Spread of that height from run to run within a series.
     coupling_spread
         Spread of the logarithm of each sensor's touch on the nodule, drawn anew in each run.
     wander_mm
@@ -41,6 +44,7 @@ class Contact:
     fold_limit_mm: float
     reach_mm: float
     bearing_height_mm: float
+    series_offset_mm: float
     height_offset_mm: float
     coupling_spread: float
     wander_mm: float

@@ -17,6 +17,7 @@ VARIATIONS: dict[str, tuple[str, ...]] = {
     "speed": ("advance.speed_mm_s",),
     "contact variation": (
         "contact.coupling_spread",
+        "contact.series_offset_mm",
         "contact.height_offset_mm",
         "contact.wander_mm",
         "wall.unevenness_mm",

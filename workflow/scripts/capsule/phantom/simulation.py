@@ -15,7 +15,7 @@ from capsule.recording import Recording
 from capsule.seeding import generator
 
 # Raise it whenever the same seed gives other bytes.
-SIMULATOR_VERSION = "4"
+SIMULATOR_VERSION = "5"
 SENSORS = 4
 # A fixed date: a simulated run takes place at no time, and the clock would spoil repeatability.
 STARTED = "2024-06-03T00:00:00Z"
@@ -94,6 +94,7 @@ def simulate_run(
     Run
     """
     place = generator(seed, "phantom", site)
+    series = generator(seed, "phantom", f"{nodule_mm:g}mm", "series")
 
     def draw(subject: str) -> np.random.Generator:
         # A stream for each subject: changing one parameter leaves the other draws as they were.
@@ -107,7 +108,9 @@ def simulate_run(
     lead_mm = phantom.advance.lead_mm + seat.normal(0.0, phantom.advance.lead_spread_mm)
     nodule_at_mm = max(lead_mm, 0.0)
     coupling = np.exp(seat.normal(0.0, contact.coupling_spread, SENSORS))
-    height_offset_mm = seat.normal(0.0, contact.height_offset_mm)
+    height_offset_mm = series.normal(0.0, contact.series_offset_mm) + seat.normal(
+        0.0, contact.height_offset_mm
+    )
     phase = seat.uniform(0.0, 2 * np.pi)
     # What lies above or below the capsule neither lifts its tips nor carries them.
     touched = touch.height_factor(contact, nodule_mm, height_offset_mm)
