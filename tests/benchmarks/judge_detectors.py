@@ -23,12 +23,13 @@ import yaml
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "workflow" / "scripts"), str(Path(__file__).parent)]
 
-from judge_rates import rates  # noqa: E402
+from judge_rates import mean_or_unknown, mean_row, rates, table  # noqa: E402
 
 from capsule.detectors.diagonal import Passage  # noqa: E402
 from capsule.detectors.learning import DiagonalDetector  # noqa: E402
 from capsule.detectors.paper import TemplateDetector  # noqa: E402
 from capsule.detectors.search import search  # noqa: E402
+from capsule.detectors.verdicts import Verdict  # noqa: E402
 from capsule.fitting import fit_particle  # noqa: E402
 from capsule.judging import roc  # noqa: E402
 from capsule.judging.retest import combined_detections, first_passes  # noqa: E402
@@ -41,7 +42,7 @@ from capsule.templates import build_templates  # noqa: E402
 from phantom_edges import DEFAULT_TABLE, read_phantom  # noqa: E402
 
 # The detector was designed on seeds 5000 to 9999; nothing here may use those.
-FIRST_SEED = 30_000
+FIRST_SEED = 40_000
 SIZES = (0, 1, 2, 3, 4, 5)
 RUNS = 20
 # What changes, by what factor.
@@ -57,6 +58,9 @@ CONDITIONS = {
     "contact - 30 %": {"contact.patch_mm2": 0.7, "contact.reach_mm": 0.7},
     "wall and seat + 30 %": {"wall.unevenness_mm": 1.3, "contact.wander_mm": 1.3},
 }
+# How far the nodule lies above or below the capsule: what a detector cannot make up for.
+HEIGHTS = ("contact.series_offset_mm", "contact.height_offset_mm")
+HEIGHT_FACTORS = (0.0, 0.5, 1.0, 1.25, 1.5, 2.0)
 
 
 def settings() -> dict:
@@ -82,25 +86,35 @@ def archive(phantom: Phantom, seed: int, passes: int = 1) -> Iterator[tuple[str,
                 )
 
 
-def mean_or_unknown(values: np.ndarray) -> float:
-    """Average what is known; NaN where nothing is."""
-    known = values[~np.isnan(values)]
-    return float(known.mean()) if known.size else float("nan")
-
-
-def judge_diagonal(runs: list, config: dict) -> tuple[dict, np.ndarray]:
-    """Judge one archive by the diagonal detector; give its rates and the scores."""
+def learn_diagonal(runs: list, config: dict) -> DiagonalDetector:
+    """Search all recordings of an archive, and prepare what they teach."""
     judged = config["evaluation"]
-    started = time.process_time()
-    sizes = {name: size for name, size, _ in runs}
-    passages = {name: passage_of(run.counts.astype(float), config) for name, _, run in runs}
-    detector = DiagonalDetector(
-        passages, sizes, specificity=judged["specificity"], prevalence=judged["prevalence"],
+    return DiagonalDetector(
+        {name: passage_of(run.counts.astype(float), config) for name, _, run in runs},
+        {name: size for name, size, _ in runs},
+        specificity=judged["specificity"], prevalence=judged["prevalence"],
         size_ridge=config["diagonal"]["size_ridge"],
     )  # fmt: skip
-    verdicts = [detector.judge(name, [name]) for name in sizes]
+
+
+def judge_diagonal(runs: list, config: dict) -> tuple[dict, DiagonalDetector]:
+    """Judge each recording of an archive by what its others teach; give rates and detector."""
+    started = time.process_time()
+    detector = learn_diagonal(runs, config)
+    verdicts = [detector.judge(name, [name]) for name, _, _ in runs]
     seconds = time.process_time() - started
-    true_mm = np.array(list(sizes.values()))
+    return diagonal_row(runs, verdicts) | {"seconds": seconds}, detector
+
+
+def judge_strangers(runs: list, detector: DiagonalDetector, teacher: DiagonalDetector) -> dict:
+    """Judge an archive by what another taught: nothing was set up for both."""
+    model = teacher.model([])
+    return diagonal_row(runs, [model.verdict(detector.passages[name]) for name, _, _ in runs])
+
+
+def diagonal_row(runs: list, verdicts: list[Verdict]) -> dict:
+    """Give the rates of the diagonal detector's verdicts on an archive."""
+    true_mm = np.array([size for _, size, _ in runs])
     row = rates(true_mm, np.array([verdict.predicted_mm for verdict in verdicts]))
     scores = np.array([verdict.score for verdict in verdicts])
     row["AUC of 1 mm"] = roc.auc(scores[true_mm == 0], scores[true_mm == 1])
@@ -111,8 +125,7 @@ def judge_diagonal(runs: list, config: dict) -> tuple[dict, np.ndarray]:
     place = np.array([verdict.location_mm for verdict in verdicts])
     error = np.abs(place - where)[found]
     row["place's error, median (mm)"] = float(np.median(error)) if error.size else float("nan")
-    row["seconds"] = seconds
-    return row, scores
+    return row
 
 
 def judge_paper(runs: list, config: dict, count: int, seed: int) -> dict[str, dict]:
@@ -179,24 +192,37 @@ def retest_rows(phantom: Phantom, config: dict, seeds: list[int]) -> Iterator[di
         }
 
 
-def table(rows: list[dict]) -> str:
-    """Write rows as a Markdown table; shares in per cent."""
-    columns = list(dict.fromkeys(key for row in rows for key in row))
-
-    def cell(key: str, value: object) -> str:
-        if value is None or isinstance(value, str):
-            return value or ""
-        plain = "mm)" in key or "seconds" in key or "AUC" in key
-        return f"{value:.3f}" if plain else f"{100 * value:.1f} %"
-
-    lines = ["| " + " | ".join(columns) + " |", "|" + "---|" * len(columns)]
-    lines += ["| " + " | ".join(cell(k, row.get(k)) for k in columns) + " |" for row in rows]
-    return "\n".join(lines) + "\n"
+def changed(phantom: Phantom, factors: dict[str, float]) -> Phantom:
+    """Change parameters of the bench by factors."""
+    return with_values(
+        phantom, {key: factor * value_of(phantom, key) for key, factor in factors.items()}
+    )
 
 
-def mean_row(label: dict, rows: list[dict]) -> dict:
-    """Average the rows of several archives."""
-    return label | {key: mean_or_unknown(np.array([row[key] for row in rows])) for key in rows[0]}
+def judge_bench(phantom: Phantom, seeds: list[int], config: dict) -> list[dict]:
+    """Judge archives of one bench by the diagonal detector."""
+    rows = [judge_diagonal(list(archive(phantom, seed)), config)[0] for seed in seeds]
+    print(table([mean_row({}, rows)]), file=sys.stderr, flush=True)
+    return rows
+
+
+def judge_all(
+    phantom: Phantom, seeds: list[int], config: dict, by_paper: int, count: int
+) -> dict[str, list[dict]]:
+    """Judge archives by each detector, the first of them by the paper's as well."""
+    found: dict[str, list[dict]] = {}
+    # The last archive teaches the first one.
+    teacher = learn_diagonal(list(archive(phantom, seeds[-1])), config)
+    for number, seed in enumerate(seeds):
+        runs = list(archive(phantom, seed))
+        rows = judge_paper(runs, config, count, seed) if number < by_paper else {}
+        rows["diagonal"], detector = judge_diagonal(runs, config)
+        rows["diagonal, taught by another archive"] = judge_strangers(runs, detector, teacher)
+        rows["diagonal, labels dealt out anew"] = permuted(runs, config, seed)
+        for name, row in rows.items():
+            found.setdefault(name, []).append(row)
+        teacher = detector
+    return found
 
 
 def main() -> None:
@@ -228,41 +254,39 @@ def main() -> None:
             arrays = {name.replace("/", "_"): run.counts for name, _, run in runs}
             np.savez(arguments.export / f"{seed}.npz", **arrays)
         return
-    conditions, plain, wins, chance = [], {}, [], []
-    for label, factors in CONDITIONS.items():
-        changed = with_values(
-            phantom, {key: factor * value_of(phantom, key) for key, factor in factors.items()}
-        )
-        rows = []
-        for seed in seeds:
-            runs = list(archive(changed, seed))
-            row, _ = judge_diagonal(runs, config)
-            rows.append(row)
-            if not factors and seed < FIRST_SEED + arguments.paper_archives:
-                for name, other in judge_paper(runs, config, arguments.fit, seed).items():
-                    plain.setdefault(name, []).append(other)
-                wins.append(row["AUC of 1 mm"] > plain["template"][-1]["AUC of 1 mm"])
-            if not factors:
-                chance.append(permuted(runs, config, seed))
-        conditions.append(mean_row({"condition": label}, rows))
-        if not factors:
-            plain["diagonal"] = rows
-        print(table(conditions[-1:]), file=sys.stderr, flush=True)
+    benches = {label: changed(phantom, factors) for label, factors in CONDITIONS.items()}
+    conditions = [
+        mean_row({"condition": label}, judge_bench(bench, seeds, config))
+        for label, bench in benches.items()
+    ]
+    heights = [
+        mean_row({"heights": f"{factor:g} times"}, judge_bench(bench, seeds, config))
+        for factor in HEIGHT_FACTORS
+        for bench in [changed(phantom, dict.fromkeys(HEIGHTS, factor))]
+    ]
+    judged = judge_all(phantom, seeds, config, arguments.paper_archives, arguments.fit)
     peers = json.loads(arguments.peers.read_text()) if arguments.peers else {}
     judged_peers = "".join(f" {name}: {len(rows)} archives." for name, rows in peers.items())
-    detectors = [mean_row({"detector": name}, rows) for name, rows in plain.items()]
-    detectors += [mean_row({"detector": name}, rows) for name, rows in peers.items()]
-    detectors.append(mean_row({"detector": "diagonal, labels dealt out anew"}, chance))
+    detectors = [mean_row({"detector": name}, rows) for name, rows in (judged | peers).items()]
+    margins = [row["AUC of 1 mm"] for row in judged["template"]]
+    wins = sum(
+        row["AUC of 1 mm"] > margin
+        for row, margin in zip(judged["diagonal"], margins, strict=False)
+    )
     retests = list(retest_rows(phantom, config, seeds[: arguments.retest_archives]))
     text = (
         "# What the detectors reach on simulated recordings\n\n"
         "Made by `tests/benchmarks/judge_detectors.py`; docs/detection.md explains it. Means over "
         f"{arguments.archives} simulated archives of 120 recordings, seeds {seeds[0]} to "
         f"{seeds[-1]}, leave-one-out.\n\n## The diagonal detector on changed benches\n\n"
-        f"{table(conditions)}\n## The detectors on the bench as configured\n\n"
+        f"{table(conditions)}\n## How well nodule and capsule are set up\n\n"
+        "The diagonal detector. The spreads of the nodule's height against the capsule, times the "
+        "calibrated ones: a nodule that the capsule passes by leaves no trace.\n\n"
+        f"{table(heights)}\n"
+        "## The detectors on the bench as configured\n\n"
         f"The paper's with {arguments.fit} particles and iterations, on "
         f"{arguments.paper_archives} archives. The diagonal's AUC of 1 mm is above the paper's "
-        f"margin's on {sum(wins)} of {len(wins)}.{judged_peers}\n\n{table(detectors)}\n"
+        f"margin's on {wins} of {len(margins)}.{judged_peers}\n\n{table(detectors)}\n"
         "## Several passes over one place, judged together\n\n"
         f"The diagonal detector on {arguments.retest_archives} archives.\n\n{table(retests)}"
     )

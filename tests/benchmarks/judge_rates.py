@@ -16,3 +16,29 @@ def rates(sizes: np.ndarray, predicted: np.ndarray) -> dict[str, float]:
         "balanced accuracy": (specificity + float(np.mean(detected[sizes > 0]))) / 2,
         "size error, from 2 mm (mm)": float(np.mean(error[large])),
     }
+
+
+def mean_or_unknown(values: np.ndarray) -> float:
+    """Average what is known; NaN where nothing is."""
+    known = values[~np.isnan(values)]
+    return float(known.mean()) if known.size else float("nan")
+
+
+def table(rows: list[dict]) -> str:
+    """Write rows as a Markdown table; shares in per cent."""
+    columns = list(dict.fromkeys(key for row in rows for key in row))
+
+    def cell(key: str, value: object) -> str:
+        if value is None or isinstance(value, str):
+            return value or ""
+        plain = "mm)" in key or "seconds" in key or "AUC" in key
+        return f"{value:.3f}" if plain else f"{100 * value:.1f} %"
+
+    lines = ["| " + " | ".join(columns) + " |", "|" + "---|" * len(columns)]
+    lines += ["| " + " | ".join(cell(k, row.get(k)) for k in columns) + " |" for row in rows]
+    return "\n".join(lines) + "\n"
+
+
+def mean_row(label: dict, rows: list[dict]) -> dict:
+    """Average the rows of several archives."""
+    return label | {key: mean_or_unknown(np.array([row[key] for row in rows])) for key in rows[0]}
