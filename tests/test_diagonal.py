@@ -64,5 +64,63 @@ def test_a_restless_sensor_says_less_and_a_single_beat_not_everything():
     assert weighed.max() == 4.0
 
 
+def written_out(beats, weighted, search):
+    """Give the averages of the weighted beats and of the channels at every place and speed."""
+    behind_mm = search["pitch_mm"] * np.arange(weighted.shape[0])
+    dwell = search["dwell"] / (beats.centre[1] - beats.centre[0])
+    shortest, longest = search["lag_range"]
+    for speed in np.linspace(
+        search["pitch_mm"] / longest, search["pitch_mm"] / shortest, search["lags"]
+    ):
+        head_mm = beats.irregular_mm - beats.irregular_mm[0] + speed * beats.centre
+        farthest_mm = max(head_mm.max() - behind_mm[behind_mm.size // 2], 0.0)
+        for place_mm in np.arange(0.0, farthest_mm + search["step_mm"] / 2, search["step_mm"]):
+            averages = []
+            for sensor, behind in enumerate(behind_mm):
+                off = (head_mm - behind - place_mm) / search["width_mm"]
+                presence = np.exp(-(off**2) / 2)
+                values = np.vstack([weighted[sensor], beats.channels[:, sensor]])
+                averages.append((values * presence).sum(axis=1) / (presence.sum() + dwell))
+            yield search["pitch_mm"] / speed, place_mm, np.mean(averages, axis=0)
+
+
+@pytest.mark.parametrize("number", range(20))
+def test_the_search_finds_what_the_formula_written_out_finds(number):
+    numbers = generator(number, "written out")
+    sensors, windows = numbers.integers(1, 7), numbers.integers(20, 200)
+    # At the longer pitches most sensors hardly meet any place.
+    search = SEARCH | {
+        "pitch_mm": numbers.uniform(1.0, 15.0),
+        "lags": numbers.integers(1, 20),
+        "step_mm": numbers.uniform(0.2, 2.0),
+        "width_mm": numbers.uniform(0.3, 3.0),
+        "dwell": numbers.choice([1.0, 12.0, 100.0]),
+        "limit": numbers.uniform(1.0, 5.0),
+        "shape_weight": numbers.uniform(0.0, 1.0),
+    }
+    centre = 16.0 + numbers.integers(1, 8) * np.arange(windows)
+    channels = numbers.normal(0.0, 0.3, (3, sensors, windows))
+    beats = Beats(channels, centre, numbers.normal(0.0, 0.2, windows).cumsum())
+    weights = {name: search[f"{name}_weight"] for name in ("level", "depth", "shape")}
+    weighted = standardised_beats(beats, weights, search["least_spread"], search["limit"])
+
+    passage = find_passage(beats, **search)
+    tried = {(lag, place): found for lag, place, found in written_out(beats, weighted, search)}
+    assert passage.evidence == pytest.approx(max(found[0] for found in tried.values()), abs=2e-6)
+    (there,) = (
+        found
+        for candidate, found in tried.items()
+        if candidate == pytest.approx((passage.lag_samples, passage.location_mm), rel=1e-12)
+    )
+    said = [passage.evidence, passage.level, passage.depth, passage.shape]
+    np.testing.assert_allclose(said, there, rtol=1e-12, atol=1e-14)
+
+
+def test_a_place_that_a_sensor_never_meets_says_nothing_even_without_dwell():
+    search = SEARCH | {"dwell": 0.0, "pitch_mm": 100.0, "lag_range": (1300.0, 5000.0)}
+    passage = find_passage(passing(0.3, sensors=(0,)), **search)
+    assert 0 < passage.evidence <= search["limit"] / 4
+
+
 def test_the_search_is_repeatable():
     assert find_passage(passing(0.3), **SEARCH) == find_passage(passing(0.3), **SEARCH)

@@ -78,14 +78,16 @@ def wave_period(values: np.ndarray, expected: float) -> float:
     # A power of two is fast for every number of samples; four lines to each natural one are
     # enough for a parabola through the highest and its neighbours.
     padded = 4 << (count - 1).bit_length()
-    power = (np.abs(np.fft.rfft(tapered, padded, axis=1)) ** 2).sum(axis=0)
     low, high = int(np.ceil(padded / (2 * expected))), int(padded / (expected / 2))
-    line = low + int(power[low : high + 1].argmax())
-    before, peak, after = power[line - 1 : line + 2]
+    # The lines within the range, and one more at each end.
+    lines = np.fft.rfft(tapered, padded, axis=1)[:, low - 1 : high + 2]
+    power = (np.abs(lines) ** 2).sum(axis=0)
+    highest = 1 + int(power[1:-1].argmax())
+    before, peak, after = power[highest - 1 : highest + 2]
     bend = before - 2 * peak + after
     # At an end of the range the highest line need not be a peak.
     off = 0.5 * (before - after) / bend if bend < 0 else 0.0
-    return padded / (line + min(max(off, -0.5), 0.5))
+    return padded / (low - 1 + highest + min(max(off, -0.5), 0.5))
 
 
 def wave_phase(values: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]:
@@ -108,17 +110,15 @@ def wave_phase(values: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarra
     samples = np.arange(values.shape[1])
     wave = round(period)
     taper = np.hanning(2 * wave + 3)[1:-1]
-    carrier = np.exp(-2j * np.pi * samples / period)
     # Only windows that lie wholly inside: a cut one would lean to its side.
-    inside = samples[(wave - 1) // 2 :][: samples.size - wave + 1]
-    steady = values[:, inside] - _window_mean(values, wave)
-    lines = []
-    for row in steady * carrier[inside]:
-        line = np.convolve(row, taper, "valid")
-        lines.append(line / np.maximum(np.abs(line), 1e-300))
-    phasors = np.stack(lines)
+    level = _window_mean(values, wave)
+    inside = samples[(wave - 1) // 2 :][: level.shape[1]]
+    steady = values[:, inside[0] : inside[-1] + 1] - level
+    demodulated = steady * np.exp(-2j * np.pi / period * inside)
+    phasors = np.stack([np.convolve(row, taper, "valid") for row in demodulated])
+    phasors /= np.maximum(np.abs(phasors), 1e-300)
     offset = np.angle((phasors * np.conj(phasors[0])).mean(axis=1))
-    common = np.unwrap(np.angle((phasors * np.exp(-1j * offset)[:, np.newaxis]).mean(axis=0)))
+    common = np.unwrap(np.angle(np.exp(-1j * offset) @ phasors))
     # Towards the ends, where no whole window fits, the motion counts as steady.
     known = inside[(taper.size - 1) // 2 :][: common.size]
     return np.interp(samples, known, common), offset
@@ -152,49 +152,62 @@ def find_beats(values: np.ndarray, *, period: float, wavelength_mm: float) -> Be
         return None
     irregular, offset = wave_phase(pressed, own_period)
     samples = np.arange(count)
-    phase = irregular + 2 * np.pi * samples / own_period + offset[:, np.newaxis]
+    phase = irregular + 2 * np.pi / own_period * samples + offset[:, np.newaxis]
     centred = pressed - pressed.mean(axis=1, keepdims=True)
     level = _window_mean(centred, window)
     # A sensor that drifts during a wave would seem to beat.
-    steady = centred - _trend(level, window, count)
-    rest = _window_mean(steady, window)
-    harmonics = []
-    for order in (1, 2):
-        turn = np.cos(order * phase)
-        harmonics.append(
-            2 * (_window_mean(steady * turn, window) - rest * _window_mean(turn, window))
-        )
-    usual_depth = np.median(harmonics[0], axis=1)
+    steady = centred - _trend(level, window)
+    turn = np.cos(phase)
+    turns = np.stack([turn, 2 * turn**2 - 1])  # cos(phase) and cos(2 phase)
+    rest = _window_mean(steady, window) * _window_mean(turns, window)
+    harmonics = 2 * (_window_mean(steady * turns, window) - rest)
+    usual_depth = quantile(harmonics[0], 0.5)
     if np.any(usual_depth <= 0):
         return None
     # Windows of one wave change slowly: eight to a wave are enough.
     stride = max(window // 8, 1)
-    channels = np.stack([level, *harmonics])[..., ::stride]
-    channels -= np.median(channels, axis=2, keepdims=True)
-    channels /= usual_depth[:, np.newaxis]
+    channels = np.concatenate([level[np.newaxis], harmonics])[..., ::stride]
+    channels = (channels - quantile(channels, 0.5)) / usual_depth
     centre = np.arange(0, level.shape[1], stride) + (window - 1) / 2
     # Ahead of steady motion, the capsule meets the wave late: the phase falls behind.
     ahead = np.interp(centre, samples, -irregular) * wavelength_mm / (2 * np.pi)
-    steady = np.polyval(np.polyfit(centre, ahead, 1), centre)
-    return Beats(channels, centre, ahead - steady)
+    return Beats(channels, centre, _without_line(centre, ahead))
 
 
-def _trend(level: np.ndarray, window: int, count: int) -> np.ndarray:
+def quantile(values: np.ndarray, share: float) -> np.ndarray:
+    """Give a quantile along the last axis, which stays with length 1.
+
+    As by ``np.quantile(values, share, axis=-1, keepdims=True)``, which takes ten times as long for
+    a few short rows.
+    """
+    ordered = np.sort(values, axis=-1)
+    place = share * (values.shape[-1] - 1)
+    below, above = int(np.floor(place)), int(np.ceil(place))
+    low, high = ordered[..., below : below + 1], ordered[..., above : above + 1]
+    return low + (place - below) * (high - low)
+
+
+def _trend(level: np.ndarray, window: int) -> np.ndarray:
     """Draw the windows' level (S, N) out to every sample (S, K); the ends go on at their slope."""
-    last = level.shape[1] - 1
-    wave = min(window, last)
-    half = (window - 1) / 2
-    centre, samples = np.arange(last + 1) + half, np.arange(count)
-    before, after = np.minimum(samples - half, 0.0), np.maximum(samples - half - last, 0.0)
-    trends = []
-    for row in level:
-        first_slope, last_slope = row[wave] - row[0], row[last] - row[last - wave]
-        ends = (before * first_slope + after * last_slope) / wave
-        trends.append(np.interp(samples, centre, row) + ends)
-    return np.stack(trends)
+    wave = min(window, level.shape[1] - 1)
+    first, last = level[:, :1], level[:, -1:]
+    first_slope = (level[:, wave : wave + 1] - first) / wave
+    last_slope = (last - level[:, -1 - wave :][:, :1]) / wave
+    # The centre of an even window lies between two samples.
+    middle = level if window % 2 else (level[:, :-1] + level[:, 1:]) / 2
+    before = np.arange(window // 2) - (window - 1) / 2
+    after = -before[::-1]
+    return np.concatenate([first + before * first_slope, middle, last + after * last_slope], axis=1)
+
+
+def _without_line(at: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Take the straight line of least squares through values (N,) off them."""
+    off = at - at.mean()
+    return values - values.mean() - off * (off @ values) / (off @ off)
 
 
 def _window_mean(values: np.ndarray, window: int) -> np.ndarray:
-    start = np.zeros((values.shape[0], 1))
-    running = np.concatenate([start, np.cumsum(values, axis=1)], axis=1)
-    return (running[:, window:] - running[:, :-window]) / window
+    """Average the last axis over each window that lies wholly inside."""
+    running = np.zeros((*values.shape[:-1], values.shape[-1] + 1))
+    np.cumsum(values, axis=-1, out=running[..., 1:])
+    return (running[..., window:] - running[..., :-window]) / window
