@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from capsule.detectors.operating_point import fit_probability, threshold_at
+from capsule.detectors.operating_point import fit_probabilities, fit_probability, threshold_at
 from capsule.detectors.sizing import fit_sizes, nearest_known
 from capsule.seeding import generator
 
@@ -39,6 +39,24 @@ def test_perfectly_parted_scores_give_a_finite_curve():
     assert np.isfinite([fitted.slope, fitted.intercept]).all()
     assert fitted.of(0.0) < 0.1 < 0.9 < fitted.of(6.0)
     assert fit_probability(np.array([1.0, 2.0]), np.array([False, False]), 0.5) is None
+
+
+def test_folds_fitted_at_once_are_those_fitted_alone_wherever_they_start():
+    numbers = generator(1, "folds")
+    scores, nodule = numbers.normal(size=40), np.arange(40) >= 15
+    scores += 2.0 * nodule
+    taught = numbers.random((6, 40)) < 0.7
+    taught[2, 1:15] = taught[3, 15:] = False  # hardly any healthy one, no nodule
+    alone = [fit_probability(scores[fold], nodule[fold], 0.1) for fold in taught]
+    assert [curve is None for curve in alone] == [False, False, True, True, False, False]
+    whole = fit_probability(scores, nodule, 0.1)
+    for start in (None, whole):
+        at_once = fit_probabilities(scores, nodule, 0.1, taught, start)
+        for found, expected in zip(at_once, alone, strict=True):
+            assert (found is None) == (expected is None)
+            if expected is not None:
+                said, wanted = (list(vars(curve).values()) for curve in (found, expected))
+                assert said == pytest.approx(wanted, rel=1e-10)
 
 
 def test_sizes_between_those_taught_are_estimated():

@@ -1,32 +1,25 @@
-"""What is learned without a few recordings, from sums over all of them.
+"""What is learned without a few recordings of an archive.
 
-Learning anew for every recording that is left out costs a pass over all others each time. Here it
-costs the same however large the archive is, and differs by rounding; where what is left is too far
-from the whole for that, it is learned anew.
+The sizes follow from sums over all recordings minus those left out, and differ from learning anew
+by rounding; where what is left is too far from the whole for that, they are learned anew. The
+curves without each single recording are fitted all at once, near the curve of all.
 """
 
-from math import comb
+from functools import cached_property
 
 import numpy as np
 
-from capsule.detectors.operating_point import Probability, fit_probability
+from capsule.detectors.operating_point import Probability, fit_probabilities, fit_probability
 from capsule.detectors.sizing import SizeModel, fit_sizes
 
-# Terms of the logistic function's Taylor series, and how far it is trusted: with poles at +-i pi
-# the rest is of the order of (reach / pi)^(terms + 1), below the rounding of a float.
-_TERMS = 10
-_REACH = 0.15
+# Recordings times folds that are learned from at a time, for the processor's cache.
+_BLOCK = 2**14
 # Differences of sums that keep less than this of them have lost too many digits.
 _LEAST_REST = 1e-6
 
 
 class ProbabilityWithout:
     """The logistic curve of `fit_probability` without a few recordings.
-
-    The curve hardly moves when one recording of many is left out. The log likelihood's gradient
-    there follows from that of all recordings by a Taylor series in the two coefficients, whose
-    sums over the recordings are made once; those left out are subtracted, and Newton's method
-    finds the new curve.
 
     Parameters
     ----------
@@ -41,95 +34,27 @@ class ProbabilityWithout:
     def __init__(self, scores: np.ndarray, nodule: np.ndarray, prevalence: float) -> None:
         self._scores, self._nodule, self._prevalence = scores, nodule, prevalence
         self.whole = fit_probability(scores, nodule, prevalence)
-        if self.whole is None:
-            return
-        self._scaled = (scores - self.whole.centre) / self.whole.scale
-        self._ends = np.array([[1.0, self._scaled.min()], [1.0, self._scaled.max()]])
-        odds = self.whole.intercept + self.whole.slope * self._scaled
-        terms = _logistic_series(odds)
-        powers = self._scaled ** np.arange(_TERMS + 2)[:, np.newaxis]
-        # Sums over the healthy recordings and over the nodules, (2, terms, powers of the score).
-        sums = np.stack([terms[:, kind] @ powers[:, kind].T for kind in (~nodule, nodule)])
-        # Coefficients of d0^a d1^b in the sums of sigma and of sigma times the score.
-        self._series = np.zeros((2, 2, _TERMS + 1, _TERMS + 1))
-        for a in range(_TERMS + 1):
-            for b in range(_TERMS + 1 - a):
-                for moment in (0, 1):
-                    self._series[:, moment, a, b] = comb(a + b, b) * sums[:, a + b, b + moment]
-        ones = np.ones_like(self._scaled)
-        design = np.stack([ones, self._scaled])
-        self._observed = design[:, nodule].sum(axis=1)
-        self._count = np.array([np.count_nonzero(~nodule), np.count_nonzero(nodule)])
 
     def without(self, left_out: np.ndarray) -> Probability | None:
         """Give the curve without some recordings, by their places; None as in `fit_probability`."""
         if left_out.size == 0:
             return self.whole
-        found = None if self.whole is None else self._from_sums(left_out)
-        if found is not None:
-            return found
-        taught = np.delete(np.arange(self._scores.size), left_out)
-        return fit_probability(self._scores[taught], self._nodule[taught], self._prevalence)
+        if left_out.size == 1:
+            return self._without_each[left_out[0]]
+        taught = np.ones((1, self._scores.size), dtype=bool)
+        taught[:, left_out] = False
+        return self._fit(taught)[0]
 
-    def _from_sums(self, left_out: np.ndarray) -> Probability | None:
-        """Give the curve without some recordings; None where it moves too far."""
-        gone, gone_nodule = self._scaled[left_out], self._nodule[left_out]
-        count = self._count - [np.count_nonzero(~gone_nodule), np.count_nonzero(gone_nodule)]
-        if count[0] < 2 or count[1] < 1:
-            return None
-        # The healthy recordings' mean and variance, from 0 and 1 with all of them.
-        quiet = gone[~gone_nodule]
-        centre = -quiet.sum() / count[0]
-        variance = (self._count[0] - (quiet**2).sum()) / count[0] - centre**2
-        if variance < _LEAST_REST:
-            return None
-        scale = np.sqrt(variance)
-        weight = np.array([1 - self._prevalence, self._prevalence]) * count.sum() / count
-        series = np.tensordot(weight, self._series, axes=1)
-        design = np.stack([np.ones_like(gone), gone])
-        each = weight[gone_nodule.astype(int)]
-        observed = weight[1] * (self._observed - design[:, gone_nodule].sum(axis=1))
-        # From the coefficients of the new scaled score to those of the old one.
-        turn = np.array([[1.0, -centre / scale], [0.0, 1.0 / scale]])
-        whole = np.array([self.whole.intercept, self.whole.slope])
-        prior = np.diag([0.0, 0.1])
-        found = np.linalg.solve(turn, whole)
-        exponents = np.arange(_TERMS + 1)
-        for _ in range(20):
-            moved = turn @ found - whole
-            if np.abs(self._ends @ moved).max() > _REACH:
-                return None
-            powers = moved[:, np.newaxis] ** exponents
-            slopes = np.zeros_like(powers)
-            slopes[:, 1:] = exponents[1:] * powers[:, :-1]
-            said = 1.0 / (1.0 + np.exp(-(whole + moved) @ design))
-            gradient = observed - powers[0] @ series @ powers[1] + design @ (each * said)
-            curvature = np.stack([slopes[0] @ series @ powers[1], powers[0] @ series @ slopes[1]])
-            curvature = curvature - (design * (each * said * (1 - said))) @ design.T
-            step = np.linalg.solve(
-                turn.T @ curvature @ turn + prior, turn.T @ gradient - prior @ found
-            )
-            found = found + step
-            if np.abs(step).max() < 1e-12:
-                return Probability(
-                    self.whole.centre + self.whole.scale * float(centre),
-                    self.whole.scale * float(scale),
-                    float(found[0]),
-                    float(found[1]),
-                )
-        return None
+    @cached_property
+    def _without_each(self) -> list[Probability | None]:
+        """Curves without each single recording: who asks for one will ask for the others."""
+        places = np.arange(self._scores.size)
+        rows = max(_BLOCK // places.size, 1)
+        blocks = (places[start : start + rows, np.newaxis] for start in places[::rows])
+        return [curve for alone in blocks for curve in self._fit(alone != places)]
 
-
-def _logistic_series(odds: np.ndarray) -> np.ndarray:
-    """Give the Taylor coefficients of the logistic function sigma at each of n places, (T, n)."""
-    sigma = 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
-    # Every derivative of sigma is a polynomial of sigma, since sigma' = sigma - sigma^2.
-    derivative, change = np.polynomial.Polynomial([0, 1]), np.polynomial.Polynomial([0, 1, -1])
-    terms = []
-    for order in range(_TERMS + 1):
-        terms.append(derivative(sigma))
-        derivative = derivative.deriv() * change / (order + 1)
-    return np.array(terms)
+    def _fit(self, taught: np.ndarray) -> list[Probability | None]:
+        return fit_probabilities(self._scores, self._nodule, self._prevalence, taught, self.whole)
 
 
 class SizesWithout:
