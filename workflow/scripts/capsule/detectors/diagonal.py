@@ -133,17 +133,13 @@ def find_passage(
     # Places that at least half the sensors can meet.
     farthest_mm = head_mm.max(axis=1) - behind_mm[behind_mm.size // 2]
     speed, place_mm = _candidates(farthest_mm, step_mm)
-    evidence = _evidence(
-        weighted, head_mm / width_mm, behind_mm / width_mm, speed, place_mm / width_mm, dwell
-    )
+    unit_mm = np.sqrt(2) * width_mm  # in which the Gaussian is exp(-x^2)
+    head, behind, place = head_mm / unit_mm, behind_mm / unit_mm, place_mm / unit_mm
+    evidence = _evidence(weighted, head, behind, speed, place, dwell)
     best = int(evidence.argmax())
     beyond_mm = head_mm[speed[best]] - place_mm[best]
-    averages = _averages(
-        np.concatenate([weighted[np.newaxis], beats.channels]),
-        beyond_mm[np.newaxis] / width_mm,
-        behind_mm / width_mm,
-        dwell,
-    )
+    channels = np.concatenate([weighted[np.newaxis], beats.channels])
+    averages = _averages(channels, beyond_mm[np.newaxis] / unit_mm, behind, dwell)
     return Passage(
         *averages[:, 0].tolist(),
         float(place_mm[best]),
@@ -185,11 +181,11 @@ def _evidence(
     weighted : (S, N) array
         From `standardised_beats`.
     head : (V, N) array
-        Way of the first sensor at each speed, in widths.
+        Way of the first sensor at each speed, in units in which the Gaussian is exp(-x^2).
     behind, dwell
         As in `_averages`.
     speed, place : (G,) arrays
-        From `_candidates`, the places in widths.
+        From `_candidates`, the places in the same units.
     """
     channels, head, behind, place = (
         values.astype(np.float32) for values in (weighted[np.newaxis], head, behind, place)
@@ -197,7 +193,8 @@ def _evidence(
     evidence = np.empty(place.size, dtype=np.float32)
     for start in range(0, place.size, _BLOCK):
         some = slice(start, start + _BLOCK)
-        beyond = head[speed[some]] - place[some, np.newaxis]
+        beyond = head[speed[some]]
+        beyond -= place[some, np.newaxis]
         evidence[some] = _averages(channels, beyond, behind, dwell)[0]
     return evidence
 
@@ -212,9 +209,10 @@ def _averages(
     channels : (C, S, N) array
         Of which the averages are taken.
     beyond : (G, N) array
-        How far the first sensor is beyond each place at each moment, in widths.
+        How far the first sensor is beyond each place at each moment, in units in which the
+        Gaussian is exp(-x^2).
     behind : (S,) array
-        How far each sensor is behind the first, in widths.
+        How far each sensor is behind the first, in the same units.
     dwell : float
         As in `find_passage`, but in windows.
 
@@ -224,8 +222,6 @@ def _averages(
         In the precision of `beyond`.
     """
     precision = beyond.dtype.type
-    # In these units the Gaussian is exp(-x^2).
-    beyond, behind = beyond * precision(np.sqrt(0.5)), behind * precision(np.sqrt(0.5))
     moments = np.ones(beyond.shape[1], dtype=precision)
     # Where a sensor never is, it says nothing, even without dwell.
     dwell = precision(max(dwell, np.finfo(precision).tiny))
@@ -233,6 +229,8 @@ def _averages(
     total = np.zeros((channels.shape[0], beyond.shape[0]), dtype=precision)
     for sensor in range(behind.size):
         np.subtract(beyond, behind[sensor], out=presence)
-        np.exp(np.multiply(presence, -presence, out=presence), out=presence)
+        np.square(presence, out=presence)
+        np.negative(presence, out=presence)
+        np.exp(presence, out=presence)
         total += channels[:, sensor] @ presence.T / (presence @ moments + dwell)
     return total / behind.size
