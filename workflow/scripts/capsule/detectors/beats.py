@@ -74,7 +74,7 @@ def wave_period(values: np.ndarray, expected: float) -> float:
     count = values.shape[1]
     centred = values - values.mean(axis=1, keepdims=True)
     scale = centred.std(axis=1, keepdims=True)
-    tapered = centred / np.where(scale > 0, scale, 1.0) * np.hanning(count + 2)[1:-1]
+    tapered = centred / np.where(scale > 0, scale, 1.0) * _taper(count)
     # A power of two is fast for every number of samples; four lines to each natural one are
     # enough for a parabola through the highest and its neighbours.
     padded = 4 << (count - 1).bit_length()
@@ -109,7 +109,7 @@ def wave_phase(values: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarra
     """
     samples = np.arange(values.shape[1])
     wave = round(period)
-    taper = np.hanning(2 * wave + 3)[1:-1]
+    taper = _taper(2 * wave + 1)
     # Only windows that lie wholly inside: a cut one would lean to its side.
     level = _window_mean(values, wave)
     inside = samples[(wave - 1) // 2 :][: level.shape[1]]
@@ -117,11 +117,14 @@ def wave_phase(values: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarra
     demodulated = steady * np.exp(-2j * np.pi / period * inside)
     phasors = np.stack([np.convolve(row, taper, "valid") for row in demodulated])
     phasors /= np.maximum(np.abs(phasors), 1e-300)
-    offset = np.angle((phasors * np.conj(phasors[0])).mean(axis=1))
-    common = np.unwrap(np.angle(np.exp(-1j * offset) @ phasors))
+    offset = np.angle(phasors @ np.conj(phasors[0]))
+    common = np.exp(-1j * offset) @ phasors
+    # From sample to sample the phase moves by less than half a turn.
+    steps = np.angle(common[1:] * np.conj(common[:-1]))
+    irregular = np.angle(common[0]) + np.concatenate([[0.0], np.cumsum(steps)])
     # Towards the ends, where no whole window fits, the motion counts as steady.
-    known = inside[(taper.size - 1) // 2 :][: common.size]
-    return np.interp(samples, known, common), offset
+    known = inside[(taper.size - 1) // 2 :][: irregular.size]
+    return np.interp(samples, known, irregular), offset
 
 
 def find_beats(values: np.ndarray, *, period: float, wavelength_mm: float) -> Beats | None:
@@ -161,30 +164,39 @@ def find_beats(values: np.ndarray, *, period: float, wavelength_mm: float) -> Be
     turns = np.stack([turn, 2 * turn**2 - 1])  # cos(phase) and cos(2 phase)
     rest = _window_mean(steady, window) * _window_mean(turns, window)
     harmonics = 2 * (_window_mean(steady * turns, window) - rest)
-    usual_depth = quantile(harmonics[0], 0.5)
+    usual_depth = median(harmonics[0])
     if np.any(usual_depth <= 0):
         return None
     # Windows of one wave change slowly: eight to a wave are enough.
     stride = max(window // 8, 1)
     channels = np.concatenate([level[np.newaxis], harmonics])[..., ::stride]
-    channels = (channels - quantile(channels, 0.5)) / usual_depth
+    channels = (channels - median(channels)) / usual_depth
     centre = np.arange(0, level.shape[1], stride) + (window - 1) / 2
     # Ahead of steady motion, the capsule meets the wave late: the phase falls behind.
     ahead = np.interp(centre, samples, -irregular) * wavelength_mm / (2 * np.pi)
     return Beats(channels, centre, _without_line(centre, ahead))
 
 
-def quantile(values: np.ndarray, share: float) -> np.ndarray:
-    """Give a quantile along the last axis, which stays with length 1.
+def median(values: np.ndarray) -> np.ndarray:
+    """Give the median along the last axis, which stays with length 1."""
+    return quantile(np.sort(values, axis=-1), 0.5)
 
-    As by ``np.quantile(values, share, axis=-1, keepdims=True)``, which takes ten times as long for
+
+def quantile(ordered: np.ndarray, share: float) -> np.ndarray:
+    """Give a quantile along the last axis, which is sorted and stays with length 1.
+
+    As by ``np.quantile(ordered, share, axis=-1, keepdims=True)``, which takes ten times as long for
     a few short rows.
     """
-    ordered = np.sort(values, axis=-1)
-    place = share * (values.shape[-1] - 1)
+    place = share * (ordered.shape[-1] - 1)
     below, above = int(np.floor(place)), int(np.ceil(place))
     low, high = ordered[..., below : below + 1], ordered[..., above : above + 1]
     return low + (place - below) * (high - low)
+
+
+def _taper(count: int) -> np.ndarray:
+    """Give a Hann window of so many samples, none of them zero."""
+    return 0.5 - 0.5 * np.cos(2 * np.pi / (count + 1) * np.arange(1, count + 1))
 
 
 def _trend(level: np.ndarray, window: int) -> np.ndarray:

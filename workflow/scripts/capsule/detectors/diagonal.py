@@ -70,10 +70,11 @@ def standardised_beats(
     -------
     (S, N) array
     """
-    weighted = np.tensordot([weights[name] for name in CHANNELS], beats.channels, axes=1)
+    weighted = sum(weights[name] * beats.channels[place] for place, name in enumerate(CHANNELS))
     # A nodule raises the beats for part of the run, so the spread is that of the lower half. From
     # the median to the lower quartile it is 0.6745 standard deviations of a normal distribution.
-    spread = (quantile(weighted, 0.5) - quantile(weighted, 0.25)) / 0.6745
+    ordered = np.sort(weighted, axis=1)
+    spread = (quantile(ordered, 0.5) - quantile(ordered, 0.25)) / 0.6745
     return np.clip(weighted / np.hypot(least_spread, spread), -limit, limit)
 
 
