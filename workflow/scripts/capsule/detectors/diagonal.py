@@ -45,6 +45,8 @@ class Passage:
 UNKNOWN = Passage(*[float("nan")] * len(fields(Passage)))
 # Candidates that are tried at a time, to stay within the processor's cache.
 _BLOCK = 250
+# In windows: even without dwell, a sensor that never meets a place says nothing of it.
+_LEAST_DWELL = float(np.finfo(np.float32).tiny)
 
 
 def standardised_beats(
@@ -128,7 +130,7 @@ def find_passage(
     weights = dict(zip(CHANNELS, (level_weight, depth_weight, shape_weight), strict=True))
     weighted = standardised_beats(beats, weights, least_spread, limit)
     behind_mm = pitch_mm * np.arange(weighted.shape[0])
-    dwell /= float(beats.centre[1] - beats.centre[0])
+    dwell = max(dwell / float(beats.centre[1] - beats.centre[0]), _LEAST_DWELL)
     speeds = np.linspace(pitch_mm / lag_range[1], pitch_mm / lag_range[0], lags)
     head_mm = beats.irregular_mm - beats.irregular_mm[0] + np.outer(speeds, beats.centre)
     # Places that at least half the sensors can meet.
@@ -215,7 +217,7 @@ def _averages(
     behind : (S,) array
         How far each sensor is behind the first, in the same units.
     dwell : float
-        As in `find_passage`, but in windows.
+        As in `find_passage`, but in windows, and above 0.
 
     Returns
     -------
@@ -224,8 +226,6 @@ def _averages(
     """
     precision = beyond.dtype.type
     moments = np.ones(beyond.shape[1], dtype=precision)
-    # Where a sensor never is, it says nothing, even without dwell.
-    dwell = precision(max(dwell, np.finfo(precision).tiny))
     presence = np.empty_like(beyond)
     total = np.zeros((channels.shape[0], beyond.shape[0]), dtype=precision)
     for sensor in range(behind.size):
@@ -233,5 +233,5 @@ def _averages(
         np.square(presence, out=presence)
         np.negative(presence, out=presence)
         np.exp(presence, out=presence)
-        total += channels[:, sensor] @ presence.T / (presence @ moments + dwell)
+        total += channels[:, sensor] @ presence.T / (presence @ moments + precision(dwell))
     return total / behind.size
