@@ -196,7 +196,7 @@ def _evidence(
     evidence = np.empty(place.size, dtype=np.float32)
     for start in range(0, place.size, _BLOCK):
         some = slice(start, start + _BLOCK)
-        beyond = head[speed[some]]
+        beyond = head.take(speed[some], axis=0)
         beyond -= place[some, np.newaxis]
         evidence[some] = _averages(channels, beyond, behind, dwell)[0]
     return evidence

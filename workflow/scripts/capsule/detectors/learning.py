@@ -151,6 +151,7 @@ class DiagonalDetector:
         self._scores, self._features = scores[usable], size_features(labelled)[usable]
         self._sizes_mm = np.array(list(sizes_mm.values()), dtype=np.float64)[usable]
         self._nodule = self._sizes_mm > 0
+        self._among_nodules = np.cumsum(self._nodule) - 1
         self._known_mm = tuple(sorted({size for size in sizes_mm.values() if size > 0}))
         self._specificity = specificity
         self._probability = ProbabilityWithout(self._scores, self._nodule, prevalence)
@@ -175,8 +176,7 @@ class DiagonalDetector:
         """Learn as `fit_diagonal` does without some recordings, from what all of them teach."""
         taught = np.ones(self._scores.size, dtype=bool)
         taught[left_out] = False
-        # Places among the nodules alone.
-        nodules = np.searchsorted(np.flatnonzero(self._nodule), left_out[self._nodule[left_out]])
+        nodules = self._among_nodules[left_out[self._nodule[left_out]]]
         return DiagonalModel(
             threshold_at(self._scores[taught & ~self._nodule], self._specificity),
             self._probability.without(left_out),

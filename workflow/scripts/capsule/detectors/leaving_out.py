@@ -78,6 +78,8 @@ class SizesWithout:
         self._mean, self._mean_mm = features.mean(axis=0), sizes_mm.mean()
         self._centred, self._centred_mm = features - self._mean, sizes_mm - self._mean_mm
         self._square = self._centred.T @ self._centred
+        self._least_spread = _LEAST_REST * np.diag(self._square)
+        self._penalty = ridge * np.eye(features.shape[1])
         self._product = self._centred.T @ self._centred_mm
         self._known_mm, self._of_size = np.unique(sizes_mm, return_counts=True)
 
@@ -101,11 +103,11 @@ class SizesWithout:
         shift, shift_mm = -gone.sum(axis=0) / count, -gone_mm.sum() / count
         square = self._square - gone.T @ gone - count * np.outer(shift, shift)
         product = self._product - gone.T @ gone_mm - count * shift * shift_mm
-        spread = np.diag(square)
-        if np.any(spread < _LEAST_REST * np.diag(self._square)) or not np.all(spread > 0):
+        spread = square.diagonal()
+        if (spread < self._least_spread).any() or not (spread > 0).all():
             return None
         scale = np.sqrt(spread / count)
-        normal = square / np.outer(scale, scale) + self._ridge * np.eye(scale.size)
+        normal = square / np.outer(scale, scale) + self._penalty
         coefficients = np.linalg.solve(normal, product / scale)
         places = np.searchsorted(self._known_mm, self._sizes_mm[left_out])
         rest = self._of_size - np.bincount(places, minlength=self._known_mm.size)
