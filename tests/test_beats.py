@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from capsule.detectors.beats import fill_missing, find_beats, wave_period
+from capsule.detectors.beats import fill_missing, find_beats, quantile, wave_period, wave_phase
 from capsule.seeding import generator
 
 WAVE = {"period": 32.0, "wavelength_mm": 80.0}
@@ -32,6 +32,46 @@ def test_a_steady_wave_has_only_usual_beats():
     beats = find_beats(readings(), **WAVE)
     assert np.abs(beats.channels).max() < 0.05
     assert np.abs(beats.irregular_mm).max() < 0.3
+
+
+@pytest.mark.parametrize(("period", "wave"), [(32.0, 32), (33.0, 33)])
+def test_beats_are_the_mean_and_the_harmonics_of_every_window_written_out(period, wave):
+    values = readings(samples=400, period=period, deeper=0.5)
+    values += np.linspace(0.0, 60.0, 400) ** 1.2
+    own_period = wave_period(values, 32.0)
+    assert round(own_period) == wave
+    irregular, offset = wave_phase(values, own_period)
+    sample, first = np.arange(400), np.arange(400 - wave + 1)
+    centre = first + (wave - 1) / 2
+    windows = [slice(start, start + wave) for start in first]
+    expected = []
+    for row, start in zip(values - values.mean(axis=1, keepdims=True), offset, strict=True):
+        level = np.array([row[window].mean() for window in windows])
+        trend = np.interp(sample, centre, level)
+        for end, (outer, inner) in ((sample < centre[0], (0, wave)),
+                                    (sample > centre[-1], (-1, -1 - wave))):  # fmt: skip
+            slope = (level[outer] - level[inner]) / (centre[outer] - centre[inner])
+            trend[end] = level[outer] + slope * (sample[end] - centre[outer])
+        steady, phase = row - trend, irregular + 2 * np.pi * sample / own_period + start
+        channels = [level]
+        for turn in (np.cos(phase), np.cos(2 * phase)):
+            channels.append(
+                [2 * np.cov(steady[window], turn[window], ddof=0)[0, 1] for window in windows]
+            )
+        every = np.array(channels)[:, :: wave // 8]
+        medians = np.median(every, axis=1, keepdims=True)
+        expected.append((every - medians) / np.median(channels[1]))
+    found = find_beats(values, **WAVE)
+    np.testing.assert_allclose(found.channels, np.swapaxes(expected, 0, 1), atol=1e-10)
+    np.testing.assert_array_equal(found.centre, centre[:: wave // 8])
+
+
+def test_quantiles_are_those_of_numpy():
+    for count in (1, 2, 7, 12):
+        values = np.sort(generator(count, "quantile").normal(size=(3, count)))
+        for share in (0.0, 0.25, 0.5, 1.0):
+            expected = np.quantile(values, share, axis=-1, keepdims=True)
+            np.testing.assert_allclose(quantile(values, share), expected, rtol=1e-14)
 
 
 def test_beats_that_press_more_are_deeper_at_their_time():

@@ -110,8 +110,8 @@ def fit_probabilities(
         As by `fit_probability` from the recordings of each fold alone.
     """
     found: list[Probability | None] = [None] * len(taught)
-    both = (taught & ~nodule).sum(axis=1) >= 2, (taught & nodule).any(axis=1)
-    folds = np.flatnonzero(np.logical_and(*both))
+    of_both_kinds = ((taught & ~nodule).sum(axis=1) >= 2) & (taught & nodule).any(axis=1)
+    folds = np.flatnonzero(of_both_kinds)
     centre, scale = _mean_and_spread(scores, taught[folds] & ~nodule)
     vary = scale > 0
     folds, centre, scale = folds[vary], centre[vary, np.newaxis], scale[vary, np.newaxis]
