@@ -1,8 +1,9 @@
 """What is learned without a few recordings of an archive.
 
-The sizes follow from sums over all recordings minus those left out, and differ from learning anew
-by rounding; where what is left is too far from the whole for that, they are learned anew. The
-curves without each single recording are fitted all at once, near the curve of all.
+Who asks for what is learned without one recording will ask for the others: all of it is learned at
+once. The curves are fitted side by side, near the curve of all. The sizes follow from sums over all
+recordings minus the one, and differ from learning anew by rounding; where a recording is too much
+of the whole for that, they are learned anew, as they are without several.
 """
 
 from functools import cached_property
@@ -47,7 +48,7 @@ class ProbabilityWithout:
 
     @cached_property
     def _without_each(self) -> list[Probability | None]:
-        """Curves without each single recording: who asks for one will ask for the others."""
+        """Curves without each single recording."""
         places = np.arange(self._scores.size)
         rows = max(_BLOCK // places.size, 1)
         blocks = (places[start : start + rows, np.newaxis] for start in places[::rows])
@@ -58,7 +59,7 @@ class ProbabilityWithout:
 
 
 class SizesWithout:
-    """The size model of `fit_sizes` without a few recordings: sums over all, minus those.
+    """The size model of `fit_sizes` without a few recordings.
 
     Parameters
     ----------
@@ -73,50 +74,47 @@ class SizesWithout:
     def __init__(self, features: np.ndarray, sizes_mm: np.ndarray, ridge: float) -> None:
         self._features, self._sizes_mm, self._ridge = features, sizes_mm, ridge
         self.whole = fit_sizes(features, sizes_mm, ridge)
-        if self.whole is None:
-            return
-        self._mean, self._mean_mm = features.mean(axis=0), sizes_mm.mean()
-        self._centred, self._centred_mm = features - self._mean, sizes_mm - self._mean_mm
-        self._square = self._centred.T @ self._centred
-        self._least_spread = _LEAST_REST * np.diag(self._square)
-        self._penalty = ridge * np.eye(features.shape[1])
-        self._product = self._centred.T @ self._centred_mm
-        self._known_mm, self._of_size = np.unique(sizes_mm, return_counts=True)
 
     def without(self, left_out: np.ndarray) -> SizeModel | None:
         """Give the model without some recordings, by their places; None without any other."""
         if left_out.size == 0:
             return self.whole
-        found = self._from_sums(left_out)
-        if found is not None:
-            return found
+        alone = self._without_each[left_out[0]] if left_out.size == 1 else None
+        return self._anew(left_out) if alone is None else alone
+
+    def _anew(self, left_out: np.ndarray) -> SizeModel | None:
         taught = np.delete(np.arange(self._sizes_mm.size), left_out)
         return fit_sizes(self._features[taught], self._sizes_mm[taught], self._ridge)
 
-    def _from_sums(self, left_out: np.ndarray) -> SizeModel | None:
-        """Give the model without some recordings; None where too few digits would be left."""
-        count = self._sizes_mm.size - left_out.size
+    @cached_property
+    def _without_each(self) -> list[SizeModel | None]:
+        """Models without each single recording; None where too few digits would be left."""
+        count = self._sizes_mm.size - 1
         if count < 1:
-            return None
-        gone, gone_mm = self._centred[left_out], self._centred_mm[left_out]
+            return [None] * self._sizes_mm.size
+        mean, mean_mm = self._features.mean(axis=0), self._sizes_mm.mean()
+        gone, gone_mm = self._features - mean, self._sizes_mm - mean_mm
+        whole = gone.T @ gone
         # The sums about the new means, from those about the means of all.
-        shift, shift_mm = -gone.sum(axis=0) / count, -gone_mm.sum() / count
-        square = self._square - gone.T @ gone - count * np.outer(shift, shift)
-        product = self._product - gone.T @ gone_mm - count * shift * shift_mm
-        spread = square.diagonal()
-        if (spread < self._least_spread).any() or not (spread > 0).all():
-            return None
-        scale = np.sqrt(spread / count)
-        normal = square / np.outer(scale, scale) + self._penalty
-        coefficients = np.linalg.solve(normal, product / scale)
-        places = np.searchsorted(self._known_mm, self._sizes_mm[left_out])
-        rest = self._of_size - np.bincount(places, minlength=self._known_mm.size)
-        left_mm = self._known_mm[rest > 0]
-        return SizeModel(
-            self._mean + shift,
-            scale,
-            coefficients,
-            float(self._mean_mm + shift_mm),
-            float(left_mm[0]),
-            float(left_mm[-1]),
-        )
+        outer = gone[:, :, np.newaxis] * gone[:, np.newaxis]
+        square = whole - outer * (1 + 1 / count)
+        product = gone.T @ gone_mm - gone * gone_mm[:, np.newaxis] * (1 + 1 / count)
+        spread = np.diagonal(square, axis1=1, axis2=2)
+        usable = ((spread > 0) & (spread >= _LEAST_REST * np.diag(whole))).all(axis=1)
+        scale = np.sqrt(np.where(usable[:, np.newaxis], spread, count) / count)
+        normal = square / (scale[:, :, np.newaxis] * scale[:, np.newaxis])
+        normal += self._ridge * np.eye(mean.size)
+        normal[~usable] = np.eye(mean.size)
+        coefficients = np.linalg.solve(normal, (product / scale)[..., np.newaxis])[..., 0]
+        ordered = np.sort(self._sizes_mm)
+        # Without the only one of the least size, the next is the least.
+        smallest = np.where(self._sizes_mm == ordered[0], ordered[1], ordered[0])
+        largest = np.where(self._sizes_mm == ordered[-1], ordered[-2], ordered[-1])
+        intercepts = mean_mm - gone_mm / count
+        return [
+            SizeModel(*learned) if known else None
+            for known, *learned in zip(
+                usable, mean - gone / count, scale, coefficients,
+                intercepts.tolist(), smallest.tolist(), largest.tolist(), strict=True,
+            )
+        ]  # fmt: skip
