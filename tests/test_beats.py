@@ -34,11 +34,11 @@ def test_a_steady_wave_has_only_usual_beats():
     assert np.abs(beats.irregular_mm).max() < 0.3
 
 
-@pytest.mark.parametrize(("period", "wave"), [(32.0, 32), (33.0, 33)])
+@pytest.mark.parametrize(("period", "wave"), [(16.0, 16), (17.0, 17)])
 def test_beats_are_the_mean_and_the_harmonics_of_every_window_written_out(period, wave):
     values = readings(samples=400, period=period, deeper=0.5)
     values += np.linspace(0.0, 60.0, 400) ** 1.2
-    own_period = wave_period(values, 32.0)
+    own_period = wave_period(values, 16.0)
     assert round(own_period) == wave
     irregular, offset = wave_phase(values, own_period)
     sample, first = np.arange(400), np.arange(400 - wave + 1)
@@ -58,12 +58,23 @@ def test_beats_are_the_mean_and_the_harmonics_of_every_window_written_out(period
             channels.append(
                 [2 * np.cov(steady[window], turn[window], ddof=0)[0, 1] for window in windows]
             )
-        every = np.array(channels)[:, :: wave // 8]
+        every = np.array(channels)[:, :: wave // 4]
         medians = np.median(every, axis=1, keepdims=True)
         expected.append((every - medians) / np.median(channels[1]))
-    found = find_beats(values, **WAVE)
+    found = find_beats(values, period=16.0, wavelength_mm=80.0)
     np.testing.assert_allclose(found.channels, np.swapaxes(expected, 0, 1), atol=1e-10)
-    np.testing.assert_array_equal(found.centre, centre[:: wave // 8])
+    np.testing.assert_array_equal(found.centre, centre[:: wave // 4])
+
+
+def test_beats_do_not_depend_on_how_quickly_a_recording_was_sampled():
+    values = readings(samples=400, period=16.0, deeper=0.5)
+    slow = find_beats(values, period=16.0, wavelength_mm=80.0)
+    # The last three samples are too few to make another one.
+    quick_values = np.concatenate([np.repeat(values, 10, axis=1), values[:, :3]], axis=1)
+    quick = find_beats(quick_values, period=160.0, wavelength_mm=80.0)
+    np.testing.assert_allclose(quick.channels, slow.channels, atol=1e-10)
+    np.testing.assert_allclose(quick.irregular_mm, slow.irregular_mm, atol=1e-10)
+    np.testing.assert_allclose(quick.centre, 10 * slow.centre + 4.5)
 
 
 def test_quantiles_are_those_of_numpy():

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 CHANNELS = ("level", "depth", "shape")
+# Two harmonics need few samples a wave, and the windows of one wave change slowly.
+_SAMPLES_A_WAVE, _WINDOWS_A_WAVE = 16, 4
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,29 @@ def fill_missing(values: np.ndarray) -> np.ndarray:
     return np.stack(
         [np.interp(place, place[k], row[k]) for row, k in zip(values, known, strict=True)]
     )
+
+
+def thinned(values: np.ndarray, period: float) -> tuple[np.ndarray, int]:
+    """Average neighbouring samples, so that a quickly sampled recording takes no longer.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings without gaps.
+    period : float
+        Samples a wave.
+
+    Returns
+    -------
+    values : (S, K // stride) array
+        At least `_SAMPLES_A_WAVE` to a wave, where there were as many.
+    stride : int
+        How many samples became one. What remains at the end is left out.
+    """
+    stride = max(int(period // _SAMPLES_A_WAVE), 1)
+    count = values.shape[1] // stride
+    parts = [values[:, part::stride][:, :count] for part in range(stride)]
+    return sum(parts[1:], start=parts[0]) / stride, stride
 
 
 def wave_period(values: np.ndarray, expected: float) -> float:
@@ -145,11 +170,11 @@ def find_beats(values: np.ndarray, *, period: float, wavelength_mm: float) -> Be
     Beats or None
         None for a recording of fewer than four waves, or without a wave on some sensor.
     """
-    pressed = fill_missing(values)
+    pressed, stride = thinned(fill_missing(values), period)
     count = pressed.shape[1]
-    if count < 4 * period:
+    if count * stride < 4 * period:
         return None
-    own_period = wave_period(pressed, period)
+    own_period = wave_period(pressed, period / stride)
     window = round(own_period)
     if count < 4 * window:
         return None
@@ -167,14 +192,14 @@ def find_beats(values: np.ndarray, *, period: float, wavelength_mm: float) -> Be
     usual_depth = median(harmonics[0])
     if np.any(usual_depth <= 0):
         return None
-    # Windows of one wave change slowly: eight to a wave are enough.
-    stride = max(window // 8, 1)
-    channels = np.concatenate([level[np.newaxis], harmonics])[..., ::stride]
+    step = max(window // _WINDOWS_A_WAVE, 1)
+    channels = np.concatenate([level[np.newaxis], harmonics])[..., ::step]
     channels = (channels - median(channels)) / usual_depth
-    centre = np.arange(0, level.shape[1], stride) + (window - 1) / 2
+    centre = np.arange(0, level.shape[1], step) + (window - 1) / 2
     # Ahead of steady motion, the capsule meets the wave late: the phase falls behind.
     ahead = np.interp(centre, samples, -irregular) * wavelength_mm / (2 * np.pi)
-    return Beats(channels, centre, _without_line(centre, ahead))
+    # A thinned sample lies in the middle of those that became it.
+    return Beats(channels, stride * centre + (stride - 1) / 2, _without_line(centre, ahead))
 
 
 def median(values: np.ndarray) -> np.ndarray:

@@ -31,7 +31,7 @@ def relative_resistance(
         ``R / R_series``. Readings of which some lie outside 0 to `full_scale` are of no such
         divider; they are given back as they are, turned so that pressing lowers them.
     """
-    if np.nanmin(readings) < 0 or np.nanmax(readings) > full_scale:
+    if np.fmin.reduce(readings, axis=None) < 0 or np.fmax.reduce(readings, axis=None) > full_scale:
         return readings if pressing_lowers else -readings
     share = np.clip(readings / full_scale, _ENDS, 1 - _ENDS)
     return share / (1 - share) if pressing_lowers else (1 - share) / share
