@@ -1,7 +1,7 @@
 """How good the detectors are on simulated archives that were not used to design them.
 
-    python tests/benchmarks/judge_detectors.py --archives 20 --output docs/detection-results.md
-    python tests/benchmarks/judge_detectors.py --archives 20 --export archives/
+    python tests/benchmarks/judge_detectors.py --output docs/detection-results.md
+    python tests/benchmarks/judge_detectors.py --export archives/
 
 Every archive holds 20 recordings a size, of its own seed; every condition changes parameters of
 the simulated bench. Each detector judges each recording by what the others of its archive teach.
@@ -23,7 +23,7 @@ import yaml
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "workflow" / "scripts"), str(Path(__file__).parent)]
 
-from judge_rates import mean_or_unknown, mean_row, rates, table  # noqa: E402
+from judge_rates import error_row, mean_or_unknown, mean_row, rates, table  # noqa: E402
 
 from capsule.detectors.diagonal import Passage  # noqa: E402
 from capsule.detectors.learning import DiagonalDetector  # noqa: E402
@@ -230,12 +230,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("--archives", type=int, default=20, help="archives a condition")
+    parser.add_argument("--archives", type=int, default=60, help="archives a condition")
     parser.add_argument(
-        "--paper-archives", type=int, default=20, help="those that the paper's judges"
+        "--paper-archives", type=int, default=60, help="those that the paper's judges"
     )
     parser.add_argument("--fit", type=int, default=300, help="particles and iterations of a fit")
-    parser.add_argument("--retest-archives", type=int, default=5, help="archives of several passes")
+    parser.add_argument(
+        "--retest-archives", type=int, default=20, help="archives of several passes"
+    )
     parser.add_argument("--export", type=Path, help="write archives for peers/run_peers.py")
     parser.add_argument("--peers", type=Path, help="what peers/run_peers.py wrote, JSON")
     parser.add_argument("--limit", type=Path, help="what peers/find_limit.py wrote, JSON")
@@ -254,11 +256,13 @@ def main() -> None:
             arrays = {name.replace("/", "_"): run.counts for name, _, run in runs}
             np.savez(arguments.export / f"{seed}.npz", **arrays)
         return
-    benches = {label: changed(phantom, factors) for label, factors in CONDITIONS.items()}
-    conditions = [
-        mean_row({"condition": label}, judge_bench(bench, seeds, config))
-        for label, bench in benches.items()
-    ]
+    benches = {
+        label: judge_bench(changed(phantom, factors), seeds, config)
+        for label, factors in CONDITIONS.items()
+    }
+    conditions = [mean_row({"condition": label}, rows) for label, rows in benches.items()]
+    first, *_ = benches.values()
+    conditions.append(error_row({"condition": "standard error, as configured"}, first))
     heights = [
         mean_row({"heights": f"{factor:g} times"}, judge_bench(bench, seeds, config))
         for factor in HEIGHT_FACTORS

@@ -42,3 +42,12 @@ def table(rows: list[dict]) -> str:
 def mean_row(label: dict, rows: list[dict]) -> dict:
     """Average the rows of several archives."""
     return label | {key: mean_or_unknown(np.array([row[key] for row in rows])) for key in rows[0]}
+
+
+def error_row(label: dict, rows: list[dict]) -> dict:
+    """Give the standard error of what `mean_row` gives: how much is the luck of the archives."""
+    return label | {
+        key: float(np.nanstd([row[key] for row in rows], ddof=1)) / len(rows) ** 0.5
+        for key in rows[0]
+        if key != "seconds"
+    }
