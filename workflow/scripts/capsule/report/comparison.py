@@ -245,8 +245,9 @@ def silent(judgements: Judgements, scheme: str, detectors: Sequence[str]) -> str
     verb = "has" if len(names) == 1 else "have"
     return (
         f"{words.enumerate_words(names)} {verb} given no verdict on a labelled recording. A "
-        "threshold is learned from other recordings without a nodule, so two of those are needed "
-        "at least; diagonal also needs a peristaltic wave on every sensor."
+        "threshold is learned from other recordings without a nodule, and a size from others with "
+        "one, so two of each are needed at least; diagonal also needs a peristaltic wave on every "
+        "sensor."
     )
 
 
