@@ -77,8 +77,8 @@ def thinned(values: np.ndarray, period: float) -> tuple[np.ndarray, int]:
     """
     stride = max(int(period // _SAMPLES_A_WAVE), 1)
     count = values.shape[1] // stride
-    parts = [values[:, part::stride][:, :count] for part in range(stride)]
-    return sum(parts[1:], start=parts[0]) / stride, stride
+    whole = values[:, : count * stride]
+    return whole.reshape(values.shape[0], count, stride).mean(axis=2), stride
 
 
 def wave_period(values: np.ndarray, expected: float) -> float:
