@@ -256,19 +256,22 @@ def main() -> None:
             arrays = {name.replace("/", "_"): run.counts for name, _, run in runs}
             np.savez(arguments.export / f"{seed}.npz", **arrays)
         return
-    benches = {
-        label: judge_bench(changed(phantom, factors), seeds, config)
-        for label, factors in CONDITIONS.items()
-    }
-    conditions = [mean_row({"condition": label}, rows) for label, rows in benches.items()]
-    first, *_ = benches.values()
-    conditions.append(error_row({"condition": "standard error, as configured"}, first))
-    heights = [
-        mean_row({"heights": f"{factor:g} times"}, judge_bench(bench, seeds, config))
-        for factor in HEIGHT_FACTORS
-        for bench in [changed(phantom, dict.fromkeys(HEIGHTS, factor))]
-    ]
     judged = judge_all(phantom, seeds, config, arguments.paper_archives, arguments.fit)
+
+    def rows_of(factors: dict[str, float]) -> list[dict]:
+        # The bench as configured is judged already.
+        if all(factor == 1.0 for factor in factors.values()):
+            return judged["diagonal"]
+        return judge_bench(changed(phantom, factors), seeds, config)
+
+    conditions = [
+        mean_row({"condition": label}, rows_of(factors)) for label, factors in CONDITIONS.items()
+    ]
+    conditions.append(error_row({"condition": "standard error, as configured"}, judged["diagonal"]))
+    heights = [
+        mean_row({"heights": f"{factor:g} times"}, rows_of(dict.fromkeys(HEIGHTS, factor)))
+        for factor in HEIGHT_FACTORS
+    ]
     peers = json.loads(arguments.peers.read_text()) if arguments.peers else {}
     judged_peers = "".join(f" {name}: {len(rows)} archives." for name, rows in peers.items())
     detectors = [mean_row({"detector": name}, rows) for name, rows in (judged | peers).items()]

@@ -1,4 +1,4 @@
-"""What the tables of the benchmark show of one archive, the same for every detector."""
+"""What the tables of the benchmarks show of archives, the same for every detector."""
 
 import numpy as np
 
