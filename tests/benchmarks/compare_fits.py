@@ -25,21 +25,21 @@ os.environ.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1", NUMBA_NUM_THREA
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "workflow" / "scripts"))
 
-import numpy as np  # noqa: E402
-import scipy.signal  # noqa: E402
-import yaml  # noqa: E402
+import numpy as np
+import scipy.signal
+import yaml
 
-from capsule.fitting import (  # noqa: E402
+from capsule.fitting import (
     CANDIDATES_AT_ONCE,
     ParticleRenderer,
     compare_vectors,
     fit_particle,
 )
-from capsule.particles import ParameterSpace, Particle, render  # noqa: E402
-from capsule.preprocessing import preprocess  # noqa: E402
-from capsule.recording import read_recording  # noqa: E402
-from capsule.seeding import generator  # noqa: E402
-from capsule.sliding import SlidingComparison  # noqa: E402
+from capsule.particles import ParameterSpace, Particle, render
+from capsule.preprocessing import preprocess
+from capsule.recording import read_recording
+from capsule.seeding import generator
+from capsule.sliding import SlidingComparison
 
 CONFIG = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
 FIT = dict(CONFIG["fit"])

@@ -23,23 +23,23 @@ import yaml
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "workflow" / "scripts"), str(Path(__file__).parent)]
 
-from judge_rates import error_row, mean_or_unknown, mean_row, rates, table  # noqa: E402
+from judge_rates import error_row, mean_or_unknown, mean_row, rates, table
 
-from capsule.detectors.diagonal import Passage  # noqa: E402
-from capsule.detectors.learning import DiagonalDetector  # noqa: E402
-from capsule.detectors.paper import TemplateDetector  # noqa: E402
-from capsule.detectors.search import search  # noqa: E402
-from capsule.detectors.verdicts import Verdict  # noqa: E402
-from capsule.fitting import fit_particle  # noqa: E402
-from capsule.judging import roc  # noqa: E402
-from capsule.judging.retest import combined_detections, first_passes  # noqa: E402
-from capsule.particles import ParameterSpace  # noqa: E402
-from capsule.phantom.parameters import Phantom, value_of, with_values  # noqa: E402
-from capsule.phantom.simulation import simulate_run  # noqa: E402
-from capsule.preprocessing import preprocess  # noqa: E402
-from capsule.seeding import generator  # noqa: E402
-from capsule.templates import build_templates  # noqa: E402
-from phantom_edges import DEFAULT_TABLE, read_phantom  # noqa: E402
+from capsule.detectors.diagonal import DiagonalDetector
+from capsule.detectors.passage import Passage
+from capsule.detectors.search import search
+from capsule.detectors.template import TemplateDetector
+from capsule.detectors.verdicts import Verdict
+from capsule.evaluation import roc
+from capsule.evaluation.retest import combined_detections, first_passes
+from capsule.fitting import fit_particle
+from capsule.particles import ParameterSpace
+from capsule.phantom.parameters import Phantom, value_of, with_values
+from capsule.phantom.simulation import simulate_run
+from capsule.preprocessing import preprocess
+from capsule.seeding import generator
+from capsule.templates import build_templates
+from edges.phantom import DEFAULT_TABLE, read_phantom
 
 # The detector was designed on seeds 5000 to 9999; nothing here may use those.
 FIRST_SEED = 60_000

@@ -21,8 +21,8 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
 
-from durations import RULES  # noqa: E402
-from project import Project  # noqa: E402
+from edges.durations import RULES
+from support.project import Project
 
 STAGES = [*RULES, "report"]
 SIZES = ["0", "1", "2", "3", "4", "5"]

@@ -24,13 +24,13 @@ sys.path.insert(0, str(SCRIPTS))
 
 from capsule.configuration import check_configuration
 from capsule.errors import CapsuleError
-from capsule.judging import COLUMNS as JUDGEMENTS
+from capsule.evaluation.columns import COLUMNS as JUDGEMENTS
 from capsule.naming import folder_of
-from config_files import read_config_file
-from durations import RULES
-from files import fingerprint, list_archive, read_csv, remove_unfinished
-from run_guard import hold
-from sources import imported_files
+from edges.config_files import read_config_file
+from edges.durations import RULES
+from edges.files import fingerprint, list_archive, read_csv, remove_unfinished
+from edges.run_lock import hold
+from edges.sources import imported_files
 
 # The jobs' "python" is the one that runs Snakemake, activated or not.
 os.environ.update(PATH=os.pathsep.join([str(Path(sys.executable).parent), *os.get_exec_path()]))

@@ -5,7 +5,7 @@
 # gives: results/passages/<folder>.csv, results/detections.csv, results/detectors.json,
 #        results/sites.csv, and under results/evaluation/
 #        {predictions,group_predictions,detection,specificity,sizing,confusion}.csv and the tables
-#        of capsule.judging.COLUMNS
+#        of capsule.evaluation.columns
 
 FOLDERS = ARCHIVE.by_folder()
 

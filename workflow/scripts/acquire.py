@@ -2,9 +2,9 @@
 
 import sys
 
-import files
 from acquisition import options, run
-from acquisition.errors import AcquisitionError
+from acquisition.bench_errors import AcquisitionError
+from edges import files
 
 
 def main() -> None:

@@ -6,10 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-import files
-import fits
 from capsule.naming import size_label
 from capsule.templates import build_templates
+from edges import files, fits
 
 
 def main() -> None:

@@ -4,9 +4,9 @@ import argparse
 import json
 from pathlib import Path
 
-import files
-from capsule.folds import group_scheme, main_scheme
-from capsule.judging.sites import COLUMNS, site_rows
+from capsule.evaluation.folds import group_scheme, main_scheme
+from capsule.evaluation.sites import COLUMNS, site_rows
+from edges import files
 
 
 def main() -> None:

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-import files
 from capsule.detectors.learned import to_json
+from capsule.evaluation.predictions import Detectors
 from capsule.naming import folder_size_mm, size_mm
-from capsule.predictions import Detectors
 from capsule.templates import TemplateSet
-from detector_inputs import read_matrix, read_passages
+from edges import files
+from edges.detector_inputs import read_matrix, read_passages
 
 
 def main() -> None:

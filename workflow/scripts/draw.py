@@ -7,14 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-import files
+from capsule.evaluation.beside_paper import Evaluation
 from capsule.figures import gallery
-from capsule.figures.preprocessing import typical_recordings
+from capsule.figures.draw_preprocessing import typical_recordings
 from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
-from capsule.judgements import Evaluation
 from capsule.naming import folder_size_mm
 from capsule.stages import PreprocessedRun, preprocess_run
-from results import read_evaluation, read_judgements, read_printed, read_signal
+from edges import files
+from edges.results import read_evaluation, read_judgements, read_printed, read_signal
 
 
 def examples(

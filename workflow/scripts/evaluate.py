@@ -8,14 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
-import files
-import fits
-from capsule import evaluation
-from capsule.folds import Folds, group_scheme, header_groups
+from capsule.evaluation import rates
+from capsule.evaluation.folds import Folds, group_scheme, header_groups
+from capsule.evaluation.predictions import Detectors, by_folds
 from capsule.naming import size_mm
-from capsule.predictions import Detectors, by_folds
 from capsule.templates import build_templates
-from detector_inputs import read_matrix, read_passages
+from edges import files, fits
+from edges.detector_inputs import read_matrix, read_passages
 
 
 def group_folds(index: dict[str, dict], keys: list[str]) -> Iterator[Folds]:
@@ -56,8 +55,8 @@ def main() -> None:
     files.write_csv(folder / "group_predictions.csv", columns, grouped)
     known = [row for row in made if not np.isnan(row["predicted_mm"])]
     counted = {key: rules[key] for key in ("schemes", "tolerance_mm", "confidence")}
-    for name, table in evaluation.tables(known, templates.sizes_mm, **counted).items():
-        files.write_csv(folder / f"{name}.csv", evaluation.COLUMNS[name], table)
+    for name, table in rates.tables(known, templates.sizes_mm, **counted).items():
+        files.write_csv(folder / f"{name}.csv", rates.COLUMNS[name], table)
 
 
 if __name__ == "__main__":

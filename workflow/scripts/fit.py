@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
-import files
 from capsule.fitting import fit_particle
 from capsule.naming import size_mm
 from capsule.particles import ParameterSpace
 from capsule.seeding import generator
+from edges import files
 
 
 def main() -> None:

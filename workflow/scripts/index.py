@@ -4,10 +4,10 @@ import argparse
 from collections.abc import Iterator
 from pathlib import Path
 
-import files
 from capsule.errors import CapsuleError
 from capsule.naming import as_cell, folder_size_mm, reason_of_copy
 from capsule.recording import source_of
+from edges import files
 
 FROM_HEADER = ["site", "session", "nodule_at_mm"]
 COLUMNS = ["recording", "size_mm", "samples", "duration_s", "status", "reason", "sha256", "source"]

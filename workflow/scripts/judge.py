@@ -4,10 +4,10 @@ import argparse
 import json
 from pathlib import Path
 
-import files
-from capsule.judging import COLUMNS
-from capsule.judging.all_tables import all_tables
-from capsule.judging.tables import number
+from capsule.evaluation.all_tables import all_tables
+from capsule.evaluation.columns import COLUMNS
+from capsule.evaluation.tables import number
+from edges import files
 
 
 def main() -> None:

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import numpy as np
 
-import files
-from capsule.detectors.diagonal import UNKNOWN, Passage
+from capsule.detectors.passage import UNKNOWN, Passage
 from capsule.detectors.search import search
+from edges import files
 
 
 def main() -> None:

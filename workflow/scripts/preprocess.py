@@ -11,12 +11,12 @@ from pathlib import Path
 
 import numpy as np
 
-import files
 from capsule.acceptance import accept
 from capsule.errors import RecordingError
 from capsule.naming import size_mm
 from capsule.preprocessing import preprocess
 from capsule.recording import read_recording, too_large
+from edges import files
 
 
 def main() -> None:

@@ -11,11 +11,12 @@ from pathlib import Path
 
 import pandas as pd
 
-import files
-from capsule.report import contents, evidence, provenance, recordings, words
-from capsule.report.page import image_address, render_page
-from durations import read_durations
-from results import read_evaluation, read_fit, read_judgements, read_printed, read_signal
+from capsule import words
+from capsule.page import evidence, provenance, recordings, sections
+from capsule.page.render import image_address, render_page
+from edges import files
+from edges.durations import read_durations
+from edges.results import read_evaluation, read_fit, read_judgements, read_printed, read_signal
 
 FIGURES = ("detection", "negatives", "sizing", "confusion", "roc", "templates", "preprocessing")
 PACKAGES = ("snakemake", "numpy", "scipy", "pandas", "matplotlib", "jinja2")
@@ -23,10 +24,10 @@ STYLES = ("vendor/uplot/uPlot.min.css", "report.css")
 SCRIPTS = ("vendor/uplot/uPlot.iife.min.js", "signals.js", "viewer.js", "recordings.js")
 
 
-def read_tables(results: Path, printed: dict, confidence: float) -> contents.Tables:
+def read_tables(results: Path, printed: dict, confidence: float) -> sections.Tables:
     """Read the tables that the page shows."""
     evaluation = results / "evaluation"
-    return contents.Tables(
+    return sections.Tables(
         index=pd.read_csv(results / "recordings.csv"),
         passed_over=pd.read_csv(results / "passed_over.csv"),
         detections=pd.read_csv(results / "detections.csv"),
@@ -69,7 +70,7 @@ def main() -> None:
     printed, schema = read_printed(folder / "paper.yaml"), files.read_json(arguments.schema)
     found = read_tables(results, printed, settings["evaluation"]["confidence"])
     verdicts = recordings.verdicts_by_recording(found.evaluation.predictions, found.detections)
-    content = contents.page_values(found, verdicts, settings, schema, printed)
+    content = sections.page_values(found, verdicts, settings, schema, printed)
     load = partial(read_stored, results)
     carried = evidence.archive_evidence(content["recordings"], verdicts, load, settings)
     code = {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in arguments.code}

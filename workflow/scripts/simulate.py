@@ -4,11 +4,11 @@ import argparse
 import sys
 from pathlib import Path
 
-import files
 from capsule.errors import CapsuleError
 from capsule.phantom.simulation import planned_runs, recording_of, simulate_run
 from capsule.recording import format_recording
-from phantom_edges import phantom_arguments, read_phantom
+from edges import files
+from edges.phantom import phantom_arguments, read_phantom
 
 
 def natural(text: str) -> int:

@@ -21,11 +21,11 @@ from aeon.transformations.collection.convolution_based import MiniRocket
 ROOT = Path(__file__).parents[3]
 sys.path.insert(0, str(ROOT / "workflow" / "scripts"))
 
-from capsule.judging.roc import auc, height_at  # noqa: E402
-from capsule.phantom.parameters import Phantom  # noqa: E402
-from capsule.phantom.simulation import simulate_run  # noqa: E402
-from capsule.preprocessing import normalize  # noqa: E402
-from phantom_edges import DEFAULT_TABLE, read_phantom  # noqa: E402
+from capsule.evaluation.roc import auc, height_at
+from capsule.phantom.parameters import Phantom
+from capsule.phantom.simulation import simulate_run
+from capsule.preprocessing import normalize
+from edges.phantom import DEFAULT_TABLE, read_phantom
 
 LENGTH, TEACHING_SEED, FRESH_SEED, FRESH = 1000, 70_000, 80_000, 600
 # Recordings of one series, over one nodule as it was set up once; the next has the next seed.

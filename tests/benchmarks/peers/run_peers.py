@@ -35,9 +35,9 @@ from sklearn.preprocessing import StandardScaler
 ROOT = Path(__file__).parents[3]
 sys.path[:0] = [str(ROOT / "workflow" / "scripts"), str(Path(__file__).parents[1])]
 
-from judge_rates import rates  # noqa: E402
+from judge_rates import rates
 
-from capsule.preprocessing import normalize, preprocess  # noqa: E402
+from capsule.preprocessing import normalize, preprocess
 
 LENGTH, TIMED_FOLDS = 1000, 6
 

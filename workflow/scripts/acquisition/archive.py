@@ -8,7 +8,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-from acquisition.errors import AcquisitionError, DiskFullError, NameExistsError
+from acquisition.bench_errors import AcquisitionError, DiskFullError, NameExistsError
 from capsule.recording import column_names, format_header, format_sample
 
 if os.name == "nt":

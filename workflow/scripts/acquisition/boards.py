@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from serial.tools import list_ports
 from serial.tools.list_ports_common import ListPortInfo
 
-from acquisition.errors import (
+from acquisition.bench_errors import (
     AcquisitionError,
     BoardNotFoundError,
     LineLostError,
@@ -16,7 +16,7 @@ from acquisition.errors import (
     WrongBoardError,
 )
 from acquisition.line import BAUD, Arrival, Line
-from capsule.protocol import VERSION, Acknowledgement, Damaged, Identity, Refusal
+from acquisition.protocol import VERSION, Acknowledgement, Damaged, Identity, Refusal
 
 # Opening a port restarts an Arduino. A Mega's boot loader then waits for up to two seconds, and a
 # byte that comes meanwhile makes it wait for an upload that never comes: so listen first.

@@ -3,10 +3,10 @@
 import time
 from dataclasses import dataclass
 
+from acquisition.bench_errors import AcquisitionError, LineLostError
 from acquisition.boards import connect, request
-from acquisition.errors import AcquisitionError, LineLostError
 from acquisition.line import BAUD, Arrival
-from capsule.protocol import Position
+from acquisition.protocol import Position
 
 ASK_EVERY_S = 1.0
 SILENT_AFTER_S = 5.0

@@ -4,7 +4,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from acquisition.archive import explain_write_fault
-from capsule.protocol import Damaged
+from acquisition.protocol import Damaged
 
 
 class FrameLog:

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 import serial
 from serial.tools import list_ports
 
-from acquisition.clock import elapsed_s
-from acquisition.errors import (
+from acquisition.bench_errors import (
     AcquisitionError,
     BoardNotFoundError,
     LineLostError,
     NoPermissionError,
     PortBusyError,
 )
-from capsule.protocol import Event, FrameParser, encode
+from acquisition.clock import elapsed_s
+from acquisition.protocol import Event, FrameParser, encode
 
 BAUD = 115200
 READ_TIMEOUT_S = 0.05

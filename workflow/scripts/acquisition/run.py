@@ -12,21 +12,21 @@ from pathlib import Path
 import numpy as np
 
 from acquisition import archive, boards
+from acquisition.bench_errors import AcquisitionError, BoardLostError
 from acquisition.drive import Drive, Wave
-from acquisition.errors import AcquisitionError, BoardLostError
 from acquisition.frame_log import FrameLog
 from acquisition.line import Line
 from acquisition.options import PROJECT
+from acquisition.protocol import Identity
 from acquisition.session import Limits, Session, StopRequest
 from acquisition.terminal import Progress, Terminal
 from capsule.acceptance import accept
 from capsule.configuration import check_configuration
 from capsule.errors import RecordingError
 from capsule.naming import UNLABELLED
-from capsule.protocol import Identity
 from capsule.recording import read_recording
-from config_files import read_config_file
-from files import read_json
+from edges.config_files import read_config_file
+from edges.files import read_json
 
 SCHEMA = PROJECT / "workflow" / "schemas" / "config.schema.json"
 JUDGE_EVERY_S = 1.0

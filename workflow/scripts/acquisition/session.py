@@ -7,19 +7,19 @@ from dataclasses import dataclass
 from types import FrameType
 
 from acquisition.archive import PartFile
-from acquisition.boards import connect
-from acquisition.errors import (
+from acquisition.bench_errors import (
     AcquisitionError,
     BoardLostError,
     BoardNotFoundError,
     LineLostError,
 )
+from acquisition.boards import connect
 from acquisition.frame_log import FrameLog
 from acquisition.line import Arrival, Line
+from acquisition.protocol import Acknowledgement, Damaged, Identity, Sample
 from acquisition.terminal import Progress, Terminal
 from acquisition.timeline import MisplacedSampleError, Timeline
 from acquisition.usb import UsbPort
-from capsule.protocol import Acknowledgement, Damaged, Identity, Sample
 
 START_AGAIN_S = 0.5
 # A board that was reset sits in its boot loader, which must not hear a byte (see boards.QUIET_S).

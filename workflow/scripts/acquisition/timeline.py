@@ -3,7 +3,7 @@
 from collections import deque
 from dataclasses import dataclass
 
-from capsule.protocol import Sample
+from acquisition.protocol import Sample
 
 # The delay between a sample and its arrival varies; the smallest of the last ones is the line's.
 DELAYS_KEPT = 50

@@ -5,14 +5,14 @@ from pathlib import Path
 
 import numpy as np
 
-from acquisition.errors import AcquisitionError
-from capsule.detection import nearest_size, template_distances
+from acquisition.bench_errors import AcquisitionError
+from capsule import words
 from capsule.detectors.learned import from_json
+from capsule.detectors.matching import nearest_size, template_distances
 from capsule.detectors.verdicts import Verdict
 from capsule.naming import folder_size_mm
 from capsule.preprocessing import preprocess
-from capsule.report import words
-from files import read_json
+from edges.files import read_json
 
 
 def read_templates(path: Path) -> dict[float, np.ndarray]:

@@ -5,7 +5,7 @@ import time
 import matplotlib.pyplot as plt
 from matplotlib.backends import BackendFilter, backend_registry
 
-from acquisition.errors import AcquisitionError
+from acquisition.bench_errors import AcquisitionError
 from acquisition.terminal import Progress
 
 REDRAW_EVERY_S = 0.25

@@ -1,237 +1,185 @@
-"""One nodule passes all sensors in turn: the place and speed where their beats agree on it."""
+"""What the diagonal detector learns from recordings of known size, and how it judges by it."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from capsule.detectors.beats import CHANNELS, Beats, quantile
+from capsule.detectors.leaving_out import ProbabilityWithout, SizesWithout
+from capsule.detectors.operating_point import Probability, fit_probability, threshold_at
+from capsule.detectors.passage import Passage
+from capsule.detectors.sizing import SizeModel, fit_sizes, nearest_known
+from capsule.detectors.verdicts import Verdict
+
+UNKNOWN_VALUE = float("nan")
+# In usual depths; a place where nothing rises has a logarithm, too.
+_LEAST_CHANNEL = 0.03
 
 
 @dataclass(frozen=True)
-class Passage:
-    """The best candidate for a nodule in one recording.
+class DiagonalModel:
+    """What the diagonal detector learns from a training fold.
 
     Attributes
     ----------
-    evidence : float
-        How much the weighted beats exceed the usual there, in units of their spread, mean over the
-        sensors; the detector's score.
-    level, depth, shape : float
-        The channels at the candidate, mean over the sensors, in usual depths.
-    location_mm : float
-        Way of the first sensor from the recording's start to the candidate, in mm.
-    location_samples : float
-        When the first sensor passes it, in samples from the recording's start.
-    lag_samples : float
-        Mean time from sensor to sensor, in samples.
-    level_spread, depth_spread, shape_spread : float
-        Standard deviation of the channels over the whole run, mean over the sensors, in usual
-        depths; they belong to no place, and say much about the size.
+    threshold : float
+        Of the evidence.
+    probability : Probability or None
+        From the evidence.
+    sizes : SizeModel or None
+        From the features of the passage.
+    known_mm : tuple of float
+        Nodule sizes of the archive.
     """
 
-    evidence: float
-    level: float
-    depth: float
-    shape: float
-    location_mm: float
-    location_samples: float
-    lag_samples: float
-    level_spread: float
-    depth_spread: float
-    shape_spread: float
+    threshold: float
+    probability: Probability | None
+    sizes: SizeModel | None
+    known_mm: tuple[float, ...]
+
+    def verdict(self, passage: Passage) -> Verdict:
+        """Judge one recording by its passage."""
+        score = passage.evidence
+        if np.isnan(score) or np.isnan(self.threshold):
+            return Verdict(UNKNOWN_VALUE, score, self.threshold)
+        detected = score > self.threshold
+        chance = UNKNOWN_VALUE if self.probability is None else float(self.probability.of(score))
+        if not detected:
+            return Verdict(0.0, score, self.threshold, chance)
+        estimate = UNKNOWN_VALUE
+        if self.sizes is not None:
+            estimate = float(self.sizes.estimate(size_features([passage]))[0])
+        predicted = nearest_known(estimate, self.known_mm)
+        place = passage.location_samples, passage.location_mm
+        return Verdict(predicted, score, self.threshold, chance, estimate, *place)
 
 
-UNKNOWN = Passage(*[float("nan")] * len(fields(Passage)))
-# Candidates that are tried at a time, to stay within the processor's cache.
-_BLOCK = 250
-# In windows: even without dwell, a sensor that never meets a place says nothing of it.
-_LEAST_DWELL = float(np.finfo(np.float32).tiny)
+def size_features(passages: Sequence[Passage]) -> np.ndarray:
+    """Lay out the features from which sizes are estimated, (n, 9).
 
-
-def standardised_beats(
-    beats: Beats, weights: Mapping[str, float], least_spread: float, limit: float
-) -> np.ndarray:
-    """Weigh the channels, in units of each sensor's own spread over the run.
-
-    A sensor whose seat shifts all the time says less than one that sits firm, and no single beat
-    says more than `limit`.
-
-    Parameters
-    ----------
-    beats : Beats
-        From `find_beats`.
-    weights : mapping of str to float
-        Weight of each channel.
-    least_spread : float
-        Added to the spread in quadrature, in usual depths: no sensor is trusted beyond it.
-    limit : float
-        Largest magnitude, in spreads.
-
-    Returns
-    -------
-    (S, N) array
+    The channels at the place, depth and shape also by their logarithms, since a size multiplies
+    them; the logarithms of the channels' spreads over the run; and the time from sensor to sensor,
+    since a large nodule slows the capsule down.
     """
-    weighted = sum(weights[name] * beats.channels[place] for place, name in enumerate(CHANNELS))
-    # A nodule raises the beats for part of the run, so the spread is that of the lower half. From
-    # the median to the lower quartile it is 0.6745 standard deviations of a normal distribution.
-    ordered = np.sort(weighted, axis=1)
-    spread = (quantile(ordered, 0.5) - quantile(ordered, 0.25)) / 0.6745
-    return np.clip(weighted / np.hypot(least_spread, spread), -limit, limit)
+    names = (
+        "level",
+        "depth",
+        "shape",
+        "lag_samples",
+        "level_spread",
+        "depth_spread",
+        "shape_spread",
+    )
+    table = np.array([[getattr(passage, name) for name in names] for passage in passages])
+    table = table.reshape(-1, len(names))
+    risen = np.maximum(table[:, 1:3], _LEAST_CHANNEL)
+    return np.column_stack([table[:, :4], np.log(risen), np.log(table[:, 4:])])
 
 
-def find_passage(
-    beats: Beats,
+def fit_diagonal(
+    scores: np.ndarray,
+    features: np.ndarray,
+    sizes_mm: np.ndarray,
     *,
-    level_weight: float,
-    depth_weight: float,
-    shape_weight: float,
-    least_spread: float,
-    limit: float,
-    pitch_mm: float,
-    lag_range: tuple[float, float],
-    lags: int,
-    step_mm: float,
-    width_mm: float,
-    dwell: float,
-) -> Passage:
-    """Search all places and mean speeds for the passage with the most evidence.
-
-    At a candidate place each sensor's beats are averaged over the time that the sensor spends
-    there (a Gaussian of `width_mm`), and the sensors' averages are averaged. The capsule's
-    irregular motion is known from the wave's phase; its mean speed is searched.
+    known_mm: Sequence[float],
+    specificity: float,
+    prevalence: float,
+    size_ridge: float,
+) -> DiagonalModel:
+    """Learn from the labelled recordings of a training fold.
 
     Parameters
     ----------
-    beats : Beats
-        From `find_beats`.
-    level_weight, depth_weight, shape_weight : float
-        Weights of the channels of the beats.
-    least_spread, limit : float
-        As in `standardised_beats`.
-    pitch_mm : float
-        Distance from sensor to sensor in mm.
-    lag_range : pair of float
-        Shortest and longest mean time from sensor to sensor, in samples.
-    lags : int
-        How many mean speeds are tried, evenly spaced.
-    step_mm : float
-        Distance between the places tried, in mm.
-    width_mm : float
-        Standard deviation of a place, in mm.
-    dwell : float
-        Samples' worth of usual beats that are mixed into each average, so that a place that a
-        sensor hurries through, or never meets, says little.
+    scores : (n,) array
+        Evidence of each recording's passage; one without (NaN) teaches nothing.
+    features : (n, 9) array
+        From `size_features`.
+    sizes_mm : (n,) array
+        True sizes, 0 for no nodule.
+    known_mm : sequence of float
+        Nodule sizes of the whole archive, to which predictions are rounded.
+    specificity : float
+        Wanted of the threshold.
+    prevalence : float
+        For which the probability is stated.
+    size_ridge : float
+        Penalty of the size regression.
 
     Returns
     -------
-    Passage
+    DiagonalModel
     """
-    weights = dict(zip(CHANNELS, (level_weight, depth_weight, shape_weight), strict=True))
-    weighted = standardised_beats(beats, weights, least_spread, limit)
-    behind_mm = pitch_mm * np.arange(weighted.shape[0])
-    dwell = max(dwell / float(beats.centre[1] - beats.centre[0]), _LEAST_DWELL)
-    speeds = np.linspace(pitch_mm / lag_range[1], pitch_mm / lag_range[0], lags)
-    head_mm = beats.irregular_mm - beats.irregular_mm[0] + np.outer(speeds, beats.centre)
-    # Places that at least half the sensors can meet.
-    farthest_mm = head_mm.max(axis=1) - behind_mm[behind_mm.size // 2]
-    speed, place_mm = _candidates(farthest_mm, step_mm)
-    unit_mm = np.sqrt(2) * width_mm  # in which the Gaussian is exp(-x^2)
-    head, behind, place = head_mm / unit_mm, behind_mm / unit_mm, place_mm / unit_mm
-    evidence = _evidence(weighted, head, behind, speed, place, dwell)
-    best = int(evidence.argmax())
-    beyond_mm = head_mm[speed[best]] - place_mm[best]
-    channels = np.concatenate([weighted[np.newaxis], beats.channels])
-    averages = _averages(channels, beyond_mm[np.newaxis] / unit_mm, behind, dwell)
-    return Passage(
-        *averages[:, 0].tolist(),
-        float(place_mm[best]),
-        float(beats.centre[np.abs(beyond_mm).argmin()]),
-        float(pitch_mm / speeds[speed[best]]),
-        *beats.channels.std(axis=2).mean(axis=1).tolist(),
+    usable = ~np.isnan(scores)
+    scores, features, sizes_mm = scores[usable], features[usable], sizes_mm[usable]
+    nodule = sizes_mm > 0
+    return DiagonalModel(
+        threshold_at(scores[~nodule], specificity),
+        fit_probability(scores, nodule, prevalence),
+        fit_sizes(features[nodule], sizes_mm[nodule], size_ridge),
+        tuple(known_mm),
     )
 
 
-def _candidates(farthest_mm: np.ndarray, step_mm: float) -> tuple[np.ndarray, np.ndarray]:
-    """List what is tried: from the start, every place up to the farthest at each speed (V,).
-
-    Returns
-    -------
-    speed : (G,) array of int
-        Number of each candidate's speed.
-    place_mm : (G,) array
-    """
-    places = np.ceil(np.maximum(farthest_mm, 0.0) / step_mm + 0.5).astype(int)
-    speed = np.repeat(np.arange(places.size), places)
-    before = np.repeat(np.cumsum(places) - places, places)
-    return speed, step_mm * (np.arange(speed.size) - before)
-
-
-def _evidence(
-    weighted: np.ndarray,
-    head: np.ndarray,
-    behind: np.ndarray,
-    speed: np.ndarray,
-    place: np.ndarray,
-    dwell: float,
-) -> np.ndarray:
-    """Give the evidence of every candidate (G,), to a millionth.
-
-    Single precision is enough to choose one, and takes half the time.
+class DiagonalDetector:
+    """Judges recordings by what the others of an archive teach.
 
     Parameters
     ----------
-    weighted : (S, N) array
-        From `standardised_beats`.
-    head : (V, N) array
-        Way of the first sensor at each speed, in units in which the Gaussian is exp(-x^2).
-    behind, dwell
-        As in `_averages`.
-    speed, place : (G,) arrays
-        From `_candidates`, the places in the same units.
+    passages : mapping of str to Passage
+        One of each recording, labelled or not.
+    sizes_mm : mapping of str to float
+        True sizes of the labelled recordings.
+    specificity, prevalence, size_ridge : float
+        As in `fit_diagonal`.
     """
-    channels, head, behind, place = (
-        values.astype(np.float32) for values in (weighted[np.newaxis], head, behind, place)
-    )
-    evidence = np.empty(place.size, dtype=np.float32)
-    for start in range(0, place.size, _BLOCK):
-        some = slice(start, start + _BLOCK)
-        beyond = head.take(speed[some], axis=0)
-        beyond -= place[some, np.newaxis]
-        evidence[some] = _averages(channels, beyond, behind, dwell)[0]
-    return evidence
 
+    def __init__(
+        self,
+        passages: Mapping[str, Passage],
+        sizes_mm: Mapping[str, float],
+        *,
+        specificity: float,
+        prevalence: float,
+        size_ridge: float,
+    ) -> None:
+        self.passages = passages
+        labelled = [passages[name] for name in sizes_mm]
+        scores = np.array([passage.evidence for passage in labelled])
+        usable = ~np.isnan(scores)
+        names = np.array(list(sizes_mm), dtype=object)[usable]
+        self._place = {name: place for place, name in enumerate(names)}
+        self._scores, self._features = scores[usable], size_features(labelled)[usable]
+        self._sizes_mm = np.array(list(sizes_mm.values()), dtype=np.float64)[usable]
+        self._nodule = self._sizes_mm > 0
+        self._among_nodules = np.cumsum(self._nodule) - 1
+        self._known_mm = tuple(sorted({size for size in sizes_mm.values() if size > 0}))
+        self._specificity = specificity
+        self._probability = ProbabilityWithout(self._scores, self._nodule, prevalence)
+        self._sizes = SizesWithout(
+            self._features[self._nodule], self._sizes_mm[self._nodule], size_ridge
+        )
+        self._models: dict[frozenset[str], DiagonalModel] = {}
 
-def _averages(
-    channels: np.ndarray, beyond: np.ndarray, behind: np.ndarray, dwell: float
-) -> np.ndarray:
-    """Average the beats at places: each sensor's over its time there, then over the sensors.
+    def judge(self, name: str, left_out: Sequence[str]) -> Verdict:
+        """Judge one recording; those left out teach nothing."""
+        return self.model(left_out).verdict(self.passages[name])
 
-    Parameters
-    ----------
-    channels : (C, S, N) array
-        Of which the averages are taken.
-    beyond : (G, N) array
-        How far the first sensor is beyond each place at each moment, in units in which the
-        Gaussian is exp(-x^2).
-    behind : (S,) array
-        How far each sensor is behind the first, in the same units.
-    dwell : float
-        As in `find_passage`, but in windows, and above 0.
+    def model(self, left_out: Sequence[str]) -> DiagonalModel:
+        """Learn from all labelled recordings but those left out."""
+        key = frozenset(left_out)
+        if key not in self._models:
+            places = [self._place[other] for other in key if other in self._place]
+            self._models[key] = self._learn(np.array(sorted(places), dtype=int))
+        return self._models[key]
 
-    Returns
-    -------
-    (C, G) array
-        In the precision of `beyond`.
-    """
-    precision = beyond.dtype.type
-    moments = np.ones(beyond.shape[1], dtype=precision)
-    presence = np.empty_like(beyond)
-    total = np.zeros((channels.shape[0], beyond.shape[0]), dtype=precision)
-    for sensor in range(behind.size):
-        np.subtract(beyond, behind[sensor], out=presence)
-        np.square(presence, out=presence)
-        np.negative(presence, out=presence)
-        np.exp(presence, out=presence)
-        total += channels[:, sensor] @ presence.T / (presence @ moments + precision(dwell))
-    return total / behind.size
+    def _learn(self, left_out: np.ndarray) -> DiagonalModel:
+        """Learn as `fit_diagonal` does without some recordings, from what all of them teach."""
+        taught = np.ones(self._scores.size, dtype=bool)
+        taught[left_out] = False
+        nodules = self._among_nodules[left_out[self._nodule[left_out]]]
+        return DiagonalModel(
+            threshold_at(self._scores[taught & ~self._nodule], self._specificity),
+            self._probability.without(left_out),
+            self._sizes.without(nodules),
+            self._known_mm,
+        )

@@ -5,11 +5,11 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from capsule.detectors.learning import DiagonalModel
+from capsule.detectors.diagonal import DiagonalModel
 from capsule.detectors.operating_point import Probability
-from capsule.detectors.paper import judge_matrix
 from capsule.detectors.search import search
 from capsule.detectors.sizing import SizeModel
+from capsule.detectors.template import judge_matrix
 from capsule.detectors.verdicts import Verdict
 
 

@@ -15,8 +15,9 @@ class Comparison:
     Attributes
     ----------
     distances, gains, lags : (B,) array
-        The smallest RMSE (eq. RMSEmin), as of `capsule.detection.template_distances`, and gain and
-        lag, as of `template_margins`; NaN where the matrix or the template is NaN.
+        The smallest RMSE (eq. RMSEmin), as of
+        `capsule.detectors.matching.template_distances`, and gain and lag, as of
+        `template_margins`; NaN where the matrix or the template is NaN.
     """
 
     distances: np.ndarray

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from capsule.detectors.beats import find_beats
-from capsule.detectors.diagonal import UNKNOWN, Passage, find_passage
 from capsule.detectors.divider import relative_resistance
+from capsule.detectors.passage import UNKNOWN, Passage, find_passage
 
 _OF_LEARNING = ("size_ridge",)
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from capsule.detection import nearest_size
+from capsule.detectors.matching import nearest_size
 
 _UNKNOWN = float("nan")
 

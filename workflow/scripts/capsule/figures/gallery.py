@@ -7,13 +7,14 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from capsule.figures import points, preprocessing
-from capsule.figures.confusion import draw_confusion
-from capsule.figures.rates import draw_rates
-from capsule.figures.roc import curve_table, draw_roc
-from capsule.figures.templates import draw_templates, template_table
-from capsule.folds import main_scheme
-from capsule.judgements import Evaluation
+from capsule.evaluation import points
+from capsule.evaluation.beside_paper import Evaluation
+from capsule.evaluation.folds import main_scheme
+from capsule.figures import draw_preprocessing
+from capsule.figures.draw_confusion import draw_confusion
+from capsule.figures.draw_rates import draw_rates
+from capsule.figures.draw_roc import curve_table, draw_roc
+from capsule.figures.draw_templates import draw_templates, template_table
 from capsule.stages import PreprocessedRun
 
 # The data of a figure, and what draws it: it takes the width in inches.
@@ -24,8 +25,8 @@ def preprocessing_drawing(runs: Sequence[PreprocessedRun | None], settings: Mapp
     """Give the stages of pre-processing of some runs; the configuration tells the threshold."""
     threshold = settings["preprocessing"]["threshold"]
     return (
-        preprocessing.example_table(runs),
-        lambda width: preprocessing.draw_preprocessing(runs, threshold, width),
+        draw_preprocessing.example_table(runs),
+        lambda width: draw_preprocessing.draw_preprocessing(runs, threshold, width),
     )
 
 

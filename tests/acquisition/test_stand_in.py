@@ -1,0 +1,80 @@
+"""acquire.py on every system: a logger imitated in Python, behind a socket."""
+
+import numpy as np
+import pytest
+
+from support.bench.cable import SocketCable
+from support.bench.recorder import Recorder, check_complete, check_times, samples_in
+from support.bench.stand_in import StandInLogger
+from support.bench.workbench import Workbench
+from support.bench.world import Clock
+
+
+@pytest.fixture
+def cable():
+    made = SocketCable(StandInLogger())
+    yield made
+    assert not made.boot_loader_stuck
+    if made.plugged:
+        made.unplug()
+
+
+@pytest.fixture
+def bench(cable):
+    return Workbench(cable, world=Clock(cable.board))
+
+
+@pytest.fixture(autouse=True)
+def end_recorders():
+    yield
+    Recorder.end_all()
+
+
+def test_records_into_the_archive(tmp_path, cable, bench):
+    options = ("--unlabelled", "--duration", "20", "--name", "run-1")
+    recorder = Recorder(tmp_path, "--port", cable.port, *options)
+    bench.run(recorder.done)
+    recorder.expect(0, "200 samples", "no gap")
+    assert (tmp_path / "raw" / "unlabelled" / "run-1.csv").exists()
+    check_times(recorder.recording())
+    check_complete(recorder.recording(), cable, ended_early=True)
+
+
+def test_unplugged_and_plugged_back_in(tmp_path, cable, bench):
+    recorder = Recorder(tmp_path, "--port", cable.port, "--size", "2.5", "--duration", "15")
+    bench.speed = 20
+    bench.run(lambda: len(samples_in(cable.whole)) >= 50)
+    cable.unplug()
+    bench.speed = 1
+    bench.run_for(0.5)
+    cable.plug()
+    bench.run(lambda: len(samples_in(cable.whole)) >= 52)
+    bench.speed = 20
+    bench.run(recorder.done)
+    recorder.expect(0, "was unplugged", "is back", "1 gaps")
+    recording = recorder.recording()
+    check_complete(recording, cable, ended_early=True)
+    # 20 times faster than real time, a sample's arrival tells its time less well.
+    check_times(recording, tolerance_s=0.306)
+    assert np.isnan(recording.values[0]).sum() > 10
+
+
+def test_killed_recorder_is_recovered(tmp_path, cable, bench):
+    recorder = Recorder(tmp_path, "--port", cable.port, "--size", "0", "--name", "r01")
+    bench.speed = 50
+    bench.run(lambda: len(samples_in(cable.whole)) >= 100)
+    (part,) = recorder.parts()
+    bench.run(lambda: part.read_bytes().count(b"\n") >= 100)
+    recorder.process.kill()
+    recorder.process.wait()
+    Recorder(tmp_path, "--recover", part).expect(0, "recovered")
+    check_times(recorder.recording())
+    check_complete(recorder.recording(), cable, ended_early=True)
+
+
+def test_end_stop(tmp_path, cable, bench):
+    recorder = Recorder(tmp_path, "--port", cable.port, "--size", "5")
+    bench.run(lambda: len(samples_in(cable.whole)) >= 30)
+    cable.board.set_end_stop(True)
+    bench.run(recorder.done)
+    recorder.expect(0, "the capsule reached the end stop")

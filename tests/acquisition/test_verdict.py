@@ -1,0 +1,127 @@
+"""acquire.py --detect: the running verdict, and every detector's in the end."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+from acquisition import options
+from acquisition.bench_errors import AcquisitionError
+from acquisition.verdict import FinalVerdict, RunningVerdict
+from capsule.detectors.diagonal import DiagonalDetector
+from capsule.detectors.learned import Learned, from_json, to_json
+from capsule.detectors.passage import Passage
+from capsule.phantom.simulation import simulate_run
+from edges.config_files import read_config_file
+from edges.phantom import DEFAULT_TABLE, read_phantom
+
+SHAPE = {"window": 84, "threshold": 1.0, "length": 1000}
+
+
+@pytest.fixture
+def verdict(tmp_path):
+    """Make a detector that knows one shape, 3 mm."""
+    shape = np.zeros((4, 1000))
+    for sensor in range(4):
+        shape[sensor, 150 + 100 * sensor : 250 + 100 * sensor] = 1.0
+    np.savez(tmp_path / "templates.npz", **{"0mm": np.zeros((4, 1000)), "3mm": shape})
+    return RunningVerdict(tmp_path / "templates.npz", SHAPE)
+
+
+def noisy_run(bumps):
+    random = np.random.default_rng(1)
+    values = random.normal(500, 2, (4, 700))
+    for sensor in range(4 if bumps else 0):
+        values[sensor, 150 + 100 * sensor : 250 + 100 * sensor] += random.normal(0, 60, 100)
+    return [tuple(sample) for sample in values.round().astype(int).T.tolist()]
+
+
+def test_verdict_of_the_papers_detector(verdict):
+    assert verdict.judge(noisy_run(bumps=True), 4).startswith("nodule of 3 mm (RMSE 0.")
+    assert verdict.judge(noisy_run(bumps=False), 4).startswith("no nodule (RMSE 0.")
+
+
+def test_verdict_passes_over_missing_samples(verdict):
+    samples = noisy_run(bumps=True)
+    samples[300:310] = [None] * 10
+    assert verdict.judge(samples, 4).startswith("nodule of 3 mm")
+
+
+def test_no_verdict_without_reason(verdict, tmp_path):
+    run = noisy_run(bumps=True)
+    assert verdict.judge(run[:83], 4) == "verdict after 84 samples"
+    assert verdict.judge(run * 2, 4) == "no verdict: more than 1000 samples"
+    assert verdict.judge([(5, *sample[1:]) for sample in run], 4).endswith("sensor 1 is constant")
+    assert "gap is longer" in verdict.judge([*run[:200], *[None] * 100, *run[200:]], 4)
+    assert verdict.judge([None] * 100, 4) == "no verdict: no sample yet"
+    with pytest.raises(AcquisitionError, match="snakemake"):
+        RunningVerdict(tmp_path / "none.npz", SHAPE)
+
+
+def learned_from(healthy_scores=(0.1, 0.2)):
+    """Teach the detectors with a few made-up passages."""
+    place, usual = (1, 1, 130), (0.1, 0.1, 0.1)
+    passages = {
+        f"0mm/{n}": Passage(score, 0, 0, 0, *place, *usual)
+        for n, score in enumerate(healthy_scores)
+    }
+    passages |= {f"3mm/{n}": Passage(3.0 + n, n, n, n, *place, *usual) for n in range(3)}
+    sizes = {name: float(name[0]) for name in passages}
+    rules = {"specificity": 0.95, "prevalence": 0.1, "size_ridge": 2.0}
+    model = DiagonalDetector(passages, sizes, **rules).model([])
+    return Learned(len(sizes), 5.0 if healthy_scores else float("nan"), model)
+
+
+def test_what_is_learned_survives_the_file():
+    for learned in (learned_from(), learned_from(healthy_scores=())):
+        read = from_json(json.loads(json.dumps(to_json(learned), allow_nan=False)))
+        assert to_json(read) == to_json(learned)
+        passage = Passage(9.0, 1, 1, 1, 4.5, 128, 130, 0.1, 0.1, 0.1)
+        before, after = learned.diagonal.verdict(passage), read.diagonal.verdict(passage)
+        np.testing.assert_equal(vars(after), vars(before))
+
+
+@pytest.fixture
+def configuration():
+    return read_config_file(options.PROJECT / "config/config.yaml")
+
+
+def final_verdict(tmp_path, configuration, learned, **changes):
+    settings = {"diagonal": configuration["diagonal"] | changes}
+    content = {**to_json(learned), "settings": settings}
+    (tmp_path / "detectors.json").write_text(json.dumps(content))
+    return FinalVerdict(tmp_path / "templates.npz", tmp_path / "detectors.json", configuration)
+
+
+def test_every_detector_judges_a_whole_run(verdict, tmp_path, configuration):
+    final = final_verdict(tmp_path, configuration, learned_from())
+    # Over 5 mm the capsule may be held until the run is stopped by hand.
+    run = simulate_run(read_phantom(DEFAULT_TABLE, []), 4.0, 1, "4mm/r01")
+    by_rule, by_threshold, by_diagonal = final.judge(run.counts.astype(float))
+    assert by_rule.startswith("verdict of template: n")
+    assert by_threshold.startswith("verdict of template_threshold: n")
+    found = re.fullmatch(
+        r"verdict of diagonal: nodule of (\d\.\d) mm, sensor 1 passes it: ([\d.]+) s, ([\d.]+) mm, "
+        r"probability of a nodule ([\d.]+) % where 10 % have one",
+        by_diagonal,
+    )
+    assert float(found[3]) == pytest.approx(run.nodule_at_mm, abs=4)
+
+
+def test_the_final_verdict_says_why_there_is_none(verdict, tmp_path, configuration):
+    final = final_verdict(tmp_path, configuration, learned_from(healthy_scores=()))
+    noise = np.random.default_rng(1).normal(500, 2, (4, 700))
+    _, by_threshold, by_diagonal = final.judge(noise)
+    assert by_threshold == "verdict of template_threshold: not known, nothing to learn from"
+    assert by_diagonal.startswith("verdict of diagonal: not known, no")
+
+
+def test_what_was_learned_elsewhere_is_refused_with_the_remedy(verdict, tmp_path, configuration):
+    with pytest.raises(AcquisitionError, match=r"detectors\.json; make it first: snakemake"):
+        FinalVerdict(tmp_path / "templates.npz", tmp_path / "detectors.json", configuration)
+    with pytest.raises(AcquisitionError, match=r"another configuration .* snakemake -c2"):
+        final_verdict(tmp_path, configuration, learned_from(), dwell=99)
+    (tmp_path / "detectors.json").write_text("{}")
+    with pytest.raises(AcquisitionError, match="or version"):
+        FinalVerdict(tmp_path / "templates.npz", tmp_path / "detectors.json", configuration)

@@ -1,0 +1,126 @@
+import numpy as np
+import pytest
+
+from capsule.detectors.beats import Beats
+from capsule.detectors.passage import find_passage, standardised_beats
+from capsule.seeding import generator
+
+SEARCH = {
+    "level_weight": 0.0,
+    "depth_weight": 1.0,
+    "shape_weight": 0.0,
+    "least_spread": 0.2,
+    "limit": 4.0,
+    "pitch_mm": 6.0,
+    "lag_range": (80.0, 300.0),
+    "lags": 12,
+    "step_mm": 0.5,
+    "width_mm": 1.0,
+    "dwell": 12.0,
+}
+
+
+def passing(height, place_mm=7.0, speed=0.045, sensors=(0, 1, 2, 3), irregular=0.0):
+    """Beats of a capsule whose sensors, a pitch apart, pass one place."""
+    centre = np.arange(16.0, 685.0)
+    irregular_mm = irregular * np.sin(centre / 60.0)
+    head_mm = speed * centre + irregular_mm - irregular_mm[0]
+    channels = generator(1, "diagonal").normal(0.0, 0.05, (3, 4, centre.size))
+    for sensor in sensors:
+        channels[1, sensor] += height * np.exp(
+            -0.5 * ((head_mm - 6.0 * sensor - place_mm) / 1.5) ** 2
+        )
+    return Beats(channels, centre, irregular_mm)
+
+
+def test_a_nodule_is_found_where_it_lies():
+    passage = find_passage(passing(0.5), **SEARCH)
+    assert passage.location_mm == pytest.approx(7.0, abs=1.0)
+    assert passage.location_samples == pytest.approx(7.0 / 0.045, abs=20)
+    assert passage.lag_samples == pytest.approx(6.0 / 0.045, rel=0.15)
+    assert 0.2 < passage.depth < 0.5
+
+
+def test_one_event_past_all_sensors_counts_more_than_one_under_a_single_sensor():
+    everywhere = find_passage(passing(0.3), **SEARCH).evidence
+    single = find_passage(passing(0.3, sensors=(1,)), **SEARCH).evidence
+    nothing = find_passage(passing(0.0), **SEARCH).evidence
+    assert everywhere > 2 * single > 2 * nothing > 0
+
+
+def test_irregular_motion_is_undone():
+    steady = find_passage(passing(0.3), **SEARCH).evidence
+    irregular = find_passage(passing(0.3, irregular=3.0), **SEARCH).evidence
+    assert irregular == pytest.approx(steady, rel=0.15)
+
+
+def test_a_restless_sensor_says_less_and_a_single_beat_not_everything():
+    beats = passing(0.0)
+    beats.channels[1, 2] *= 40
+    beats.channels[1, 0, 300] = 1e6
+    weighed = standardised_beats(beats, {"level": 0.0, "depth": 1.0, "shape": 0.0}, 0.2, 4.0)
+    assert weighed[2].std() == pytest.approx(1.0, rel=0.3)
+    assert weighed[1].std() == pytest.approx(0.05 / np.hypot(0.2, 0.05), rel=0.2)
+    assert weighed.max() == 4.0
+
+
+def written_out(beats, weighted, search):
+    """Give the averages of the weighted beats and of the channels at every place and speed."""
+    behind_mm = search["pitch_mm"] * np.arange(weighted.shape[0])
+    dwell = search["dwell"] / (beats.centre[1] - beats.centre[0])
+    shortest, longest = search["lag_range"]
+    for speed in np.linspace(
+        search["pitch_mm"] / longest, search["pitch_mm"] / shortest, search["lags"]
+    ):
+        head_mm = beats.irregular_mm - beats.irregular_mm[0] + speed * beats.centre
+        farthest_mm = max(head_mm.max() - behind_mm[behind_mm.size // 2], 0.0)
+        for place_mm in np.arange(0.0, farthest_mm + search["step_mm"] / 2, search["step_mm"]):
+            averages = []
+            for sensor, behind in enumerate(behind_mm):
+                off = (head_mm - behind - place_mm) / search["width_mm"]
+                presence = np.exp(-(off**2) / 2)
+                values = np.vstack([weighted[sensor], beats.channels[:, sensor]])
+                averages.append((values * presence).sum(axis=1) / (presence.sum() + dwell))
+            yield search["pitch_mm"] / speed, place_mm, np.mean(averages, axis=0)
+
+
+@pytest.mark.parametrize("number", range(20))
+def test_the_search_finds_what_the_formula_written_out_finds(number):
+    numbers = generator(number, "written out")
+    sensors, windows = numbers.integers(1, 7), numbers.integers(20, 200)
+    # At the longer pitches most sensors hardly meet any place.
+    search = SEARCH | {
+        "pitch_mm": numbers.uniform(1.0, 15.0),
+        "lags": numbers.integers(1, 20),
+        "step_mm": numbers.uniform(0.2, 2.0),
+        "width_mm": numbers.uniform(0.3, 3.0),
+        "dwell": numbers.choice([1.0, 12.0, 100.0]),
+        "limit": numbers.uniform(1.0, 5.0),
+        "shape_weight": numbers.uniform(0.0, 1.0),
+    }
+    centre = 16.0 + numbers.integers(1, 8) * np.arange(windows)
+    channels = numbers.normal(0.0, 0.3, (3, sensors, windows))
+    beats = Beats(channels, centre, numbers.normal(0.0, 0.2, windows).cumsum())
+    weights = {name: search[f"{name}_weight"] for name in ("level", "depth", "shape")}
+    weighted = standardised_beats(beats, weights, search["least_spread"], search["limit"])
+
+    passage = find_passage(beats, **search)
+    tried = {(lag, place): found for lag, place, found in written_out(beats, weighted, search)}
+    assert passage.evidence == pytest.approx(max(found[0] for found in tried.values()), abs=2e-6)
+    (there,) = (
+        found
+        for candidate, found in tried.items()
+        if candidate == pytest.approx((passage.lag_samples, passage.location_mm), rel=1e-12)
+    )
+    said = [passage.evidence, passage.level, passage.depth, passage.shape]
+    np.testing.assert_allclose(said, there, rtol=1e-12, atol=1e-14)
+
+
+def test_a_place_that_a_sensor_never_meets_says_nothing_even_without_dwell():
+    search = SEARCH | {"dwell": 0.0, "pitch_mm": 100.0, "lag_range": (1300.0, 5000.0)}
+    passage = find_passage(passing(0.3, sensors=(0,)), **search)
+    assert 0 < passage.evidence <= search["limit"] / 4
+
+
+def test_the_search_is_repeatable():
+    assert find_passage(passing(0.3), **SEARCH) == find_passage(passing(0.3), **SEARCH)

@@ -1,0 +1,104 @@
+"""Several passes over one place: one verdict, by a threshold learned from other places."""
+
+import numpy as np
+import pandas as pd
+
+from capsule.evaluation.sites import COLUMNS, Passes, site_rows, site_verdicts
+from capsule.page import places
+
+UNKNOWN = float("nan")
+
+
+def passes(size_mm, *scores, estimates=None, locations=None):
+    blank = [UNKNOWN] * len(scores)
+    parts = (scores, estimates or blank, locations or blank)
+    return Passes(size_mm, *(np.array(part, dtype=np.float64) for part in parts))
+
+
+HEALTHY = {f"h{place}": passes(0.0, place, place + 0.2) for place in range(9)}
+
+
+def test_a_place_is_judged_by_the_mean_of_its_passes_against_means():
+    sites = HEALTHY | {"single": passes(0.0, 100.0), "n": passes(2.0, 8.0, 10.0)}
+    verdicts = site_verdicts(sites, 0.8)
+    assert "single" not in verdicts
+    # Of 10 healthy places the threshold is the mean of rank 9, that of h8.
+    assert verdicts["n"].threshold == 8.1
+    assert (verdicts["n"].score, verdicts["n"].detected) == (9.0, True)
+    # Its own mean teaches a healthy place nothing: of the 9 others the rank is 8.
+    assert verdicts["h0"].threshold == 8.1
+    assert verdicts["h8"].threshold == 7.1
+
+
+def test_the_threshold_is_of_as_many_passes_as_were_made():
+    healthy = {f"h{place}": passes(0.0, 1.0 * place, 0.0, 0.0) for place in range(4)}
+    sites = healthy | {"two": passes(UNKNOWN, 1.0, 1.0), "three": passes(UNKNOWN, 1.0, 1.0, 1.0)}
+    verdicts = site_verdicts(sites, 0.5)
+    assert verdicts["two"].threshold == 1.0  # (2 + 0) / 2
+    assert np.isclose(verdicts["three"].threshold, 2 / 3)
+
+
+def test_the_papers_threshold_stays_0():
+    verdicts = site_verdicts({"a": passes(0.0, -1.0, 0.5), "b": passes(1.0, -1.0, 1.5)}, None)
+    assert [verdicts[name].detected for name in "ab"] == [False, True]
+
+
+def test_size_and_place_are_those_of_the_passes_that_found_it():
+    found = passes(3.0, 9.0, 0.0, 9.0, estimates=[3.0, UNKNOWN, 4.0], locations=[5.0, UNKNOWN, 7.0])
+    verdict = site_verdicts(HEALTHY | {"n": found}, 0.5)["n"]
+    assert (verdict.estimate_mm, verdict.location_mm) == (3.5, 6.0)
+
+
+def test_what_cannot_be_said_is_not_said():
+    alone = site_verdicts({"n": passes(3.0, 9.0, 8.0)}, 0.9)["n"]
+    assert alone.detected is None
+    silent = site_verdicts(HEALTHY | {"n": passes(3.0, UNKNOWN, UNKNOWN)}, 0.5)["n"]
+    assert silent.detected is None and silent.passes == 0
+
+
+def test_verdicts_are_sorted_by_detector_label_and_the_place_that_the_recordings_name():
+    sites = {"0mm/a": "", "0mm/b": "", "2mm/a": "p", "2mm/b": "p", "unlabelled/c": "p"}
+    predictions = [
+        {"recording": name, "detector": detector, "size_mm": name[0], "score": str(score)}
+        | {"estimate_mm": "2.0", "location_mm": ""}
+        for detector in ("template", "diagonal")
+        for score, name in enumerate(list(sites)[:4])
+    ]
+    # Without a label, as in detections.csv, it is no pass over the labelled place.
+    unlabelled = dict(predictions[-1], recording="unlabelled/c")
+    del unlabelled["size_mm"]
+    by_rule, by_threshold = site_rows([*predictions, unlabelled], sites, 0.6)
+    assert list(by_rule) == list(COLUMNS)
+    assert (by_rule["detector"], by_threshold["detector"]) == ("template", "diagonal")
+    assert (by_rule["site"], by_rule["size_mm"], by_rule["recordings"]) == ("p", 2.0, 2)
+    # The mean of the scores 2 and 3; the rule's own threshold is 0, the other is a healthy score.
+    assert (by_rule["score"], by_rule["threshold"], by_threshold["threshold"]) == (2.5, 0.0, 1.0)
+
+
+def test_the_page_has_a_row_a_place_and_a_column_a_detector():
+    rows = [
+        ["a", 0.0, 2, "template", True, 2.0, UNKNOWN],
+        ["a", 0.0, 2, "diagonal", False, UNKNOWN, UNKNOWN],
+        ["p", UNKNOWN, 3, "template", UNKNOWN, UNKNOWN, UNKNOWN],
+        ["p", UNKNOWN, 3, "diagonal", True, 3.14, 5.0],
+    ]
+    columns = ["site", "size_mm", "recordings", "detector", "detected", "estimate_mm"]
+    made = places.place_rows(pd.DataFrame(rows, columns=[*columns, "location_mm"]))
+    assert made["detectors"] == ["template", "diagonal"]
+    assert [(row["site"], row["size"], row["recordings"]) for row in made["rows"]] == [
+        ("a", "no nodule", 2),
+        ("p", "unlabelled", 3),
+    ]
+    assert made["rows"][0]["verdicts"] == ["nodule of 2.0 mm", "no nodule"]
+    assert made["rows"][1]["verdicts"] == ["not known", "nodule of 3.1 mm, at 5.0 mm"]
+    assert places.place_rows(pd.DataFrame(columns=[*columns, "location_mm"]))["rows"] == []
+
+
+def test_more_passes_are_rows_and_sizes_are_columns():
+    key = {"detector": "diagonal", "detected_low": 0.1, "detected_high": 0.9, "sites": 4}
+    rows = [key | {"passes": n, "size_mm": size, "detected": 0.25 * n} for n in (1, 2) for size in (0.0, 2.0)]  # fmt: skip  # noqa: E501
+    made = places.retest_rows(pd.DataFrame(rows[:-1]))
+    assert made["sizes"] == ["no nodule", "2 mm"]
+    assert [row["passes"] for row in made["rows"]] == [1, 2]
+    assert [cell["text"] for cell in made["rows"][1]["cells"]] == ["50 %", "not known"]
+    assert places.retest_rows(pd.DataFrame(columns=["detector"]))["rows"] == []

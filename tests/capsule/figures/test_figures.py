@@ -1,0 +1,240 @@
+"""The figures: what they show, at every width, and that the bytes are always the same."""
+
+import re
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.text import Text
+
+from capsule.evaluation import points
+from capsule.evaluation.beside_paper import Evaluation
+from capsule.evaluation.rates import tables
+from capsule.figures.contours import contour_levels
+from capsule.figures.draw_confusion import count_matrix, draw_confusion
+from capsule.figures.draw_preprocessing import (
+    draw_preprocessing,
+    example_table,
+    typical_recording,
+    typical_recordings,
+)
+from capsule.figures.draw_rates import draw_rates
+from capsule.figures.draw_roc import curve_table, draw_roc
+from capsule.figures.draw_templates import draw_templates, template_table
+from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
+from capsule.particles import Particle, render
+from capsule.stages import preprocess_run
+from support.synthetic import make_recording
+
+SCHEMES = ["leave_one_out", "resubstitution"]
+WIDTHS = [COLUMN_WIDTH_IN, PAGE_WIDTH_IN]
+
+
+def judged(verdicts, sizes_mm):
+    """Judge pairs of true and predicted size, the same under both schemes."""
+    rows = [
+        {"detector": "template", "scheme": scheme, "size_mm": true, "predicted_mm": predicted}
+        for scheme in SCHEMES
+        for true, predicted in verdicts
+    ]
+    made = tables(rows, sizes_mm, schemes=SCHEMES, tolerance_mm=1.0, confidence=0.95)
+    return {name: pd.DataFrame(table) for name, table in made.items()}
+
+
+VERDICTS = [(0, 0), (0, 2.5), (2.5, 2.5), (2.5, 0), (6, 6), (6, 2.5)]
+SIZES = [0.0, 2.5, 6.0]
+
+
+@pytest.fixture
+def example():
+    values = make_recording(3, "3mm/r01", samples=400, sensors=3, spacing=110).values
+    return preprocess_run("3mm/r01", "3 mm nodule", values, rate_hz=10, window=40, threshold=1.0)
+
+
+def texts(figure):
+    return [text.get_text() for text in figure.findobj(Text) if text.get_visible()]
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_preprocessing_shows_a_run_without_and_one_with_a_nodule(example, width):
+    figure = draw_preprocessing([None, example], 1.0, width)
+    assert figure.get_figwidth() == width
+    assert texts(figure).count("no such recording") == 3
+    assert any("3 mm nodule" in text for text in texts(figure))
+    table = example_table([None, example])
+    assert list(table["envelope_2"]) == list(example.envelope[1])
+    assert (table["matrix_1"] >= 0).all()
+
+
+def test_missing_samples_leave_a_gap_in_the_figure():
+    values = make_recording(3, "3mm/r01", samples=400).values
+    values[:, 100:110] = np.nan
+    run = preprocess_run("3mm/r01", "3 mm nodule", values, rate_hz=10, window=40, threshold=1.0)
+    assert render_figure(draw_preprocessing([run], 1.0), "svg", "gap")
+    assert example_table([run])["reading_1"].isna().sum() == 10
+
+
+def test_the_typical_run_is_the_one_in_the_middle():
+    energy = {"3mm/r01": 0.3, "3mm/r02": 0.1, "3mm/r03": 0.2, "3mm/r04": 0.9}
+    assert typical_recording(energy) == "3mm/r03"
+    assert typical_recording({}) is None
+
+
+@pytest.mark.parametrize(
+    ("nodules_mm", "expected"),
+    [
+        ([1.0, 2.5, 6.0], [("no nodule", "0mm/a"), ("2.5 mm nodule", "2.5mm/a")]),
+        ([1.0, 2.5, 6.0, 7.0], [("no nodule", "0mm/a"), ("2.5 mm nodule", "2.5mm/a")]),
+        ([], [("no nodule", "0mm/a"), ("nodule", None)]),
+    ],
+)
+def test_the_archive_shows_a_run_without_a_nodule_and_one_of_the_middle_size(nodules_mm, expected):
+    sizes_mm = [0.0, *nodules_mm]
+    rows = [
+        {"recording": f"{size:g}mm/{run}", "scheme": scheme, "size_mm": size, "rmse_0mm": distance}
+        | {f"rmse_{nodule:g}mm": 1.0 for nodule in nodules_mm}
+        for scheme in SCHEMES
+        for size in sizes_mm
+        for run, distance in (("a", 0.2), ("b", 0.9), ("c", 0.1))
+    ]
+    assert typical_recordings(Evaluation(pd.DataFrame(rows), {}, {})) == expected
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+@pytest.mark.parametrize("sensors", [1, 2, 4, 7])
+def test_templates_of_any_number_of_sensors_and_sizes(sensors, width):
+    ones = np.ones(sensors)
+    particle = Particle(ones, 0.4 * ones, 60.0 * ones[1:], 20.0 * ones)
+    matrices = [
+        np.zeros((sensors, 500)),
+        render(particle, 60, 500),
+        np.full((sensors, 500), np.nan),
+    ]
+    figure = draw_templates(SIZES, matrices, [0, 3, 0], width)
+    shown = texts(figure)
+    assert "zero everywhere" in shown
+    assert "not known: no accepted recording" in shown
+    assert any(text.startswith("2.5 mm (") for text in shown)
+    table = template_table(SIZES, matrices)
+    assert len(table) == 3 * 500
+    assert table.loc[table["size_mm"] == 2.5, "sensor_1"].max() == pytest.approx(1.0)
+
+
+def test_contour_levels_reach_the_highest_value():
+    levels = contour_levels(1.37)
+    assert levels[0] == 0 and levels[-1] >= 1.37
+    assert np.all(np.diff(contour_levels(0.0)) > 0)
+    faint = contour_levels(1.37, with_faint=True)
+    assert np.all(np.diff(faint) > 0) and faint[1] == pytest.approx(levels[1] / 5)
+
+
+def test_points_carry_the_counts_of_the_tables():
+    made = judged(VERDICTS, SIZES)
+    table = points.detection_points(made["detection"]).set_index(["measure", "scheme", "size_mm"])
+    precision = table.loc[("precision", "leave_one_out", 2.5)]
+    assert (precision["hits"], precision["of"], precision["rate"]) == (1, 2, 0.5)
+    recall = table.loc[("recall", "leave_one_out", 6.0)]
+    assert (recall["hits"], recall["of"], recall["rate"]) == (2, 2, 1.0)
+    sized = points.sizing_points(made["sizing"])
+    assert sized.loc[sized["one_sided"], "measure"].unique().tolist() == ["within_rate"]
+
+
+def test_negatives_are_shares_of_the_recordings_without_a_nodule():
+    table = points.negative_points(judged(VERDICTS, SIZES)["confusion"], 0.95)
+    ours = table[table["scheme"] == "leave_one_out"]
+    assert ours["rate"].tolist() == [0.5, 0.5, 0.0]
+    assert ours["size_mm"].tolist() == SIZES
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_rates_are_drawn_for_any_sizes_and_marked_where_one_sided(width):
+    table = points.sizing_points(judged(VERDICTS, SIZES)["sizing"])
+    panels = {"exact_rate": "exact size", "within_rate": "within 1 mm"}
+    figure = draw_rates(table, panels, SIZES[1:], "size (mm)", width)
+    exact, within = figure.axes
+    assert [label.get_text() for label in exact.get_xticklabels()] == ["2.5", "6"]
+    assert [label.get_text() for label in within.get_xticklabels()] == ["2.5*", "6*"]
+
+
+def test_without_a_healthy_recording_the_figure_says_so():
+    made = judged([(2.5, 2.5), (6, 6)], SIZES)
+    table = points.negative_points(made["confusion"], 0.95)
+    assert table.empty
+    figure = draw_rates(table, {"classified": "verdicts"}, SIZES, "predicted size (mm)")
+    assert "no recording to count" in texts(figure)
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_confusion_shows_the_counts(width):
+    confusion = judged(VERDICTS, SIZES)["confusion"]
+    assert count_matrix(confusion, "leave_one_out", SIZES).tolist() == [
+        [1, 1, 0],
+        [1, 1, 0],
+        [0, 1, 1],
+    ]
+    figure = draw_confusion(confusion, SCHEMES, SIZES, width)
+    assert len(figure.axes) == 2
+    assert texts(figure).count("1") == 2 * 6
+
+
+def curves(detectors, sizes=(np.nan, 1.0)):
+    """Make tables as capsule.evaluation.tables does: curves, specificity and sensitivity."""
+    roc = [
+        {
+            "detector": name, "scheme": "leave_one_out", "size_mm": size,
+            "false_positive_rate": rate, "true_positive_rate": rate**power,
+            "true_positive_rate_low": rate**power / 2, "true_positive_rate_high": 1.0,
+        }
+        for name, power in detectors.items() for size in sizes for rate in (0.0, 0.5, 1.0)
+    ]  # fmt: skip
+    key = [{"detector": name, "scheme": "leave_one_out"} for name in detectors]
+    summary = [row | {"specificity": 0.75} for row in key]
+    sensitivity = [row | {"size_mm": size, "sensitivity": 0.5} for row in key for size in sizes]
+    columns = ["detector", "scheme", "size_mm", "false_positive_rate", "true_positive_rate"]
+    tables = (
+        pd.DataFrame(roc, columns=None if roc else columns),
+        *map(pd.DataFrame, (summary, sensitivity)),
+    )
+    return curve_table(*tables, "leave_one_out")
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_detectors_of_one_score_share_a_curve_and_keep_their_points(width):
+    table = curves({"template": 1, "template_threshold": 1, "diagonal": 0.5})
+    points = table[table["kind"] == "operating point"]
+    assert set(points["false_positive_rate"]) == {0.25}
+    figure = draw_roc(table, ["template", "template_threshold", "diagonal"], width)
+    shown = texts(figure)
+    assert "score of template, template_threshold" in shown and "score of diagonal" in shown
+    assert "verdicts of template_threshold" in shown
+    assert [axes.get_title(loc="left") for axes in figure.axes if axes.get_visible()] == [
+        "any nodule",
+        "1 mm",
+    ]
+    assert render_figure(figure, "svg", "roc")
+
+
+def test_without_a_curve_the_figure_says_so():
+    empty = pd.DataFrame(columns=["detector", "scheme", "size_mm", "false_positive_rate"])
+    summary = pd.DataFrame({"detector": ["template"], "scheme": ["leave_one_out"]})
+    summary = summary.assign(specificity=np.nan, size_mm=np.nan, sensitivity=1.0)
+    table = curve_table(empty, summary, summary, "leave_one_out")
+    assert "no recording to count" in texts(draw_roc(table, ["template"]))
+
+
+@pytest.mark.parametrize("kind", ["svg", "pdf"])
+def test_the_same_figure_gives_the_same_bytes(example, kind):
+    first, second = (
+        render_figure(draw_preprocessing([example], 1.0), kind, "preprocessing") for _ in range(2)
+    )
+    assert first == second
+
+
+def test_files_are_vectors_that_need_no_font_from_elsewhere(example):
+    figure = draw_preprocessing([example], 1.0, COLUMN_WIDTH_IN)
+    svg = render_figure(figure, "svg", "preprocessing").decode("utf-8")
+    assert "<image" not in svg and "<text" not in svg
+    width = re.search(r'width="([\d.]+)pt"', svg)
+    assert float(width[1]) == pytest.approx(72 * COLUMN_WIDTH_IN)
+    pdf = render_figure(figure, "pdf", "preprocessing")
+    assert b"/FontFile2" in pdf and b"/CreationDate" not in pdf

@@ -1,0 +1,358 @@
+"""The report in a real browser: opened from disk, with no network, by eye, hand and ear."""
+
+import csv
+import re
+import shutil
+import time
+from itertools import product
+
+import numpy as np
+import pytest
+
+from capsule import words
+from capsule.recording import read_recording
+from support.browser import DESKTOP, PHONE, Browser, missing_browser
+from support.project import ROOT, Project
+
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.skipif(bool(missing_browser()), reason=missing_browser() or "installed"),
+]
+
+PICTURES = ROOT / "build" / "report"
+SIZES = (0, 1, 2.5, 6)
+RECORDINGS = [f"{size}mm/r{run:02d}" for size in SIZES for run in (1, 2, 3)] + ["unlabelled/u1"]
+EVIL = "<script>document.title='broken'</script><img src=x onerror=\"document.title='broken'\">"
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory):
+    """Run the workflow on an archive that holds what a careless or malicious hand may leave."""
+    folder = tmp_path_factory.mktemp("report") / "project"
+    project = Project.create(folder, RECORDINGS, particles=200, iterations=200)
+    path = project.raw / "1mm" / "r03.csv"
+    content = path.read_text(encoding="utf-8")
+    path.write_text(re.sub(r"(?m)^# source: .*$", f"# source: bench {EVIL}", content), "utf-8")
+    (project.raw / "1mm" / "empty.csv").write_bytes(b"")
+    (project.raw / "1mm" / "wrong.csv").write_text(f"time_s,{EVIL}\n0,1\n", encoding="utf-8")
+    (project.raw / "1mm" / "<b>.txt").write_text("notes", encoding="utf-8")
+    run = project.snakemake()
+    assert run.status == 0, run.output
+    return project
+
+
+@pytest.fixture(scope="module")
+def page(project):
+    return project.results / "report.html"
+
+
+@pytest.fixture(scope="module")
+def browser(tmp_path_factory):
+    browser = Browser(tmp_path_factory.mktemp("browser"))
+    yield browser
+    browser.close()
+
+
+def table(project, name):
+    with (project.results / name).open(encoding="utf-8") as stream:
+        return list(csv.DictReader(stream))
+
+
+def shown_recordings(browser):
+    return browser.texts("#recordings-table tbody tr:not([hidden]) th")
+
+
+def test_it_opens_from_disk_without_a_message_or_a_request(browser, page):
+    browser.open(page)
+    assert browser.messages() == []
+    asked = browser.run("return performance.getEntriesByType('resource').map((e) => e.name)")
+    assert [name for name in asked if not name.startswith("data:")] == []
+    assert browser.find("h1").is_displayed()
+    assert browser.run("return document.querySelectorAll('#viewer canvas').length") >= 3
+
+
+def test_the_network_is_really_off(browser, page):
+    browser.open(page)
+    assert browser.run("return navigator.onLine") is False
+
+
+def test_what_a_recording_says_stays_text(browser, page):
+    browser.open(page, "#recording=1mm/r03")
+    assert browser.run("return document.title") == "Capsule report: Recorded data"
+    assert EVIL in browser.find("#origin .sources").text
+    assert f"bench {EVIL}" in browser.texts("#viewer dd")
+    assert "1mm/<b>.txt" in browser.texts("#passed-over-list code")
+    assert browser.messages() == []
+
+
+def test_an_injected_script_would_not_run(browser, page):
+    browser.open(page)
+    browser.run(
+        "const s = document.createElement('script'); s.textContent = 'document.title = 1';"
+        "document.body.append(s)"
+    )
+    assert browser.run("return document.title") != "1"
+
+
+def test_rejected_recordings_stand_at_the_top_with_their_reason(browser, page, project):
+    browser.open(page)
+    listed = dict(
+        zip(browser.texts("#rejected-list code"), browser.texts("#rejected-list li"), strict=True)
+    )
+    rejected = [row for row in table(project, "recordings.csv") if row["status"] == "rejected"]
+    assert set(listed) == {row["recording"] for row in rejected} == {"1mm/empty", "1mm/wrong"}
+    assert all(row["reason"] in listed[row["recording"]] for row in rejected)
+    assert "2 recordings rejected" in browser.find(".alert").text
+
+
+@pytest.mark.parametrize(
+    ("file", "rates"),
+    [
+        ("detection", [("precision", "tp", "fp"), ("recall", "tp", "fn")]),
+        ("sizing", [("exact_rate", "exact", None), ("within_rate", "within", None)]),
+    ],
+)
+def test_the_tables_hold_the_numbers_of_the_csv_files(browser, page, project, file, rates):
+    browser.open(page)
+    browser.run("document.querySelectorAll('details').forEach((d) => { d.open = true; })")
+    every = table(project, f"evaluation/{file}.csv")
+    detectors = list(dict.fromkeys(row["detector"] for row in every))
+    assert detectors[0] == "template" and len(detectors) > 1
+    schemes = list(dict.fromkeys(row["scheme"] for row in every))
+    for (number, detector), size in product(enumerate(detectors), (1.0, 2.5, 6.0)):
+        rows = [row for row in every if row["detector"] == detector]
+        of_size = {row["scheme"]: row for row in rows if float(row["size_mm"]) == size}
+        cells = browser.run(
+            "return [...document.querySelectorAll(`#${arguments[0]} tbody tr`)]"
+            ".filter((row) => row.cells[0].textContent.startsWith(arguments[1]))"
+            ".flatMap((row) => [...row.querySelectorAll('td')].map((cell) => "
+            "[cell.dataset.value ?? null, cell.innerText]))",
+            f"{file}-table-{number}" if number else f"{file}-table",
+            f"{size:g} mm",
+        )
+        for group, (rate, hits, misses) in enumerate(rates):
+            for place, scheme in enumerate(schemes):
+                row = of_size[scheme]
+                value, text = cells[group * (len(schemes) + 1) + place]
+                if row[rate] == "":
+                    assert (value, text) == (None, "not known")
+                    continue
+                of = int(row[hits]) + int(row[misses]) if misses else int(row["recordings"])
+                assert float(value) == float(row[rate])
+                assert words.percent(float(row[rate])) in text
+                assert f"{row[hits]} of {of}" in text
+                low, high = float(row[f"{rate}_low"]), float(row[f"{rate}_high"])
+                assert words.interval(low, high) in text
+
+
+def test_the_specificity_is_the_one_of_the_csv_file(browser, page, project):
+    browser.open(page)
+    (row,) = [
+        row
+        for row in table(project, "evaluation/specificity.csv")
+        if (row["detector"], row["scheme"]) == ("template", "leave_one_out")
+    ]
+    card = browser.find("#card-specificity .answer")
+    assert float(card.get_attribute("data-value")) == float(row["specificity"])
+    assert card.text == words.percent(float(row["specificity"]))
+
+
+def test_the_confusions_are_those_of_the_csv_file(browser, page, project):
+    browser.open(page)
+    rows = [
+        row
+        for row in table(project, "evaluation/confusion.csv")
+        if (row["detector"], row["scheme"]) == ("template", "leave_one_out")
+    ]
+    cells = browser.texts("#confusion-table-1 tbody td:not(:last-child)")
+    assert cells == [row["count"] for row in rows]
+
+
+def test_every_recording_is_listed_with_its_verdict(browser, page, project):
+    browser.open(page)
+    index = table(project, "recordings.csv")
+    said = {
+        row["recording"]: row["predicted_mm"]
+        for row in table(project, "evaluation/predictions.csv")
+        if (row["detector"], row["scheme"]) == ("template", "leave_one_out")
+    } | {
+        row["recording"]: row["predicted_mm"]
+        for row in table(project, "detections.csv")
+        if row["detector"] == "template"
+    }
+    rows = browser.run(
+        "return [...document.querySelectorAll('#recordings-table tbody tr')]"
+        ".map((row) => [row.dataset.recording, row.cells[2].dataset.value])"
+    )
+    assert [name for name, _ in rows] == [row["recording"] for row in index]
+    for name, verdict in rows:
+        assert (float(verdict) if verdict else None) == (
+            float(said[name]) if name in said else None
+        )
+
+
+def test_sorting_by_a_number_and_back(browser, page, project):
+    browser.open(page)
+    button = browser.find("#recordings-table th:nth-child(5) button")
+    key = "return [...document.querySelectorAll('#recordings-table tbody tr')]" + (
+        ".map((row) => row.cells[4].dataset.value)"
+    )
+    button.click()
+    ascending = browser.run(key)
+    numbers = [float(value) for value in ascending if value]
+    assert numbers == sorted(numbers) and len(numbers) == len(RECORDINGS)
+    assert ascending[-2:] == ["", ""]
+    assert browser.find("#recordings-table th:nth-child(5)").get_attribute("aria-sort") == (
+        "ascending"
+    )
+    button.click()
+    descending = browser.run(key)
+    assert [float(value) for value in descending if value] == numbers[::-1]
+    assert descending[-2:] == ["", ""]
+
+
+def test_sorting_by_name_counts_numbers_as_numbers(browser, page):
+    browser.open(page)
+    browser.find("#recordings-table th:nth-child(1) button").send_keys("\ue007")
+    names = shown_recordings(browser)
+    assert names[:3] == ["0mm/r01", "0mm/r02", "0mm/r03"]
+    assert names[-1] == "unlabelled/u1"
+
+
+def test_filters_and_search_work_together(browser, page):
+    browser.open(page)
+    everything = len(shown_recordings(browser))
+    browser.run(
+        "const size = document.getElementById('filter-size'); size.value = '2.5 mm';"
+        "size.dispatchEvent(new Event('change'))"
+    )
+    assert shown_recordings(browser) == ["2.5mm/r01", "2.5mm/r02", "2.5mm/r03"]
+    browser.find("#search").send_keys("R02")
+    assert shown_recordings(browser) == ["2.5mm/r02"]
+    assert browser.find("#shown").text == f"1 of {everything} shown"
+    browser.find("#search").send_keys("\ue007")
+    assert shown_recordings(browser) == ["2.5mm/r02"]
+    browser.find("#search").send_keys(" no such")
+    assert browser.find("#none-shown").is_displayed()
+    browser.find("#filters button[type=reset]").click()
+    browser.run("return new Promise((done) => setTimeout(done, 50))")
+    assert len(shown_recordings(browser)) == everything
+    assert browser.messages() == []
+
+
+def wait_for_title(browser, start):
+    """Wait until the viewer shows a recording: the page hears of a new address a moment later."""
+    title, deadline = browser.find("#viewer-title"), time.monotonic() + 10
+    while not title.text.startswith(start) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert title.text.startswith(start)
+
+
+def test_choosing_a_recording_by_click_key_and_address(browser, page):
+    browser.open(page)
+    browser.find("a[href='#recording=6mm/r02']").click()
+    wait_for_title(browser, "6mm/r02: 6 mm nodule, taken for ")
+    assert browser.run("return document.activeElement.id") == "viewer-title"
+    browser.find("a[href='#recording=0mm/r03']").send_keys("\ue007")
+    wait_for_title(browser, "0mm/r03: no nodule")
+    browser.find("#next").send_keys(" ")
+    wait_for_title(browser, "1mm/r01: ")
+    browser.find("#previous").click()
+    wait_for_title(browser, "0mm/r03: ")
+    browser.open(page, "#recording=unlabelled/u1")
+    wait_for_title(browser, "unlabelled/u1: unlabelled, taken for ")
+    assert browser.find("#next").get_attribute("disabled")
+    assert browser.messages() == []
+
+
+def test_next_keeps_to_the_filter(browser, page):
+    browser.open(page, "#recording=1mm/r01")
+    browser.run(
+        "const size = document.getElementById('filter-size'); size.value = '6 mm';"
+        "size.dispatchEvent(new Event('change'))"
+    )
+    browser.find("#next").click()
+    wait_for_title(browser, "6mm/r01")
+
+
+def test_the_signals_in_the_page_are_those_of_the_files(browser, page, project):
+    browser.open(page)
+    script = (
+        "const e = readData(document.querySelector(`[data-evidence='${arguments[0]}']`));"
+        "return [unpack(e.readings), unpack(e.matrix), e.matrix.every, e.verdicts]"
+    )
+    for name in ("0mm/r01", "6mm/r03"):
+        readings, matrix, every, verdicts = browser.run(script, name)
+        with (project.raw / f"{name}.csv").open("rb") as stream:
+            recording = read_recording(stream, 4)
+        assert np.array_equal(np.array(readings), recording.values)
+        stored = np.load(project.results / "matrices" / f"{name}.npy")
+        expected = stored[:, : recording.time_s.size : every]
+        assert np.allclose(matrix, expected, atol=expected.max() / 250 + 1e-12)
+        rows = table(project, "evaluation/predictions.csv")
+        (row,) = [
+            r
+            for r in rows
+            if (r["recording"], r["detector"], r["scheme"]) == (name, "template", "leave_one_out")
+        ]
+        distances = [float(row[f"rmse_{size}mm"]) for size in SIZES]
+        assert verdicts[0]["distances"] == distances
+        assert verdicts[0]["predicted_mm"] == float(row["predicted_mm"])
+
+
+def test_contours_lie_at_their_height(browser, page):
+    browser.open(page)
+    segments = np.array(
+        browser.run(
+            "const at = (x, y) => Math.hypot(x - 10, y - 10);"
+            "const rows = Array.from({length: 21}, (_, y) => "
+            "Array.from({length: 21}, (_, x) => at(x, y)));"
+            "return contourSegments(rows, 6)"
+        )
+    )
+    ends = segments.reshape(-1, 2)
+    assert len(segments) > 30
+    assert np.allclose(np.hypot(*(ends - 10).T), 6, atol=0.05)
+
+
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+@pytest.mark.parametrize("width", [PHONE, DESKTOP])
+def test_axe_finds_no_fault(browser, page, width, dark):
+    browser.open(page, "#recording=2.5mm/r01", width=width, dark=dark)
+    browser.run("document.querySelectorAll('details').forEach((d) => { d.open = true; })")
+    assert browser.violations() == []
+    assert browser.messages() == []
+
+
+@pytest.mark.parametrize("width", [PHONE, DESKTOP])
+def test_nothing_reaches_beyond_the_screen(browser, page, width):
+    browser.open(page, "#recording=2.5mm/r01", width=width)
+    assert browser.run("return document.documentElement.scrollWidth") <= width
+    browser.picture(PICTURES / f"light-{width}.png")
+
+
+def test_the_dark_page_is_dark(browser, page):
+    browser.open(page, dark=True)
+    colour = browser.run("return getComputedStyle(document.body).backgroundColor")
+    assert max(int(part) for part in re.findall(r"\d+", colour)[:3]) < 60
+    browser.picture(PICTURES / "dark-1280.png")
+
+
+def test_it_can_be_printed(browser, page):
+    browser.open(page, "#recording=2.5mm/r01")
+    printed = browser.print(PICTURES / "report.pdf")
+    assert printed.startswith(b"%PDF")
+    assert len(re.findall(rb"/Type\s*/Page\b", printed)) >= 4
+
+
+def test_the_same_inputs_give_the_same_page_but_for_one_marked_line(page, project, tmp_path):
+    before = page.read_text(encoding="utf-8").splitlines()
+    again = project.copy(tmp_path / "again")
+    shutil.rmtree(again.results / "figures")
+    assert again.snakemake("--forcerun", "draw", "report").status == 0
+    after = (again.results / "report.html").read_text(encoding="utf-8").splitlines()
+    assert len(before) == len(after)
+    changed = [number for number, line in enumerate(before) if line != after[number]]
+    marks = [n for n, line in enumerate(before) if line.startswith("<!-- the next line changes")]
+    assert len(marks) == 1
+    assert set(changed) <= {marks[0] + 1}

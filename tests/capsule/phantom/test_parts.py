@@ -1,0 +1,238 @@
+"""The parts of the phantom, each against what one can work out by hand."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+import yaml
+
+from capsule.errors import CapsuleError
+from capsule.phantom.advance import head_position, stroke_positions
+from capsule.phantom.contact import (
+    bulge_profile,
+    compression,
+    height_factor,
+    pressed_bulge,
+    seat_wander,
+    sphere_stiffness,
+)
+from capsule.phantom.geometry import half_width, pitch, vertices
+from capsule.phantom.parameters import (
+    parameter_names,
+    phantom_from_table,
+    value_of,
+    with_values,
+)
+from capsule.phantom.sensor import counts, low_pass, resistance
+from capsule.phantom.wall import overlap, uneven_height, wall_height, wave_period
+from edges.phantom import DEFAULT_TABLE, read_phantom
+
+PHANTOM = read_phantom(DEFAULT_TABLE, [])
+
+
+def angle_between(first, second):
+    cosine = first @ second / np.linalg.norm(first) / np.linalg.norm(second)
+    return math.degrees(math.acos(cosine))
+
+
+def test_corners_have_the_papers_angles_and_width():
+    corner = vertices(PHANTOM.origami)
+    to_a, to_b = corner["A"] - corner["C"], corner["B"] - corner["C"]
+    assert angle_between(to_a, to_b) == pytest.approx(45)
+    assert angle_between(corner["D"] - corner["B"], np.array([0.0, 1.0])) == pytest.approx(5)
+    # C lies on the line from B to D, and the awn leans to the tail.
+    assert angle_between(corner["D"] - corner["C"], -to_b) == pytest.approx(0, abs=1e-4)
+    assert corner["D"][0] < corner["B"][0]
+    assert 2 * half_width(PHANTOM.origami) == 20
+
+
+def test_pitch_follows_from_the_drawing():
+    # Along the axis: C to A is 5 tan 50 = 5.959 mm, C to B 5 tan 5 = 0.437 mm; the printed wall
+    # (0.5 mm) and the adhesive (0.25 mm) come between two substructures.
+    assert pitch(PHANTOM.origami) == pytest.approx(5.959 - 0.437 + 0.5 + 0.25, abs=1e-3)
+    assert pitch(PHANTOM.origami) == pytest.approx(6.3, abs=0.1)
+
+
+def test_a_wave_takes_3_2_seconds_and_travels_to_the_right():
+    wall = PHANTOM.wall
+    assert wave_period(wall) == pytest.approx(3.2)
+    time_s = np.linspace(0, 3.2, 33)
+    at_start = wall_height(wall, np.array(0.0), time_s, phase=0.3)
+    assert at_start[0] == pytest.approx(at_start[-1])
+    further = wall_height(wall, np.array(25.0), time_s + 1.0, phase=0.3)
+    np.testing.assert_allclose(further, at_start, atol=1e-12)
+    assert np.abs(at_start).max() == pytest.approx(3.5, abs=0.05)
+
+
+def test_the_wave_touches_the_capsule_only_when_it_narrows_the_gut():
+    height_mm = np.array([-3.5, 0.0, 3.5])
+    np.testing.assert_allclose(overlap(PHANTOM.wall, 10.0, height_mm), [0.0, 0.0, 3.5])
+
+
+def test_the_wall_is_uneven_by_as_much_as_is_set():
+    places = np.linspace(0, 2000, 4000)
+    heights = [
+        uneven_height(PHANTOM.wall, np.random.default_rng(seed), places) for seed in range(20)
+    ]
+    assert np.std(heights) == pytest.approx(PHANTOM.wall.unevenness_mm, rel=0.1)
+
+
+def test_a_sphere_is_carried_as_a_punch_of_its_diameter_by_a_deep_sheet():
+    # 50 kPa and a volume that does not change: E / (1 - 0.25) = 0.0667 N/mm2.
+    for diameter in (1.0, 2.0, 5.0):
+        assert sphere_stiffness(PHANTOM.wall, diameter) == pytest.approx(0.05 / 0.75 * diameter)
+    # A column of 5 mm diameter over the 3 mm sheet comes to the same.
+    column = 0.05 * math.pi * 5.0**2 / 4 / 3.0
+    assert sphere_stiffness(PHANTOM.wall, 5.0) == pytest.approx(column, rel=0.03)
+
+
+def test_a_larger_sphere_keeps_a_larger_part_of_its_height():
+    kept = [pressed_bulge(PHANTOM.contact, PHANTOM.wall, d) / d for d in (1, 2, 3, 4, 5)]
+    assert kept == sorted(kept)
+    assert 0 < kept[0] < 0.5 < kept[-1] < 1
+    assert pressed_bulge(PHANTOM.contact, PHANTOM.wall, 0) == 0
+
+
+def test_bulge_is_highest_above_the_nodule():
+    profile = bulge_profile(2.0, 1.5, np.array([-1.5, 0.0, 1.5]))
+    np.testing.assert_allclose(profile, [2 * math.exp(-0.5), 2.0, 2 * math.exp(-0.5)])
+
+
+def test_wall_and_substructure_share_the_overlap_as_springs_in_series():
+    contact, wall = PHANTOM.contact, PHANTOM.wall
+    small = np.array([1e-6])
+    cushion = 0.05 * contact.patch_mm2 / 4.0
+    share = cushion / (cushion + contact.unit_stiffness_n_mm)
+    np.testing.assert_allclose(compression(contact, wall, small), share * small, rtol=1e-9)
+    assert compression(contact, wall, np.array([1e6])) == pytest.approx(contact.fold_limit_mm)
+
+
+def test_the_capsule_bears_on_a_nodule_at_its_middle_and_misses_one_beyond_its_strip():
+    contact = dataclasses.replace(PHANTOM.contact, bearing_height_mm=5.0)
+    assert height_factor(contact, 2.0, 0.0) == pytest.approx(1.0)
+    # The strip's edge at 2.5 mm halves a nodule centred there.
+    assert height_factor(contact, 2.0, 2.5) == pytest.approx(0.5)
+    assert height_factor(contact, 2.0, -2.5) == pytest.approx(0.5)
+    assert height_factor(contact, 2.0, 3.5) == pytest.approx(0.0)
+    assert height_factor(contact, 5.0, 3.5) > 0.1
+    assert height_factor(contact, 0.0, 0.0) == 0
+    narrow = dataclasses.replace(PHANTOM.contact, bearing_height_mm=1.0)
+    assert height_factor(narrow, 5.0, 0.0) == pytest.approx(1.0)
+
+
+def test_seat_wander_has_the_spread_that_is_set():
+    contact = dataclasses.replace(PHANTOM.contact, wander_spread=0.0)
+    wander = seat_wander(contact, np.random.default_rng(3), 4, 100_000, 10.0)
+    assert wander.shape == (4, 100_000)
+    assert wander.std() == pytest.approx(contact.wander_mm, rel=0.05)
+
+
+def level_way(position_mm, stroke_mm):
+    return np.zeros(4)
+
+
+def test_a_smooth_wall_lets_the_capsule_advance_at_its_speed():
+    advance = PHANTOM.advance
+    runs = [
+        stroke_positions(advance, np.random.default_rng(seed), 3.2, 200, level_way, 4)
+        for seed in range(200)
+    ]
+    speed = np.mean([run[-1] / (200 * 3.2) for run in runs])
+    assert speed == pytest.approx(advance.speed_mm_s, rel=0.03)
+
+
+def test_a_climb_shortens_the_stroke():
+    advance = dataclasses.replace(PHANTOM.advance, catch_probability=0.0)
+
+    def uphill_way(position_mm, stroke_mm):
+        return np.array([stroke_mm, 0.0, 0.0, 0.0])
+
+    free = stroke_positions(advance, np.random.default_rng(1), 3.2, 20, level_way, 4)
+    uphill = stroke_positions(advance, np.random.default_rng(1), 3.2, 20, uphill_way, 4)
+    np.testing.assert_allclose(uphill, free * math.exp(-advance.snag))
+
+
+def test_an_awn_that_catches_on_a_steep_slope_holds_the_capsule():
+    def steep_way(position_mm, stroke_mm):
+        return np.array([0.0, 2 * stroke_mm * PHANTOM.advance.catch_slope, 0.0, 0.0])
+
+    def distance(seed, catch_probability):
+        advance = dataclasses.replace(
+            PHANTOM.advance, catch_probability=catch_probability, hold_waves=4.0, snag=0.0
+        )
+        return stroke_positions(advance, np.random.default_rng(seed), 3.2, 40, steep_way, 4)[-1]
+
+    # Held for four waves of the forty on average, then it slips over for good.
+    free, caught = ([distance(seed, each) for seed in range(1000)] for each in (0.0, 1.0))
+    assert np.mean(caught) == pytest.approx(36 / 40 * np.mean(free), rel=0.03)
+
+
+def test_the_head_moves_with_the_wave_and_then_rests():
+    advance = PHANTOM.advance
+    time_s = np.arange(0, 9.6, 0.1)
+    head = head_position(advance, np.array([0.0, 1.0, 1.0, 3.0]), 3.2, time_s)
+    assert np.all(np.diff(head) >= 0)
+    resting = (time_s > 3.2 * advance.grip_fraction) & (time_s < 3.2)
+    np.testing.assert_array_equal(head[resting], 1.0)
+
+
+def test_low_pass_is_the_response_of_a_first_order_lag():
+    step = np.r_[0.0, np.ones(100)][np.newaxis]
+    response = low_pass(step, 2.0, 10.0)[0]
+    assert response[0] == pytest.approx(0, abs=1e-12)
+    np.testing.assert_allclose(response[1:], 1 - np.exp(-np.arange(1, 101) / 20), atol=1e-12)
+    np.testing.assert_array_equal(low_pass(step, 0.0, 10.0), step)
+
+
+def test_converter_floors_and_ends_at_its_rails():
+    ohms = np.array([[0.0, 12000.0, 1e12, 11999.0]])
+    # 12 kOhm against 12 kOhm is half the reference: 512; just below it is floored to 511.
+    np.testing.assert_array_equal(counts(PHANTOM.electronics, ohms), [[0, 512, 1023, 511]])
+
+
+def test_every_parameter_says_its_unit_and_source():
+    table = yaml.safe_load(DEFAULT_TABLE.read_text(encoding="utf-8"))
+    names = [f"{part}.{key}" for part, entries in table.items() for key in entries]
+    assert names == parameter_names()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda t: t["wall"].update(lumen_m=t["wall"].pop("lumen_mm")), r"wall\.lumen_m.*lumen_mm"),
+        (lambda t: t["wall"].pop("lumen_mm"), r"wall\.lumen_mm is missing"),
+        (lambda t: t["wall"]["lumen_mm"].pop("unit"), r"wall\.lumen_mm: write it as"),
+        (lambda t: t["wall"]["lumen_mm"].update(value="wide"), r"'wide' is no number"),
+        (lambda t: t["wall"]["lumen_mm"].update(source="hearsay"), r"'hearsay' is none of"),
+        (lambda t: t.update(wall=None), r"wall: needs parameters"),
+    ],
+)
+def test_a_wrong_table_is_answered_with_name_and_remedy(change, message):
+    table = yaml.safe_load(DEFAULT_TABLE.read_text(encoding="utf-8"))
+    change(table)
+    with pytest.raises(CapsuleError, match=message):
+        phantom_from_table(table)
+
+
+def test_one_value_can_be_changed():
+    changed = with_values(PHANTOM, {"sensor.noise": 0.5})
+    assert value_of(changed, "sensor.noise") == 0.5
+    assert with_values(changed, {"sensor.noise": PHANTOM.sensor.noise}) == PHANTOM
+    with pytest.raises(CapsuleError, match=r"sensor\.noize; did you mean sensor\.noise"):
+        with_values(PHANTOM, {"sensor.noize": 0.5})
+
+
+def test_the_sensors_settle_together_by_as_much_as_is_set():
+    quiet = dataclasses.replace(
+        PHANTOM.sensor, settling=0.05, settling_spread=0.0, settling_s=2.0,
+        drift_per_s=0.0, noise=0.0, resistance_spread=0.0,
+    )  # fmt: skip
+    still = np.zeros((4, 100))
+    changes = np.array(
+        [resistance(quiet, np.random.default_rng(run), still, 10.0) for run in range(400)]
+    )
+    changes = changes / quiet.resistance_ohm - 1
+    assert changes[:, 0, 0].std() == pytest.approx(0.05, rel=0.1)
+    np.testing.assert_array_equal(changes, changes[:, :1].repeat(4, axis=1))
+    np.testing.assert_allclose(changes[..., 20], changes[..., 0] * math.exp(-1), rtol=1e-9)

@@ -1,0 +1,160 @@
+"""Whole simulated runs, and the command that writes them."""
+
+import io
+import sys
+import time
+
+import numpy as np
+import pytest
+
+import simulate
+from capsule.errors import CapsuleError
+from capsule.phantom.geometry import pitch
+from capsule.phantom.parameters import with_values
+from capsule.phantom.simulation import recording_of, simulate_run
+from capsule.preprocessing import preprocess
+from capsule.recording import format_recording, read_recording
+from edges import phantom
+
+PHANTOM = phantom.read_phantom(phantom.DEFAULT_TABLE, [])
+QUIET = with_values(
+    PHANTOM,
+    {
+        "wall.unevenness_mm": 0,
+        "contact.series_offset_mm": 0,
+        "contact.height_offset_mm": 0,
+        "contact.coupling_spread": 0,
+        "contact.wander_mm": 0,
+        "advance.speed_spread": 0,
+        "advance.stroke_spread": 0,
+        "advance.stick_probability": 0,
+        "advance.catch_probability": 0,
+        "sensor.settling": 0,
+        "sensor.drift_per_s": 0,
+        "sensor.noise": 0,
+    },
+)
+
+
+def matrix_of(run):
+    return preprocess(run.counts.astype(float), window=84, threshold=1.0, length=1000)
+
+
+def command(monkeypatch, *arguments):
+    monkeypatch.setattr(sys, "argv", ["simulate.py", *map(str, arguments)])
+    simulate.main()
+
+
+def test_same_seed_same_bytes_whatever_else_is_made(tmp_path, monkeypatch):
+    command(monkeypatch, "--out", tmp_path / "many", "--runs", 2, "--sizes", 0, 3)
+    command(monkeypatch, "--out", tmp_path / "one", "--runs", 1, "--sizes", 3)
+    command(monkeypatch, "--out", tmp_path / "other", "--runs", 1, "--sizes", 3, "--seed", 2)
+    first = (tmp_path / "many/3mm/r01.csv").read_bytes()
+    assert first == (tmp_path / "one/3mm/r01.csv").read_bytes()
+    assert first != (tmp_path / "other/3mm/r01.csv").read_bytes()
+    assert first != (tmp_path / "many/3mm/r02.csv").read_bytes()
+
+
+def test_a_file_says_that_it_is_simulated_and_reads_back():
+    run = simulate_run(PHANTOM, 2.0, 7, "2mm/r01")
+    content = format_recording(recording_of(run, PHANTOM, 7, "2mm/r01"))
+    recording = read_recording(io.BytesIO(content), sensors=4)
+    assert recording.header["source"] == "simulated phantom"
+    assert recording.header["simulator_seed"] == "7"
+    assert recording.header["site"] == "2mm/r01"
+    assert float(recording.header["nodule_at_mm"]) == pytest.approx(run.nodule_at_mm, abs=0.01)
+    healthy = recording_of(simulate_run(PHANTOM, 0, 7, "0mm/r01"), PHANTOM, 7, "0mm/r01")
+    assert "nodule_at_mm" not in healthy.header
+    np.testing.assert_array_equal(recording.values, run.counts)
+    np.testing.assert_allclose(np.diff(recording.time_s), 0.1)
+
+
+@pytest.mark.parametrize("nodule_mm", [0, 1, 2, 3, 4, 5])
+def test_every_run_fits_the_papers_matrix(nodule_mm):
+    for number in range(10):
+        run = simulate_run(PHANTOM, nodule_mm, 5, f"{nodule_mm}mm/r{number}")
+        assert 300 < run.time_s.size < 1000
+        assert run.counts.min() >= 0
+        assert run.counts.max() <= 1023
+        assert np.ptp(run.counts, axis=1).min() > 0
+
+
+def test_the_sensors_meet_the_nodule_in_order_at_the_lag_of_the_pitch():
+    run = simulate_run(QUIET, 4.0, 1, "quiet")
+    peaks = matrix_of(run).argmax(axis=1)
+    lag = pitch(QUIET.origami) / QUIET.advance.speed_mm_s * QUIET.electronics.rate_hz
+    np.testing.assert_allclose(np.diff(peaks), lag, rtol=0.25)
+    assert np.mean(np.diff(peaks)) == pytest.approx(lag, rel=0.15)
+
+
+def test_a_larger_nodule_presses_more_and_gives_a_larger_signal():
+    runs = [simulate_run(QUIET, size, 1, "quiet") for size in (0, 1, 2, 3, 4)]
+    pressed = [run.compression_mm.max() for run in runs]
+    assert (np.diff(pressed) > 0).all()
+    # The matrix is normalized: what 1 mm adds is less than what a run's own length changes.
+    healthy, *signals = [matrix_of(run).sum() for run in runs]
+    assert (np.diff(signals) > 0).all()
+    assert signals[-1] > 4 * healthy
+
+
+def test_the_envelope_is_as_high_as_in_the_paper():
+    highest = [
+        matrix_of(simulate_run(PHANTOM, 5.0, 1, f"5mm/r{number:02d}")).max() for number in range(20)
+    ]
+    assert 0.8 < np.median(highest) < 1.8
+
+
+def test_passes_over_a_site_share_its_place_and_nothing_else(tmp_path, monkeypatch):
+    command(monkeypatch, "--out", tmp_path, "--runs", 1, "--sizes", 3, "--passes", 3)
+    files = sorted((tmp_path / "3mm").iterdir())
+    assert [path.name for path in files] == ["r01p1.csv", "r01p2.csv", "r01p3.csv"]
+    recordings = [read_recording(io.BytesIO(path.read_bytes()), 4) for path in files]
+    assert {recording.header["site"] for recording in recordings} == {"3mm/r01"}
+    assert len({recording.values.tobytes() for recording in recordings}) == 3
+
+
+def test_the_runs_over_one_nodule_share_the_height_at_which_it_was_set_up():
+    set_up = with_values(QUIET, {"contact.series_offset_mm": 0.8})
+    pressed = np.array(
+        [
+            [
+                simulate_run(set_up, 1.0, seed, f"1mm/r{number:02d}").compression_mm.max()
+                for number in range(1, 5)
+            ]
+            for seed in range(12)
+        ]
+    )
+    within, between = pressed.std(axis=1).mean(), pressed.mean(axis=1).std()
+    assert between > 10 * within
+
+
+def test_existing_files_are_kept_unless_forced(tmp_path, monkeypatch):
+    kept = tmp_path / "1mm/r01.csv"
+    kept.parent.mkdir()
+    kept.write_text("mine")
+    with pytest.raises(CapsuleError, match=r"r01\.csv exists.*--force"):
+        command(monkeypatch, "--out", tmp_path, "--runs", 2, "--sizes", 0, 1)
+    assert kept.read_text() == "mine"
+    assert not (tmp_path / "0mm").exists()
+    command(monkeypatch, "--out", tmp_path, "--runs", 1, "--sizes", 1, "--force")
+    assert kept.read_text() != "mine"
+
+
+@pytest.mark.parametrize("change", ["sensor.noise", "sensor.noise=loud"])
+def test_a_change_that_cannot_be_read_is_answered_with_an_example(change):
+    with pytest.raises(CapsuleError, match=r"such as sensor\.noise=0\.01"):
+        phantom.read_phantom(phantom.DEFAULT_TABLE, [change])
+
+
+def test_120_recordings(capsys):
+    start = time.perf_counter()
+    total = sum(
+        len(format_recording(recording_of(simulate_run(PHANTOM, size, 1, site), PHANTOM, 1, site)))
+        for size in range(6)
+        for site in (f"{size}mm/r{number:02d}" for number in range(1, 21))
+    )
+    with capsys.disabled():
+        print(
+            f" 120 recordings in {time.perf_counter() - start:.2f} s, {total / 1e6:.1f} MB ", end=""
+        )
+    assert 1e6 < total < 4e6

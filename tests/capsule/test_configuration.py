@@ -1,0 +1,181 @@
+import copy
+import json
+from pathlib import Path
+
+import pytest
+import yaml
+
+from capsule.configuration import check_configuration
+from capsule.errors import CapsuleError
+
+ROOT = Path(__file__).parents[2]
+SCHEMA = json.loads((ROOT / "workflow/schemas/config.schema.json").read_text(encoding="utf-8"))
+CONFIG = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
+
+
+def changed(path, value):
+    config = copy.deepcopy(CONFIG)
+    *sections, key = path.split(".")
+    place = config
+    for section in sections:
+        place = place[section]
+    if value is None:
+        del place[key]
+    else:
+        place[key] = value
+    return config
+
+
+def message(config, **sources):
+    with pytest.raises(CapsuleError) as caught:
+        check_configuration(config, SCHEMA, {"config/config.yaml": CONFIG, **sources})
+    return str(caught.value)
+
+
+def test_the_configuration_holds_the_papers_numbers():
+    check_configuration(CONFIG, SCHEMA, {"config/config.yaml": CONFIG})
+    assert CONFIG["recording"]["sensors"] == 4
+    assert CONFIG["recording"]["rate_hz"] == 10
+    assert CONFIG["preprocessing"] == {"window": 84, "threshold": 1.0, "length": 1000}
+    fit = CONFIG["fit"]
+    assert (fit["particles"], fit["iterations"], fit["first_peak"]) == (2000, 2000, 150)
+    assert fit["peak_spacing_range"] == [100, 250]
+    assert fit["horizontal_spread_range"] == [1, 60]
+    assert (fit["amplitude_range"][1], fit["vertical_spread_range"][1]) == (1.5, 1.0)
+    assert (fit["continuous_step"], fit["integer_step"]) == (0.1, 1)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "fault"),
+    [
+        (
+            "preprocessing.windw",
+            84,
+            "preprocessing.windw: there is no such key; did you mean window",
+        ),
+        ("zzz", 1, "zzz: there is no such key; known here: detectors, diagonal"),
+        ("fit.particles", None, "fit.particles: is missing"),
+        ("fit.particles", "many", "fit.particles: 'many' is not allowed; must be a whole number"),
+        ("fit.particles", 2000.5, "fit.particles: 2000.5 is not allowed"),
+        (
+            "fit.particles",
+            0,
+            "fit.particles: 0 is not allowed; must be a whole number, at least 1, at most 1000000",
+        ),
+        (
+            "fit.continuous_step",
+            "1e-3",
+            "'1e-3' is not allowed; must be a number, more than 0, at ",
+        ),
+        ("fit.continuous_step", "1e-3", "(this is text; write 0.001)"),
+        ("fit", 3, "fit: 3 is not allowed; must be a section with the keys seed, particles"),
+        ("evaluation.tolerance_mm", -1, "evaluation.tolerance_mm: -1 is not allowed"),
+        ("evaluation.confidence", 1, "must be a number, more than 0, less than 1"),
+        ("evaluation.schemes", ["loo"], "each one of leave_one_out, resubstitution"),
+        ("on_rejected", "stop", "must be one of report, fail"),
+        ("preprocessing.window", 1001, "1001 samples are more than preprocessing.length, 1000"),
+        ("fit.peak_spacing_range", [100, 300], "peaks could lie at column 1050"),
+        ("fit.amplitude_range", [1.5, 0.1], "1.5 is above 0.1"),
+        ("fit.amplitude_range", [1.5], "must be a list of 2, each a number"),
+        ("fit.first_peak", 1200, "fit.first_peak: with first_peak 1200 the last of 4 peaks"),
+        ("recording.max_gap_s", 5, "allowed is at most 4.2 s"),
+    ],
+)
+def test_a_fault_names_the_key_the_value_and_what_is_allowed(path, value, fault):
+    text = message(changed(path, value))
+    assert text.startswith("the configuration cannot be used:\n  config/config.yaml: ")
+    assert fault in text
+
+
+def test_all_faults_are_told_at_once():
+    config = changed("fit.particles", 0)
+    config["preprocessing"]["window"] = "wide"
+    assert message(config).count("\n  ") == 2
+
+
+def test_a_fault_names_the_source_that_the_value_is_from():
+    config = changed("fit.particles", 0)
+    assert "\n  mine.yaml: fit.particles: 0" in message(
+        config, **{"mine.yaml": {"fit": {"particles": 0}}, "--config": {"fit": {"seed": 1}}}
+    )
+    assert "\n  --config: fit.particles: 0" in message(
+        config,
+        **{"mine.yaml": {"fit": {"particles": 0}}, "--config": {"fit": {"particles": 0}}},
+    )
+    assert "\n  config/config.yaml: fit.seed: is missing" in message(changed("fit.seed", None))
+
+
+def keys_with_values():
+    """Give every key that holds a value, with what the schema says about it."""
+    for section, part in SCHEMA["properties"].items():
+        for name, inner in part.get("properties", {"": part}).items():
+            if "$ref" in inner:
+                inner = SCHEMA["$defs"][inner["$ref"].rsplit("/", 1)[1]] | inner
+            yield f"{section}.{name}" if name else section, inner
+
+
+WRONG_TYPES = ["text", None, True, [], {}, float("nan"), float("inf"), [[]], 1j]
+
+
+def faulty_values(part, value):
+    """Give values that a key must not take: of each other type, and beyond each limit."""
+    kind = part.get("type")
+    yield from (wrong for wrong in WRONG_TYPES if not (kind == "boolean" and wrong is True))
+    if kind == "array":
+        yield from ([wrong] * len(value) for wrong in WRONG_TYPES)
+        yield from ([item] * len(value) for item in faulty_values(part["items"], value[0]))
+        yield [*value, value[-1]]
+        yield []
+    if kind == "integer":
+        yield from (float(value), value + 0.5)
+    for limit, step in (("minimum", -1), ("maximum", 1), ("exclusiveMinimum", 0)):
+        if limit in part:
+            yield part[limit] + step
+    if "exclusiveMaximum" in part:
+        yield part["exclusiveMaximum"]
+    if kind in ("integer", "number", "boolean"):
+        yield str(value)
+
+
+def cases():
+    for key, part in keys_with_values():
+        value = CONFIG
+        for name in key.split("."):
+            value = value[name]
+        for number, wrong in enumerate(faulty_values(part, value)):
+            yield pytest.param(key, wrong, id=f"{key}-{number}")
+
+
+@pytest.mark.parametrize(("key", "wrong"), list(cases()))
+def test_every_key_refuses_what_its_part_of_the_schema_does_not_allow(key, wrong):
+    config = changed(key, "placeholder")
+    *sections, name = key.split(".")
+    place = config
+    for section in sections:
+        place = place[section]
+    place[name] = wrong
+    text = message(config, **{"mine.yaml": config})
+    shown = repr(wrong) if len(repr(wrong)) <= 60 else repr(wrong)[:57]
+    assert f"\n  mine.yaml: {key}: {shown}" in text
+    assert "is not allowed; must be " in text
+    assert text.count("\n") == 1
+
+
+@pytest.mark.parametrize("key", [key for key, _ in keys_with_values()])
+def test_every_key_is_missed_and_its_misspelling_is_answered_with_the_right_name(key):
+    assert f"\n  config/config.yaml: {key}: is missing" in message(changed(key, None))
+    config = changed(key + "s", 1)
+    name = key.rsplit(".", 1)[-1]
+    assert f"{key}s: there is no such key; did you mean {name}?" in message(config)
+
+
+def test_every_number_has_a_limit_on_both_sides():
+    unlimited = []
+    for key, part in keys_with_values():
+        number = part.get("items", part)
+        if number.get("type") in ("integer", "number"):
+            low = {"minimum", "exclusiveMinimum"} & set(number)
+            high = {"maximum", "exclusiveMaximum"} & set(number)
+            unlimited += [key] if not (low and high) else []
+    # Any whole number is a seed; it is hashed.
+    assert unlimited == ["fit.seed", "evaluation.seed"]

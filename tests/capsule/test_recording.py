@@ -1,0 +1,158 @@
+import io
+
+import numpy as np
+import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from capsule.errors import RecordingError
+from capsule.recording import Recording, format_recording, format_sample, read_recording, source_of
+from support.synthetic import make_recording
+
+BARE = b"time_s,sensor_1,sensor_2\n0,512,500\n0.1,513,501\n"
+
+
+def read(content, sensors=2, **limits):
+    return read_recording(io.BytesIO(content), sensors, **limits)
+
+
+def test_a_bare_csv_with_the_column_names_is_a_recording():
+    recording = read(BARE)
+    np.testing.assert_array_equal(recording.time_s, [0.0, 0.1])
+    np.testing.assert_array_equal(recording.values, [[512, 513], [500, 501]])
+    assert recording.header == {}
+
+
+def test_header_lines_are_read_and_volts_too():
+    content = b"# source: bench 2\n# started: 2026-01-02T03:04:05Z\n\n" + BARE.replace(
+        b"512", b"2.503e0"
+    )
+    recording = read(content)
+    assert recording.header == {"source": "bench 2", "started": "2026-01-02T03:04:05Z"}
+    assert recording.values[0, 0] == 2.503
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"\xef\xbb\xbf" + BARE,
+        BARE.replace(b"\n", b"\r\n"),
+        BARE.replace(b"\n", b"\r"),
+        "# source: a\u2028b\x0cc\x85d\n".encode() + BARE,
+        BARE.rstrip(b"\n"),
+        BARE.replace(b",", b" , "),
+        b"sensor_2,note,time_s,sensor_1\n500,x,0,512\n501,,0.1,513\n",
+    ],
+    ids=[
+        "byte order mark",
+        "CRLF",
+        "CR",
+        "odd line ends in a header",
+        "no last line feed",
+        "spaces",
+        "other order and columns",
+    ],
+)
+def test_harmless_variants_read_the_same(content):
+    np.testing.assert_array_equal(read(content).values, read(BARE).values)
+
+
+def test_a_missing_sample_keeps_its_place():
+    recording = read(b"time_s,sensor_1,sensor_2\n0,1,2\n0.1,,\n0.2,3,4\n")
+    np.testing.assert_array_equal(recording.time_s, [0, 0.1, 0.2])
+    np.testing.assert_array_equal(recording.values, [[1, np.nan, 3], [2, np.nan, 4]])
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        (b"", "the file is empty"),
+        (b"# source: x\n", "no line of column names"),
+        (b"time_s,sensor_1,sensor_2\n", "no sample"),
+        (b"time_s,sensor_1\n0,1\n", "the column 'sensor_2' is missing"),
+        (b"time_s,sensor_1,sensor_2,sensor_2\n0,1,2,3\n", "'sensor_2' stands more than once"),
+        (b"time_s,sensor_1,sensor2\n0,1,2\n", "the column 'sensor_2' is missing"),
+        (b"time_s,sensor_1,sensor_2,sensor_3\n0,1,2,3\n", "recording.sensors is 2"),
+        (BARE + b"0.2,x,1\n", "line 4: 'x' is not a number"),
+        (BARE + b"0.2,nan,1\n", "line 4: 'nan' is not a number"),
+        (BARE + b"0.2,inf,1\n", "line 4: 'inf' is not a number"),
+        (BARE + b"0.2,1_0,1\n", "line 4: '1_0' is not a number"),
+        (BARE + b"0.2,1e999,1\n", "line 4: '1e999' is too large"),
+        (BARE + b"0.2,1,\n", "line 4: a cell is empty"),
+        (BARE + b",,\n", "line 4: a cell is empty"),
+        (BARE + b"0.2,5\n", "line 4 has 2 cells where 3 columns are named"),
+        (BARE.replace(b",", b";"), "semicolons"),
+        (BARE + b"0,2,5,1,6,1\n", "line 4 has 6 cells"),
+        (BARE.decode().encode("utf-16"), "not UTF-8 text"),
+        (b"# source: caf\xe9\n" + BARE, "byte 14 is not UTF-8"),
+        (BARE + "0.2,٣,1\n".encode(), "line 4: '٣' is not a number"),
+        (BARE + b"0.2,1e300,1\n", "line 4: '1e300' is too large"),
+        (b"# format_version: 2\n" + BARE, "format_version '2'; this program knows 1"),
+        (b"#\n" * 1001 + BARE, "the first 1000 lines hold no column names"),
+        (b"a," * 6000, "line 1 holds 12000 characters"),
+        (b"# format_version: 1\n" + BARE + b"0.2,514,50", "line 5 is cut off"),
+    ],
+)
+def test_what_cannot_be_read_says_why(content, reason):
+    with pytest.raises(RecordingError, match=reason):
+        read(content)
+
+
+def test_a_large_file_is_refused_without_reading_it_all():
+    class Endless(io.RawIOBase):
+        asked = 0
+
+        def read(self, size=-1):
+            assert size > 0, "asked for everything"
+            self.asked += size
+            return b"0" * size
+
+    endless = Endless()
+    with pytest.raises(RecordingError, match=r"larger than 0\.001 MB"):
+        read_recording(endless, 4, max_bytes=1000)
+    assert endless.asked < 2000
+
+
+@given(
+    arrays(np.float64, (3, 5), elements=st.floats(-1e6, 1e6)),
+    st.dictionaries(
+        st.text(st.characters(categories=["L", "N"]), min_size=1, max_size=8),
+        st.text(st.characters(categories=["L", "N", "P"]), max_size=20),
+    ),
+)
+def test_what_is_written_is_read_again(values, header):
+    values[:, 2] = np.nan
+    written = Recording(np.arange(5) / 10, values, header)
+    recording = read(format_recording(written), sensors=3)
+    np.testing.assert_array_equal(recording.values, values)
+    np.testing.assert_array_equal(recording.time_s, written.time_s)
+    assert recording.header == {"format_version": "1", **header}
+
+
+@given(st.binary(max_size=300))
+@example(BARE)
+@example(b"#" * 100 + b"\n" + BARE)
+@example(b"time_s,sensor_1,sensor_2\n\x0c0,1,2\n")
+def test_no_bytes_crash_the_reader(content):
+    try:
+        recording = read(content)
+    except RecordingError as error:
+        assert str(error)
+    else:
+        assert recording.values.shape == (2, recording.time_s.size)
+
+
+def test_a_simulated_recording_says_which_version_and_seed_made_it():
+    header = {"source": "simulated phantom", "simulator_version": "2", "simulator_seed": "1"}
+    assert source_of(header) == "simulated phantom, version 2, seed 1"
+    assert source_of({"source": "bench 2"}) == "bench 2"
+    assert source_of({}) == ""
+
+
+def test_counts_are_written_as_whole_numbers():
+    assert format_sample(12.3, [512.0, 2.5]) == "12.3,512,2.5\n"
+    assert format_sample(12.4, None, sensors=4) == "12.4,,,,\n"
+    content = format_recording(make_recording(3.0, "3mm/r01", samples=5))
+    assert content.startswith(b"# format_version: 1\n# source: formula of the tests\n")
+    assert b"\ntime_s,sensor_1,sensor_2,sensor_3,sensor_4\n0,5" in content

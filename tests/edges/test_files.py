@@ -1,0 +1,116 @@
+import errno
+import os
+
+import pytest
+
+from capsule.errors import CapsuleError
+from edges import files
+
+
+def test_a_file_appears_only_when_it_is_whole(tmp_path):
+    target = tmp_path / "new" / "table.csv"
+    with pytest.raises(RuntimeError), files.write_whole(target) as stream:
+        stream.write("half")
+        raise RuntimeError
+    assert list(target.parent.iterdir()) == []
+    with files.write_whole(target) as stream:
+        stream.write("whole\n")
+        assert not target.exists()
+    assert target.read_bytes() == b"whole\n"
+    assert list(target.parent.iterdir()) == [target]
+
+
+def test_tables_keep_full_precision_and_leave_unknown_cells_empty(tmp_path):
+    rows = [{"a": 0.1 + 0.2, "b": float("nan"), "c": None}, {"a": 3.0, "b": "x,y", "c": 1}]
+    files.write_csv(tmp_path / "t.csv", ["a", "b", "c"], rows)
+    assert (tmp_path / "t.csv").read_text() == 'a,b,c\n0.30000000000000004,,\n3.0,"x,y",1\n'
+    assert files.read_csv(tmp_path / "t.csv")[1] == {"a": "3.0", "b": "x,y", "c": "1"}
+
+
+def test_json_with_nan_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        files.write_json(tmp_path / "x.json", {"rmse": float("nan")})
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_only_accepted_recordings_are_read(tmp_path):
+    rows = [
+        {"recording": "3mm/a", "status": "accepted"},
+        {"recording": "3mm/b", "status": "rejected"},
+    ]
+    files.write_csv(tmp_path / "index.csv", ["recording", "status"], rows)
+    assert files.accepted_recordings(tmp_path / "index.csv") == ["3mm/a"]
+
+
+def test_the_archive_is_listed_from_the_disk(tmp_path):
+    (tmp_path / "3mm" / "d.csv").mkdir(parents=True)
+    (tmp_path / "3mm" / "a.csv").touch()
+    (tmp_path / "3mm" / "gone.csv").symlink_to("nowhere.csv")
+    (tmp_path / "3mm" / "loop.csv").symlink_to("loop.csv")
+    (tmp_path / "3mm" / "zero.csv").symlink_to("/dev/zero")
+    (tmp_path / os.fsdecode(b"3mm/\xff.csv")).touch()
+    archive = files.list_archive(tmp_path)
+    assert archive.recordings == ("3mm/a",)
+    assert archive.refused == {
+        "3mm/d.csv": "a folder, not a file",
+        "3mm/gone.csv": "a link that leads nowhere",
+        "3mm/loop.csv": "a link that leads nowhere",
+        "3mm/zero.csv": "no file with content, but a pipe or a device",
+        "3mm/\\udcff.csv": archive.refused["3mm/\\udcff.csv"],
+    }
+    with pytest.raises(CapsuleError, match="does not exist"):
+        files.list_archive(tmp_path / "none")
+
+
+def test_a_users_fault_ends_in_one_line(capsys):
+    def main():
+        raise CapsuleError("raw/3mm/r01.csv: say why")
+
+    with pytest.raises(SystemExit) as stop:
+        files.run(main)
+    assert stop.value.code == "error: raw/3mm/r01.csv: say why"
+
+
+def test_a_missing_file_is_named(tmp_path):
+    with pytest.raises(SystemExit) as stop:
+        files.run(lambda: files.read_csv(tmp_path / "none.csv"))
+    assert str(stop.value.code).startswith(f"error: {tmp_path / 'none.csv'}: No such file")
+
+
+def test_a_full_disk_names_the_file_and_the_remedy(tmp_path, monkeypatch):
+    def no_room(descriptor):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, "fsync", no_room)
+    target = tmp_path / "table.csv"
+    with pytest.raises(SystemExit) as stop:
+        files.run(lambda: files.write_json(target, {}))
+    assert stop.value.code == (
+        f"error: {target}: No space left on device; make room and run again: what is finished stays"
+    )
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_killed_writers_left_behind_is_removed_and_nothing_else(tmp_path):
+    left = tmp_path / "fits" / f".r01.json.123{files.UNFINISHED}"
+    kept = tmp_path / "fits" / "r01.json"
+    left.parent.mkdir()
+    left.touch()
+    kept.touch()
+    files.remove_unfinished(tmp_path)
+    assert list(left.parent.iterdir()) == [kept]
+
+
+def test_a_fingerprint_goes_by_the_content_and_not_by_the_time_stamp(tmp_path):
+    one, other = tmp_path / "one", tmp_path / "other"
+    one.write_bytes(b"1")
+    other.write_bytes(b"2")
+    os.utime(other, ns=(0, one.stat().st_mtime_ns))
+    assert files.fingerprint(one, 10) != files.fingerprint(other, 10)
+    before = files.fingerprint(one, 10)
+    os.utime(one, (1, 1))
+    assert files.fingerprint(one, 10) == before
+    assert files.fingerprint(one, 0) == "too large"
+    assert files.fingerprint(tmp_path, 10) == "unreadable: Is a directory"
+    assert files.read_limited(one, 1) == b"1"
+    assert files.read_limited(one, 0) is None

@@ -1,0 +1,28 @@
+from pathlib import Path
+
+from edges.sources import imported_files
+
+SCRIPTS = Path(__file__).parents[2] / "workflow" / "scripts"
+
+
+def names(script):
+    return {path.relative_to(SCRIPTS).as_posix() for path in imported_files(SCRIPTS / script)}
+
+
+def test_imports_are_followed_from_module_to_module(tmp_path):
+    package = tmp_path / "lib"
+    package.mkdir()
+    (tmp_path / "script.py").write_text("import numpy\nfrom lib import a\n")
+    (package / "__init__.py").write_text("")
+    (package / "a.py").write_text("import lib.b\n")
+    (package / "b.py").write_text("from lib.a import x\n")
+    (package / "unused.py").write_text("")
+    found = {path.name for path in imported_files(tmp_path / "script.py")}
+    assert found == {"__init__.py", "a.py", "b.py"}
+
+
+def test_a_fit_depends_on_the_maths_it_uses_and_on_nothing_else():
+    fit = names("fit.py")
+    assert {"capsule/fitting.py", "capsule/sliding.py", "capsule/particles.py"} <= fit
+    assert not {"capsule/preprocessing.py", "capsule/evaluation/rates.py", "fit.py"} & fit
+    assert "capsule/preprocessing.py" in names("preprocess.py")

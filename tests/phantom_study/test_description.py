@@ -1,0 +1,56 @@
+"""What the documentation says of the simulated signals is what the simulator gives."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from capsule.phantom.geometry import sensor_offsets
+from edges.files import read_csv
+from edges.phantom import DEFAULT_TABLE, read_phantom
+from phantom_study import simulated_archive
+from phantom_study.arguments import DEFAULT_CONFIG, detector_of
+from phantom_study.description import COLUMNS, describe
+
+ROOT = Path(__file__).resolve().parents[2]
+PHANTOM = read_phantom(DEFAULT_TABLE, [])
+
+
+@pytest.fixture(scope="module")
+def described():
+    detector = simulated_archive.quick(detector_of(DEFAULT_CONFIG))
+    archive = simulated_archive.simulate_archive(PHANTOM, 3, 4)
+    matrices = simulated_archive.archive_matrices(archive, detector)
+    templates = simulated_archive.learn(matrices, detector)
+    return archive, matrices, describe(archive, matrices, templates, PHANTOM)
+
+
+def test_every_size_has_a_row_and_only_nodules_a_template(described):
+    _, _, rows = described
+    assert [row["size_mm"] for row in rows] == ["0", "1", "2", "3", "4", "5"]
+    assert all(tuple(row) == COLUMNS for row in rows)
+    assert rows[0]["template_peak_spacing_samples"] == ""
+    assert all("-" in row["template_peak_spacing_samples"] for row in rows[1:])
+
+
+def test_a_row_tells_lengths_heights_and_passing_times(described):
+    archive, matrices, rows = described
+    names = [f"3mm/r{number:02d}" for number in range(1, 5)]
+    lengths = [archive[name].time_s.size for name in names]
+    behind_mm = sensor_offsets(PHANTOM.origami, 4)
+    passing = []
+    for name in names:
+        run = archive[name]
+        moments = [np.argmax(run.head_mm >= run.nodule_at_mm + way) for way in behind_mm]
+        passing += list(np.diff(moments))
+    row = rows[3]
+    assert (row["shortest_samples"], row["longest_samples"]) == (min(lengths), max(lengths))
+    assert row["stopped_by_hand"] == 0
+    assert row["highest"] == round(max(float(matrices[name].max()) for name in names), 2)
+    assert row["passing_high_samples"] == round(np.percentile(passing, 95))
+
+
+def test_the_documentation_shows_the_signals_that_were_described():
+    text = (ROOT / "docs/phantom.md").read_text(encoding="utf-8")
+    for row in read_csv(ROOT / "docs/phantom-signals.csv"):
+        assert "| " + " | ".join(row.values()) + " |" in text

@@ -1,0 +1,56 @@
+"""What the documents say about the configuration is what the schema says."""
+
+import json
+
+import pytest
+
+from support.project import ROOT
+
+SCHEMA = json.loads((ROOT / "workflow/schemas/config.schema.json").read_text(encoding="utf-8"))
+README = (ROOT / "config/README.md").read_text(encoding="utf-8")
+
+
+def described_keys(schema, path=""):
+    """Give every key that holds a value, with its part of the schema."""
+    for name, part in schema["properties"].items():
+        key = f"{path}.{name}" if path else name
+        if "properties" in part:
+            yield from described_keys(part, key)
+        else:
+            yield key, part
+
+
+def allowed(part):
+    """Say in words what a key may hold, from the schema."""
+    part = SCHEMA["$defs"][part["$ref"].rsplit("/", 1)[1]] | part if "$ref" in part else part
+    if "enum" in part:
+        return " or ".join(f"`{value}`" for value in part["enum"])
+    if part["type"] == "array":
+        items = part["items"]
+        if "enum" in items:
+            return "list of " + ", ".join(f"`{value}`" for value in items["enum"])
+        if "maxItems" not in part:
+            return f"list of {items['type']}s, {_limits(items)}"
+        items = SCHEMA["$defs"][items["$ref"].rsplit("/", 1)[1]] if "$ref" in items else items
+        return f"pair of {items['type']}s, {_limits(items)}"
+    return f"{part['type']}{', ' if _limits(part) else ''}{_limits(part)}"
+
+
+def _limits(part):
+    signs = {"minimum": "≥", "exclusiveMinimum": ">", "maximum": "≤", "exclusiveMaximum": "<"}
+    return ", ".join(f"{sign} {part[name]}" for name, sign in signs.items() if name in part)
+
+
+def row(key, part):
+    cells = [f"`{key}`", part.get("symbol", ""), part.get("unit", ""), allowed(part)]
+    return "| " + " | ".join([*cells, part["description"]]) + " |"
+
+
+@pytest.mark.parametrize(("key", "part"), list(described_keys(SCHEMA)), ids=str)
+def test_every_key_is_explained_as_the_schema_has_it(key, part):
+    assert row(key, part) in README
+
+
+def test_no_key_is_explained_that_does_not_exist():
+    explained = [line.split("`")[1] for line in README.splitlines() if line.startswith("| `")]
+    assert explained == [key for key, _ in described_keys(SCHEMA)]

@@ -1,0 +1,43 @@
+"""The three places that name packages agree: pyproject.toml, the lock and environment.yml."""
+
+import re
+import tomllib
+
+import pytest
+import yaml
+from packaging.requirements import Requirement
+
+from support.project import ROOT
+
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+LOCK = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+WANTED = [
+    Requirement(text) for text in PROJECT["dependencies"] + PROJECT["optional-dependencies"]["test"]
+]
+
+
+def locked_versions():
+    versions = {}
+    for name, version in re.findall(r"^([a-z0-9._-]+)==([^ ;\\]+)", LOCK, re.MULTILINE):
+        versions.setdefault(name, []).append(version)
+    return versions
+
+
+@pytest.mark.parametrize("requirement", WANTED, ids=lambda requirement: requirement.name)
+def test_the_lock_pins_what_the_project_asks_for(requirement):
+    versions = locked_versions()[requirement.name]
+    assert all(requirement.specifier.contains(version) for version in versions)
+
+
+def test_the_lock_holds_hashes_and_no_addresses():
+    assert not re.search(r"https?:|--index-url|--find-links| @ ", LOCK)
+    entries = re.split(r"\n(?=[a-z0-9])", LOCK)
+    assert len(entries) > len(WANTED)
+    assert all("--hash=sha256:" in entry for entry in entries)
+
+
+def test_environment_yml_names_the_same_packages_and_ranges():
+    environment = yaml.safe_load((ROOT / "environment.yml").read_text(encoding="utf-8"))
+    conda = {(r.name, str(r.specifier)) for r in map(Requirement, environment["dependencies"])}
+    pip = {(r.name, str(r.specifier)) for r in WANTED}
+    assert conda == pip | {("python", PROJECT["requires-python"])}

@@ -1,0 +1,1 @@
+"""What the tests share: projects to run, recordings, boards, a browser."""

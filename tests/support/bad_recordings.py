@@ -1,0 +1,536 @@
+"""What can be wrong with a file under raw/, and what is then done: one case each.
+
+`python tests/support/bad_recordings.py` prints the table that stands in docs/robustness.md.
+"""
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from capsule.naming import displayed
+from capsule.recording import Recording, format_recording
+from support.synthetic import make_recording
+
+SAMPLES = 300
+HOSTILE = "<script>alert(1)</script>"
+
+
+@dataclass(frozen=True)
+class Case:
+    """One thing that is wrong.
+
+    Attributes
+    ----------
+    what : str
+        In words, for the documentation.
+    name : str or bytes
+        The path under raw/.
+    make : callable
+        Puts it at a path.
+    reason : str
+        What recordings.csv or passed_over.csv says about it, whole.
+    """
+
+    what: str
+    name: str | bytes
+    make: Callable[[Path], object]
+    reason: str
+
+    @property
+    def listed_as(self) -> str:
+        """Give the name under which the tables list it."""
+        text = displayed(os.fsdecode(self.name))
+        return text if self.refused_by_name else text.removesuffix(".csv")
+
+    @property
+    def refused_by_name(self) -> bool:
+        """Tell whether it was refused without being opened."""
+        return self.reason.startswith(("rename the file", "a folder", "a link", "no file with"))
+
+
+def recording(name: str) -> Recording:
+    """Make a good recording, a different one for every name."""
+    return make_recording(3.0, f"bad/{name}", samples=SAMPLES)
+
+
+def content(name: str) -> bytes:
+    """Make the bytes of a good recording, a different one for every name."""
+    return format_recording(recording(name))
+
+
+def bare(name: str) -> bytes:
+    """Make a good recording without header lines."""
+    return content(name)[content(name).index(b"time_s") :]
+
+
+def write(data: bytes) -> Callable[[Path], object]:
+    """Put bytes at a path."""
+    return lambda path: path.write_bytes(data)
+
+
+def changed(name: str, **changes: object) -> Callable[[Path], object]:
+    """Put a recording there of which something is changed."""
+    made = vars(recording(name)) | changes
+    return write(format_recording(Recording(**made)))
+
+
+def cell(name: str, line: int, text: str) -> bytes:
+    """Make a recording whose second cell of a line is replaced."""
+    lines = content(name).decode().splitlines()
+    cells = lines[line - 1].split(",")
+    lines[line - 1] = ",".join([cells[0], text, *cells[2:]])
+    return ("\n".join(lines) + "\n").encode()
+
+
+def sensor(name: str, number: int, readings: object) -> np.ndarray:
+    """Give the readings with one sensor replaced."""
+    values = recording(name).values.copy()
+    values[number - 1] = readings
+    return values
+
+
+def huge(path: Path) -> None:
+    """Make a file of 1 GB that takes no room on the disk."""
+    with path.open("wb") as stream:
+        stream.truncate(1_000_000_000)
+
+
+TIMES = np.arange(SAMPLES) * 0.1
+INDEX = np.arange(SAMPLES)
+COLUMNS = b"time_s,sensor_1,sensor_2,sensor_3,sensor_4"
+RENAME = (
+    "rename the file: only letters A-Z, digits and _ . + - are allowed in its name, "
+    "at most 100 of them, and it starts with a letter or digit"
+)
+
+
+def swapped(values: np.ndarray, index: int, value: float) -> np.ndarray:
+    """Give times with one of them replaced."""
+    result = values.copy()
+    result[index] = value
+    return np.round(result, 3)
+
+
+UNREADABLE = [
+    Case("empty file", "3mm/empty.csv", write(b""), "the file is empty"),
+    Case(
+        "header lines and nothing else",
+        "3mm/header-only.csv",
+        write(b"# source: bench 2\n# rate_hz: 10\n"),
+        "there is a header but no line of column names and no sample",
+    ),
+    Case(
+        "column names and no sample",
+        "3mm/no-sample.csv",
+        write(COLUMNS + b"\n"),
+        "there are column names but no sample",
+    ),
+    Case(
+        "a column is missing",
+        "3mm/column-missing.csv",
+        write(b"time_s,sensor_1,sensor_2,sensor_3\n0,1,2,3\n"),
+        "line 1: the column 'sensor_4' is missing; found: 'time_s,sensor_1,sensor_2,sensor_3', "
+        f"wanted: {COLUMNS.decode()}",
+    ),
+    Case(
+        "a column stands twice",
+        "3mm/column-doubled.csv",
+        write(COLUMNS + b",sensor_2\n0,1,2,3,4,5\n"),
+        "line 1: the column 'sensor_2' stands more than once",
+    ),
+    Case(
+        "a column has another name",
+        "3mm/column-renamed.csv",
+        write(bare("renamed").replace(b"sensor_3", b"Sensor3")),
+        "line 1: the column 'sensor_3' is missing; found: "
+        f"'time_s,sensor_1,sensor_2,Sensor3,sensor_4', wanted: {COLUMNS.decode()}",
+    ),
+    Case(
+        "a fifth sensor",
+        "3mm/fifth-sensor.csv",
+        write(COLUMNS + b",sensor_5\n0,1,2,3,4,5\n"),
+        "line 1: there is a column 'sensor_5', but recording.sensors is 4",
+    ),
+    Case(
+        "text in a cell",
+        "3mm/text.csv",
+        write(cell("text", 40, "n/a")),
+        "line 40: 'n/a' is not a number",
+    ),
+    Case(
+        "NaN in a cell",
+        "3mm/nan.csv",
+        write(cell("nan", 41, "NaN")),
+        "line 41: 'NaN' is not a number",
+    ),
+    Case(
+        "infinity in a cell",
+        "3mm/inf.csv",
+        write(cell("inf", 42, "-inf")),
+        "line 42: '-inf' is not a number",
+    ),
+    Case(
+        "a number beyond all measure",
+        "3mm/overflow.csv",
+        write(cell("overflow", 43, "1e999")),
+        "line 43: '1e999' is too large",
+    ),
+    Case(
+        "HTML in a cell",
+        "3mm/html-cell.csv",
+        write(cell("html", 44, HOSTILE)),
+        f"line 44: '{HOSTILE}' is not a number",
+    ),
+    Case(
+        "one cell of a sample is empty",
+        "3mm/empty-cell.csv",
+        write(cell("empty cell", 45, "")),
+        "line 45: a cell is empty",
+    ),
+    Case(
+        "semicolons between the columns",
+        "3mm/semicolons.csv",
+        write(bare("semicolons").replace(b",", b";")),
+        "line 1 separates columns by semicolons or tabs; "
+        "use commas between columns and points in numbers",
+    ),
+    Case(
+        "decimal commas",
+        "3mm/decimal-commas.csv",
+        write(bare("commas").replace(b".", b",")),
+        "line 3 has 6 cells where 5 columns are named (a cut-off line, or decimal commas?)",
+    ),
+    Case(
+        "UTF-16",
+        "3mm/utf-16.csv",
+        write(content("utf-16").decode().encode("utf-16")),
+        "the file is not UTF-8 text (UTF-16, or binary?); save it as UTF-8",
+    ),
+    Case(
+        "Latin-1",
+        "3mm/latin-1.csv",
+        write("# source: Messplatz für Kapseln\n".encode("latin-1") + bare("latin-1")),
+        "byte 22 is not UTF-8 text (another encoding?); save it as UTF-8",
+    ),
+    Case(
+        "a picture",
+        "3mm/picture.csv",
+        write(b"\x89PNG\r\n\x1a\n" + bytes(range(256)) * 40),
+        "the file is not UTF-8 text (UTF-16, or binary?); save it as UTF-8",
+    ),
+    Case(
+        "one endless line",
+        "3mm/one-line.csv",
+        write(b"a,b," * 500_000),
+        "line 1 holds 2000000 characters: this is no recording",
+    ),
+    Case(
+        "more lines than any run has",
+        "3mm/many-lines.csv",
+        write(COLUMNS + b"\n" * 250_000),
+        "the file holds 250000 lines: no run is that long",
+    ),
+    Case(
+        "cut off in mid-line",
+        "3mm/cut-off.csv",
+        write(content("cut off")[:-7]),
+        "line 305 is cut off: the file ends in mid-line; copy it again",
+    ),
+    Case(
+        "a later format",
+        "3mm/format-2.csv",
+        write(content("format").replace(b"format_version: 1", b"format_version: 2")),
+        "the header says format_version '2'; this program knows 1",
+    ),
+    Case(
+        "a header that is no number",
+        "3mm/adc-bits.csv",
+        write(content("bits").replace(b"adc_bits: 10", b"adc_bits: ten")),
+        "the header says adc_bits: 'ten', which is no number",
+    ),
+    Case(
+        "1 GB",
+        "3mm/huge.csv",
+        huge,
+        "the file is larger than 16 MB and cannot be one run (limit: recording.max_megabytes)",
+    ),
+]
+
+UNUSABLE = [
+    Case(
+        "a sensor that reads the same throughout",
+        "3mm/constant.csv",
+        changed("constant", values=sensor("constant", 2, 512)),
+        "sensor_2 reads 512 throughout: is it connected, and not shorted?",
+    ),
+    Case(
+        "a sensor at the end of the ADC's range for most of the run",
+        "3mm/rail.csv",
+        changed("rail", values=sensor("rail", 3, np.where(INDEX < 200, 1023, 500 + INDEX % 7))),
+        "sensor_3 is at 1023, the end of the ADC's range, in 67 % of the samples "
+        "(recording.max_rail_fraction)",
+    ),
+    Case(
+        "the same, without a header that tells the range",
+        "3mm/rail-bare.csv",
+        changed(
+            "rail",
+            values=sensor("bare", 1, np.where(INDEX < 240, 1023, 512 + INDEX % 5)),
+            header={},
+        ),
+        "sensor_1 is at 1023, the end of the ADC's range, in 80 % of the samples "
+        "(recording.max_rail_fraction)",
+    ),
+    Case(
+        "the same, in volts",
+        "3mm/rail-volts.csv",
+        changed(
+            "volts",
+            values=sensor("volts", 4, np.where(INDEX < 180, 1023, 512 + INDEX % 5)) * 5.0 / 1023,
+            header={"vref_v": "5.0"},
+        ),
+        "sensor_4 is at 4.99268 V, the end of the ADC's range, in 60 % of the samples "
+        "(recording.max_rail_fraction)",
+    ),
+    Case(
+        "readings that the ADC cannot give",
+        "3mm/outside.csv",
+        changed("outside", values=sensor("outside", 1, 900 + INDEX)),
+        "sensor_1 reads 1199, outside the ADC's range 0..1023 (adc_bits in the header)",
+    ),
+    Case(
+        "time that runs backwards",
+        "3mm/backwards.csv",
+        changed("backwards", time_s=swapped(TIMES, 50, 1.0)),
+        "time runs backwards: 1 s follows 4.9 s",
+    ),
+    Case(
+        "time that repeats",
+        "3mm/repeats.csv",
+        changed("repeats", time_s=swapped(TIMES, 50, 4.9)),
+        "time repeats: 4.9 s follows 4.9 s",
+    ),
+    Case(
+        "a gap longer than allowed",
+        "3mm/gap.csv",
+        changed("gap", time_s=np.round(TIMES + 3.0 * (INDEX > 100), 3)),
+        "3 s of samples are missing from 10.1 s on; allowed are 2 s (recording.max_gap_s)",
+    ),
+    Case(
+        "another sampling rate",
+        "3mm/rate.csv",
+        changed("rate", time_s=np.round(INDEX * 0.05, 3)),
+        "the samples come at 20 Hz, configured is 10 Hz (recording.rate_hz)",
+    ),
+    Case(
+        "time in milliseconds",
+        "3mm/milliseconds.csv",
+        changed("milliseconds", time_s=INDEX * 100.0),
+        "the samples come at 0.01 Hz, configured is 10 Hz (recording.rate_hz); "
+        "is time_s in 1/1000 of a second?",
+    ),
+    Case(
+        "shorter than the window",
+        "3mm/short.csv",
+        changed("short", time_s=TIMES[:83], values=recording("short").values[:, :83]),
+        "83 samples are fewer than the window of 84 (preprocessing.window)",
+    ),
+    Case(
+        "a single sample",
+        "3mm/single.csv",
+        changed("single", time_s=TIMES[:1], values=recording("single").values[:, :1]),
+        "1 sample is too few",
+    ),
+    Case(
+        "longer than the matrix",
+        "3mm/long.csv",
+        lambda path: path.write_bytes(format_recording(make_recording(3.0, "long", samples=1001))),
+        "1001 samples are more than the 1000 columns of the matrix; raise preprocessing.length",
+    ),
+    Case(
+        "a time stamp gone wild",
+        "3mm/wild-time.csv",
+        changed("wild", time_s=np.append(TIMES[:-1], 1e15)),
+        "1e+16 samples are more than the 1000 columns of the matrix; raise preprocessing.length",
+    ),
+    Case(
+        "the same content under two names",
+        "3mm/zz-copy.csv",
+        lambda path: path.write_bytes((path.parent / "r01.csv").read_bytes()),
+        "the same content as 3mm/r01",
+    ),
+    Case(
+        "the same readings, other line ends and another header",
+        "3mm/zz-edited.csv",
+        lambda path: path.write_bytes(
+            b"# source: copied\r\n" + (path.parent / "r03.csv").read_bytes()
+        ),
+        "the same content as 3mm/r03",
+    ),
+    Case(
+        "the same content under two sizes",
+        "4mm/r03.csv",
+        lambda path: path.write_bytes((path.parent.parent / "3mm/r03.csv").read_bytes()),
+        "the same content as 3mm/r03, under another size: one of the two is mislabelled",
+    ),
+]
+
+NO_FILES = [
+    Case("a folder named like a recording", "3mm/folder.csv", Path.mkdir, "a folder, not a file"),
+    Case(
+        "a broken link",
+        "3mm/broken-link.csv",
+        lambda path: path.symlink_to("nowhere.csv"),
+        "a link that leads nowhere",
+    ),
+    Case(
+        "a link to itself",
+        "3mm/loop.csv",
+        lambda path: path.symlink_to("loop.csv"),
+        "a link that leads nowhere",
+    ),
+    Case(
+        "a pipe",
+        "3mm/pipe.csv",
+        lambda path: os.mkfifo(path),
+        "no file with content, but a pipe or a device",
+    ),
+    Case(
+        "an endless device",
+        "3mm/zero.csv",
+        lambda path: path.symlink_to("/dev/zero"),
+        "no file with content, but a pipe or a device",
+    ),
+]
+
+STRANGE_NAMES = [
+    Case(what, b"3mm/" + name + b".csv", write(content(repr(name))), RENAME)
+    for what, name in [
+        ("a space", b"two words"),
+        ("a quote", b"o'clock"),
+        ("a double quote", b'say "r01"'),
+        ("a command for the shell", b"$(touch pwned)"),
+        ("another one", b"`touch pwned`"),
+        ("and another", b"r01;touch pwned;"),
+        ("a variable", b"$HOME"),
+        ("a wildcard of the shell", b"r*"),
+        ("a wildcard of Snakemake", b"{recording}"),
+        ("a line feed", b"line\nbreak"),
+        ("an escape sequence", b"\x1b[31mred"),
+        ("HTML", b'"><img src=x onerror=alert(1)>'),
+        ("a leading dash", b"-rf"),
+        ("letters beyond ASCII", "Prüfling-é".encode()),
+        ("bytes that are no UTF-8", b"\xff\xfe"),
+        ("text that runs backwards", "r01\u202egpj".encode()),
+        ("a backslash", b"3mm\\r01"),
+        ("240 letters", b"r" * 240),
+    ]
+]
+
+PASSED_OVER = [
+    Case("a leading dot", "3mm/.r07.csv", write(content("dot")), "hidden file"),
+    Case("a note", "3mm/notes.txt", write(b"moved the sensor"), "not a .csv file"),
+    Case(
+        "an ending in capitals",
+        "3mm/R07.CSV",
+        write(content("capitals")),
+        "not a .csv file: rename the ending to small letters",
+    ),
+    Case(
+        "a recording that is still being made",
+        "3mm/r07.csv.part",
+        write(content("part")),
+        "still being recorded",
+    ),
+    Case(
+        "a folder inside a folder",
+        "3mm/monday",
+        Path.mkdir,
+        "a folder; recordings lie directly in the folder of their size",
+    ),
+    Case(
+        "a recording beside the folders",
+        "r07.csv",
+        write(content("beside")),
+        "lies beside the folders; move it into one such as 3mm/",
+    ),
+    *(
+        Case(
+            what,
+            name,
+            Path.mkdir,
+            "a folder that names no size; call it such as 0mm, 2.5mm or unlabelled",
+        )
+        for what, name in [
+            ("a folder of another unit", "3cm"),
+            ("a folder with a space", "3 mm"),
+            ("a folder with a decimal comma", "2,5mm"),
+            ("a folder in capitals", "3MM"),
+            ("a folder that is a command", "$(touch pwned)mm"),
+            ("a folder that is HTML", "<b>3mm"),
+            ("a folder whose name is no UTF-8", b"\xffmm"),
+        ]
+    ),
+]
+
+REJECTED = [*UNREADABLE, *UNUSABLE, *NO_FILES, *STRANGE_NAMES]
+
+HARMLESS = [
+    ("a byte order mark", lambda data: b"\xef\xbb\xbf" + data),
+    ("CRLF line ends", lambda data: data.replace(b"\n", b"\r\n")),
+    ("the line ends of old Macs", lambda data: data.replace(b"\n", b"\r")),
+    (
+        "HTML and formulas in the header",
+        lambda data: data.replace(b"# source: ", f"# {HOSTILE}: x\n# source: ={HOSTILE} ".encode()),
+    ),
+    ("no header", lambda data: data[data.index(b"time_s") :]),
+    (
+        "columns in another order, and more of them",
+        lambda data: b"".join(
+            line if line.startswith(b"#") else b"x," + line for line in data.splitlines(True)
+        ),
+    ),
+    (
+        "a last line without a line feed, and no header",
+        lambda data: data[data.index(b"time_s") : -1],
+    ),
+]
+
+
+def table() -> str:
+    """Make the tables of docs/robustness.md."""
+    parts = []
+    for title, cases, head in [
+        ("Files that cannot be read", UNREADABLE, "reason"),
+        ("Recordings that cannot be used", UNUSABLE, "reason"),
+        ("What is no file", NO_FILES, "reason"),
+        ("Names", STRANGE_NAMES, ""),
+        ("Passed over", PASSED_OVER, "reason in `results/passed_over.csv`"),
+    ]:
+        # Names are all refused for the same reason, which then stands above the table.
+        same = "" if head else f"Refused by name: `{cases[0].reason}`.\n\n"
+        rows = [["what", "as", head], ["---"] * 3]
+        for case in cases:
+            shown = _shorten(displayed(os.fsdecode(case.name)))
+            rows.append([case.what, _code(shown), _code(case.reason)])
+        lines = ["| " + " | ".join(row if head else row[:2]) + " |" for row in rows]
+        parts += [f"### {title}\n", same + "\n".join(lines) + "\n"]
+    parts += ["### Accepted\n", "| what |\n|---|"]
+    parts[-1] += "".join(f"\n| {what} |" for what, _ in HARMLESS)
+    return "\n".join(parts) + "\n"
+
+
+def _code(text: str) -> str:
+    escaped = text.replace("|", "\\|")
+    return f"`` {escaped} ``" if "`" in text else f"`{escaped}`"
+
+
+def _shorten(text: str) -> str:
+    return text if len(text) <= 40 else text[:37] + "..."
+
+
+if __name__ == "__main__":
+    print(table(), end="")

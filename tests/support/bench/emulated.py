@@ -1,0 +1,164 @@
+"""The boards with their real firmware, in libsimavr."""
+
+import atexit
+import ctypes
+import functools
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+HERE = Path(__file__).resolve().parent
+FIRMWARE = HERE.parents[2] / "workflow" / "firmware"
+LOGGER = "logger", "atmega2560"
+PERISTALSIS = "peristalsis", "atmega328p"
+MHZ = 16
+
+
+def missing_tools() -> str:
+    """Say why the emulator cannot run here; empty where it can."""
+    for tool in ("avr-gcc", "make", "gcc"):
+        if shutil.which(tool) is None:
+            return f"{tool} is not installed (Debian: gcc-avr avr-libc make gcc)"
+    if not Path("/usr/include/simavr/sim_avr.h").exists():
+        return "libsimavr is not installed (Debian: libsimavr-dev libelf-dev)"
+    return ""
+
+
+@functools.cache
+def build_folder() -> Path:
+    """Build the firmware and the emulator's library, once a test run."""
+    folder = Path(tempfile.mkdtemp(prefix="capsule-bench-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    _run("make", "-s", "-C", FIRMWARE, f"BUILD={folder}")
+    library = folder / "libavrboard.so"
+    warnings = ("-Wall", "-Wextra", "-Werror")
+    source = HERE / "avr_board.c"
+    _run("gcc", "-O2", *warnings, "-shared", "-fPIC", source, "-o", library, "-lsimavr")
+    return folder
+
+
+def _run(*command: str | Path) -> None:
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
+    if done.returncode:
+        raise RuntimeError(f"{command[0]} failed:\n{done.stdout}{done.stderr}")
+
+
+@functools.cache
+def _library() -> ctypes.CDLL:
+    library = ctypes.CDLL(str(build_folder() / "libavrboard.so"))
+    board, text, number = ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int
+    moment, real = ctypes.c_ulonglong, ctypes.c_double
+    for name, result, arguments in (
+        ("new", board, (text, text)),
+        ("reset", None, (board,)),
+        ("skip", None, (board, moment)),
+        ("run", number, (board, moment)),
+        ("set_voltage", None, (board, number, real, real)),
+        ("set_end_stop", None, (board, number)),
+        ("take_sent", number, (board, board, number)),
+        ("deliver", number, (board, text, number)),
+        ("baud", ctypes.c_long, (board,)),
+        ("half_steps", ctypes.c_long, (board,)),
+        ("illegal_steps", ctypes.c_ulong, (board,)),
+        ("coils", number, (board,)),
+        ("cycles", moment, (board,)),
+        ("cycles_asleep", moment, (board,)),
+        ("sample_cycles", number, (board, board, number)),
+        ("step_cycles", number, (board, board, number)),
+    ):
+        function = getattr(library, f"board_{name}")
+        function.restype, function.argtypes = result, arguments
+    return library
+
+
+class EmulatedBoard:
+    """One board with its firmware; the caller lets time pass.
+
+    Parameters
+    ----------
+    board : tuple of str
+        `LOGGER` or `PERISTALSIS`: the firmware's name and the processor's.
+    image : Path, optional
+        The firmware, where it was built in another way.
+    """
+
+    def __init__(self, board: tuple[str, str], image: Path | None = None) -> None:
+        name, mcu = board
+        image = image or build_folder() / f"{name}.elf"
+        self._library = _library()
+        self._board = self._library.board_new(mcu.encode(), str(image).encode())
+        if not self._board:
+            raise RuntimeError(f"libsimavr cannot load {image} as {mcu}")
+        self._buffer = ctypes.create_string_buffer(65536)
+
+    @property
+    def baud(self) -> int:
+        """The baud rate that the firmware has set."""
+        return self._library.board_baud(self._board)
+
+    @property
+    def half_steps(self) -> int:
+        """Half-steps that the rotor has made, forward counted up."""
+        return self._library.board_half_steps(self._board)
+
+    @property
+    def illegal_steps(self) -> int:
+        """Changes of the coils that are no half-step."""
+        return self._library.board_illegal_steps(self._board)
+
+    @property
+    def coils(self) -> int:
+        """The four coils, as bits."""
+        return self._library.board_coils(self._board)
+
+    @property
+    def fraction_asleep(self) -> float:
+        """The part of all cycles in which the processor slept."""
+        cycles = self._library.board_cycles(self._board)
+        return self._library.board_cycles_asleep(self._board) / cycles
+
+    def sample_times_us(self) -> np.ndarray:
+        """Give the moments at which the last samples were begun."""
+        return self._times_us(self._library.board_sample_cycles)
+
+    def step_times_us(self) -> np.ndarray:
+        """Give the moments of the last half-steps."""
+        return self._times_us(self._library.board_step_cycles)
+
+    def _times_us(self, read: ctypes._CFuncPtr) -> np.ndarray:
+        cycles = (ctypes.c_ulonglong * 8192)()
+        return np.array(cycles[: read(self._board, cycles, 8192)]) / MHZ
+
+    def set_voltages(self, from_mv: np.ndarray, to_mv: np.ndarray) -> None:
+        """Let the analogue inputs move evenly over the next stretch of time."""
+        for channel, (start, end) in enumerate(zip(from_mv, to_mv, strict=True)):
+            self._library.board_set_voltage(self._board, channel, float(start), float(end))
+
+    def set_end_stop(self, closed: bool) -> None:
+        """Press or release the end stop."""
+        self._library.board_set_end_stop(self._board, int(closed))
+
+    def advance(self, until_us: int) -> None:
+        """Run the firmware to a point in time."""
+        if self._library.board_run(self._board, until_us):
+            raise RuntimeError("the emulated processor stopped")
+
+    def skip(self, until_us: int) -> None:
+        """Let time pass without the firmware: no power, or the boot loader waits."""
+        self._library.board_skip(self._board, until_us)
+
+    def reset(self) -> None:
+        """Press the reset button."""
+        self._library.board_reset(self._board)
+
+    def take_sent(self) -> bytes:
+        """Take what the board has sent since the last call."""
+        length = self._library.board_take_sent(self._board, self._buffer, len(self._buffer))
+        return self._buffer.raw[:length]
+
+    def deliver(self, received: bytes) -> None:
+        """Hand bytes to the board's UART."""
+        self._library.board_deliver(self._board, received, len(received))

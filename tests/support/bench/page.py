@@ -1,0 +1,31 @@
+"""The test vectors of docs/protocol.md."""
+
+import re
+from pathlib import Path
+
+from support.bench.cable import Board
+
+PAGE = (Path(__file__).parents[3] / "docs" / "protocol.md").read_text(encoding="utf-8")
+VOLTAGES_MV = [1000, 2500, 4000, 5000]  # at the logger's inputs, as the page says
+
+
+def conversation(board: str) -> list[tuple[int, str, str]]:
+    """Read a conversation from the page: time in ms, direction, line."""
+    block = re.search(rf"^```{board}\n(.*?)^```", PAGE, re.MULTILINE | re.DOTALL)[1]
+    lines = re.findall(r"^ *(\d+) ms ([<>]) (.*)$", block, re.MULTILINE)
+    assert len(lines) == block.count("\n")
+    return [(int(ms), direction, line) for ms, direction, line in lines]
+
+
+def hold(board: Board, lines: list[tuple[int, str, str]]) -> list[tuple[int, str, str]]:
+    """Say our part of a conversation to a board, and write down its part at the page's times."""
+    held = []
+    for ms, direction, line in lines:
+        board.advance(ms * 1000)
+        if direction == ">":
+            board.deliver(line.encode() + b"\n")
+            held.append((ms, ">", line))
+        else:
+            answered = board.take_sent().decode().splitlines()
+            held += [(ms, "<", answer) for answer in answered]
+    return held

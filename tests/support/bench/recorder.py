@@ -1,0 +1,123 @@
+"""acquire.py as a user starts it, and what must hold of its recordings."""
+
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+
+from capsule.recording import Recording, read_recording
+from support.bench.cable import Cable
+from support.bench.world import taken_at_s
+
+ACQUIRE = Path(__file__).parents[3] / "workflow" / "scripts" / "acquire.py"
+
+
+class Recorder:
+    """A running acquire.py, with its files in a folder of the test; `end_all` after each test."""
+
+    started: ClassVar[list["Recorder"]] = []
+
+    def __init__(self, folder: Path, *options: str, **settings: object) -> None:
+        self.raw = folder / "raw"
+        self.logs = folder / "logs"
+        places = ("--raw", self.raw, "--logs", self.logs)
+        command = [sys.executable, ACQUIRE, *options, *places]
+        self.process = subprocess.Popen(
+            [str(word) for word in command],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            encoding="utf-8",
+            **settings,
+        )
+        self._output: tuple[str, str] | None = None
+        self.started.append(self)
+
+    @classmethod
+    def end_all(cls) -> None:
+        """End what a test has left running."""
+        for recorder in cls.started:
+            if not recorder.done():
+                recorder.process.kill()
+            _ = recorder.output
+        cls.started.clear()
+
+    def done(self) -> bool:
+        """Say whether the program has ended."""
+        return self.process.poll() is not None
+
+    @property
+    def output(self) -> tuple[str, str]:
+        """What the program printed, and what it printed as errors, once it has ended."""
+        if self._output is None:
+            self._output = self.process.communicate(timeout=20)
+        return self._output
+
+    def press_ctrl_c(self) -> None:
+        """Press Ctrl-C in the program's terminal."""
+        self.process.send_signal(signal.SIGINT)
+
+    def recording(self) -> Recording:
+        """Read the one recording that was archived."""
+        (path,) = self.raw.rglob("*.csv")
+        return self.recording_named(path.relative_to(self.raw).with_suffix("").as_posix())
+
+    def recording_named(self, name: str) -> Recording:
+        """Read a recording such as ``3mm/r01``."""
+        with (self.raw / f"{name}.csv").open("rb") as stream:
+            return read_recording(stream, 4)
+
+    def parts(self) -> list[Path]:
+        """List the unfinished recordings."""
+        return list(self.raw.rglob("*.part"))
+
+    def log(self) -> str:
+        """Read the recording's log."""
+        (path,) = self.logs.rglob("*.log")
+        return path.read_text(encoding="utf-8")
+
+    def expect(self, status: int, *words: str) -> str:
+        """Check exit status and error message; gives what was printed."""
+        printed, errors = self.output
+        assert self.process.returncode == status, f"{printed}\n{errors}"
+        assert "Traceback" not in errors, errors
+        if status:
+            assert errors.count("error: ") == 1, errors
+        else:
+            assert not errors, errors
+        for word in words:
+            assert word in printed + errors, f"{word!r} not in:\n{printed}\n{errors}"
+        return printed
+
+
+def samples_in(frames: list[bytes]) -> list[tuple[int, ...]]:
+    """Read the counts from frames of samples, without the code under test."""
+    last = [frame[frame.rfind(b"$") :] for frame in frames]
+    return [
+        tuple(int(cell) for cell in frame.split(b"*")[0].split(b",")[3:7])
+        for frame in last
+        if frame.startswith(b"$D,")
+    ]
+
+
+def check_times(recording: Recording, tolerance_s: float = 0.006) -> None:
+    """Every sample was taken when its row says; a missing one keeps its place."""
+    np.testing.assert_allclose(np.diff(recording.time_s), 0.1, atol=1e-9)
+    known = ~np.isnan(recording.values[0])
+    taken_s = np.array([taken_at_s(sample) for sample in recording.values[:, known].T])
+    error_s = (taken_s - taken_s[0]) - (recording.time_s[known] - recording.time_s[known][0])
+    assert np.abs(error_s).max() <= tolerance_s, f"off by up to {np.abs(error_s).max():.3f} s"
+
+
+def check_complete(recording: Recording, cable: Cable, ended_early: bool = False) -> None:
+    """Every sample that arrived whole is in the recording once, and nothing else is.
+
+    With `ended_early` the recording had ended while samples still came.
+    """
+    known = ~np.isnan(recording.values[0])
+    archived = [tuple(int(count) for count in sample) for sample in recording.values[:, known].T]
+    arrived = samples_in(cable.whole)
+    assert archived == (arrived[: len(archived)] if ended_early else arrived)

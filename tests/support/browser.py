@@ -1,0 +1,118 @@
+"""A real Chromium without a screen and without a network, for tests of the report."""
+
+import base64
+import shutil
+from pathlib import Path
+
+import pytest
+
+AXE = Path(__file__).parents[1] / "vendor" / "axe-core" / "axe.min.js"
+PHONE, DESKTOP = 360, 1280
+
+
+def missing_browser() -> str:
+    """Say what of the browser is not installed; empty where all is."""
+    for program in ("chromium", "chromedriver"):
+        if shutil.which(program) is None:
+            return f"{program} is not installed (Debian: apt install chromium chromium-driver)"
+    return ""
+
+
+class Browser:
+    """Chromium with one page.
+
+    Parameters
+    ----------
+    profile : Path
+        An empty folder for its files.
+    """
+
+    def __init__(self, profile: Path) -> None:
+        selenium = pytest.importorskip("selenium.webdriver", reason="selenium is not installed")
+        options = selenium.ChromeOptions()
+        options.binary_location = shutil.which("chromium")
+        for switch in (
+            "headless=new",
+            "no-sandbox",
+            "disable-gpu",
+            "no-first-run",
+            "disable-background-networking",
+            "disable-component-update",
+            "disable-sync",
+            "hide-scrollbars",
+            f"user-data-dir={profile}",
+        ):
+            options.add_argument(f"--{switch}")
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+        service = selenium.ChromeService(shutil.which("chromedriver"))
+        self.driver = selenium.Chrome(options=options, service=service)
+        self._command("Network.enable")
+        offline = {"offline": True, "latency": 0, "downloadThroughput": 0, "uploadThroughput": 0}
+        self._command("Network.emulateNetworkConditions", **offline)
+
+    def open(self, page: Path, fragment: str = "", *, width: int = DESKTOP, dark: bool = False):
+        """Open a page from disk at a width, light or dark."""
+        size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 600}
+        self._command("Emulation.setDeviceMetricsOverride", **size)
+        scheme = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
+        self._command("Emulation.setEmulatedMedia", features=scheme)
+        self.driver.get("about:blank")
+        self.driver.get_log("browser")
+        self.driver.get(page.as_uri() + fragment)
+
+    def run(self, script: str, *arguments: object) -> object:
+        """Run JavaScript in the page and give what it returns."""
+        return self.driver.execute_script(script, *arguments)
+
+    def messages(self) -> list[str]:
+        """Give what the console said since the page was opened."""
+        return [entry["message"] for entry in self.driver.get_log("browser")]
+
+    def find(self, selector: str):
+        """Give the first element that a CSS selector finds."""
+        return self.driver.find_element("css selector", selector)
+
+    def texts(self, selector: str) -> list[str]:
+        """Give the text of every visible element that a CSS selector finds."""
+        return self.run(
+            "return [...document.querySelectorAll(arguments[0])]"
+            ".filter((e) => e.offsetParent !== null).map((e) => e.textContent.trim())",
+            selector,
+        )
+
+    def violations(self) -> list[str]:
+        """Ask axe-core for faults of accessibility, one line each."""
+        self.run(AXE.read_text(encoding="utf-8"))
+        found = self.driver.execute_async_script(
+            "const done = arguments[0];"
+            "axe.run(document, {resultTypes: ['violations']})"
+            ".then((result) => done(result.violations), (error) => done([{id: String(error)}]));"
+        )
+        return [
+            f"{fault['id']}: {fault.get('help', '')} {node['target']}"
+            for fault in found
+            for node in fault.get("nodes", [{"target": ""}])
+        ]
+
+    def picture(self, target: Path) -> None:
+        """Keep a picture of the whole page."""
+        height = self.run("return document.documentElement.scrollHeight")
+        width = self.run("return document.documentElement.clientWidth")
+        clip = {"x": 0, "y": 0, "width": width, "height": height, "scale": 1}
+        shot = self._command("Page.captureScreenshot", captureBeyondViewport=True, clip=clip)
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(base64.b64decode(shot["data"]))
+
+    def print(self, target: Path) -> bytes:
+        """Print the page to a PDF file."""
+        printed = base64.b64decode(self._command("Page.printToPDF", printBackground=True)["data"])
+        target.parent.mkdir(parents=True, exist_ok=True)
+        target.write_bytes(printed)
+        return printed
+
+    def close(self) -> None:
+        """End the browser."""
+        self.driver.quit()
+
+    def _command(self, name: str, **parameters: object) -> dict:
+        return self.driver.execute_cdp_cmd(name, parameters)

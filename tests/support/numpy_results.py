@@ -1,0 +1,56 @@
+"""Computes what depends on numpy, from recordings in raw/, and saves it to the named file.
+
+Run by `test_numpy_versions.py` under one version of numpy after the other. It needs numpy alone.
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+
+from capsule.acceptance import accept
+from capsule.detectors.matching import template_distances
+from capsule.fitting import fit_particle
+from capsule.particles import ParameterSpace
+from capsule.preprocessing import preprocess
+from capsule.recording import read_recording
+from capsule.seeding import generator
+from capsule.templates import build_templates
+
+RAW = Path(__file__).parents[2] / "raw"
+SIZES = range(6)
+
+
+def results(config: dict) -> dict[str, np.ndarray]:
+    """Take one recording of every size the whole way, by the configuration given."""
+    rules = dict(config["recording"])
+    sensors, max_bytes = rules.pop("sensors"), int(rules.pop("max_megabytes") * 1e6)
+    shape, settings = config["preprocessing"], dict(config["fit"])
+    counts = {key: settings.pop(key) for key in ("particles", "iterations", "first_peak")}
+    seed, found, particles = settings.pop("seed"), {}, {}
+    for size in SIZES:
+        name = f"{size}mm/r01"
+        with (RAW / f"{name}.csv").open("rb") as stream:
+            recording = read_recording(stream, sensors, max_bytes)
+        values = accept(recording, **rules, window=shape["window"], length=shape["length"])
+        found[f"matrix {name}"] = preprocess(values, **shape)
+        if size:
+            numbers, space = generator(seed, "fit", name), ParameterSpace(**settings)
+            fit = fit_particle(found[f"matrix {name}"], numbers, **counts, space=space)
+            found[f"fit {name}"] = np.array(
+                [*fit.particle.to_vector(), fit.rmse_initial, fit.rmse, fit.lag, fit.accepted_moves]
+            )
+            particles[float(size)] = [fit.particle]
+    templates = build_templates(
+        particles, sensors=sensors, first_peak=counts["first_peak"], length=shape["length"]
+    )
+    found["templates"] = np.array(templates.matrices)
+    found["distances"] = np.array(
+        [template_distances(found[f"matrix {s}mm/r01"], templates.matrices) for s in SIZES]
+    )
+    return found
+
+
+if __name__ == "__main__":
+    np.savez(sys.argv[1], version=np.__version__, **results(json.loads(sys.argv[2])))

@@ -1,0 +1,195 @@
+"""Every kind of bad file beside good recordings, in one run of the workflow.
+
+The cases stand in `bad_recordings.py`, and the table of docs/robustness.md is made from them.
+"""
+
+import csv
+import json
+import os
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+import yaml
+
+from capsule.naming import displayed
+from support.bad_recordings import HARMLESS, HOSTILE, PASSED_OVER, REJECTED, table
+from support.project import ROOT, Project
+
+pytestmark = [
+    pytest.mark.workflow,
+    pytest.mark.skipif(
+        sys.platform != "linux", reason="only Linux lets a file have every name that is tried here"
+    ),
+]
+
+GOOD = ["0mm/r01", "0mm/r02", "unlabelled/patient"]
+GOOD += [f"3mm/r{run:02d}" for run in range(1, 6)]
+
+
+def rows(project, name):
+    with (project.results / name).open(encoding="utf-8", newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+@pytest.fixture(scope="module")
+def good(tmp_path_factory):
+    """Run the good recordings alone."""
+    folder = tmp_path_factory.mktemp("good") / "project"
+    project = Project.create(folder, GOOD, samples=400, particles=10, iterations=10)
+    run = project.snakemake("results/evaluation/detection.csv", "results/detections.csv")
+    assert run.status == 0, run.output
+    return project
+
+
+@pytest.fixture(scope="module")
+def mixed(good, tmp_path_factory):
+    """Run them again from nothing, each in a harmless disguise, with every bad file beside them."""
+    # The folder of the project has a strange name, too.
+    folder = tmp_path_factory.mktemp("mixed") / "it's $(touch pwned) & é"
+    project = Project.create(folder, GOOD, samples=400, particles=10, iterations=10)
+    for case in REJECTED + PASSED_OVER:
+        path = os.fsencode(project.raw) + b"/" + os.fsencode(case.name)
+        os.makedirs(os.path.dirname(path), exist_ok=True)  # noqa: PTH103, PTH120
+        case.make(type(project.raw)(os.fsdecode(path)))
+    for name, (_, disguise) in zip(GOOD, HARMLESS, strict=False):
+        path = project.raw / f"{name}.csv"
+        path.write_bytes(disguise(path.read_bytes()))
+    run = project.snakemake()
+    assert run.status == 0, run.output
+    return project, run
+
+
+@pytest.mark.parametrize("case", REJECTED, ids=lambda case: case.what)
+def test_a_bad_recording_is_one_row_with_its_reason_and_a_line_on_the_terminal(mixed, case):
+    project, run = mixed
+    found = [row for row in rows(project, "recordings.csv") if row["recording"] == case.listed_as]
+    assert [(row["status"], row["reason"]) for row in found] == [("rejected", case.reason)]
+    assert f"  rejected: raw/{case.listed_as}: {case.reason}\n" in run.output
+
+
+@pytest.mark.parametrize("case", PASSED_OVER, ids=lambda case: case.what)
+def test_what_is_no_recording_is_named(mixed, case):
+    project, run = mixed
+    found = [row for row in rows(project, "passed_over.csv") if row["reason"] == case.reason]
+    (path,) = (
+        row["path"] for row in found if row["path"].rstrip("/") == displayed(os.fsdecode(case.name))
+    )
+    assert f"  passed over: raw/{path}: {case.reason}\n" in run.output
+
+
+def test_nothing_else_is_listed(mixed):
+    project, run = mixed
+    assert len(rows(project, "recordings.csv")) == len(GOOD) + len(REJECTED)
+    assert len(rows(project, "passed_over.csv")) == len(PASSED_OVER)
+    assert f"{len(GOOD)} recordings accepted, {len(REJECTED)} rejected." in run.output
+
+
+def test_the_others_results_are_the_same_to_the_bit(mixed, good):
+    project, _ = mixed
+    before, after = good.result_bytes(), project.result_bytes()
+    shows_rejections = ("recordings.csv", "passed_over.csv", "checks/", "report", "figures/")
+    # A copy is searched too: that it is one shows beside all others only.
+    shows_rejections += ("passages/",)
+    compared = [name for name in before if not name.startswith(shows_rejections)]
+    assert {"templates.npz", "detections.csv", "evaluation/sizing.csv"} <= set(compared)
+    assert [name for name in compared if after[name] != before[name]] == []
+    for label in {name.partition("/")[0] for name in GOOD}:
+        passages = rows(project, f"passages/{label}.csv")
+        found = [row for row in passages if row["recording"] in GOOD]
+        assert found == rows(good, f"passages/{label}.csv")
+    kept = [row for row in rows(project, "recordings.csv") if row["status"] == "accepted"]
+    for ours, theirs in zip(kept, rows(good, "recordings.csv"), strict=True):
+        for column in ("recording", "size_mm", "samples", "duration_s", "reason"):
+            assert ours[column] == theirs[column]
+
+
+def test_a_rejected_recording_has_no_numbers(mixed):
+    project, _ = mixed
+    for row in rows(project, "recordings.csv"):
+        matrix = project.results / "matrices" / f"{row['recording']}.npy"
+        if row["status"] == "rejected" and matrix.exists() and "same content" not in row["reason"]:
+            assert np.isnan(np.load(matrix)).all()
+
+
+def test_no_name_ran_as_a_command(mixed):
+    project, _ = mixed
+    found = [*project.folder.rglob("*pwned"), *project.folder.parent.glob("*pwned")]
+    assert [path for path in found if path.parent != project.raw / "3mm"] == []
+
+
+def test_no_text_of_a_recording_reaches_a_page_as_html(mixed):
+    project, _ = mixed
+    pages = [*project.results.rglob("*.html"), *project.results.rglob("*.svg")]
+    for page in pages:
+        text = page.read_text(encoding="utf-8")
+        assert HOSTILE not in text
+        assert "<img src=x" not in text
+        assert "<b>3mm" not in text
+
+
+def test_no_header_is_a_formula_in_a_spreadsheet(mixed):
+    project, _ = mixed
+    sources = [row["source"] for row in rows(project, "recordings.csv")]
+    assert f" ={HOSTILE} formula of the tests" in sources
+    assert not any(source.startswith("=") for source in sources)
+
+
+def test_a_second_run_has_nothing_to_do(mixed):
+    project, _ = mixed
+    assert project.snakemake().did_nothing
+
+
+def test_on_request_the_run_stops_and_names_them_all(mixed):
+    project, _ = mixed
+    run = project.snakemake("--config", "on_rejected=fail")
+    assert run.status != 0
+    assert not run.jobs["fit"]
+    for case in REJECTED:
+        assert f"\n  {case.listed_as}: {case.reason}\n" in run.output
+    assert "set on_rejected: report in config/config.yaml" in run.output
+    assert project.snakemake().status == 0
+
+
+def test_a_gigabyte_is_rejected_at_once_and_in_little_memory(tmp_path):
+    recording = tmp_path / "huge.csv"
+    with recording.open("wb") as stream:
+        stream.truncate(1_000_000_000)
+    config = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
+    settings = {name: config[name] for name in ("recording", "preprocessing")}
+    command = [sys.executable, str(ROOT / "workflow/scripts/preprocess.py"), str(recording)]
+    command += ["--name", "3mm/huge", "--settings", json.dumps(settings)]
+    command += ["--signal", str(tmp_path / "s.npy"), "--matrix", str(tmp_path / "m.npy")]
+    command += ["--check", str(tmp_path / "c.json")]
+    start = time.perf_counter()
+    subprocess.run(command, check=True)
+    assert time.perf_counter() - start < 5
+    assert "larger than 16 MB" in (tmp_path / "c.json").read_text(encoding="utf-8")
+    resource = pytest.importorskip("resource")
+    largest_kilobytes = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+    assert largest_kilobytes < 500_000
+
+
+@pytest.mark.parametrize("recordings", [[], ["0mm/r01", "unlabelled/patient"]], ids=str)
+def test_without_any_usable_nodule_the_run_says_so(tmp_path, recordings):
+    project = Project.create(tmp_path / "project", recordings, samples=400)
+    (project.raw / "3mm").mkdir()
+    (project.raw / "3mm/bad.csv").touch()
+    run = project.snakemake()
+    assert run.status != 0
+    assert "error: no recording of a nodule can be used" in run.output
+    assert "  rejected: raw/3mm/bad: the file is empty" in run.output
+    assert "Traceback" not in run.output
+
+
+def test_a_folder_that_snakemake_cannot_work_in_is_refused(good, tmp_path):
+    run = good.copy(tmp_path / "{x}").snakemake()
+    assert run.status != 0
+    assert "rename this folder; Snakemake cannot work where a name holds { or }" in run.output
+    assert "Traceback" not in run.output
+
+
+def test_the_documentation_shows_every_case():
+    assert table() in (ROOT / "docs/robustness.md").read_text(encoding="utf-8")

@@ -1,0 +1,263 @@
+"""A run that is killed, or finds the disk full, goes on by the same plain command."""
+
+import contextlib
+import itertools
+import os
+import random
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+
+from capsule.errors import CapsuleError
+from edges import run_lock
+from edges.files import UNFINISHED
+from support.project import Project
+
+pytestmark = pytest.mark.skipif(
+    sys.platform == "win32", reason="Windows has no process groups to kill"
+)
+
+RECORDINGS = ["0mm/r01", "3mm/r01", "3mm/r02", "unlabelled/patient"]
+# What a run makes before the figures, which take most of the time.
+TABLES = ["results/evaluation/detection.csv", "results/detections.csv"]
+KILLS = 20
+
+
+@pytest.fixture(scope="module")
+def new(tmp_path_factory):
+    """Make a project with recordings and no results."""
+    folder = tmp_path_factory.mktemp("new") / "project"
+    return Project.create(folder, RECORDINGS, samples=400, particles=10, iterations=10)
+
+
+@pytest.fixture(scope="module")
+def undisturbed(new, tmp_path_factory):
+    """Run it once without any disturbance."""
+    project = new.copy(tmp_path_factory.mktemp("undisturbed") / "project")
+    run = project.snakemake()
+    assert run.status == 0, run.output
+    return project
+
+
+@dataclass
+class Progress:
+    """How a run ended, and the outputs that its jobs have started and finished to make."""
+
+    killed: bool = False
+    started: list[str] = field(default_factory=list)
+    finished: list[str] = field(default_factory=list)
+    _outputs: str = ""
+    _by_job: dict[str, str] = field(default_factory=dict)
+
+    def read(self, line: str) -> None:
+        """Take in a line of Snakemake's plain log."""
+        if match := re.match(r"    output: (.+)", line):
+            self._outputs = match[1]
+        elif (match := re.match(r"    jobid: (\d+)", line)) and self._outputs:
+            self._by_job[match[1]] = self._outputs
+            self.started.append(self._outputs)
+            self._outputs = ""
+        elif (match := re.match(r"Finished jobid: (\d+)", line)) and match[1] in self._by_job:
+            self.finished.append(self._by_job[match[1]])
+
+
+def run_and_kill(project: Project, numbers: random.Random) -> Progress:
+    """Run, and kill the whole process group without warning at a random moment.
+
+    The moment is a random time after a random number of jobs have begun, so that moments spread
+    over the run however busy the machine is; with no job, over the start of Snakemake.
+    """
+    jobs = numbers.randrange(3)
+    delay = numbers.uniform(0.0, 0.5 if jobs else 1.5)
+    progress = Progress()
+    with project.start() as process:
+
+        def kill() -> None:
+            # The group's last member may just have ended by itself.
+            with contextlib.suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
+
+        timer = threading.Timer(delay, kill)
+        if jobs == 0:
+            timer.start()
+        for line in process.stdout:
+            progress.read(line)
+            if jobs and len(progress.started) >= jobs and not timer.is_alive():
+                timer.start()
+                jobs = 0
+        timer.join()
+    progress.killed = process.returncode == -signal.SIGKILL
+    return progress
+
+
+def results_of(project: Project) -> dict[str, bytes]:
+    """Give the content of every result but the page, which holds the date and durations."""
+    results = project.result_bytes()
+    page = results.pop("report.html", b"</html>")
+    assert page.rstrip().endswith(b"</html>")
+    return results
+
+
+def half_written(project: Project, expected: dict[str, bytes]) -> list[str]:
+    """Name the results that stand under their final name with another content."""
+    return [
+        name
+        for name, content in results_of(project).items()
+        if not name.endswith(UNFINISHED) and content != expected[name]
+    ]
+
+
+def be_killed_again_and_again(
+    new: Project, folder: Path, kills: int, expected: dict[str, bytes]
+) -> int:
+    """Kill runs until that many were hit, checking after each; then let the last one end."""
+    numbers = random.Random(folder.name)
+    killed = 0
+    for attempt in itertools.count():
+        project = new.copy(folder / f"attempt-{attempt}")
+        finished: set[str] = set()
+        ended = False
+        while not ended:
+            progress = run_and_kill(project, numbers) if killed < kills else run(project)
+            killed += progress.killed
+            ended = not progress.killed
+            assert not finished & set(progress.started), "a finished job was done again"
+            finished |= set(progress.finished)
+            assert half_written(project, expected) == []
+        assert results_of(project) == expected
+        assert not list(project.results.rglob(f"*{UNFINISHED}"))
+        if killed >= kills:
+            assert project.snakemake().did_nothing
+            return killed
+
+
+def run(project: Project) -> Progress:
+    """Run to the end."""
+    done = project.snakemake(cores=1)
+    assert done.status == 0, done.output
+    progress = Progress()
+    for line in done.output.splitlines():
+        progress.read(line)
+    return progress
+
+
+@pytest.mark.workflow
+def test_killed_at_twenty_random_moments_the_plain_command_goes_on(new, undisturbed, tmp_path):
+    expected = results_of(undisturbed)
+    with ThreadPoolExecutor() as pool:
+        halves = [
+            pool.submit(be_killed_again_and_again, new, tmp_path / name, KILLS // 2, expected)
+            for name in ("one", "other")
+        ]
+        assert sum(half.result() for half in halves) == KILLS
+
+
+@pytest.mark.workflow
+def test_two_runs_in_one_folder_exclude_each_other(new, tmp_path):
+    project = new.copy(tmp_path / "project")
+    # A fit that is still at work when the second run starts.
+    project.configure(fit={"iterations": 1_000_000})
+    with project.start("results/fits/3mm/r01.json") as first:
+        try:
+            assert any("rule fit:" in line for line in first.stdout)
+            second = project.snakemake(*TABLES)
+            assert first.poll() is None
+        finally:
+            os.killpg(first.pid, signal.SIGKILL)
+    assert second.status != 0
+    assert not second.jobs["preprocess"]
+    told = f"another run is at work in this folder (process {first.pid} on"
+    assert told in second.output
+    assert "wait until it has ended" in second.output
+    assert project.snakemake("results/checks/3mm/r02.json").status == 0
+
+
+@pytest.mark.workflow
+def test_a_dry_run_is_possible_beside_a_run(new, tmp_path):
+    project = new.copy(tmp_path / "project")
+    with run_lock.hold(project.folder / ".snakemake/run.lock"):
+        assert project.snakemake("-n").status == 0
+
+
+def test_the_lock_ends_with_the_process_however_it_ends(tmp_path):
+    lock = tmp_path / "run.lock"
+    code = "import pathlib, time; from edges import run_lock"
+    code += f"; kept = run_lock.hold(pathlib.Path({str(lock)!r}))"
+    code += "; print('held', flush=True); time.sleep(60)"
+    environment = {**os.environ, "PYTHONPATH": str(Path(run_lock.__file__).parents[1])}
+    with subprocess.Popen(
+        [sys.executable, "-c", code], env=environment, stdout=subprocess.PIPE, text=True
+    ) as holder:
+        assert holder.stdout.readline() == "held\n"
+        with pytest.raises(CapsuleError, match=f"process {holder.pid} on"):
+            run_lock.hold(lock)
+        holder.kill()
+    run_lock.hold(lock).close()
+
+
+@contextlib.contextmanager
+def small_disk(folder: Path, size: str):
+    """Mount a disk of that size there."""
+    folder.mkdir(exist_ok=True)
+    command = ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", str(folder)]
+    if os.name != "posix" or os.geteuid() != 0 or not shutil.which("mount"):
+        pytest.skip("a small disk can be mounted by the administrator of Linux only")
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        pytest.skip(f"mounting a small disk is not allowed here: {done.stderr.strip()}")
+    try:
+        yield
+    finally:
+        subprocess.run(["umount", "--lazy", str(folder)], check=True)
+
+
+def enlarge(folder: Path) -> None:
+    """Make room on the small disk."""
+    subprocess.run(["mount", "-o", "remount,size=50m", str(folder)], check=True)
+
+
+@pytest.mark.workflow
+def test_a_full_disk_is_named_and_the_run_goes_on_when_there_is_room(new, tmp_path):
+    plain = new.copy(tmp_path / "plain")
+    # Wide matrices: with the usual ones, the logs would fill so small a disk first.
+    plain.configure(preprocessing={"length": 15_000})
+    project = plain.copy(tmp_path / "project")
+    assert plain.snakemake(*TABLES).status == 0
+    with small_disk(project.results, "1700k"):
+        run = project.snakemake(*TABLES)
+        assert run.status != 0
+        assert re.search(
+            r"error: results/[\w/.-]+: No space left on device; make room and run again", run.output
+        )
+        assert "run the same command again: what is finished stays" in run.output
+        expected = results_of(plain)
+        assert half_written(project, expected) == []
+        done_before = run.output.count("Finished jobid")
+        assert done_before
+        enlarge(project.results)
+        rest = project.snakemake(*TABLES)
+        assert rest.status == 0, rest.output
+        assert results_of(project) == expected
+        # One job a recording, a nodule and a folder, then index, average, evaluate and detect.
+        assert rest.jobs.total() == len(RECORDINGS) + 2 + 3 + 4 - done_before
+
+
+@pytest.mark.workflow
+def test_on_a_disk_that_is_full_from_the_start_nothing_is_started(new, tmp_path):
+    project = new.copy(tmp_path / "project")
+    with small_disk(project.results, "900k"):
+        run = project.snakemake()
+        assert run.status != 0
+        assert not run.jobs
+        assert "no space left on device, nothing was started" in run.output
+        assert "MB are free on the disk" in run.output
+        enlarge(project.results)
+        assert project.snakemake("results/checks/3mm/r01.json").status == 0

@@ -1,0 +1,51 @@
+"""A job of one recording costs its imports: it loads numpy, the library, and nothing heavier."""
+
+import re
+import subprocess
+import sys
+
+import pytest
+
+from benchmarks.measure_imports import job_commands
+from support.project import ROOT
+
+SCRIPTS = ROOT / "workflow" / "scripts"
+
+
+def loaded_modules(*command):
+    """Run Python and give all modules that it loads, until it ends."""
+    ended = subprocess.run(
+        [sys.executable, "-X", "importtime", *command], capture_output=True, text=True, check=True
+    )
+    return set(re.findall(r"^import time: .*\| *(\S+)$", ended.stderr, re.MULTILINE))
+
+
+def packages(modules):
+    """Give the packages among them that are neither Python's own nor the project's."""
+    project = {path.stem for path in SCRIPTS.iterdir()}
+    return {name.partition(".")[0] for name in modules} - set(sys.stdlib_module_names) - project
+
+
+@pytest.fixture(scope="module")
+def with_numpy_alone():
+    """Give what numpy itself loads, and what this installation loads at every start."""
+    return loaded_modules("-c", "import numpy, numpy.fft, numpy.linalg, numpy.random")
+
+
+def test_jobs_of_one_recording_load_numpy_alone(tmp_path, with_numpy_alone):
+    for name, command in job_commands(ROOT / "raw/3mm/r07.csv", tmp_path).items():
+        modules = loaded_modules(*command)
+        assert {"numpy", "edges.files", "capsule.naming"} <= modules
+        assert packages(modules) <= packages(with_numpy_alone), name
+        assert not {"pandas", "matplotlib", "scipy"} & modules, name
+
+
+@pytest.mark.parametrize("script", ["index.py", "average.py", "detect.py"])
+def test_jobs_of_an_archive_that_need_no_table_load_numpy_at_most(script, with_numpy_alone):
+    modules = loaded_modules(str(SCRIPTS / script), "--help")
+    assert "edges.files" in modules
+    assert packages(modules) <= packages(with_numpy_alone)
+
+
+def test_a_heavier_package_would_be_seen(with_numpy_alone):
+    assert "pandas" in packages(loaded_modules("-c", "import pandas")) - packages(with_numpy_alone)

@@ -1,0 +1,57 @@
+"""The workflow on a Slurm cluster gives the same bytes as on this machine."""
+
+import importlib.util
+
+import pytest
+import yaml
+
+from support import slurm
+from support.project import ROOT, Project
+
+RECORDINGS = [f"{size}mm/r{run:02d}" for size in (0, 1) for run in (1, 2)]
+
+pytestmark = [
+    pytest.mark.workflow,
+    pytest.mark.skipif(bool(slurm.missing_reason()), reason=str(slurm.missing_reason())),
+    pytest.mark.skipif(
+        importlib.util.find_spec("snakemake_executor_plugin_slurm") is None,
+        reason="snakemake-executor-plugin-slurm is not installed",
+    ),
+]
+
+# Only this test's cluster has no accounting and answers at once.
+WITHOUT_ACCOUNTING = [
+    "--slurm-status-command=squeue",
+    "--slurm-no-account",
+    "--slurm-init-seconds-before-status-checks=1",
+    "--seconds-between-status-checks=1",
+    "--latency-wait=5",
+]
+
+
+def test_slurm_gives_the_same_results_in_few_jobs(tmp_path):
+    local = Project.create(tmp_path / "local", RECORDINGS, particles=20, iterations=20)
+    remote = local.copy(tmp_path / "remote")
+    assert local.snakemake().status == 0
+
+    with slurm.SingleNodeSlurm(tmp_path / "slurm") as cluster:
+        run = remote.snakemake(
+            "--profile=profiles/slurm",
+            *WITHOUT_ACCOUNTING,
+            environment=cluster.environment,
+        )
+    assert run.status == 0, run.output
+    expected, actual = local.result_bytes(), remote.result_bytes()
+    assert list(actual) == list(expected)
+    same = [name for name in expected if not name.startswith("report")]
+    assert [name for name in same if actual[name] != expected[name]] == []
+    # Two dozen jobs in a handful of Slurm jobs.
+    assert 3 <= run.output.count("has been submitted with SLURM jobid") <= 5
+
+
+def test_the_profile_groups_only_rules_that_exist():
+    profile = yaml.safe_load((ROOT / "profiles/slurm/config.yaml").read_text(encoding="utf-8"))
+    rules = "".join(path.read_text() for path in (ROOT / "workflow/rules").glob("*.smk"))
+    grouped = [entry.split("=")[0] for entry in profile["groups"]]
+    assert all(f"\nrule {name}:" in rules for name in grouped)
+    assert rules.count("\nrule ") == len(grouped), "every rule belongs to a group"

@@ -1,0 +1,267 @@
+"""The workflow, run for real on small data."""
+
+import csv
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+from acquisition.verdict import FinalVerdict
+from capsule import words
+from edges.config_files import read_config_file
+from support.project import Project
+from support.synthetic import write_archive
+
+pytestmark = pytest.mark.workflow
+
+RECORDINGS = [f"{size}mm/r{run:02d}" for size in (0, 1, 2.5) for run in (1, 2)]
+# What a run makes before the figures, which take most of the time and depend on all of it.
+TABLES = ["results/evaluation/detection.csv", "results/detections.csv"]
+RECORDINGS.append("unlabelled/patient")
+FOLDERS = {name.partition("/")[0] for name in RECORDINGS}
+NODULES = [name for name in RECORDINGS if name.startswith(("1mm", "2.5mm"))]
+
+
+def table(project, name):
+    with (project.results / name).open(encoding="utf-8") as stream:
+        return list(csv.DictReader(stream))
+
+
+@pytest.fixture(scope="module")
+def new(tmp_path_factory):
+    """Make a project with recordings and no results."""
+    folder = tmp_path_factory.mktemp("new") / "project"
+    return Project.create(folder, RECORDINGS, particles=20, iterations=20)
+
+
+@pytest.fixture(scope="module")
+def finished(new, tmp_path_factory):
+    """Run it once; tests copy what this gives and do not change it."""
+    project = new.copy(tmp_path_factory.mktemp("finished") / "project")
+    run = project.snakemake()
+    assert run.status == 0, run.output
+    assert run.jobs["preprocess"] == len(RECORDINGS)
+    assert run.jobs["fit"] == len(NODULES)
+    return project
+
+
+@pytest.fixture
+def project(finished, tmp_path):
+    return finished.copy(tmp_path / "project")
+
+
+def test_every_stage_hands_on_its_files(finished):
+    index = table(finished, "recordings.csv")
+    assert [row["recording"] for row in index] == RECORDINGS
+    assert {row["status"] for row in index} == {"accepted"}
+    for name in RECORDINGS:
+        assert np.load(finished.results / "matrices" / f"{name}.npy").shape == (4, 1000)
+    fit = json.loads((finished.results / "fits/2.5mm/r01.json").read_text())
+    assert fit["rmse"] <= fit["rmse_initial"]
+    with np.load(finished.results / "templates.npz") as templates:
+        assert list(templates) == ["0mm", "1mm", "2.5mm"]
+    predictions = table(finished, "evaluation/predictions.csv")
+    assert len(predictions) == 3 * 2 * 6
+    assert {row["detector"] for row in predictions[:12]} == {"template"}
+    assert {"rmse_0mm", "rmse_1mm", "rmse_2.5mm"} <= set(predictions[0])
+    detection, by_threshold, by_diagonal = table(finished, "detections.csv")
+    assert by_threshold["detector"] == "template_threshold"
+    assert float(by_diagonal["score"]) != float(by_diagonal["threshold"])
+    assert 0 < float(by_diagonal["probability"]) < 1
+    assert detection["recording"] == "unlabelled/patient"
+    nearest = min(("0mm", "1mm", "2.5mm"), key=lambda size: float(detection[f"rmse_{size}"]))
+    assert f"{float(detection['predicted_mm']):g}mm" == nearest
+    for name in ("detection", "specificity", "sizing", "confusion", "summary", "auc"):
+        detectors = [row["detector"] for row in table(finished, f"evaluation/{name}.csv")]
+        assert detectors[0] == "template"
+        assert {"template", "template_threshold", "diagonal"} <= set(detectors)
+
+
+def test_what_is_handed_on_judges_a_recording_as_the_workflow_did(finished):
+    settings = read_config_file(finished.folder / "config/config.yaml")
+    files = finished.results / "templates.npz", finished.results / "detectors.json"
+    values = np.load(finished.results / "signals/unlabelled/patient.npy")
+    said = FinalVerdict(*files, settings).judge(values)
+    rows = table(finished, "detections.csv")
+    for line, row in zip(said, rows, strict=True):
+        verdict = f"nodule of {float(row['estimate_mm']):.1f} mm" if row["estimate_mm"] else "no"
+        assert line.startswith(f"verdict of {row['detector']}: {verdict}")
+        assert not row["probability"] or words.percent(float(row["probability"])) in line
+        assert not row["location_s"] or words.place(float(row["location_s"]), None) in line
+
+
+def test_a_second_call_has_nothing_to_do(project):
+    assert project.snakemake().did_nothing
+
+
+def test_touch_runs_nothing_again(project):
+    for path in project.folder.rglob("*"):
+        if path.is_file() and project.results not in path.parents:
+            path.touch()
+    assert project.snakemake().did_nothing
+
+
+def test_a_fresh_checkout_runs_nothing_again(finished, tmp_path):
+    assert finished.copy(tmp_path / "checkout", keep_times=False).snakemake().did_nothing
+
+
+@pytest.mark.parametrize(
+    ("module", "expected"),
+    [
+        ("capsule/fitting.py", {"fit": len(NODULES), "average": 1, "evaluate": 1, "detect": 1}),
+        ("capsule/detectors/passage.py", {"passages": len(FOLDERS), "evaluate": 1, "detect": 1}),
+        ("capsule/evaluation/rates.py", {"evaluate": 1}),
+        ("capsule/evaluation/prevalence.py", {}),
+        ("detect.py", {"detect": 1}),
+        ("capsule/words.py", {}),
+    ],
+)
+def test_an_edit_runs_again_exactly_what_it_touches(project, module, expected):
+    project.append(f"workflow/scripts/{module}", "\n# an edit\n")
+    assert dict(project.snakemake(*TABLES).jobs) == expected
+    assert project.snakemake(*TABLES).did_nothing
+
+
+def test_an_edit_of_the_page_makes_the_report_again_and_nothing_else(project):
+    project.append("workflow/report/report.css", "/* an edit */\n")
+    assert dict(project.snakemake().jobs) == {"report": 1, "all": 1}
+    assert project.snakemake().did_nothing
+
+
+def test_a_changed_number_runs_again_only_the_rules_that_use_it(project):
+    project.configure(evaluation={"tolerance_mm": 2.0})
+    run = project.snakemake(*TABLES)
+    assert run.jobs["evaluate"] == 1
+    assert not run.jobs["preprocess"] + run.jobs["fit"] + run.jobs["average"]
+
+
+def test_one_recording_more_costs_one_job_a_stage(project, finished):
+    write_archive(project.raw, ["1mm/r03"])
+    run = project.snakemake(*TABLES)
+    stages = ("preprocess", "fit", "index", "average", "passages", "evaluate", "detect")
+    assert run.jobs == dict.fromkeys(stages, 1)
+    before = finished.result_bytes()
+    after = project.result_bytes()
+    assert len(table(project, "recordings.csv")) == len(RECORDINGS) + 1
+    assert all(after[name] == before[name] for name in before if name.startswith("fits/"))
+
+
+def test_a_removed_recording_leaves_the_result_as_if_it_had_never_been(project, finished):
+    write_archive(project.raw, ["1mm/r03"])
+    assert project.snakemake(*TABLES).status == 0
+    (project.raw / "1mm/r03.csv").unlink()
+    run = project.snakemake()
+    assert run.status == 0
+    assert not run.jobs["preprocess"] + run.jobs["fit"]
+    before, after = finished.result_bytes(), project.result_bytes()
+    assert (project.results / "fits/1mm/r03.json").exists()
+    same = [name for name in before if not name.startswith("report")]
+    assert [name for name in same if after[name] != before[name]] == []
+
+
+def test_results_do_not_depend_on_the_number_or_order_of_jobs(new, finished, tmp_path):
+    single = new.copy(tmp_path / "single")
+    last_first = [f"results/fits/{name}.json" for name in reversed(NODULES)]
+    assert single.snakemake(*last_first, cores=1).status == 0
+    assert single.snakemake(cores=1).status == 0
+    expected, actual = finished.result_bytes(), single.result_bytes()
+    same = [name for name in expected if not name.startswith("report")]
+    assert [name for name in same if actual[name] != expected[name]] == []
+
+
+def test_a_rejected_recording_does_not_stop_the_others(project, finished):
+    bad = project.raw / "1mm/bad.csv"
+    bad.write_text("time_s,sensor_1,sensor_2,sensor_3,sensor_4\n0,1,2,3,x\n", encoding="utf-8")
+    (project.raw / "1mm/r01-copy.csv").write_bytes((project.raw / "1mm/r01.csv").read_bytes())
+    (project.raw / "1mm/two words.csv").write_bytes(bad.read_bytes())
+    (project.raw / "2cm").mkdir()
+    run = project.snakemake()
+    assert run.status == 0
+    rejected = {
+        row["recording"]: row["reason"]
+        for row in table(project, "recordings.csv")
+        if row["status"] == "rejected"
+    }
+    assert rejected["1mm/bad"] == "line 2: 'x' is not a number"
+    assert rejected["1mm/r01-copy"] == "the same content as 1mm/r01"
+    assert rejected["1mm/two words.csv"].startswith("rename the file")
+    assert "rejected: raw/1mm/bad: line 2: 'x' is not a number" in run.output
+    assert "passed over: raw/2cm/" in run.output
+    assert np.isnan(np.load(project.results / "matrices/1mm/bad.npy")).all()
+    bad_fit = json.loads((project.results / "fits/1mm/bad.json").read_text())
+    assert bad_fit["parameters"] is None
+    before, after = finished.result_bytes(), project.result_bytes()
+    templates = [name for name in before if name.startswith("templates")]
+    assert all(after[name] == before[name] for name in [*templates, "evaluation/detection.csv"])
+
+
+def test_on_request_a_rejected_recording_stops_before_any_fit(new, tmp_path):
+    project = new.copy(tmp_path / "strict")
+    project.configure(on_rejected="fail")
+    (project.raw / "1mm/bad.csv").write_bytes(b"")
+    run = project.snakemake(*TABLES)
+    assert run.status != 0
+    assert run.jobs["fit"] == 0
+    log = (project.results / "logs/index.log").read_text(encoding="utf-8")
+    assert "1mm/bad: the file is empty" in log
+    (project.raw / "1mm/bad.csv").unlink()
+    assert project.snakemake(*TABLES).status == 0
+    write_archive(project.raw, ["1mm/r03"])
+    assert project.snakemake(*TABLES).jobs["fit"] == 1
+
+
+def test_a_fault_in_the_configuration_is_told_before_anything_runs(new, tmp_path):
+    project = new.copy(tmp_path / "misspelt")
+    project.configure(preprocessing={"windw": 84})
+    run = project.snakemake()
+    assert run.status != 0
+    assert "preprocessing.windw: there is no such key; did you mean window?" in run.output
+    assert not project.results.exists()
+
+
+@pytest.mark.parametrize(
+    ("file", "expected"),
+    [
+        ("scripts/capsule/figures/draw_rates.py", {"draw", "report"}),
+        ("scripts/capsule/evaluation/roc.py", {"judge", "draw", "report"}),
+        ("scripts/capsule/page/cards.py", {"report"}),
+        ("report/report.css", {"report"}),
+    ],
+)
+def test_an_edit_to_what_people_see_computes_nothing_again(project, file, expected):
+    comment = "/* an edit */" if file.endswith(".css") else "# an edit"
+    project.append(f"workflow/{file}", f"\n{comment}\n")
+    assert set(project.snakemake("--dry-run").jobs) - {"all"} == expected
+
+
+def test_an_archive_of_nodules_alone_has_its_figures_and_report_too(new, tmp_path):
+    project = new.copy(tmp_path / "nodules")
+    for folder in ("0mm", "unlabelled"):
+        shutil.rmtree(project.raw / folder)
+    run = project.snakemake()
+    assert run.status == 0, run.output
+    page = (project.results / "report.html").read_text(encoding="utf-8")
+    assert "There is no recording without a nodule." in page
+    assert "template_threshold and diagonal have given no verdict on a labelled recording." in page
+    assert "There are none. Put recordings whose nodule is not known" in page
+    (row,) = [r for r in table(project, "evaluation/specificity.csv") if "leave" in r["scheme"]]
+    assert (row["healthy"], row["specificity"]) == ("0", "")
+
+
+def test_two_labelled_recordings_are_enough_for_verdicts_and_the_page_says_how_far_to_trust_them(
+    new, tmp_path
+):
+    project = new.copy(tmp_path / "few")
+    for name in ("0mm/r02", "1mm/r02", "2.5mm/r01", "2.5mm/r02"):
+        (project.raw / f"{name}.csv").unlink()
+    run = project.snakemake()
+    assert run.status == 0, run.output
+    said = table(project, "detections.csv")
+    assert [row["detector"] for row in said] == ["template", "template_threshold", "diagonal"]
+    assert all(row["predicted_mm"] for row in said)
+    page = (project.results / "report.html").read_text(encoding="utf-8")
+    assert "1 recording without a nodule cannot promise a specificity of 95 %" in page
+    # Of the one nodule's size nothing else teaches anything.
+    without = "template_threshold and diagonal have given no verdict on a labelled recording."
+    assert without in page

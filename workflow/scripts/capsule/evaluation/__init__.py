@@ -1,0 +1,1 @@
+"""How good a detector is: predictions by folds, rates, tables, sites."""

@@ -1,0 +1,69 @@
+"""All tables by which a reader judges the detectors, from their predictions."""
+
+from collections.abc import Mapping, Sequence
+
+from capsule.evaluation import tables
+from capsule.evaluation.columns import COLUMNS
+from capsule.evaluation.folds import group_scheme
+
+
+def all_tables(
+    predictions: Sequence[Mapping[str, str]],
+    sites: Mapping[str, str],
+    nodule_at_mm: Mapping[str, float],
+    rules: Mapping,
+) -> dict[str, list[dict]]:
+    """Make each table of `COLUMNS`.
+
+    Parameters
+    ----------
+    predictions : sequence of mapping of str to str
+        A row a detector, recording and scheme, as in results/evaluation/predictions.csv.
+    sites : mapping of str to str
+        The place that each recording names, empty where it names none.
+    nodule_at_mm : mapping of str to float
+        Where along the way the nodule lay, as each recording says it; NaN where it does not.
+    rules : mapping
+        Section ``evaluation`` of the configuration.
+
+    Returns
+    -------
+    dict of str to list of dict
+    """
+    level, tolerance_mm = rules["confidence"], rules["tolerance_mm"]
+    made: dict[str, list[dict]] = {name: [] for name in COLUMNS}
+    by_scheme: dict[str, list[tables.Verdicts]] = {}
+    for verdicts in tables.collect(predictions):
+        by_scheme.setdefault(verdicts.key["scheme"], []).append(verdicts)
+        for name, rows in _of_detector(verdicts, sites, nodule_at_mm, rules).items():
+            made[name] += rows
+    for of_scheme in by_scheme.values():
+        made["comparison"] += tables.comparisons(of_scheme, tolerance_mm, level)
+        made["summary"] += tables.summary(of_scheme, tolerance_mm, level)
+    return made
+
+
+def _of_detector(
+    verdicts: tables.Verdicts,
+    sites: Mapping[str, str],
+    nodule_at_mm: Mapping[str, float],
+    rules: Mapping,
+) -> dict[str, list[dict]]:
+    """Give the rows of one detector under one scheme, for the tables that compare none."""
+    level, seed, prevalence = rules["confidence"], rules["seed"], rules["prevalence"]
+    areas, points = tables.curves(verdicts, seed, rules["bootstrap"], level)
+    stated, brier = tables.calibrated(verdicts, prevalence, rules["calibration_bins"], level)
+    retest = []
+    if verdicts.key["scheme"] == group_scheme("site"):
+        retest = tables.retests(verdicts, sites, rules["passes"], rules["specificity"], level)
+    return {
+        "auc": areas,
+        "roc": points,
+        "predictive_values": tables.predictive(verdicts, prevalence, level),
+        "calibration": stated,
+        "brier": brier,
+        "size_error": tables.size_errors(verdicts, level),
+        "localisation": tables.localisation(verdicts, nodule_at_mm, level),
+        "permutation": tables.permutation(verdicts, seed, rules["permutations"], level),
+        "retest": retest,
+    }

@@ -1,0 +1,79 @@
+"""The paper's printed rates as tables like ours, with the counts that follow from them."""
+
+from collections.abc import Mapping
+
+from capsule.evaluation.rates import rate
+
+NAME = "paper"
+
+
+def printed_tables(printed: Mapping, confidence: float) -> dict[str, list[dict]]:
+    """Give the printed rates in the columns of our tables, detector and scheme ``paper``.
+
+    The paper prints percentages. The counts follow from the number of recordings a size: TP from
+    the recall, FP from the precision. Its no-nodule recordings that are no FP of any size are its
+    true negatives; from them follows the specificity, which it does not print.
+
+    Parameters
+    ----------
+    printed : mapping
+        Content of ``paper.yaml``.
+    confidence : float
+        Level of the Wilson intervals, such as 0.95.
+
+    Returns
+    -------
+    dict of str to list of dict
+        ``detection``, ``specificity``, ``sizing`` and ``confusion``; of the last only the row of
+        the recordings without a nodule is known. Rates are fractions.
+    """
+    count = printed["recordings_per_size"]
+    key = {"detector": NAME, "scheme": NAME}
+    detection = [key | _detection_row(row, count, confidence) for row in printed["detection"]]
+    sizing = [key | _sizing_row(row, count, confidence) for row in printed["sizing"]]
+    negatives = count - sum(row["fp"] for row in detection)
+    specificity = key | {"healthy": count, "true_negatives": negatives}
+    specificity |= _rate_columns("specificity", negatives, count, confidence)
+    taken_for = {0.0: negatives} | {row["size_mm"]: row["fp"] for row in detection}
+    confusion = [
+        key | {"size_mm": 0.0, "predicted_mm": size_mm, "count": hits}
+        for size_mm, hits in taken_for.items()
+    ]
+    return {
+        "detection": detection,
+        "specificity": [specificity],
+        "sizing": sizing,
+        "confusion": confusion,
+    }
+
+
+def _detection_row(row: Mapping, count: int, confidence: float) -> dict:
+    true_positives = round(row["recall_percent"] / 100 * count)
+    positives = round(true_positives / (row["precision_percent"] / 100))
+    counts = {
+        "size_mm": float(row["size_mm"]),
+        "tp": true_positives,
+        "fp": positives - true_positives,
+        "fn": count - true_positives,
+    }
+    precision = _rate_columns("precision", true_positives, positives, confidence)
+    return counts | precision | _rate_columns("recall", true_positives, count, confidence)
+
+
+def _sizing_row(row: Mapping, count: int, confidence: float) -> dict:
+    exact, within = (round(row[f"{name}_percent"] / 100 * count) for name in ("exact", "within"))
+    return {
+        "size_mm": float(row["size_mm"]),
+        "recordings": count,
+        "exact": exact,
+        **_rate_columns("exact_rate", exact, count, confidence),
+        "within": within,
+        **_rate_columns("within_rate", within, count, confidence),
+        "one_sided": row["one_sided"],
+        "mean_absolute_error_mm": float("nan"),
+    }
+
+
+def _rate_columns(name: str, hits: int, count: int, confidence: float) -> dict:
+    value, low, high = rate(hits, count, confidence)
+    return {name: value, f"{name}_low": low, f"{name}_high": high}

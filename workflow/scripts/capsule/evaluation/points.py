@@ -1,0 +1,67 @@
+"""What the figures of rates show, as tables: one row a point with its interval."""
+
+import pandas as pd
+
+from capsule.evaluation.rates import rate
+
+COLUMNS = ["measure", "size_mm", "scheme", "hits", "of", "rate", "low", "high", "one_sided"]
+
+
+def detection_points(detection: pd.DataFrame) -> pd.DataFrame:
+    """Take precision and recall per size out of the table of detection, ours and the paper's."""
+    detection = detection.assign(
+        positives=detection["tp"] + detection["fp"], of_size=detection["tp"] + detection["fn"]
+    )
+    frames = [
+        _points(detection, "precision", "tp", "positives"),
+        _points(detection, "recall", "tp", "of_size"),
+    ]
+    return pd.concat(frames, ignore_index=True)
+
+
+def sizing_points(sizing: pd.DataFrame) -> pd.DataFrame:
+    """Take the exact and the within-tolerance rate per size out of the table of sizing."""
+    within = _points(sizing, "within_rate", "within", "recordings")
+    within["one_sided"] = sizing["one_sided"].astype(bool).to_numpy()
+    return pd.concat(
+        [_points(sizing, "exact_rate", "exact", "recordings"), within], ignore_index=True
+    )
+
+
+def negative_points(confusion: pd.DataFrame, confidence: float) -> pd.DataFrame:
+    """Work out how the recordings without a nodule were classified.
+
+    Parameters
+    ----------
+    confusion : DataFrame
+        Counts per scheme, true and predicted size.
+    confidence : float
+        Level of the Wilson intervals.
+
+    Returns
+    -------
+    DataFrame
+        ``size_mm`` is the predicted size; no row of a scheme without such recordings.
+    """
+    healthy = confusion[confusion["size_mm"] == 0]
+    total = healthy.groupby("scheme", sort=False)["count"].transform("sum")
+    rows = []
+    for (_, row), of in zip(healthy.iterrows(), total, strict=True):
+        if of > 0:
+            values = rate(int(row["count"]), int(of), confidence)
+            head = ["classified", row["predicted_mm"], row["scheme"], row["count"], of]
+            rows.append([*head, *values, False])
+    return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def _points(table: pd.DataFrame, measure: str, hits: str, of: str) -> pd.DataFrame:
+    points = table[["size_mm", "scheme"]].assign(
+        measure=measure,
+        hits=table[hits],
+        of=table[of],
+        rate=table[measure],
+        low=table[f"{measure}_low"],
+        high=table[f"{measure}_high"],
+        one_sided=False,
+    )
+    return points[COLUMNS]

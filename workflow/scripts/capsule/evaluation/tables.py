@@ -1,0 +1,287 @@
+"""The tables by which a reader judges the detectors, each row marked with detector and scheme."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from capsule.evaluation import agreement, reliability, retest, roc, size_error
+from capsule.evaluation.prevalence import predictive_values
+from capsule.evaluation.rates import rate
+from capsule.seeding import generator
+
+ALWAYS = "always_nodule"
+ANY = None  # in place of a size: any nodule
+_GRID = np.linspace(0.0, 1.0, 21)
+
+
+@dataclass(frozen=True)
+class Verdicts:
+    """What one detector says under one scheme of R recordings; NaN is unknown.
+
+    Attributes
+    ----------
+    key : dict of str to str
+        ``detector`` and ``scheme``.
+    recordings : tuple of str
+    size_mm, predicted_mm, score, probability, estimate_mm, location_mm : (R,) array
+    """
+
+    key: Mapping[str, str]
+    recordings: tuple[str, ...]
+    size_mm: np.ndarray
+    predicted_mm: np.ndarray
+    score: np.ndarray
+    probability: np.ndarray
+    estimate_mm: np.ndarray
+    location_mm: np.ndarray
+
+    @property
+    def detected(self) -> np.ndarray:
+        """Tell in which recordings a nodule is detected, (R,) of bool."""
+        return self.predicted_mm > 0
+
+    def of(self, size_mm: float | None) -> np.ndarray:
+        """Tell which recordings were made over a nodule of that size, or over any."""
+        return self.size_mm > 0 if size_mm is ANY else self.size_mm == size_mm
+
+    def nodule_sizes(self) -> list[float]:
+        """List the sizes of nodules, ascending."""
+        return sorted({float(size) for size in self.size_mm if size > 0})
+
+
+def number(text: str) -> float:
+    """Read a cell or header line as a number; what is none is unknown (NaN)."""
+    try:
+        return float(text)
+    except ValueError:
+        return float("nan")
+
+
+def collect(rows: Sequence[Mapping[str, str]]) -> list[Verdicts]:
+    """Sort predictions by detector and scheme; those without a verdict are left aside."""
+    numbers = [name for name in Verdicts.__annotations__ if name not in ("key", "recordings")]
+    groups: dict[tuple[str, str], list[Mapping[str, str]]] = {}
+    for row in rows:
+        if row["predicted_mm"]:
+            groups.setdefault((row["detector"], row["scheme"]), []).append(row)
+    return [
+        Verdicts(
+            {"detector": detector, "scheme": scheme},
+            tuple(row["recording"] for row in group),
+            **{name: np.array([float(row[name] or "nan") for row in group]) for name in numbers},
+        )
+        for (detector, scheme), group in groups.items()
+    ]
+
+
+def summary(of_scheme: Sequence[Verdicts], tolerance_mm: float, confidence: float) -> list[dict]:
+    """Give each detector's rates over all recordings, and those of calling everything a nodule.
+
+    The interval of the balanced accuracy is made of those of its two halves (Zou and Donner 2008).
+    A missed nodule has no size, so it is neither exact nor within the tolerance.
+    """
+    key, nodule = of_scheme[0].key, of_scheme[0].of(ANY)
+    judged = [(each.key, each.of(ANY), each.detected, each) for each in of_scheme]
+    everything = np.ones(nodule.size, dtype=bool)
+    judged.append((dict(key) | {"detector": ALWAYS}, nodule, everything, None))
+    rows = []
+    for label, truth, detected, verdicts in judged:
+        hits, quiet = int(np.sum(detected & truth)), int(np.sum(~detected & ~truth))
+        sensitivity = rate(hits, int(truth.sum()), confidence)
+        specificity = rate(quiet, int((~truth).sum()), confidence)
+        row = dict(label) | {"recordings": truth.size}
+        row |= columns("accuracy", rate(hits + quiet, truth.size, confidence))
+        row |= columns("sensitivity", sensitivity)
+        row |= columns("specificity", specificity)
+        row |= columns("balanced_accuracy", _mean_of(sensitivity, specificity))
+        for name, allowed_mm in (("exact_rate", 0.0), ("within_rate", tolerance_mm)):
+            found = (float("nan"),) * 3
+            if verdicts is not None:
+                right = _right_size(verdicts, allowed_mm)[truth]
+                found = rate(int(right.sum()), right.size, confidence)
+            row |= columns(name, found)
+        rows.append(row)
+    return rows
+
+
+def _mean_of(first: Sequence[float], second: Sequence[float]) -> tuple[float, float, float]:
+    """Average two independent estimates and their intervals."""
+    value = (first[0] + second[0]) / 2
+    reach = [np.hypot(first[0] - first[end], second[0] - second[end]) / 2 for end in (1, 2)]
+    return value, float(max(value - reach[0], 0.0)), float(min(value + reach[1], 1.0))
+
+
+def columns(name: str, values: Sequence[float]) -> dict[str, float]:
+    """Name a value and the ends of its interval."""
+    return dict(zip((name, f"{name}_low", f"{name}_high"), values, strict=True))
+
+
+def curves(
+    verdicts: Verdicts, seed: int, repeats: int, confidence: float
+) -> tuple[list[dict], list[dict]]:
+    """Give the areas under the ROC curves and the curves, any nodule and each size against none."""
+    areas, points = [], []
+    known = ~np.isnan(verdicts.score)
+    healthy = verdicts.score[known & (verdicts.size_mm == 0)]
+    for size_mm in (ANY, *verdicts.nodule_sizes()):
+        nodule = verdicts.score[known & verdicts.of(size_mm)]
+        if healthy.size == 0 or nodule.size == 0:
+            continue
+        numbers = generator(seed, "roc", *verdicts.key.values(), str(size_mm))
+        area, low, high = roc.bootstrap(healthy, nodule, _GRID, numbers, repeats, confidence)
+        label = verdicts.key | {"size_mm": size_mm}
+        areas.append(label | columns("auc", (roc.auc(healthy, nodule), *area)))
+        heights = roc.height_at(healthy, nodule, _GRID)
+        for place, bounds in enumerate(zip(heights, low, high, strict=True)):
+            point = {"false_positive_rate": round(float(_GRID[place]), 10)}
+            points.append(label | point | columns("true_positive_rate", list(map(float, bounds))))
+    return areas, points
+
+
+def predictive(verdicts: Verdicts, prevalence: float, confidence: float) -> list[dict]:
+    """Give the predictive values at a stated prevalence, for any nodule and for each size."""
+    healthy = verdicts.size_mm == 0
+    quiet = int(np.sum(healthy & ~verdicts.detected))
+    rows = []
+    for size_mm in (ANY, *verdicts.nodule_sizes()):
+        of_size = verdicts.of(size_mm)
+        hits, count = int(np.sum(of_size & verdicts.detected)), int(of_size.sum())
+        row = verdicts.key | {"size_mm": size_mm, "prevalence": prevalence}
+        row |= columns("sensitivity", rate(hits, count, confidence))
+        rows.append(
+            row | predictive_values(hits, count, quiet, int(healthy.sum()), prevalence, confidence)
+        )
+    return rows
+
+
+def calibrated(
+    verdicts: Verdicts, prevalence: float, bins: int, confidence: float
+) -> tuple[list[dict], list[dict]]:
+    """Compare stated probabilities with what came true, for a detector that states them."""
+    known = ~np.isnan(verdicts.probability)
+    if not known.any():
+        return [], []
+    probability, nodule = verdicts.probability[known], verdicts.of(ANY)[known]
+    table = reliability.calibration_table(probability, nodule, prevalence, bins, confidence)
+    uninformed = np.full(nodule.size, prevalence)
+    score = {
+        "recordings": nodule.size,
+        "prevalence": prevalence,
+        "brier": reliability.brier_score(probability, nodule, prevalence),
+        "brier_uninformed": reliability.brier_score(uninformed, nodule, prevalence),
+    }
+    return [verdicts.key | row for row in table], [verdicts.key | score]
+
+
+def size_errors(verdicts: Verdicts, confidence: float) -> list[dict]:
+    """Give bias and absolute error of the estimated size, for any nodule and for each size."""
+    return [
+        verdicts.key
+        | {"size_mm": size_mm}
+        | size_error.size_error_row(
+            verdicts.size_mm[verdicts.of(size_mm)],
+            verdicts.estimate_mm[verdicts.of(size_mm)],
+            confidence,
+        )
+        for size_mm in (ANY, *verdicts.nodule_sizes())
+    ]
+
+
+def localisation(
+    verdicts: Verdicts, nodule_at_mm: Mapping[str, float], confidence: float
+) -> list[dict]:
+    """Give the error of the place, where the header says where the nodule lay."""
+    truth = np.array([nodule_at_mm.get(name, np.nan) for name in verdicts.recordings])
+    error = np.where(verdicts.detected, verdicts.location_mm - truth, np.nan)
+    rows = []
+    for size_mm in (ANY, *verdicts.nodule_sizes()):
+        known = error[verdicts.of(size_mm)]
+        known = known[~np.isnan(known)]
+        if known.size:
+            row = verdicts.key | {"size_mm": size_mm, "recordings": known.size}
+            median = size_error.median_interval(np.abs(known), confidence)
+            row |= columns("median_absolute_error_mm", median)
+            bias = size_error.mean_interval(known, confidence)
+            rows.append(row | columns("bias_mm", bias))
+    return rows
+
+
+def comparisons(
+    of_scheme: Sequence[Verdicts], tolerance_mm: float, confidence: float
+) -> list[dict]:
+    """Compare every two detectors on the same recordings, detection and size apart."""
+    rows = []
+    for first, second in combinations(of_scheme, 2):
+        places = [{name: place for place, name in enumerate(v.recordings)} for v in (first, second)]
+        both = sorted(set(first.recordings) & set(second.recordings))
+        pick = [[place[name] for name in both] for place in places]
+        truth = first.size_mm[pick[0]]
+        for measure in ("detection", "size_within_tolerance"):
+            right = [
+                _right(v, measure, tolerance_mm)[chosen]
+                for v, chosen in zip((first, second), pick, strict=True)
+            ]
+            healthy = [0.0] if measure == "detection" else []
+            for size_mm in (ANY, *healthy, *first.nodule_sizes()):
+                chosen = truth > 0 if size_mm is ANY else truth == size_mm
+                row = {"scheme": first.key["scheme"], "first": first.key["detector"]}
+                row |= {"second": second.key["detector"], "measure": measure, "size_mm": size_mm}
+                row["recordings"] = int(chosen.sum())
+                found = agreement.paired_difference(right[0][chosen], right[1][chosen], confidence)
+                rows.append(row | found)
+    return rows
+
+
+def _right(verdicts: Verdicts, measure: str, tolerance_mm: float) -> np.ndarray:
+    if measure == "detection":
+        return verdicts.detected == verdicts.of(ANY)
+    return _right_size(verdicts, tolerance_mm)
+
+
+def _right_size(verdicts: Verdicts, tolerance_mm: float) -> np.ndarray:
+    # A hair of slack, as in the table of sizing: 2.3 mm must lie within 0.2 mm of 2.5 mm.
+    near = np.abs(verdicts.predicted_mm - verdicts.size_mm) <= tolerance_mm + 1e-9
+    return verdicts.detected & near
+
+
+def permutation(verdicts: Verdicts, seed: int, repeats: int, confidence: float) -> list[dict]:
+    """Compare the area under the curve with what it is when the labels are dealt out anew."""
+    known = ~np.isnan(verdicts.score)
+    score, nodule = verdicts.score[known], verdicts.of(ANY)[known]
+    if nodule.all() or not nodule.any():
+        return []
+    observed = roc.auc(score[~nodule], score[nodule])
+    numbers = generator(seed, "permutation", *verdicts.key.values())
+    chance = agreement.permuted_areas(score, nodule, numbers, repeats)
+    low, high = np.quantile(chance, [(1 - confidence) / 2, (1 + confidence) / 2])
+    row = verdicts.key | {"auc": observed, "by_chance": float(chance.mean())}
+    row |= {"by_chance_low": float(low), "by_chance_high": float(high)}
+    return [row | {"p": agreement.exceedance(observed, chance)}]
+
+
+def retests(
+    verdicts: Verdicts,
+    sites: Mapping[str, str],
+    counts: Sequence[int],
+    specificity: float,
+    confidence: float,
+) -> list[dict]:
+    """Give the rates of detection when several passes over a site are judged together."""
+    named = [sites.get(name) or f"\n{name}" for name in verdicts.recordings]
+    wanted = None if verdicts.key["detector"] == "template" else specificity
+    rows = []
+    for count in counts:
+        passes = retest.first_passes(named, count)
+        if not passes:
+            continue
+        true_mm, detected = retest.combined_detections(
+            verdicts.score, verdicts.size_mm, passes, wanted
+        )
+        for size_mm in sorted(set(true_mm.tolist())):
+            of_size = true_mm == size_mm
+            hits = int(np.sum(of_size & detected))
+            row = verdicts.key | {"passes": count, "size_mm": size_mm, "sites": int(of_size.sum())}
+            rows.append(row | columns("detected", rate(hits, row["sites"], confidence)))
+    return rows

@@ -1,0 +1,235 @@
+"""The report's tables, cell by cell: text to read, and the value that it was written from."""
+
+from collections.abc import Mapping, Sequence
+
+import pandas as pd
+
+from capsule import words
+from capsule.evaluation import points
+
+
+def rate_table(
+    points: pd.DataFrame, measures: Mapping[str, str], sizes_mm: Sequence[float]
+) -> dict:
+    """Arrange rates: a row a size, a group of columns a measure, a column a scheme.
+
+    Parameters
+    ----------
+    points : DataFrame
+        From `capsule.evaluation.points`.
+    measures : mapping of str to str
+        The measures, and their headings.
+    sizes_mm : sequence of float
+        The rows; a size without a point is not known.
+
+    Returns
+    -------
+    dict
+        ``groups`` (headings with their schemes) and ``rows`` (``size_mm`` and ``cells``); a cell
+        has ``value``, ``text``, ``interval`` and ``count``.
+    """
+    schemes = list(dict.fromkeys(points["scheme"]))
+    groups = [
+        {"title": title, "schemes": [words.scheme(name) for name in schemes]}
+        for title in measures.values()
+    ]
+    found = {
+        (point.measure, point.scheme, point.size_mm): point
+        for point in points.itertuples(index=False)
+    }
+    one_sided = set(points.loc[points["one_sided"], "size_mm"])
+    rows = [
+        {
+            "size_mm": size_mm,
+            "size": words.size(size_mm),
+            "one_sided": size_mm in one_sided,
+            "cells": [
+                rate_cell(found.get((measure, name, size_mm)), name)
+                for measure in measures
+                for name in schemes
+            ],
+        }
+        for size_mm in sizes_mm
+    ]
+    return {"groups": groups, "rows": rows}
+
+
+def rate_cell(point: object | None, scheme: str = "") -> dict:
+    """Write one rate with its interval and its counts."""
+    if point is None or not words.is_known(point.rate):
+        text = words.NOT_GIVEN if scheme == "paper" else words.UNKNOWN
+        return {"value": None, "text": text, "interval": "", "count": "", "scheme": scheme}
+    return {
+        "value": float(point.rate),
+        "text": words.percent(point.rate),
+        "interval": words.interval(point.low, point.high),
+        "count": words.count_of(point.hits, point.of),
+        "scheme": scheme,
+    }
+
+
+def plain_cell(value: float | None, text: str, interval: str = "", count: str = "") -> dict:
+    """Give a cell that belongs to no scheme."""
+    return {"value": value, "text": text, "interval": interval, "count": count, "scheme": ""}
+
+
+def rate_cell_of(row: Mapping, name: str) -> dict:
+    """Write the rate in a row of a table with the interval beside it."""
+    value, low, high = row[name], row[f"{name}_low"], row[f"{name}_high"]
+    if not words.is_known(value):
+        return plain_cell(None, words.UNKNOWN)
+    bounds = words.interval(low, high) if words.is_known(low) else ""
+    return plain_cell(float(value), words.percent(value), bounds)
+
+
+def confusion_rows(confusion: pd.DataFrame, scheme: str, sizes_mm: Sequence[float]) -> list[dict]:
+    """Arrange the counts of one scheme: a row a true size, a cell a predicted size.
+
+    A cell has its ``count``, its ``share`` of the row in tenths (for its shade), and says whether
+    it is ``right``.
+    """
+    chosen = confusion[confusion["scheme"] == scheme]
+    counts = {(r.size_mm, r.predicted_mm): int(r.count) for r in chosen.itertuples(index=False)}
+    rows = []
+    for actual in sizes_mm:
+        row = [counts.get((actual, predicted), 0) for predicted in sizes_mm]
+        total = sum(row)
+        cells = [
+            {
+                "count": count,
+                "share": round(10 * count / total) if total else 0,
+                "right": actual == predicted,
+            }
+            for predicted, count in zip(sizes_mm, row, strict=True)
+        ]
+        rows.append({"size": words.size(actual), "cells": cells, "total": total})
+    return rows
+
+
+def template_rows(entries: Sequence[Mapping]) -> list[dict]:
+    """List the averaged parameters of every template, a row a size and sensor."""
+    rows = []
+    for entry in entries:
+        parameters = entry["parameters"]
+        if entry["size_mm"] == 0 or parameters is None:
+            continue
+        spacing = [None, *parameters["peak_spacing"]]
+        columns = (
+            parameters["amplitude"],
+            parameters["vertical_spread"],
+            spacing,
+            parameters["horizontal_spread"],
+        )
+        sensors = [
+            {
+                "sensor": sensor,
+                "amplitude": words.number(values[0], 3),
+                "vertical_spread": words.number(values[1], 3),
+                "peak_spacing": "first" if values[2] is None else words.number(values[2], 1),
+                "horizontal_spread": words.number(values[3], 1),
+            }
+            for sensor, values in enumerate(zip(*columns, strict=True), start=1)
+        ]
+        rows.append(
+            {
+                "size": words.size(entry["size_mm"]),
+                "recordings": entry["recordings"],
+                "sensors": sensors,
+            }
+        )
+    return rows
+
+
+def detection_rows(detections: pd.DataFrame) -> dict:
+    """List the verdicts on unlabelled recordings with the distance to every template.
+
+    Returns
+    -------
+    dict
+        ``sizes`` of the templates, and ``rows``: a recording with its ``distances`` and a verdict
+        of every detector.
+    """
+    labels = [name for name in detections.columns if name.startswith("rmse_")]
+    rows = []
+    for name, of_recording in detections.groupby("recording", sort=False):
+        first = of_recording.iloc[0]
+        distances = [first[label] for label in labels]
+        known = [value for value in distances if words.is_known(value)]
+        nearest = min(known) if known else None
+        rows.append(
+            {
+                "recording": name,
+                "verdicts": [_verdict_words(row) for row in of_recording.to_dict("records")],
+                "distances": [
+                    {
+                        "value": float(value),
+                        "text": words.number(value, 4),
+                        "nearest": value == nearest,
+                    }
+                    for value in distances
+                ],
+            }
+        )
+    sizes = [words.size(float(label[5:].removesuffix("mm"))) for label in labels]
+    return {"sizes": sizes, "rows": rows}
+
+
+def _verdict_words(row: Mapping) -> dict:
+    """Write a detector's verdict: an unknown part of it, such as the place of none, is left out."""
+    estimate, probability = row["estimate_mm"], row["probability"]
+    return {
+        "detector": row["detector"],
+        "verdict": words.size(row["predicted_mm"]),
+        "estimate": f"{words.number(estimate, 1)} mm"
+        if words.is_known(estimate)
+        else words.NOT_GIVEN,
+        "probability": words.percent(probability)
+        if words.is_known(probability)
+        else words.NOT_GIVEN,
+        "place": words.place(row["location_s"], row["location_mm"]),
+    }
+
+
+def _or_not_given(text: str, value: float) -> str:
+    return text if words.is_known(value) else words.NOT_GIVEN
+
+
+def rate_tables(
+    detection: pd.DataFrame,
+    sizing: pd.DataFrame,
+    confusion: pd.DataFrame,
+    sizes_mm: Sequence[float],
+    settings: Mapping,
+) -> dict:
+    """Make the tables of detection, of the negatives and of sizing, the paper's beside ours."""
+    tolerance, confidence = settings["tolerance_mm"], settings["confidence"]
+    measures = {"exact_rate": "Exact size", "within_rate": f"Within {tolerance:g} mm"}
+    sized = rate_table(points.sizing_points(sizing), measures, sizes_mm[1:])
+    errors = {
+        (row.scheme, row.size_mm): row.mean_absolute_error_mm
+        for row in sizing.itertuples(index=False)
+        if row.scheme != "paper"
+    }
+    schemes = list(dict.fromkeys(scheme for scheme, _ in errors))
+    sized["groups"].append(
+        {"title": "Mean absolute error", "schemes": [words.scheme(name) for name in schemes]}
+    )
+    for row in sized["rows"]:
+        for name in schemes:
+            row["cells"].append(_error_cell(errors.get((name, row["size_mm"])), name))
+    measures = {"precision": "Precision", "recall": "Recall"}
+    negatives = points.negative_points(confusion, confidence)
+    return {
+        "detection": rate_table(points.detection_points(detection), measures, sizes_mm[1:]),
+        "negatives": rate_table(
+            negatives, {"classified": "Share of the recordings without a nodule"}, sizes_mm
+        ),
+        "sizing": sized,
+    }
+
+
+def _error_cell(value: float | None, scheme: str) -> dict:
+    known = words.is_known(value)
+    text = f"{words.number(value)} mm" if known else words.UNKNOWN
+    value = float(value) if known else None
+    return {"value": value, "text": text, "interval": "", "count": "", "scheme": scheme}

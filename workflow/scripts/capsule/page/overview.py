@@ -1,0 +1,84 @@
+"""How many recordings there are, where they come from, and what could not be used."""
+
+import pandas as pd
+
+from capsule import words
+from capsule.page.provenance import Origin, origin_of
+
+
+def overview(index: pd.DataFrame, passed_over: pd.DataFrame) -> dict:
+    """Say how many recordings there are, where they come from and what could not be used.
+
+    Parameters
+    ----------
+    index : DataFrame
+        results/recordings.csv.
+    passed_over : DataFrame
+        results/passed_over.csv.
+
+    Returns
+    -------
+    dict
+        ``origin``, ``accepted``, ``by_size``, ``unlabelled``, ``rejected`` and ``passed_over``.
+    """
+    accepted = index[index["status"] == "accepted"]
+    rejected = index[index["status"] != "accepted"]
+    labelled = accepted[accepted["size_mm"].notna()]
+    by_size = labelled.groupby("size_mm").size()
+    origin = origin_of(accepted["source"].fillna("").astype(str))
+    return {
+        "origin": {"kind": origin.kind, **_origin_words(origin)},
+        "accepted": len(accepted),
+        "accepted_words": words.plural(len(accepted), "recording"),
+        "by_size": [
+            {"size": words.size(float(size)), "count": int(count)}
+            for size, count in by_size.items()
+        ],
+        "unlabelled": int(accepted["size_mm"].isna().sum()),
+        "rejected": rejected[["recording", "reason"]].fillna("").to_dict("records"),
+        "rejected_words": words.plural(len(rejected), "recording"),
+        "passed_over_words": words.plural(len(passed_over), "other file"),
+        "passed_over": passed_over[["path", "reason"]].fillna("").to_dict("records"),
+    }
+
+
+def _origin_words(origin: Origin) -> dict:
+    """Say where the recordings come from, in a headline and a sentence."""
+    total = origin.simulated + origin.recorded + origin.silent
+    match origin.kind:
+        case "simulated":
+            headline = "Simulated recordings"
+            text = (
+                f"Every one of the {words.plural(total, 'recording')} was made by a simulator. "
+                "These numbers show how the method behaves on simulated signals; they say nothing "
+                "about how well a real capsule finds nodules."
+            )
+        case "recorded":
+            headline = "Recorded data"
+            text = f"All {words.plural(total, 'recording')} name a source that is no simulator."
+        case "mixed":
+            headline = "Mixed origin"
+            parts = [
+                f"{count} {what}"
+                for count, what in (
+                    (origin.simulated, "simulated"),
+                    (origin.recorded, "from another source"),
+                    (origin.silent, "without a source in the header"),
+                )
+                if count
+            ]
+            text = (
+                f"Of the {words.plural(total, 'recording')}, {words.enumerate_words(parts)}. "
+                "Rates over such a mixture belong to neither; separate them to judge the capsule."
+            )
+        case "unknown":
+            headline = "Origin not stated"
+            text = (
+                "No recording names its source; write a line such as “# source: bench 2” at the "
+                "top of each file."
+            )
+        case _:
+            headline = "No recordings"
+            text = "There is no usable recording under raw/."
+    sources = [f"{name} ({count})" for name, count in origin.sources.items()]
+    return {"headline": headline, "text": text, "sources": sources}

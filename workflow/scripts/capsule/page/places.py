@@ -1,0 +1,70 @@
+"""Places that were passed several times: one verdict each, and what more passes bring."""
+
+from collections.abc import Mapping
+
+import pandas as pd
+
+from capsule import words
+from capsule.page.cells import plain_cell, rate_cell_of
+
+
+def place_rows(sites: pd.DataFrame) -> dict:
+    """List the verdicts on places, a row a place and a column a detector.
+
+    Parameters
+    ----------
+    sites : DataFrame
+        results/sites.csv.
+
+    Returns
+    -------
+    dict
+        ``detectors`` and ``rows`` with ``site``, ``size``, ``recordings`` and ``verdicts``.
+    """
+    detectors = list(dict.fromkeys(sites["detector"]))
+    rows = []
+    for (site, size_mm), group in sites.groupby(["site", "size_mm"], sort=False, dropna=False):
+        said = {row["detector"]: _verdict(row) for row in group.to_dict("records")}
+        rows.append(
+            {
+                "site": str(site),
+                "size": words.size(size_mm) if words.is_known(size_mm) else "unlabelled",
+                "recordings": int(group["recordings"].iloc[0]),
+                "verdicts": [said.get(name, words.UNKNOWN) for name in detectors],
+            }
+        )
+    return {"detectors": detectors, "rows": rows}
+
+
+def _verdict(row: Mapping) -> str:
+    if not words.is_known(row["detected"]):
+        return words.UNKNOWN
+    if str(row["detected"]) != "True":
+        return "no nodule"
+    known = ("estimate_mm", "nodule of {:.1f} mm"), ("location_mm", "at {:.1f} mm")
+    parts = [text.format(row[name]) for name, text in known if words.is_known(row[name])]
+    return ", ".join(parts if words.is_known(row["estimate_mm"]) else ["nodule", *parts])
+
+
+def retest_rows(retest: pd.DataFrame) -> dict:
+    """Arrange how often a nodule is reported by the number of passes that are judged together.
+
+    Returns
+    -------
+    dict
+        ``sizes`` (headings) and ``rows`` with ``detector``, ``passes`` and a cell a size.
+    """
+    if retest.empty:
+        return {"sizes": [], "rows": []}
+    sizes_mm = sorted(retest["size_mm"].unique())
+    rows = []
+    for (detector, passes), group in retest.groupby(["detector", "passes"], sort=False):
+        found = {row["size_mm"]: _retest_cell(row) for row in group.to_dict("records")}
+        empty = plain_cell(None, words.UNKNOWN)
+        cells = [found.get(size_mm, empty) for size_mm in sizes_mm]
+        rows.append({"detector": detector, "passes": int(passes), "cells": cells})
+    return {"sizes": [words.size(size_mm) for size_mm in sizes_mm], "rows": rows}
+
+
+def _retest_cell(row: Mapping) -> dict:
+    return rate_cell_of(row, "detected") | {"count": words.plural(int(row["sites"]), "place")}

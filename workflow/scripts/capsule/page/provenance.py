@@ -1,0 +1,158 @@
+"""Where the recordings come from, and how the report was made."""
+
+import hashlib
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from capsule.words import enumerate_words, plural, setting
+
+_FINISHED = re.compile(r"^finished in (\d+(?:\.\d+)?) s$", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What the recordings say about where they come from.
+
+    Attributes
+    ----------
+    kind : {"simulated", "recorded", "mixed", "unknown", "none"}
+        ``unknown`` if no recording says it, ``none`` if there is no recording.
+    simulated, recorded, silent : int
+        How many recordings say that they are simulated, name another source, say nothing.
+    sources : dict of str to int
+        Each source as the recordings name it, and how many do; silent ones not included.
+    """
+
+    kind: str
+    simulated: int
+    recorded: int
+    silent: int
+    sources: dict[str, int]
+
+
+def is_simulated(source: str) -> bool:
+    """Tell whether the header's ``source`` says that a recording is simulated."""
+    return "simulat" in source.casefold()
+
+
+def origin_of(sources: Iterable[str]) -> Origin:
+    """Sum up the sources that the accepted recordings name in their headers."""
+    counted: dict[str, int] = {}
+    for source in sources:
+        counted[source.strip()] = counted.get(source.strip(), 0) + 1
+    silent = counted.pop("", 0)
+    simulated = sum(count for source, count in counted.items() if is_simulated(source))
+    recorded = sum(counted.values()) - simulated
+    found = [
+        name
+        for name, count in (("simulated", simulated), ("recorded", recorded), ("unknown", silent))
+        if count
+    ]
+    kind = found[0] if len(found) == 1 else ("mixed" if found else "none")
+    return Origin(kind, simulated, recorded, silent, dict(sorted(counted.items())))
+
+
+def seconds_in_log(log: str) -> float | None:
+    """Read how long a script took from its log; None where it did not finish."""
+    found = _FINISHED.findall(log)
+    return float(found[-1]) if found else None
+
+
+def configuration_table(config: Mapping, schema: Mapping, printed: Mapping) -> list[dict]:
+    """List every key of the configuration with what the paper says.
+
+    Parameters
+    ----------
+    config : mapping
+        The configuration.
+    schema : mapping
+        Its JSON Schema, from which description, symbol and unit come.
+    printed : mapping
+        ``settings`` of ``paper.yaml``: value and place by dotted key.
+
+    Returns
+    -------
+    list of dict
+        ``key``, ``value``, ``symbol``, ``unit``, ``description``, ``paper``, ``where`` and
+        ``differs``; ``paper`` is empty where the paper gives no number.
+    """
+    rows = []
+    for key, value, description in _leaves(config, schema):
+        said = printed.get(key)
+        rows.append(
+            {
+                "key": key,
+                "value": setting(value),
+                "symbol": description.get("symbol", ""),
+                "unit": {"1": ""}.get(description.get("unit", ""), description.get("unit", "")),
+                "description": description.get("description", ""),
+                "paper": setting(said["value"]) if said else "",
+                "where": said["where"] if said else "",
+                "differs": bool(said) and not _agrees(value, said),
+            }
+        )
+    return rows
+
+
+def differences(rows: Iterable[Mapping]) -> str:
+    """Say in a sentence what of `configuration_table` differs from the paper."""
+    found = [
+        f"{row['key']} is {row['value']} instead of {row['paper']}"
+        for row in rows
+        if row["differs"]
+    ]
+    if not found:
+        return "Every number that the paper gives is used as it stands there."
+    return f"Different from the paper: {enumerate_words(found)}."
+
+
+def _leaves(config: Mapping, schema: Mapping, prefix: str = "") -> Iterable[tuple]:
+    described_keys = schema.get("properties", {})
+    # In the order of the schema, which is the order of the file; unknown keys are refused earlier.
+    for key in sorted(config, key=list(described_keys).index):
+        value, described = config[key], described_keys[key]
+        if isinstance(value, Mapping):
+            yield from _leaves(value, described, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value, described
+
+
+def _agrees(value: object, said: Mapping) -> bool:
+    """Compare with the paper; its ranges that are open at 0 begin at any small number here."""
+    if said.get("open_at_low_end"):
+        low, high = said["value"]
+        return value[1] == high and low < value[0] <= low + 0.01
+    return value == said["value"]
+
+
+def fit_words(fit: Mapping) -> str:
+    """Say how well a particle fits, from the fit's file."""
+    return (
+        f"RMSE {fit['rmse']:.4f}; the best of the random particles had {fit['rmse_initial']:.4f}, "
+        f"and {plural(fit['accepted_moves'], 'step')} improved it; lag {fit['lag']}"
+    )
+
+
+def combined_checksum(checksums: Mapping[str, str]) -> str:
+    """Give one SHA-256 for many named files: of the lines ``checksum  name``, sorted by name.
+
+    The same as ``sha256sum`` prints for a list of files, summed once more.
+    """
+    lines = "".join(f"{checksums[name]}  {name}\n" for name in sorted(checksums))
+    return hashlib.sha256(lines.encode("utf-8")).hexdigest()
+
+
+def bibtex(printed: Mapping) -> str:
+    """Write the BibTeX entry of the paper, from ``paper.yaml``."""
+    surname = printed["authors"][0].split()[-1].lower()
+    archive, _, number = printed["identifier"].partition(":")
+    fields = {
+        "title": printed["title"],
+        "author": " and ".join(printed["authors"]),
+        "year": printed["year"],
+        "eprint": number,
+        "archivePrefix": archive,
+    }
+    lines = ",\n".join(f"  {name} = {{{value}}}" for name, value in fields.items())
+    return f"@misc{{{surname}{printed['year']}capsule,\n{lines}\n}}"

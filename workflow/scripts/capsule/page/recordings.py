@@ -1,0 +1,181 @@
+"""The table of all recordings: what each is, what was said of it, and whether that is right."""
+
+from collections.abc import Mapping
+
+import pandas as pd
+
+from capsule import words
+
+# The detector whose verdict is the shortest distance.
+BY_DISTANCE = "template"
+OUTCOMES = (
+    "exact",
+    "within tolerance",
+    "off",
+    "missed",
+    "rightly none",
+    "false alarm",
+    "unlabelled",
+    "not judged",
+    "rejected",
+)
+
+
+def outcome(size_mm: float | None, predicted_mm: float | None, tolerance_mm: float) -> str:
+    """Name how a verdict on an accepted recording relates to the truth.
+
+    Parameters
+    ----------
+    size_mm : float or None
+        True size, 0 for no nodule; None or NaN for an unlabelled recording.
+    predicted_mm : float or None
+        The verdict.
+    tolerance_mm : float
+        Allowed error of the size.
+
+    Returns
+    -------
+    str
+        One of `OUTCOMES`.
+    """
+    if not words.is_known(size_mm):
+        return "unlabelled"
+    if not words.is_known(predicted_mm):
+        return "not judged"
+    if size_mm == 0:
+        return "rightly none" if predicted_mm == 0 else "false alarm"
+    if predicted_mm == 0:
+        return "missed"
+    if predicted_mm == size_mm:
+        return "exact"
+    return "within tolerance" if abs(predicted_mm - size_mm) <= tolerance_mm + 1e-9 else "off"
+
+
+def verdicts_by_recording(
+    predictions: pd.DataFrame, detections: pd.DataFrame
+) -> dict[str, list[dict]]:
+    """Collect every verdict on every recording, in the order of the tables.
+
+    Returns
+    -------
+    dict of str to list of dict
+        ``detector``, ``scheme``, ``label`` (to be read), ``predicted_mm``, ``details`` (size,
+        probability and place in words) and ``distances`` to every template, None where not known;
+        empty for a detector that does not judge by them. Unlabelled recordings have the scheme
+        ``all``.
+    """
+    several = predictions["detector"].nunique() > 1 or detections["detector"].nunique() > 1
+    found: dict[str, list[dict]] = {}
+    for table in (predictions, detections):
+        labels = [name for name in table.columns if name.startswith("rmse_")]
+        for row in table.to_dict("records"):
+            scheme = row.get("scheme", "all")
+            label = words.scheme(scheme) if scheme != "all" else "all labelled"
+            by_distance = row["detector"] == BY_DISTANCE
+            found.setdefault(row["recording"], []).append(
+                {
+                    "detector": row["detector"],
+                    "scheme": scheme,
+                    "label": f"{row['detector']}, {label}" if several else label,
+                    "predicted_mm": _known_or_none(row["predicted_mm"]),
+                    "details": _details(row),
+                    "distances": [_known_or_none(row[name]) for name in labels if by_distance],
+                }
+            )
+    return found
+
+
+def _details(row: Mapping) -> str:
+    """Write what a verdict says beyond its size; of no nodule only the probability."""
+    said = {
+        "estimated": (row.get("estimate_mm"), f"{words.number(row.get('estimate_mm'), 1)} mm"),
+        "probability": (row.get("probability"), words.percent(row.get("probability"))),
+        "place": (
+            row.get("location_s"),
+            words.place(row.get("location_s"), row.get("location_mm")),
+        ),
+    }
+    return ", ".join(
+        f"{name} {text}" for name, (value, text) in said.items() if words.is_known(value)
+    )
+
+
+def _known_or_none(value: float) -> float | None:
+    return float(value) if words.is_known(value) else None
+
+
+def recording_rows(
+    index: pd.DataFrame,
+    verdicts: Mapping[str, list[dict]],
+    detector: str,
+    scheme: str,
+    tolerance_mm: float,
+) -> list[dict]:
+    """List all recordings, the rejected ones too.
+
+    Parameters
+    ----------
+    index : DataFrame
+        results/recordings.csv.
+    verdicts : mapping of str to list of dict
+        From `verdicts_by_recording`.
+    detector, scheme : str
+        Whose verdict is shown.
+    tolerance_mm : float
+        Allowed error of the size.
+
+    Returns
+    -------
+    list of dict
+        The cells of each row, as text and as value to sort by.
+    """
+    rows = []
+    for row in index.to_dict("records"):
+        accepted = row["status"] == "accepted"
+        verdict = next(
+            (
+                each
+                for each in verdicts.get(row["recording"], ())
+                if each["detector"] == detector and each["scheme"] in (scheme, "all")
+            ),
+            {"predicted_mm": None, "distances": []},
+        )
+        size_mm, predicted_mm = _known_or_none(row["size_mm"]), verdict["predicted_mm"]
+        nearest = min((d for d in verdict["distances"] if d is not None), default=None)
+        duration = _known_or_none(row["duration_s"])
+        rows.append(
+            {
+                "recording": row["recording"],
+                "accepted": accepted,
+                "samples": int(row["samples"]) if words.is_known(row["samples"]) else 0,
+                "size_mm": size_mm,
+                "size": words.size(size_mm) if size_mm is not None else "unlabelled",
+                "predicted_mm": predicted_mm,
+                "detector": detector,
+                "verdict": words.size(predicted_mm) if predicted_mm is not None else "",
+                "outcome": outcome(size_mm, predicted_mm, tolerance_mm) if accepted else "rejected",
+                "nearest": nearest,
+                "nearest_words": words.number(nearest, 4) if nearest is not None else "",
+                "duration_s": duration,
+                "duration": words.number(duration, 1) if duration is not None else "",
+                "note": row["source"] if accepted and words.is_known(row["source"]) else "",
+                "reason": "" if accepted else row["reason"],
+                "sha256": row["sha256"] if words.is_known(row["sha256"]) else "",
+            }
+        )
+    return rows
+
+
+def title(row: Mapping) -> str:
+    """Head the drawings of a recording: what it is, and what it was taken for.
+
+    Parameters
+    ----------
+    row : mapping
+        From `recording_rows`.
+    """
+    truth = {None: "unlabelled", 0.0: "no nodule"}.get(row["size_mm"], f"{row['size']} nodule")
+    if not row["verdict"]:
+        return f"{truth}, not judged"
+    judged = "" if row["size_mm"] is None else f" ({row['outcome']})"
+    return f"{truth}, taken for {row['verdict']} by {row['detector']}{judged}"

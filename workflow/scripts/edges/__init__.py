@@ -1,0 +1,1 @@
+"""What the scripts share: files and settings in, files out."""

@@ -1,0 +1,28 @@
+"""Read what the detectors judge recordings by: their matrices and passages."""
+
+from collections.abc import Iterable
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+
+from capsule.detectors.passage import Passage
+from capsule.naming import folder_of
+from edges import files
+
+
+def read_matrix(folder: Path, recording: str) -> np.ndarray:
+    """Read a recording's matrix V, (S, L)."""
+    return np.load(folder / f"{recording}.npy")
+
+
+def read_passages(folder: Path, recordings: Iterable[str]) -> dict[str, Passage]:
+    """Read the passages of some recordings, a table a folder; an empty cell is unknown."""
+    wanted = set(recordings)
+    names = [field.name for field in fields(Passage)]
+    return {
+        row["recording"]: Passage(**{name: float(row[name] or "nan") for name in names})
+        for label in sorted({folder_of(name) for name in wanted})
+        for row in files.read_csv(folder / f"{label}.csv")
+        if row["recording"] in wanted
+    }

@@ -1,0 +1,46 @@
+"""Read what the stages before have written, for the figures and the report."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import yaml
+
+from capsule.evaluation.beside_paper import TABLES, Evaluation
+from capsule.evaluation.columns import COLUMNS
+from capsule.evaluation.paper import printed_tables
+from capsule.particles import Particle
+from edges import files
+
+
+def read_evaluation(folder: Path, printed: Mapping, confidence: float) -> Evaluation:
+    """Read results/evaluation and put the paper's numbers beside it."""
+    paper = {name: pd.DataFrame(rows) for name, rows in printed_tables(printed, confidence).items()}
+    tables = {name: pd.read_csv(folder / f"{name}.csv") for name in TABLES}
+    return Evaluation(pd.read_csv(folder / "predictions.csv"), tables, paper)
+
+
+def read_judgements(folder: Path) -> dict[str, pd.DataFrame]:
+    """Read the tables by which the detectors are compared."""
+    return {name: pd.read_csv(folder / f"{name}.csv") for name in COLUMNS}
+
+
+def read_printed(path: Path) -> dict:
+    """Read paper.yaml, the numbers that the paper prints."""
+    return yaml.safe_load(path.read_text(encoding="utf-8"))
+
+
+def read_signal(folder: Path, name: str) -> np.ndarray:
+    """Read an accepted recording's readings on an even grid, (S, K), NaN where one is missing."""
+    return np.load(folder / f"{name}.npy")
+
+
+def read_fit(path: Path) -> tuple[dict, Particle] | None:
+    """Read a recording's fit and its particle; None where it has none."""
+    if not path.exists():
+        return None
+    fit = files.read_json(path)
+    if fit["parameters"] is None:
+        return None
+    return fit, Particle(**{name: np.array(values) for name, values in fit["parameters"].items()})
