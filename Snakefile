@@ -4,15 +4,13 @@
 include: "workflow/rules/common.smk"
 include: "workflow/rules/preprocess.smk"
 include: "workflow/rules/fit.smk"
+include: "workflow/rules/detect.smk"
 include: "workflow/rules/evaluate.smk"
 include: "workflow/rules/report.smk"
+include: "workflow/rules/run.smk"
 
 
 rule all:
     default_target: True
     input:
-        "results/report.html",
-
-
-onsuccess:
-    summarize_recordings()
+        rules.report.output,

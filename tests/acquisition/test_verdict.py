@@ -9,12 +9,13 @@ import pytest
 from acquisition import options
 from acquisition.bench_errors import AcquisitionError
 from acquisition.verdict import FinalVerdict, RunningVerdict
-from capsule.detectors.diagonal import DiagonalDetector
-from capsule.detectors.learned import Learned, from_json, to_json
+from capsule.detectors.diagonal import DiagonalDetector, DiagonalModel
 from capsule.detectors.passage import Passage
+from capsule.errors import CapsuleError
 from capsule.phantom.simulation import simulate_run
 from edges.config_files import read_config_file
 from edges.phantom import DEFAULT_TABLE, read_phantom
+from support.training import archive_of_passages
 
 SHAPE = {"window": 84, "threshold": 1.0, "length": 1000}
 
@@ -59,7 +60,7 @@ def test_no_verdict_without_reason(verdict, tmp_path):
         RunningVerdict(tmp_path / "none.npz", SHAPE)
 
 
-def learned_from(healthy_scores=(0.1, 0.2)):
+def taught_by(healthy_scores=(0.1, 0.2)):
     """Teach the detectors with a few made-up passages."""
     place, usual = (1, 1, 130), (0.1, 0.1, 0.1)
     passages = {
@@ -68,18 +69,25 @@ def learned_from(healthy_scores=(0.1, 0.2)):
     }
     passages |= {f"3mm/{n}": Passage(3.0 + n, n, n, n, *place, *usual) for n in range(3)}
     sizes = {name: float(name[0]) for name in passages}
+    passages["unlabelled/n"] = Passage(9.0, 1, 1, 1, 4.5, 128, 130, 0.1, 0.1, 0.1)
     rules = {"specificity": 0.95, "prevalence": 0.1, "size_ridge": 2.0}
-    model = DiagonalDetector(passages, sizes, **rules).model([])
-    return Learned(len(sizes), 5.0 if healthy_scores else float("nan"), model)
+    return archive_of_passages(passages, sizes, **rules)
+
+
+def stored_of(archive):
+    """Give what the detectors would keep of it."""
+    margin = 5.0 if 0.0 in archive.sizes_mm.values() else None
+    return {"margin_threshold": margin} | DiagonalDetector(archive).without([]).stored()
 
 
 def test_what_is_learned_survives_the_file():
-    for learned in (learned_from(), learned_from(healthy_scores=())):
-        read = from_json(json.loads(json.dumps(to_json(learned), allow_nan=False)))
-        assert to_json(read) == to_json(learned)
-        passage = Passage(9.0, 1, 1, 1, 4.5, 128, 130, 0.1, 0.1, 0.1)
-        before, after = learned.diagonal.verdict(passage), read.diagonal.verdict(passage)
-        np.testing.assert_equal(vars(after), vars(before))
+    for archive in (taught_by(), taught_by(healthy_scores=())):
+        model = DiagonalDetector(archive).without([])
+        content = json.loads(json.dumps(model.stored(), allow_nan=False))
+        read = DiagonalModel.restored(content, archive.templates)
+        assert read.stored() == model.stored()
+        recording = archive.recording("unlabelled/n")
+        np.testing.assert_equal(vars(read.verdict(recording)), vars(model.verdict(recording)))
 
 
 @pytest.fixture
@@ -87,15 +95,15 @@ def configuration():
     return read_config_file(options.PROJECT / "config/config.yaml")
 
 
-def final_verdict(tmp_path, configuration, learned, **changes):
+def final_verdict(tmp_path, configuration, archive, **changes):
     settings = {"diagonal": configuration["diagonal"] | changes}
-    content = {**to_json(learned), "settings": settings}
+    content = stored_of(archive) | {"settings": settings}
     (tmp_path / "detectors.json").write_text(json.dumps(content))
     return FinalVerdict(tmp_path / "templates.npz", tmp_path / "detectors.json", configuration)
 
 
 def test_every_detector_judges_a_whole_run(verdict, tmp_path, configuration):
-    final = final_verdict(tmp_path, configuration, learned_from())
+    final = final_verdict(tmp_path, configuration, taught_by())
     # Over 5 mm the capsule may be held until the run is stopped by hand.
     run = simulate_run(read_phantom(DEFAULT_TABLE, []), 4.0, 1, "4mm/r01")
     by_rule, by_threshold, by_diagonal = final.judge(run.counts.astype(float))
@@ -110,7 +118,7 @@ def test_every_detector_judges_a_whole_run(verdict, tmp_path, configuration):
 
 
 def test_the_final_verdict_says_why_there_is_none(verdict, tmp_path, configuration):
-    final = final_verdict(tmp_path, configuration, learned_from(healthy_scores=()))
+    final = final_verdict(tmp_path, configuration, taught_by(healthy_scores=()))
     noise = np.random.default_rng(1).normal(500, 2, (4, 700))
     _, by_threshold, by_diagonal = final.judge(noise)
     assert by_threshold == "verdict of template_threshold: not known, nothing to learn from"
@@ -121,7 +129,13 @@ def test_what_was_learned_elsewhere_is_refused_with_the_remedy(verdict, tmp_path
     with pytest.raises(AcquisitionError, match=r"detectors\.json; make it first: snakemake"):
         FinalVerdict(tmp_path / "templates.npz", tmp_path / "detectors.json", configuration)
     with pytest.raises(AcquisitionError, match=r"another configuration .* snakemake -c2"):
-        final_verdict(tmp_path, configuration, learned_from(), dwell=99)
+        final_verdict(tmp_path, configuration, taught_by(), dwell=99)
     (tmp_path / "detectors.json").write_text("{}")
     with pytest.raises(AcquisitionError, match="or version"):
         FinalVerdict(tmp_path / "templates.npz", tmp_path / "detectors.json", configuration)
+
+
+def test_an_unknown_detector_is_refused_with_the_known_ones(verdict, tmp_path, configuration):
+    unknown = configuration | {"detectors": ["template", "nearest"]}
+    with pytest.raises(CapsuleError, match="no detector nearest; known are: template, "):
+        final_verdict(tmp_path, unknown, taught_by())

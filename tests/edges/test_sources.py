@@ -26,3 +26,14 @@ def test_a_fit_depends_on_the_maths_it_uses_and_on_nothing_else():
     assert {"capsule/fitting.py", "capsule/sliding.py", "capsule/particles.py"} <= fit
     assert not {"capsule/preprocessing.py", "capsule/evaluation/rates.py", "fit.py"} & fit
     assert "capsule/preprocessing.py" in names("preprocess.py")
+
+
+def test_modules_that_a_registry_names_are_followed_too():
+    with_diagonal = {
+        path.relative_to(SCRIPTS).as_posix()
+        for path in imported_files(SCRIPTS / "evaluate.py", ["capsule.detectors.diagonal"])
+    }
+    assert with_diagonal - names("evaluate.py") == {
+        f"capsule/detectors/{name}.py"
+        for name in ("diagonal", "leaving_out", "operating_point", "probability", "sizing")
+    }

@@ -1,12 +1,11 @@
 """What the documents say about the configuration is what the schema says."""
 
-import json
-
 import pytest
 
+from edges.config_files import read_schema
 from support.project import ROOT
 
-SCHEMA = json.loads((ROOT / "workflow/schemas/config.schema.json").read_text(encoding="utf-8"))
+SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.json")
 README = (ROOT / "config/README.md").read_text(encoding="utf-8")
 
 

@@ -1,15 +1,12 @@
 # What all rules share: the check of the configuration, the recordings under raw/, and the
-# inputs and parameters that make exactly what changed run again.
+# parameters that make exactly what changed run again.
 #
 # takes: config/config.yaml, workflow/schemas/config.schema.json, the names under raw/
-# gives: ARCHIVE, the functions script, library, section and content_of_..., and the start of a run:
-#        its lock, and what a killed one left behind
+# gives: ARCHIVE, and the functions script, report_file, as_parameter, section, content_of_...
 
-import atexit
 import hashlib
 import json
 import os
-import shutil
 import sys
 from pathlib import Path
 
@@ -23,13 +20,10 @@ SCHEMA = SCRIPTS.parent / "schemas" / "config.schema.json"
 sys.path.insert(0, str(SCRIPTS))
 
 from capsule.configuration import check_configuration
+from capsule.detectors.registry import detector_row
 from capsule.errors import CapsuleError
-from capsule.evaluation.columns import COLUMNS as JUDGEMENTS
-from capsule.naming import folder_of
-from edges.config_files import read_config_file
-from edges.durations import RULES
-from edges.files import fingerprint, list_archive, read_csv, remove_unfinished
-from edges.run_lock import hold
+from edges.config_files import read_config_file, read_schema
+from edges.files import fingerprint, list_archive
 from edges.sources import imported_files
 
 # The jobs' "python" is the one that runs Snakemake, activated or not.
@@ -37,9 +31,6 @@ os.environ.update(PATH=os.pathsep.join([str(Path(sys.executable).parent), *os.ge
 # Jobs run side by side; threads inside one would only disturb the others.
 for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
-
-# With less room than this no run gets far.
-FULL_DISK_BYTES = 1_000_000
 
 try:
     if set("{}") & set(str(workflow.basedir)):
@@ -61,12 +52,14 @@ try:
     for path in workflow.config_settings.configfiles:
         sources[os.path.relpath(path)] = read_config_file(path)
     sources["--config"] = workflow.config_settings.config
-    schema = json.loads(SCHEMA.read_text(encoding="utf-8"))
-    check_configuration(config, schema, sources)
+    check_configuration(config, read_schema(SCHEMA), sources)
     ARCHIVE = list_archive(Path("raw"))
+    DETECTORS = [detector_row(name) for name in config["detectors"]]
 except CapsuleError as error:
     raise WorkflowError(str(error)) from None
 
+DETECTOR_MODULES = sorted({row.module for row in DETECTORS})
+DETECTOR_SECTIONS = sorted({row.section for row in DETECTORS if row.section})
 TEMPLATE_SETTINGS = {
     "sensors": config["recording"]["sensors"],
     "first_peak": config["fit"]["first_peak"],
@@ -79,20 +72,20 @@ def script(name):
     return os.path.relpath(SCRIPTS / name)
 
 
-def library(name):
-    """List the library modules that a script imports, so that an edit runs it again."""
-    return [os.path.relpath(path) for path in imported_files(SCRIPTS / name)]
-
-
 def report_file(name):
     """Name a file of the report's template relative to the working directory."""
     return os.path.relpath(SCRIPTS.parent / "report" / name)
 
 
-def as_parameter(settings):
-    """Hand settings to a rule as one parameter; a function, since Snakemake expands braces."""
-    text = json.dumps(settings, sort_keys=True)
-    return lambda wildcards: text
+def code_files(name, *modules):
+    """List a script, and the modules that it imports or finds in a registry."""
+    return [SCRIPTS / name, *imported_files(SCRIPTS / name, modules)]
+
+
+def content_of_code(name, *modules):
+    """Hand a rule what changes with its code, whatever the files' time stamps say."""
+    contents = [path.read_bytes() for path in code_files(name, *modules)]
+    return hashlib.sha256(b"\0".join(contents)).hexdigest()
 
 
 def content_of_recording(wildcards):
@@ -101,10 +94,10 @@ def content_of_recording(wildcards):
     return fingerprint(Path("raw") / f"{wildcards.recording}.csv", limit)
 
 
-def content_of_code(name):
-    """Hand a rule what changes with a script and its modules, whatever their time stamps say."""
-    sources = [SCRIPTS / name, *imported_files(SCRIPTS / name)]
-    return hashlib.sha256(b"\0".join(path.read_bytes() for path in sources)).hexdigest()
+def as_parameter(settings):
+    """Hand settings to a rule as one parameter; a function, since Snakemake expands braces."""
+    text = json.dumps(settings, sort_keys=True)
+    return lambda wildcards: text
 
 
 def section(*names):
@@ -112,59 +105,5 @@ def section(*names):
     return as_parameter({name: config[name] for name in names})
 
 
-def summarize_recordings():
-    """Say on the terminal what was rejected or passed over."""
-    index, others = Path("results/recordings.csv"), Path("results/passed_over.csv")
-    if not index.exists() or not others.exists():
-        return
-    rows = read_csv(index)
-    rejected = [row for row in rows if row["status"] != "accepted"]
-    print(
-        f"{len(rows) - len(rejected)} recordings accepted, {len(rejected)} rejected.",
-        file=sys.stderr,
-    )
-    for row in rejected:
-        print(f"  rejected: raw/{row['recording']}: {row['reason']}", file=sys.stderr)
-    for row in read_csv(others):
-        print(f"  passed over: raw/{row['path']}: {row['reason']}", file=sys.stderr)
-
-
-# Kept open, and so locked, until this process ends.
-RUN_LOCK = []
-
-
-def take_run_lock():
-    """Let no two runs work in this folder at once."""
-    try:
-        RUN_LOCK.append(hold(Path(".snakemake") / "run.lock"))
-    except CapsuleError as error:
-        raise WorkflowError(str(error)) from None
-
-
-def free_bytes():
-    """Give the room on the disks that hold the results and Snakemake's own notes."""
-    places = [place for place in (".", "results") if Path(place).exists()]
-    return min(shutil.disk_usage(place).free for place in places)
-
-
-def explain_full_disk():
-    """Say that the disk is full: a job's log, or Snakemake's, may have found no room for it."""
-    if free_bytes() < FULL_DISK_BYTES:
-        print(
-            f"{free_bytes() / 1e6:.1f} MB are free on the disk: no space left to work with. "
-            "Make room and run the same command again: what is finished stays.",
-            file=sys.stderr,
-        )
-
-
 wildcard_constraints:
     recording=r"[^/]+/[^/]+",
-
-
-onstart:
-    take_run_lock()
-    remove_unfinished(Path("results"))
-    # Not onerror: where Snakemake itself finds no room, it ends without calling that.
-    atexit.register(explain_full_disk)
-    if free_bytes() < FULL_DISK_BYTES:
-        raise WorkflowError("no space left on device, nothing was started")

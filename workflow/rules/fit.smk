@@ -6,11 +6,10 @@
 
 rule fit:
     input:
-        matrix="results/matrices/{recording}.npy",
+        matrix=rules.preprocess.output.matrix,
         # A stop on a rejected recording comes before any fit; otherwise fits wait for nobody.
-        index=ancient("results/recordings.csv") if config["on_rejected"] == "fail" else [],
+        index=ancient(rules.index.output.recordings) if config["on_rejected"] == "fail" else [],
         script=script("fit.py"),
-        library=library("fit.py"),
     output:
         "results/fits/{recording}.json",
     log:
@@ -27,10 +26,9 @@ rule fit:
 
 rule average:
     input:
-        fits=expand("results/fits/{recording}.json", recording=ARCHIVE.of_nodules()),
-        recordings="results/recordings.csv",
+        fits=expand(rules.fit.output, recording=ARCHIVE.of_nodules()),
+        recordings=rules.index.output.recordings,
         script=script("average.py"),
-        library=library("average.py"),
     output:
         parameters="results/templates.json",
         matrices="results/templates.npz",

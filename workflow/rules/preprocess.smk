@@ -9,7 +9,6 @@ rule preprocess:
     input:
         recording="raw/{recording}.csv",
         script=script("preprocess.py"),
-        library=library("preprocess.py"),
     output:
         signal="results/signals/{recording}.npy",
         matrix="results/matrices/{recording}.npy",
@@ -30,9 +29,8 @@ rule preprocess:
 
 rule index:
     input:
-        checks=expand("results/checks/{recording}.json", recording=ARCHIVE.recordings),
+        checks=expand(rules.preprocess.output.check, recording=ARCHIVE.recordings),
         script=script("index.py"),
-        library=library("index.py"),
     output:
         recordings="results/recordings.csv",
         passed_over="results/passed_over.csv",

@@ -6,36 +6,30 @@
 # gives: results/figures/<figure>{,_column}.{svg,pdf}, results/figures/<figure>.csv,
 #        results/report.html
 
-RATES = expand(
-    "results/evaluation/{table}.csv",
-    table=["predictions", "detection", "specificity", "sizing", "confusion"],
-)
-JUDGED = expand("results/evaluation/{table}.csv", table=JUDGEMENTS)
-# What each figure shows; most are drawn while the judgements are still computed.
-FIGURES = {
-    "preprocessing": [
-        *RATES,
-        *expand("results/signals/{recording}.npy", recording=ARCHIVE.labelled()),
-    ],
-    "templates": ["results/templates.npz", "results/templates.json"],
-    "detection": RATES,
-    "sizing": RATES,
-    "negatives": RATES,
-    "confusion": RATES,
-    "roc": [*RATES, *JUDGED],
+from capsule.figures.registry import FIGURES
+from edges.durations import RULES
+
+# What each figure shows: it is drawn while the other results are still computed.
+FIGURE_INPUTS = {
+    row.name: [
+        *expand("results/evaluation/{table}.csv", table=row.tables),
+        *(rules.average.output if row.templates else []),
+        *expand(
+            rules.preprocess.output.signal, recording=ARCHIVE.labelled() if row.signals else []
+        ),
+    ]
+    for row in FIGURES.values()
 }
 # The report says by a checksum which code its results come from.
-STAGES = [*RULES, "report"]
-CODE = {script(f"{stage}.py") for stage in STAGES}
-CODE.update(path for stage in STAGES for path in library(f"{stage}.py"))
+REGISTERED = [*DETECTOR_MODULES, *(row.module for row in FIGURES.values())]
+CODE = {path for stage in [*RULES, "report"] for path in code_files(f"{stage}.py", *REGISTERED)}
 
 
 rule draw:
     input:
-        shown=lambda wildcards: FIGURES[wildcards.figure],
+        shown=lambda wildcards: FIGURE_INPUTS[wildcards.figure],
         paper=report_file("paper.yaml"),
         script=script("draw.py"),
-        library=library("draw.py"),
     output:
         expand(
             "results/figures/{{figure}}{width}.{kind}",
@@ -51,7 +45,7 @@ rule draw:
         "../../environment.yml"
     params:
         settings=section("recording", "preprocessing", "evaluation"),
-        code=content_of_code("draw.py"),
+        code=lambda wildcards: content_of_code("draw.py", FIGURES[wildcards.figure].module),
     shell:
         "python {input.script:q} --figure {wildcards.figure} --results results"
         " --paper {input.paper:q} --settings {params.settings:q} --output results/figures"
@@ -60,16 +54,17 @@ rule draw:
 
 rule report:
     input:
-        recordings="results/recordings.csv",
-        passed_over="results/passed_over.csv",
-        parameters="results/templates.json",
-        evaluation=[*RATES, *JUDGED],
-        detections="results/detections.csv",
-        sites="results/sites.csv",
+        recordings=rules.index.output.recordings,
+        passed_over=rules.index.output.passed_over,
+        parameters=rules.average.output.parameters,
+        evaluation=[rules.evaluate.output.predictions, *rules.evaluate.output.rates],
+        judgements=rules.judge.output,
+        detections=rules.detect.output.detections,
+        sites=rules.combine.output,
         figures=expand(rules.draw.output, figure=FIGURES),
-        signals=expand("results/signals/{recording}.npy", recording=ARCHIVE.recordings),
-        checks=expand("results/checks/{recording}.json", recording=ARCHIVE.recordings),
-        fits=expand("results/fits/{recording}.json", recording=ARCHIVE.of_nodules()),
+        signals=expand(rules.preprocess.output.signal, recording=ARCHIVE.recordings),
+        checks=expand(rules.preprocess.output.check, recording=ARCHIVE.recordings),
+        fits=expand(rules.fit.output, recording=ARCHIVE.of_nodules()),
         page=[
             report_file(name)
             for name in [
@@ -85,7 +80,7 @@ rule report:
         ],
         schema=os.path.relpath(SCHEMA),
         script=script("report.py"),
-        code=sorted(CODE),
+        code=sorted(map(os.path.relpath, CODE)),
     output:
         "results/report.html",
     log:

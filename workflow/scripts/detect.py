@@ -5,14 +5,12 @@ import json
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-
-from capsule.detectors.learned import to_json
+from capsule.detectors.training import TrainingArchive
 from capsule.evaluation.predictions import Detectors
-from capsule.naming import folder_size_mm, size_mm
+from capsule.naming import size_mm
 from capsule.templates import TemplateSet
 from edges import files
-from edges.detector_inputs import read_matrix, read_passages
+from edges.detector_inputs import read_matrix, read_passages, read_templates
 
 
 def main() -> None:
@@ -29,18 +27,19 @@ def main() -> None:
     names = files.accepted_recordings(arguments.recordings)
     sizes_mm = {name: size_mm(name) for name in names if size_mm(name) is not None}
     settings = arguments.settings
-    with np.load(arguments.templates) as stored:
-        known_mm = tuple(folder_size_mm(label) for label in stored)
-        matrices = tuple(stored.values())
+    rendered = read_templates(arguments.templates)
     # Nothing is left out here, so the sums behind the templates are not needed.
-    templates = TemplateSet(known_mm, (), matrices, settings["fit"]["first_peak"])
+    templates = TemplateSet(
+        tuple(rendered), (), tuple(rendered.values()), settings["fit"]["first_peak"]
+    )
     passages = read_passages(arguments.passages, names)
     load = partial(read_matrix, arguments.matrices)
-    detectors = Detectors(sizes_mm, templates, {}, passages, load, settings)
+    archive = TrainingArchive(sizes_mm, templates, {}, passages, load, settings)
+    detectors = Detectors(archive)
     unlabelled = [name for name in names if name not in sizes_mm]
     rows = list(detectors.rows(unlabelled, []))
     files.write_csv(arguments.output, ["recording", "detector", *detectors.columns], rows)
-    files.write_json(arguments.learned, {**to_json(detectors.learned()), "settings": settings})
+    files.write_json(arguments.learned, detectors.stored() | {"settings": settings})
     print(f"{len(unlabelled)} unlabelled recordings judged by {len(detectors.names)} detectors")
 
 

@@ -2,29 +2,19 @@
 
 import argparse
 import json
-from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 
+from capsule.detectors.training import TrainingArchive
 from capsule.evaluation import rates
-from capsule.evaluation.folds import Folds, group_scheme, header_groups
+from capsule.evaluation.folds import Folds, group_folds
 from capsule.evaluation.predictions import Detectors, by_folds
 from capsule.naming import size_mm
 from capsule.templates import build_templates
 from edges import files, fits
 from edges.detector_inputs import read_matrix, read_passages
-
-
-def group_folds(index: dict[str, dict], keys: list[str]) -> Iterator[Folds]:
-    """Give the folds that leave out whole sites or sessions, where the headers name several."""
-    for key in keys:
-        groups = header_groups(key, list(index), index)
-        if groups is None:
-            print(f"{group_scheme(key)}: the headers do not name several recordings a {key}")
-        else:
-            yield Folds(group_scheme(key), groups)
 
 
 def main() -> None:
@@ -47,12 +37,17 @@ def main() -> None:
     templates = build_templates(fits.by_size(particles), **arguments.template_settings)
     passages = read_passages(arguments.passages, index)
     load = partial(read_matrix, arguments.matrices)
-    detectors = Detectors(sizes_mm, templates, particles, passages, load, settings)
+    archive = TrainingArchive(sizes_mm, templates, particles, passages, load, settings)
+    detectors = Detectors(archive)
     columns = ["recording", "size_mm", "detector", "scheme", *detectors.columns]
     made = by_folds(detectors, sizes_mm, [Folds(name, list(index)) for name in rules["schemes"]])
-    grouped = by_folds(detectors, sizes_mm, list(group_folds(index, rules["groups"])))
+    folds_by_group = [group_folds(key, index) for key in rules["groups"]]
+    grouped = by_folds(detectors, sizes_mm, [folds for folds in folds_by_group if folds])
     files.write_csv(folder / "predictions.csv", columns, made)
     files.write_csv(folder / "group_predictions.csv", columns, grouped)
+    for key, folds in zip(rules["groups"], folds_by_group, strict=True):
+        if folds is None:
+            print(f"the headers do not name several recordings a {key}: no group is left out")
     known = [row for row in made if not np.isnan(row["predicted_mm"])]
     counted = {key: rules[key] for key in ("schemes", "tolerance_mm", "confidence")}
     for name, table in rates.tables(known, templates.sizes_mm, **counted).items():

@@ -1,40 +1,11 @@
 """List every file under raw/: what was accepted, what was not, and why."""
 
 import argparse
-from collections.abc import Iterator
 from pathlib import Path
 
 from capsule.errors import CapsuleError
-from capsule.naming import as_cell, folder_size_mm, reason_of_copy
-from capsule.recording import source_of
+from capsule.listing import COLUMNS, list_rows
 from edges import files
-
-FROM_HEADER = ["site", "session", "nodule_at_mm"]
-COLUMNS = ["recording", "size_mm", "samples", "duration_s", "status", "reason", "sha256", "source"]
-COLUMNS += FROM_HEADER
-
-
-def rows_of(raw: Path, checks: Path) -> Iterator[dict]:
-    """Give one row a recording, in order; of equal contents only the first is accepted."""
-    archive = files.list_archive(raw)
-    first_with: dict[str, str] = {}
-    for name in archive.recordings:
-        check_file = checks / f"{name}.json"
-        if not check_file.exists():
-            print(f"{name}: came while the workflow ran; run it again to take it in")
-            continue
-        check = files.read_json(check_file)
-        check |= {key: as_cell(check["header"].get(key, "")) for key in FROM_HEADER}
-        check["source"] = as_cell(source_of(check["header"]))
-        if check["status"] == "accepted":
-            # The readings, not the bytes: other line ends or headers make no other recording.
-            original = first_with.setdefault(check["readings_sha256"], name)
-            if original != name:
-                check |= {"status": "rejected", "reason": reason_of_copy(original, name)}
-        yield {column: check[column] for column in COLUMNS}
-    for path, reason in archive.refused.items():
-        row = dict.fromkeys(COLUMNS) | {"recording": path, "status": "rejected", "reason": reason}
-        yield row | {"size_mm": folder_size_mm(path.partition("/")[0])}
 
 
 def main() -> None:
@@ -46,7 +17,13 @@ def main() -> None:
     parser.add_argument("--output", type=Path, required=True, help="output: recordings.csv")
     parser.add_argument("--passed-over", type=Path, required=True, help="output: the other files")
     arguments = parser.parse_args()
-    rows = list(rows_of(arguments.raw, arguments.checks))
+    archive = files.list_archive(arguments.raw)
+    paths = {name: arguments.checks / f"{name}.json" for name in archive.recordings}
+    for name in [name for name, path in paths.items() if not path.exists()]:
+        print(f"{name}: came while the workflow ran; run it again to take it in")
+        del paths[name]
+    checks = {name: files.read_json(path) for name, path in paths.items()}
+    rows = list(list_rows(archive, checks))
     refused = [row for row in rows if row["status"] != "accepted"]
     rejected = [f"{row['recording']}: {row['reason']}" for row in refused]
     print(f"{len(rows) - len(rejected)} recordings accepted, {len(rejected)} rejected")
@@ -57,8 +34,8 @@ def main() -> None:
             "repair or remove them, or set on_rejected: report in config/config.yaml"
         )
     print("\n".join(rejected))
-    others = files.list_archive(arguments.raw).passed_over
-    passed_over = [{"path": path, "reason": reason} for path, reason in others.items()]
+    others = archive.passed_over.items()
+    passed_over = [{"path": path, "reason": reason} for path, reason in others]
     files.write_csv(arguments.passed_over, ["path", "reason"], passed_over)
     files.write_csv(arguments.output, COLUMNS, rows)
 

@@ -11,8 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from capsule.detectors.passage import UNKNOWN, Passage
-from capsule.detectors.search import search
+from capsule.detectors.passage import UNKNOWN, Passage, passage_of
 from edges import files
 
 
@@ -36,7 +35,7 @@ def main() -> None:
         if np.isnan(values).all():
             print(f"{name}: rejected, not searched")
             continue
-        passage = search(values, arguments.rate_hz, arguments.settings["diagonal"])
+        passage = passage_of(values, arguments.rate_hz, arguments.settings["diagonal"])
         if passage is UNKNOWN:
             print(f"{name}: no peristaltic wave was found on every sensor")
         rows.append({"recording": name, **asdict(passage)})

@@ -12,13 +12,14 @@ from pathlib import Path
 import pandas as pd
 
 from capsule import words
+from capsule.figures.registry import FIGURES
 from capsule.page import evidence, provenance, recordings, sections
 from capsule.page.render import image_address, render_page
 from edges import files
+from edges.config_files import read_schema
 from edges.durations import read_durations
 from edges.results import read_evaluation, read_fit, read_judgements, read_printed, read_signal
 
-FIGURES = ("detection", "negatives", "sizing", "confusion", "roc", "templates", "preprocessing")
 PACKAGES = ("snakemake", "numpy", "scipy", "pandas", "matplotlib", "jinja2")
 STYLES = ("vendor/uplot/uPlot.min.css", "report.css")
 SCRIPTS = ("vendor/uplot/uPlot.iife.min.js", "signals.js", "viewer.js", "recordings.js")
@@ -67,7 +68,7 @@ def main() -> None:
     parser.add_argument("--output", type=Path, required=True, help="output: the page")
     arguments = parser.parse_args()
     results, settings, folder = arguments.results, arguments.settings, arguments.template
-    printed, schema = read_printed(folder / "paper.yaml"), files.read_json(arguments.schema)
+    printed, schema = read_printed(folder / "paper.yaml"), read_schema(arguments.schema)
     found = read_tables(results, printed, settings["evaluation"]["confidence"])
     verdicts = recordings.verdicts_by_recording(found.evaluation.predictions, found.detections)
     content = sections.page_values(found, verdicts, settings, schema, printed)

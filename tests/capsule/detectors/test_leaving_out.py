@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from capsule.detectors.leaving_out import ProbabilityWithout, SizesWithout
-from capsule.detectors.operating_point import fit_probability
+from capsule.detectors.probability import fit_probability
 from capsule.detectors.sizing import fit_sizes
 from capsule.seeding import generator
 

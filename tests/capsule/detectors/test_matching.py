@@ -1,7 +1,12 @@
 import numpy as np
 import pytest
 
-from capsule.detectors.matching import nearest_size, template_distances
+from capsule.detectors.matching import (
+    first_peak_sample,
+    nearest_size,
+    template_distances,
+    template_margins,
+)
 from capsule.particles import Particle, render
 from capsule.seeding import generator
 from support import literal
@@ -38,3 +43,10 @@ def test_what_is_unknown_stays_unknown():
 
 def test_of_equal_distances_the_smaller_size_wins():
     assert nearest_size(np.array([0.2, 0.1, 0.1]), [0, 3, 4]) == 3
+
+
+def test_the_lag_tells_when_the_first_sensor_meets_the_nodule():
+    particle = Particle(np.ones(4), np.full(4, 0.2), np.full(3, 120.0), np.full(4, 20.0))
+    template = render(particle, 150, 1000)
+    _, lags = template_margins(np.roll(template, 33, axis=1), [template])
+    assert first_peak_sample(lags[0], 150, 1000) == 150 - 1 + 33

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from capsule.detectors.passage import Passage
+from capsule.detectors.training import TrainingArchive
 from capsule.evaluation.folds import Folds
 from capsule.evaluation.predictions import Detectors, by_folds
 from capsule.particles import Particle, render
@@ -37,7 +38,10 @@ def detectors():
     by_size = {2.0: list(particles.values())}
     templates = build_templates(by_size, sensors=2, first_peak=50, length=300)
     passages = {name: passage(float(place)) for place, name in enumerate(SIZES_MM)}
-    return Detectors(SIZES_MM, templates, particles, passages, matrices.__getitem__, SETTINGS)
+    archive = TrainingArchive(
+        SIZES_MM, templates, particles, passages, matrices.__getitem__, SETTINGS
+    )
+    return Detectors(archive)
 
 
 def test_every_detector_has_a_row_in_the_order_of_the_configuration(detectors):
@@ -65,11 +69,11 @@ def test_what_is_left_out_has_taught_nothing(detectors):
 
 
 def test_what_is_handed_on_is_what_all_recordings_teach(detectors):
-    learned = detectors.learned()
+    stored = detectors.stored()
     by_diagonal, by_threshold, _ = detectors.rows(["0mm/a"], [])
-    assert learned.recordings == len(SIZES_MM)
-    assert learned.diagonal.threshold == by_diagonal["threshold"]
-    assert learned.margin_threshold == by_threshold["threshold"]
+    assert stored["recordings"] == len(SIZES_MM)
+    assert stored["diagonal"]["threshold"] == by_diagonal["threshold"]
+    assert stored["margin_threshold"] == by_threshold["threshold"]
 
 
 def test_each_fold_is_judged_by_the_others_and_listed_by_detector_recording_and_scheme(detectors):

@@ -3,7 +3,13 @@
 import numpy as np
 import pandas as pd
 
-from capsule.evaluation.sites import COLUMNS, Passes, site_rows, site_verdicts
+from capsule.evaluation.sites import (
+    COLUMNS,
+    Passes,
+    detections_by_passes,
+    site_rows,
+    site_verdicts,
+)
 from capsule.page import places
 
 UNKNOWN = float("nan")
@@ -20,8 +26,7 @@ HEALTHY = {f"h{place}": passes(0.0, place, place + 0.2) for place in range(9)}
 
 def test_a_place_is_judged_by_the_mean_of_its_passes_against_means():
     sites = HEALTHY | {"single": passes(0.0, 100.0), "n": passes(2.0, 8.0, 10.0)}
-    verdicts = site_verdicts(sites, 0.8)
-    assert "single" not in verdicts
+    verdicts = site_verdicts(sites, sites, 0.8)
     # Of 10 healthy places the threshold is the mean of rank 9, that of h8.
     assert verdicts["n"].threshold == 8.1
     assert (verdicts["n"].score, verdicts["n"].detected) == (9.0, True)
@@ -33,27 +38,46 @@ def test_a_place_is_judged_by_the_mean_of_its_passes_against_means():
 def test_the_threshold_is_of_as_many_passes_as_were_made():
     healthy = {f"h{place}": passes(0.0, 1.0 * place, 0.0, 0.0) for place in range(4)}
     sites = healthy | {"two": passes(UNKNOWN, 1.0, 1.0), "three": passes(UNKNOWN, 1.0, 1.0, 1.0)}
-    verdicts = site_verdicts(sites, 0.5)
+    verdicts = site_verdicts(sites, sites, 0.5)
     assert verdicts["two"].threshold == 1.0  # (2 + 0) / 2
     assert np.isclose(verdicts["three"].threshold, 2 / 3)
 
 
 def test_the_papers_threshold_stays_0():
-    verdicts = site_verdicts({"a": passes(0.0, -1.0, 0.5), "b": passes(1.0, -1.0, 1.5)}, None)
+    sites = {"a": passes(0.0, -1.0, 0.5), "b": passes(1.0, -1.0, 1.5)}
+    verdicts = site_verdicts(sites, sites, 0.9, fixed_threshold=0.0)
     assert [verdicts[name].detected for name in "ab"] == [False, True]
 
 
 def test_size_and_place_are_those_of_the_passes_that_found_it():
     found = passes(3.0, 9.0, 0.0, 9.0, estimates=[3.0, UNKNOWN, 4.0], locations=[5.0, UNKNOWN, 7.0])
-    verdict = site_verdicts(HEALTHY | {"n": found}, 0.5)["n"]
+    verdict = site_verdicts({"n": found}, HEALTHY, 0.5)["n"]
     assert (verdict.estimate_mm, verdict.location_mm) == (3.5, 6.0)
 
 
 def test_what_cannot_be_said_is_not_said():
-    alone = site_verdicts({"n": passes(3.0, 9.0, 8.0)}, 0.9)["n"]
+    alone = site_verdicts({"n": passes(3.0, 9.0, 8.0)}, {}, 0.9)["n"]
     assert alone.detected is None
-    silent = site_verdicts(HEALTHY | {"n": passes(3.0, UNKNOWN, UNKNOWN)}, 0.5)["n"]
+    silent = site_verdicts({"n": passes(3.0, UNKNOWN, UNKNOWN)}, HEALTHY, 0.5)["n"]
     assert silent.detected is None and silent.passes == 0
+
+
+def test_the_first_passes_over_every_place_are_judged_together():
+    sites = {
+        "h1": passes(0.0, 0.0, 0.4, 9.0),
+        "h2": passes(0.0, 0.3, 0.1),
+        "h3": passes(0.0, 0.9),
+        "n1": passes(1.0, 0.1, 0.9),
+    }
+    true_mm, detected = detections_by_passes(sites, 2, 0.9)
+    assert true_mm.tolist() == [0, 0, 1]  # h3 was passed only once
+    assert detected.tolist() == [False, False, True]
+    # A pass without a verdict leaves the other.
+    partly = sites | {"h1": passes(0.0, UNKNOWN, 0.4)}
+    assert detections_by_passes(partly, 2, 0.9)[1].tolist() == [True, False, True]
+    shifted = {name: passes(each.size_mm, *(each.score - 0.15)) for name, each in sites.items()}
+    _, by_sign = detections_by_passes(shifted, 2, 0.9, fixed_threshold=0.0)
+    assert by_sign.tolist() == [True, True, True]
 
 
 def test_verdicts_are_sorted_by_detector_label_and_the_place_that_the_recordings_name():
@@ -67,6 +91,7 @@ def test_verdicts_are_sorted_by_detector_label_and_the_place_that_the_recordings
     # Without a label, as in detections.csv, it is no pass over the labelled place.
     unlabelled = dict(predictions[-1], recording="unlabelled/c")
     del unlabelled["size_mm"]
+    # Neither is a place that was passed once listed.
     by_rule, by_threshold = site_rows([*predictions, unlabelled], sites, 0.6)
     assert list(by_rule) == list(COLUMNS)
     assert (by_rule["detector"], by_threshold["detector"]) == ("template", "diagonal")

@@ -10,7 +10,6 @@ from capsule.evaluation.all_tables import all_tables
 from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.prevalence import predictive_values
 from capsule.evaluation.reliability import brier_score, calibration_table
-from capsule.evaluation.retest import combined_detections, first_passes
 from capsule.evaluation.size_error import median_interval, size_error_row
 from capsule.seeding import generator
 
@@ -135,22 +134,6 @@ def test_a_missed_nodule_has_no_size_error():
     assert row["absolute_error_mm"] == 0.5
 
 
-def test_passes_over_one_place_are_judged_together():
-    sites = ["h1", "h1", "h2", "h2", "h3", "n1", "n1"]
-    sizes = np.array([0, 0, 0, 0, 0, 1, 1.0])
-    scores = np.array([0.0, 0.4, 0.3, 0.1, 0.9, 0.1, 0.9])
-    passes = first_passes(sites, 2)
-    assert passes == {"h1": [0, 1], "h2": [2, 3], "n1": [5, 6]}
-    true_mm, detected = combined_detections(scores, sizes, passes, 0.9)
-    assert true_mm.tolist() == [0, 0, 1]
-    assert detected.tolist() == [False, False, True]
-    scores[0] = np.nan  # a pass without a verdict leaves the other
-    assert combined_detections(scores, sizes, passes, 0.9)[1].tolist() == [True, False, True]
-    scores[0] = 0.0
-    _, by_sign = combined_detections(scores - 0.15, sizes, passes, None)
-    assert by_sign.tolist() == [True, True, True]
-
-
 def rows(detector, predicted):
     names = [name for name in tables.Verdicts.__annotations__ if name not in ("key", "recordings")]
     blank = dict.fromkeys(names, "")
@@ -191,7 +174,7 @@ RULES = {
 
 
 def test_every_table_is_made_of_each_detector_and_scheme():
-    once = rows("one", [0, 1, 0, 1, 2]) + rows("other", [0, 0, 1, 1, 2])
+    once = rows("template", [0, 1, 0, 1, 2]) + rows("diagonal", [0, 0, 1, 1, 2])
     by_site = [row | {"scheme": "leave_one_site_out"} for row in once]
     stated = [row | {"probability": "0.5", "location_mm": "7"} for row in once + by_site]
     names = [row["recording"] for row in once[:5]]

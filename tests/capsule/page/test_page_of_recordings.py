@@ -79,11 +79,13 @@ def test_an_outcome_relates_the_verdict_to_the_truth(truth, verdict, expected):
 
 
 def test_rows_hold_the_chosen_verdict_and_the_reason_of_the_rejected(printed):
-    evaluation = evaluated(printed, [("2mm/a", 2.0, 3.0)], detectors=("template", "other"))
+    evaluation = evaluated(
+        printed, [("2mm/a", 2.0, 3.0)], detectors=("template", "template_threshold")
+    )
     found = recordings.verdicts_by_recording(evaluation.predictions, DETECTIONS)
     assert [each["label"] for each in found["2mm/a"]] == [
         "template, leave-one-out",
-        "other, leave-one-out",
+        "template_threshold, leave-one-out",
     ]
     index = index_of(
         ["2mm/a", 2.0, "accepted", UNKNOWN, "bench 2", "aa", 70.0],

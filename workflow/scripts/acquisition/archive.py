@@ -10,15 +10,10 @@ from pathlib import Path
 
 from acquisition.bench_errors import AcquisitionError, DiskFullError, NameExistsError
 from capsule.recording import column_names, format_header, format_sample
-
-if os.name == "nt":
-    import msvcrt
-else:
-    import fcntl
+from edges.file_lock import lock_file
 
 SUFFIX = ".part"
 SYNC_EVERY_S = 1.0
-_LOCKED_BYTE = 2**31 - 2
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
@@ -58,7 +53,7 @@ class PartFile:
             raise NameExistsError(_unfinished_text(self.path)) from fault
         except OSError as fault:
             raise explain_write_fault(fault, self.path) from fault
-        _lock(self._descriptor)
+        lock_file(self._descriptor)
         self._pending.append(format_header(header, sensors))
         self.flush()
         self.sync()
@@ -192,7 +187,7 @@ def _opened(part: Path) -> Iterator[int]:
     except FileNotFoundError as fault:
         raise AcquisitionError(f"there is no {part}") from fault
     try:
-        _lock(descriptor)
+        lock_file(descriptor)
         yield descriptor
     except BlockingIOError as fault:
         raise AcquisitionError(
@@ -232,24 +227,6 @@ def _publish(part: Path, final: Path) -> None:
     else:
         part.unlink()
     _sync_folder(final.parent)
-
-
-def _lock(descriptor: int) -> None:
-    """Mark a file as being recorded, for as long as this process lives; `BlockingIOError` if it is.
-
-    Windows locks bytes, and keeps others from reading them: so one far behind any recording's end.
-    """
-    if os.name == "posix":
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        return
-    position = os.lseek(descriptor, 0, os.SEEK_CUR)
-    os.lseek(descriptor, _LOCKED_BYTE, os.SEEK_SET)
-    try:
-        msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
-    except PermissionError as fault:
-        raise BlockingIOError(*fault.args) from fault
-    finally:
-        os.lseek(descriptor, position, os.SEEK_SET)
 
 
 def _sync_folder(folder: Path) -> None:

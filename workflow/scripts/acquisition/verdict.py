@@ -7,20 +7,20 @@ import numpy as np
 
 from acquisition.bench_errors import AcquisitionError
 from capsule import words
-from capsule.detectors.learned import from_json
 from capsule.detectors.matching import nearest_size, template_distances
+from capsule.detectors.training import NewRecording, detector_class
 from capsule.detectors.verdicts import Verdict
-from capsule.naming import folder_size_mm
 from capsule.preprocessing import preprocess
+from capsule.templates import TemplateSet
+from edges.detector_inputs import read_templates
 from edges.files import read_json
 
 
-def read_templates(path: Path) -> dict[float, np.ndarray]:
-    """Read ``results/templates.npz``: the template of every size in mm."""
+def existing(path: Path) -> Path:
+    """Refuse a file of results that is not there yet."""
     if not path.exists():
         raise AcquisitionError(f"--detect needs {path}; make it first: snakemake -c2 {path}")
-    with np.load(path) as stored:
-        return {folder_size_mm(label): matrix for label, matrix in stored.items()}
+    return path
 
 
 class RunningVerdict:
@@ -40,7 +40,7 @@ class RunningVerdict:
     """
 
     def __init__(self, templates: Path, shape: Mapping[str, float]) -> None:
-        stored = read_templates(templates)
+        stored = read_templates(existing(templates))
         self._templates, self._sizes_mm = list(stored.values()), list(stored)
         self._shape = shape
 
@@ -96,16 +96,18 @@ class FinalVerdict:
     """
 
     def __init__(self, templates: Path, learned: Path, settings: Mapping) -> None:
-        self._templates = read_templates(templates)
-        if not learned.exists():
-            raise AcquisitionError(
-                f"--detect needs {learned}; make it first: snakemake -c2 {learned}"
-            )
+        rendered = read_templates(existing(templates))
+        known = TemplateSet(
+            tuple(rendered), (), tuple(rendered.values()), settings["fit"]["first_peak"]
+        )
+        content = read_json(existing(learned))
         self._settings = settings
         try:
-            content = read_json(learned)
             same = all(content["settings"][key] == settings[key] for key in content["settings"])
-            self._learned = from_json(content)
+            self._models = {
+                name: detector_class(name).Model.restored(content, known)
+                for name in settings["detectors"]
+            }
         except (KeyError, TypeError, ValueError):
             same = False
         if not same:
@@ -127,16 +129,8 @@ class FinalVerdict:
         list of str
             A line a detector.
         """
-        settings = self._settings
-        verdicts = self._learned.verdicts(
-            preprocess(values, **settings["preprocessing"]),
-            values,
-            self._templates,
-            first_peak=settings["fit"]["first_peak"],
-            rate_hz=settings["recording"]["rate_hz"],
-            diagonal=settings["diagonal"],
-        )
-        return [self._line(name, verdicts[name]) for name in settings["detectors"]]
+        recording = NewRecording(values, self._settings)
+        return [self._line(name, model.verdict(recording)) for name, model in self._models.items()]
 
     def _line(self, detector: str, verdict: Verdict) -> str:
         recording = self._settings["recording"]

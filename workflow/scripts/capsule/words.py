@@ -13,12 +13,6 @@ _SCHEMES = {
     "leave_one_session_out": "leave-one-session-out",
     "paper": "paper, as printed",
 }
-_DETECTORS = {
-    "template": "the paper's rule: the nearest template",
-    "template_threshold": "the paper's margin against a threshold",
-    "diagonal": "beats that agree on one place, against a threshold",
-    "always_nodule": "baseline: calls everything a nodule",
-}
 
 
 def is_known(value: object) -> bool:
@@ -73,11 +67,6 @@ def setting(value: object) -> str:
 def scheme(name: str) -> str:
     """Write the name of a scheme."""
     return _SCHEMES.get(name, name)
-
-
-def detector(name: str) -> str:
-    """Say in a few words how a detector decides."""
-    return _DETECTORS.get(name, "")
 
 
 def points(difference: float) -> str:

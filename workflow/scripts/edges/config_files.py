@@ -1,12 +1,14 @@
-"""Reads a configuration file; whatever is wrong with it is told with its name and line.
+"""Reads a configuration file and its schema; what is wrong is told with name and line.
 
 Snakemake alone would name no file, and take the last of two equal keys without a word.
 """
 
+import json
 from pathlib import Path
 
 import yaml
 
+from capsule.detectors.registry import DETECTORS
 from capsule.errors import CapsuleError
 
 
@@ -60,3 +62,23 @@ def read_config_file(path: Path) -> dict:
         what = "is empty" if content is None else f"holds {type(content).__name__}, no keys"
         raise CapsuleError(f"{path}: this file {what}; config/README.md shows every key")
     return content
+
+
+def read_schema(path: Path) -> dict:
+    """Read the JSON Schema of the configuration; the detectors are those of the registry.
+
+    Parameters
+    ----------
+    path : Path
+        config.schema.json.
+
+    Returns
+    -------
+    dict
+    """
+    schema = json.loads(path.read_text(encoding="utf-8"))
+    schema["properties"]["detectors"] |= {
+        "items": {"enum": list(DETECTORS)},
+        "description": "; ".join(f"{row.name}: {row.summary}" for row in DETECTORS.values()) + ".",
+    }
+    return schema

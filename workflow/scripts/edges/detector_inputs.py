@@ -1,4 +1,4 @@
-"""Read what the detectors judge recordings by: their matrices and passages."""
+"""Read what the detectors judge recordings by: matrices, passages and templates."""
 
 from collections.abc import Iterable
 from dataclasses import fields
@@ -7,13 +7,19 @@ from pathlib import Path
 import numpy as np
 
 from capsule.detectors.passage import Passage
-from capsule.naming import folder_of
+from capsule.naming import folder_of, folder_size_mm
 from edges import files
 
 
 def read_matrix(folder: Path, recording: str) -> np.ndarray:
     """Read a recording's matrix V, (S, L)."""
     return np.load(folder / f"{recording}.npy")
+
+
+def read_templates(path: Path) -> dict[float, np.ndarray]:
+    """Read templates.npz: the template of every size in mm, (S, L), that of 0 first."""
+    with np.load(path) as stored:
+        return {folder_size_mm(label): matrix for label, matrix in stored.items()}
 
 
 def read_passages(folder: Path, recordings: Iterable[str]) -> dict[str, Passage]:

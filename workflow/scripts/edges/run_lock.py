@@ -15,22 +15,7 @@ from pathlib import Path
 from typing import IO
 
 from capsule.errors import CapsuleError
-
-if sys.platform == "win32":
-    import msvcrt
-
-    # Windows keeps others from reading what is locked: lock a byte beyond the text.
-    _LOCKED_BYTE = 1 << 20
-
-    def _lock(stream: IO[bytes]) -> None:
-        stream.seek(_LOCKED_BYTE)
-        msvcrt.locking(stream.fileno(), msvcrt.LK_NBLCK, 1)
-
-else:
-    import fcntl
-
-    def _lock(stream: IO[bytes]) -> None:
-        fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+from edges.file_lock import lock_file
 
 
 def hold(path: Path) -> IO[bytes]:
@@ -54,8 +39,8 @@ def hold(path: Path) -> IO[bytes]:
     path.parent.mkdir(parents=True, exist_ok=True)
     stream = path.open("a+b")
     try:
-        _lock(stream)
-    except (BlockingIOError, PermissionError):
+        lock_file(stream.fileno())
+    except BlockingIOError:
         stream.close()
         raise CapsuleError(
             f"another run is at work in this folder ({_holder(path)}); wait until it has ended"

@@ -4,17 +4,20 @@ Imports nothing heavy: the Snakefile asks at every start.
 """
 
 import ast
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
 
-def imported_files(script: Path) -> list[Path]:
+def imported_files(script: Path, modules: Iterable[str] = ()) -> list[Path]:
     """Find the local modules that a script imports, directly or through one another.
 
     Parameters
     ----------
     script : Path
         A script; modules are looked for beside it, in the folder of the library's package.
+    modules : iterable of str
+        More modules that it imports, by names that a registry gives.
 
     Returns
     -------
@@ -22,15 +25,17 @@ def imported_files(script: Path) -> list[Path]:
         Sorted, without the script itself; what is not found beside it belongs to Python or an
         installed package.
     """
-    found: set[Path] = set()
+    folder = script.parent
+    reached = {script}
     waiting = [script]
+    for module in modules:
+        waiting += _module_files(folder, module)
     while waiting:
-        for module in _imports(waiting.pop()):
-            for path in _module_files(script.parent, module):
-                if path not in found and path != script:
-                    found.add(path)
-                    waiting.append(path)
-    return sorted(found)
+        source = waiting.pop()
+        reached.add(source)
+        for module in _imports(source):
+            waiting += [path for path in _module_files(folder, module) if path not in reached]
+    return sorted(reached - {script})
 
 
 @cache

@@ -1,15 +1,18 @@
 """What the diagonal detector learns from recordings of known size, and how it judges by it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
 from capsule.detectors.leaving_out import ProbabilityWithout, SizesWithout
-from capsule.detectors.operating_point import Probability, fit_probability, threshold_at
+from capsule.detectors.operating_point import threshold_at
 from capsule.detectors.passage import Passage
-from capsule.detectors.sizing import SizeModel, fit_sizes, nearest_known
+from capsule.detectors.probability import Probability
+from capsule.detectors.sizing import SizeModel, nearest_known
+from capsule.detectors.training import JudgedRecording, TrainingArchive
 from capsule.detectors.verdicts import Verdict
+from capsule.templates import TemplateSet
 
 UNKNOWN_VALUE = float("nan")
 # In usual depths; a place where nothing rises has a logarithm, too.
@@ -37,8 +40,9 @@ class DiagonalModel:
     sizes: SizeModel | None
     known_mm: tuple[float, ...]
 
-    def verdict(self, passage: Passage) -> Verdict:
+    def verdict(self, recording: JudgedRecording) -> Verdict:
         """Judge one recording by its passage."""
+        passage = recording.passage
         score = passage.evidence
         if np.isnan(score) or np.isnan(self.threshold):
             return Verdict(UNKNOWN_VALUE, score, self.threshold)
@@ -52,6 +56,37 @@ class DiagonalModel:
         predicted = nearest_known(estimate, self.known_mm)
         place = passage.location_samples, passage.location_mm
         return Verdict(predicted, score, self.threshold, chance, estimate, *place)
+
+    def stored(self) -> dict:
+        """Give the model as JSON holds it: NaN becomes null, arrays become lists."""
+        return {"diagonal": _plain(asdict(self))}
+
+    @classmethod
+    def restored(cls, stored: Mapping, templates: TemplateSet) -> "DiagonalModel":
+        """Take the model out of what `stored` gave; it needs no template."""
+        content = dict(stored["diagonal"])
+        sizes, probability = content.pop("sizes"), content.pop("probability")
+        if sizes is not None:
+            arrays = {name: np.array(sizes[name]) for name in ("mean", "scale", "coefficients")}
+            sizes = SizeModel(**{**sizes, **arrays})
+        threshold, known_mm = content.pop("threshold"), content.pop("known_mm")
+        return cls(
+            threshold=UNKNOWN_VALUE if threshold is None else float(threshold),
+            probability=None if probability is None else Probability(**probability),
+            sizes=sizes,
+            known_mm=tuple(known_mm),
+            **content,
+        )
+
+
+def _plain(value: object) -> object:
+    if isinstance(value, Mapping):
+        return {key: _plain(part) for key, part in value.items()}
+    if isinstance(value, np.ndarray | tuple | list):
+        return [_plain(part) for part in value]
+    if isinstance(value, float | np.floating):
+        return None if np.isnan(value) else float(value)
+    return value
 
 
 def size_features(passages: Sequence[Passage]) -> np.ndarray:
@@ -76,74 +111,20 @@ def size_features(passages: Sequence[Passage]) -> np.ndarray:
     return np.column_stack([table[:, :4], np.log(risen), np.log(table[:, 4:])])
 
 
-def fit_diagonal(
-    scores: np.ndarray,
-    features: np.ndarray,
-    sizes_mm: np.ndarray,
-    *,
-    known_mm: Sequence[float],
-    specificity: float,
-    prevalence: float,
-    size_ridge: float,
-) -> DiagonalModel:
-    """Learn from the labelled recordings of a training fold.
-
-    Parameters
-    ----------
-    scores : (n,) array
-        Evidence of each recording's passage; one without (NaN) teaches nothing.
-    features : (n, 9) array
-        From `size_features`.
-    sizes_mm : (n,) array
-        True sizes, 0 for no nodule.
-    known_mm : sequence of float
-        Nodule sizes of the whole archive, to which predictions are rounded.
-    specificity : float
-        Wanted of the threshold.
-    prevalence : float
-        For which the probability is stated.
-    size_ridge : float
-        Penalty of the size regression.
-
-    Returns
-    -------
-    DiagonalModel
-    """
-    usable = ~np.isnan(scores)
-    scores, features, sizes_mm = scores[usable], features[usable], sizes_mm[usable]
-    nodule = sizes_mm > 0
-    return DiagonalModel(
-        threshold_at(scores[~nodule], specificity),
-        fit_probability(scores, nodule, prevalence),
-        fit_sizes(features[nodule], sizes_mm[nodule], size_ridge),
-        tuple(known_mm),
-    )
-
-
 class DiagonalDetector:
-    """Judges recordings by what the others of an archive teach.
+    """The detector ``diagonal``, taught by an archive.
 
     Parameters
     ----------
-    passages : mapping of str to Passage
-        One of each recording, labelled or not.
-    sizes_mm : mapping of str to float
-        True sizes of the labelled recordings.
-    specificity, prevalence, size_ridge : float
-        As in `fit_diagonal`.
+    archive : TrainingArchive
+        Its passages teach; a recording without one (NaN) teaches nothing.
     """
 
-    def __init__(
-        self,
-        passages: Mapping[str, Passage],
-        sizes_mm: Mapping[str, float],
-        *,
-        specificity: float,
-        prevalence: float,
-        size_ridge: float,
-    ) -> None:
-        self.passages = passages
-        labelled = [passages[name] for name in sizes_mm]
+    Model = DiagonalModel
+
+    def __init__(self, archive: TrainingArchive) -> None:
+        sizes_mm, rules = archive.sizes_mm, archive.settings["evaluation"]
+        labelled = [archive.passages[name] for name in sizes_mm]
         scores = np.array([passage.evidence for passage in labelled])
         usable = ~np.isnan(scores)
         names = np.array(list(sizes_mm), dtype=object)[usable]
@@ -153,33 +134,23 @@ class DiagonalDetector:
         self._nodule = self._sizes_mm > 0
         self._among_nodules = np.cumsum(self._nodule) - 1
         self._known_mm = tuple(sorted({size for size in sizes_mm.values() if size > 0}))
-        self._specificity = specificity
-        self._probability = ProbabilityWithout(self._scores, self._nodule, prevalence)
+        self._specificity = rules["specificity"]
+        self._probability = ProbabilityWithout(self._scores, self._nodule, rules["prevalence"])
         self._sizes = SizesWithout(
-            self._features[self._nodule], self._sizes_mm[self._nodule], size_ridge
+            self._features[self._nodule],
+            self._sizes_mm[self._nodule],
+            archive.settings["diagonal"]["size_ridge"],
         )
-        self._models: dict[frozenset[str], DiagonalModel] = {}
 
-    def judge(self, name: str, left_out: Sequence[str]) -> Verdict:
-        """Judge one recording; those left out teach nothing."""
-        return self.model(left_out).verdict(self.passages[name])
-
-    def model(self, left_out: Sequence[str]) -> DiagonalModel:
+    def without(self, left_out: Sequence[str]) -> DiagonalModel:
         """Learn from all labelled recordings but those left out."""
-        key = frozenset(left_out)
-        if key not in self._models:
-            places = [self._place[other] for other in key if other in self._place]
-            self._models[key] = self._learn(np.array(sorted(places), dtype=int))
-        return self._models[key]
-
-    def _learn(self, left_out: np.ndarray) -> DiagonalModel:
-        """Learn as `fit_diagonal` does without some recordings, from what all of them teach."""
+        places = sorted(self._place[name] for name in set(left_out) if name in self._place)
+        gone = np.array(places, dtype=int)
         taught = np.ones(self._scores.size, dtype=bool)
-        taught[left_out] = False
-        nodules = self._among_nodules[left_out[self._nodule[left_out]]]
+        taught[gone] = False
         return DiagonalModel(
             threshold_at(self._scores[taught & ~self._nodule], self._specificity),
-            self._probability.without(left_out),
-            self._sizes.without(nodules),
+            self._probability.without(gone),
+            self._sizes.without(self._among_nodules[gone[self._nodule[gone]]]),
             self._known_mm,
         )

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from capsule.detectors.operating_point import Probability, fit_probabilities, fit_probability
+from capsule.detectors.probability import Probability, fit_probabilities, fit_probability
 from capsule.detectors.sizing import SizeModel, fit_sizes
 
 # Recordings times folds that are learned from at a time, for the processor's cache.

@@ -1,10 +1,11 @@
-"""The paper's detector: the template with the smallest sliding RMSE."""
+"""How well templates match a recording: the paper's distance, and by how much it beats T^0's."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from capsule.sliding import SlidingComparison
+from capsule.sliding import SlidingComparison, rmse_at_lag
 
 
 def template_distances(matrix: np.ndarray, templates: Sequence[np.ndarray]) -> np.ndarray:
@@ -50,3 +51,101 @@ def nearest_size(distances: np.ndarray, sizes_mm: Sequence[float]) -> float:
     if np.isnan(distances).all():
         return float("nan")
     return float(sizes_mm[int(np.nanargmin(distances))])
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """How templates lie on a recording.
+
+    Attributes
+    ----------
+    distances, gains, lags : (B,) array
+        The smallest RMSE (eq. RMSEmin), as of `template_distances`, and gain and lag, as of
+        `template_margins`; NaN where the matrix or the template is NaN.
+    """
+
+    distances: np.ndarray
+    gains: np.ndarray
+    lags: np.ndarray
+
+    def replaced(self, places: Sequence[int], others: "Comparison") -> "Comparison":
+        """Put what was found of other templates in the places of these."""
+        arrays = []
+        for own, other in zip(vars(self).values(), vars(others).values(), strict=True):
+            array = own.copy()
+            array[places] = other
+            arrays.append(array)
+        return Comparison(*arrays)
+
+
+def compare_templates(matrix: np.ndarray, templates: Sequence[np.ndarray]) -> Comparison:
+    """Compare a recording with templates, distance and gain in one go.
+
+    Parameters
+    ----------
+    matrix : (S, L) array
+        The recording's matrix V.
+    templates : sequence of B (S, L) arrays
+        The templates; one that holds NaN has neither.
+    """
+    gains, lags = template_margins(matrix, templates)
+    distances = np.full(len(templates), np.nan)
+    for index, lag in enumerate(lags):
+        if not np.isnan(lag):
+            distances[index] = rmse_at_lag(matrix, templates[index], int(lag))
+    return Comparison(distances, gains, lags)
+
+
+def template_margins(
+    matrix: np.ndarray, templates: Sequence[np.ndarray]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Give the gain of every template at its best lag.
+
+    The paper's rule compares RMSE^2 = (|V|^2 - gain) / (3 S L), with gain = 2 sum V T(shifted)
+    - |T|^2 (eq. RMSE) and a gain of 0 for T^0: "nodule" is a largest gain above 0. Any other
+    offset in place of the 0 gives another operating point.
+
+    Parameters
+    ----------
+    matrix : (S, L) array
+        The recording's matrix V.
+    templates : sequence of B (S, L) arrays
+        The templates T^b; one that holds NaN has no gain, and that of T^0 is 0.
+
+    Returns
+    -------
+    gains : (B,) array
+        Largest gain over all lags; NaN where the matrix or the template is NaN.
+    lags : (B,) array
+        tau in 1..2L where it is reached; NaN likewise.
+    """
+    gains, lags = np.full((2, len(templates)), np.nan)
+    if np.isnan(matrix).any():
+        return gains, lags
+    comparison = SlidingComparison(matrix)
+    for index, template in enumerate(templates):
+        gains[index], lags[index] = template_margin(comparison, template)
+    return gains, lags
+
+
+def template_margin(comparison: SlidingComparison, template: np.ndarray) -> tuple[float, float]:
+    """Give gain and lag of one template (S, L) on a recording that holds no NaN."""
+    if np.isnan(template).any():
+        return float("nan"), float("nan")
+    comparison.particle[...] = template
+    return comparison.gain()
+
+
+def first_peak_sample(lag: float, first_peak: int, length: int) -> float:
+    """Give when sensor 1 feels the template's first peak, in samples from the first reading.
+
+    Parameters
+    ----------
+    lag : float
+        tau; at L + 1 the template lies unshifted on the recording.
+    first_peak : int
+        u, the column of the first peak, counted from 1.
+    length : int
+        Number of columns L.
+    """
+    return first_peak - 1 + lag - (length + 1)

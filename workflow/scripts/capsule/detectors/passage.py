@@ -5,7 +5,11 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from capsule.detectors.beats import CHANNELS, Beats, quantile
+from capsule.detectors.beats import CHANNELS, Beats, find_beats, quantile
+from capsule.detectors.divider import relative_resistance
+
+# Keys of section ``diagonal`` that the detector learns with, and does not search with.
+_OF_LEARNING = ("size_ridge",)
 
 
 @dataclass(frozen=True)
@@ -47,6 +51,33 @@ UNKNOWN = Passage(*[float("nan")] * len(fields(Passage)))
 _BLOCK = 250
 # In windows: even without dwell, a sensor that never meets a place says nothing of it.
 _LEAST_DWELL = float(np.finfo(np.float32).tiny)
+
+
+def passage_of(values: np.ndarray, rate_hz: float, settings: Mapping) -> Passage:
+    """Search one recording for its best candidate for a nodule.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings on an even grid in time; NaN where a sample is missing.
+    rate_hz : float
+        Sampling rate.
+    settings : mapping
+        Section ``diagonal`` of the configuration.
+
+    Returns
+    -------
+    Passage
+        `UNKNOWN` without a peristaltic wave on every sensor.
+    """
+    options = {key: value for key, value in settings.items() if key not in _OF_LEARNING}
+    wavelength_mm, speed_mm_s = options.pop("wavelength_mm"), options.pop("wave_speed_mm_s")
+    resistance = relative_resistance(
+        values, options.pop("full_scale"), options.pop("pressing_lowers_reading")
+    )
+    period = rate_hz * wavelength_mm / speed_mm_s
+    beats = find_beats(-resistance, period=period, wavelength_mm=wavelength_mm)
+    return UNKNOWN if beats is None else find_passage(beats, **options)
 
 
 def standardised_beats(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from capsule.detectors.matching import nearest_size
+from capsule.detectors.matching import Comparison, nearest_size
 
 _UNKNOWN = float("nan")
 
@@ -29,6 +29,8 @@ class Verdict:
     location_samples, location_mm : float
         Where along the run the nodule lies: when the first sensor passes it, in samples from the
         start, and how far the capsule has then come; NaN where none is detected, or unknown.
+    distances : tuple of float, or None
+        To every template, T^0 first; None for a detector that does not judge by them.
     """
 
     predicted_mm: float
@@ -38,41 +40,45 @@ class Verdict:
     estimate_mm: float = _UNKNOWN
     location_samples: float = _UNKNOWN
     location_mm: float = _UNKNOWN
+    distances: tuple[float, ...] | None = None
 
 
-def template_verdict(predicted_mm: float, gains: np.ndarray, location_samples: float) -> Verdict:
+def template_verdict(
+    predicted_mm: float, comparison: Comparison, location_samples: float
+) -> Verdict:
     """Put the paper's verdict into these words: its margin is the score, its threshold is 0.
 
     Parameters
     ----------
     predicted_mm : float
         The paper's verdict.
-    gains : (B,) array
-        From `template_margins`.
+    comparison : Comparison
+        With every template, T^0 first.
     location_samples : float
         When the first sensor meets the best template's first peak.
     """
-    score = _largest(gains)
+    score, distances = _largest(comparison.gains[1:]), tuple(comparison.distances.tolist())
     if not predicted_mm > 0:
-        return Verdict(predicted_mm, score, 0.0)
-    return Verdict(predicted_mm, score, 0.0, _UNKNOWN, predicted_mm, location_samples)
+        return Verdict(predicted_mm, score, 0.0, distances=distances)
+    return Verdict(
+        predicted_mm,
+        score,
+        0.0,
+        estimate_mm=predicted_mm,
+        location_samples=location_samples,
+        distances=distances,
+    )
 
 
 def threshold_verdict(
-    distances: np.ndarray,
-    gains: np.ndarray,
-    sizes_mm: Sequence[float],
-    threshold: float,
-    location_samples: float,
+    comparison: Comparison, sizes_mm: Sequence[float], threshold: float, location_samples: float
 ) -> Verdict:
     """Judge by the paper's margin against a threshold; the size is the nearest nodule template's.
 
     Parameters
     ----------
-    distances : (1 + B,) array
-        From `template_distances`, T^0 first.
-    gains : (B,) array
-        From `template_margins`.
+    comparison : Comparison
+        With every template, T^0 first.
     sizes_mm : sequence of 1 + B floats
         The templates' sizes, 0 first.
     threshold : float
@@ -80,13 +86,20 @@ def threshold_verdict(
     location_samples : float
         When the first sensor meets the best template's first peak.
     """
-    score = _largest(gains)
+    score, distances = _largest(comparison.gains[1:]), tuple(comparison.distances.tolist())
     if np.isnan(score) or np.isnan(threshold):
-        return Verdict(_UNKNOWN, score, threshold)
+        return Verdict(_UNKNOWN, score, threshold, distances=distances)
     if score <= threshold:
-        return Verdict(0.0, score, threshold)
-    size_mm = nearest_size(distances[1:], sizes_mm[1:])
-    return Verdict(size_mm, score, threshold, _UNKNOWN, size_mm, location_samples)
+        return Verdict(0.0, score, threshold, distances=distances)
+    size_mm = nearest_size(comparison.distances[1:], sizes_mm[1:])
+    return Verdict(
+        size_mm,
+        score,
+        threshold,
+        estimate_mm=size_mm,
+        location_samples=location_samples,
+        distances=distances,
+    )
 
 
 def _largest(gains: np.ndarray) -> float:

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import pandas as pd
 
+from capsule.detectors.registry import PAPER
+
 TABLES = ("detection", "specificity", "sizing", "confusion")
 
 
@@ -28,7 +30,7 @@ class Evaluation:
 
     def detectors(self) -> list[str]:
         """Name the detectors, the paper's own first; it stands alone where nothing was judged."""
-        return list(dict.fromkeys(self.predictions["detector"])) or ["template"]
+        return list(dict.fromkeys(self.predictions["detector"])) or [PAPER]
 
     def sizes_mm(self) -> list[float]:
         """Give the sizes that have a template, 0 included, ascending."""

@@ -1,6 +1,8 @@
-"""How far the verdicts can be trusted: curves, probabilities, comparisons, all with intervals."""
+"""The tables by which a reader judges the detectors, with the columns of one without a row.
 
-# The tables that the workflow makes of them, with the columns that one without a row has.
+Imports nothing: the Snakefile reads the names.
+"""
+
 COLUMNS = {
     "summary": ["detector", "scheme", "recordings", "accuracy", "sensitivity", "specificity"],
     "predictive_values": ["detector", "scheme", "size_mm", "prevalence", "ppv", "npv"],

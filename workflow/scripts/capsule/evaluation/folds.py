@@ -74,3 +74,9 @@ class Folds:
             ends = np.cumsum(np.bincount(self._label))[:-1]
             for group in np.split(np.argsort(self._label, kind="stable"), ends):
                 yield group, group
+
+
+def group_folds(key: str, headers: Mapping[str, Mapping[str, str]]) -> Folds | None:
+    """Give the folds that leave out whole sites or sessions; None as in `header_groups`."""
+    groups = header_groups(key, list(headers), headers)
+    return None if groups is None else Folds(group_scheme(key), groups)

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from capsule.evaluation.rates import rate
+from capsule.evaluation.rates import rate_columns
 
 NAME = "paper"
 
@@ -33,7 +33,7 @@ def printed_tables(printed: Mapping, confidence: float) -> dict[str, list[dict]]
     sizing = [key | _sizing_row(row, count, confidence) for row in printed["sizing"]]
     negatives = count - sum(row["fp"] for row in detection)
     specificity = key | {"healthy": count, "true_negatives": negatives}
-    specificity |= _rate_columns("specificity", negatives, count, confidence)
+    specificity |= rate_columns("specificity", negatives, count, confidence)
     taken_for = {0.0: negatives} | {row["size_mm"]: row["fp"] for row in detection}
     confusion = [
         key | {"size_mm": 0.0, "predicted_mm": size_mm, "count": hits}
@@ -56,8 +56,8 @@ def _detection_row(row: Mapping, count: int, confidence: float) -> dict:
         "fp": positives - true_positives,
         "fn": count - true_positives,
     }
-    precision = _rate_columns("precision", true_positives, positives, confidence)
-    return counts | precision | _rate_columns("recall", true_positives, count, confidence)
+    precision = rate_columns("precision", true_positives, positives, confidence)
+    return counts | precision | rate_columns("recall", true_positives, count, confidence)
 
 
 def _sizing_row(row: Mapping, count: int, confidence: float) -> dict:
@@ -66,14 +66,9 @@ def _sizing_row(row: Mapping, count: int, confidence: float) -> dict:
         "size_mm": float(row["size_mm"]),
         "recordings": count,
         "exact": exact,
-        **_rate_columns("exact_rate", exact, count, confidence),
+        **rate_columns("exact_rate", exact, count, confidence),
         "within": within,
-        **_rate_columns("within_rate", within, count, confidence),
+        **rate_columns("within_rate", within, count, confidence),
         "one_sided": row["one_sided"],
         "mean_absolute_error_mm": float("nan"),
     }
-
-
-def _rate_columns(name: str, hits: int, count: int, confidence: float) -> dict:
-    value, low, high = rate(hits, count, confidence)
-    return {name: value, f"{name}_low": low, f"{name}_high": high}

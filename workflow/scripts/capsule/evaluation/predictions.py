@@ -1,40 +1,23 @@
 """What the configured detectors say of the recordings of an archive, as rows of tables."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 
-import numpy as np
-
-from capsule.detectors.diagonal import DiagonalDetector
-from capsule.detectors.learned import Learned
-from capsule.detectors.passage import Passage
-from capsule.detectors.template import TemplateDetector
+from capsule.detectors.training import TrainingArchive, detector_class
 from capsule.detectors.verdicts import Verdict
 from capsule.evaluation.folds import Folds
 from capsule.naming import size_label
-from capsule.particles import Particle
-from capsule.templates import TemplateSet
 
 _COLUMNS = ("score", "threshold", "probability", "estimate_mm", "location_s", "location_mm")
 
 
 class Detectors:
-    """The configured detectors, taught by the accepted labelled recordings.
+    """The configured detectors, taught by the labelled recordings of an archive.
 
     Parameters
     ----------
-    sizes_mm : mapping of str to float
-        The accepted labelled recordings and their sizes.
-    templates : TemplateSet
-        The templates of all sizes.
-    particles : mapping of str to Particle
-        The fits of the recordings that may be left out of them.
-    passages : mapping of str to Passage
-        One of each recording.
-    load : callable
-        ``load(name)`` gives the matrix of a recording.
-    settings : mapping
-        The sections ``detectors``, ``recording``, ``diagonal`` and ``evaluation``.
+    archive : TrainingArchive
+        Its settings hold the section ``recording`` and the list ``detectors`` too.
 
     Attributes
     ----------
@@ -43,56 +26,42 @@ class Detectors:
     columns : list of str
         Of a row, beside those that say which recording and which detector: the verdict, the
         distance to each template (None for a detector that does not judge by them), and the rest.
+
+    Raises
+    ------
+    CapsuleError
+        The configuration names a detector that does not exist.
     """
 
-    def __init__(
-        self,
-        sizes_mm: Mapping[str, float],
-        templates: TemplateSet,
-        particles: Mapping[str, Particle],
-        passages: Mapping[str, Passage],
-        load: Callable[[str], np.ndarray],
-        settings: Mapping,
-    ) -> None:
-        self.names = settings["detectors"]
-        self._distances = [f"rmse_{size_label(size)}" for size in templates.sizes_mm]
+    def __init__(self, archive: TrainingArchive) -> None:
+        self.names = list(archive.settings["detectors"])
+        self._archive = archive
+        self._detectors = {name: detector_class(name)(archive) for name in self.names}
+        self._distances = [f"rmse_{size_label(size)}" for size in archive.templates.sizes_mm]
         self.columns = ["predicted_mm", *self._distances, *_COLUMNS]
-        self._rate_hz = settings["recording"]["rate_hz"]
-        judged = settings["evaluation"]
-        self._template = TemplateDetector(
-            templates, particles, sizes_mm, load, judged["specificity"]
-        )
-        self._passages = passages
-        self._diagonal = DiagonalDetector(
-            passages,
-            sizes_mm,
-            specificity=judged["specificity"],
-            prevalence=judged["prevalence"],
-            size_ridge=settings["diagonal"]["size_ridge"],
-        )
 
     def rows(self, names: Sequence[str], left_out: Sequence[str]) -> Iterator[dict]:
         """Give each detector's verdict on some recordings; those left out have taught nothing."""
-        fold, model = self._template.without(left_out), self._diagonal.model(left_out)
-        unknown = dict.fromkeys(self._distances)
+        models = {name: each.without(left_out) for name, each in self._detectors.items()}
         for name in names:
-            distances, by_rule, by_threshold = self._template.judge(name, fold)
-            known = dict(zip(self._distances, distances.tolist(), strict=True))
-            for detector in self.names:
-                if detector == "diagonal":
-                    yield self._row(name, detector, model.verdict(self._passages[name])) | unknown
-                else:
-                    verdict = by_rule if detector == "template" else by_threshold
-                    yield self._row(name, detector, verdict) | known
+            recording = self._archive.recording(name)
+            for detector, model in models.items():
+                yield self._row(name, detector, model.verdict(recording))
 
-    def learned(self) -> Learned:
+    def stored(self) -> dict:
         """Give what all labelled recordings teach, to judge others without them."""
-        count = len(self._template.sizes_mm)
-        return Learned(count, self._template.threshold(), self._diagonal.model([]))
+        content: dict = {"recordings": len(self._archive.sizes_mm)}
+        for detector in self._detectors.values():
+            content |= detector.without([]).stored()
+        return content
 
     def _row(self, name: str, detector: str, verdict: Verdict) -> dict:
         row = {"recording": name, "detector": detector, **vars(verdict)}
-        return row | {"location_s": row.pop("location_samples") / self._rate_hz}
+        distances = row.pop("distances") or [None] * len(self._distances)
+        row["location_s"] = (
+            row.pop("location_samples") / self._archive.settings["recording"]["rate_hz"]
+        )
+        return row | dict(zip(self._distances, distances, strict=True))
 
 
 def by_folds(
@@ -115,12 +84,13 @@ def by_folds(
         One row a detector, recording and scheme, in this order: those of `Detectors.rows` with
         ``size_mm`` and ``scheme``.
     """
-    names, found = list(sizes_mm), {}
+    names = list(sizes_mm)
+    rows: dict[tuple[str, str, str], dict] = {}
     for folds in schemes:
         for part in folds.parts():
             judged, left_out = ([names[place] for place in places] for places in part)
             for row in detectors.rows(judged, left_out):
                 row |= {"size_mm": sizes_mm[row["recording"]], "scheme": folds.scheme}
-                found[row["detector"], row["recording"], row["scheme"]] = row
+                rows[row["detector"], row["recording"], row["scheme"]] = row
     order = product(detectors.names, names, [folds.scheme for folds in schemes])
-    return [found[key] for key in order]
+    return [rows[key] for key in order]

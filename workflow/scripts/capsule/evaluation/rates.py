@@ -58,6 +58,25 @@ def rate(hits: int, count: int, confidence: float) -> tuple[float, float, float]
     return share, low, high
 
 
+def interval_columns(name: str, values: Sequence[float]) -> dict[str, float]:
+    """Name a value and the ends of its interval: ``name``, ``name_low``, ``name_high``."""
+    return dict(zip((name, f"{name}_low", f"{name}_high"), values, strict=True))
+
+
+def rate_columns(name: str, hits: int, count: int, confidence: float) -> dict[str, float]:
+    """Give a rate and its Wilson interval, named as by `interval_columns`."""
+    return interval_columns(name, rate(hits, count, confidence))
+
+
+def is_within(
+    predicted_mm: np.ndarray | float, true_mm: np.ndarray | float, tolerance_mm: float
+) -> np.ndarray | bool:
+    """Tell whether a nodule's size is given to within the tolerance; a missed nodule has none."""
+    # A hair of slack: 2.3 mm must lie within 0.2 mm of 2.5 mm.
+    near = np.abs(predicted_mm - true_mm) <= tolerance_mm + 1e-9
+    return (np.asarray(predicted_mm) > 0) & near
+
+
 def detection_counts(true_mm: np.ndarray, predicted_mm: np.ndarray, size_mm: float) -> dict:
     """Count true positives, false positives and false negatives of one size b.
 
@@ -94,8 +113,8 @@ def detection_table(
         counts = detection_counts(true_mm, predicted_mm, size_mm)
         row = {"size_mm": size_mm, **counts}
         positives = counts["tp"] + counts["fp"]
-        row |= _rate_columns("precision", counts["tp"], positives, confidence)
-        row |= _rate_columns("recall", counts["tp"], counts["tp"] + counts["fn"], confidence)
+        row |= rate_columns("precision", counts["tp"], positives, confidence)
+        row |= rate_columns("recall", counts["tp"], counts["tp"] + counts["fn"], confidence)
         rows.append(row)
     return rows
 
@@ -106,7 +125,7 @@ def specificity_row(true_mm: np.ndarray, predicted_mm: np.ndarray, confidence: f
     negatives = int(np.sum(healthy & (predicted_mm == 0)))
     count = int(np.sum(healthy))
     row = {"healthy": count, "true_negatives": negatives}
-    return row | _rate_columns("specificity", negatives, count, confidence)
+    return row | rate_columns("specificity", negatives, count, confidence)
 
 
 def sizing_table(
@@ -143,12 +162,11 @@ def sizing_table(
         predicted = predicted_mm[true_mm == size_mm]
         count = predicted.size
         error = np.abs(predicted - size_mm)
-        # A hair of slack: 2.3 mm must lie within 0.2 mm of 2.5 mm.
-        within = (predicted > 0) & (error <= tolerance_mm + 1e-9)
+        within = is_within(predicted, size_mm, tolerance_mm)
         row = {"size_mm": size_mm, "recordings": count, "exact": int(np.sum(error == 0))}
-        row |= _rate_columns("exact_rate", row["exact"], count, confidence)
+        row |= rate_columns("exact_rate", row["exact"], count, confidence)
         row["within"] = int(np.sum(within))
-        row |= _rate_columns("within_rate", row["within"], count, confidence)
+        row |= rate_columns("within_rate", row["within"], count, confidence)
         row["one_sided"] = bool(
             size_mm + tolerance_mm > max(sizes_mm) or size_mm - tolerance_mm < min(sizes_mm)
         )
@@ -170,11 +188,6 @@ def confusion_table(
         for actual in sizes_mm
         for predicted in sizes_mm
     ]
-
-
-def _rate_columns(name: str, hits: int, count: int, confidence: float) -> dict:
-    value, low, high = rate(hits, count, confidence)
-    return {name: value, f"{name}_low": low, f"{name}_high": high}
 
 
 def tables(

@@ -1,4 +1,8 @@
-"""One verdict for each place: all passes over it, judged together by their mean score."""
+"""Several passes over one place, judged together by their mean score.
+
+The paper's capsule goes back to a suspicious place; the mean over passes scatters less than one
+score.
+"""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -6,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.detectors.operating_point import threshold_at
+from capsule.detectors.registry import detector_row
 
 
 @dataclass(frozen=True)
@@ -24,6 +29,11 @@ class Passes:
     score: np.ndarray
     estimate_mm: np.ndarray
     location_mm: np.ndarray
+
+    def first(self, count: int) -> "Passes":
+        """Take the first passes, as if no more had been made."""
+        arrays = (self.score, self.estimate_mm, self.location_mm)
+        return Passes(self.size_mm, *(array[:count] for array in arrays))
 
 
 @dataclass(frozen=True)
@@ -76,8 +86,9 @@ def site_rows(
     """
     rows = []
     for detector, by_site in passes_by_site(predictions, sites).items():
-        wanted = None if detector == "template" else specificity
-        for site, verdict in site_verdicts(by_site, wanted).items():
+        fixed = detector_row(detector).fixed_threshold
+        several = {site: passes for site, passes in by_site.items() if passes.score.size > 1}
+        for site, verdict in site_verdicts(several, by_site, specificity, fixed).items():
             passes = by_site[site]
             row = {"site": site.partition("\n")[0], "size_mm": passes.size_mm}
             row |= {"recordings": passes.score.size, "detector": detector}
@@ -109,40 +120,78 @@ def passes_by_site(
     }
 
 
-def site_verdicts(sites: Mapping[str, Passes], specificity: float | None) -> dict[str, SiteVerdict]:
-    """Judge every place that was passed more than once.
+def site_verdicts(
+    judged: Mapping[str, Passes],
+    teaching: Mapping[str, Passes],
+    specificity: float,
+    fixed_threshold: float | None = None,
+) -> dict[str, SiteVerdict]:
+    """Judge places by all their passes.
 
-    The mean over passes scatters less than one score, so the threshold is learned from means too:
-    of as many passes over every other healthy place as over this one. A place with fewer gives the
-    mean of those it has, which errs to the side of too high a threshold.
+    The threshold is learned from means too: of as many passes over every other healthy place as
+    over this one. A place with fewer gives the mean of those it has, which errs to the side of too
+    high a threshold.
 
     Parameters
     ----------
-    sites : mapping of str to Passes
-        Every place, those with a single pass too.
-    specificity : float or None
-        Wanted of the threshold; None for a detector whose threshold is fixed at 0.
+    judged : mapping of str to Passes
+        The places that are judged.
+    teaching : mapping of str to Passes
+        The places whose healthy ones teach; a judged place teaches all but itself.
+    specificity : float
+        Wanted of the threshold.
+    fixed_threshold : float, optional
+        Of a detector that learns none.
 
     Returns
     -------
     dict of str to SiteVerdict
-        Only of places with several passes.
     """
-    healthy = [name for name, passes in sites.items() if passes.size_mm == 0]
+    healthy = [name for name, passes in teaching.items() if passes.size_mm == 0]
     means: dict[int, dict[str, float]] = {}
     verdicts = {}
-    for name, passes in sites.items():
-        if passes.score.size < 2:
-            continue
+    for name, passes in judged.items():
         count = int(np.count_nonzero(~np.isnan(passes.score)))
         if count not in means:
-            means[count] = {other: _mean_of(sites[other].score, count) for other in healthy}
-        threshold = 0.0
-        if specificity is not None:
+            means[count] = {other: _mean_of(teaching[other].score, count) for other in healthy}
+        threshold = fixed_threshold
+        if threshold is None:
             others = [mean for other, mean in means[count].items() if other != name]
             threshold = _threshold(others, specificity)
         verdicts[name] = _verdict(passes, count, threshold)
     return verdicts
+
+
+def detections_by_passes(
+    sites: Mapping[str, Passes],
+    count: int,
+    specificity: float,
+    fixed_threshold: float | None = None,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Tell where a nodule is detected when each place is judged by its first passes.
+
+    Parameters
+    ----------
+    sites : mapping of str to Passes
+        Places of known size; those with fewer passes are left aside, and so is one of which nothing
+        can be said.
+    count : int
+        Number of passes that are judged together.
+    specificity, fixed_threshold
+        As in `site_verdicts`.
+
+    Returns
+    -------
+    true_mm : (P,) array
+        Size at each place that is judged.
+    detected : (P,) array of bool
+        Whether a nodule is detected there.
+    """
+    first = {name: each.first(count) for name, each in sites.items() if each.score.size >= count}
+    verdicts = site_verdicts(first, first, specificity, fixed_threshold)
+    known = [name for name, verdict in verdicts.items() if verdict.detected is not None]
+    true_mm = np.array([first[name].size_mm for name in known])
+    return true_mm, np.array([verdicts[name].detected for name in known], dtype=bool)
 
 
 def _threshold(means: Sequence[float], specificity: float) -> float:

@@ -6,9 +6,11 @@ from itertools import combinations
 
 import numpy as np
 
-from capsule.evaluation import agreement, reliability, retest, roc, size_error
+from capsule.detectors.registry import detector_row
+from capsule.evaluation import agreement, reliability, roc, size_error
 from capsule.evaluation.prevalence import predictive_values
-from capsule.evaluation.rates import rate
+from capsule.evaluation.rates import interval_columns, is_within, rate, rate_columns
+from capsule.evaluation.sites import Passes, detections_by_passes
 from capsule.seeding import generator
 
 ALWAYS = "always_nodule"
@@ -92,16 +94,16 @@ def summary(of_scheme: Sequence[Verdicts], tolerance_mm: float, confidence: floa
         sensitivity = rate(hits, int(truth.sum()), confidence)
         specificity = rate(quiet, int((~truth).sum()), confidence)
         row = dict(label) | {"recordings": truth.size}
-        row |= columns("accuracy", rate(hits + quiet, truth.size, confidence))
-        row |= columns("sensitivity", sensitivity)
-        row |= columns("specificity", specificity)
-        row |= columns("balanced_accuracy", _mean_of(sensitivity, specificity))
+        row |= rate_columns("accuracy", hits + quiet, truth.size, confidence)
+        row |= interval_columns("sensitivity", sensitivity)
+        row |= interval_columns("specificity", specificity)
+        row |= interval_columns("balanced_accuracy", _mean_of(sensitivity, specificity))
         for name, allowed_mm in (("exact_rate", 0.0), ("within_rate", tolerance_mm)):
             found = (float("nan"),) * 3
             if verdicts is not None:
                 right = _right_size(verdicts, allowed_mm)[truth]
                 found = rate(int(right.sum()), right.size, confidence)
-            row |= columns(name, found)
+            row |= interval_columns(name, found)
         rows.append(row)
     return rows
 
@@ -111,11 +113,6 @@ def _mean_of(first: Sequence[float], second: Sequence[float]) -> tuple[float, fl
     value = (first[0] + second[0]) / 2
     reach = [np.hypot(first[0] - first[end], second[0] - second[end]) / 2 for end in (1, 2)]
     return value, float(max(value - reach[0], 0.0)), float(min(value + reach[1], 1.0))
-
-
-def columns(name: str, values: Sequence[float]) -> dict[str, float]:
-    """Name a value and the ends of its interval."""
-    return dict(zip((name, f"{name}_low", f"{name}_high"), values, strict=True))
 
 
 def curves(
@@ -132,11 +129,13 @@ def curves(
         numbers = generator(seed, "roc", *verdicts.key.values(), str(size_mm))
         area, low, high = roc.bootstrap(healthy, nodule, _GRID, numbers, repeats, confidence)
         label = verdicts.key | {"size_mm": size_mm}
-        areas.append(label | columns("auc", (roc.auc(healthy, nodule), *area)))
+        areas.append(label | interval_columns("auc", (roc.auc(healthy, nodule), *area)))
         heights = roc.height_at(healthy, nodule, _GRID)
         for place, bounds in enumerate(zip(heights, low, high, strict=True)):
             point = {"false_positive_rate": round(float(_GRID[place]), 10)}
-            points.append(label | point | columns("true_positive_rate", list(map(float, bounds))))
+            points.append(
+                label | point | interval_columns("true_positive_rate", list(map(float, bounds)))
+            )
     return areas, points
 
 
@@ -149,7 +148,7 @@ def predictive(verdicts: Verdicts, prevalence: float, confidence: float) -> list
         of_size = verdicts.of(size_mm)
         hits, count = int(np.sum(of_size & verdicts.detected)), int(of_size.sum())
         row = verdicts.key | {"size_mm": size_mm, "prevalence": prevalence}
-        row |= columns("sensitivity", rate(hits, count, confidence))
+        row |= rate_columns("sensitivity", hits, count, confidence)
         rows.append(
             row | predictive_values(hits, count, quiet, int(healthy.sum()), prevalence, confidence)
         )
@@ -202,9 +201,9 @@ def localisation(
         if known.size:
             row = verdicts.key | {"size_mm": size_mm, "recordings": known.size}
             median = size_error.median_interval(np.abs(known), confidence)
-            row |= columns("median_absolute_error_mm", median)
+            row |= interval_columns("median_absolute_error_mm", median)
             bias = size_error.mean_interval(known, confidence)
-            rows.append(row | columns("bias_mm", bias))
+            rows.append(row | interval_columns("bias_mm", bias))
     return rows
 
 
@@ -241,9 +240,7 @@ def _right(verdicts: Verdicts, measure: str, tolerance_mm: float) -> np.ndarray:
 
 
 def _right_size(verdicts: Verdicts, tolerance_mm: float) -> np.ndarray:
-    # A hair of slack, as in the table of sizing: 2.3 mm must lie within 0.2 mm of 2.5 mm.
-    near = np.abs(verdicts.predicted_mm - verdicts.size_mm) <= tolerance_mm + 1e-9
-    return verdicts.detected & near
+    return np.asarray(is_within(verdicts.predicted_mm, verdicts.size_mm, tolerance_mm))
 
 
 def permutation(verdicts: Verdicts, seed: int, repeats: int, confidence: float) -> list[dict]:
@@ -270,18 +267,25 @@ def retests(
 ) -> list[dict]:
     """Give the rates of detection when several passes over a site are judged together."""
     named = [sites.get(name) or f"\n{name}" for name in verdicts.recordings]
-    wanted = None if verdicts.key["detector"] == "template" else specificity
+    places: dict[str, list[int]] = {}
+    for place, site in enumerate(named):
+        places.setdefault(site, []).append(place)
+    passes = {
+        site: Passes(
+            float(verdicts.size_mm[each[0]]),
+            verdicts.score[each],
+            verdicts.estimate_mm[each],
+            verdicts.location_mm[each],
+        )
+        for site, each in places.items()
+    }
+    fixed = detector_row(verdicts.key["detector"]).fixed_threshold
     rows = []
     for count in counts:
-        passes = retest.first_passes(named, count)
-        if not passes:
-            continue
-        true_mm, detected = retest.combined_detections(
-            verdicts.score, verdicts.size_mm, passes, wanted
-        )
+        true_mm, detected = detections_by_passes(passes, count, specificity, fixed)
         for size_mm in sorted(set(true_mm.tolist())):
             of_size = true_mm == size_mm
             hits = int(np.sum(of_size & detected))
             row = verdicts.key | {"passes": count, "size_mm": size_mm, "sites": int(of_size.sum())}
-            rows.append(row | columns("detected", rate(hits, row["sites"], confidence)))
+            rows.append(row | rate_columns("detected", hits, row["sites"], confidence))
     return rows

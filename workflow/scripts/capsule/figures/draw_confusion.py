@@ -7,6 +7,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from capsule.figures.inputs import Drawing, FigureInputs
 from capsule.figures.style import (
     COLOURS_OF_HEIGHT,
     COLUMN_WIDTH_IN,
@@ -28,6 +29,13 @@ def count_matrix(confusion: pd.DataFrame, scheme: str, sizes_mm: Sequence[float]
     rows = confusion[confusion["scheme"] == scheme]
     table = rows.pivot(index="size_mm", columns="predicted_mm", values="count")
     return table.reindex(index=sizes_mm, columns=sizes_mm, fill_value=0).to_numpy(dtype=np.int64)
+
+
+def confusion_drawing(inputs: FigureInputs) -> Drawing:
+    """Give the counts of the first detector, by true and predicted size."""
+    evaluation, schemes = inputs.evaluation, inputs.settings["evaluation"]["schemes"]
+    counts = evaluation.of("confusion", evaluation.detectors()[0])
+    return counts, lambda width_in: draw_confusion(counts, schemes, evaluation.sizes_mm(), width_in)
 
 
 def draw_confusion(

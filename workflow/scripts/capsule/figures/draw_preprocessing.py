@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from capsule.evaluation.beside_paper import Evaluation
 from capsule.figures.contours import contour_levels, draw_matrix
+from capsule.figures.inputs import Drawing, FigureInputs
 from capsule.figures.style import (
     COLUMN_WIDTH_IN,
     INK,
@@ -70,6 +71,17 @@ def example_table(examples: Sequence[PreprocessedRun | None]) -> pd.DataFrame:
                 frame[f"{label}_{sensor}"] = row
         frames.append(frame)
     return pd.concat(frames, ignore_index=True) if frames else pd.DataFrame(columns=columns)
+
+
+def preprocessing_drawing(inputs: FigureInputs) -> Drawing:
+    """Give the stages of pre-processing of a typical run without and one with a nodule."""
+    typical = typical_recordings(inputs.evaluation)
+    examples = [inputs.run(name, title) if name else None for title, name in typical]
+    threshold = inputs.settings["preprocessing"]["threshold"]
+    return (
+        example_table(examples),
+        lambda width_in: draw_preprocessing(examples, threshold, width_in),
+    )
 
 
 def draw_preprocessing(

@@ -8,6 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
+from capsule.evaluation import points
+from capsule.figures.inputs import Drawing, FigureInputs
 from capsule.figures.style import (
     BLUE,
     COLUMN_WIDTH_IN,
@@ -19,6 +21,7 @@ from capsule.figures.style import (
     say_nothing_to_show,
 )
 
+_TRUE_SIZE = "size of the nodule (mm)"
 # The result stands out; the shapes differ for those who see no colour.
 _MARKS = {
     "leave_one_out": {
@@ -44,8 +47,41 @@ _MARKS = {
 }
 
 
+def detection_drawing(inputs: FigureInputs) -> Drawing:
+    """Give precision and recall per size, of the first detector, beside the paper's."""
+    sizes_mm = inputs.evaluation.sizes_mm()[1:]
+    table = points.detection_points(_of_first(inputs, "detection"))
+    panels = {"precision": "precision", "recall": "recall"}
+    return table, lambda width_in: draw_rates(table, panels, sizes_mm, _TRUE_SIZE, width_in)
+
+
+def sizing_drawing(inputs: FigureInputs) -> Drawing:
+    """Give the rates of exact and of tolerable sizes, of the first detector, beside the paper's."""
+    sizes_mm = inputs.evaluation.sizes_mm()[1:]
+    table = points.sizing_points(_of_first(inputs, "sizing"))
+    within = f"within {inputs.settings['evaluation']['tolerance_mm']:g} mm (*: one-sided)"
+    panels = {"exact_rate": "exact size", "within_rate": within}
+    return table, lambda width_in: draw_rates(table, panels, sizes_mm, _TRUE_SIZE, width_in)
+
+
+def negatives_drawing(inputs: FigureInputs) -> Drawing:
+    """Give what the first detector takes healthy recordings for, beside the paper's."""
+    sizes_mm = inputs.evaluation.sizes_mm()
+    confidence = inputs.settings["evaluation"]["confidence"]
+    table = points.negative_points(_of_first(inputs, "confusion"), confidence)
+    panels = {"classified": "recordings without a nodule, by verdict"}
+    label = "predicted size (mm)"
+    return table, lambda width_in: draw_rates(table, panels, sizes_mm, label, width_in)
+
+
+def _of_first(inputs: FigureInputs, name: str) -> pd.DataFrame:
+    """Give the first detector's rows of a table, and the paper's."""
+    evaluation = inputs.evaluation
+    return evaluation.of(name, evaluation.detectors()[0], with_paper=True)
+
+
 def draw_rates(
-    points: pd.DataFrame,
+    table: pd.DataFrame,
     panels: Mapping[str, str],
     sizes_mm: Sequence[float],
     x_label: str,
@@ -55,7 +91,7 @@ def draw_rates(
 
     Parameters
     ----------
-    points : DataFrame
+    table : DataFrame
         From `capsule.evaluation.points`; rates are fractions, NaN where nothing was counted.
     panels : mapping of str to str
         The measures to draw, and the title of each one's panel.
@@ -79,7 +115,7 @@ def draw_rates(
         grid = figure.subplots(*shape, squeeze=False, sharey=True)
         for axes, (measure, title) in zip(grid.flat, panels.items(), strict=True):
             axes.set_title(title)
-            _draw_panel(axes, points[points["measure"] == measure], sizes_mm)
+            _draw_panel(axes, table[table["measure"] == measure], sizes_mm)
         for axes in grid[-1]:
             axes.set_xlabel(x_label)
         handles, labels = _legend_of(grid)
@@ -89,13 +125,13 @@ def draw_rates(
     return figure
 
 
-def _draw_panel(axes: Axes, points: pd.DataFrame, sizes_mm: Sequence[float]) -> None:
-    points = points[points["size_mm"].isin(sizes_mm)]
-    known = points[points["rate"].notna()]
+def _draw_panel(axes: Axes, table: pd.DataFrame, sizes_mm: Sequence[float]) -> None:
+    table = table[table["size_mm"].isin(sizes_mm)]
+    known = table[table["rate"].notna()]
     if known.empty:
         say_nothing_to_show(axes, "no recording to count")
         return
-    schemes = [scheme for scheme in _MARKS if (points["scheme"] == scheme).any()]
+    schemes = [scheme for scheme in _MARKS if (table["scheme"] == scheme).any()]
     places = {size_mm: place for place, size_mm in enumerate(sizes_mm)}
     for order, scheme in enumerate(schemes):
         rows = known[known["scheme"] == scheme]
@@ -112,7 +148,7 @@ def _draw_panel(axes: Axes, points: pd.DataFrame, sizes_mm: Sequence[float]) -> 
             capsize=1.8,
             **_MARKS[scheme],
         )
-    one_sided = set(points.loc[points["one_sided"], "size_mm"])
+    one_sided = set(table.loc[table["one_sided"], "size_mm"])
     axes.set_xticks(range(len(sizes_mm)))
     axes.set_xticklabels([_tick(size_mm, size_mm in one_sided) for size_mm in sizes_mm])
     axes.set(xlim=(-0.6, len(sizes_mm) - 0.4), ylim=(-0.03, 1.05))

@@ -8,6 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
+from capsule.evaluation.folds import main_scheme
+from capsule.figures.inputs import Drawing, FigureInputs
 from capsule.figures.style import (
     BLUE,
     COLUMN_WIDTH_IN,
@@ -61,6 +63,15 @@ def curve_table(
     found = [curves.assign(kind="curve"), points.assign(kind="operating point")]
     # pandas warns of empty parts, which say nothing of the columns' types.
     return pd.concat([part for part in found if not part.empty] or found[:1], ignore_index=True)
+
+
+def roc_drawing(inputs: FigureInputs) -> Drawing:
+    """Give the curves of all detectors under the main scheme of the configuration."""
+    tables = inputs.judgements
+    scheme = main_scheme(inputs.settings["evaluation"]["schemes"])
+    curves = curve_table(tables["roc"], tables["summary"], tables["predictive_values"], scheme)
+    detectors = inputs.evaluation.detectors()
+    return curves, lambda width_in: draw_roc(curves, detectors, width_in)
 
 
 def draw_roc(

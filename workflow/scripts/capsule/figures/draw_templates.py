@@ -7,6 +7,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from capsule.figures.contours import contour_levels, draw_matrix
+from capsule.figures.inputs import Drawing, FigureInputs
 from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, figure_style
 
 
@@ -19,6 +20,16 @@ def template_table(sizes_mm: Sequence[float], matrices: Sequence[np.ndarray]) ->
             frame[f"sensor_{sensor}"] = row
         frames.append(frame)
     return pd.concat(frames, ignore_index=True)
+
+
+def templates_drawing(inputs: FigureInputs) -> Drawing:
+    """Give the templates, each with the number of recordings that it averages."""
+    sizes_mm, matrices = list(inputs.templates), list(inputs.templates.values())
+    counts = inputs.template_counts
+    return (
+        template_table(sizes_mm, matrices),
+        lambda width_in: draw_templates(sizes_mm, matrices, counts, width_in),
+    )
 
 
 def draw_templates(

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 import pandas as pd
 
 from capsule import words
+from capsule.detectors.registry import DETECTORS, detector_row
 from capsule.evaluation.folds import group_scheme, main_scheme
 from capsule.evaluation.tables import ALWAYS
 from capsule.page.cells import plain_cell, rate_cell_of
@@ -75,9 +76,7 @@ def compared(judgements: Judgements, schemes: Sequence[str], settings: Mapping) 
                     "scheme": scheme,
                     "title": words.scheme(scheme),
                     "recordings": words.plural(count, "recording"),
-                    "detectors": [
-                        {"name": name, "words": words.detector(name)} for name in detectors
-                    ],
+                    "detectors": [{"name": name, "words": _sentence(name)} for name in detectors],
                     "groups": _groups(rows, detectors, settings),
                 }
             )
@@ -243,12 +242,21 @@ def silent(judgements: Judgements, scheme: str, detectors: Sequence[str]) -> str
     if not names:
         return ""
     verb = "has" if len(names) == 1 else "have"
+    needs = "".join(
+        f"; {row.name} also needs {row.needs}" for row in DETECTORS.values() if row.needs
+    )
     return (
         f"{words.enumerate_words(names)} {verb} given no verdict on a labelled recording. A "
         "threshold is learned from other recordings without a nodule, and a size from others with "
-        "one, so two of each are needed at least; diagonal also needs a peristaltic wave on every "
-        "sensor."
+        f"one, so two of each are needed at least{needs}."
     )
+
+
+def _sentence(name: str) -> str:
+    """Say how a detector decides, or the baseline that stands beside them."""
+    if name == ALWAYS:
+        return "baseline: calls everything a nodule"
+    return detector_row(name).sentence
 
 
 def calibration_rows(calibration: pd.DataFrame, scheme: str) -> list[dict]:

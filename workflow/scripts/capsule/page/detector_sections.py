@@ -6,6 +6,7 @@ from collections.abc import Mapping
 import pandas as pd
 
 from capsule import words
+from capsule.detectors.registry import detector_row
 from capsule.evaluation.beside_paper import TABLES, Evaluation
 from capsule.evaluation.folds import main_scheme
 from capsule.page import cards, cells, evidence, provenance, recordings
@@ -46,7 +47,7 @@ def results_of(evaluation: Evaluation, settings: Mapping, printed_tolerance_mm: 
         found.append(
             {
                 "detector": detector,
-                "words": words.detector(detector),
+                "words": detector_row(detector).sentence,
                 "scheme": words.scheme(scheme),
                 "cards": cards.answer_cards(
                     ours, evaluation.paper, rows, settings, printed_tolerance_mm

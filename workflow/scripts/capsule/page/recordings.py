@@ -5,9 +5,9 @@ from collections.abc import Mapping
 import pandas as pd
 
 from capsule import words
+from capsule.detectors.registry import detector_row
+from capsule.evaluation.rates import is_within
 
-# The detector whose verdict is the shortest distance.
-BY_DISTANCE = "template"
 OUTCOMES = (
     "exact",
     "within tolerance",
@@ -48,7 +48,7 @@ def outcome(size_mm: float | None, predicted_mm: float | None, tolerance_mm: flo
         return "missed"
     if predicted_mm == size_mm:
         return "exact"
-    return "within tolerance" if abs(predicted_mm - size_mm) <= tolerance_mm + 1e-9 else "off"
+    return "within tolerance" if is_within(predicted_mm, size_mm, tolerance_mm) else "off"
 
 
 def verdicts_by_recording(
@@ -71,7 +71,7 @@ def verdicts_by_recording(
         for row in table.to_dict("records"):
             scheme = row.get("scheme", "all")
             label = words.scheme(scheme) if scheme != "all" else "all labelled"
-            by_distance = row["detector"] == BY_DISTANCE
+            by_distance = detector_row(row["detector"]).by_distance
             found.setdefault(row["recording"], []).append(
                 {
                     "detector": row["detector"],

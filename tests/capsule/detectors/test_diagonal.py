@@ -1,0 +1,63 @@
+"""The diagonal detector: what is left out teaches nothing."""
+
+import numpy as np
+import pytest
+
+from capsule.detectors.diagonal import DiagonalDetector
+from capsule.detectors.passage import UNKNOWN, Passage
+from capsule.seeding import generator
+from support.training import archive_of_passages, verdict_values
+
+LEARNING = {"specificity": 0.9, "prevalence": 0.5, "size_ridge": 1.0}
+
+
+def passage(score, size=0.0):
+    return Passage(score, size, size, size, 10.0, 200.0, 130.0, *[np.exp(size)] * 3)
+
+
+def judge(archive, name, left_out):
+    """Judge a recording by what the others teach."""
+    return DiagonalDetector(archive).without(left_out).verdict(archive.recording(name))
+
+
+def test_a_recording_does_not_teach_its_own_verdict():
+    sizes = {f"0mm/r{run}": 0.0 for run in range(10)} | {"1mm/r0": 1.0, "2mm/r0": 2.0}
+    passages = {name: passage(0.1 * place, sizes[name]) for place, name in enumerate(sizes)}
+    passages["0mm/r9"] = passage(9.0)
+    archive = archive_of_passages(passages, sizes, **LEARNING)
+    alone = judge(archive, "0mm/r9", ["0mm/r9"])
+    assert alone.threshold == pytest.approx(0.8)
+    assert alone.predicted_mm > 0
+    assert judge(archive, "0mm/r9", []).predicted_mm == 0
+    without_a_size = judge(archive, "2mm/r0", ["2mm/r0", "0mm/r9"])
+    assert without_a_size.estimate_mm == 1.0
+
+
+def test_an_unknown_passage_has_no_verdict_and_teaches_nothing():
+    sizes = {"0mm/a": 0.0, "0mm/b": 0.0, "0mm/c": 0.0, "2mm/a": 2.0}
+    passages = {"0mm/a": passage(0.1), "0mm/b": passage(0.2), "0mm/c": UNKNOWN}
+    passages["2mm/a"] = passage(1.0, 2.0)
+    archive = archive_of_passages(passages, sizes, **LEARNING)
+    assert np.isnan(judge(archive, "0mm/c", ["0mm/c"]).predicted_mm)
+    assert judge(archive, "2mm/a", ["2mm/a"]).threshold == 0.2
+
+
+def test_a_fold_teaches_what_an_archive_of_its_recordings_alone_does():
+    numbers = generator(1, "diagonal archive")
+    sizes = {f"{place % 4}mm/r{place}": float(place % 4) for place in range(120)}
+    passages = {
+        name: passage(size / 2 + numbers.normal(), size + numbers.normal() / 4)
+        for name, size in sizes.items()
+    }
+    passages["1mm/r5"] = UNKNOWN
+    archive = archive_of_passages(passages, sizes, **LEARNING)
+    detector = DiagonalDetector(archive)
+    for left_out in ([], ["0mm/r0"], ["3mm/r7"], ["1mm/r5"], [n for n in sizes if n < "1mm/r4"]):
+        taught = {name: size for name, size in sizes.items() if name not in left_out}
+        alone = DiagonalDetector(archive_of_passages(passages, taught, **LEARNING)).without([])
+        model = detector.without(left_out)
+        for name in passages:
+            verdict, expected = (
+                verdict_values(each.verdict(archive.recording(name))) for each in (model, alone)
+            )
+            np.testing.assert_allclose(verdict, expected)

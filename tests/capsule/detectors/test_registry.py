@@ -1,0 +1,25 @@
+"""Every row of the registries leads to a class or function, and nothing else is let through."""
+
+import pytest
+
+from capsule.detectors.registry import DETECTORS, PAPER, detector_row
+from capsule.detectors.training import detector_class
+from capsule.errors import CapsuleError
+
+
+@pytest.mark.parametrize("name", DETECTORS)
+def test_a_row_leads_to_a_detector_with_its_model(name):
+    detector = detector_class(name)
+    assert callable(detector.without)
+    assert callable(detector.Model.restored) and callable(detector.Model.verdict)
+
+
+def test_the_papers_detector_is_the_first():
+    assert next(iter(DETECTORS)) == PAPER
+
+
+def test_an_unknown_name_is_refused_with_the_known_ones():
+    with pytest.raises(CapsuleError, match="no detector nearest; known are: template, templ"):
+        detector_row("nearest")
+    with pytest.raises(CapsuleError, match="no detector nearest; known are: "):
+        detector_class("nearest")

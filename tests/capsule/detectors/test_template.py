@@ -1,0 +1,124 @@
+"""The paper's detector on whole archives: what is left out teaches nothing."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from capsule.detectors.matching import nearest_size, template_distances, template_margins
+from capsule.detectors.operating_point import threshold_at
+from capsule.detectors.template import (
+    NearestTemplate,
+    NearestTemplateModel,
+    TemplateMargin,
+    TemplateMarginModel,
+    margin_reach,
+    near_threshold,
+)
+from capsule.particles import Particle, render
+from capsule.seeding import generator
+from capsule.sliding import rmse_at_lag
+from capsule.templates import build_templates
+from support.paper_ranges import PAPER
+from support.training import archive_of_matrices, verdict_values
+
+
+@pytest.fixture(scope="module")
+def archive():
+    """Matrices of 8 healthy recordings and of 4 a size, with particles as if fitted to them."""
+    numbers = generator(1, "archive")
+    sizes = {f"{size}mm/r{run}": float(size) for size in (0, 1, 3) for run in range(8 - 2 * size)}
+    drawn = PAPER.draw(len(sizes), 4, numbers)
+    particles, matrices = {}, {}
+    for name, vector in zip(sizes, drawn, strict=True):
+        noise = np.maximum(numbers.normal(0.0, 0.05, (4, 1000)), 0.0)
+        matrices[name] = noise
+        if sizes[name] > 0:
+            particles[name] = Particle.from_vector(vector)
+            matrices[name] = noise + sizes[name] / 3 * render(particles[name], 150, 1000)
+    by_size = {b: [p for n, p in particles.items() if sizes[n] == b] for b in (1.0, 3.0)}
+    templates = build_templates(by_size, sensors=4, first_peak=150, length=1000)
+    return sizes, particles, matrices, templates
+
+
+def test_the_papers_verdict_is_the_papers(archive):
+    sizes, particles, matrices, templates = archive
+    taught = archive_of_matrices(matrices, sizes, templates, particles, 0.9)
+    detector = NearestTemplate(taught)
+    for name, size in sizes.items():
+        left = templates.without(size, particles.get(name)) if size else templates.matrices
+        expected = template_distances(matrices[name], left)
+        by_rule = detector.without([name]).verdict(taught.recording(name))
+        np.testing.assert_array_equal(by_rule.distances, expected)
+        assert by_rule.predicted_mm == nearest_size(expected, templates.sizes_mm)
+        assert (by_rule.score > 0) == (by_rule.predicted_mm > 0)
+
+
+def test_a_margin_is_the_gain_over_no_template(archive):
+    _, _, matrices, templates = archive
+    matrix = matrices["3mm/r0"]
+    gains, lags = template_margins(matrix, templates.matrices[1:])
+    for template, gain, lag in zip(templates.matrices[1:], gains, lags, strict=True):
+        energy = (matrix**2).sum()
+        rmse = rmse_at_lag(matrix, template, int(lag))
+        assert rmse**2 * 4 * 3000 == pytest.approx(energy - gain)
+    assert np.isnan(template_margins(np.full((4, 1000), np.nan), [matrix])).all()
+
+
+def test_the_folds_threshold_equals_that_of_all_margins_computed_anew(archive):
+    sizes, particles, matrices, templates = archive
+    taught = archive_of_matrices(matrices, sizes, templates, particles, 0.8)
+    detector = TemplateMargin(taught)
+    healthy = [name for name, size in sizes.items() if size == 0]
+    for left_out in (["1mm/r2"], ["0mm/r3"], ["1mm/r0", "3mm/r1", "0mm/r0"]):
+        fold = templates.without_all([(sizes[n], particles.get(n)) for n in left_out])
+        margins = [
+            np.nanmax(template_margins(matrices[name], fold[1:])[0])
+            for name in healthy
+            if name not in left_out
+        ]
+        verdict = detector.without(left_out).verdict(taught.recording(left_out[0]))
+        assert verdict.threshold == threshold_at(np.array(margins), 0.8)
+
+
+def test_a_margin_moves_no_farther_than_its_reach(archive):
+    _, _, matrices, templates = archive
+    whole, fold = templates.matrices[1], templates.matrices[2] * 0.5
+    norms = np.array([np.linalg.norm(matrix) for matrix in matrices.values()])
+    moved = [
+        abs(np.subtract(*template_margins(matrix, [whole, fold])[0]))
+        for matrix in matrices.values()
+    ]
+    assert (moved <= margin_reach(norms, whole, fold) * (1 + 1e-12)).all()
+
+
+@given(st.lists(st.tuples(st.floats(-9, 9), st.floats(0, 3), st.floats(-1, 1)), min_size=1))
+def test_only_margins_near_the_threshold_need_to_be_known(rows):
+    margins, reach, share = np.array(rows).T
+    true = margins + share * reach
+    mixed = margins.copy()
+    near = near_threshold(margins, reach, 0.9)
+    mixed[near] = true[near]
+    assert threshold_at(mixed, 0.9) == pytest.approx(threshold_at(true, 0.9), abs=1e-12)
+
+
+def test_both_detectors_judge_a_recording_of_no_archive_by_what_they_keep(archive):
+    sizes, particles, matrices, templates = archive
+    taught = archive_of_matrices(matrices, sizes, templates, particles, 0.9)
+    for detector, model in (
+        (NearestTemplate, NearestTemplateModel),
+        (TemplateMargin, TemplateMarginModel),
+    ):
+        learned = detector(taught).without([])
+        restored = model.restored(learned.stored(), templates)
+        for name in ("0mm/r0", "3mm/r1"):
+            recording = taught.recording(name)
+            expected = verdict_values(learned.verdict(recording))
+            np.testing.assert_equal(verdict_values(restored.verdict(recording)), expected)
+
+
+def test_a_threshold_that_is_not_known_survives_the_file(archive):
+    *_, templates = archive
+    stored = {"margin_threshold": None}
+    model = TemplateMarginModel.restored(stored, templates)
+    assert np.isnan(model.threshold) and model.stored() == stored

@@ -1,0 +1,28 @@
+"""Which recordings teach the detector that judges a recording."""
+
+import numpy as np
+
+from capsule.evaluation.folds import Folds, group_scheme, header_groups
+
+
+def test_the_parts_of_the_folds_judge_everybody_once():
+    for scheme, groups in (("leave_one_site_out", list("xyxz")), ("leave_one_out", list("abcd"))):
+        folds = Folds(scheme, groups)
+        for judged, left_out in folds.parts():
+            for recording in judged:
+                assert np.flatnonzero(~folds.training(recording)).tolist() == left_out.tolist()
+        assert sorted(place for judged, _ in folds.parts() for place in judged) == [0, 1, 2, 3]
+    ((judged, left_out),) = Folds("resubstitution", list("abcd")).parts()
+    assert (judged.size, left_out.size) == (4, 0)
+
+
+def test_groups_come_from_the_headers():
+    names = ["a", "b", "c", "d"]
+    headers = {"a": {"site": "x"}, "b": {"site": "x"}, "c": {"site": "y"}, "d": {}}
+    folds = Folds(group_scheme("site"), header_groups("site", names, headers))
+    assert folds.training(0).tolist() == [False, False, True, True]
+    assert folds.training(3).tolist() == [True, True, True, False]
+    assert header_groups("session", names, headers) is None
+    assert header_groups("site", ["a", "b"], headers) is None
+    assert Folds("resubstitution", names).training(1).all()
+    assert Folds("leave_one_out", names).training(1).tolist() == [True, False, True, True]

@@ -1,0 +1,59 @@
+# Every recording is searched for its best candidate, and the unlabelled ones are judged.
+#
+# takes: results/signals/, results/matrices/, results/recordings.csv, results/templates.npz
+# gives: results/passages/<folder>.csv, results/detections.csv, results/detectors.json
+
+FOLDERS = ARCHIVE.by_folder()
+
+
+# A folder a job: one recording more is searched with those of its size, not with all.
+rule passages:
+    input:
+        signals=lambda wildcards: expand(
+            rules.preprocess.output.signal, recording=FOLDERS[wildcards.folder]
+        ),
+        script=script("passages.py"),
+    output:
+        "results/passages/{folder}.csv",
+    log:
+        "results/logs/passages/{folder}.log",
+    wildcard_constraints:
+        folder="[^/]+",
+    conda:
+        "../../environment.yml"
+    params:
+        rate_hz=config["recording"]["rate_hz"],
+        settings=section("diagonal"),
+        code=content_of_code("passages.py"),
+    shell:
+        "python {input.script:q} --raw raw --folder {wildcards.folder:q} --signals results/signals"
+        " --rate-hz {params.rate_hz} --settings {params.settings:q} --output {output:q}"
+        " > {log:q} 2>&1"
+
+
+rule detect:
+    input:
+        # Labelled ones too: they teach the thresholds.
+        matrices=expand(rules.preprocess.output.matrix, recording=ARCHIVE.recordings),
+        passages=expand(rules.passages.output, folder=FOLDERS),
+        recordings=rules.index.output.recordings,
+        templates=rules.average.output.matrices,
+        script=script("detect.py"),
+    output:
+        detections="results/detections.csv",
+        # With the templates all that acquire.py needs to judge a new recording.
+        learned="results/detectors.json",
+    log:
+        "results/logs/detect.log",
+    conda:
+        "../../environment.yml"
+    params:
+        settings=section(
+            "detectors", "evaluation", "fit", "preprocessing", "recording", *DETECTOR_SECTIONS
+        ),
+        code=content_of_code("detect.py", *DETECTOR_MODULES),
+    shell:
+        "python {input.script:q} --recordings {input.recordings:q} --matrices results/matrices"
+        " --templates {input.templates:q} --passages results/passages"
+        " --settings {params.settings:q} --output {output.detections:q}"
+        " --learned {output.learned:q} > {log:q} 2>&1"

@@ -1,0 +1,69 @@
+# A run from its start to its end: one at a time in a folder, with room on the disk, and a summary.
+#
+# takes: results/recordings.csv and results/passed_over.csv, when a run has ended
+# gives: the lock .snakemake/run.lock, and what is said on the terminal
+
+import atexit
+import shutil
+
+from edges.files import read_csv, remove_unfinished
+from edges.run_lock import hold
+
+# With less room than this no run gets far.
+FULL_DISK_BYTES = 1_000_000
+# Kept open, and so locked, until this process ends.
+RUN_LOCK = []
+
+
+def take_run_lock():
+    """Let no two runs work in this folder at once."""
+    try:
+        RUN_LOCK.append(hold(Path(".snakemake") / "run.lock"))
+    except CapsuleError as error:
+        raise WorkflowError(str(error)) from None
+
+
+def free_bytes():
+    """Return the room on the disks that hold the results and Snakemake's own notes."""
+    places = [place for place in (".", "results") if Path(place).exists()]
+    return min(shutil.disk_usage(place).free for place in places)
+
+
+def explain_full_disk():
+    """Say that the disk is full: a job's log, or Snakemake's, may have found no room for it."""
+    if free_bytes() < FULL_DISK_BYTES:
+        print(
+            f"{free_bytes() / 1e6:.1f} MB are free on the disk: no space left to work with. "
+            "Make room and run the same command again: what is finished stays.",
+            file=sys.stderr,
+        )
+
+
+def summarize_recordings():
+    """Say on the terminal what was rejected or passed over."""
+    index, others = Path(rules.index.output.recordings), Path(rules.index.output.passed_over)
+    if not index.exists() or not others.exists():
+        return
+    rows = read_csv(index)
+    rejected = [row for row in rows if row["status"] != "accepted"]
+    print(
+        f"{len(rows) - len(rejected)} recordings accepted, {len(rejected)} rejected.",
+        file=sys.stderr,
+    )
+    for row in rejected:
+        print(f"  rejected: raw/{row['recording']}: {row['reason']}", file=sys.stderr)
+    for row in read_csv(others):
+        print(f"  passed over: raw/{row['path']}: {row['reason']}", file=sys.stderr)
+
+
+onstart:
+    take_run_lock()
+    remove_unfinished(Path("results"))
+    # Not onerror: where Snakemake itself finds no room, it ends without calling that.
+    atexit.register(explain_full_disk)
+    if free_bytes() < FULL_DISK_BYTES:
+        raise WorkflowError("no space left on device, nothing was started")
+
+
+onsuccess:
+    summarize_recordings()

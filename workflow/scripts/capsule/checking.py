@@ -1,0 +1,62 @@
+"""One recording from its bytes to readings and matrix, or to the reason why not."""
+
+import hashlib
+import io
+from collections.abc import Mapping
+
+import numpy as np
+
+from capsule.acceptance import accept
+from capsule.errors import RecordingError
+from capsule.naming import size_mm
+from capsule.preprocessing import preprocess
+from capsule.recording import read_recording, too_large
+
+
+def check_recording(
+    name: str, content: bytes | None, max_bytes: int, settings: Mapping
+) -> tuple[dict, np.ndarray, np.ndarray]:
+    """Check a recording, lay its readings on an even grid and make its matrix V.
+
+    Parameters
+    ----------
+    name : str
+        Its name, such as ``3mm/r07``.
+    content : bytes or None
+        Its file; None for one that is larger than allowed.
+    max_bytes : int
+        The largest file allowed.
+    settings : mapping
+        Sections ``recording`` and ``preprocessing`` of the configuration.
+
+    Returns
+    -------
+    check : dict
+        The outcome, as results/checks/ keeps it.
+    values : (S, K) array
+        The readings; of a rejected recording (S, L) of NaN.
+    matrix : (S, L) array
+        V; NaN for a rejected recording.
+    """
+    rules, shape = dict(settings["recording"]), settings["preprocessing"]
+    del rules["max_megabytes"]
+    sensors = rules.pop("sensors")
+    check = {"recording": name, "size_mm": size_mm(name), "header": {}}
+    check |= {"samples": None, "duration_s": None, "status": "rejected", "reason": ""}
+    check |= {"sha256": None, "readings_sha256": None}
+    values = matrix = np.full((sensors, shape["length"]), np.nan)
+    try:
+        if content is None:
+            raise too_large(max_bytes)
+        check["sha256"] = hashlib.sha256(content).hexdigest()
+        recording = read_recording(io.BytesIO(content), sensors, max_bytes)
+        check["header"] = dict(recording.header)
+        check["samples"] = recording.time_s.size
+        check["duration_s"] = float(recording.time_s[-1] - recording.time_s[0])
+        values = accept(recording, **rules, window=shape["window"], length=shape["length"])
+        check["readings_sha256"] = hashlib.sha256(values.tobytes()).hexdigest()
+        matrix = preprocess(values, **shape)
+        check["status"] = "accepted"
+    except RecordingError as reason:
+        check["reason"] = str(reason)
+    return check, values, matrix

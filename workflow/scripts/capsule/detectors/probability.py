@@ -1,0 +1,127 @@
+"""From a score to the probability of a nodule, by a logistic curve."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Probability:
+    """A logistic curve from the score to the probability of a nodule.
+
+    Attributes
+    ----------
+    centre, scale : float
+        The score is used as (score - centre) / scale.
+    intercept, slope : float
+        Of the log odds, at the prevalence of the fit.
+    """
+
+    centre: float
+    scale: float
+    intercept: float
+    slope: float
+
+    def of(self, scores: np.ndarray | float) -> np.ndarray:
+        """Give the probability of a nodule at each score; NaN where the score is unknown."""
+        odds = self.intercept + self.slope * (np.asarray(scores) - self.centre) / self.scale
+        return 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
+
+
+def fit_probability(
+    scores: np.ndarray, nodule: np.ndarray, prevalence: float
+) -> Probability | None:
+    """Fit the logistic curve, with the recordings weighted to a stated prevalence.
+
+    The score is standardised by the healthy recordings. A weak Gaussian prior on the slope keeps
+    the curve finite where the two kinds do not overlap.
+
+    Parameters
+    ----------
+    scores : (n,) array
+        Scores of the training recordings.
+    nodule : (n,) array of bool
+        Which of them were made over a nodule.
+    prevalence : float
+        Share of recordings with a nodule where the verdict will be used.
+
+    Returns
+    -------
+    Probability or None
+        None where one of the two kinds is missing, or the healthy scores do not vary.
+    """
+    everybody = np.ones((1, scores.size), dtype=bool)
+    return fit_probabilities(scores, nodule, prevalence, everybody)[0]
+
+
+def fit_probabilities(
+    scores: np.ndarray,
+    nodule: np.ndarray,
+    prevalence: float,
+    taught: np.ndarray,
+    start: Probability | None = None,
+    iterations: int = 50,
+) -> list[Probability | None]:
+    """Fit the logistic curve of `fit_probability` to many folds at once.
+
+    Parameters
+    ----------
+    scores, nodule, prevalence
+        As in `fit_probability`, of all recordings.
+    taught : (F, n) array of bool
+        Which recordings each fold is taught by.
+    start : Probability, optional
+        A curve near those of the folds, from which they are found in fewer steps.
+    iterations : int
+        Newton steps at most.
+
+    Returns
+    -------
+    list of F Probability or None
+        As by `fit_probability` from the recordings of each fold alone.
+    """
+    found: list[Probability | None] = [None] * len(taught)
+    of_both_kinds = ((taught & ~nodule).sum(axis=1) >= 2) & (taught & nodule).any(axis=1)
+    folds = np.flatnonzero(of_both_kinds)
+    centre, scale = _mean_and_spread(scores, taught[folds] & ~nodule)
+    vary = scale > 0
+    folds, centre, scale = folds[vary], centre[vary, np.newaxis], scale[vary, np.newaxis]
+    taught = taught[folds]
+    scaled = (scores - centre) / scale
+    share = (taught & nodule).sum(axis=1, keepdims=True) / taught.sum(axis=1, keepdims=True)
+    weight = taught * np.where(nodule, prevalence / share, (1 - prevalence) / (1 - share))
+    observed = weight * nodule
+    intercept, slope = np.full_like(centre, np.log(prevalence / (1 - prevalence))), 0 * centre
+    if start is not None:
+        intercept = start.intercept + start.slope * (centre - start.centre) / start.scale
+        slope = start.slope * scale / start.scale
+    coefficients = np.hstack([intercept, slope])
+    prior = np.diag([0.0, 0.1])
+    for _ in range(iterations):
+        odds = coefficients[:, :1] + coefficients[:, 1:] * scaled
+        chance = 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
+        said = weight * chance
+        left, steep = observed - said, said - said * chance
+        gradient = np.stack([left.sum(axis=1), np.vecdot(left, scaled)], axis=1)
+        tilted = steep * scaled
+        entries = [steep.sum(axis=1), tilted.sum(axis=1), np.vecdot(tilted, scaled)]
+        curvature = np.stack(entries, axis=1)[:, [[0, 1], [1, 2]]] + prior + 1e-9 * np.eye(2)
+        gradient -= coefficients @ prior
+        step = np.linalg.solve(curvature, gradient[..., np.newaxis])[..., 0]
+        # Newton overshoots where the curve is steep; no step is longer than a few units.
+        longest = np.abs(step).max(axis=1, keepdims=True, initial=1e-300)
+        coefficients += step * np.minimum(1.0, 4.0 / longest)
+        # Newton squares the error with each step: the next would be within the rounding.
+        if longest.max(initial=0.0) < 1e-7:
+            break
+    for fold, *curve in zip(folds, centre[:, 0], scale[:, 0], *coefficients.T, strict=True):
+        found[fold] = Probability(*map(float, curve))
+    return found
+
+
+def _mean_and_spread(scores: np.ndarray, counted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Give mean and standard deviation (F,) of those scores (n,) that each fold counts (F, n)."""
+    count = counted.sum(axis=1)
+    mean = (counted * scores).sum(axis=1) / count
+    square = (counted * (scores - mean[:, np.newaxis]) ** 2).sum(axis=1) / count
+    return mean, np.sqrt(square)

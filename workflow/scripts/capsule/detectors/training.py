@@ -1,0 +1,156 @@
+"""What teaches the detectors, what they judge, and what each of them offers."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from importlib import import_module
+from typing import Any, Protocol, TypeVar
+
+import numpy as np
+
+from capsule.detectors.passage import Passage, passage_of
+from capsule.detectors.registry import detector_row
+from capsule.detectors.verdicts import Verdict
+from capsule.particles import Particle
+from capsule.preprocessing import preprocess
+from capsule.templates import TemplateSet
+
+Shared = TypeVar("Shared")
+
+
+class JudgedRecording(Protocol):
+    """A recording, as the detectors see it."""
+
+    @property
+    def name(self) -> str:
+        """Its name; no two recordings of an archive share one."""
+
+    @property
+    def matrix(self) -> np.ndarray:
+        """V, (S, L)."""
+
+    @property
+    def passage(self) -> Passage:
+        """Its best candidate for a nodule."""
+
+
+@dataclass(frozen=True)
+class TrainingArchive:
+    """The recordings of an archive, and what is known of them.
+
+    Attributes
+    ----------
+    sizes_mm : mapping of str to float
+        The accepted labelled recordings and their sizes, 0 for no nodule: these teach.
+    templates : TemplateSet
+        The templates of all sizes.
+    particles : mapping of str to Particle
+        The fits of the recordings that may be left out of the templates.
+    passages : mapping of str to Passage
+        One of each recording, labelled or not.
+    load : callable
+        ``load(name)`` gives the matrix V of a recording, (S, L).
+    settings : mapping
+        The section ``evaluation`` of the configuration, and those of the detectors.
+    """
+
+    sizes_mm: Mapping[str, float]
+    templates: TemplateSet
+    particles: Mapping[str, Particle]
+    passages: Mapping[str, Passage]
+    load: Callable[[str], np.ndarray]
+    settings: Mapping
+    _made: dict[Callable, Any] = field(default_factory=dict, repr=False)
+
+    def shared(self, make: Callable[["TrainingArchive"], Shared]) -> Shared:
+        """Make something of this archive once, for all detectors that use it."""
+        if make not in self._made:
+            self._made[make] = make(self)
+        return self._made[make]
+
+    def recording(self, name: str) -> "ArchivedRecording":
+        """Give a recording of the archive as the detectors see it."""
+        return ArchivedRecording(name, self)
+
+
+@dataclass(frozen=True)
+class ArchivedRecording:
+    """A recording of an archive; its matrix is read when a detector asks for it."""
+
+    name: str
+    archive: TrainingArchive
+
+    @cached_property
+    def matrix(self) -> np.ndarray:
+        """V, (S, L)."""
+        return self.archive.load(self.name)
+
+    @property
+    def passage(self) -> Passage:
+        """Its best candidate for a nodule."""
+        return self.archive.passages[self.name]
+
+
+class NewRecording:
+    """A recording that belongs to no archive.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings on an even grid in time; NaN where a sample is missing.
+    settings : mapping
+        The configuration.
+    """
+
+    name = "new"
+
+    def __init__(self, values: np.ndarray, settings: Mapping) -> None:
+        self._values, self._settings = values, settings
+
+    @cached_property
+    def matrix(self) -> np.ndarray:
+        """V, (S, L)."""
+        return preprocess(self._values, **self._settings["preprocessing"])
+
+    @cached_property
+    def passage(self) -> Passage:
+        """Its best candidate for a nodule."""
+        rate_hz = self._settings["recording"]["rate_hz"]
+        return passage_of(self._values, rate_hz, self._settings["diagonal"])
+
+
+class Model(Protocol):
+    """What a detector has learned: enough to judge a recording without the archive."""
+
+    def verdict(self, recording: JudgedRecording) -> Verdict:
+        """Judge one recording."""
+
+    def stored(self) -> dict:
+        """Give what results/detectors.json keeps of it: keys of its own, plain values."""
+
+    @classmethod
+    def restored(cls, stored: Mapping, templates: TemplateSet) -> "Model":
+        """Make it anew from what `stored` gave, and from the templates of all recordings."""
+
+
+class Detector(Protocol):
+    """A detector taught by an archive, from which any recordings may be left out."""
+
+    Model: type[Model]
+
+    def __init__(self, archive: TrainingArchive) -> None: ...
+
+    def without(self, left_out: Sequence[str]) -> Model:
+        """Learn from all labelled recordings but those left out."""
+
+
+def detector_class(name: str) -> type[Detector]:
+    """Import the class of a detector.
+
+    Raises
+    ------
+    CapsuleError
+        There is no such detector.
+    """
+    row = detector_row(name)
+    return getattr(import_module(row.module), row.built_by)

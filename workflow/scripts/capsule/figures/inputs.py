@@ -1,0 +1,59 @@
+"""What the figures are drawn from, and what each of them gives."""
+
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from typing import Protocol
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from capsule.evaluation.beside_paper import Evaluation
+from capsule.figures.registry import figure_row
+from capsule.stages import PreprocessedRun
+
+# The data of a figure, and what draws it: it takes the width in inches.
+Drawing = tuple[pd.DataFrame, Callable[[float], Figure]]
+
+
+class FigureInputs(Protocol):
+    """The results that figures show, each read when a figure asks for it.
+
+    A figure may be drawn before the rest is there, so it asks for no more than its row in the
+    registry names.
+    """
+
+    @property
+    def settings(self) -> Mapping:
+        """The sections ``recording``, ``preprocessing`` and ``evaluation`` of the configuration."""
+
+    @property
+    def evaluation(self) -> Evaluation:
+        """The rates, ours and the paper's."""
+
+    @property
+    def judgements(self) -> Mapping[str, pd.DataFrame]:
+        """The tables by which the detectors are compared, by name."""
+
+    @property
+    def templates(self) -> Mapping[float, np.ndarray]:
+        """The template of every size in mm, (S, L), that of 0 first."""
+
+    @property
+    def template_counts(self) -> list[int]:
+        """How many recordings each template is the average of."""
+
+    def run(self, name: str, title: str) -> PreprocessedRun:
+        """Take an accepted recording through the stages of pre-processing."""
+
+
+def make_drawing(name: str, inputs: FigureInputs) -> Drawing:
+    """Import what makes a figure, and let it.
+
+    Raises
+    ------
+    CapsuleError
+        There is no such figure.
+    """
+    row = figure_row(name)
+    return getattr(import_module(row.module), row.made_by)(inputs)

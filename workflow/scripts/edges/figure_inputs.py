@@ -1,0 +1,65 @@
+"""Read what a figure shows, and no more: it may be drawn before the rest is there."""
+
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from capsule.evaluation.beside_paper import Evaluation
+from capsule.stages import PreprocessedRun, preprocess_run
+from edges import files
+from edges.detector_inputs import read_templates
+from edges.results import read_evaluation, read_judgements, read_printed, read_signal
+
+
+class StoredResults:
+    """The results of a run of the workflow, as `capsule.figures.inputs.FigureInputs`.
+
+    Parameters
+    ----------
+    results : Path
+        The folder of results.
+    paper : Path
+        paper.yaml.
+    settings : mapping
+        Sections of the configuration.
+    """
+
+    def __init__(self, results: Path, paper: Path, settings: Mapping) -> None:
+        self._results, self._paper, self.settings = results, paper, settings
+
+    @cached_property
+    def evaluation(self) -> Evaluation:
+        """The rates, ours and the paper's."""
+        confidence = self.settings["evaluation"]["confidence"]
+        return read_evaluation(self._results / "evaluation", read_printed(self._paper), confidence)
+
+    @cached_property
+    def judgements(self) -> Mapping[str, pd.DataFrame]:
+        """The tables by which the detectors are compared, by name."""
+        return read_judgements(self._results / "evaluation")
+
+    @cached_property
+    def templates(self) -> Mapping[float, np.ndarray]:
+        """The template of every size in mm, (S, L), that of 0 first."""
+        return read_templates(self._results / "templates.npz")
+
+    @property
+    def template_counts(self) -> list[int]:
+        """How many recordings each template is the average of."""
+        entries = files.read_json(self._results / "templates.json")["templates"]
+        return [entry["recordings"] for entry in entries]
+
+    def run(self, name: str, title: str) -> PreprocessedRun:
+        """Take an accepted recording through the stages of pre-processing."""
+        shape = self.settings["preprocessing"]
+        return preprocess_run(
+            name,
+            title,
+            read_signal(self._results / "signals", name),
+            rate_hz=self.settings["recording"]["rate_hz"],
+            window=shape["window"],
+            threshold=shape["threshold"],
+        )
