@@ -20,11 +20,11 @@ def main() -> None:
     arguments = parser.parse_args()
     rules = arguments.settings["evaluation"]
     sites = {row["recording"]: row["site"] for row in files.read_csv(arguments.recordings)}
-    said = files.read_csv(arguments.evaluation / "group_predictions.csv")
-    labelled = [row for row in said if row["scheme"] == group_scheme("site")]
+    by_group = files.read_csv(arguments.evaluation / "group_predictions.csv")
+    labelled = [row for row in by_group if row["scheme"] == group_scheme("site")]
     if not labelled:  # no labelled place was passed twice
-        said = files.read_csv(arguments.evaluation / "predictions.csv")
-        labelled = [row for row in said if row["scheme"] == main_scheme(rules["schemes"])]
+        one_by_one = files.read_csv(arguments.evaluation / "predictions.csv")
+        labelled = [row for row in one_by_one if row["scheme"] == main_scheme(rules["schemes"])]
     every = labelled + files.read_csv(arguments.detections)
     rows = site_rows(every, sites, rules["specificity"])
     files.write_csv(arguments.output, COLUMNS, rows)

@@ -8,7 +8,8 @@ from capsule.errors import CapsuleError
 from capsule.phantom.simulation import planned_runs, recording_of, simulate_run
 from capsule.recording import format_recording
 from edges import files
-from edges.phantom import phantom_arguments, read_phantom
+from edges.config_files import read_config_file
+from edges.phantom import CONFIG, phantom_arguments, read_phantom
 
 
 def natural(text: str) -> int:
@@ -37,6 +38,7 @@ def read_arguments() -> argparse.Namespace:
     add("--runs", type=natural, default=20, help="runs a size (default: 20)")
     add("--sizes", **sizes, help="nodule diameters in mm, 0: none (default: 0 1 2 3 4 5)")
     add("--passes", type=natural, default=1, help="passes over each nodule (default: 1)")
+    add("--sensors", type=natural, help="default: recording.sensors of config/config.yaml")
     add("--force", action="store_true", help="overwrite files that exist")
     return parser.parse_args()
 
@@ -45,6 +47,8 @@ def main() -> None:
     """Make the files."""
     arguments = read_arguments()
     phantom = read_phantom(arguments.parameters, arguments.changes)
+    configured = read_config_file(CONFIG / "config.yaml")["recording"]["sensors"]
+    sensors = arguments.sensors or configured
     planned = {
         arguments.out / f"{run.name}.csv": run
         for run in planned_runs(arguments.sizes, arguments.runs, arguments.passes)
@@ -56,7 +60,9 @@ def main() -> None:
             "Choose another --out, or overwrite with --force"
         )
     for done, (path, run) in enumerate(planned.items(), start=1):
-        simulated = simulate_run(phantom, run.size_mm, arguments.seed, run.site, run.attempt)
+        simulated = simulate_run(
+            phantom, run.size_mm, arguments.seed, run.site, run.attempt, sensors
+        )
         content = format_recording(recording_of(simulated, phantom, arguments.seed, run.site))
         with files.write_whole(path, "wb") as stream:
             stream.write(content)

@@ -60,7 +60,7 @@ ISR(ADC_vect) {
 }
 
 static void begin_sampling(void) {
-    DIDR0 = 0x0F;                         /* no digital inputs on A0..A3 */
+    DIDR0 = (1 << CHANNELS) - 1;          /* no digital inputs on A0..A3 */
     ADCSRA = 1 << ADEN | 1 << ADIE | 0x7; /* 125 kHz: full 10 bits, 0.1 ms a conversion */
     select_channel(0);
     TCCR1A = 0;

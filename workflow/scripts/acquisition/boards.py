@@ -185,7 +185,7 @@ def find(
     ports = list_ports.comports() if ports is None else ports
     # Built-in ports and Bluetooth have no USB vendor number; no Arduino is behind them.
     candidates = sorted(
-        found.device for found in ports if found.vid is not None and found.device not in skip
+        port.device for port in ports if port.vid is not None and port.device not in skip
     )
     if len(candidates) > 1:
         tell(f"looking for the {wanted} at {', '.join(candidates)}")

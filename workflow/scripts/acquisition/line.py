@@ -145,4 +145,4 @@ def explain_open_fault(port: str, fault: Exception) -> AcquisitionError:
 
 def port_names() -> list[str]:
     """Name the serial ports of this computer."""
-    return sorted(found.device for found in list_ports.comports())
+    return sorted(port.device for port in list_ports.comports())

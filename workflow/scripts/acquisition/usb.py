@@ -20,20 +20,20 @@ class UsbPort:
     def __init__(self, name: str, ports: Iterable[ListPortInfo] | None = None) -> None:
         self._name = name
         self._identity = None
-        for found in list_ports.comports() if ports is None else ports:
-            if found.device == name and found.vid is not None:
-                self._identity = _identity(found)
+        for port in list_ports.comports() if ports is None else ports:
+            if port.device == name and port.vid is not None:
+                self._identity = _identity(port)
 
     def current_name(self, ports: Iterable[ListPortInfo] | None = None) -> str:
         """Find the port's name now; the old one where nothing tells better."""
         if self._identity is None:
             return self._name
         ports = list_ports.comports() if ports is None else ports
-        same = [found.device for found in ports if _identity(found) == self._identity]
+        same = [port.device for port in ports if _identity(port) == self._identity]
         if self._name not in same and len(same) == 1:
             self._name = same[0]
         return self._name
 
 
-def _identity(found: ListPortInfo) -> tuple[int | None, int | None, str | None]:
-    return found.vid, found.pid, found.serial_number
+def _identity(port: ListPortInfo) -> tuple[int | None, int | None, str | None]:
+    return port.vid, port.pid, port.serial_number

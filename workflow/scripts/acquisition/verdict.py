@@ -138,16 +138,16 @@ class FinalVerdict:
             # Its own score is known where only the recordings that teach a threshold are missing.
             why = "no wave on every sensor" if np.isnan(verdict.score) else "nothing to learn from"
             return f"verdict of {detector}: not known, {why}"
-        said = ["no nodule"]
+        parts = ["no nodule"]
         if verdict.predicted_mm > 0:
             where = words.place(
                 verdict.location_samples / recording["rate_hz"], verdict.location_mm
             )
-            said = [f"nodule of {verdict.estimate_mm:.1f} mm", f"sensor 1 passes it: {where}"]
+            parts = [f"nodule of {verdict.estimate_mm:.1f} mm", f"sensor 1 passes it: {where}"]
         if not np.isnan(verdict.probability):
             prevalence = words.percent(self._settings["evaluation"]["prevalence"])
-            said.append(
+            parts.append(
                 f"probability of a nodule {words.percent(verdict.probability)} where {prevalence} "
                 "have one"
             )
-        return f"verdict of {detector}: {', '.join(said)}"
+        return f"verdict of {detector}: {', '.join(parts)}"

@@ -67,10 +67,10 @@ def _source(path: str, sources: Mapping[str, Mapping]) -> str:
     """Name the last source that gives a key, or the first where none does."""
     giving = next(iter(sources))
     for name, content in sources.items():
-        place: object = content
+        part: object = content
         for key in path.split("."):
-            place = place.get(key, sources) if isinstance(place, Mapping) else sources
-        if place is not sources:
+            part = part.get(key, sources) if isinstance(part, Mapping) else sources
+        if part is not sources:
             giving = name
     return giving
 

@@ -35,8 +35,8 @@ def _entries(raw: Path) -> Iterator[Entry]:
         kind = _kind(folder)
         yield Entry(folder.name, kind)
         if kind == "folder":
-            for found in folder.iterdir():
-                yield Entry(f"{folder.name}/{found.name}", _kind(found))
+            for entry in folder.iterdir():
+                yield Entry(f"{folder.name}/{entry.name}", _kind(entry))
 
 
 def _kind(path: Path) -> str:

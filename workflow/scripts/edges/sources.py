@@ -52,8 +52,8 @@ def _imports(source: Path) -> frozenset[str]:
 
 def _module_files(folder: Path, module: str) -> list[Path]:
     """Give the files that importing a dotted name runs, the packages above it included."""
-    files, place = [], folder
+    files, path = [], folder
     for part in module.split("."):
-        place /= part
-        files += [place.with_suffix(".py"), place / "__init__.py"]
+        path /= part
+        files += [path.with_suffix(".py"), path / "__init__.py"]
     return [path for path in files if path.is_file()]

@@ -213,10 +213,10 @@ def quantile(ordered: np.ndarray, share: float) -> np.ndarray:
     As by ``np.quantile(ordered, share, axis=-1, keepdims=True)``, which takes ten times as long for
     a few short rows.
     """
-    place = share * (ordered.shape[-1] - 1)
-    below, above = int(np.floor(place)), int(np.ceil(place))
+    rank = share * (ordered.shape[-1] - 1)
+    below, above = int(np.floor(rank)), int(np.ceil(rank))
     low, high = ordered[..., below : below + 1], ordered[..., above : above + 1]
-    return low + (place - below) * (high - low)
+    return low + (rank - below) * (high - low)
 
 
 def _taper(count: int) -> np.ndarray:

@@ -28,5 +28,5 @@ def threshold_at(healthy_scores: np.ndarray, specificity: float) -> float:
         return float("nan")
     # A hair less, for products such as 20 x 0.95 that rounding lifts above a whole number.
     rank = min(int(np.ceil((count + 1) * specificity - 1e-9)), count)
-    place = max(rank, 1) - 1
-    return float(np.partition(healthy_scores, place)[place])
+    index = max(rank, 1) - 1
+    return float(np.partition(healthy_scores, index)[index])

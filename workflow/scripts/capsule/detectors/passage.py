@@ -103,7 +103,7 @@ def standardised_beats(
     -------
     (S, N) array
     """
-    weighted = sum(weights[name] * beats.channels[place] for place, name in enumerate(CHANNELS))
+    weighted = sum(weights[name] * beats.channels[channel] for channel, name in enumerate(CHANNELS))
     # A nodule raises the beats for part of the run, so the spread is that of the lower half. From
     # the median to the lower quartile it is 0.6745 standard deviations of a normal distribution.
     ordered = np.sort(weighted, axis=1)

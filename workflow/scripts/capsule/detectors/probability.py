@@ -80,7 +80,7 @@ def fit_probabilities(
     list of F Probability or None
         As by `fit_probability` from the recordings of each fold alone.
     """
-    found: list[Probability | None] = [None] * len(taught)
+    curves: list[Probability | None] = [None] * len(taught)
     of_both_kinds = ((taught & ~nodule).sum(axis=1) >= 2) & (taught & nodule).any(axis=1)
     folds = np.flatnonzero(of_both_kinds)
     centre, scale = _mean_and_spread(scores, taught[folds] & ~nodule)
@@ -100,8 +100,8 @@ def fit_probabilities(
     for _ in range(iterations):
         odds = coefficients[:, :1] + coefficients[:, 1:] * scaled
         chance = 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
-        said = weight * chance
-        left, steep = observed - said, said - said * chance
+        expected = weight * chance
+        left, steep = observed - expected, expected - expected * chance
         gradient = np.stack([left.sum(axis=1), np.vecdot(left, scaled)], axis=1)
         tilted = steep * scaled
         entries = [steep.sum(axis=1), tilted.sum(axis=1), np.vecdot(tilted, scaled)]
@@ -115,8 +115,8 @@ def fit_probabilities(
         if longest.max(initial=0.0) < 1e-7:
             break
     for fold, *curve in zip(folds, centre[:, 0], scale[:, 0], *coefficients.T, strict=True):
-        found[fold] = Probability(*map(float, curve))
-    return found
+        curves[fold] = Probability(*map(float, curve))
+    return curves
 
 
 def _mean_and_spread(scores: np.ndarray, counted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

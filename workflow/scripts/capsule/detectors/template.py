@@ -84,9 +84,9 @@ class TemplateMatching:
             each = margin_reach(self._norms[taught], wholes[index], folds[index])
             reach = np.maximum(reach, each)
         names = self._healthy[taught]
-        for place in near_threshold(margins, reach, self._specificity):
+        for row in near_threshold(margins, reach, self._specificity):
             for index in kept:
-                gains[place, index], _ = template_margin(self._sliding(names[place]), folds[index])
+                gains[row, index], _ = template_margin(self._sliding(names[row]), folds[index])
         return threshold_at(_margins(gains), self._specificity)
 
     def _render(self, left_out: frozenset[str]) -> tuple[np.ndarray, ...]:

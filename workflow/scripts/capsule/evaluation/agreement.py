@@ -53,9 +53,9 @@ def _sign_test(first: int, second: int) -> float:
 
 def _ranks(scores: np.ndarray) -> np.ndarray:
     """Rank scores from 1; equal ones share the mean of their ranks."""
-    _, place, count = np.unique(scores, return_inverse=True, return_counts=True)
+    _, value_of, count = np.unique(scores, return_inverse=True, return_counts=True)
     last = np.cumsum(count)
-    return (last - (count - 1) / 2)[place]
+    return (last - (count - 1) / 2)[value_of]
 
 
 def permuted_areas(

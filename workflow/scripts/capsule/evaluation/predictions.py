@@ -88,7 +88,7 @@ def by_folds(
     rows: dict[tuple[str, str, str], dict] = {}
     for folds in schemes:
         for part in folds.parts():
-            judged, left_out = ([names[place] for place in places] for places in part)
+            judged, left_out = ([names[index] for index in indices] for indices in part)
             for row in detectors.rows(judged, left_out):
                 row |= {"size_mm": sizes_mm[row["recording"]], "scheme": folds.scheme}
                 rows[row["detector"], row["recording"], row["scheme"]] = row

@@ -46,16 +46,16 @@ def calibration_table(
         One row a bin: ``stated_low``, ``stated_high``, ``recordings``, ``stated`` (mean) and
         ``observed`` with ``_low`` and ``_high``; NaN where the bin is empty.
     """
-    place = np.minimum((probability * bins).astype(int), bins - 1)
+    bin_of = np.minimum((probability * bins).astype(int), bins - 1)
     weights = prevalence_weights(nodule, prevalence)
     nodules, healthy = int(np.count_nonzero(nodule)), int(np.count_nonzero(~nodule))
     rows = []
     for index in range(bins):
-        inside = place == index
-        found, alarms = int(np.sum(inside & nodule)), int(np.sum(inside & ~nodule))
+        inside = bin_of == index
+        hits, alarms = int(np.sum(inside & nodule)), int(np.sum(inside & ~nodule))
         # Of an empty bin nothing is known.
-        of = (nodules, healthy) if found + alarms else (0, 0)
-        values = predictive_values(found, of[0], of[1] - alarms, of[1], prevalence, confidence)
+        of = (nodules, healthy) if hits + alarms else (0, 0)
+        values = predictive_values(hits, of[0], of[1] - alarms, of[1], prevalence, confidence)
         total = weights[inside].sum()
         stated = (weights * probability)[inside].sum() / total if total > 0 else np.nan
         rows.append(

@@ -77,10 +77,10 @@ def bootstrap(
     """
     areas, heights = np.empty(repeats), np.empty((repeats, grid.size))
     for repeat in range(repeats):
-        drawn = np.sort(healthy[generator.integers(0, healthy.size, healthy.size)])
-        found = np.sort(nodule[generator.integers(0, nodule.size, nodule.size)])
-        areas[repeat] = auc(drawn, found)
-        heights[repeat] = height_at(drawn, found, grid)
+        healthy_drawn = np.sort(healthy[generator.integers(0, healthy.size, healthy.size)])
+        nodule_drawn = np.sort(nodule[generator.integers(0, nodule.size, nodule.size)])
+        areas[repeat] = auc(healthy_drawn, nodule_drawn)
+        heights[repeat] = height_at(healthy_drawn, nodule_drawn, grid)
     tails = [(1 - confidence) / 2, (1 + confidence) / 2]
     low, high = np.quantile(areas, tails)
     band = np.quantile(heights, tails, axis=0)

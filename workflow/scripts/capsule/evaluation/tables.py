@@ -99,11 +99,11 @@ def summary(of_scheme: Sequence[Verdicts], tolerance_mm: float, confidence: floa
         row |= interval_columns("specificity", specificity)
         row |= interval_columns("balanced_accuracy", _mean_of(sensitivity, specificity))
         for name, allowed_mm in (("exact_rate", 0.0), ("within_rate", tolerance_mm)):
-            found = (float("nan"),) * 3
+            values = (float("nan"),) * 3
             if verdicts is not None:
                 right = _right_size(verdicts, allowed_mm)[truth]
-                found = rate(int(right.sum()), right.size, confidence)
-            row |= interval_columns(name, found)
+                values = rate(int(right.sum()), right.size, confidence)
+            row |= interval_columns(name, values)
         rows.append(row)
     return rows
 
@@ -131,8 +131,8 @@ def curves(
         label = verdicts.key | {"size_mm": size_mm}
         areas.append(label | interval_columns("auc", (roc.auc(healthy, nodule), *area)))
         heights = roc.height_at(healthy, nodule, _GRID)
-        for place, bounds in enumerate(zip(heights, low, high, strict=True)):
-            point = {"false_positive_rate": round(float(_GRID[place]), 10)}
+        for index, bounds in enumerate(zip(heights, low, high, strict=True)):
+            point = {"false_positive_rate": round(float(_GRID[index]), 10)}
             points.append(
                 label | point | interval_columns("true_positive_rate", list(map(float, bounds)))
             )
@@ -213,9 +213,8 @@ def comparisons(
     """Compare every two detectors on the same recordings, detection and size apart."""
     rows = []
     for first, second in combinations(of_scheme, 2):
-        places = [{name: place for place, name in enumerate(v.recordings)} for v in (first, second)]
         both = sorted(set(first.recordings) & set(second.recordings))
-        pick = [[place[name] for name in both] for place in places]
+        pick = [_rows_of(verdicts, both) for verdicts in (first, second)]
         truth = first.size_mm[pick[0]]
         for measure in ("detection", "size_within_tolerance"):
             right = [
@@ -228,9 +227,17 @@ def comparisons(
                 row = {"scheme": first.key["scheme"], "first": first.key["detector"]}
                 row |= {"second": second.key["detector"], "measure": measure, "size_mm": size_mm}
                 row["recordings"] = int(chosen.sum())
-                found = agreement.paired_difference(right[0][chosen], right[1][chosen], confidence)
-                rows.append(row | found)
+                difference = agreement.paired_difference(
+                    right[0][chosen], right[1][chosen], confidence
+                )
+                rows.append(row | difference)
     return rows
+
+
+def _rows_of(verdicts: Verdicts, names: Sequence[str]) -> list[int]:
+    """Give the rows of some recordings."""
+    row_of = {name: row for row, name in enumerate(verdicts.recordings)}
+    return [row_of[name] for name in names]
 
 
 def _right(verdicts: Verdicts, measure: str, tolerance_mm: float) -> np.ndarray:

@@ -132,15 +132,15 @@ def _draw_panel(axes: Axes, table: pd.DataFrame, sizes_mm: Sequence[float]) -> N
         say_nothing_to_show(axes, "no recording to count")
         return
     schemes = [scheme for scheme in _MARKS if (table["scheme"] == scheme).any()]
-    places = {size_mm: place for place, size_mm in enumerate(sizes_mm)}
+    tick_of = {size_mm: position for position, size_mm in enumerate(sizes_mm)}
     for order, scheme in enumerate(schemes):
         rows = known[known["scheme"] == scheme]
         shift = 0.2 * (order - (len(schemes) - 1) / 2)
-        place = np.array([places[size_mm] + shift for size_mm in rows["size_mm"]])
+        position = np.array([tick_of[size_mm] + shift for size_mm in rows["size_mm"]])
         value = rows["rate"].to_numpy()
         reach = np.maximum([value - rows["low"], rows["high"] - value], 0.0)
         axes.errorbar(
-            place,
+            position,
             value,
             yerr=reach,
             linestyle="none",
@@ -164,8 +164,8 @@ def _tick(size_mm: float, one_sided: bool) -> str:
 
 
 def _legend_of(grid: np.ndarray) -> tuple[list, list]:
-    found: dict[str, object] = {}
+    handles: dict[str, object] = {}
     for axes in grid.flat:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
-            found.setdefault(label, handle)
-    return list(found.values()), list(found)
+            handles.setdefault(label, handle)
+    return list(handles.values()), list(handles)

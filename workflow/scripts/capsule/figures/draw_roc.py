@@ -60,9 +60,9 @@ def curve_table(
     names = {f"sensitivity{end}": f"true_positive_rate{end}" for end in ("", "_low", "_high")}
     points = points.rename(columns=names).reindex(columns=[*columns, *bounds])
     points = points.dropna(subset=columns[2:])
-    found = [curves.assign(kind="curve"), points.assign(kind="operating point")]
+    parts = [curves.assign(kind="curve"), points.assign(kind="operating point")]
     # pandas warns of empty parts, which say nothing of the columns' types.
-    return pd.concat([part for part in found if not part.empty] or found[:1], ignore_index=True)
+    return pd.concat([part for part in parts if not part.empty] or parts[:1], ignore_index=True)
 
 
 def roc_drawing(inputs: FigureInputs) -> Drawing:
@@ -98,7 +98,7 @@ def draw_roc(
     panels = [float("nan"), *sizes_mm]
     across = 2 if width_in <= COLUMN_WIDTH_IN else 3
     down = -(-len(panels) // across)
-    looks = {name: _LOOKS[place % len(_LOOKS)] for place, name in enumerate(detectors)}
+    looks = {name: _LOOKS[index % len(_LOOKS)] for index, name in enumerate(detectors)}
     with figure_style():
         side = width_in / across
         figure = Figure(figsize=(width_in, side * down + 0.55), layout="constrained")
@@ -110,11 +110,11 @@ def draw_roc(
             axes.set_title("any nodule" if of_any else f"{size_mm:g} mm")
             size = table["size_mm"]
             _draw_panel(axes, table[size.isna() if of_any else size == size_mm], looks)
-        for place, axes in enumerate(grid.flat[: len(panels)]):
-            if place + across >= len(panels):
+        for index, axes in enumerate(grid.flat[: len(panels)]):
+            if index + across >= len(panels):
                 axes.set_xlabel("false alarms")
                 axes.tick_params(labelbottom=True)
-            if place % across == 0:
+            if index % across == 0:
                 axes.set_ylabel("nodules found")
         handles, labels = grid[0, 0].get_legend_handles_labels()
         if handles:

@@ -72,7 +72,12 @@ def planned_runs(sizes_mm: Sequence[float], runs: int, passes: int) -> list[Plan
 
 
 def simulate_run(
-    phantom: Phantom, nodule_mm: float, seed: int, site: str, attempt: str = "1"
+    phantom: Phantom,
+    nodule_mm: float,
+    seed: int,
+    site: str,
+    attempt: str = "1",
+    sensors: int = SENSORS,
 ) -> Run:
     """Simulate one pass of the capsule over one place.
 
@@ -88,6 +93,8 @@ def simulate_run(
         Name of the place: its nodule and its uneven wall are the same in every pass.
     attempt
         Name of the pass: everything else is drawn anew in each.
+    sensors
+        S; the paper's capsule has four.
 
     Returns
     -------
@@ -102,12 +109,12 @@ def simulate_run(
 
     origami, wall, contact = phantom.origami, phantom.wall, phantom.contact
     rate_hz = phantom.electronics.rate_hz
-    offsets = sensor_offsets(origami, SENSORS)
+    offsets = sensor_offsets(origami, sensors)
 
     seat = draw("seat")
     lead_mm = phantom.advance.lead_mm + seat.normal(0.0, phantom.advance.lead_spread_mm)
     nodule_at_mm = max(lead_mm, 0.0)
-    coupling = np.exp(seat.normal(0.0, contact.coupling_spread, SENSORS))
+    coupling = np.exp(seat.normal(0.0, contact.coupling_spread, sensors))
     height_offset_mm = series.normal(0.0, contact.series_offset_mm) + seat.normal(
         0.0, contact.height_offset_mm
     )
@@ -125,16 +132,16 @@ def simulate_run(
     period_s = wave_period(wall)
     longest = int(phantom.advance.longest_samples)
     waves = int(np.ceil(longest / rate_hz / period_s)) + 1
-    strokes = stroke_positions(phantom.advance, draw("advance"), period_s, waves, climb, SENSORS)
+    strokes = stroke_positions(phantom.advance, draw("advance"), period_s, waves, climb, sensors)
     time_s = np.round(np.arange(longest) / rate_hz, 6)
     head_mm = head_position(phantom.advance, strokes, period_s, time_s)
-    way_mm = 2 * phantom.advance.lead_mm + (SENSORS - 1) * pitch(origami)
+    way_mm = 2 * phantom.advance.lead_mm + (sensors - 1) * pitch(origami)
     samples = max(int(np.searchsorted(head_mm, way_mm)), 2)
     time_s, head_mm = time_s[:samples], head_mm[:samples]
 
     position_mm = head_mm - offsets[:, np.newaxis]
     wave_mm = wall_height(wall, position_mm, time_s, phase)
-    wander_mm = touch.seat_wander(contact, draw("wander"), SENSORS, longest, rate_hz)[:, :samples]
+    wander_mm = touch.seat_wander(contact, draw("wander"), sensors, longest, rate_hz)[:, :samples]
     nodule_side = uneven_height(wall, place, position_mm)
     other_side = uneven_height(wall, place, position_mm)
     profile = touch.bulge_profile(1.0, width_mm, position_mm - nodule_at_mm)

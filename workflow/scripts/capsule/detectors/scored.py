@@ -1,0 +1,89 @@
+"""A detector that is a score: above a threshold learned from healthy recordings, it is a nodule.
+
+A subclass says how a recording is scored. The size is the one whose recordings score most alike.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from capsule.detectors.operating_point import threshold_at
+from capsule.detectors.training import JudgedRecording, TrainingArchive
+from capsule.detectors.verdicts import Verdict
+from capsule.templates import TemplateSet
+
+_UNKNOWN = float("nan")
+
+
+@dataclass(frozen=True)
+class ScoredModel(ABC):
+    """What a score learns from the recordings of a training fold.
+
+    Attributes
+    ----------
+    threshold : float
+        A score above it means a nodule; NaN without a healthy recording.
+    usual : dict of float to float
+        Mean score of each nodule size in mm.
+    """
+
+    threshold: float
+    usual: Mapping[float, float]
+    # The detector's name, under which results/detectors.json keeps the model.
+    name: ClassVar[str]
+
+    @staticmethod
+    @abstractmethod
+    def score(recording: JudgedRecording) -> float:
+        """Score one recording: the higher, the more it looks like a nodule; NaN if unknown."""
+
+    def verdict(self, recording: JudgedRecording) -> Verdict:
+        """Judge one recording."""
+        score = self.score(recording)
+        if np.isnan(score) or np.isnan(self.threshold):
+            return Verdict(_UNKNOWN, score, self.threshold)
+        if score <= self.threshold or not self.usual:
+            return Verdict(0.0 if score <= self.threshold else _UNKNOWN, score, self.threshold)
+        size_mm = min(self.usual, key=lambda size: abs(self.usual[size] - score))
+        return Verdict(size_mm, score, self.threshold, estimate_mm=size_mm)
+
+    def stored(self) -> dict:
+        """Give the model as JSON holds it, under the detector's name."""
+        threshold = None if np.isnan(self.threshold) else self.threshold
+        return {self.name: {"threshold": threshold, "usual": list(self.usual.items())}}
+
+    @classmethod
+    def restored(cls, stored: Mapping, templates: TemplateSet) -> "ScoredModel":
+        """Take the model out of what `stored` gave; it needs no template."""
+        threshold, usual = stored[cls.name]["threshold"], stored[cls.name]["usual"]
+        return cls(_UNKNOWN if threshold is None else threshold, dict(map(tuple, usual)))
+
+
+class ScoredDetector:
+    """Learns the threshold of a score; a subclass names its `Model`.
+
+    Parameters
+    ----------
+    archive : TrainingArchive
+        Its labelled recordings are scored once; a score that is not known teaches nothing.
+    """
+
+    Model: type[ScoredModel]
+
+    def __init__(self, archive: TrainingArchive) -> None:
+        scores = {name: self.Model.score(archive.recording(name)) for name in archive.sizes_mm}
+        self._scores = {name: score for name, score in scores.items() if not np.isnan(score)}
+        self._sizes_mm = archive.sizes_mm
+        self._specificity = archive.settings["evaluation"]["specificity"]
+
+    def without(self, left_out: Sequence[str]) -> ScoredModel:
+        """Learn from all labelled recordings but those left out."""
+        by_size: dict[float, list[float]] = {}
+        for name in self._scores.keys() - set(left_out):
+            by_size.setdefault(self._sizes_mm[name], []).append(self._scores[name])
+        healthy = np.array(by_size.pop(0.0, []))
+        usual = {size: float(np.mean(np.sort(by_size[size]))) for size in sorted(by_size)}
+        return self.Model(threshold_at(healthy, self._specificity), usual)
