@@ -1,0 +1,153 @@
+"""Which rows the table of the compared detectors has, and how a cell of each is written."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Literal
+
+from capsule import words
+from capsule.page.cells import plain_cell, rate_cell_of
+
+
+@dataclass(frozen=True)
+class Row:
+    """A measure of the compared detectors, a cell a detector.
+
+    Attributes
+    ----------
+    title : str
+        Its heading; ``{size}``, ``{tolerance}`` and ``{first}`` are filled in.
+    table : str
+        Where its values stand, one of `capsule.evaluation.tables`.
+    cell : callable
+        Makes a cell out of a row of that table.
+    sizes : {"all", "healthy", "each", "smallest"}
+        Of which recordings: all nodules together, those without one, or those of a size: a row
+        for each, or one for the smallest.
+    measure : str
+        In the table of differences, between what; empty in every other.
+    """
+
+    title: str
+    table: str
+    cell: Callable[[Mapping], dict]
+    sizes: Literal["all", "healthy", "each", "smallest"] = "all"
+    measure: str = ""
+
+
+@dataclass(frozen=True)
+class Group:
+    """Rows under one heading, in which ``{prevalence}`` and ``{first}`` are filled in."""
+
+    title: str
+    rows: tuple[Row, ...]
+
+
+def rate_of(name: str) -> Callable[[Mapping], dict]:
+    """Return what makes a cell out of the rate in a column."""
+    return partial(rate_cell_of, name=name)
+
+
+def number_of(name: str, unit: str = "", end: str = "") -> Callable[[Mapping], dict]:
+    """Return what makes a cell out of the number in a column, with its unit.
+
+    Parameters
+    ----------
+    name : str
+        The column.
+    unit : str, optional
+        Stands behind the number, with a space before it.
+    end : str, optional
+        What the columns' names have behind ``_low`` and ``_high``.
+    """
+    return partial(_number_cell, name=name, unit=unit, end=end)
+
+
+def _number_cell(row: Mapping, name: str, unit: str, end: str) -> dict:
+    value, low, high = (row[f"{name}{part}{end}"] for part in ("", "_low", "_high"))
+    if not words.is_known(value):
+        return plain_cell(None, words.UNKNOWN)
+    interval = f"{words.number(low)} to {words.number(high)}{unit}" if words.is_known(low) else ""
+    return plain_cell(float(value), words.number(value) + unit, interval)
+
+
+def chance(row: Mapping) -> dict:
+    """Return the area that chance alone reaches, and how often it reaches the detector's."""
+    bounds = f"{words.number(row['by_chance_low'])} to {words.number(row['by_chance_high'])}"
+    return plain_cell(
+        float(row["by_chance"]), words.number(row["by_chance"]), bounds, words.p_value(row["p"])
+    )
+
+
+def brier(row: Mapping) -> dict:
+    """Return the Brier score, and that of stating the prevalence every time."""
+    uninformed = f"knowing nothing: {words.number(row['brier_uninformed'], 3)}"
+    return plain_cell(float(row["brier"]), words.number(row["brier"], 3), "", uninformed)
+
+
+def size_error(row: Mapping) -> dict:
+    """Return the mean absolute error of the size, and of how many nodules it is."""
+    cell = _number_cell(row, "absolute_error", " mm", "_mm")
+    return cell | {"count": words.count_of(row["detected"], row["recordings"])}
+
+
+def location_error(row: Mapping) -> dict:
+    """Return the median error of the place, and of how many recordings it is."""
+    cell = _number_cell(row, "median_absolute_error_mm", " mm", "")
+    return cell | {"count": words.plural(int(row["recordings"]), "recording")}
+
+
+def difference(row: Mapping) -> dict:
+    """Return a difference of two rates, with the p of McNemar's test."""
+    value = row["difference"]
+    if not words.is_known(value):
+        return plain_cell(None, words.UNKNOWN)
+    bounds = f"{words.points(row['difference_low'])} to {words.points(row['difference_high'])}"
+    return plain_cell(float(value), words.points(value), bounds, words.p_value(row["mcnemar_p"]))
+
+
+GROUPS = (
+    Group(
+        "Finding a nodule",
+        (
+            Row("Specificity", "summary", rate_of("specificity")),
+            Row("Sensitivity, any nodule", "summary", rate_of("sensitivity")),
+            Row("Sensitivity, {size}", "predictive_values", rate_of("sensitivity"), "each"),
+            Row("Balanced accuracy", "summary", rate_of("balanced_accuracy")),
+        ),
+    ),
+    Group(
+        "Ranking by the score, whatever the threshold",
+        (
+            Row("AUC, any nodule against none", "auc", number_of("auc")),
+            Row("AUC, {size} against none", "auc", number_of("auc"), "smallest"),
+            Row("AUC, labels dealt out anew", "permutation", chance),
+        ),
+    ),
+    Group(
+        "What a verdict means where {prevalence} have a nodule",
+        (
+            Row("Positive predictive value", "predictive_values", rate_of("ppv")),
+            Row("Negative predictive value", "predictive_values", rate_of("npv")),
+            Row("Brier score of the probability", "brier", brier),
+        ),
+    ),
+    Group(
+        "Size and place of a nodule",
+        (
+            Row("Exact size, of all nodules", "summary", rate_of("exact_rate")),
+            Row("Within {tolerance}, of all nodules", "summary", rate_of("within_rate")),
+            Row("Mean absolute error, of those found", "size_error", size_error),
+            Row("Bias, of those found", "size_error", number_of("bias", " mm", "_mm")),
+            Row("Median error of the place", "localisation", location_error),
+        ),
+    ),
+    Group(
+        "Difference from {first}, on the same recordings",
+        (
+            Row("Nodules found", "comparison", difference, measure="detection"),
+            Row("Healthy recordings called so", "comparison", difference, "healthy", "detection"),
+            Row("Within {tolerance}", "comparison", difference, measure="size_within_tolerance"),
+        ),
+    ),
+)
