@@ -1,7 +1,6 @@
 """Several passes over one place: one verdict, by a threshold learned from other places."""
 
 import numpy as np
-import pandas as pd
 
 from capsule.evaluation.sites import (
     COLUMNS,
@@ -10,7 +9,6 @@ from capsule.evaluation.sites import (
     site_rows,
     site_verdicts,
 )
-from capsule.page import places
 
 UNKNOWN = float("nan")
 
@@ -98,32 +96,3 @@ def test_verdicts_are_sorted_by_detector_label_and_the_place_that_the_recordings
     assert (by_rule["site"], by_rule["size_mm"], by_rule["recordings"]) == ("p", 2.0, 2)
     # The mean of the scores 2 and 3; the rule's own threshold is 0, the other is a healthy score.
     assert (by_rule["score"], by_rule["threshold"], by_threshold["threshold"]) == (2.5, 0.0, 1.0)
-
-
-def test_the_page_has_a_row_a_place_and_a_column_a_detector():
-    rows = [
-        ["a", 0.0, 2, "template", True, 2.0, UNKNOWN],
-        ["a", 0.0, 2, "diagonal", False, UNKNOWN, UNKNOWN],
-        ["p", UNKNOWN, 3, "template", UNKNOWN, UNKNOWN, UNKNOWN],
-        ["p", UNKNOWN, 3, "diagonal", True, 3.14, 5.0],
-    ]
-    columns = ["site", "size_mm", "recordings", "detector", "detected", "estimate_mm"]
-    made = places.place_rows(pd.DataFrame(rows, columns=[*columns, "location_mm"]))
-    assert made["detectors"] == ["template", "diagonal"]
-    assert [(row["site"], row["size"], row["recordings"]) for row in made["rows"]] == [
-        ("a", "no nodule", 2),
-        ("p", "unlabelled", 3),
-    ]
-    assert made["rows"][0]["verdicts"] == ["nodule of 2.0 mm", "no nodule"]
-    assert made["rows"][1]["verdicts"] == ["not known", "nodule of 3.1 mm, at 5.0 mm"]
-    assert places.place_rows(pd.DataFrame(columns=[*columns, "location_mm"]))["rows"] == []
-
-
-def test_more_passes_are_rows_and_sizes_are_columns():
-    key = {"detector": "diagonal", "detected_low": 0.1, "detected_high": 0.9, "sites": 4}
-    rows = [key | {"passes": n, "size_mm": size, "detected": 0.25 * n} for n in (1, 2) for size in (0.0, 2.0)]  # fmt: skip  # noqa: E501
-    made = places.retest_rows(pd.DataFrame(rows[:-1]))
-    assert made["sizes"] == ["no nodule", "2 mm"]
-    assert [row["passes"] for row in made["rows"]] == [1, 2]
-    assert [cell["text"] for cell in made["rows"][1]["cells"]] == ["50 %", "not known"]
-    assert places.retest_rows(pd.DataFrame(columns=["detector"]))["rows"] == []

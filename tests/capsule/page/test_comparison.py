@@ -139,20 +139,3 @@ def test_without_any_verdict_nothing_is_compared():
     assert page["compared"] == page["calibration"] == []
     assert page["in_short"] == ""
     assert page["silent"].startswith("template and diagonal have given no verdict")
-
-
-@pytest.mark.parametrize(
-    ("written", "expected"),
-    [
-        (words.points(0.125), "+12.5"),
-        (words.points(-0.4), "\u221240"),
-        (words.points(0.0001), "0"),
-        (words.p_value(0.0004), "p < 0.001"),
-        (words.p_value(0.0313), "p = 0.031"),
-        (words.place(-5.7, None), "before the start"),
-        (words.place(9.26, 4.5), "9.3 s, 4.5 mm"),
-        (words.place(float("nan"), None), words.NOT_GIVEN),
-    ],
-)
-def test_differences_and_places_read_as_words(written, expected):
-    assert written == expected

@@ -1,13 +1,16 @@
-"""The answer on the first screen: what the system can do on these recordings."""
+"""The answers of the first screen, in values: what the system can do on these recordings.
 
-from collections.abc import Sequence
+`capsule.page.cards` words them.
+"""
+
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from scipy.special import stdtrit
 
 from capsule.evaluation.rates import rate
+from capsule.evaluation.size_error import mean_interval
 
 
 @dataclass(frozen=True)
@@ -29,8 +32,141 @@ class Estimate:
     of: int
 
 
+@dataclass(frozen=True)
+class Answers:
+    """What a detector achieves on these recordings, by one scheme.
+
+    Attributes
+    ----------
+    reliable_rate : float
+        What precision and recall must both reach, for a size to be reliably found.
+    judged : bool
+        Whether a recording of a nodule of known size was judged at all.
+    smallest_mm : float or None
+        From `smallest_reliable_size`.
+    precision, recall : Estimate or None
+        Those of that size; None where there is none.
+    specificity : Estimate
+        The share of the recordings without a nodule that were called so.
+    tolerance_mm : float
+        How far off a size may be.
+    within : Estimate
+        The share of the recordings of nodules whose size is right within the tolerance.
+    size_error_mm : Estimate
+        From `mean_size_error`.
+    """
+
+    reliable_rate: float
+    judged: bool
+    smallest_mm: float | None
+    precision: Estimate | None
+    recall: Estimate | None
+    specificity: Estimate
+    tolerance_mm: float
+    within: Estimate
+    size_error_mm: Estimate
+
+
+@dataclass(frozen=True)
+class PaperAnswers:
+    """What the paper achieves on its recordings, by the same rules.
+
+    Attributes
+    ----------
+    smallest_mm : float or None
+        From `smallest_reliable_size`.
+    specificity : Estimate
+        Worked out from its counts.
+    sizes_mm : tuple of float
+        The sizes whose estimates it judges, ascending.
+    within : Estimate
+        Over these sizes, within its tolerance.
+    same_tolerance : bool
+        Whether its tolerance is the one used here.
+    ours_within : Estimate or None
+        Our own over these sizes; None where this archive lacks one of them.
+    """
+
+    smallest_mm: float | None
+    specificity: Estimate
+    sizes_mm: tuple[float, ...]
+    within: Estimate
+    same_tolerance: bool
+    ours_within: Estimate | None
+
+
+def our_answers(
+    tables: Mapping[str, pd.DataFrame], predictions: pd.DataFrame, settings: Mapping
+) -> Answers:
+    """Return what a detector achieves on these recordings.
+
+    Parameters
+    ----------
+    tables : mapping of str to DataFrame
+        ``detection``, ``specificity`` and ``sizing`` of the detector and one scheme.
+    predictions : DataFrame
+        The verdicts of that detector and scheme.
+    settings : mapping
+        Sections ``evaluation`` and ``report`` of the configuration.
+    """
+    confidence = settings["evaluation"]["confidence"]
+    reliable_rate = settings["report"]["reliable_rate"]
+    detection = tables["detection"]
+    smallest_mm = smallest_reliable_size(detection, reliable_rate)
+    precision = recall = None
+    if smallest_mm is not None:
+        row = detection[detection["size_mm"] == smallest_mm].iloc[0]
+        precision = _estimate(row, "precision", row["tp"], row["tp"] + row["fp"])
+        recall = _estimate(row, "recall", row["tp"], row["tp"] + row["fn"])
+    return Answers(
+        reliable_rate=reliable_rate,
+        judged=bool(detection["recall"].notna().any()),
+        smallest_mm=smallest_mm,
+        precision=precision,
+        recall=recall,
+        specificity=specificity(tables["specificity"]),
+        tolerance_mm=settings["evaluation"]["tolerance_mm"],
+        within=within_tolerance(tables["sizing"], confidence),
+        size_error_mm=mean_size_error(predictions, confidence),
+    )
+
+
+def paper_answers(
+    paper: Mapping[str, pd.DataFrame],
+    our_sizing: pd.DataFrame,
+    settings: Mapping,
+    printed_tolerance_mm: float,
+) -> PaperAnswers:
+    """Return what the paper achieves, and what of it can be compared with ours.
+
+    Parameters
+    ----------
+    paper : mapping of str to DataFrame
+        ``detection``, ``specificity`` and ``sizing`` of the paper.
+    our_sizing : DataFrame
+        The rates per size of the detector and scheme that stand beside them.
+    settings : mapping
+        Sections ``evaluation`` and ``report`` of the configuration.
+    printed_tolerance_mm : float
+        The tolerance of the paper's rates.
+    """
+    confidence = settings["evaluation"]["confidence"]
+    sizes_mm = tuple(sorted(paper["sizing"]["size_mm"]))
+    ours_within = None
+    if set(sizes_mm) <= set(our_sizing["size_mm"]):
+        ours_within = within_tolerance(our_sizing, confidence, sizes_mm)
+    return PaperAnswers(
+        smallest_mm=smallest_reliable_size(paper["detection"], settings["report"]["reliable_rate"]),
+        specificity=specificity(paper["specificity"]),
+        sizes_mm=sizes_mm,
+        within=within_tolerance(paper["sizing"], confidence),
+        same_tolerance=settings["evaluation"]["tolerance_mm"] == printed_tolerance_mm,
+        ours_within=ours_within,
+    )
+
+
 def smallest_reliable_size(detection: pd.DataFrame, level: float) -> float | None:
-    """Find the smallest size from which on every size is reliably found.
+    """Return the smallest size from which on every size is reliably found.
 
     Parameters
     ----------
@@ -59,7 +195,7 @@ def smallest_reliable_size(detection: pd.DataFrame, level: float) -> float | Non
 def within_tolerance(
     sizing: pd.DataFrame, confidence: float, sizes_mm: Sequence[float] | None = None
 ) -> Estimate:
-    """Pool the within-tolerance rates of several sizes.
+    """Return the within-tolerance rate of several sizes, pooled.
 
     Parameters
     ----------
@@ -69,10 +205,6 @@ def within_tolerance(
         Level of the Wilson interval.
     sizes_mm : sequence of float, optional
         The sizes to pool; all of them if not given.
-
-    Returns
-    -------
-    Estimate
     """
     rows = sizing if sizes_mm is None else sizing[sizing["size_mm"].isin(sizes_mm)]
     hits, of = int(rows["within"].sum()), int(rows["recordings"].sum())
@@ -80,7 +212,7 @@ def within_tolerance(
 
 
 def mean_size_error(predictions: pd.DataFrame, confidence: float) -> Estimate:
-    """Average the absolute error of the size over all recordings of nodules.
+    """Return the mean absolute error of the size over all recordings of nodules.
 
     A recording in which no nodule is detected counts as 0 mm.
 
@@ -98,21 +230,19 @@ def mean_size_error(predictions: pd.DataFrame, confidence: float) -> Estimate:
     """
     nodules = predictions[predictions["size_mm"] > 0]
     errors = (nodules["predicted_mm"] - nodules["size_mm"]).abs().dropna().to_numpy()
-    count = errors.size
-    if count == 0:
-        return Estimate(*[float("nan")] * 3, 0, 0)
-    mean = float(errors.mean())
-    if count == 1:
-        return Estimate(mean, float("nan"), float("nan"), 0, 1)
-    reach = stdtrit(count - 1, 0.5 + confidence / 2) * errors.std(ddof=1) / np.sqrt(count)
-    return Estimate(mean, max(0.0, mean - float(reach)), mean + float(reach), 0, count)
+    mean, low, high = mean_interval(errors, confidence)
+    # NaN stays NaN here: it is not smaller than 0.
+    return Estimate(mean, 0.0 if low < 0 else low, high, 0, errors.size)
 
 
 def specificity(table: pd.DataFrame) -> Estimate:
-    """Take the specificity out of its table's one row of a detector and scheme, if there is one."""
+    """Return the specificity in the one row of its table, NaN where the table has none."""
     if table.empty:
         return Estimate(*[float("nan")] * 3, 0, 0)
     row = table.iloc[0]
-    bounds = (row["specificity"], row["specificity_low"], row["specificity_high"])
-    counts = int(row["true_negatives"]), int(row["healthy"])
-    return Estimate(*map(float, bounds), *counts)
+    return _estimate(row, "specificity", row["true_negatives"], row["healthy"])
+
+
+def _estimate(row: Mapping, name: str, hits: float, of: float) -> Estimate:
+    bounds = (float(row[column]) for column in (name, f"{name}_low", f"{name}_high"))
+    return Estimate(*bounds, int(hits), int(of))

@@ -1,93 +1,66 @@
-"""The answers of the first screen in words, each with its interval and the paper's answer."""
+"""The answers of the first screen in words, each with its interval and the paper's answer.
 
-from collections.abc import Mapping, Sequence
-
-import pandas as pd
+What is worded, and what is left out, depends on the values of `capsule.page.answers` alone.
+"""
 
 from capsule import words
-from capsule.page import answers
+from capsule.page.answers import Answers, Estimate, PaperAnswers
 
 
-def answer_cards(
-    ours: Mapping[str, pd.DataFrame],
-    paper: Mapping[str, pd.DataFrame],
-    predictions: pd.DataFrame,
-    settings: Mapping,
-    printed_tolerance_mm: float,
-) -> list[dict]:
-    """Answer the questions that a reader brings, each with interval and the paper's answer.
+def answer_cards(ours: Answers, paper: PaperAnswers) -> list[dict]:
+    """Return the answers to the questions that a reader brings.
 
     Parameters
     ----------
-    ours, paper : mapping of str to DataFrame
-        ``detection``, ``specificity`` and ``sizing`` of one detector and scheme, and the paper's.
-    predictions : DataFrame
-        The verdicts of that detector and scheme.
-    settings : mapping
-        Sections ``evaluation`` and ``report`` of the configuration.
-    printed_tolerance_mm : float
-        The tolerance of the paper's rates.
+    ours : Answers
+        What a detector achieves.
+    paper : PaperAnswers
+        What the paper achieves.
 
     Returns
     -------
     list of dict
-        ``id``, ``question``, ``answer``, ``value``, ``detail`` and ``paper``.
+        ``id``, ``question``, ``answer``, ``value`` (None where not known), ``detail`` and
+        ``paper``.
     """
-    confidence, level = settings["evaluation"]["confidence"], settings["report"]["reliable_rate"]
-    tolerance = settings["evaluation"]["tolerance_mm"]
-    smallest = answers.smallest_reliable_size(ours["detection"], level)
-    healthy = answers.specificity(ours["specificity"])
-    healthy_paper = answers.specificity(paper["specificity"])
-    within = answers.within_tolerance(ours["sizing"], confidence)
-    error = answers.mean_size_error(predictions, confidence)
     return [
         {
             "id": "smallest",
             "question": "Smallest size reliably found",
-            "answer": _smallest_words(ours["detection"], smallest),
-            "value": smallest,
-            "detail": _rates_at(ours["detection"], smallest)
-            + f"Reliable: precision and recall of at least {words.percent(level)}, there and at "
-            "every larger size."
-            + ("" if healthy.of else " With no recording without a nodule, precision is empty."),
-            "paper": _paper_smallest(paper["detection"], level),
+            "answer": _smallest_words(ours),
+            "value": ours.smallest_mm,
+            "detail": _reliable_words(ours),
+            "paper": _paper_smallest_words(paper),
         },
         {
             "id": "specificity",
             "question": "Specificity",
-            "answer": words.percent(healthy.value),
-            "value": healthy.value,
-            "detail": _specificity_words(healthy),
-            "paper": f"{words.percent(healthy_paper.value)} "
-            f"({words.interval(healthy_paper.low, healthy_paper.high)}), worked out from its "
-            "counts; it does not print it",
+            "answer": words.percent(ours.specificity.value),
+            "value": _known_or_none(ours.specificity),
+            "detail": _specificity_words(ours.specificity),
+            "paper": _paper_specificity_words(paper.specificity),
         },
         {
             "id": "within",
-            "question": f"Size right within {tolerance:g} mm",
-            "answer": words.percent(within.value),
-            "value": within.value,
-            "detail": f"{words.interval(within.low, within.high)}; "
-            f"{words.count_of(within.hits, within.of)} recordings of nodules."
-            if within.of
-            else "There is no recording of a nodule.",
-            "paper": _paper_within(
-                ours["sizing"], paper["sizing"], confidence, tolerance == printed_tolerance_mm
-            ),
+            "question": f"Size right within {ours.tolerance_mm:g} mm",
+            "answer": words.percent(ours.within.value),
+            "value": _known_or_none(ours.within),
+            "detail": _within_words(ours.within),
+            "paper": _paper_within_words(paper),
         },
         {
             "id": "error",
             "question": "Mean error of the size",
-            "answer": f"{words.number(error.value)} mm" if error.of else words.UNKNOWN,
-            "value": error.value,
-            "detail": _error_words(error),
+            "answer": _error_words(ours.size_error_mm),
+            "value": _known_or_none(ours.size_error_mm),
+            "detail": _error_detail(ours.size_error_mm),
             "paper": "not given",
         },
     ]
 
 
-def summary(origin: str, accepted: int, cards: Sequence[Mapping], settings: Mapping) -> str:
-    """Answer in a sentence or two, by the paper's own detector.
+def summary(origin: str, accepted: int, ours: Answers) -> str:
+    """Return the answer in a sentence or two, by the paper's own detector.
 
     Parameters
     ----------
@@ -95,90 +68,101 @@ def summary(origin: str, accepted: int, cards: Sequence[Mapping], settings: Mapp
         Kind of origin, from `capsule.page.provenance.Origin`.
     accepted : int
         How many recordings were used.
-    cards : sequence of mapping
-        From `answer_cards`.
-    settings : mapping
-        Section ``evaluation`` of the configuration.
-
-    Returns
-    -------
-    str
+    ours : Answers
+        What the paper's own detector achieves on them.
     """
-    by_id = {card["id"]: card for card in cards}
-    smallest, healthy = by_id["smallest"], by_id["specificity"]
-    kind = "simulated recording" if origin == "simulated" else "recording"
-    on = f"On {words.plural(accepted, kind)}"
     if not accepted:
         return "There is no recording to judge by yet."
-    if smallest["answer"] == words.UNKNOWN:
-        found = f"{on}, none of a nodule of known size, there is nothing to judge detection by"
+    kind = "simulated recording" if origin == "simulated" else "recording"
+    on = f"On {words.plural(accepted, kind)}"
+    if ours.smallest_mm is not None:
+        nodules = f"nodules of {words.size(ours.smallest_mm)} and larger"
+        answer = f"{on}, the paper's detector reliably finds {nodules}"
+    elif ours.judged:
+        answer = f"{on}, the paper's detector reliably finds no nodule size"
     else:
-        what = f"nodules of {smallest['answer']} and larger"
-        what = "no nodule size" if smallest["value"] is None else what
-        found = f"{on}, the paper's detector reliably finds {what}"
-    if words.is_known(healthy["value"]):
-        share = words.percent(1 - healthy["value"])
-        found += f"; it reports a nodule in {share} of the runs without one"
-    if words.is_known(by_id["within"]["value"]):
-        tolerance = f"{settings['tolerance_mm']:g} mm"
-        share = by_id["within"]["answer"]
-        found += f". It gives the size within {tolerance} in {share} of the runs with a nodule"
-    return found + "."
+        answer = f"{on}, none of a nodule of known size, there is nothing to judge detection by"
+    if ours.specificity.of:
+        false_alarms = words.percent(1 - ours.specificity.value)
+        answer += f"; it reports a nodule in {false_alarms} of the runs without one"
+    if ours.within.of:
+        share, tolerance = words.percent(ours.within.value), f"{ours.tolerance_mm:g} mm"
+        answer += f". It gives the size within {tolerance} in {share} of the runs with a nodule"
+    return answer + "."
 
 
-def _smallest_words(detection: pd.DataFrame, smallest: float | None) -> str:
-    if smallest is not None:
-        return words.size(smallest)
-    return "none" if detection["recall"].notna().any() else words.UNKNOWN
+def _known_or_none(estimate: Estimate) -> float | None:
+    return estimate.value if estimate.of else None
 
 
-def _rates_at(detection: pd.DataFrame, size_mm: float | None) -> str:
-    if size_mm is None:
-        return ""
-    row = detection[detection["size_mm"] == size_mm].iloc[0]
-    precision = words.interval(row["precision_low"], row["precision_high"])
-    recall = words.interval(row["recall_low"], row["recall_high"])
-    return (
-        f"There, precision {words.percent(row['precision'])} ({precision}) and recall "
-        f"{words.percent(row['recall'])} ({recall}). "
+def _bounds(estimate: Estimate) -> str:
+    return words.interval(estimate.low, estimate.high)
+
+
+def _smallest_words(ours: Answers) -> str:
+    if ours.smallest_mm is not None:
+        return words.size(ours.smallest_mm)
+    return "none" if ours.judged else words.UNKNOWN
+
+
+def _reliable_words(ours: Answers) -> str:
+    rates_there = ""
+    if ours.precision and ours.recall:
+        rates_there = (
+            f"There, precision {words.percent(ours.precision.value)} ({_bounds(ours.precision)}) "
+            f"and recall {words.percent(ours.recall.value)} ({_bounds(ours.recall)}). "
+        )
+    reliable = (
+        f"Reliable: precision and recall of at least {words.percent(ours.reliable_rate)}, there "
+        "and at every larger size."
     )
+    no_precision = " With no recording without a nodule, precision is empty."
+    return rates_there + reliable + ("" if ours.specificity.of else no_precision)
 
 
-def _paper_smallest(detection: pd.DataFrame, level: float) -> str:
-    smallest = answers.smallest_reliable_size(detection, level)
-    return "none" if smallest is None else f"{words.size(smallest)}, by the same rule"
+def _paper_smallest_words(paper: PaperAnswers) -> str:
+    if paper.smallest_mm is None:
+        return "none"
+    return f"{words.size(paper.smallest_mm)}, by the same rule"
 
 
-def _specificity_words(healthy: answers.Estimate) -> str:
-    if not healthy.of:
+def _specificity_words(specificity: Estimate) -> str:
+    if not specificity.of:
         return "There is no recording without a nodule."
-    return (
-        f"{words.interval(healthy.low, healthy.high)}; "
-        f"{words.count_of(healthy.hits, healthy.of)} recordings without a nodule were called so."
-    )
+    counts = words.count_of(specificity.hits, specificity.of)
+    return f"{_bounds(specificity)}; {counts} recordings without a nodule were called so."
 
 
-def _paper_within(
-    ours: pd.DataFrame, paper: pd.DataFrame, confidence: float, same_tolerance: bool
-) -> str:
-    sizes_mm = sorted(paper["size_mm"])
-    printed = answers.within_tolerance(paper, confidence)
-    named = words.enumerate_words([f"{size_mm:g}" for size_mm in sizes_mm])
-    text = (
-        f"{words.percent(printed.value)} ({words.interval(printed.low, printed.high)}) over "
-        f"{named} mm"
-    )
-    if not same_tolerance:
-        return f"{text}, with another tolerance"
-    if not set(sizes_mm) <= set(ours["size_mm"]):
-        return f"{text}; this archive lacks some of these sizes"
-    same = answers.within_tolerance(ours, confidence, sizes_mm)
-    return f"{text}; here over the same sizes {words.percent(same.value)}"
+def _paper_specificity_words(specificity: Estimate) -> str:
+    rate = f"{words.percent(specificity.value)} ({_bounds(specificity)})"
+    return f"{rate}, worked out from its counts; it does not print it"
 
 
-def _error_words(error: answers.Estimate) -> str:
-    if not error.of:
+def _within_words(within: Estimate) -> str:
+    if not within.of:
         return "There is no recording of a nodule."
-    bounds = f"{words.number(error.low)} to {words.number(error.high)} mm; "
-    mean = f"mean of {words.plural(error.of, 'recording')}, a missed nodule counting as 0 mm."
-    return (bounds if words.is_known(error.low) else "") + mean
+    return f"{_bounds(within)}; {words.count_of(within.hits, within.of)} recordings of nodules."
+
+
+def _paper_within_words(paper: PaperAnswers) -> str:
+    sizes = words.enumerate_words([f"{size_mm:g}" for size_mm in paper.sizes_mm])
+    printed = f"{words.percent(paper.within.value)} ({_bounds(paper.within)}) over {sizes} mm"
+    if not paper.same_tolerance:
+        return f"{printed}, with another tolerance"
+    if paper.ours_within is None:
+        return f"{printed}; this archive lacks some of these sizes"
+    return f"{printed}; here over the same sizes {words.percent(paper.ours_within.value)}"
+
+
+def _error_words(size_error_mm: Estimate) -> str:
+    return f"{words.number(size_error_mm.value)} mm" if size_error_mm.of else words.UNKNOWN
+
+
+def _error_detail(size_error_mm: Estimate) -> str:
+    if not size_error_mm.of:
+        return "There is no recording of a nodule."
+    mean = f"mean of {words.plural(size_error_mm.of, 'recording')}, a missed nodule counting as"
+    if not words.is_known(size_error_mm.low):
+        return f"{mean} 0 mm."
+    low, high = words.number(size_error_mm.low), words.number(size_error_mm.high)
+    return f"{low} to {high} mm; {mean} 0 mm."

@@ -11,7 +11,7 @@ from capsule.evaluation import points
 def rate_table(
     points: pd.DataFrame, measures: Mapping[str, str], sizes_mm: Sequence[float]
 ) -> dict:
-    """Arrange rates: a row a size, a group of columns a measure, a column a scheme.
+    """Return rates: a row a size, a group of columns a measure, a column a scheme.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def rate_table(
         {"title": title, "schemes": [words.scheme(name) for name in schemes]}
         for title in measures.values()
     ]
-    found = {
+    by_key = {
         (point.measure, point.scheme, point.size_mm): point
         for point in points.itertuples(index=False)
     }
@@ -44,7 +44,7 @@ def rate_table(
             "size": words.size(size_mm),
             "one_sided": size_mm in one_sided,
             "cells": [
-                rate_cell(found.get((measure, name, size_mm)), name)
+                rate_cell(by_key.get((measure, name, size_mm)), name)
                 for measure in measures
                 for name in schemes
             ],
@@ -55,7 +55,7 @@ def rate_table(
 
 
 def rate_cell(point: object | None, scheme: str = "") -> dict:
-    """Write one rate with its interval and its counts."""
+    """Return one rate with its interval and its counts."""
     if point is None or not words.is_known(point.rate):
         text = words.NOT_GIVEN if scheme == "paper" else words.UNKNOWN
         return {"value": None, "text": text, "interval": "", "count": "", "scheme": scheme}
@@ -69,12 +69,12 @@ def rate_cell(point: object | None, scheme: str = "") -> dict:
 
 
 def plain_cell(value: float | None, text: str, interval: str = "", count: str = "") -> dict:
-    """Give a cell that belongs to no scheme."""
+    """Return a cell that belongs to no scheme."""
     return {"value": value, "text": text, "interval": interval, "count": count, "scheme": ""}
 
 
 def rate_cell_of(row: Mapping, name: str) -> dict:
-    """Write the rate in a row of a table with the interval beside it."""
+    """Return the rate in a row of a table with the interval beside it."""
     value, low, high = row[name], row[f"{name}_low"], row[f"{name}_high"]
     if not words.is_known(value):
         return plain_cell(None, words.UNKNOWN)
@@ -83,7 +83,7 @@ def rate_cell_of(row: Mapping, name: str) -> dict:
 
 
 def confusion_rows(confusion: pd.DataFrame, scheme: str, sizes_mm: Sequence[float]) -> list[dict]:
-    """Arrange the counts of one scheme: a row a true size, a cell a predicted size.
+    """Return the counts of one scheme: a row a true size, a cell a predicted size.
 
     A cell has its ``count``, its ``share`` of the row in tenths (for its shade), and says whether
     it is ``right``.
@@ -107,7 +107,7 @@ def confusion_rows(confusion: pd.DataFrame, scheme: str, sizes_mm: Sequence[floa
 
 
 def template_rows(entries: Sequence[Mapping]) -> list[dict]:
-    """List the averaged parameters of every template, a row a size and sensor."""
+    """Return the averaged parameters of every template, a row a size and sensor."""
     rows = []
     for entry in entries:
         parameters = entry["parameters"]
@@ -141,7 +141,7 @@ def template_rows(entries: Sequence[Mapping]) -> list[dict]:
 
 
 def detection_rows(detections: pd.DataFrame) -> dict:
-    """List the verdicts on unlabelled recordings with the distance to every template.
+    """Return the verdicts on unlabelled recordings with the distance to every template.
 
     Returns
     -------
@@ -175,17 +175,13 @@ def detection_rows(detections: pd.DataFrame) -> dict:
 
 
 def _verdict_words(row: Mapping) -> dict:
-    """Write a detector's verdict: an unknown part of it, such as the place of none, is left out."""
+    """Write a detector's verdict; what it leaves open, such as the place of none, is not given."""
     estimate, probability = row["estimate_mm"], row["probability"]
     return {
         "detector": row["detector"],
         "verdict": words.size(row["predicted_mm"]),
-        "estimate": f"{words.number(estimate, 1)} mm"
-        if words.is_known(estimate)
-        else words.NOT_GIVEN,
-        "probability": words.percent(probability)
-        if words.is_known(probability)
-        else words.NOT_GIVEN,
+        "estimate": _or_not_given(f"{words.number(estimate, 1)} mm", estimate),
+        "probability": _or_not_given(words.percent(probability), probability),
         "place": words.place(row["location_s"], row["location_mm"]),
     }
 
@@ -201,7 +197,22 @@ def rate_tables(
     sizes_mm: Sequence[float],
     settings: Mapping,
 ) -> dict:
-    """Make the tables of detection, of the negatives and of sizing, the paper's beside ours."""
+    """Return the tables of detection, of the negatives and of sizing, the paper's beside ours.
+
+    Parameters
+    ----------
+    detection, sizing, confusion : DataFrame
+        The tables of one detector, all schemes, and the paper's below them.
+    sizes_mm : sequence of float
+        The sizes that have a template; the first is 0, no nodule.
+    settings : mapping
+        Section ``evaluation`` of the configuration.
+
+    Returns
+    -------
+    dict
+        ``detection``, ``negatives`` and ``sizing``, from `rate_table`.
+    """
     tolerance, confidence = settings["tolerance_mm"], settings["confidence"]
     measures = {"exact_rate": "Exact size", "within_rate": f"Within {tolerance:g} mm"}
     sized = rate_table(points.sizing_points(sizing), measures, sizes_mm[1:])

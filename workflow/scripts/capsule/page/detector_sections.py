@@ -1,4 +1,4 @@
-"""What the page says of each detector, and of each recording."""
+"""What the page says of each detector: answers, rates beside the paper's, confusions."""
 
 import math
 from collections.abc import Mapping
@@ -9,66 +9,13 @@ from capsule import words
 from capsule.detectors.registry import detector_row
 from capsule.evaluation.beside_paper import TABLES, Evaluation
 from capsule.evaluation.folds import main_scheme
-from capsule.page import cards, cells, evidence, provenance, recordings
+from capsule.page import answers, cards, cells, provenance
 
 
-def results_of(evaluation: Evaluation, settings: Mapping, printed_tolerance_mm: float) -> list:
-    """Give each detector's answers and tables; the first is the paper's method.
-
-    Parameters
-    ----------
-    evaluation : Evaluation
-        The tables.
-    settings : mapping
-        The configuration.
-    printed_tolerance_mm : float
-        The tolerance of the paper's rates.
-
-    Returns
-    -------
-    list of dict
-        ``detector``, ``scheme``, ``cards``, the tables of rates and ``confusions``.
-    """
-    sizes_mm, judged = evaluation.sizes_mm(), settings["evaluation"]
-    scheme = main_scheme(judged["schemes"])
-    found = []
-    for detector in evaluation.detectors():
-        both = {name: evaluation.of(name, detector, with_paper=True) for name in TABLES}
-        ours = {name: table[table["scheme"] == scheme] for name, table in both.items()}
-        rows = evaluation.predictions
-        rows = rows[(rows["detector"] == detector) & (rows["scheme"] == scheme)]
-        confusions = [
-            {
-                "title": words.scheme(name),
-                "rows": cells.confusion_rows(both["confusion"], name, sizes_mm),
-            }
-            for name in judged["schemes"]
-        ]
-        found.append(
-            {
-                "detector": detector,
-                "words": detector_row(detector).sentence,
-                "scheme": words.scheme(scheme),
-                "cards": cards.answer_cards(
-                    ours, evaluation.paper, rows, settings, printed_tolerance_mm
-                ),
-                "confusions": confusions,
-                **cells.rate_tables(
-                    both["detection"], both["sizing"], both["confusion"], sizes_mm, judged
-                ),
-            }
-        )
-    return found
-
-
-def judgement(
-    evaluation: Evaluation,
-    index: pd.DataFrame,
-    verdicts: Mapping[str, list[dict]],
-    settings: Mapping,
-    printed: Mapping,
+def page_values(
+    evaluation: Evaluation, index: pd.DataFrame, settings: Mapping, printed_tolerance_mm: float
 ) -> dict:
-    """Give the page's values that follow from the recordings and what was said of them.
+    """Return the page's values that follow from the detectors' rates.
 
     Parameters
     ----------
@@ -76,62 +23,115 @@ def judgement(
         The tables.
     index : DataFrame
         results/recordings.csv.
-    verdicts : mapping of str to list of dict
-        From `capsule.page.recordings.verdicts_by_recording`.
     settings : mapping
         The configuration.
-    printed : mapping
-        Content of paper.yaml.
+    printed_tolerance_mm : float
+        The tolerance of the paper's rates.
 
     Returns
     -------
     dict
+        ``results`` (from `result_of`, the paper's detector first), ``summary``, ``sizes`` and
+        ``few_healthy``.
     """
-    results = results_of(evaluation, settings, printed["sizing_tolerance_mm"])
-    judged, sizes_mm = settings["evaluation"], evaluation.sizes_mm()
-    rows = recordings.recording_rows(
-        index,
-        verdicts,
-        results[0]["detector"],
-        main_scheme(judged["schemes"]),
-        judged["tolerance_mm"],
-    )
-    shown = [row for row in rows if row["accepted"]]
-    checksums = {row["recording"]: row["sha256"] for row in rows if row["sha256"]}
-    # A nodule says more at first sight than a run without.
-    first = next((row for row in shown if row["size_mm"]), shown[0] if shown else None)
-    present = {row["outcome"] for row in rows}
+    detectors = evaluation.detectors()
+    accepted = index[index["status"] == "accepted"]
     return {
-        "results": results,
+        "results": [
+            result_of(evaluation, detector, settings, printed_tolerance_mm)
+            for detector in detectors
+        ],
         "summary": cards.summary(
-            provenance.origin_of(
-                index.loc[index["status"] == "accepted", "source"].fillna("")
-            ).kind,
-            len(shown),
-            results[0]["cards"],
-            judged,
+            provenance.origin_of(accepted["source"].fillna("")).kind,
+            len(accepted),
+            answers_of(evaluation, detectors[0], settings),
         ),
-        "sizes": [words.size(size_mm) for size_mm in sizes_mm],
-        "recordings": rows,
-        "recording_sizes": list(dict.fromkeys(row["size"] for row in rows)),
-        "outcomes": [name for name in recordings.OUTCOMES if name in present],
-        "first_shown": first["recording"] if first else "",
-        "data": evidence.to_json({"sizes": sizes_mm}),
+        "sizes": [words.size(size_mm) for size_mm in evaluation.sizes_mm()],
         "few_healthy": few_healthy(
-            int(((index["status"] == "accepted") & (index["size_mm"] == 0)).sum()),
-            judged["specificity"],
+            int((accepted["size_mm"] == 0).sum()), settings["evaluation"]["specificity"]
         ),
-        "tolerance": f"{judged['tolerance_mm']:g} mm",
-        "confidence": words.percent(judged["confidence"]),
-        "seed": settings["fit"]["seed"],
-        "recordings_checksum": provenance.combined_checksum(checksums),
-        "paper": printed,
-        "bibtex": provenance.bibtex(printed),
     }
 
 
+def result_of(
+    evaluation: Evaluation, detector: str, settings: Mapping, printed_tolerance_mm: float
+) -> dict:
+    """Return a detector's answers and tables.
+
+    Parameters
+    ----------
+    evaluation : Evaluation
+        The tables.
+    detector : str
+        Its name.
+    settings : mapping
+        The configuration.
+    printed_tolerance_mm : float
+        The tolerance of the paper's rates.
+
+    Returns
+    -------
+    dict
+        ``detector``, ``words``, ``scheme``, ``cards``, ``confusions`` and the tables of rates.
+    """
+    judged, sizes_mm = settings["evaluation"], evaluation.sizes_mm()
+    scheme = main_scheme(judged["schemes"])
+    both = {name: evaluation.of(name, detector, with_paper=True) for name in TABLES}
+    sizing = both["sizing"]
+    paper = answers.paper_answers(
+        evaluation.paper, sizing[sizing["scheme"] == scheme], settings, printed_tolerance_mm
+    )
+    return {
+        "detector": detector,
+        "words": detector_row(detector).sentence,
+        "scheme": words.scheme(scheme),
+        "cards": cards.answer_cards(answers_of(evaluation, detector, settings), paper),
+        "confusions": [
+            {
+                "title": words.scheme(name),
+                "rows": cells.confusion_rows(both["confusion"], name, sizes_mm),
+            }
+            for name in judged["schemes"]
+        ],
+        **cells.rate_tables(both["detection"], sizing, both["confusion"], sizes_mm, judged),
+    }
+
+
+def answers_of(evaluation: Evaluation, detector: str, settings: Mapping) -> answers.Answers:
+    """Return what a detector achieves, by the scheme that the page stands on.
+
+    Parameters
+    ----------
+    evaluation : Evaluation
+        The tables.
+    detector : str
+        Its name.
+    settings : mapping
+        The configuration.
+    """
+    scheme = main_scheme(settings["evaluation"]["schemes"])
+    tables = {name: evaluation.of(name, detector) for name in TABLES}
+    tables = {name: table[table["scheme"] == scheme] for name, table in tables.items()}
+    verdicts = evaluation.predictions
+    verdicts = verdicts[(verdicts["detector"] == detector) & (verdicts["scheme"] == scheme)]
+    return answers.our_answers(tables, verdicts, settings)
+
+
 def few_healthy(healthy: int, specificity: float) -> str:
-    """Say so where some threshold, but none that promises the specificity, can be learned."""
+    """Return a sentence where some threshold, but none that promises the specificity, is learned.
+
+    Parameters
+    ----------
+    healthy : int
+        How many recordings there are without a nodule.
+    specificity : float
+        The specificity that is aimed at.
+
+    Returns
+    -------
+    str
+        Empty where there is nothing to say.
+    """
     needed = math.ceil(specificity / (1 - specificity) - 1e-9)
     if healthy == 0 or healthy >= needed:
         return ""

@@ -42,7 +42,7 @@ class Stored:
 
 
 def pack(values: np.ndarray, bits: int = 16) -> dict:
-    """Write an array as whole numbers of 8 or 16 bits in base64.
+    """Return an array as whole numbers of 8 or 16 bits in base64.
 
     Parameters
     ----------
@@ -75,14 +75,14 @@ def pack(values: np.ndarray, bits: int = 16) -> dict:
 
 
 def reading_step(total_readings: int) -> int:
-    """Choose n so that every n-th reading of an archive fits the page."""
+    """Return n, such that every n-th reading of an archive fits the page."""
     return max(1, -(-total_readings // MAX_READINGS))
 
 
 def fitted_matrix(
     particle: Particle, first_peak: float, lag: int, samples: int, length: int
 ) -> np.ndarray:
-    """Lay the fitted particle over the recording, shifted to its best lag (eq. RMSE).
+    """Return the fitted particle over the recording, shifted to its best lag (eq. RMSE).
 
     Parameters
     ----------
@@ -106,14 +106,30 @@ def fitted_matrix(
 
 
 def peaks(envelope: np.ndarray, time_s: np.ndarray, threshold: float) -> list[list[float]]:
-    """Sum up each sensor's envelope: highest value, its time, and the seconds above threshold."""
+    """Return the highest value of each sensor's envelope, its time, and the time above threshold.
+
+    Parameters
+    ----------
+    envelope : (S, K) array
+        Standard deviations.
+    time_s : (K,) array
+        Seconds, evenly spaced.
+    threshold : float
+        c, in standard deviations.
+
+    Returns
+    -------
+    list of S lists of 3 floats
+        Standard deviations, seconds, seconds; each to three decimals.
+    """
     interval = float(time_s[1] - time_s[0])
     rows = []
     for row in envelope:
         highest = int(np.nanargmax(row))
-        above = float(np.sum(row > threshold)) * interval
-        rows.append([round(float(row[highest]), 3), round(float(time_s[highest]), 3), above])
-    return [[value, at, round(above, 3)] for value, at, above in rows]
+        above_s = float(np.sum(row > threshold)) * interval
+        peak = (float(row[highest]), float(time_s[highest]), above_s)
+        rows.append([round(number, 3) for number in peak])
+    return rows
 
 
 def recording_evidence(
@@ -124,7 +140,7 @@ def recording_evidence(
     verdicts: Sequence[Mapping],
     facts: Mapping[str, str],
 ) -> dict:
-    """Put together what the page shows of one recording.
+    """Return what the page shows of one recording.
 
     Parameters
     ----------
@@ -137,7 +153,7 @@ def recording_evidence(
     fitted : (S, K) array or None
         From `fitted_matrix`; None without a fit.
     verdicts : sequence of mapping
-        ``label``, ``predicted_mm``, ``details`` and ``distances`` of what every detector said.
+        ``label``, ``predicted_mm``, ``details`` and ``distances`` of every detector's verdict.
     facts : mapping of str to str
         Names and texts that are listed beside the signals.
 
@@ -173,7 +189,7 @@ def archive_evidence(
     load: Callable[[str], Stored],
     settings: Mapping,
 ) -> Iterator[tuple[str, str]]:
-    """Put together what the page shows of each recording, one at a time.
+    """Yield what the page shows of each recording, one at a time.
 
     Parameters
     ----------
@@ -182,7 +198,7 @@ def archive_evidence(
     verdicts : mapping of str to sequence of mapping
         From `capsule.page.recordings.verdicts_by_recording`.
     load : callable
-        ``load(name)`` gives what is stored of a recording.
+        ``load(name)`` returns what is stored of a recording.
     settings : mapping
         The configuration.
 
@@ -212,13 +228,14 @@ def archive_evidence(
             )
             facts["Fit"] = fit_words(fit)
         facts |= {f"# {key}": text for key, text in stored.header.items()}
-        said = verdicts.get(name, [])
-        content = recording_evidence(run, shape["threshold"], step, fitted, said, facts)
+        content = recording_evidence(
+            run, shape["threshold"], step, fitted, verdicts.get(name, []), facts
+        )
         yield name, to_json(content)
 
 
 def to_json(content: object) -> str:
-    """Write JSON that can stand inside a script element: no tag can begin in it."""
+    """Return JSON that can stand inside a script element: no tag can begin in it."""
     text = json.dumps(content, allow_nan=False, ensure_ascii=False, separators=(",", ":"))
     for character in "<>&\u2028\u2029":
         text = text.replace(character, f"\\u{ord(character):04x}")

@@ -7,7 +7,7 @@ from capsule.page.provenance import Origin, origin_of
 
 
 def overview(index: pd.DataFrame, passed_over: pd.DataFrame) -> dict:
-    """Say how many recordings there are, where they come from and what could not be used.
+    """Return how many recordings there are, where they come from and what could not be used.
 
     Parameters
     ----------
@@ -19,7 +19,8 @@ def overview(index: pd.DataFrame, passed_over: pd.DataFrame) -> dict:
     Returns
     -------
     dict
-        ``origin``, ``accepted``, ``by_size``, ``unlabelled``, ``rejected`` and ``passed_over``.
+        ``origin``, ``accepted``, ``by_size``, ``unlabelled``, ``rejected`` and ``passed_over``;
+        under ``accepted_words``, ``rejected_words`` and ``passed_over_words`` how many, in words.
     """
     accepted = index[index["status"] == "accepted"]
     rejected = index[index["status"] != "accepted"]
@@ -43,7 +44,7 @@ def overview(index: pd.DataFrame, passed_over: pd.DataFrame) -> dict:
 
 
 def _origin_words(origin: Origin) -> dict:
-    """Say where the recordings come from, in a headline and a sentence."""
+    """Return where the recordings come from, in a headline and a sentence."""
     total = origin.simulated + origin.recorded + origin.silent
     match origin.kind:
         case "simulated":

@@ -9,7 +9,7 @@ from capsule.page.cells import plain_cell, rate_cell_of
 
 
 def place_rows(sites: pd.DataFrame) -> dict:
-    """List the verdicts on places, a row a place and a column a detector.
+    """Return the verdicts on places, a row a place and a column a detector.
 
     Parameters
     ----------
@@ -24,13 +24,13 @@ def place_rows(sites: pd.DataFrame) -> dict:
     detectors = list(dict.fromkeys(sites["detector"]))
     rows = []
     for (site, size_mm), group in sites.groupby(["site", "size_mm"], sort=False, dropna=False):
-        said = {row["detector"]: _verdict(row) for row in group.to_dict("records")}
+        verdicts = {row["detector"]: _verdict(row) for row in group.to_dict("records")}
         rows.append(
             {
                 "site": str(site),
                 "size": words.size(size_mm) if words.is_known(size_mm) else "unlabelled",
                 "recordings": int(group["recordings"].iloc[0]),
-                "verdicts": [said.get(name, words.UNKNOWN) for name in detectors],
+                "verdicts": [verdicts.get(name, words.UNKNOWN) for name in detectors],
             }
         )
     return {"detectors": detectors, "rows": rows}
@@ -47,7 +47,7 @@ def _verdict(row: Mapping) -> str:
 
 
 def retest_rows(retest: pd.DataFrame) -> dict:
-    """Arrange how often a nodule is reported by the number of passes that are judged together.
+    """Return how often a nodule is reported by the number of passes that are judged together.
 
     Returns
     -------
@@ -59,9 +59,9 @@ def retest_rows(retest: pd.DataFrame) -> dict:
     sizes_mm = sorted(retest["size_mm"].unique())
     rows = []
     for (detector, passes), group in retest.groupby(["detector", "passes"], sort=False):
-        found = {row["size_mm"]: _retest_cell(row) for row in group.to_dict("records")}
+        of_size = {row["size_mm"]: _retest_cell(row) for row in group.to_dict("records")}
         empty = plain_cell(None, words.UNKNOWN)
-        cells = [found.get(size_mm, empty) for size_mm in sizes_mm]
+        cells = [of_size.get(size_mm, empty) for size_mm in sizes_mm]
         rows.append({"detector": detector, "passes": int(passes), "cells": cells})
     return {"sizes": [words.size(size_mm) for size_mm in sizes_mm], "rows": rows}
 

@@ -2,10 +2,11 @@
 
 import hashlib
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import UTC, datetime
 
-from capsule.words import enumerate_words, plural, setting
+from capsule.words import duration, enumerate_words, plural, setting
 
 _FINISHED = re.compile(r"^finished in (\d+(?:\.\d+)?) s$", re.MULTILINE)
 
@@ -31,36 +32,100 @@ class Origin:
     sources: dict[str, int]
 
 
+def page_values(
+    recordings: Iterable[Mapping], settings: Mapping, schema: Mapping, printed: Mapping
+) -> dict:
+    """Return the page's values that say from what it was made.
+
+    Parameters
+    ----------
+    recordings : iterable of mapping
+        From `capsule.page.recordings.recording_rows`.
+    settings, schema : mapping
+        The configuration and its JSON Schema.
+    printed : mapping
+        Content of paper.yaml.
+
+    Returns
+    -------
+    dict
+        ``configuration``, ``differences``, ``seed``, ``recordings_checksum``, ``paper`` and
+        ``bibtex``.
+    """
+    configuration = configuration_table(settings, schema, printed["settings"])
+    checksums = {row["recording"]: row["sha256"] for row in recordings if row["sha256"]}
+    return {
+        "configuration": configuration,
+        "differences": differences(configuration),
+        "seed": settings["fit"]["seed"],
+        "recordings_checksum": combined_checksum(checksums),
+        "paper": printed,
+        "bibtex": bibtex(printed),
+    }
+
+
+def how_made(
+    code: Mapping[str, str],
+    versions: Sequence[tuple[str, str]],
+    durations: Iterable[Mapping],
+    made: datetime,
+) -> dict:
+    """Return the page's values that say by what it was made, when, and in what time.
+
+    Parameters
+    ----------
+    code : mapping of str to str
+        SHA-256 of each file of the code, by its name.
+    versions : sequence of (str, str)
+        Names of packages and their versions.
+    durations : iterable of mapping
+        ``rule``, ``jobs`` and ``seconds`` of each rule.
+    made : datetime
+        The moment, with its time zone.
+
+    Returns
+    -------
+    dict
+        ``code_checksum``, ``versions``, ``times`` and ``made``.
+    """
+    return {
+        "code_checksum": combined_checksum(code),
+        "versions": versions,
+        "times": [{**row, "seconds": duration(row["seconds"])} for row in durations],
+        "made": made.astimezone(UTC).strftime("%Y-%m-%d %H:%M UTC"),
+    }
+
+
 def is_simulated(source: str) -> bool:
     """Tell whether the header's ``source`` says that a recording is simulated."""
     return "simulat" in source.casefold()
 
 
 def origin_of(sources: Iterable[str]) -> Origin:
-    """Sum up the sources that the accepted recordings name in their headers."""
+    """Return what the sources that the accepted recordings name in their headers sum up to."""
     counted: dict[str, int] = {}
     for source in sources:
         counted[source.strip()] = counted.get(source.strip(), 0) + 1
     silent = counted.pop("", 0)
     simulated = sum(count for source, count in counted.items() if is_simulated(source))
     recorded = sum(counted.values()) - simulated
-    found = [
+    kinds = [
         name
         for name, count in (("simulated", simulated), ("recorded", recorded), ("unknown", silent))
         if count
     ]
-    kind = found[0] if len(found) == 1 else ("mixed" if found else "none")
+    kind = kinds[0] if len(kinds) == 1 else ("mixed" if kinds else "none")
     return Origin(kind, simulated, recorded, silent, dict(sorted(counted.items())))
 
 
 def seconds_in_log(log: str) -> float | None:
-    """Read how long a script took from its log; None where it did not finish."""
-    found = _FINISHED.findall(log)
-    return float(found[-1]) if found else None
+    """Return how long a script took, from its log; None where it did not finish."""
+    durations_s = _FINISHED.findall(log)
+    return float(durations_s[-1]) if durations_s else None
 
 
 def configuration_table(config: Mapping, schema: Mapping, printed: Mapping) -> list[dict]:
-    """List every key of the configuration with what the paper says.
+    """Return every key of the configuration with what the paper gives for it.
 
     Parameters
     ----------
@@ -79,7 +144,7 @@ def configuration_table(config: Mapping, schema: Mapping, printed: Mapping) -> l
     """
     rows = []
     for key, value, description in _leaves(config, schema):
-        said = printed.get(key)
+        in_paper = printed.get(key)
         rows.append(
             {
                 "key": key,
@@ -87,24 +152,24 @@ def configuration_table(config: Mapping, schema: Mapping, printed: Mapping) -> l
                 "symbol": description.get("symbol", ""),
                 "unit": {"1": ""}.get(description.get("unit", ""), description.get("unit", "")),
                 "description": description.get("description", ""),
-                "paper": setting(said["value"]) if said else "",
-                "where": said["where"] if said else "",
-                "differs": bool(said) and not _agrees(value, said),
+                "paper": setting(in_paper["value"]) if in_paper else "",
+                "where": in_paper["where"] if in_paper else "",
+                "differs": bool(in_paper) and not _agrees(value, in_paper),
             }
         )
     return rows
 
 
 def differences(rows: Iterable[Mapping]) -> str:
-    """Say in a sentence what of `configuration_table` differs from the paper."""
-    found = [
+    """Return a sentence about what of `configuration_table` differs from the paper."""
+    differing = [
         f"{row['key']} is {row['value']} instead of {row['paper']}"
         for row in rows
         if row["differs"]
     ]
-    if not found:
+    if not differing:
         return "Every number that the paper gives is used as it stands there."
-    return f"Different from the paper: {enumerate_words(found)}."
+    return f"Different from the paper: {enumerate_words(differing)}."
 
 
 def _leaves(config: Mapping, schema: Mapping, prefix: str = "") -> Iterable[tuple]:
@@ -118,16 +183,16 @@ def _leaves(config: Mapping, schema: Mapping, prefix: str = "") -> Iterable[tupl
             yield f"{prefix}{key}", value, described
 
 
-def _agrees(value: object, said: Mapping) -> bool:
+def _agrees(value: object, in_paper: Mapping) -> bool:
     """Compare with the paper; its ranges that are open at 0 begin at any small number here."""
-    if said.get("open_at_low_end"):
-        low, high = said["value"]
+    if in_paper.get("open_at_low_end"):
+        low, high = in_paper["value"]
         return value[1] == high and low < value[0] <= low + 0.01
-    return value == said["value"]
+    return value == in_paper["value"]
 
 
 def fit_words(fit: Mapping) -> str:
-    """Say how well a particle fits, from the fit's file."""
+    """Return how well a particle fits, from the fit's file."""
     return (
         f"RMSE {fit['rmse']:.4f}; the best of the random particles had {fit['rmse_initial']:.4f}, "
         f"and {plural(fit['accepted_moves'], 'step')} improved it; lag {fit['lag']}"
@@ -135,7 +200,7 @@ def fit_words(fit: Mapping) -> str:
 
 
 def combined_checksum(checksums: Mapping[str, str]) -> str:
-    """Give one SHA-256 for many named files: of the lines ``checksum  name``, sorted by name.
+    """Return one SHA-256 for many named files: of the lines ``checksum  name``, sorted by name.
 
     The same as ``sha256sum`` prints for a list of files, summed once more.
     """
@@ -144,7 +209,7 @@ def combined_checksum(checksums: Mapping[str, str]) -> str:
 
 
 def bibtex(printed: Mapping) -> str:
-    """Write the BibTeX entry of the paper, from ``paper.yaml``."""
+    """Return the BibTeX entry of the paper, from ``paper.yaml``."""
     surname = printed["authors"][0].split()[-1].lower()
     archive, _, number = printed["identifier"].partition(":")
     fields = {

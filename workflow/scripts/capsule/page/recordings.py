@@ -6,6 +6,7 @@ import pandas as pd
 
 from capsule import words
 from capsule.detectors.registry import detector_row
+from capsule.evaluation.folds import main_scheme
 from capsule.evaluation.rates import is_within
 
 OUTCOMES = (
@@ -21,8 +22,45 @@ OUTCOMES = (
 )
 
 
+def page_values(
+    index: pd.DataFrame, verdicts: Mapping[str, list[dict]], detector: str, settings: Mapping
+) -> dict:
+    """Return the page's values that list the recordings.
+
+    Parameters
+    ----------
+    index : DataFrame
+        results/recordings.csv.
+    verdicts : mapping of str to list of dict
+        From `verdicts_by_recording`.
+    detector : str
+        Whose verdict is shown.
+    settings : mapping
+        Section ``evaluation`` of the configuration.
+
+    Returns
+    -------
+    dict
+        ``recordings`` (from `recording_rows`), ``recording_sizes`` and ``outcomes`` to filter them
+        by, ``first_shown`` and ``tolerance``.
+    """
+    scheme, tolerance_mm = main_scheme(settings["schemes"]), settings["tolerance_mm"]
+    rows = recording_rows(index, verdicts, detector, scheme, tolerance_mm)
+    accepted = [row for row in rows if row["accepted"]]
+    # A nodule says more at first sight than a run without.
+    first = next((row for row in accepted if row["size_mm"]), accepted[0] if accepted else None)
+    present = {row["outcome"] for row in rows}
+    return {
+        "recordings": rows,
+        "recording_sizes": list(dict.fromkeys(row["size"] for row in rows)),
+        "outcomes": [name for name in OUTCOMES if name in present],
+        "first_shown": first["recording"] if first else "",
+        "tolerance": f"{tolerance_mm:g} mm",
+    }
+
+
 def outcome(size_mm: float | None, predicted_mm: float | None, tolerance_mm: float) -> str:
-    """Name how a verdict on an accepted recording relates to the truth.
+    """Return how a verdict on an accepted recording relates to the truth.
 
     Parameters
     ----------
@@ -54,7 +92,7 @@ def outcome(size_mm: float | None, predicted_mm: float | None, tolerance_mm: flo
 def verdicts_by_recording(
     predictions: pd.DataFrame, detections: pd.DataFrame
 ) -> dict[str, list[dict]]:
-    """Collect every verdict on every recording, in the order of the tables.
+    """Return every verdict on every recording, in the order of the tables.
 
     Returns
     -------
@@ -65,14 +103,14 @@ def verdicts_by_recording(
         ``all``.
     """
     several = predictions["detector"].nunique() > 1 or detections["detector"].nunique() > 1
-    found: dict[str, list[dict]] = {}
+    verdicts: dict[str, list[dict]] = {}
     for table in (predictions, detections):
         labels = [name for name in table.columns if name.startswith("rmse_")]
         for row in table.to_dict("records"):
             scheme = row.get("scheme", "all")
             label = words.scheme(scheme) if scheme != "all" else "all labelled"
             by_distance = detector_row(row["detector"]).by_distance
-            found.setdefault(row["recording"], []).append(
+            verdicts.setdefault(row["recording"], []).append(
                 {
                     "detector": row["detector"],
                     "scheme": scheme,
@@ -82,12 +120,12 @@ def verdicts_by_recording(
                     "distances": [_known_or_none(row[name]) for name in labels if by_distance],
                 }
             )
-    return found
+    return verdicts
 
 
 def _details(row: Mapping) -> str:
-    """Write what a verdict says beyond its size; of no nodule only the probability."""
-    said = {
+    """Return what a verdict says beyond its size; of no nodule only the probability."""
+    parts = {
         "estimated": (row.get("estimate_mm"), f"{words.number(row.get('estimate_mm'), 1)} mm"),
         "probability": (row.get("probability"), words.percent(row.get("probability"))),
         "place": (
@@ -96,7 +134,7 @@ def _details(row: Mapping) -> str:
         ),
     }
     return ", ".join(
-        f"{name} {text}" for name, (value, text) in said.items() if words.is_known(value)
+        f"{name} {text}" for name, (value, text) in parts.items() if words.is_known(value)
     )
 
 
@@ -111,7 +149,7 @@ def recording_rows(
     scheme: str,
     tolerance_mm: float,
 ) -> list[dict]:
-    """List all recordings, the rejected ones too.
+    """Return a row a recording, the rejected ones too.
 
     Parameters
     ----------
@@ -167,7 +205,7 @@ def recording_rows(
 
 
 def title(row: Mapping) -> str:
-    """Head the drawings of a recording: what it is, and what it was taken for.
+    """Return the heading of a recording's drawings: what it is, and what it was taken for.
 
     Parameters
     ----------

@@ -1,12 +1,22 @@
 """What the page says, put together from the tables of results."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import pandas as pd
 
+from capsule import words
 from capsule.evaluation.beside_paper import Evaluation
-from capsule.page import cells, comparison, detector_sections, overview, places, provenance
+from capsule.page import (
+    cells,
+    comparison,
+    detector_sections,
+    evidence,
+    overview,
+    places,
+    provenance,
+    recordings,
+)
 
 
 @dataclass(frozen=True)
@@ -35,20 +45,20 @@ class Tables:
 
 
 def page_values(
-    found: Tables,
-    verdicts: Mapping[str, list[dict]],
+    tables: Tables,
+    load: Callable[[str], evidence.Stored],
     settings: Mapping,
     schema: Mapping,
     printed: Mapping,
 ) -> dict:
-    """Give the page's values, but for figures, signals, and how it was made.
+    """Return the page's values, but for the figures and how this run of the workflow went.
 
     Parameters
     ----------
-    found : Tables
+    tables : Tables
         The tables.
-    verdicts : mapping of str to list of dict
-        From `capsule.page.recordings.verdicts_by_recording`.
+    load : callable
+        ``load(name)`` returns what is stored of an accepted recording.
     settings, schema : mapping
         The configuration and its JSON Schema.
     printed : mapping
@@ -58,15 +68,24 @@ def page_values(
     -------
     dict
     """
-    configuration = provenance.configuration_table(settings, schema, printed["settings"])
+    judged, evaluation = settings["evaluation"], tables.evaluation
+    verdicts = recordings.verdicts_by_recording(evaluation.predictions, tables.detections)
+    listed = recordings.page_values(
+        tables.index, verdicts, evaluation.detectors()[0], settings["evaluation"]
+    )
     return {
-        **overview.overview(found.index, found.passed_over),
-        **detector_sections.judgement(found.evaluation, found.index, verdicts, settings, printed),
-        **comparison.page_values(found.judgements, settings),
-        "places": places.place_rows(found.sites),
-        "retest": places.retest_rows(found.judgements["retest"]),
-        "templates": cells.template_rows(found.templates),
-        "detections": cells.detection_rows(found.detections),
-        "configuration": configuration,
-        "differences": provenance.differences(configuration),
+        **overview.overview(tables.index, tables.passed_over),
+        **detector_sections.page_values(
+            evaluation, tables.index, settings, printed["sizing_tolerance_mm"]
+        ),
+        **comparison.page_values(tables.judgements, settings),
+        "confidence": words.percent(judged["confidence"]),
+        "places": places.place_rows(tables.sites),
+        "retest": places.retest_rows(tables.judgements["retest"]),
+        "templates": cells.template_rows(tables.templates),
+        "detections": cells.detection_rows(tables.detections),
+        **listed,
+        "data": evidence.to_json({"sizes": evaluation.sizes_mm()}),
+        "evidence": list(evidence.archive_evidence(listed["recordings"], verdicts, load, settings)),
+        **provenance.page_values(listed["recordings"], settings, schema, printed),
     }

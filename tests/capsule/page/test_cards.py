@@ -1,0 +1,27 @@
+"""The answers in words: each with the paper's beside it, and in one sentence."""
+
+from capsule.page import cards, detector_sections
+from support.evaluated import SETTINGS, evaluated
+
+
+def test_the_summary_says_what_is_found_and_the_false_alarms():
+    verdicts = [(f"0mm/{n}", 0.0, 0.0 if n else 2.0) for n in range(4)]
+    verdicts += [(f"3mm/{n}", 3.0, 3.0) for n in range(9)]
+    verdicts += [(f"2mm/{n}", 2.0, 3.0 if n % 2 else 0.0) for n in range(4)]
+    evaluation = evaluated(verdicts)
+    answers = detector_sections.answers_of(evaluation, "template", SETTINGS)
+    text = cards.summary("simulated", 17, answers)
+    assert text.startswith(
+        "On 17 simulated recordings, the paper's detector reliably finds nodules of 3 mm and larger"
+    )
+    assert "it reports a nodule in 25 % of the runs without one" in text
+    assert "within 1 mm in 84.6 % of the runs with a nodule" in text
+
+
+def test_every_answer_has_the_papers_beside_it():
+    verdicts = [("0mm/a", 0.0, 0.0), ("2mm/a", 2.0, 2.0), ("3mm/a", 3.0, 3.0)]
+    result = detector_sections.result_of(evaluated(verdicts), "template", SETTINGS, 1)
+    paper = {card["id"]: card["paper"] for card in result["cards"]}
+    assert paper["smallest"] == "2 mm, by the same rule"
+    assert paper["specificity"].startswith("30 % (15 to 52 %)")
+    assert paper["within"].startswith("81.2 %") and "lacks some of these sizes" in paper["within"]

@@ -1,0 +1,25 @@
+"""How many recordings there are, and what was not used."""
+
+import pandas as pd
+
+from capsule.page import overview
+
+UNKNOWN = float("nan")
+
+
+def test_the_overview_lists_what_was_not_used():
+    index = pd.DataFrame(
+        {
+            "recording": ["0mm/a", "2.5mm/b", "2.5mm/bad", "unlabelled/c"],
+            "size_mm": [0.0, 2.5, 2.5, UNKNOWN],
+            "status": ["accepted", "accepted", "rejected", "accepted"],
+            "reason": [UNKNOWN, UNKNOWN, "the file is empty", UNKNOWN],
+            "source": ["bench 2", "bench 2", UNKNOWN, "bench 2"],
+        }
+    )
+    passed_over = pd.DataFrame({"path": ["notes.txt"], "reason": ["not a .csv file"]})
+    values = overview.overview(index, passed_over)
+    assert values["origin"]["kind"] == "recorded"
+    assert (values["accepted"], values["unlabelled"]) == (3, 1)
+    assert values["by_size"] == [{"size": "no nodule", "count": 1}, {"size": "2.5 mm", "count": 1}]
+    assert values["rejected"] == [{"recording": "2.5mm/bad", "reason": "the file is empty"}]

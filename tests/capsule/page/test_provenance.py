@@ -1,0 +1,87 @@
+"""Where the recordings come from, what differs from the paper, and what the page was made of."""
+
+import json
+
+import pytest
+import yaml
+
+from capsule.page import provenance
+from support.evaluated import read_paper
+from support.project import ROOT
+
+PAPER = read_paper()
+
+
+@pytest.mark.parametrize(
+    ("sources", "kind"),
+    [
+        (["simulated phantom"] * 3, "simulated"),
+        (["bench 2", "bench 3"], "recorded"),
+        (["bench 2", "Simulated"], "mixed"),
+        (["bench 2", ""], "mixed"),
+        (["", ""], "unknown"),
+        ([], "none"),
+    ],
+)
+def test_the_origin_comes_from_what_the_recordings_say(sources, kind):
+    assert provenance.origin_of(sources).kind == kind
+
+
+def test_a_log_tells_how_long_its_script_took():
+    assert provenance.seconds_in_log("3mm/r01: ...\nfinished in 0.232 s\n") == 0.232
+    assert provenance.seconds_in_log("error: the disk is full\n") is None
+
+
+def test_the_configuration_is_compared_with_the_paper():
+    schema = {
+        "properties": {
+            "fit": {
+                "properties": {
+                    "particles": {"symbol": "N", "unit": "1", "description": "Number."},
+                    "amplitude_range": {"symbol": "A", "unit": "SD"},
+                    "seed": {},
+                }
+            }
+        }
+    }
+    printed = {
+        "fit.particles": {"value": 2000, "where": "eq. particleSet"},
+        "fit.amplitude_range": {"value": [0, 1.5], "open_at_low_end": True, "where": "eq. G"},
+    }
+    config = {"fit": {"seed": 1, "amplitude_range": [0.001, 1.5], "particles": 500}}
+    rows = provenance.configuration_table(config, schema, printed)
+    assert [row["key"] for row in rows] == ["fit.particles", "fit.amplitude_range", "fit.seed"]
+    assert [row["differs"] for row in rows] == [True, False, False]
+    assert rows[0]["value"] == "500" and rows[0]["paper"] == "2000"
+    assert rows[1]["value"] == "0.001 to 1.5"
+    assert provenance.differences(rows) == (
+        "Different from the paper: fit.particles is 500 instead of 2000."
+    )
+    assert provenance.differences(rows[1:]).startswith("Every number that the paper gives")
+
+
+def test_the_combined_checksum_is_of_sorted_lines():
+    first = provenance.combined_checksum({"b": "22", "a": "11"})
+    assert first == provenance.combined_checksum({"a": "11", "b": "22"})
+    assert first != provenance.combined_checksum({"a": "22", "b": "11"})
+
+
+def test_the_papers_settings_are_keys_of_the_configuration():
+    config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text(encoding="utf-8"))
+    for key in PAPER["settings"]:
+        section, _, name = key.partition(".")
+        assert name in config[section], key
+
+
+def test_the_shipped_configuration_is_the_papers():
+    config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text(encoding="utf-8"))
+    schema = json.loads((ROOT / "workflow/schemas/config.schema.json").read_text(encoding="utf-8"))
+    rows = provenance.configuration_table(config, schema, PAPER["settings"])
+    assert [row["key"] for row in rows if row["differs"]] == []
+
+
+def test_bibtex_names_all_authors():
+    entry = provenance.bibtex(PAPER)
+    assert entry.startswith("@misc{ge2024capsule,")
+    assert entry.count(" and ") == len(PAPER["authors"]) - 1
+    assert entry.count("{") == entry.count("}")

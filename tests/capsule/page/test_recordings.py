@@ -1,0 +1,45 @@
+"""The table of all recordings: every verdict related to the truth, every rejection with reason."""
+
+import pytest
+
+from capsule.page import recordings
+from support.evaluated import DETECTIONS, UNKNOWN, evaluated, index_of
+
+
+@pytest.mark.parametrize(
+    ("truth", "verdict", "expected"),
+    [
+        (0.0, 0.0, "rightly none"),
+        (0.0, 1.0, "false alarm"),
+        (3.0, 0.0, "missed"),
+        (3.0, 3.0, "exact"),
+        (2.5, 2.3, "within tolerance"),
+        (3.0, 5.0, "off"),
+        (UNKNOWN, 2.0, "unlabelled"),
+        (3.0, UNKNOWN, "not judged"),
+    ],
+)
+def test_an_outcome_relates_the_verdict_to_the_truth(truth, verdict, expected):
+    assert recordings.outcome(truth, verdict, 0.2 if truth == 2.5 else 1.0) == expected
+    assert expected in recordings.OUTCOMES
+
+
+def test_rows_hold_the_chosen_verdict_and_the_reason_of_the_rejected():
+    evaluation = evaluated([("2mm/a", 2.0, 3.0)], detectors=("template", "template_threshold"))
+    verdicts = recordings.verdicts_by_recording(evaluation.predictions, DETECTIONS)
+    assert [each["label"] for each in verdicts["2mm/a"]] == [
+        "template, leave-one-out",
+        "template_threshold, leave-one-out",
+    ]
+    index = index_of(
+        ["2mm/a", 2.0, "accepted", UNKNOWN, "bench 2", "aa", 70.0],
+        ["2mm/bad", 2.0, "rejected", "the file is empty", UNKNOWN, "bb", UNKNOWN],
+    )
+    good, bad = recordings.recording_rows(index, verdicts, "template", "leave_one_out", 1.0)
+    assert (good["verdict"], good["outcome"], good["nearest_words"]) == (
+        "3 mm",
+        "within tolerance",
+        "0.0000",
+    )
+    assert recordings.title(good) == "2 mm nodule, taken for 3 mm by template (within tolerance)"
+    assert (bad["outcome"], bad["reason"], bad["verdict"]) == ("rejected", "the file is empty", "")

@@ -1,0 +1,28 @@
+"""Nothing on the page can run but its own script, whatever a text holds."""
+
+import pytest
+
+from capsule.page.render import PAGE, Frame, render_page
+
+
+def filled(template, style="", script="", values=None):
+    return render_page(Frame({PAGE: template}, style, script), values or {})
+
+
+def test_whatever_a_text_holds_it_stays_text():
+    evil = '"><script>alert(1)</script>'
+    page = filled("<p title='{{ page }}'>{{ page }}</p>", values={"page": evil})
+    assert "<script>" not in page and "&lt;script&gt;" in page
+
+
+def test_the_policy_allows_this_script_and_no_other():
+    template = '<meta content="{{ policy }}"><script>{{ script }}</script>'
+    page = filled(template, "p {}", "a < b && c")
+    assert "<script>a < b && c</script>" in page
+    assert "default-src 'none'" in page and "unsafe" not in page
+    assert page.count("'sha256-") == 2
+
+
+def test_an_end_tag_in_the_script_is_refused():
+    with pytest.raises(ValueError, match="end tag"):
+        filled("", script="x = '</script>'")

@@ -1,0 +1,54 @@
+"""Rates and tables of a few verdicts, for tests of what the report says of them."""
+
+import pandas as pd
+
+from capsule.evaluation.beside_paper import Evaluation
+from capsule.evaluation.paper import printed_tables
+from capsule.evaluation.rates import COLUMNS, tables
+from edges.results import read_printed
+from support.project import ROOT
+
+UNKNOWN = float("nan")
+RATES = {"schemes": ["leave_one_out"], "tolerance_mm": 1.0, "confidence": 0.95}
+SETTINGS = {
+    "fit": {"seed": 1},
+    "evaluation": {**RATES, "specificity": 0.95},
+    "report": {"reliable_rate": 0.85},
+}
+
+
+DETECTIONS = pd.DataFrame(columns=["recording", "detector", "predicted_mm", "rmse_0mm"])
+
+
+def read_paper():
+    """Read the numbers that the paper prints."""
+    return read_printed(ROOT / "workflow" / "report" / "paper.yaml")
+
+
+def evaluated(verdicts, sizes_mm=(0.0, 2.0, 3.0), detectors=("template",)):
+    """Judge triples of recording, true and predicted size; the paper stands beside them."""
+    rows = [
+        {
+            "recording": name,
+            "size_mm": true,
+            "detector": detector,
+            "scheme": "leave_one_out",
+            "predicted_mm": predicted,
+            **{f"rmse_{size:g}mm": abs(predicted - size) / 10 for size in sizes_mm},
+        }
+        for detector in detectors
+        for name, true, predicted in verdicts
+    ]
+    columns = ["recording", "size_mm", "detector", "scheme", "predicted_mm"]
+    columns += [f"rmse_{size:g}mm" for size in sizes_mm]
+    made = tables(rows, list(sizes_mm), **RATES)
+    paper = {name: pd.DataFrame(rows) for name, rows in printed_tables(read_paper(), 0.95).items()}
+    ours = {name: pd.DataFrame(table, columns=COLUMNS[name]) for name, table in made.items()}
+    return Evaluation(pd.DataFrame(rows, columns=columns), ours, paper)
+
+
+def index_of(*rows):
+    """Make results/recordings.csv out of rows."""
+    columns = ["recording", "size_mm", "status", "reason", "source", "sha256", "duration_s"]
+    frame = pd.DataFrame(rows, columns=columns)
+    return frame.assign(samples=100)

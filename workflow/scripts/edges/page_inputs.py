@@ -1,0 +1,87 @@
+"""Read what the report is made of: results, figures, its template, and the versions used."""
+
+import hashlib
+import importlib.metadata
+import platform
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+import pandas as pd
+
+from capsule.figures.registry import FIGURES
+from capsule.page.evidence import Stored
+from capsule.page.render import Frame, image_address
+from capsule.page.sections import Tables
+from edges import files
+from edges.results import read_evaluation, read_fit, read_judgements, read_signal
+
+PACKAGES = ("snakemake", "numpy", "scipy", "pandas", "matplotlib", "jinja2")
+STYLES = ("vendor/uplot/uPlot.min.css", "report.css")
+SCRIPTS = ("vendor/uplot/uPlot.iife.min.js", "signals.js", "viewer.js", "recordings.js")
+
+
+def read_tables(results: Path, printed: Mapping, confidence: float) -> Tables:
+    """Read the tables that the page shows.
+
+    Parameters
+    ----------
+    results : Path
+        The folder of results.
+    printed : mapping
+        Content of paper.yaml.
+    confidence : float
+        Level of the intervals of the paper's rates.
+    """
+    evaluation = results / "evaluation"
+    return Tables(
+        index=pd.read_csv(results / "recordings.csv"),
+        passed_over=pd.read_csv(results / "passed_over.csv"),
+        detections=pd.read_csv(results / "detections.csv"),
+        sites=pd.read_csv(results / "sites.csv"),
+        templates=files.read_json(results / "templates.json")["templates"],
+        evaluation=read_evaluation(evaluation, printed, confidence),
+        judgements=read_judgements(evaluation),
+    )
+
+
+def read_stored(results: Path, name: str) -> Stored:
+    """Read what the stages before have stored of an accepted recording."""
+    header = files.read_json(results / "checks" / f"{name}.json")["header"]
+    values = read_signal(results / "signals", name)
+    return Stored(values, header, read_fit(results / "fits" / f"{name}.json"))
+
+
+def read_figures(folder: Path) -> dict[str, dict[str, str]]:
+    """Read each figure at the width of a page and of a column, as addresses of images."""
+    return {
+        name: {
+            width: image_address((folder / f"{name}{suffix}.svg").read_bytes())
+            for width, suffix in (("wide", ""), ("narrow", "_column"))
+        }
+        for name in FIGURES
+    }
+
+
+def read_frame(folder: Path) -> Frame:
+    """Read what the page is filled into, from the folder of the template."""
+    templates = {
+        path.relative_to(folder).as_posix(): path.read_text(encoding="utf-8")
+        for pattern in ("*.html.j2", "sections/*.html.j2")
+        for path in sorted(folder.glob(pattern))
+    }
+    style, script = (
+        "\n".join((folder / name).read_text(encoding="utf-8") for name in names)
+        for names in (STYLES, SCRIPTS)
+    )
+    return Frame(templates, style, script)
+
+
+def read_checksums(paths: Iterable[Path]) -> dict[str, str]:
+    """Read files, and return the SHA-256 of each by its name."""
+    return {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in paths}
+
+
+def read_versions() -> list[tuple[str, str]]:
+    """Read the versions of Python and of the packages that the results come from."""
+    packages = [(name, importlib.metadata.version(name)) for name in PACKAGES]
+    return [("Python", platform.python_version()), *packages]
