@@ -23,6 +23,19 @@ FIGURE_INPUTS = {
 # The report says by a checksum which code its results come from.
 REGISTERED = [*DETECTOR_MODULES, *(row.module for row in FIGURES.values())]
 CODE = {path for stage in [*RULES, "report"] for path in code_files(f"{stage}.py", *REGISTERED)}
+# What the report is filled into, with the paper's numbers.
+PAGE = sorted(
+    path.as_posix()
+    for pattern in [
+        "report.*",
+        "macros.html.j2",
+        "sections/[!.]*.html.j2",
+        "scripts/[!.]*.js",
+        "vendor/uplot/uPlot*",
+        "paper.yaml",
+    ]
+    for path in Path(report_file("")).glob(pattern)
+)
 
 
 rule draw:
@@ -65,19 +78,7 @@ rule report:
         signals=expand(rules.preprocess.output.signal, recording=ARCHIVE.recordings),
         checks=expand(rules.preprocess.output.check, recording=ARCHIVE.recordings),
         fits=expand(rules.fit.output, recording=ARCHIVE.of_nodules()),
-        page=[
-            report_file(name)
-            for name in [
-                "report.html.j2",
-                "report.css",
-                "signals.js",
-                "viewer.js",
-                "recordings.js",
-                "paper.yaml",
-                "vendor/uplot/uPlot.iife.min.js",
-                "vendor/uplot/uPlot.min.css",
-            ]
-        ],
+        page=PAGE,
         schema=os.path.relpath(SCHEMA),
         script=script("report.py"),
         code=sorted(map(os.path.relpath, CODE)),
@@ -90,7 +91,7 @@ rule report:
     params:
         settings=section(*sorted(config)),
         code=content_of_code("report.py"),
-        template=lambda wildcards, input: os.path.dirname(input.page[0]),
+        template=report_file(""),
     shell:
         "python {input.script:q} --results results --template {params.template:q}"
         " --schema {input.schema:q} --settings {params.settings:q}"

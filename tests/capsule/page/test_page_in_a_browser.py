@@ -278,7 +278,8 @@ def test_next_keeps_to_the_filter(browser, page):
 def test_the_signals_in_the_page_are_those_of_the_files(browser, page, project):
     browser.open(page)
     script = (
-        "const e = readData(document.querySelector(`[data-evidence='${arguments[0]}']`));"
+        "const node = document.querySelector(`[data-evidence='${arguments[0]}']`);"
+        "const [e, { unpack }] = [JSON.parse(node.textContent), Signals];"
         "return [unpack(e.readings), unpack(e.matrix), e.matrix.every, e.verdicts]"
     )
     for name in ("0mm/r01", "6mm/r03"):
@@ -307,7 +308,7 @@ def test_contours_lie_at_their_height(browser, page):
             "const at = (x, y) => Math.hypot(x - 10, y - 10);"
             "const rows = Array.from({length: 21}, (_, y) => "
             "Array.from({length: 21}, (_, x) => at(x, y)));"
-            "return contourSegments(rows, 6)"
+            "return Signals.contourSegments(rows, 6)"
         )
     )
     ends = segments.reshape(-1, 2)

@@ -1,66 +1,70 @@
-"use strict";
-
 // Signals as the page carries them, and the geometry of their contours. No drawing here.
 
-/** Turn packed numbers back into rows of values; a missing sample is null. */
-function unpack(packed) {
-  const binary = atob(packed.data);
-  const bytes = Uint8Array.from(binary, (character) => character.charCodeAt(0));
-  const view = new DataView(bytes.buffer);
-  const size = packed.bits / 8;
-  const missing = 2 ** packed.bits - 1;
-  const columns = packed.rows ? bytes.length / size / packed.rows : 0;
-  const rows = [];
-  for (let row = 0; row < packed.rows; row += 1) {
-    const values = new Array(columns);
-    for (let column = 0; column < columns; column += 1) {
-      const place = (row * columns + column) * size;
-      const number = size === 1 ? view.getUint8(place) : view.getUint16(place, true);
-      values[column] = number === missing ? null : packed.low + packed.scale * number;
+const Signals = (() => {
+  "use strict";
+
+  /** Turn packed numbers back into rows of values; a missing sample is null. */
+  function unpack(packed) {
+    const binary = atob(packed.data);
+    const bytes = Uint8Array.from(binary, (character) => character.charCodeAt(0));
+    const view = new DataView(bytes.buffer);
+    const size = packed.bits / 8;
+    const missing = 2 ** packed.bits - 1;
+    const columns = packed.rows ? bytes.length / size / packed.rows : 0;
+    const rows = [];
+    for (let row = 0; row < packed.rows; row += 1) {
+      const values = new Array(columns);
+      for (let column = 0; column < columns; column += 1) {
+        const offset = (row * columns + column) * size;
+        const number = size === 1 ? view.getUint8(offset) : view.getUint16(offset, true);
+        values[column] = number === missing ? null : packed.low + packed.scale * number;
+      }
+      rows.push(values);
     }
-    rows.push(values);
+    return rows;
   }
-  return rows;
-}
 
-/** Give the largest value of some rows, 0 if there is none. */
-function highest(rows) {
-  return rows.reduce((sofar, row) => row.reduce((most, value) => Math.max(most, value), sofar), 0);
-}
+  /** Give the largest value of some rows, 0 if there is none. */
+  function highest(rows) {
+    return rows.reduce((sofar, row) => row.reduce((most, value) => Math.max(most, value), sofar), 0);
+  }
 
-/** A single row has no neighbour to draw contours between: give it one. */
-function atLeastTwoRows(rows) {
-  return rows.length > 1 ? rows : [rows[0], rows[0]];
-}
+  /** A single row has no neighbour to draw contours between: give it one. */
+  function atLeastTwoRows(rows) {
+    return rows.length > 1 ? rows : [rows[0], rows[0]];
+  }
 
-/**
- * Find the contour of a matrix at one height by marching squares.
- * Gives segments [column, row, column, row] in fractions of columns and rows, counted from 0.
- */
-function contourSegments(rows, level) {
-  const segments = [];
-  for (let row = 0; row + 1 < rows.length; row += 1) {
-    for (let column = 0; column + 1 < rows[row].length; column += 1) {
-      const corners = [
-        [column, row, rows[row][column]],
-        [column + 1, row, rows[row][column + 1]],
-        [column + 1, row + 1, rows[row + 1][column + 1]],
-        [column, row + 1, rows[row + 1][column]],
-      ];
-      const crossings = [];
-      for (let side = 0; side < 4; side += 1) {
-        const [x0, y0, a] = corners[side];
-        const [x1, y1, b] = corners[(side + 1) % 4];
-        if (a >= level !== b >= level) {
-          const part = (level - a) / (b - a);
-          crossings.push([x0 + part * (x1 - x0), y0 + part * (y1 - y0)]);
+  /**
+   * Find the contour of a matrix at one height by marching squares.
+   * Gives segments [column, row, column, row] in fractions of columns and rows, counted from 0.
+   */
+  function contourSegments(rows, level) {
+    const segments = [];
+    for (let row = 0; row + 1 < rows.length; row += 1) {
+      for (let column = 0; column + 1 < rows[row].length; column += 1) {
+        const corners = [
+          [column, row, rows[row][column]],
+          [column + 1, row, rows[row][column + 1]],
+          [column + 1, row + 1, rows[row + 1][column + 1]],
+          [column, row + 1, rows[row + 1][column]],
+        ];
+        const crossings = [];
+        for (let side = 0; side < 4; side += 1) {
+          const [x0, y0, a] = corners[side];
+          const [x1, y1, b] = corners[(side + 1) % 4];
+          if (a >= level !== b >= level) {
+            const part = (level - a) / (b - a);
+            crossings.push([x0 + part * (x1 - x0), y0 + part * (y1 - y0)]);
+          }
+        }
+        // Two crossings are one segment; four are a saddle, taken as two in order around the cell.
+        for (let first = 0; first + 1 < crossings.length; first += 2) {
+          segments.push([...crossings[first], ...crossings[first + 1]]);
         }
       }
-      // Two crossings are one segment; four are a saddle, taken as two in order around the cell.
-      for (let first = 0; first + 1 < crossings.length; first += 2) {
-        segments.push([...crossings[first], ...crossings[first + 1]]);
-      }
     }
+    return segments;
   }
-  return segments;
-}
+
+  return { unpack, highest, atLeastTwoRows, contourSegments };
+})();

@@ -17,7 +17,21 @@ from edges.results import read_evaluation, read_fit, read_judgements, read_signa
 
 PACKAGES = ("snakemake", "numpy", "scipy", "pandas", "matplotlib", "jinja2")
 STYLES = ("vendor/uplot/uPlot.min.css", "report.css")
-SCRIPTS = ("vendor/uplot/uPlot.iife.min.js", "signals.js", "viewer.js", "recordings.js")
+# Each stands below those that it uses.
+SCRIPTS = (
+    "vendor/uplot/uPlot.iife.min.js",
+    "scripts/signals.js",
+    "scripts/palette.js",
+    "scripts/elements.js",
+    "scripts/matrix.js",
+    "scripts/charts.js",
+    "scripts/tables.js",
+    "scripts/viewer.js",
+    "scripts/chooser.js",
+    "scripts/recordings_table.js",
+    "scripts/start.js",
+)
+TEMPLATES = ("report.html.j2", "macros.html.j2", "sections/[!.]*.html.j2")
 
 
 def read_tables(results: Path, printed: Mapping, confidence: float) -> Tables:
@@ -66,7 +80,7 @@ def read_frame(folder: Path) -> Frame:
     """Read what the page is filled into, from the folder of the template."""
     templates = {
         path.relative_to(folder).as_posix(): path.read_text(encoding="utf-8")
-        for pattern in ("*.html.j2", "sections/*.html.j2")
+        for pattern in TEMPLATES
         for path in sorted(folder.glob(pattern))
     }
     style, script = (

@@ -1,0 +1,74 @@
+// The tables of one recording: verdicts, distances, envelopes, facts.
+
+const Tables = ((Elements) => {
+  "use strict";
+
+  const { element, textTable } = Elements;
+
+  const UNKNOWN = "not known";
+
+  function sizeWords(size) {
+    if (size === null) return UNKNOWN;
+    return size === 0 ? "no nodule" : `${size} mm`;
+  }
+
+  /** A distance as a number with a bar, so that the eye finds the shortest. */
+  function distanceCell(value, nearest, longest) {
+    if (value === null) return document.createTextNode(UNKNOWN);
+    const cell = element("span", value === nearest ? "distance nearest" : "distance");
+    cell.append(element("span", "number", value.toFixed(4)));
+    const bar = element("span", "bar");
+    bar.style.width = `${(6 * value) / (longest || 1)}rem`;
+    bar.setAttribute("aria-hidden", "true");
+    cell.append(bar);
+    return cell;
+  }
+
+  /** Make the table of the distances to every template, by each detector that judges by them. */
+  function distances(evidence, sizes) {
+    const shown = evidence.verdicts.filter((verdict) => verdict.distances.length);
+    const heads = ["Template", ...shown.map((verdict) => verdict.label)];
+    const known = shown.map((verdict) => verdict.distances.filter((value) => value !== null));
+    const longest = Math.max(0, ...known.flat());
+    const rows = sizes.map((size, index) => [
+      sizeWords(size),
+      ...shown.map((verdict, which) => distanceCell(verdict.distances[index], Math.min(...known[which]), longest)),
+    ]);
+    const caption = "RMSE to every template; the shortest distance is the verdict of the paper’s detector, template.";
+    return textTable("distances", "distances", caption, heads, rows);
+  }
+
+  /** Make the table of every detector's verdict. */
+  function verdicts(evidence) {
+    const rows = evidence.verdicts.map((verdict) => [
+      verdict.label,
+      element("strong", "", sizeWords(verdict.predicted_mm)),
+      verdict.details,
+    ]);
+    const caption = "Every detector’s verdict, by what other recordings teach; with resubstitution this one teaches too.";
+    return textTable("verdicts", "verdicts", caption, ["Detector", "Verdict", "Details"], rows);
+  }
+
+  /** Make the table of the envelopes in numbers. */
+  function peaks(evidence) {
+    const rows = evidence.peaks.map(([value, at, above], sensor) => [
+      `Sensor ${sensor + 1}`,
+      value.toFixed(2),
+      at.toFixed(1),
+      above.toFixed(1),
+    ]);
+    const heads = ["Sensor", "Highest (SD)", "At (s)", `Above ${evidence.threshold} SD for (s)`];
+    return textTable("peaks", "envelopes", "The envelopes in numbers.", heads, rows);
+  }
+
+  /** Make the list of what the recording's header and fit say. */
+  function facts(evidence) {
+    const list = element("dl", "facts");
+    for (const [name, text] of Object.entries(evidence.facts)) {
+      list.append(element("dt", "", name), element("dd", "", text || UNKNOWN));
+    }
+    return list;
+  }
+
+  return { verdicts, distances, peaks, facts };
+})(Elements);
