@@ -54,11 +54,15 @@ class Browser:
         """Open a page from disk at a width, light or dark."""
         size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 600}
         self._command("Emulation.setDeviceMetricsOverride", **size)
-        scheme = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
-        self._command("Emulation.setEmulatedMedia", features=scheme)
+        self.prefer(dark=dark)
         self.driver.get("about:blank")
         self.driver.get_log("browser")
         self.driver.get(page.as_uri() + fragment)
+
+    def prefer(self, *, dark: bool) -> None:
+        """Choose the light or the dark theme, as a reader does in the system's settings."""
+        scheme = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
+        self._command("Emulation.setEmulatedMedia", features=scheme)
 
     def run(self, script: str, *arguments: object) -> object:
         """Run JavaScript in the page and give what it returns."""

@@ -316,6 +316,33 @@ def test_contours_lie_at_their_height(browser, page):
     assert np.allclose(np.hypot(*(ends - 10).T), 6, atol=0.05)
 
 
+def test_every_sensor_has_a_line_of_its_own_and_further_ones_repeat_them(browser, page):
+    lines = "return Array.from({length: 12}, (_, s) => JSON.stringify(Palette.sensorLine(s)))"
+    browser.open(page)
+    light = browser.run(lines)
+    distinct = len(set(light))
+    assert distinct >= 4
+    assert light == [light[sensor % distinct] for sensor in range(12)]
+    browser.open(page, dark=True)
+    dark = browser.run(lines)
+    assert len(set(dark)) == distinct and not set(dark) & set(light)
+
+
+def test_the_key_names_the_lines_that_are_drawn_also_when_the_theme_changes(browser, page):
+    shown = (
+        "return [...document.querySelectorAll('#viewer .key li')].map((item, sensor) => {"
+        "const [drawn, line] = [item.querySelector('svg'), Palette.sensorLine(sensor)];"
+        "return [item.textContent, drawn.getAttribute('stroke') === line.colour]})"
+    )
+    first = "return document.querySelector('#viewer .key svg').getAttribute('stroke')"
+    browser.open(page, dark=True)
+    assert browser.run(shown) == [[f"sensor {sensor}", True] for sensor in (1, 2, 3, 4)]
+    on_dark = browser.run(first)
+    browser.prefer(dark=False)
+    assert browser.run(shown) == [[f"sensor {sensor}", True] for sensor in (1, 2, 3, 4)]
+    assert browser.run(first) != on_dark
+
+
 @pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
 @pytest.mark.parametrize("width", [PHONE, DESKTOP])
 def test_axe_finds_no_fault(browser, page, width, dark):

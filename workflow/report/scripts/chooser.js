@@ -1,6 +1,6 @@
 // Choosing one recording to look at: by its link, its address, or the next and the previous.
 
-const Chooser = ((Viewer) => {
+const Chooser = ((Palette, Viewer) => {
   "use strict";
 
   /** Read what the page carries as JSON in an element. */
@@ -66,7 +66,7 @@ const Chooser = ((Viewer) => {
     previous.addEventListener("click", () => step(0));
     next.addEventListener("click", () => step(1));
     window.addEventListener("hashchange", chooseByAddress);
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => redraw());
+    Palette.onThemeChange(() => redraw());
     let width = viewer.clientWidth;
     new ResizeObserver(() => {
       if (viewer.clientWidth !== width) {
@@ -79,4 +79,4 @@ const Chooser = ((Viewer) => {
   }
 
   return { setUp };
-})(Viewer);
+})(Palette, Viewer);

@@ -3,20 +3,32 @@
 const Palette = (() => {
   "use strict";
 
-  // As many as the style has colours for sensors; further sensors begin again at the first.
-  const DASHES = [[], [8, 3], [2, 2], [9, 3, 2, 3], [5, 2, 1, 2, 1, 2]];
+  // A line a sensor, told apart by colour and by dash; further sensors begin again at the first.
+  const LINES = [
+    { light: "#08306b", dark: "#7db8f0", dash: [] },
+    { light: "#b34500", dark: "#ff9a57", dash: [8, 3] },
+    { light: "#1f6b52", dark: "#63d0a8", dash: [2, 2] },
+    { light: "#8a4fa3", dark: "#d3a2ea", dash: [9, 3, 2, 3] },
+    { light: "#5f5f5f", dark: "#b9b9b9", dash: [5, 2, 1, 2, 1, 2] },
+  ];
+  // The same condition as in the style, where all other colours of the theme stand.
+  const dark = matchMedia("screen and (prefers-color-scheme: dark)");
 
   /** Read a colour of the page's theme. */
   function themeColour(name) {
     return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
   }
 
-  /** Give colour and dash of a sensor's line, and its class in the style; sensors count from 0. */
+  /** Give colour and dash of a sensor's line; sensors count from 0. */
   function sensorLine(sensor) {
-    const line = sensor % DASHES.length;
-    const className = `sensor-${line + 1}`;
-    return { colour: themeColour(className), dash: DASHES[line], className };
+    const line = LINES[sensor % LINES.length];
+    return { colour: dark.matches ? line.dark : line.light, dash: line.dash };
   }
 
-  return { themeColour, sensorLine };
+  /** Call a function whenever the theme changes. */
+  function onThemeChange(call) {
+    dark.addEventListener("change", call);
+  }
+
+  return { themeColour, sensorLine, onThemeChange };
 })();

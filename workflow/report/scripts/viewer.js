@@ -7,17 +7,15 @@ const Viewer = ((Elements, Palette, Charts, Tables) => {
   const { sensorLine } = Palette;
 
   /** Name the lines: a sample of each sensor's line with its number. */
-  function lineKey(sensors) {
-    const list = element("ul", "key");
-    for (let sensor = 0; sensor < sensors; sensor += 1) {
-      const { dash, className } = sensorLine(sensor);
-      const sample = svgElement("svg", { viewBox: "0 0 32 6", "aria-hidden": "true", class: className });
+  function keyEntries(sensors) {
+    return Array.from({ length: sensors }, (_, sensor) => {
+      const { colour, dash } = sensorLine(sensor);
+      const sample = svgElement("svg", { viewBox: "0 0 32 6", "aria-hidden": "true", stroke: colour });
       sample.append(svgElement("line", { x1: 0, y1: 3, x2: 32, y2: 3, "stroke-dasharray": dash.join(" ") }));
-      const item = element("li", "", `sensor ${sensor + 1}`);
-      item.prepend(sample);
-      list.append(item);
-    }
-    return list;
+      const entry = element("li", "", `sensor ${sensor + 1}`);
+      entry.prepend(sample);
+      return entry;
+    });
   }
 
   /** Give the charts in their order: title, caption, what they show in words, and how to draw them. */
@@ -60,8 +58,9 @@ const Viewer = ((Elements, Palette, Charts, Tables) => {
     const charts = chartsOf(evidence).map((chart) => ({ ...chart, ...chartFigure(chart) }));
     const tables = element("div", "tables");
     tables.append(Tables.distances(evidence, sizes), Tables.peaks(evidence));
+    const key = element("ul", "key");
     viewer.replaceChildren(
-      lineKey(evidence.readings.rows),
+      key,
       ...charts.map(({ figure }) => figure),
       Tables.verdicts(evidence),
       tables,
@@ -69,6 +68,7 @@ const Viewer = ((Elements, Palette, Charts, Tables) => {
     );
     let drawn = [];
     const redraw = () => {
+      key.replaceChildren(...keyEntries(evidence.readings.rows));
       drawn.forEach((chart) => chart.destroy());
       drawn = charts.map(({ draw, canvas }) => draw(canvas, evidence));
     };
