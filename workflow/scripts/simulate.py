@@ -9,15 +9,7 @@ from capsule.phantom.simulation import planned_runs, recording_of, simulate_run
 from capsule.recording import format_recording
 from edges import files
 from edges.config_files import read_config_file
-from edges.phantom import CONFIG, phantom_arguments, read_phantom
-
-
-def natural(text: str) -> int:
-    """Read a whole number of at least 1."""
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"{text} is less than 1")
-    return value
+from edges.phantom import CONFIG, natural, phantom_arguments, read_phantom
 
 
 def size(text: str) -> float:

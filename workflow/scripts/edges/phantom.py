@@ -1,4 +1,4 @@
-"""The table of the phantom's parameters, and the arguments that choose it."""
+"""The table of the phantom's parameters, and the arguments of the commands that simulate."""
 
 import argparse
 from pathlib import Path
@@ -12,8 +12,22 @@ CONFIG = Path(__file__).resolve().parents[3] / "config"
 DEFAULT_TABLE = CONFIG / "phantom.yaml"
 
 
+def natural(text: str) -> int:
+    """Read a whole number of at least 1."""
+    value = int(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{text} is less than 1")
+    return value
+
+
 def read_phantom(table: Path, changes: list[str]) -> Phantom:
-    """Read the table of parameters and apply the changes ``part.parameter=value``."""
+    """Read the table of parameters and apply the changes ``part.parameter=value``.
+
+    Raises
+    ------
+    CapsuleError
+        The table or a change cannot be used; the text names it.
+    """
     try:
         phantom = phantom_from_table(yaml.safe_load(table.read_text(encoding="utf-8")))
     except (yaml.YAMLError, CapsuleError) as error:
@@ -37,6 +51,7 @@ def phantom_arguments() -> argparse.ArgumentParser:
         "--parameters",
         type=Path,
         default=DEFAULT_TABLE,
+        metavar="FILE",
         help="table of the phantom's parameters (default: config/phantom.yaml)",
     )
     parser.add_argument(
