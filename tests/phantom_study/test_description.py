@@ -9,8 +9,8 @@ from capsule.phantom.geometry import sensor_offsets
 from edges.files import read_csv
 from edges.phantom import DEFAULT_TABLE, read_phantom
 from phantom_study import simulated_archive
-from phantom_study.arguments import DEFAULT_CONFIG, detector_of
-from phantom_study.description import COLUMNS, describe
+from phantom_study.arguments import DEFAULT_CONFIG, read_detector
+from phantom_study.description import COLUMNS, describe, examples
 
 ROOT = Path(__file__).resolve().parents[2]
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
@@ -18,7 +18,7 @@ PHANTOM = read_phantom(DEFAULT_TABLE, [])
 
 @pytest.fixture(scope="module")
 def described():
-    detector = simulated_archive.quick(detector_of(DEFAULT_CONFIG))
+    detector = simulated_archive.quick(read_detector(DEFAULT_CONFIG))
     archive = simulated_archive.simulate_archive(PHANTOM, 3, 4)
     matrices = simulated_archive.archive_matrices(archive, detector)
     templates = simulated_archive.learn(matrices, detector)
@@ -48,6 +48,21 @@ def test_a_row_tells_lengths_heights_and_passing_times(described):
     assert row["stopped_by_hand"] == 0
     assert row["highest"] == round(max(float(matrices[name].max()) for name in names), 2)
     assert row["passing_high_samples"] == round(np.percentile(passing, 95))
+
+
+def test_an_example_is_the_run_with_the_middling_matrix(described):
+    archive, matrices, _ = described
+    (healthy, example) = examples(archive, matrices, (0, 3), window=84)
+    assert healthy.title.startswith("0mm/")
+    assert healthy.title.endswith("(no nodule)")
+    sums = {name: matrices[name].sum() for name in matrices if name.startswith("3mm/")}
+    assert sorted(sums.values())[2] == sums[example.title]
+    assert example.run is archive[example.title]
+    assert example.matrix is matrices[example.title]
+    # The matrix is the envelope above the threshold, here of every tenth sample.
+    high = example.envelope[:, ::10] > 1.0
+    columns = high.shape[1]
+    np.testing.assert_array_equal(example.matrix[:, :columns] > 0, high)
 
 
 def test_the_documentation_shows_the_signals_that_were_described():

@@ -14,7 +14,7 @@ from phantom_study.search import FreeParameter, evolve, free_parameters, values_
 FREE = [FreeParameter("size", 0.01, 100.0, True), FreeParameter("share", 0.0, 1.0, False)]
 
 
-def test_places_and_values_belong_together():
+def test_positions_and_values_belong_together():
     assert FREE[0].at(0.5) == pytest.approx(1.0)
     assert FREE[1].at(0.25) == pytest.approx(0.25)
     for parameter in FREE:
@@ -22,7 +22,7 @@ def test_places_and_values_belong_together():
         assert parameter.at(1.0) == pytest.approx(parameter.high)
 
 
-def found_after(generations, seed):
+def steps_of(generations, seed):
     def losses_of(candidates, number):
         return [
             abs(np.log10(values["size"] / 10)) + abs(values["share"] - 0.8) for values in candidates
@@ -41,8 +41,8 @@ def found_after(generations, seed):
 
 def test_the_search_finds_the_answer_and_finds_it_again():
     def next_candidates():
-        places = found_after(25, seed=1)[-1].cloud.draw(np.random.default_rng(3), 5)
-        return [values_at(FREE, place) for place in places]
+        positions = steps_of(25, seed=1)[-1].cloud.draw(np.random.default_rng(3), 5)
+        return [values_at(FREE, candidate) for candidate in positions]
 
     for candidate in next_candidates():
         assert candidate["size"] == pytest.approx(10, rel=0.5)
@@ -51,7 +51,7 @@ def test_the_search_finds_the_answer_and_finds_it_again():
 
 
 def test_the_first_candidate_is_the_middle_and_all_stay_in_range():
-    step = found_after(1, seed=2)[0]
+    step = steps_of(1, seed=2)[0]
     assert step.values[0] == pytest.approx({"size": 1.0, "share": 0.5})
     assert len(step.values) == len(step.losses) == 24
     for values in step.values:

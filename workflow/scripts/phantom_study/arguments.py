@@ -1,14 +1,17 @@
-"""The arguments that all studies of the phantom take: which phantom, and which detector."""
+"""What all studies of the phantom take and read: phantom, detector and the paper's numbers."""
 
 import argparse
 from pathlib import Path
 
 import yaml
 
+from edges.config_files import read_config_file
 from edges.phantom import CONFIG, phantom_arguments
-from phantom_study import simulated_archive
+from phantom_study.paper_table import PaperTable
+from phantom_study.simulated_archive import DetectorSettings
 
 DEFAULT_CONFIG = CONFIG / "config.yaml"
+PRINTED = CONFIG.parent / "workflow" / "report" / "paper.yaml"
 
 
 def detector_arguments() -> argparse.ArgumentParser:
@@ -18,12 +21,18 @@ def detector_arguments() -> argparse.ArgumentParser:
         "--config",
         type=Path,
         default=DEFAULT_CONFIG,
+        metavar="FILE",
         help="the detector's settings (default: config/config.yaml)",
     )
     return parser
 
 
-def detector_of(config: Path) -> simulated_archive.Detector:
-    """Read the detector's settings from the project's config."""
-    settings = yaml.safe_load(config.read_text(encoding="utf-8"))
-    return simulated_archive.Detector(settings["preprocessing"], settings["fit"])
+def read_detector(config: Path) -> DetectorSettings:
+    """Read the settings of the paper's detector from the project's configuration."""
+    settings = read_config_file(config)
+    return DetectorSettings(settings["preprocessing"], settings["fit"])
+
+
+def read_paper_table() -> PaperTable:
+    """Read what the paper prints, which the report shows, too."""
+    return PaperTable.from_printed(yaml.safe_load(PRINTED.read_text(encoding="utf-8")))

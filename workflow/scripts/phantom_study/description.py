@@ -1,13 +1,15 @@
-"""What the runs and templates of a simulated archive are like, beside the paper's words on them."""
+"""What the runs and templates of a simulated archive are like."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import Run
+from capsule.preprocessing import normalize, rms_envelope
 from capsule.templates import TemplateSet
-from phantom_study.simulated_archive import passing_samples
+from phantom_study.simulated_archive import middle_recording, passing_samples
 
 COLUMNS = (
     "size_mm",
@@ -21,6 +23,56 @@ COLUMNS = (
     "template_peak_spacing_samples",
     "template_horizontal_spread_samples",
 )
+
+
+@dataclass(frozen=True)
+class Example:
+    """A typical run, from its readings to its matrix.
+
+    Attributes
+    ----------
+    title
+        What to call it.
+    run
+        The simulated run.
+    envelope
+        Its RMS envelope, shape (S, K).
+    matrix
+        Its matrix V, shape (S, L).
+    """
+
+    title: str
+    run: Run
+    envelope: np.ndarray
+    matrix: np.ndarray
+
+
+def examples(
+    archive: Mapping[str, Run],
+    matrices: Mapping[str, np.ndarray],
+    sizes_mm: Sequence[float],
+    window: int,
+) -> list[Example]:
+    """Return, for some sizes, the run whose matrix holds the middling sum.
+
+    Parameters
+    ----------
+    archive
+        Runs by recording name, such as ``3mm/r07``.
+    matrices
+        Their matrices V, shape (S, L).
+    sizes_mm
+        The sizes, one example each.
+    window
+        W of the RMS envelope, in samples.
+    """
+    chosen = []
+    for size in sizes_mm:
+        name = middle_recording({other: matrices[other] for other in _of_size(archive, size)})
+        envelope = rms_envelope(normalize(archive[name].counts.astype(np.float64)), window)
+        title = name if size > 0 else f"{name} (no nodule)"
+        chosen.append(Example(title, archive[name], envelope, matrices[name]))
+    return chosen
 
 
 def describe(
@@ -39,13 +91,15 @@ def describe(
         Their matrices V, shape (S, L).
     templates
         Learned from them.
+    phantom
+        The bench on which they were made.
 
     Returns
     -------
     list of dict
         One row a size, with `COLUMNS`: how long the runs are, how many were stopped by hand, how
         high the matrix of the run with the middling sum and that of any run is, the 5 and 95 %
-        points of the times from sensor to sensor over the place, and the smallest and largest
+        points of the times from sensor to sensor over the nodule, and the smallest and largest
         Delta mu and sigma_hor of the size's template, as text such as ``128-181``.
     """
     particles = {
@@ -55,11 +109,9 @@ def describe(
     }
     rows = []
     for size in sorted({run.nodule_mm for run in archive.values()}):
-        names = [name for name, run in archive.items() if run.nodule_mm == size]
-        runs = [archive[name] for name in names]
+        runs = [archive[name] for name in _of_size(archive, size)]
+        of_size = {name: matrices[name] for name in _of_size(archive, size)}
         lengths = [run.time_s.size for run in runs]
-        middle = int(np.argsort([matrices[name].sum() for name in names])[len(names) // 2])
-        highest = [float(matrices[name].max()) for name in names]
         passing = [passing_samples(run, phantom) for run in runs]
         low, high = np.percentile(passing, [5, 95])
         particle = particles.get(size)
@@ -68,8 +120,8 @@ def describe(
             min(lengths),
             max(lengths),
             sum(length >= int(phantom.advance.longest_samples) for length in lengths),
-            round(highest[middle], 2),
-            round(max(highest), 2),
+            round(float(of_size[middle_recording(of_size)].max()), 2),
+            round(max(float(matrix.max()) for matrix in of_size.values()), 2),
             round(low),
             round(high),
             "" if particle is None else _span(particle.peak_spacing),
@@ -77,6 +129,10 @@ def describe(
         )
         rows.append(dict(zip(COLUMNS, row, strict=True)))
     return rows
+
+
+def _of_size(archive: Mapping[str, Run], size_mm: float) -> list[str]:
+    return [name for name, run in archive.items() if run.nodule_mm == size_mm]
 
 
 def _span(values: np.ndarray) -> str:

@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from capsule.phantom.simulation import Run
+from phantom_study.description import Example
 
 # Told apart without colour, too: by shade, line style and marker.
 STYLES = (
@@ -24,56 +24,41 @@ def repeatable() -> None:
     mpl.rcParams.update({"svg.hashsalt": "phantom", "svg.fonttype": "none", "font.size": 9})
 
 
-def signals(
-    runs: Sequence[Run],
-    titles: Sequence[str],
-    envelopes: Sequence[np.ndarray],
-    matrices: Sequence[np.ndarray],
-) -> Figure:
-    """Draw runs as the paper's pre-processing figure does: readings, envelopes, matrix.
-
-    Parameters
-    ----------
-    runs, titles
-        The simulated runs, one a column, and what to call them.
-    envelopes
-        RMS envelopes, each (S, K).
-    matrices
-        Matrices V, each (S, L).
-    """
-    figure = Figure(figsize=(2.4 * len(runs), 5.6), layout="constrained")
-    axes = figure.subplots(3, len(runs), sharex=True, sharey="row", squeeze=False)
-    for column, (run, envelope, matrix) in enumerate(zip(runs, envelopes, matrices, strict=True)):
-        top, middle, bottom = axes[:, column]
-        top.set_title(titles[column])
-        for sensor, style in zip(range(len(run.counts)), STYLES, strict=False):
-            line = {"color": style["color"], "linewidth": 0.7}
-            samples = np.arange(run.time_s.size)
-            top.plot(samples, run.counts[sensor] - run.counts[sensor].mean() - 150 * sensor, **line)
-            middle.plot(
-                samples,
-                envelope[sensor],
-                linestyle=style["linestyle"],
-                **line | {"linewidth": 1.2},
-                label=f"sensor {sensor + 1}",
-            )
-        middle.axhline(1.0, color="0.6", linewidth=0.8)
-        rows = np.arange(1, len(matrix) + 1)
-        bottom.contour(
-            np.arange(matrix.shape[1]),
-            rows,
-            matrix,
-            np.arange(0.1, 1.6, 0.2),
-            cmap="Greys",
-            vmin=-0.5,
-            vmax=1.2,
-        )
+def signals(examples: Sequence[Example]) -> Figure:
+    """Draw runs as the paper's pre-processing figure does, one a column: readings to matrix."""
+    figure = Figure(figsize=(2.4 * len(examples), 5.6), layout="constrained")
+    axes = figure.subplots(3, len(examples), sharex=True, sharey="row", squeeze=False)
+    for (top, middle, bottom), example in zip(axes.T, examples, strict=True):
+        top.set_title(example.title)
+        _draw_sensors(top, middle, example)
+        rows = np.arange(1, len(example.matrix) + 1)
+        columns = np.arange(example.matrix.shape[1])
+        levels = np.arange(0.1, 1.6, 0.2)
+        bottom.contour(columns, rows, example.matrix, levels, cmap="Greys", vmin=-0.5, vmax=1.2)
         bottom.set(yticks=rows, xlabel="sample (10 a second)", ylim=(rows[-1] + 0.5, 0.5))
     axes[0, 0].set_ylabel("reading, counts\n(sensors set apart)")
     axes[1, 0].set_ylabel("RMS envelope\n(standard deviations)")
     axes[2, 0].set_ylabel("matrix V, sensor")
     axes[1, -1].legend(fontsize=7, frameon=False)
     return figure
+
+
+def _draw_sensors(readings_axes: Axes, envelope_axes: Axes, example: Example) -> None:
+    """Draw each sensor's readings, below those of the one before, and its envelope."""
+    counts = example.run.counts
+    samples = np.arange(example.run.time_s.size)
+    for sensor, style in zip(range(len(counts)), STYLES, strict=False):
+        apart = counts[sensor] - counts[sensor].mean() - 150 * sensor
+        readings_axes.plot(samples, apart, color=style["color"], linewidth=0.7)
+        envelope_axes.plot(
+            samples,
+            example.envelope[sensor],
+            color=style["color"],
+            linestyle=style["linestyle"],
+            linewidth=1.2,
+            label=f"sensor {sensor + 1}",
+        )
+    envelope_axes.axhline(1.0, color="0.6", linewidth=0.8)
 
 
 def cells(rows: Sequence[Mapping[str, str]]) -> Figure:
@@ -86,32 +71,15 @@ def cells(rows: Sequence[Mapping[str, str]]) -> Figure:
     """
     figure = Figure(figsize=(7, 0.24 * len(rows) + 1.0), layout="constrained")
     axes = figure.subplots()
-    for place, row in enumerate(rows):
-        axes.plot(
-            [float(row["low"]), float(row["high"])],
-            [place, place],
-            color="0.7",
-            linewidth=5,
-            solid_capstyle="butt",
-            label="simulated, central 95 %" if place == 0 else None,
-        )
-        axes.plot(
-            float(row["mean"]),
-            place,
-            "k|",
-            markersize=9,
-            label="simulated, mean" if place == 0 else None,
-        )
-        axes.plot(
-            float(row["paper"]),
-            place,
-            "o",
-            color="#d55e00",
-            markersize=5,
-            label="paper" if place == 0 else None,
-        )
+    heights = range(len(rows))
+    low, high, mean, paper = (
+        [float(row[key]) for row in rows] for key in ("low", "high", "mean", "paper")
+    )
+    axes.hlines(heights, low, high, color="0.7", linewidth=5, label="simulated, central 95 %")
+    axes.plot(mean, heights, "k|", markersize=9, label="simulated, mean")
+    axes.plot(paper, heights, "o", color="#d55e00", markersize=5, label="paper")
     axes.set(
-        yticks=range(len(rows)),
+        yticks=heights,
         yticklabels=[row["cell"] for row in rows],
         xlabel="%",
         xlim=(-2, 102),
@@ -149,13 +117,13 @@ def sensitivity(rows: Sequence[Mapping[str, str]]) -> Figure:
 def _panel(axes: Axes, variation: str, rows: Sequence[Mapping[str, str]], rates: list[str]) -> None:
     levels = [row["level"] for row in rows]
     factors = variation != "one faulty sensor"
-    places = [float(level) for level in levels] if factors else range(len(levels))
+    positions = [float(level) for level in levels] if factors else range(len(levels))
     for rate, style in zip(rates, STYLES, strict=True):
         drawn = style if factors else style | {"linestyle": "none"}
-        axes.plot(places, [float(row[rate]) for row in rows], markersize=4, label=rate, **drawn)
+        axes.plot(positions, [float(row[rate]) for row in rows], markersize=4, label=rate, **drawn)
     axes.set(title=variation, ylim=(-3, 103))
     if factors:
         axes.set_xlabel("times the calibrated value")
         axes.axvline(1.0, color="0.85", zorder=0)
     else:
-        axes.set(xticks=list(places), xticklabels=levels, xlim=(-0.5, len(levels) - 0.5))
+        axes.set(xticks=list(positions), xticklabels=levels, xlim=(-0.5, len(levels) - 0.5))

@@ -3,59 +3,61 @@
 import argparse
 import functools
 import sys
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
 
-from capsule.phantom.parameters import Phantom
 from edges import files
-from edges.phantom import read_phantom
+from edges.phantom import natural, read_phantom
 from phantom_study import paper_table, simulated_archive
-from phantom_study.arguments import detector_of
-
-
-def judge(
-    phantom: Phantom, detector: simulated_archive.Detector, runs: int, seed: int
-) -> tuple[np.ndarray, dict[str, float]]:
-    """Return the table of one archive, and how its capsule moves."""
-    archive = simulated_archive.simulate_archive(phantom, seed, runs)
-    matrices = simulated_archive.archive_matrices(archive, detector)
-    return simulated_archive.resubstitution(matrices, detector), simulated_archive.archive_motion(
-        archive, phantom
-    )
+from phantom_study.arguments import read_detector, read_paper_table
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Say what this study takes."""
-    parser.add_argument("--archives", type=int, default=20, help="default: 20")
-    parser.add_argument("--runs", type=int, default=20, help="of each size (default: 20)")
+    """Add what this study takes."""
+    add = functools.partial(parser.add_argument, metavar="N", type=natural)
+    add("--archives", default=20, help="number of simulated archives (default: 20)")
+    add("--runs", default=20, help="runs of each size in an archive (default: 20)")
+    add("--jobs", default=1, help="processes that work at the same time (default: 1)")
     parser.add_argument(
         "--first-seed", type=int, default=10_001, help="of the archives (default: 10001)"
     )
-    parser.add_argument("--quick", action="store_true", help="the search's cheap fit")
-    parser.add_argument("--jobs", type=int, default=1, help="processes (default: 1)")
-    parser.add_argument("--output", type=Path, help="CSV file of the cells")
+    parser.add_argument("--quick", action="store_true", help="fit as cheaply as calibrate does")
+    parser.add_argument("--output", type=Path, metavar="FILE", help="output: the cells, CSV")
 
 
 def run(arguments: argparse.Namespace) -> None:
     """Write each cell's paper value, mean and central 95 %."""
     phantom = read_phantom(arguments.parameters, arguments.changes)
-    detector = detector_of(arguments.config)
+    detector, paper = read_detector(arguments.config), read_paper_table()
     detector = simulated_archive.quick(detector) if arguments.quick else detector
-    judging = functools.partial(judge, phantom, detector, arguments.runs)
+    judge = functools.partial(
+        simulated_archive.simulate_and_judge, phantom, detector, paper, arguments.runs
+    )
     seeds = range(arguments.first_seed, arguments.first_seed + arguments.archives)
     tables, motions = [], []
     with ProcessPoolExecutor(arguments.jobs) as pool:
-        for table, motion in pool.map(judging, seeds):
-            tables.append(table)
+        for confusion, motion in pool.map(judge, seeds):
+            tables.append(confusion)
             motions.append(motion)
-            rows = paper_table.summary([paper_table.cells(each) for each in tables])
+            rows = paper_table.summary([paper_table.cells(each, paper) for each in tables], paper)
             if arguments.output:
                 # After each archive: an interrupted judgement is still one over fewer archives.
                 files.write_csv(arguments.output, list(rows[0]), rows)
             print(f"\rarchive {len(tables)} of {arguments.archives}", end="", file=sys.stderr)
-    print(f"\n{'cell, %':22}{'paper':>7}{'mean':>7}{'central 95 %':>15}")
+    print(file=sys.stderr)
+    print_cells(rows)
+    for name in paper.motion:
+        print(f"{name}: {np.mean([motion[name] for motion in motions]):.1f} %")
+    print("mean confusion table, rows true 0..5 mm:")
+    print(np.round(np.mean(tables, axis=0), 1))
+
+
+def print_cells(rows: Sequence[dict]) -> None:
+    """Print the cells from `paper_table.summary`, and how near their means are to the paper."""
+    print(f"{'cell, %':22}{'paper':>7}{'mean':>7}{'central 95 %':>15}")
     for row in rows:
         remark = "" if row["inside"] else "  the paper's value is outside"
         print(
@@ -63,7 +65,3 @@ def run(arguments: argparse.Namespace) -> None:
             f"{row['low']:9.1f}{row['high']:6.1f}{remark}"
         )
     print(f"mean absolute difference of the means: {paper_table.mean_difference(rows):.1f} points")
-    for name in paper_table.MOTION:
-        print(f"{name}: {np.mean([motion[name] for motion in motions]):.1f} %")
-    print("mean confusion table, rows true 0..5 mm:")
-    print(np.round(np.mean(tables, axis=0), 1))

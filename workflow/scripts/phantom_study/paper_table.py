@@ -1,79 +1,101 @@
-"""The paper's printed numbers as cells, and how a simulated archive compares with them."""
+"""The paper's printed numbers as cells, and how simulated archives compare with them."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-SIZES_MM = (0, 1, 2, 3, 4, 5)
-# Of each size.
-RUNS = 20
+from capsule.evaluation.paper import printed_tables
+from capsule.evaluation.rates import tables
 
-# In percent. Precision and recall for 1..5 mm, exact and within-1-mm rates for 2..5 mm, the
-# specificity 6/20 that follows from the printed pie, and that pie: how the 20 runs without a
-# nodule were classified.
-PAPER = {
-    "precision 1 mm": 100 * 15 / 26,
-    "precision 2 mm": 85.0,
-    "precision 3 mm": 100.0,
-    "precision 4 mm": 100.0,
-    "precision 5 mm": 100.0,
-    "recall 1 mm": 75.0,
-    "recall 2 mm": 85.0,
-    "recall 3 mm": 100.0,
-    "recall 4 mm": 100.0,
-    "recall 5 mm": 100.0,
-    "exact 2 mm": 30.0,
-    "exact 3 mm": 55.0,
-    "exact 4 mm": 70.0,
-    "exact 5 mm": 15.0,
-    "within 1 mm of 2 mm": 85.0,
-    "within 1 mm of 3 mm": 85.0,
-    "within 1 mm of 4 mm": 85.0,
-    "within 1 mm of 5 mm": 70.0,
-    "specificity": 30.0,
-    "no nodule as none": 30.0,
-    "no nodule as 1 mm": 55.0,
-    "no nodule as 2 mm": 15.0,
-}
-
-# In percent of the runs, from the paper's words: a recording ends when the capsule has reached the
-# far side, and Delta mu, here a run's mean time from sensor to sensor, is 100 to 250 samples.
-PASSING_SAMPLES = (100, 250)
-MOTION = {"reaches the far side": 100.0, "Delta mu 100 to 250": 100.0}
+# Of the intervals in the tables of rates; no cell shows one.
+_CONFIDENCE = 0.95
+# The tables of rates are marked with a detector and a scheme; here there is one of each.
+_KEY = {"detector": "template", "scheme": "resubstitution"}
 
 
-def cells(confusion: np.ndarray) -> dict[str, float]:
-    """Return the paper's cells of one archive, in percent.
+@dataclass(frozen=True)
+class PaperTable:
+    """What the paper prints of its 120 runs.
+
+    Attributes
+    ----------
+    cells
+        In percent, by name: precision and recall of every size, exact and within-tolerance rates
+        of the sizes that the paper estimates, the specificity that follows from the printed pie,
+        and that pie: how the runs without a nodule were classified.
+    runs
+        Runs of each size.
+    tolerance_mm
+        Of the within-tolerance rates.
+    passing_samples
+        Least and largest Delta mu: the time from sensor to sensor, in samples.
+    """
+
+    cells: Mapping[str, float]
+    runs: int
+    tolerance_mm: float
+    passing_samples: tuple[float, float]
+
+    @classmethod
+    def from_printed(cls, printed: Mapping) -> "PaperTable":
+        """Work the table out of the content of ``paper.yaml``."""
+        paper = printed_tables(printed, _CONFIDENCE)
+        # The printed pie has no slice for a size that no run was taken for.
+        paper["confusion"] = [row for row in paper["confusion"] if row["count"] > 0]
+        tolerance_mm = printed["sizing_tolerance_mm"]
+        return cls(
+            _cells(paper, tolerance_mm),
+            printed["recordings_per_size"],
+            tolerance_mm,
+            tuple(printed["settings"]["fit.peak_spacing_range"]["value"]),
+        )
+
+    @property
+    def motion(self) -> dict[str, float]:
+        """Return what the paper's words say of the motion, in percent of the runs.
+
+        A recording ends when the capsule has reached the far side, and Delta mu, here a run's mean
+        time from sensor to sensor, lies in its range.
+        """
+        low, high = self.passing_samples
+        return {"reaches the far side": 100.0, f"Delta mu {low:g} to {high:g}": 100.0}
+
+
+def cells(confusion: np.ndarray, paper: PaperTable) -> dict[str, float]:
+    """Return the paper's cells of one archive, in percent, as the evaluation computes them.
 
     Parameters
     ----------
-    confusion : (6, 6) array
-        Runs of true size (row) classified as size (column), 0..5 mm.
+    confusion : (B, B) array of int
+        Runs of true size (row) classified as size (column), 0, 1, 2, ... mm.
+    paper
+        Names the cells and the tolerance.
 
     Returns
     -------
     dict of str to float
-        The keys of `PAPER`; NaN for a precision of nothing found.
+        The names of `PaperTable.cells`; NaN for a precision where no run was taken for the size.
     """
-    runs = confusion.sum(axis=1)
-    nodules = range(1, len(SIZES_MM))
-    found = confusion[:, 1:].sum(axis=1)
-    result = {}
-    for size in nodules:
-        claimed = found[size] + confusion[0, size]
-        result[f"precision {size} mm"] = 100 * found[size] / claimed if claimed else np.nan
-    result |= {f"recall {size} mm": 100 * found[size] / runs[size] for size in nodules}
-    result |= {f"exact {size} mm": 100 * confusion[size, size] / runs[size] for size in nodules[1:]}
-    for size in nodules[1:]:
-        near = confusion[size, max(size - 1, 1) : size + 2].sum()
-        result[f"within 1 mm of {size} mm"] = 100 * near / runs[size]
-    result["specificity"] = 100 * confusion[0, 0] / runs[0]
-    for size, label in enumerate(("none", "1 mm", "2 mm")):
-        result[f"no nodule as {label}"] = 100 * confusion[0, size] / runs[0]
-    return {name: float(value) for name, value in result.items()}
+    sizes_mm = range(len(confusion))
+    predictions = [
+        _KEY | {"size_mm": true_mm, "predicted_mm": predicted_mm}
+        for true_mm in sizes_mm
+        for predicted_mm in sizes_mm
+        for _ in range(confusion[true_mm, predicted_mm])
+    ]
+    archive = tables(
+        predictions,
+        sizes_mm,
+        schemes=[_KEY["scheme"]],
+        tolerance_mm=paper.tolerance_mm,
+        confidence=_CONFIDENCE,
+    )
+    values = _cells(archive, paper.tolerance_mm)
+    return {name: values[name] for name in paper.cells}
 
 
-def motion(arrived: np.ndarray, passing_samples: np.ndarray) -> dict[str, float]:
+def motion(arrived: np.ndarray, passing_samples: np.ndarray, paper: PaperTable) -> dict[str, float]:
     """Return in how many runs the capsule moves as the paper says, in percent.
 
     Parameters
@@ -82,40 +104,54 @@ def motion(arrived: np.ndarray, passing_samples: np.ndarray) -> dict[str, float]
         Whether each run ended at the far side.
     passing_samples : (n,) array
         Mean time from sensor to sensor over the nodule of each run, in samples.
+    paper
+        Names the range of that time.
 
     Returns
     -------
     dict of str to float
-        The keys of `MOTION`.
+        The names of `PaperTable.motion`.
     """
-    low, high = PASSING_SAMPLES
+    low, high = paper.passing_samples
     usual = (passing_samples >= low) & (passing_samples <= high)
-    return dict(zip(MOTION, (100 * float(arrived.mean()), 100 * float(usual.mean())), strict=True))
+    shares = 100 * float(arrived.mean()), 100 * float(usual.mean())
+    return dict(zip(paper.motion, shares, strict=True))
 
 
-def distance(found: Mapping[str, float]) -> float:
-    """Return the root mean square difference from the paper, in spreads of a rate of 20 runs.
+def distance(means: Mapping[str, float], paper: PaperTable) -> float:
+    """Return the root mean square difference from the paper, in spreads of a rate.
 
-    A rate near 0 or 100 % hardly varies from archive to archive, one of 50 % by 11 points; so a
-    mean recall of 100 % where the paper has 85 is farther off than an exact rate of 65 % where it
-    has 50.
+    The spread is that of a rate over as many runs as the paper has of a size. A rate near 0 or
+    100 % hardly varies from archive to archive, one of 50 % over 20 runs by 11 points; so a mean
+    recall of 100 % where the paper has 85 is farther off than an exact rate of 65 % where it has
+    50.
 
     Parameters
     ----------
-    found
-        Means over archives of the cells of `PAPER` (from `cells`) and of `MOTION` (from `motion`).
+    means
+        Means over archives of the cells (from `cells`) and of the motion (from `motion`).
+    paper
+        What they should be.
     """
-    wanted = PAPER | MOTION
-    # A precision of nothing found is as far off as can be.
-    rates = np.nan_to_num([found[name] for name in wanted]) / 100
+    printed = {**paper.cells, **paper.motion}
+    wanted = np.array(list(printed.values())) / 100
+    # A precision that is unknown, since no run was taken for the size, is as far off as can be.
+    rates = np.nan_to_num([means[name] for name in printed]) / 100
     # Laplace's rule: no rate is known to be exactly 0 or 1.
-    likely = (RUNS * rates + 1) / (RUNS + 2)
-    spreads = np.sqrt(likely * (1 - likely) / RUNS)
-    return float(np.sqrt(np.mean(((rates - np.array(list(wanted.values())) / 100) / spreads) ** 2)))
+    likely = (paper.runs * rates + 1) / (paper.runs + 2)
+    spreads = np.sqrt(likely * (1 - likely) / paper.runs)
+    return float(np.sqrt(np.mean(((rates - wanted) / spreads) ** 2)))
 
 
-def summary(archives: Sequence[Mapping[str, float]]) -> list[dict]:
+def summary(archives: Sequence[Mapping[str, float]], paper: PaperTable) -> list[dict]:
     """Return each cell's paper value beside the mean and the central 95 % of the archives.
+
+    Parameters
+    ----------
+    archives
+        The cells of each archive.
+    paper
+        The paper's.
 
     Returns
     -------
@@ -124,17 +160,17 @@ def summary(archives: Sequence[Mapping[str, float]]) -> list[dict]:
         paper's value lies in the range.
     """
     rows = []
-    for name, paper in PAPER.items():
+    for name, printed in paper.cells.items():
         values = np.array([archive[name] for archive in archives])
         low, high = np.nanpercentile(values, [2.5, 97.5])
         rows.append(
             {
                 "cell": name,
-                "paper": paper,
+                "paper": printed,
                 "mean": float(np.nanmean(values)),
                 "low": float(low),
                 "high": float(high),
-                "inside": bool(low - 1e-9 <= paper <= high + 1e-9),
+                "inside": bool(low - 1e-9 <= printed <= high + 1e-9),
             }
         )
     return rows
@@ -143,3 +179,33 @@ def summary(archives: Sequence[Mapping[str, float]]) -> list[dict]:
 def mean_difference(rows: Sequence[Mapping]) -> float:
     """Return the mean absolute difference of the cells' means from the paper, in points."""
     return float(np.mean([abs(row["mean"] - row["paper"]) for row in rows]))
+
+
+def _cells(rates: Mapping[str, Sequence[Mapping]], tolerance_mm: float) -> dict[str, float]:
+    """Return tables of rates, the paper's or an archive's, as cells in percent."""
+    detection, sizing = rates["detection"], rates["sizing"]
+    (healthy,) = rates["specificity"]
+    cells = {}
+    for row in detection:
+        cells[f"precision {_label(row)}"] = _percent(row["tp"], row["tp"] + row["fp"])
+    for row in detection:
+        cells[f"recall {_label(row)}"] = _percent(row["tp"], row["tp"] + row["fn"])
+    for row in sizing:
+        cells[f"exact {_label(row)}"] = _percent(row["exact"], row["recordings"])
+    for row in sizing:
+        name = f"within {tolerance_mm:g} mm of {_label(row)}"
+        cells[name] = _percent(row["within"], row["recordings"])
+    cells["specificity"] = _percent(healthy["true_negatives"], healthy["healthy"])
+    for row in rates["confusion"]:
+        if row["size_mm"] == 0:
+            label = f"{row['predicted_mm']:g} mm" if row["predicted_mm"] > 0 else "none"
+            cells[f"no nodule as {label}"] = _percent(row["count"], healthy["healthy"])
+    return cells
+
+
+def _label(row: Mapping) -> str:
+    return f"{row['size_mm']:g} mm"
+
+
+def _percent(hits: int, count: int) -> float:
+    return 100 * hits / count if count else float("nan")

@@ -26,32 +26,33 @@ class FreeParameter:
     high: float
     logarithmic: bool
 
-    def at(self, place: float) -> float:
-        """Return the value at a place in 0..1 of the range."""
+    def at(self, position: float) -> float:
+        """Return the value at a position in the range: 0 is its low end, 1 its high one."""
         if self.logarithmic:
-            return float(self.low * (self.high / self.low) ** place)
-        return float(self.low + (self.high - self.low) * place)
+            return float(self.low * (self.high / self.low) ** position)
+        return float(self.low + (self.high - self.low) * position)
 
 
 @dataclass(frozen=True)
 class Cloud:
-    """Where the search looks: a normal distribution for each parameter's place in its range.
+    """Where the search looks: a normal distribution for each parameter's position in its range.
 
     Attributes
     ----------
     centre, spread
-        Mean and standard deviation of each place, shape (D,).
+        Mean and standard deviation of each position, shape (D,).
     """
 
     centre: np.ndarray
     spread: np.ndarray
 
     def draw(self, generator: np.random.Generator, count: int) -> np.ndarray:
-        """Return candidates' places, shape (count, D), in 0..1; the first is the centre."""
-        places = self.centre + self.spread * generator.standard_normal((count, self.centre.size))
-        places[0] = self.centre
+        """Return candidates' positions, shape (count, D), in 0..1; the first is the centre."""
+        steps = generator.standard_normal((count, self.centre.size))
+        positions = self.centre + self.spread * steps
+        positions[0] = self.centre
         # The absolute value of mod(x + 1, 2) - 1 folds the line onto 0..1.
-        return np.abs(np.mod(places + 1, 2) - 1)
+        return np.abs(np.mod(positions + 1, 2) - 1)
 
     def moved(self, candidates: np.ndarray, losses: Sequence[float], rate: float) -> "Cloud":
         """Return the cloud drawn towards the best quarter of the candidates.
@@ -59,7 +60,7 @@ class Cloud:
         Parameters
         ----------
         candidates : (count, D) array
-            What was tried.
+            The positions that were tried.
         losses
             What each gave; smaller is better.
         rate
@@ -121,16 +122,19 @@ def evolve(
     """
     cloud = Cloud(np.full(len(free), 0.5), np.full(len(free), spread))
     for number in itertools.count():
-        places = cloud.draw(draw(number), candidates)
-        values = [values_at(free, place) for place in places]
+        positions = cloud.draw(draw(number), candidates)
+        values = [values_at(free, candidate) for candidate in positions]
         losses = list(losses_of(values, number))
-        cloud = cloud.moved(places, losses, rate)
+        cloud = cloud.moved(positions, losses, rate)
         yield Generation(values, losses, cloud)
 
 
-def values_at(parameters: Sequence[FreeParameter], places: np.ndarray) -> dict[str, float]:
-    """Return the parameters' values at the given places in their ranges."""
-    return {each.name: each.at(place) for each, place in zip(parameters, places, strict=True)}
+def values_at(free: Sequence[FreeParameter], positions: np.ndarray) -> dict[str, float]:
+    """Return the parameters' values at the given positions in their ranges, shape (D,)."""
+    return {
+        parameter.name: parameter.at(position)
+        for parameter, position in zip(free, positions, strict=True)
+    }
 
 
 def free_parameters(table: Mapping) -> list[FreeParameter]:

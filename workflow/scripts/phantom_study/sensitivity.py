@@ -1,29 +1,51 @@
 """How the detector bears a bench that changes after its templates were made."""
 
-from collections.abc import Sequence
+import functools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from capsule.phantom.parameters import Phantom, value_of, with_values
 from capsule.seeding import generator
 from capsule.templates import TemplateSet
-from phantom_study.paper_table import SIZES_MM
-from phantom_study.simulated_archive import Detector, archive_matrices, classify, simulate_archive
+from phantom_study.paper_table import PaperTable, cells
+from phantom_study.simulated_archive import (
+    SIZES_MM,
+    DetectorSettings,
+    archive_matrices,
+    classify,
+    learn,
+    simulate_archive,
+)
 
-# What is varied, and which parameters are multiplied by the level.
-VARIATIONS: dict[str, tuple[str, ...]] = {
-    "noise": ("sensor.noise",),
-    "drift": ("sensor.drift_per_s", "sensor.settling"),
-    "speed": ("advance.speed_mm_s",),
-    "contact variation": (
-        "contact.coupling_spread",
-        "contact.series_offset_mm",
-        "contact.height_offset_mm",
-        "contact.wander_mm",
-        "wall.unevenness_mm",
+
+@dataclass(frozen=True)
+class Variation:
+    """A disturbance: the parameters that a level multiplies, and the levels that are tried."""
+
+    parameters: tuple[str, ...]
+    levels: tuple[float, ...]
+
+
+VARIATIONS = {
+    "noise": Variation(("sensor.noise",), (0, 1, 4, 8, 16, 32)),
+    "drift": Variation(("sensor.drift_per_s", "sensor.settling"), (0, 0.25, 0.5, 1, 2, 4)),
+    "speed": Variation(("advance.speed_mm_s",), (0.7, 0.85, 1, 1.25, 1.5, 2)),
+    "contact variation": Variation(
+        (
+            "contact.coupling_spread",
+            "contact.series_offset_mm",
+            "contact.height_offset_mm",
+            "contact.wander_mm",
+            "wall.unevenness_mm",
+        ),
+        (0, 0.5, 1, 1.5, 2, 3),
     ),
 }
 FAULTS = ("none", "dead", "saturated")
+# The archive whose templates are used, and the first of those that are classified.
+_TEMPLATE_SEED, _FIRST_SEED = 1, 1001
 
 
 def varied(phantom: Phantom, variation: str, level: float) -> Phantom:
@@ -31,12 +53,14 @@ def varied(phantom: Phantom, variation: str, level: float) -> Phantom:
 
     Parameters
     ----------
+    phantom
+        The calibrated bench.
     variation
         A key of `VARIATIONS`.
     level
         Factor on each of its parameters; 1 is the calibrated bench.
     """
-    names = VARIATIONS[variation]
+    names = VARIATIONS[variation].parameters
     return with_values(phantom, {name: level * value_of(phantom, name) for name in names})
 
 
@@ -61,6 +85,11 @@ def with_fault(
     Returns
     -------
     (S, K) array of int
+
+    Raises
+    ------
+    ValueError
+        The fault is none of `FAULTS`.
     """
     if fault not in FAULTS:
         raise ValueError(f"{fault!r} is none of {', '.join(FAULTS)}")
@@ -75,11 +104,11 @@ def with_fault(
 
 def measure(
     phantom: Phantom,
-    detector: Detector,
+    detector: DetectorSettings,
     templates: TemplateSet,
     seeds: Sequence[int],
-    fault: str = "none",
-    runs: int = 20,
+    fault: str,
+    runs: int,
 ) -> np.ndarray:
     """Classify fresh archives of a bench with given templates and add their tables up.
 
@@ -87,6 +116,8 @@ def measure(
     ----------
     phantom
         The bench, usually a `varied` one.
+    detector
+        The settings of the detector.
     templates
         From an archive of the calibrated bench: a lab makes its templates once.
     seeds
@@ -103,31 +134,67 @@ def measure(
     """
     table = np.zeros((len(SIZES_MM), len(SIZES_MM)), dtype=int)
     for seed in seeds:
-
-        def spoil(counts: np.ndarray, name: str, seed: int = seed) -> np.ndarray:
-            numbers = generator(seed, "fault", name)
-            return with_fault(counts, fault, int(numbers.integers(len(counts))), numbers)
-
-        matrices = archive_matrices(simulate_archive(phantom, seed, runs), detector, spoil)
-        table += classify(matrices, templates)
+        archive = simulate_archive(phantom, seed, runs)
+        spoil = functools.partial(_with_fault_by_chance, fault, seed)
+        table += classify(archive_matrices(archive, detector, spoil), templates)
     return table
 
 
-def headline(confusion: np.ndarray) -> dict[str, float]:
+def headline(confusion: np.ndarray, paper: PaperTable) -> dict[str, float]:
     """Return the rates that the sensitivity figure shows, in percent.
 
     Parameters
     ----------
-    confusion : (6, 6) array
-        Runs of true size (row) classified as size (column), 0..5 mm; exact and within-1-mm rates
-        are over 2..5 mm, as in the paper.
+    confusion : (6, 6) array of int
+        Runs of true size (row) classified as size (column), 0..5 mm.
+    paper
+        Its sizes are those over which exact and within-tolerance rates are averaged.
     """
-    share = 100 * confusion / confusion.sum(axis=1, keepdims=True)
-    sizes = range(2, 6)
-    return {
-        "specificity": float(share[0, 0]),
-        "recall 1 mm": float(100 - share[1, 0]),
-        "recall 2 mm": float(100 - share[2, 0]),
-        "exact size": float(np.mean([share[size, size] for size in sizes])),
-        "within 1 mm": float(np.mean([share[size, size - 1 : size + 2].sum() for size in sizes])),
+    rates = cells(confusion, paper)
+    within = f"within {paper.tolerance_mm:g} mm"
+    return {name: rates[name] for name in ("specificity", "recall 1 mm", "recall 2 mm")} | {
+        "exact size": _mean_of(rates, "exact "),
+        within: _mean_of(rates, within),
     }
+
+
+def sweep(
+    phantom: Phantom, detector: DetectorSettings, paper: PaperTable, archives: int, runs: int
+) -> Iterator[dict]:
+    """Yield the rates at every level of each disturbance, and with each kind of faulty sensor.
+
+    Parameters
+    ----------
+    phantom
+        The calibrated bench, on which the templates are made.
+    detector, paper
+        Settings of the detector, and what the rates are called.
+    archives, runs
+        Number of archives at each level, and of runs of each size in an archive.
+
+    Yields
+    ------
+    dict
+        ``variation``, ``level`` and the rates of `headline`.
+    """
+    taught = archive_matrices(simulate_archive(phantom, _TEMPLATE_SEED, runs), detector)
+    templates = learn(taught, detector)
+    seeds = range(_FIRST_SEED, _FIRST_SEED + archives)
+    for name, variation in VARIATIONS.items():
+        for level in variation.levels:
+            bench = varied(phantom, name, level)
+            confusion = measure(bench, detector, templates, seeds, "none", runs)
+            yield {"variation": name, "level": level} | headline(confusion, paper)
+    for fault in FAULTS:
+        confusion = measure(phantom, detector, templates, seeds, fault, runs)
+        yield {"variation": "one faulty sensor", "level": fault} | headline(confusion, paper)
+
+
+def _with_fault_by_chance(fault: str, seed: int, counts: np.ndarray, name: str) -> np.ndarray:
+    """Return the readings of a run, by its archive's seed and its name, with one faulty sensor."""
+    numbers = generator(seed, "fault", name)
+    return with_fault(counts, fault, int(numbers.integers(len(counts))), numbers)
+
+
+def _mean_of(rates: dict[str, float], prefix: str) -> float:
+    return float(np.mean([rate for name, rate in rates.items() if name.startswith(prefix)]))

@@ -7,19 +7,22 @@ import numpy as np
 
 from capsule.detectors.matching import nearest_size, template_distances
 from capsule.fitting import fit_particle
-from capsule.particles import ParameterSpace
+from capsule.naming import size_mm
+from capsule.particles import ParameterSpace, Particle
 from capsule.phantom.geometry import sensor_offsets
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import SENSORS, Run, simulate_run
 from capsule.preprocessing import preprocess
 from capsule.seeding import generator
 from capsule.templates import TemplateSet, build_templates
-from phantom_study.paper_table import SIZES_MM, motion
+from phantom_study.paper_table import PaperTable, motion
+
+SIZES_MM = (0, 1, 2, 3, 4, 5)
 
 
 @dataclass(frozen=True)
-class Detector:
-    """The detector's settings, and how much of its labour is spared.
+class DetectorSettings:
+    """The settings of the paper's detector, and how much of its labour is spared.
 
     Attributes
     ----------
@@ -37,9 +40,9 @@ class Detector:
     stride: int = 1
 
 
-def quick(detector: Detector) -> Detector:
-    """Return a detector for a search: every tenth column, 300 particles, 400 iterations."""
-    return Detector(
+def quick(detector: DetectorSettings) -> DetectorSettings:
+    """Return the settings for a search: every tenth column, 300 particles, 400 iterations."""
+    return DetectorSettings(
         detector.preprocessing, {**detector.fit, "particles": 300, "iterations": 400}, stride=10
     )
 
@@ -47,12 +50,12 @@ def quick(detector: Detector) -> Detector:
 def simulate_archive(phantom: Phantom, seed: int, runs: int) -> dict[str, Run]:
     """Simulate so many runs of each size, 0..5 mm, by recording name such as ``3mm/r07``."""
     names = [f"{size}mm/r{run:02d}" for size in SIZES_MM for run in range(1, runs + 1)]
-    return {name: simulate_run(phantom, _size(name), seed, name) for name in names}
+    return {name: simulate_run(phantom, size_mm(name), seed, name) for name in names}
 
 
 def archive_matrices(
     archive: Mapping[str, Run],
-    detector: Detector,
+    detector: DetectorSettings,
     spoil: Callable[[np.ndarray, str], np.ndarray] | None = None,
 ) -> dict[str, np.ndarray]:
     """Return the matrices V of an archive, thinned by the stride, by recording name.
@@ -72,24 +75,33 @@ def archive_matrices(
     return matrices
 
 
+def middle_recording(matrices: Mapping[str, np.ndarray]) -> str:
+    """Return the name of the recording whose matrix V holds the middling sum."""
+    names = list(matrices)
+    return names[int(np.argsort([matrix.sum() for matrix in matrices.values()])[len(names) // 2])]
+
+
 def passing_samples(run: Run, phantom: Phantom) -> np.ndarray:
-    """Return the samples from sensor to sensor over the nodule's place, shape (S - 1,)."""
+    """Return the samples from sensor to sensor over the nodule, shape (S - 1,)."""
     behind_mm = sensor_offsets(phantom.origami, SENSORS)
     return np.diff(np.searchsorted(run.head_mm, run.nodule_at_mm + behind_mm))
 
 
-def archive_motion(archive: Mapping[str, Run], phantom: Phantom) -> dict[str, float]:
+def archive_motion(
+    archive: Mapping[str, Run], phantom: Phantom, paper: PaperTable
+) -> dict[str, float]:
     """Return in how many runs over a nodule the capsule moves as the paper says, in percent."""
-    arrived, passing = [], []
-    for name, run in archive.items():
-        if _size(name) > 0:
-            arrived.append(run.time_s.size < int(phantom.advance.longest_samples))
-            passing.append(passing_samples(run, phantom).mean())
-    return motion(np.array(arrived), np.array(passing))
+    over_nodules = [run for run in archive.values() if run.nodule_mm > 0]
+    longest = int(phantom.advance.longest_samples)
+    arrived = [run.time_s.size < longest for run in over_nodules]
+    passing = [passing_samples(run, phantom).mean() for run in over_nodules]
+    return motion(np.array(arrived), np.array(passing), paper)
 
 
-def learn(matrices: Mapping[str, np.ndarray], detector: Detector) -> TemplateSet:
-    """Fit every run with a nodule and average the fits of each size into its template.
+def fit_archive(
+    matrices: Mapping[str, np.ndarray], detector: DetectorSettings
+) -> dict[str, Particle]:
+    """Fit a particle to every matrix V of a run with a nodule, by recording name.
 
     Parameters
     ----------
@@ -103,14 +115,40 @@ def learn(matrices: Mapping[str, np.ndarray], detector: Detector) -> TemplateSet
     for key in ("peak_spacing_range", "horizontal_spread_range"):
         settings[key] = [max(value // stride, 1) for value in settings[key]]
     space = ParameterSpace(**settings)
-    particles = {float(size): [] for size in SIZES_MM if size > 0}
-    for name, matrix in matrices.items():
-        if _size(name) > 0:
-            numbers = generator(seed, "fit", name)
-            fit = fit_particle(matrix, numbers, **counts, first_peak=first_peak, space=space)
-            particles[_size(name)].append(fit.particle)
+    return {
+        name: fit_particle(
+            matrix, generator(seed, "fit", name), **counts, first_peak=first_peak, space=space
+        ).particle
+        for name, matrix in matrices.items()
+        if size_mm(name) > 0
+    }
+
+
+def average_fits(
+    particles: Mapping[str, Particle], detector: DetectorSettings, length: int
+) -> TemplateSet:
+    """Average the particles of each size into its template.
+
+    Parameters
+    ----------
+    particles
+        From `fit_archive`.
+    detector
+        Their settings.
+    length
+        Columns of the matrices that they were fitted to.
+    """
+    by_size = {float(size): [] for size in SIZES_MM if size > 0}
+    for name, particle in particles.items():
+        by_size[size_mm(name)].append(particle)
+    first_peak = detector.fit["first_peak"] // detector.stride
+    return build_templates(by_size, sensors=SENSORS, first_peak=first_peak, length=length)
+
+
+def learn(matrices: Mapping[str, np.ndarray], detector: DetectorSettings) -> TemplateSet:
+    """Fit every run with a nodule and average the fits of each size into its template."""
     length = next(iter(matrices.values())).shape[1]
-    return build_templates(particles, sensors=SENSORS, first_peak=first_peak, length=length)
+    return average_fits(fit_archive(matrices, detector), detector, length)
 
 
 def classify(matrices: Mapping[str, np.ndarray], templates: TemplateSet) -> np.ndarray:
@@ -118,14 +156,27 @@ def classify(matrices: Mapping[str, np.ndarray], templates: TemplateSet) -> np.n
     table = np.zeros((len(SIZES_MM), len(SIZES_MM)), dtype=int)
     for name, matrix in matrices.items():
         distances = template_distances(matrix, templates.matrices)
-        table[int(_size(name)), int(nearest_size(distances, templates.sizes_mm))] += 1
+        table[int(size_mm(name)), int(nearest_size(distances, templates.sizes_mm))] += 1
     return table
 
 
-def resubstitution(matrices: Mapping[str, np.ndarray], detector: Detector) -> np.ndarray:
+def resubstitution(matrices: Mapping[str, np.ndarray], detector: DetectorSettings) -> np.ndarray:
     """Learn from an archive and classify that same archive, as the paper most likely did."""
     return classify(matrices, learn(matrices, detector))
 
 
-def _size(name: str) -> float:
-    return float(name.partition("mm/")[0])
+def simulate_and_judge(
+    phantom: Phantom, detector: DetectorSettings, paper: PaperTable, runs: int, seed: int
+) -> tuple[np.ndarray, dict[str, float]]:
+    """Simulate one archive of so many runs a size, and judge it as the paper does.
+
+    Returns
+    -------
+    confusion : (6, 6) array of int
+        From `resubstitution`.
+    motion : dict of str to float
+        From `archive_motion`.
+    """
+    archive = simulate_archive(phantom, seed, runs)
+    confusion = resubstitution(archive_matrices(archive, detector), detector)
+    return confusion, archive_motion(archive, phantom, paper)

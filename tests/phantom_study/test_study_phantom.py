@@ -1,0 +1,38 @@
+"""The commands that study the phantom: what they are told, and what they write."""
+
+import sys
+
+import pytest
+
+import study_phantom
+from edges.files import read_csv
+from phantom_study import sensitivity
+from phantom_study.sensitivity import Variation
+
+
+def run(monkeypatch, *arguments):
+    monkeypatch.setattr(sys, "argv", ["study_phantom.py", *map(str, arguments)])
+    study_phantom.main()
+
+
+def test_the_figures_and_tables_of_the_documentation_can_be_made(tmp_path, monkeypatch, capsys):
+    table = tmp_path / "cells.csv"
+    run(monkeypatch, "judge", "--archives", 2, "--runs", 2, "--quick", "--output", table)
+    assert len(read_csv(table)) == 22
+    assert "mean absolute difference" in capsys.readouterr().out
+    variation = Variation(("sensor.noise",), (1, 32))
+    monkeypatch.setattr(sensitivity, "VARIATIONS", {"noise": variation})
+    options = ["--archives", 1, "--runs", 2, "--table", table, "--output", tmp_path]
+    run(monkeypatch, "draw", *options)
+    rows = read_csv(tmp_path / "phantom-sensitivity.csv")
+    assert [row["level"] for row in rows] == ["1", "32", "none", "dead", "saturated"]
+    assert len(read_csv(tmp_path / "phantom-signals.csv")) == 6
+    for name in ("signals", "table", "sensitivity"):
+        assert "<svg" in (tmp_path / f"phantom-{name}.svg").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("count", ["0", "-1", "some"])
+def test_a_number_of_nothing_is_refused(monkeypatch, capsys, count):
+    with pytest.raises(SystemExit):
+        run(monkeypatch, "judge", "--archives", count)
+    assert "argument --archives: " in capsys.readouterr().err

@@ -1,0 +1,63 @@
+"""The trials of a search in a CSV file: looked up where they are known, made where not."""
+
+import csv
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+
+from capsule.errors import CapsuleError
+from edges import files
+
+
+class TrialLog:
+    """A source of trials that keeps them in a file, so that an interrupted search goes on.
+
+    Parameters
+    ----------
+    path
+        The CSV file, one row a trial; it need not exist.
+    make
+        ``make(values, seeds)`` makes the trials of some candidates, each on one archive, in order.
+
+    Raises
+    ------
+    CapsuleError
+        The file is no log of trials.
+    """
+
+    def __init__(
+        self, path: Path, make: Callable[[Sequence[Mapping], Sequence[int]], Iterable[dict]]
+    ) -> None:
+        self._path, self._make = path, make
+        self._rows = files.read_csv(path) if path.exists() else []
+        if self._rows and not {"stage", "archive_seed"} <= set(self._rows[0]):
+            raise CapsuleError(f"{path}: this is no log of trials; choose another --log")
+
+    def trials(self, stage: str, values: Sequence[Mapping], seeds: Sequence[int]) -> list[dict]:
+        """Return the trials of one stage; each that is made is in the file before the next.
+
+        Raises
+        ------
+        CapsuleError
+            The file holds trials of this stage that were made of other candidates.
+        """
+        known = [row for row in self._rows if row["stage"] == stage]
+        if len(known) > len(seeds) or any(
+            row.get(name) != str(value)
+            for row, candidate, seed in zip(known, values, seeds, strict=False)
+            for name, value in {"archive_seed": seed, **candidate}.items()
+        ):
+            raise CapsuleError(
+                f"{self._path}: {stage} has other candidates than this search; choose another"
+                " --log, or the seed, numbers and ranges that it was made with"
+            )
+        made = self._make(values[len(known) :], seeds[len(known) :])
+        return known + [self._append({"stage": stage} | trial) for trial in made]
+
+    def _append(self, row: dict) -> dict:
+        self._path.parent.mkdir(parents=True, exist_ok=True)
+        with self._path.open("a", encoding="utf-8", newline="") as stream:
+            writer = csv.DictWriter(stream, list(row), lineterminator="\n")
+            if stream.tell() == 0:
+                writer.writeheader()
+            writer.writerow(row)
+        return row
