@@ -1,7 +1,7 @@
 """What a user would pick instead: MiniRocket with a ridge classifier, and the nearest neighbour.
 
     python -m venv peers && peers/bin/pip install -r tests/benchmarks/peers/requirements.txt
-    python tests/benchmarks/judge_detectors.py --export archives/
+    python tests/benchmarks/export_archives.py archives/
     peers/bin/python tests/benchmarks/peers/run_peers.py archives/ --output peers.json
     python tests/benchmarks/judge_detectors.py --peers peers.json
 

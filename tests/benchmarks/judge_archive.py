@@ -1,0 +1,194 @@
+"""One simulated archive and what every detector says of it: the only place that calls detectors.
+
+Rows hold plain numbers by the name of their column, so that whoever averages or writes them knows
+nothing of detectors.
+"""
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from judge_rates import mean_or_unknown, rates
+
+from capsule.detectors.diagonal import DiagonalDetector
+from capsule.detectors.passage import Passage
+from capsule.detectors.search import search
+from capsule.detectors.template import TemplateDetector
+from capsule.detectors.verdicts import Verdict
+from capsule.evaluation import roc
+from capsule.evaluation.retest import combined_detections, first_passes
+from capsule.phantom.parameters import Phantom
+from capsule.phantom.simulation import Run, planned_runs, simulate_run
+from capsule.seeding import generator
+from phantom_study.simulated_archive import (
+    SIZES_MM,
+    DetectorSettings,
+    archive_matrices,
+    average_fits,
+    fit_archive,
+)
+
+RUNS = 20
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A simulated recording: its name such as ``3mm/r07p1``, its site, its label and its run."""
+
+    name: str
+    site: str
+    size_mm: float
+    run: Run
+
+
+def simulate_archive(phantom: Phantom, seed: int, passes: int = 1) -> list[Recording]:
+    """Simulate 20 sites of each size, with some passes over each."""
+    return [
+        Recording(
+            f"{planned.site}p{planned.attempt}",
+            planned.site,
+            float(planned.size_mm),
+            simulate_run(phantom, planned.size_mm, seed, planned.site, planned.attempt),
+        )
+        for planned in planned_runs(SIZES_MM, RUNS, passes)
+    ]
+
+
+def dealt_anew(archive: Sequence[Recording], seed: int) -> list[Recording]:
+    """Return the recordings with their labels dealt out anew by chance."""
+    dealt = generator(seed, "labels").permutation(_sizes(archive))
+    return [
+        replace(recording, size_mm=float(size_mm))
+        for recording, size_mm in zip(archive, dealt, strict=True)
+    ]
+
+
+def learn_diagonal(archive: Sequence[Recording], config: Mapping) -> DiagonalDetector:
+    """Search all recordings of an archive, and prepare what they teach."""
+    return DiagonalDetector(
+        {recording.name: _passage(recording, config) for recording in archive},
+        {recording.name: recording.size_mm for recording in archive},
+        specificity=config["evaluation"]["specificity"],
+        prevalence=config["evaluation"]["prevalence"],
+        size_ridge=config["diagonal"]["size_ridge"],
+    )
+
+
+def judge_diagonal(
+    archive: Sequence[Recording], config: Mapping
+) -> tuple[dict[str, float], DiagonalDetector]:
+    """Judge each recording by what the others of its archive teach.
+
+    Returns
+    -------
+    row : dict of str to float
+        The rates, the errors of size and place, and the seconds of CPU time.
+    detector : DiagonalDetector
+        With which another archive may be judged.
+    """
+    started = time.process_time()
+    detector = learn_diagonal(archive, config)
+    verdicts = [detector.judge(recording.name, [recording.name]) for recording in archive]
+    seconds = time.process_time() - started
+    return _diagonal_row(archive, verdicts) | {"seconds": seconds}, detector
+
+
+def judge_by_another(
+    archive: Sequence[Recording], detector: DiagonalDetector, teacher: DiagonalDetector
+) -> dict[str, float]:
+    """Judge an archive's searched recordings by what another archive taught.
+
+    Nothing was set up for both: neither the nodules nor the capsule.
+    """
+    model = teacher.model([])
+    verdicts = [model.verdict(detector.passages[recording.name]) for recording in archive]
+    return _diagonal_row(archive, verdicts)
+
+
+def judge_template(
+    archive: Sequence[Recording], config: Mapping, effort: int, seed: int
+) -> dict[str, dict[str, float]]:
+    """Judge each recording by the paper's detector, and by its margin against a threshold.
+
+    Parameters
+    ----------
+    archive
+        The recordings.
+    config
+        The project's configuration.
+    effort
+        Number of particles and of iterations of each fit.
+    seed
+        Of the fits.
+
+    Returns
+    -------
+    dict of str to dict
+        A row each for ``template`` and ``template_threshold``.
+    """
+    started = time.process_time()
+    fit = {**config["fit"], "seed": seed, "particles": effort, "iterations": effort}
+    settings = DetectorSettings(config["preprocessing"], fit)
+    matrices = archive_matrices({each.name: each.run for each in archive}, settings)
+    particles = fit_archive(matrices, settings)
+    templates = average_fits(particles, settings, config["preprocessing"]["length"])
+    sizes_mm = {recording.name: recording.size_mm for recording in archive}
+    specificity = config["evaluation"]["specificity"]
+    detector = TemplateDetector(templates, particles, sizes_mm, matrices.__getitem__, specificity)
+    judged = [detector.judge(name, detector.without([name])) for name in sizes_mm]
+    seconds = {"seconds": time.process_time() - started}
+    return {
+        "template": _row(archive, [by_rule for _, by_rule, _ in judged]) | seconds,
+        "template_threshold": _row(archive, [by_margin for *_, by_margin in judged]) | seconds,
+    }
+
+
+def judge_passes(archive: Sequence[Recording], config: Mapping) -> dict[int, dict[float, float]]:
+    """Judge the first passes over each site together, by the diagonal detector's mean score.
+
+    Returns
+    -------
+    dict of int to dict
+        For each number of passes, the share of sites of each size where a nodule is detected.
+    """
+    scores = np.array([_passage(recording, config).evidence for recording in archive])
+    sites, judged = [recording.site for recording in archive], config["evaluation"]
+    shares = {}
+    for count in judged["passes"]:
+        true_mm, detected = combined_detections(
+            scores, _sizes(archive), first_passes(sites, count), judged["specificity"]
+        )
+        shares[count] = {size: float(detected[true_mm == size].mean()) for size in SIZES_MM}
+    return shares
+
+
+def _passage(recording: Recording, config: Mapping) -> Passage:
+    readings = recording.run.counts.astype(float)
+    return search(readings, config["recording"]["rate_hz"], config["diagonal"])
+
+
+def _sizes(archive: Sequence[Recording]) -> np.ndarray:
+    return np.array([recording.size_mm for recording in archive])
+
+
+def _row(archive: Sequence[Recording], verdicts: Sequence[Verdict]) -> dict[str, float]:
+    """Return what every detector's table shows."""
+    true_mm = _sizes(archive)
+    scores = np.array([verdict.score for verdict in verdicts])
+    row = rates(true_mm, np.array([verdict.predicted_mm for verdict in verdicts]))
+    return row | {"AUC of 1 mm": roc.auc(scores[true_mm == 0], scores[true_mm == 1])}
+
+
+def _diagonal_row(archive: Sequence[Recording], verdicts: Sequence[Verdict]) -> dict[str, float]:
+    """Return what the diagonal detector's table shows: errors of size and place, too."""
+    true_mm = _sizes(archive)
+    estimate_mm = np.array([verdict.estimate_mm for verdict in verdicts])
+    location_mm = np.array([verdict.location_mm for verdict in verdicts])
+    nodule_at_mm = np.array([recording.run.nodule_at_mm for recording in archive])
+    sized = ~np.isnan(estimate_mm) & (true_mm >= 2)
+    away = np.abs(location_mm - nodule_at_mm)[sized]
+    return _row(archive, verdicts) | {
+        "size estimate's error (mm)": mean_or_unknown(np.abs(estimate_mm - true_mm)[sized]),
+        "place's error, median (mm)": float(np.median(away)) if away.size else float("nan"),
+    }
