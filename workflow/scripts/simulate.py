@@ -25,12 +25,13 @@ def read_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, parents=[phantom_arguments()])
     add = parser.add_argument
     sizes = {"type": size, "nargs": "+", "metavar": "MM", "default": [0, 1, 2, 3, 4, 5]}
-    add("--out", type=Path, default=Path("raw"), help="folder (default: raw)")
-    add("--seed", type=int, default=1, help="same seed, same bytes (default: 1)")
-    add("--runs", type=natural, default=20, help="runs a size (default: 20)")
+    add("--out", type=Path, default=Path("raw"), metavar="FOLDER", help="folder (default: raw)")
+    add("--seed", type=int, default=1, metavar="N", help="same seed, same bytes (default: 1)")
+    add("--runs", type=natural, default=20, metavar="N", help="runs a size (default: 20)")
     add("--sizes", **sizes, help="nodule diameters in mm, 0: none (default: 0 1 2 3 4 5)")
-    add("--passes", type=natural, default=1, help="passes over each nodule (default: 1)")
-    add("--sensors", type=natural, help="default: recording.sensors of config/config.yaml")
+    add("--passes", type=natural, default=1, metavar="N", help="over each nodule (default: 1)")
+    configured = "recording.sensors of config/config.yaml"
+    add("--sensors", type=natural, metavar="S", help=f"number of sensors (default: {configured})")
     add("--force", action="store_true", help="overwrite files that exist")
     return parser.parse_args()
 

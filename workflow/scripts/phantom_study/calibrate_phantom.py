@@ -43,7 +43,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = functools.partial(parser.add_argument, metavar="FILE", type=Path, required=True)
     add("--log", help="CSV file of the trials; it is made, or gone on with")
     add("--output", help="output: the table with the winner's values")
-    parser.add_argument("--seed", type=int, default=1, help="of all that is drawn (default: 1)")
+    parser.add_argument(
+        "--seed", metavar="N", type=int, default=1, help="of all that is drawn (default: 1)"
+    )
 
 
 def run(arguments: argparse.Namespace) -> None:

@@ -29,7 +29,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = functools.partial(parser.add_argument, metavar="N", type=natural)
     add("--archives", default=5, help="archives at each level of a disturbance (default: 5)")
     add("--runs", default=20, help="runs of each size in such an archive (default: 20)")
-    parser.add_argument("--seed", type=int, default=1, help="of the signals shown (default: 1)")
+    parser.add_argument(
+        "--seed", metavar="N", type=int, default=1, help="of the signals shown (default: 1)"
+    )
     parser.add_argument(
         "--output", type=Path, required=True, metavar="FOLDER", help="output: folder of the figures"
     )

@@ -22,7 +22,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--runs", default=20, help="runs of each size in an archive (default: 20)")
     add("--jobs", default=1, help="processes that work at the same time (default: 1)")
     parser.add_argument(
-        "--first-seed", type=int, default=10_001, help="of the archives (default: 10001)"
+        "--first-seed",
+        metavar="N",
+        type=int,
+        default=10_001,
+        help="of the archives (default: 10001)",
     )
     parser.add_argument("--quick", action="store_true", help="fit as cheaply as calibrate does")
     parser.add_argument("--output", type=Path, metavar="FILE", help="output: the cells, CSV")
