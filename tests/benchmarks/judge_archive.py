@@ -11,16 +11,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from judge_rates import mean_or_unknown, rates
 
-from capsule.detectors.diagonal import DiagonalDetector
-from capsule.detectors.passage import Passage
-from capsule.detectors.search import search
-from capsule.detectors.template import TemplateDetector
+from capsule.detectors.passage import passage_of
+from capsule.detectors.training import Model, TrainingArchive, detector_class
 from capsule.detectors.verdicts import Verdict
 from capsule.evaluation import roc
-from capsule.evaluation.retest import combined_detections, first_passes
+from capsule.evaluation.sites import Passes, detections_by_passes
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import Run, planned_runs, simulate_run
 from capsule.seeding import generator
+from capsule.templates import TemplateSet, no_nodule_template
 from phantom_study.simulated_archive import (
     SIZES_MM,
     DetectorSettings,
@@ -64,45 +63,57 @@ def dealt_anew(archive: Sequence[Recording], seed: int) -> list[Recording]:
     ]
 
 
-def learn_diagonal(archive: Sequence[Recording], config: Mapping) -> DiagonalDetector:
-    """Search all recordings of an archive, and prepare what they teach."""
-    return DiagonalDetector(
-        {recording.name: _passage(recording, config) for recording in archive},
-        {recording.name: recording.size_mm for recording in archive},
-        specificity=config["evaluation"]["specificity"],
-        prevalence=config["evaluation"]["prevalence"],
-        size_ridge=config["diagonal"]["size_ridge"],
+def search_archive(archive: Sequence[Recording], config: Mapping) -> TrainingArchive:
+    """Search all recordings of an archive; the diagonal detector needs nothing else of them."""
+    rate_hz = config["recording"]["rate_hz"]
+    return TrainingArchive(
+        sizes_mm={recording.name: recording.size_mm for recording in archive},
+        templates=TemplateSet((0.0,), (), (no_nodule_template(1, 1),), 1),
+        particles={},
+        passages={
+            each.name: passage_of(each.run.counts.astype(float), rate_hz, config["diagonal"])
+            for each in archive
+        },
+        load={}.__getitem__,
+        settings=config,
     )
 
 
 def judge_diagonal(
     archive: Sequence[Recording], config: Mapping
-) -> tuple[dict[str, float], DiagonalDetector]:
+) -> tuple[dict[str, float], TrainingArchive]:
     """Judge each recording by what the others of its archive teach.
 
     Returns
     -------
     row : dict of str to float
         The rates, the errors of size and place, and the seconds of CPU time.
-    detector : DiagonalDetector
+    searched : TrainingArchive
         With which another archive may be judged.
     """
     started = time.process_time()
-    detector = learn_diagonal(archive, config)
-    verdicts = [detector.judge(recording.name, [recording.name]) for recording in archive]
+    searched = search_archive(archive, config)
+    detector = detector_class("diagonal")(searched)
+    verdicts = [
+        detector.without([each.name]).verdict(searched.recording(each.name)) for each in archive
+    ]
     seconds = time.process_time() - started
-    return _diagonal_row(archive, verdicts) | {"seconds": seconds}, detector
+    return _diagonal_row(archive, verdicts) | {"seconds": seconds}, searched
+
+
+def learn_diagonal(searched: TrainingArchive) -> Model:
+    """Learn from all recordings of an archive."""
+    return detector_class("diagonal")(searched).without([])
 
 
 def judge_by_another(
-    archive: Sequence[Recording], detector: DiagonalDetector, teacher: DiagonalDetector
+    archive: Sequence[Recording], searched: TrainingArchive, teacher: Model
 ) -> dict[str, float]:
     """Judge an archive's searched recordings by what another archive taught.
 
     Nothing was set up for both: neither the nodules nor the capsule.
     """
-    model = teacher.model([])
-    verdicts = [model.verdict(detector.passages[recording.name]) for recording in archive]
+    verdicts = [teacher.verdict(searched.recording(recording.name)) for recording in archive]
     return _diagonal_row(archive, verdicts)
 
 
@@ -134,14 +145,14 @@ def judge_template(
     particles = fit_archive(matrices, settings)
     templates = average_fits(particles, settings, config["preprocessing"]["length"])
     sizes_mm = {recording.name: recording.size_mm for recording in archive}
-    specificity = config["evaluation"]["specificity"]
-    detector = TemplateDetector(templates, particles, sizes_mm, matrices.__getitem__, specificity)
-    judged = [detector.judge(name, detector.without([name])) for name in sizes_mm]
+    taught = TrainingArchive(sizes_mm, templates, particles, {}, matrices.__getitem__, config)
+    detectors = {name: detector_class(name)(taught) for name in ("template", "template_threshold")}
+    verdicts: dict[str, list[Verdict]] = {name: [] for name in detectors}
+    for name in sizes_mm:
+        for label, detector in detectors.items():
+            verdicts[label].append(detector.without([name]).verdict(taught.recording(name)))
     seconds = {"seconds": time.process_time() - started}
-    return {
-        "template": _row(archive, [by_rule for _, by_rule, _ in judged]) | seconds,
-        "template_threshold": _row(archive, [by_margin for *_, by_margin in judged]) | seconds,
-    }
+    return {label: _row(archive, made) | seconds for label, made in verdicts.items()}
 
 
 def judge_passes(archive: Sequence[Recording], config: Mapping) -> dict[int, dict[float, float]]:
@@ -152,20 +163,24 @@ def judge_passes(archive: Sequence[Recording], config: Mapping) -> dict[int, dic
     dict of int to dict
         For each number of passes, the share of sites of each size where a nodule is detected.
     """
-    scores = np.array([_passage(recording, config).evidence for recording in archive])
-    sites, judged = [recording.site for recording in archive], config["evaluation"]
+    searched, judged = search_archive(archive, config), config["evaluation"]
+    by_site: dict[str, list[Recording]] = {}
+    for recording in archive:
+        by_site.setdefault(recording.site, []).append(recording)
+    sites = {}
+    for site, passes in by_site.items():
+        passed = [searched.passages[recording.name] for recording in passes]
+        sites[site] = Passes(
+            passes[0].size_mm,
+            np.array([passage.evidence for passage in passed]),
+            np.full(len(passed), np.nan),
+            np.array([passage.location_mm for passage in passed]),
+        )
     shares = {}
     for count in judged["passes"]:
-        true_mm, detected = combined_detections(
-            scores, _sizes(archive), first_passes(sites, count), judged["specificity"]
-        )
+        true_mm, detected = detections_by_passes(sites, count, judged["specificity"])
         shares[count] = {size: float(detected[true_mm == size].mean()) for size in SIZES_MM}
     return shares
-
-
-def _passage(recording: Recording, config: Mapping) -> Passage:
-    readings = recording.run.counts.astype(float)
-    return search(readings, config["recording"]["rate_hz"], config["diagonal"])
 
 
 def _sizes(archive: Sequence[Recording]) -> np.ndarray:

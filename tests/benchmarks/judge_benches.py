@@ -13,6 +13,7 @@ from judge_archive import (
     judge_passes,
     judge_template,
     learn_diagonal,
+    search_archive,
     simulate_archive,
 )
 
@@ -65,17 +66,17 @@ def judge_detectors(
     """
     rows: dict[str, list[dict]] = {}
     # The last archive teaches the first one.
-    teacher = learn_diagonal(simulate_archive(phantom, seeds[-1]), config)
+    teacher = learn_diagonal(search_archive(simulate_archive(phantom, seeds[-1]), config))
     for number, seed in enumerate(seeds):
         archive = simulate_archive(phantom, seed)
         judged = judge_template(archive, config, effort, seed) if number < template_archives else {}
-        judged["diagonal"], detector = judge_diagonal(archive, config)
-        judged["diagonal, taught by another archive"] = judge_by_another(archive, detector, teacher)
+        judged["diagonal"], searched = judge_diagonal(archive, config)
+        judged["diagonal, taught by another archive"] = judge_by_another(archive, searched, teacher)
         dealt, _ = judge_diagonal(dealt_anew(archive, seed), config)
         judged["diagonal, labels dealt out anew"] = dealt
         for name, row in judged.items():
             rows.setdefault(name, []).append(row)
-        teacher = detector
+        teacher = learn_diagonal(searched)
     return rows
 
 
