@@ -8,7 +8,12 @@ import pytest
 import yaml
 
 from capsule.errors import CapsuleError
-from capsule.phantom.advance import head_position, stroke_positions
+from capsule.phantom.advance import (
+    first_arrival,
+    head_position,
+    slips_back,
+    stroke_positions,
+)
 from capsule.phantom.contact import (
     bulge_profile,
     compression,
@@ -16,6 +21,7 @@ from capsule.phantom.contact import (
     pressed_bulge,
     seat_wander,
     sphere_stiffness,
+    stray_offset,
 )
 from capsule.phantom.geometry import half_width, pitch, vertices
 from capsule.phantom.parameters import (
@@ -24,8 +30,8 @@ from capsule.phantom.parameters import (
     value_of,
     with_values,
 )
-from capsule.phantom.sensor import counts, low_pass, resistance
-from capsule.phantom.wall import overlap, uneven_height, wall_height, wave_period
+from capsule.phantom.sensor import counts, resistance
+from capsule.phantom.wall import overlap, roughness, uneven_height
 from edges.phantom import DEFAULT_TABLE, read_phantom
 
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
@@ -54,17 +60,6 @@ def test_pitch_follows_from_the_drawing():
     assert pitch(PHANTOM.origami) == pytest.approx(6.3, abs=0.1)
 
 
-def test_a_wave_takes_3_2_seconds_and_travels_to_the_right():
-    wall = PHANTOM.wall
-    assert wave_period(wall) == pytest.approx(3.2)
-    time_s = np.linspace(0, 3.2, 33)
-    at_start = wall_height(wall, np.array(0.0), time_s, phase=0.3)
-    assert at_start[0] == pytest.approx(at_start[-1])
-    further = wall_height(wall, np.array(25.0), time_s + 1.0, phase=0.3)
-    np.testing.assert_allclose(further, at_start, atol=1e-12)
-    assert np.abs(at_start).max() == pytest.approx(3.5, abs=0.05)
-
-
 def test_the_wave_touches_the_capsule_only_when_it_narrows_the_gut():
     height_mm = np.array([-3.5, 0.0, 3.5])
     np.testing.assert_allclose(overlap(PHANTOM.wall, 10.0, height_mm), [0.0, 0.0, 3.5])
@@ -76,6 +71,15 @@ def test_the_wall_is_uneven_by_as_much_as_is_set():
         uneven_height(PHANTOM.wall, np.random.default_rng(seed), places) for seed in range(20)
     ]
     assert np.std(heights) == pytest.approx(PHANTOM.wall.unevenness_mm, rel=0.1)
+
+
+def test_walls_differ_in_roughness_only_where_that_is_set():
+    def roughnesses(spread):
+        wall = dataclasses.replace(PHANTOM.wall, unevenness_spread=spread)
+        return [roughness(wall, np.random.default_rng(seed)) for seed in range(1000)]
+
+    assert set(roughnesses(0.0)) == {1.0}
+    assert np.log(roughnesses(0.5)).std() == pytest.approx(0.5, rel=0.1)
 
 
 def test_a_sphere_is_carried_as_a_punch_of_its_diameter_by_a_deep_sheet():
@@ -128,6 +132,19 @@ def test_seat_wander_has_the_spread_that_is_set():
     assert wander.std() == pytest.approx(contact.wander_mm, rel=0.05)
 
 
+def test_as_many_runs_stray_as_is_set_and_a_small_nodule_is_then_passed_without_touch():
+    def offsets(probability):
+        contact = dataclasses.replace(PHANTOM.contact, stray_probability=probability, stray_mm=1.9)
+        return [stray_offset(contact, np.random.default_rng(seed)) for seed in range(2000)]
+
+    assert set(offsets(0.0)) == {0.0}
+    assert np.mean(offsets(0.3)) == pytest.approx(0.3 * 1.9, rel=0.1)
+    assert set(offsets(0.3)) == {0.0, 1.9}
+    left = [height_factor(PHANTOM.contact, size, 1.9) for size in (1.0, 2.0, 3.0, 5.0)]
+    assert left[:2] == [0.0, 0.0]
+    assert 0 < left[2] < left[3] < 1
+
+
 def level_way(position_mm, stroke_mm):
     return np.zeros(4)
 
@@ -140,6 +157,56 @@ def test_a_smooth_wall_lets_the_capsule_advance_at_its_speed():
     ]
     speed = np.mean([run[-1] / (200 * 3.2) for run in runs])
     assert speed == pytest.approx(advance.speed_mm_s, rel=0.03)
+
+
+@pytest.mark.parametrize("probability", [0.0, 0.2, 0.6])
+def test_slips_back_are_as_many_as_is_set_and_cost_no_speed(probability):
+    advance = dataclasses.replace(
+        PHANTOM.advance, slip_probability=probability, slip_back=1.5, speed_spread=0.0
+    )
+    runs, slips = [], []
+    for seed in range(300):
+        slips.append(slips_back(advance, np.random.default_rng([seed, 1]), 3.2, 200))
+        numbers = np.random.default_rng(seed)
+        way = stroke_positions(advance, numbers, 3.2, 200, level_way, 4, slips_mm=slips[-1])
+        runs.append(way[-1] / (200 * 3.2))
+    assert np.mean(np.array(slips) > 0) == pytest.approx(probability, abs=0.01)
+    usual_mm = probability * 1.5 * advance.speed_mm_s * 3.2
+    assert np.mean(slips) == pytest.approx(usual_mm, rel=0.03)
+    assert np.mean(runs) == pytest.approx(advance.speed_mm_s, rel=0.03)
+
+
+def test_a_missing_wave_carries_nothing_and_leaves_the_other_strokes_as_they_are():
+    carried = np.ones(20, dtype=bool)
+    carried[[3, 11]] = False
+    whole, lacking = (
+        np.diff(
+            stroke_positions(
+                PHANTOM.advance, np.random.default_rng(1), 3.2, 20, level_way, 4, carried=each
+            )
+        )
+        for each in (True, carried)
+    )
+    np.testing.assert_array_equal(lacking[~carried], 0.0)
+    np.testing.assert_allclose(lacking[carried], whole[carried])
+
+
+def test_the_head_slips_back_while_it_would_rest_and_arrives_where_it_first_stands():
+    advance = PHANTOM.advance
+    time_s = np.arange(0, 9.6, 0.1)
+    positions_mm, slips_mm = np.array([0.0, 1.0, 0.2, 3.0]), np.array([0.0, 1.8, 0.0])
+    head = head_position(advance, positions_mm, 3.2, time_s, slips_mm)
+    in_second = (time_s >= 3.2) & (time_s < 6.4)
+    # To 0.2 + 1.8 mm with the wave, and back to where the third wave begins.
+    assert head[in_second].max() == pytest.approx(2.0, abs=0.01)
+    assert head[in_second][-1] == pytest.approx(0.2, abs=0.02)
+    np.testing.assert_array_equal(
+        head[~in_second], head_position(advance, positions_mm, 3.2, time_s)[~in_second]
+    )
+    arrival = first_arrival(head, np.array([0.5, 1.5, 9.0]))
+    np.testing.assert_array_equal(
+        arrival, [np.argmax(head >= 0.5), np.argmax(head >= 1.5), time_s.size]
+    )
 
 
 def test_a_climb_shortens_the_stroke():
@@ -175,14 +242,6 @@ def test_the_head_moves_with_the_wave_and_then_rests():
     assert np.all(np.diff(head) >= 0)
     resting = (time_s > 3.2 * advance.grip_fraction) & (time_s < 3.2)
     np.testing.assert_array_equal(head[resting], 1.0)
-
-
-def test_low_pass_is_the_response_of_a_first_order_lag():
-    step = np.r_[0.0, np.ones(100)][np.newaxis]
-    response = low_pass(step, 2.0, 10.0)[0]
-    assert response[0] == pytest.approx(0, abs=1e-12)
-    np.testing.assert_allclose(response[1:], 1 - np.exp(-np.arange(1, 101) / 20), atol=1e-12)
-    np.testing.assert_array_equal(low_pass(step, 0.0, 10.0), step)
 
 
 def test_converter_floors_and_ends_at_its_rails():

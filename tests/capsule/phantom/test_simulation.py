@@ -3,6 +3,7 @@
 import io
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -138,6 +139,56 @@ def test_existing_files_are_kept_unless_forced(tmp_path, monkeypatch):
     assert not (tmp_path / "0mm").exists()
     command(monkeypatch, "--out", tmp_path, "--runs", 1, "--sizes", 1, "--force")
     assert kept.read_text() != "mine"
+
+
+def test_the_archive_that_ships_is_what_seed_1_gives(tmp_path, monkeypatch):
+    shipped = phantom.CONFIG.parent / "raw"
+    command(monkeypatch, "--out", tmp_path, "--seed", 1)
+    made = sorted(path.relative_to(tmp_path) for path in tmp_path.rglob("*.csv"))
+    assert made == [Path(f"{size}mm/r{run:02d}.csv") for size in range(6) for run in range(1, 21)]
+    for name in made:
+        assert (tmp_path / name).read_bytes() == (shipped / name).read_bytes(), name
+
+
+# Strong enough that no run stays as it was.
+MECHANISMS = {
+    "wandering seats": {"seat.strength_spread": 0.3},
+    "rough walls": {"wall.unevenness_spread": 0.5, "wall.unevenness_mm": 0.3},
+    "strays": {"contact.stray_probability": 1.0},
+    "skew": {"wave.skew": 0.5},
+    "pulses": {"wave.sharpness": 3.0},
+    "periods": {"wave.period_spread": 0.3},
+    "crests": {"wave.amplitude_spread": 0.3},
+    "missing waves": {"wave.missing_probability": 0.3},
+    "slips": {"advance.slip_probability": 0.5},
+    "reseating slips": {"advance.slip_probability": 0.5, "seat.reseat_spread": 0.3},
+    "hysteresis": {"sensor.hysteresis": 0.5},
+    "second peak": {"sensor.release_peak": 0.5},
+    "crosstalk": {"sensor.crosstalk": 0.3},
+    "jumps": {"sensor.jump": 0.3, "sensor.jumps_per_s": 0.2},
+}
+
+
+@pytest.mark.parametrize("mechanism", MECHANISMS)
+def test_a_mechanism_acts_on_a_run_and_every_draw_has_its_seed(mechanism):
+    changed = with_values(PHANTOM, MECHANISMS[mechanism])
+    usual = simulate_run(PHANTOM, 2.0, 3, "2mm/r01")
+    first, again = (simulate_run(changed, 2.0, 3, "2mm/r01") for _ in range(2))
+    np.testing.assert_array_equal(first.counts, again.counts)
+    assert first.counts.shape != usual.counts.shape or (first.counts != usual.counts).any()
+    assert 300 < first.time_s.size < 1000
+    other = simulate_run(changed, 2.0, 3, "2mm/r02")
+    assert other.counts.shape != first.counts.shape or (other.counts != first.counts).any()
+
+
+def test_all_mechanisms_at_once_leave_a_recording_usable():
+    changed = PHANTOM
+    for values in MECHANISMS.values():
+        changed = with_values(changed, values)
+    for size in range(6):
+        matrix = matrix_of(simulate_run(changed, size, 1, f"{size}mm/r01"))
+        assert matrix.shape == (4, 1000)
+        assert np.isfinite(matrix).all()
 
 
 @pytest.mark.parametrize("change", ["sensor.noise", "sensor.noise=loud"])

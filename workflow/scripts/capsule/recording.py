@@ -48,9 +48,9 @@ class Recording:
 
 
 def source_of(header: Mapping[str, str]) -> str:
-    """Say where a recording comes from; of a simulated one also which version and seed made it."""
+    """Say where a recording comes from; of a simulated one also which simulator made it."""
     named = [header.get("source", "")]
-    for key in ("version", "seed"):
+    for key in ("version", "bench", "seed"):
         if f"simulator_{key}" in header:
             named.append(f"{key} {header[f'simulator_{key}']}")
     return ", ".join(part for part in named if part)

@@ -9,6 +9,7 @@ from capsule.detectors.matching import nearest_size, template_distances
 from capsule.fitting import fit_particle
 from capsule.naming import size_mm
 from capsule.particles import ParameterSpace, Particle
+from capsule.phantom.advance import first_arrival
 from capsule.phantom.geometry import sensor_offsets
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import SENSORS, Run, simulate_run
@@ -84,7 +85,7 @@ def middle_recording(matrices: Mapping[str, np.ndarray]) -> str:
 def passing_samples(run: Run, phantom: Phantom) -> np.ndarray:
     """Return the samples from sensor to sensor over the nodule, shape (S - 1,)."""
     behind_mm = sensor_offsets(phantom.origami, SENSORS)
-    return np.diff(np.searchsorted(run.head_mm, run.nodule_at_mm + behind_mm))
+    return np.diff(first_arrival(run.head_mm, run.nodule_at_mm + behind_mm))
 
 
 def archive_motion(

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.phantom.geometry import Origami
+from capsule.phantom.seat import shaped_noise
 from capsule.phantom.wall import Wall, cushion_stiffness
 
 
@@ -29,6 +30,11 @@ class Contact:
         the capsule's middle plane: nodule and platform are set up once for a series.
     height_offset_mm
         Spread of that height from run to run within a series.
+    stray_probability
+        Probability that the capsule passes the nodule off its height: it stands off by the usual
+        offset and ``stray_mm``.
+    stray_mm
+        How far a capsule that strays stands off.
     coupling_spread
         Spread of the logarithm of each sensor's touch on the nodule, drawn anew in each run.
     wander_mm
@@ -46,6 +52,8 @@ class Contact:
     bearing_height_mm: float
     series_offset_mm: float
     height_offset_mm: float
+    stray_probability: float
+    stray_mm: float
     coupling_spread: float
     wander_mm: float
     wander_spread: float
@@ -111,6 +119,15 @@ def height_factor(contact: Contact, nodule_mm: float, offset_mm: float) -> float
     return within / (below(half_strip) - below(-half_strip))
 
 
+def stray_offset(contact: Contact, generator: np.random.Generator) -> float:
+    """Return by how much further one run passes the nodule off its height, in mm.
+
+    The capsule may ride up on the platform, or the sphere roll aside under the wall. Such a run
+    touches a large nodule in part and passes a small one by without touch.
+    """
+    return float(contact.stray_mm * (generator.random() < contact.stray_probability))
+
+
 def bulge_profile(height_mm: np.ndarray, width_mm: float, distance_mm: np.ndarray) -> np.ndarray:
     """Return the bulge's height at a distance along the gut from its centre, in mm."""
     return height_mm * np.exp(-0.5 * (distance_mm / width_mm) ** 2)
@@ -147,12 +164,7 @@ def seat_wander(
     run's looseness.
     """
     frequencies = np.fft.rfftfreq(2 * samples, 1 / rate_hz)
-    noise = generator.standard_normal((sensors, 2 * samples))
     gain = np.exp(-0.5 * (np.pi * frequencies * contact.wander_time_s) ** 2)
-    smooth = np.fft.irfft(np.fft.rfft(noise) * gain, 2 * samples)[:, :samples]
-    # The standard deviation of the smoothed noise follows from the gain (Parseval).
-    deviation = np.sqrt(
-        (gain[0] ** 2 + 2 * np.sum(gain[1:-1] ** 2) + gain[-1] ** 2) / (2 * samples)
-    )
+    wander = shaped_noise(generator, gain, sensors, samples)
     looseness = np.exp(generator.normal(0.0, contact.wander_spread))
-    return contact.wander_mm * looseness * smooth / deviation
+    return contact.wander_mm * looseness * wander

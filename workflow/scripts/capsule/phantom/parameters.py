@@ -10,10 +10,14 @@ from capsule.errors import CapsuleError
 from capsule.phantom.advance import Advance
 from capsule.phantom.contact import Contact
 from capsule.phantom.geometry import Origami
+from capsule.phantom.seat import Seat
 from capsule.phantom.sensor import Electronics, Sensor
 from capsule.phantom.wall import Wall
+from capsule.phantom.wave import Wave
 
-SOURCES = ("paper", "data sheet", "calibrated", "assumed")
+SOURCES = ("paper", "data sheet", "calibrated", "assumed", "absent")
+# The sentence at the head of a bench's file.
+EXPLAINS = "explains"
 
 
 @dataclass(frozen=True)
@@ -22,7 +26,9 @@ class Phantom:
 
     origami: Origami
     wall: Wall
+    wave: Wave
     contact: Contact
+    seat: Seat
     advance: Advance
     sensor: Sensor
     electronics: Electronics
@@ -68,6 +74,51 @@ def phantom_from_table(table: Mapping[str, Any]) -> Phantom:
             for part, kind in get_type_hints(Phantom).items()
         }
     )
+
+
+def bench_table(table: Mapping[str, Any], bench: Any) -> dict[str, dict]:  # noqa: ANN401
+    """Return the table of a bench that is written as its differences from another.
+
+    Parameters
+    ----------
+    table
+        The phantom's table, as `phantom_from_table` takes it.
+    bench
+        What a bench's file holds: ``explains``, a sentence that says which explanation of the
+        paper's table it is, and those parts and parameters that differ.
+
+    Returns
+    -------
+    dict
+        ``{part: {parameter: entry}}``, with the bench's entries in place of the table's.
+
+    Raises
+    ------
+    CapsuleError
+        The sentence is missing; a parameter is unknown, has another unit or no whole entry.
+    """
+    if not isinstance(bench, Mapping) or not isinstance(bench.get(EXPLAINS), str):
+        raise CapsuleError(
+            f"a bench begins with '{EXPLAINS}:' and a sentence: why the paper's table is as it is"
+        )
+    changed = {part: dict(entries) for part, entries in table.items()}
+    for part, entries in bench_parts(bench).items():
+        if not isinstance(entries, Mapping):
+            raise CapsuleError(f"{part}: needs parameters, each with a value, a unit and a source")
+        for key, entry in entries.items():
+            name = f"{part}.{key}"
+            _check_known(name)
+            _check_entry(name, entry)
+            usual = table[part][key]["unit"]
+            if entry["unit"] != usual:
+                raise CapsuleError(f"{name}: the unit is {usual}, not {entry['unit']}")
+            changed[part][key] = entry
+    return changed
+
+
+def bench_parts(bench: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the parts of a bench: all that its file holds beside its sentence."""
+    return {part: entries for part, entries in bench.items() if part != EXPLAINS}
 
 
 def with_values(phantom: Phantom, values: Mapping[str, float]) -> Phantom:

@@ -4,6 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.phantom.response import (
+    base_line_jumps,
+    crosstalk,
+    hysteresis,
+    low_pass,
+    release_peak,
+)
+
 
 @dataclass(frozen=True)
 class Sensor:
@@ -36,6 +44,22 @@ class Sensor:
         Spread of the relative random walk of the resistance, per square root of a second.
     noise
         Relative noise of a reading.
+    hysteresis
+        Part of the response that has play: it follows a load only after it has turned back.
+    hysteresis_mm
+        Width of that play.
+    release_peak
+        Height of the second peak on release, in parts of a compression that is released at once.
+    release_s
+        Time in which that peak decays.
+    crosstalk
+        Part of a sensor's response that its neighbours show as well.
+    jump
+        Spread of the jumps of a sensor's base line, relative to its resistance.
+    jumps_per_s
+        Mean number of such jumps a second.
+    jump_s
+        Time constant with which the base line returns after a jump.
     """
 
     resistance_ohm: float
@@ -50,6 +74,14 @@ class Sensor:
     settling_spread: float
     drift_per_s: float
     noise: float
+    hysteresis: float
+    hysteresis_mm: float
+    release_peak: float
+    release_s: float
+    crosstalk: float
+    jump: float
+    jumps_per_s: float
+    jump_s: float
 
 
 @dataclass(frozen=True)
@@ -74,19 +106,6 @@ class Electronics:
     rate_hz: float
 
 
-def low_pass(signal: np.ndarray, time_constant_s: float, rate_hz: float) -> np.ndarray:
-    """Return the first-order response to a signal (S, K) that rested at its first value before."""
-    samples = signal.shape[-1]
-    if time_constant_s <= 0:
-        return signal
-    decay = np.exp(-1 / (rate_hz * time_constant_s))
-    kernel = (1 - decay) * decay ** np.arange(samples)
-    rest = signal[..., :1]
-    length = 2 * samples
-    spectrum = np.fft.rfft(signal - rest, length) * np.fft.rfft(kernel, length)
-    return rest + np.fft.irfft(spectrum, length)[..., :samples]
-
-
 def resistance(
     sensor: Sensor,
     generator: np.random.Generator,
@@ -97,7 +116,8 @@ def resistance(
 
     Compression brings the carbon particles closer and lowers the resistance, up to saturation;
     the polymer follows quickly in part and slowly in part; mounting, temperature and wear make
-    the rest value drift.
+    the rest value drift. Play, a second peak on release, crosstalk and jumps of the base line come
+    on top where they are switched on.
 
     Parameters
     ----------
@@ -105,7 +125,11 @@ def resistance(
         Compression of the substructure, both halves together, shape (S, K).
     """
     sensors, samples = compression_mm.shape
-    felt = sensor.saturation_mm * np.tanh(compression_mm / sensor.saturation_mm)
+    strained = crosstalk(compression_mm, sensor.crosstalk)
+    felt = sensor.saturation_mm * np.tanh(strained / sensor.saturation_mm)
+    felt = hysteresis(felt, sensor.hysteresis, sensor.hysteresis_mm) + release_peak(
+        felt, sensor.release_peak, sensor.release_s, rate_hz
+    )
     quick = low_pass(felt, sensor.lag_s, rate_hz)
     slow = low_pass(felt, sensor.creep_s, rate_hz)
     followed = (1 - sensor.creep_fraction) * quick + sensor.creep_fraction * slow
@@ -119,7 +143,10 @@ def resistance(
     settling = generator.normal(0.0, size) * np.exp(-time_s / sensor.settling_s)
     steps = generator.standard_normal((sensors, samples)) * sensor.drift_per_s / np.sqrt(rate_hz)
     noise = sensor.noise * generator.standard_normal((sensors, samples))
-    change = -sensor.gauge_per_mm * followed + settling + np.cumsum(steps, axis=1) + noise
+    jumps = base_line_jumps(
+        generator, (sensors, samples), sensor.jumps_per_s, sensor.jump, sensor.jump_s, rate_hz
+    )
+    change = -sensor.gauge_per_mm * followed + settling + np.cumsum(steps, axis=1) + noise + jumps
     # No resistance can fall below zero, however wild the parameters.
     return rest * np.maximum(1 + change, 0.0)
 

@@ -6,11 +6,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.phantom import contact as touch
-from capsule.phantom.advance import head_position, stroke_positions
+from capsule.phantom.advance import (
+    first_arrival,
+    head_position,
+    slips_back,
+    stroke_positions,
+)
 from capsule.phantom.geometry import half_width, pitch, sensor_offsets
 from capsule.phantom.parameters import Phantom
+from capsule.phantom.seat import reseated_strength, wandering_strength
 from capsule.phantom.sensor import counts, resistance
-from capsule.phantom.wall import overlap, uneven_height, wall_height, wave_period
+from capsule.phantom.wall import overlap, roughness, uneven_height, wave_period
+from capsule.phantom.wave import cam_time, wave_height, wave_train
 from capsule.recording import Recording
 from capsule.seeding import generator
 
@@ -119,6 +126,7 @@ def simulate_run(
         0.0, contact.height_offset_mm
     )
     phase = seat.uniform(0.0, 2 * np.pi)
+    height_offset_mm += touch.stray_offset(contact, draw("stray"))
     # What lies above or below the capsule neither lifts its tips nor carries them.
     touched = touch.height_factor(contact, nodule_mm, height_offset_mm)
     bulge_mm = touch.pressed_bulge(contact, wall, nodule_mm) * touched
@@ -132,33 +140,52 @@ def simulate_run(
     period_s = wave_period(wall)
     longest = int(phantom.advance.longest_samples)
     waves = int(np.ceil(longest / rate_hz / period_s)) + 1
-    strokes = stroke_positions(phantom.advance, draw("advance"), period_s, waves, climb, sensors)
+    train = wave_train(phantom.wave, draw("waves"), period_s, waves)
+    slips_mm = slips_back(phantom.advance, draw("slips"), period_s, waves)
+    strokes = stroke_positions(
+        phantom.advance, draw("advance"), period_s, waves, climb, sensors,
+        slips_mm=slips_mm, carried=train.crests > 0,
+    )  # fmt: skip
     time_s = np.round(np.arange(longest) / rate_hz, 6)
-    head_mm = head_position(phantom.advance, strokes, period_s, time_s)
+    cams_s = cam_time(train, time_s)
+    head_mm = head_position(phantom.advance, strokes, period_s, cams_s, slips_mm)
     way_mm = 2 * phantom.advance.lead_mm + (sensors - 1) * pitch(origami)
-    samples = max(int(np.searchsorted(head_mm, way_mm)), 2)
+    samples = max(int(first_arrival(head_mm, way_mm)), 2)
     time_s, head_mm = time_s[:samples], head_mm[:samples]
 
     position_mm = head_mm - offsets[:, np.newaxis]
-    wave_mm = wall_height(wall, position_mm, time_s, phase)
+    wave_mm = wave_height(wall, phantom.wave, train, position_mm, time_s, phase)
     wander_mm = touch.seat_wander(contact, draw("wander"), sensors, longest, rate_hz)[:, :samples]
-    nodule_side = uneven_height(wall, place, position_mm)
-    other_side = uneven_height(wall, place, position_mm)
+    strength = wandering_strength(phantom.seat, draw("strength"), sensors, longest, rate_hz)
+    strength = strength[:, :samples] * reseated_strength(
+        phantom.seat, draw("reseat"), sensors, slips_mm, (cams_s[:samples] / period_s).astype(int)
+    )
+    rough = roughness(wall, generator(seed, "phantom", site, "roughness"))
+    nodule_side = rough * uneven_height(wall, place, position_mm)
+    other_side = rough * uneven_height(wall, place, position_mm)
     profile = touch.bulge_profile(1.0, width_mm, position_mm - nodule_at_mm)
     heights = bulge_mm * coupling[:, np.newaxis] * profile
     sphere = touch.sphere_stiffness(wall, nodule_mm) * touched * profile
     reach = half_width(origami)
     # A seat that shifts towards one wall moves away from the other.
-    near = overlap(wall, reach, wave_mm + nodule_side + heights + wander_mm)
-    far = overlap(wall, reach, wave_mm + other_side - wander_mm)
+    near = strength * overlap(wall, reach, wave_mm + nodule_side + heights + wander_mm)
+    far = strength * overlap(wall, reach, wave_mm + other_side - wander_mm)
     pressed = touch.compression(contact, wall, near, sphere) + touch.compression(contact, wall, far)
     ohms = resistance(phantom.sensor, draw("sensor"), pressed, rate_hz)
     readings = counts(phantom.electronics, ohms)
     return Run(nodule_mm, time_s, head_mm, nodule_at_mm, pressed, readings)
 
 
-def recording_of(run: Run, phantom: Phantom, seed: int, site: str) -> Recording:
-    """Return a run as a recording, with a header that says that it is simulated."""
+def recording_of(
+    run: Run, phantom: Phantom, seed: int, site: str, bench: str | None = None
+) -> Recording:
+    """Return a run as a recording, with a header that says that it is simulated.
+
+    Parameters
+    ----------
+    bench
+        Name of the bench, where it is not the usual one.
+    """
     electronics = phantom.electronics
     header = {
         "source": "simulated phantom",
@@ -170,8 +197,10 @@ def recording_of(run: Run, phantom: Phantom, seed: int, site: str) -> Recording:
         "series_ohm": f"{electronics.series_ohm:g}",
         "started": STARTED,
         "site": site,
-        "session": f"simulated-{seed}",
+        "session": f"{bench or 'simulated'}-{seed}",
     }
+    if bench is not None:
+        header["simulator_bench"] = bench
     if run.nodule_mm > 0:
         header["nodule_at_mm"] = f"{run.nodule_at_mm:.2f}"
     return Recording(run.time_s, run.counts, header)

@@ -1,4 +1,4 @@
-"""The phantom's two walls: the travelling wave of the cams, and the wall's own unevenness."""
+"""The phantom's two walls: where they stand, how uneven and how soft they are."""
 
 from dataclasses import dataclass
 
@@ -25,6 +25,8 @@ class Wall:
         Standard deviation of the wall's height along the gut (casting, 2 mm cam followers).
     unevenness_length_mm
         Correlation length of that height.
+    unevenness_spread
+        Spread of the logarithm of that deviation, from place to place: some walls are smoother.
     """
 
     lumen_mm: float
@@ -37,29 +39,12 @@ class Wall:
     sheet_mm: float
     unevenness_mm: float
     unevenness_length_mm: float
+    unevenness_spread: float
 
 
 def wave_period(wall: Wall) -> float:
     """Return the time between two waves at a fixed place, in seconds."""
     return wall.wavelength_mm / wall.speed_mm_s
-
-
-def wall_height(
-    wall: Wall, position_mm: np.ndarray, time_s: np.ndarray, phase: float
-) -> np.ndarray:
-    """Return how far the wave pushes a wall inwards of its baseline, in mm.
-
-    Parameters
-    ----------
-    wall
-        The walls.
-    position_mm, time_s
-        Places along the gut and times; they broadcast against each other.
-    phase
-        Phase of the wave at place 0 and time 0, in radians.
-    """
-    travelled = position_mm - wall.speed_mm_s * time_s
-    return wall.amplitude_mm * np.cos(2 * np.pi * travelled / wall.wavelength_mm + phase)
 
 
 def overlap(wall: Wall, half_width_mm: float, height_mm: np.ndarray) -> np.ndarray:
@@ -88,6 +73,11 @@ def uneven_height(
     phases = generator.uniform(0.0, 2 * np.pi, waves)
     angles = position_mm[..., np.newaxis] * wave_numbers + phases
     return wall.unevenness_mm * np.sqrt(2.0 / waves) * np.cos(angles).sum(axis=-1)
+
+
+def roughness(wall: Wall, generator: np.random.Generator) -> float:
+    """Return how uneven the walls of one place are, in parts of the usual unevenness."""
+    return float(np.exp(generator.normal(0.0, wall.unevenness_spread)))
 
 
 def cushion_stiffness(wall: Wall, contact_area_mm2: float) -> float:

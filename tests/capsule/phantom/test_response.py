@@ -1,0 +1,93 @@
+"""What a sensor does beside following its load: nothing at strength 0, else what it claims."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from capsule.phantom.response import (
+    base_line_jumps,
+    crosstalk,
+    hysteresis,
+    low_pass,
+    release_peak,
+)
+
+LOADS = arrays(np.float64, (4, 30), elements=st.floats(0, 5))
+
+
+def test_low_pass_is_the_response_of_a_first_order_lag():
+    step = np.r_[0.0, np.ones(100)][np.newaxis]
+    response = low_pass(step, 2.0, 10.0)[0]
+    assert response[0] == pytest.approx(0, abs=1e-12)
+    np.testing.assert_allclose(response[1:], 1 - np.exp(-np.arange(1, 101) / 20), atol=1e-12)
+    np.testing.assert_array_equal(low_pass(step, 0.0, 10.0), step)
+
+
+@given(LOADS, st.integers(0, 2**32))
+def test_at_strength_0_each_is_absent(load, seed):
+    np.testing.assert_array_equal(hysteresis(load, 0.0, 0.5), load)
+    np.testing.assert_array_equal(release_peak(load, 0.0, 0.5, 10.0), np.zeros_like(load))
+    np.testing.assert_array_equal(crosstalk(load, 0.0), load)
+    numbers = np.random.default_rng(seed)
+    before = numbers.bit_generator.state
+    jumps = base_line_jumps(numbers, load.shape, 0.02, 0.0, 10.0, 10.0)
+    np.testing.assert_array_equal(jumps, np.zeros_like(load))
+    # It draws nothing, so that whatever is drawn later stays as it was.
+    assert numbers.bit_generator.state == before
+
+
+@given(LOADS, st.floats(0.1, 1.0), st.floats(0.1, 2.0))
+def test_hysteresis_keeps_within_half_its_width_and_does_not_depend_on_speed(load, share, width):
+    held = hysteresis(load, share, width)
+    assert np.abs(held - load).max() <= share * width / 2 + 1e-12
+    slower = hysteresis(np.repeat(load, 3, axis=1), share, width)
+    np.testing.assert_array_equal(slower[:, 2::3], held)
+
+
+def test_loading_and_unloading_take_ways_that_lie_apart_by_the_width():
+    load = np.concatenate([np.arange(0, 3.01, 0.1), np.arange(3, -0.01, -0.1)])[np.newaxis]
+    held = hysteresis(load, 1.0, 0.6)[0]
+    up, down = held[:31], held[31:][::-1]
+    np.testing.assert_allclose((down - up)[6:25], 0.6, atol=1e-9)
+    np.testing.assert_allclose(up[6:], load[0, 6:31] - 0.3, atol=1e-9)
+
+
+def test_a_second_peak_comes_on_release_only_and_decays():
+    load = np.r_[np.zeros(10), np.full(10, 2.0), np.zeros(60)][np.newaxis]
+    peak = release_peak(load, 0.25, 0.5, 10.0)[0]
+    np.testing.assert_allclose(peak[:20], 0.0, atol=1e-12)
+    assert peak[20] == pytest.approx(0.25 * 2.0)
+    np.testing.assert_allclose(peak[20:40], peak[20] * np.exp(-np.arange(20) / 5), atol=1e-9)
+
+
+@given(LOADS, st.floats(0.01, 0.5))
+def test_crosstalk_adds_the_neighbours_and_no_others(load, share):
+    mixed = crosstalk(load, share)
+    for sensor in range(4):
+        near = [load[other] for other in (sensor - 1, sensor + 1) if 0 <= other < 4]
+        np.testing.assert_allclose(mixed[sensor], load[sensor] + share * sum(near), atol=1e-12)
+
+
+def test_jumps_are_as_many_and_as_large_as_is_set_and_the_base_line_returns():
+    def jumps(recovery_s):
+        return base_line_jumps(np.random.default_rng(2), (4, 100_000), 0.02, 0.1, recovery_s, 10.0)
+
+    # What returns within a sample leaves the bare jumps.
+    bare = jumps(1e-3)
+    jumped = np.abs(bare) > 1e-9
+    assert jumped.mean() == pytest.approx(0.02 / 10, rel=0.1)
+    assert bare[jumped].std() == pytest.approx(0.1, rel=0.1)
+    np.testing.assert_allclose(bare[:, 0], 0.0, atol=1e-15)
+    slow = jumps(10.0)
+    first = int(np.flatnonzero(jumped[0])[0])
+    following = int(np.flatnonzero(jumped[0])[1])
+    decay = np.exp(-np.arange(following - first) / 100)
+    np.testing.assert_allclose(slow[0, first:following], bare[0, first] * decay, atol=1e-9)
+    # Each sensor jumps for itself, and jumps that overlap add up.
+    assert not (jumped[0] & jumped[1]).all()
+    steady = 0.1 * math.sqrt(0.02 * 10.0 / 2)
+    assert slow.std() == pytest.approx(steady, rel=0.1)

@@ -1,0 +1,93 @@
+"""The wave: a clock's sine where nothing is irregular, and each irregularity for itself."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from capsule.phantom.wall import wave_period
+from capsule.phantom.wave import cam_time, crest_shape, wave_height, wave_train
+from edges.phantom import DEFAULT_TABLE, read_phantom
+
+PHANTOM = read_phantom(DEFAULT_TABLE, [])
+WALL, SINE = PHANTOM.wall, PHANTOM.wave
+PERIOD_S = wave_period(WALL)
+ANGLES = np.linspace(-20, 20, 4001)
+
+
+def train_of(wave, waves=40, seed=1):
+    return wave_train(wave, np.random.default_rng(seed), PERIOD_S, waves)
+
+
+def test_a_wave_takes_3_2_seconds_and_travels_to_the_right():
+    assert pytest.approx(3.2) == PERIOD_S
+    train, time_s = train_of(SINE), np.linspace(0, 3.2, 33)
+    at_start = wave_height(WALL, SINE, train, np.array(0.0), time_s, phase=0.3)
+    assert at_start[0] == pytest.approx(at_start[-1])
+    further = wave_height(WALL, SINE, train, np.array(25.0), time_s + 1.0, phase=0.3)
+    np.testing.assert_allclose(further, at_start, atol=1e-12)
+    assert np.abs(at_start).max() == pytest.approx(3.5, abs=0.05)
+
+
+@given(st.integers(0, 2**32), st.floats(0, 2 * math.pi))
+def test_a_regular_wave_is_exactly_a_sine(seed, phase):
+    train, time_s = train_of(SINE, seed=seed), np.linspace(0, 90, 901)
+    position_mm = np.linspace(-19, 30, 901)
+    np.testing.assert_array_equal(cam_time(train, time_s), time_s)
+    sine = WALL.amplitude_mm * np.cos(
+        2 * np.pi * (position_mm - WALL.speed_mm_s * time_s) / WALL.wavelength_mm + phase
+    )
+    height = wave_height(WALL, SINE, train, position_mm, time_s, phase)
+    np.testing.assert_array_equal(height, sine)
+
+
+@given(st.floats(-0.9, 0.9))
+def test_a_skewed_wave_moves_inwards_for_its_share_of_the_period(skew):
+    shape = crest_shape(dataclasses.replace(SINE, skew=skew), ANGLES)
+    assert np.abs(np.diff(shape)).max() < 0.1 * 2 / (1 - abs(skew)) * math.pi * 0.04
+    # A place's angle falls with time, so what rises in time falls along the angle.
+    one_period = crest_shape(
+        dataclasses.replace(SINE, skew=skew), np.linspace(0, 2 * np.pi, 20_001)
+    )
+    assert np.mean(np.diff(one_period) < 0) == pytest.approx((1 + skew) / 2, abs=1e-3)
+    assert one_period[0] == one_period.max() == 1
+    assert np.mean(one_period > 0) == pytest.approx(0.5, abs=1e-3)
+
+
+def test_a_sharp_wave_keeps_height_and_sign_and_presses_for_a_shorter_time():
+    sine, pulse = (
+        crest_shape(dataclasses.replace(SINE, sharpness=power), ANGLES) for power in (1, 3)
+    )
+    np.testing.assert_allclose(pulse, sine**3)
+    assert np.mean(pulse > 0.5) < 0.75 * np.mean(sine > 0.5)
+
+
+def test_periods_jitter_around_the_motors_mean_and_time_never_turns_back():
+    wave = dataclasses.replace(SINE, period_spread=0.3)
+    train = train_of(wave)
+    periods = np.diff(train.starts_s)
+    assert np.log(periods).std() == pytest.approx(0.3, rel=0.3)
+    assert periods.mean() == pytest.approx(PERIOD_S)
+    cams_s = cam_time(train, np.linspace(0, 40 * PERIOD_S, 5000))
+    assert (np.diff(cams_s) > 0).all()
+    # Where a wave really starts, the cams stand as evenly turning ones at that wave's turn.
+    np.testing.assert_allclose(cam_time(train, train.starts_s), PERIOD_S * np.arange(41), atol=1e-9)
+
+
+def test_crests_differ_and_some_are_missing_while_nothing_else_changes():
+    wave = dataclasses.replace(SINE, amplitude_spread=0.2, missing_probability=0.25)
+    train = train_of(wave, waves=4000)
+    assert np.mean(train.crests == 0) == pytest.approx(0.25, abs=0.02)
+    assert np.log(train.crests[train.crests > 0]).std() == pytest.approx(0.2, rel=0.05)
+    time_s = np.arange(0, 100, 0.05)
+    sine = wave_height(WALL, SINE, train_of(SINE), np.array(0.0), time_s, 0.0)
+    height = wave_height(WALL, wave, train, np.array(0.0), time_s, 0.0)
+    between = sine <= 0
+    np.testing.assert_array_equal(height[between], sine[between])
+    # At phase 0 crest n passes place 0 at n periods.
+    for number in range(1, 25):
+        at_crest = np.argmin(np.abs(time_s - number * PERIOD_S))
+        assert height[at_crest] == pytest.approx(sine[at_crest] * train.crests[number], abs=1e-9)

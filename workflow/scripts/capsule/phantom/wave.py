@@ -1,0 +1,130 @@
+"""The wave that the cams drive through both walls: a sine, or one that is less regular."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from capsule.phantom.wall import Wall
+
+
+@dataclass(frozen=True)
+class Wave:
+    """How the wave differs from a regular sine.
+
+    Attributes
+    ----------
+    skew
+        How much longer the wall moves inwards than outwards, -1 to 1: it moves inwards for
+        (1 + skew) / 2 of a period. 0 is a sine.
+    sharpness
+        Power to which the sine is raised, its sign kept: above 1 the wave becomes a pulse. 1 is a
+        sine.
+    period_spread
+        Spread of the logarithm of the period, from wave to wave.
+    amplitude_spread
+        Spread of the logarithm of the crests' height, from wave to wave.
+    missing_probability
+        Probability that a wave's crest is missing, and its stroke with it.
+    """
+
+    skew: float
+    sharpness: float
+    period_spread: float
+    amplitude_spread: float
+    missing_probability: float
+
+
+@dataclass(frozen=True)
+class WaveTrain:
+    """The waves of one run.
+
+    Attributes
+    ----------
+    starts_s
+        Time at which each wave starts, shape (waves + 1,).
+    delays_s
+        By how much that is later than with a constant period, shape (waves + 1,).
+    crests
+        Height of each crest in parts of the amplitude, 0 where it is missing, shape (waves,).
+    """
+
+    starts_s: np.ndarray
+    delays_s: np.ndarray
+    crests: np.ndarray
+
+
+def wave_train(
+    wave: Wave, generator: np.random.Generator, period_s: float, waves: int
+) -> WaveTrain:
+    """Draw the waves of one run; with all spreads 0 they follow each other like a clock's.
+
+    Parameters
+    ----------
+    period_s
+        Mean time from wave to wave.
+    waves
+        Number of waves.
+    """
+    periods = np.exp(generator.normal(0.0, wave.period_spread, waves))
+    # The motor keeps its mean speed: all waves together take the time that is set.
+    periods /= periods.mean()
+    crests = np.exp(generator.normal(0.0, wave.amplitude_spread, waves))
+    missing = generator.random(waves) < wave.missing_probability
+    delays_s = np.concatenate([[0.0], np.cumsum(period_s * (periods - 1))])
+    starts_s = period_s * np.arange(waves + 1) + delays_s
+    return WaveTrain(starts_s, delays_s, np.where(missing, 0.0, crests))
+
+
+def cam_time(train: WaveTrain, time_s: np.ndarray) -> np.ndarray:
+    """Return the time at which evenly turning cams would stand as these do, in seconds.
+
+    One motor turns all cams, so a wave that is late is late along the whole gut.
+    """
+    return time_s - np.interp(time_s, train.starts_s, train.delays_s)
+
+
+def crest_shape(wave: Wave, angle: np.ndarray) -> np.ndarray:
+    """Return the shape of the wave, -1 to 1, crest at angle 0; a place's angle falls with time.
+
+    Parameters
+    ----------
+    angle
+        Phase in radians, any shape.
+    """
+    if wave.skew != 0:
+        # Time to the next crest, in periods: the way in takes this share, the way out the rest.
+        ahead, share = np.mod(angle / (2 * np.pi), 1.0), (1 + wave.skew) / 2
+        outwards = 1 + (ahead - share) / (1 - share)
+        angle = np.pi * np.where(ahead < share, ahead / share, outwards)
+    shape = np.cos(angle)
+    if wave.sharpness != 1:
+        shape = np.sign(shape) * np.abs(shape) ** wave.sharpness
+    return shape
+
+
+def wave_height(
+    wall: Wall,
+    wave: Wave,
+    train: WaveTrain,
+    position_mm: np.ndarray,
+    time_s: np.ndarray,
+    phase: float,
+) -> np.ndarray:
+    """Return how far the wave pushes a wall inwards of its baseline, in mm.
+
+    Parameters
+    ----------
+    wall, wave, train
+        The walls, the shape of the wave, and the waves of this run.
+    position_mm, time_s
+        Places along the gut and times; they broadcast against each other.
+    phase
+        Phase of the wave at place 0 and time 0, in radians.
+    """
+    travelled = position_mm - wall.speed_mm_s * cam_time(train, time_s)
+    angle = 2 * np.pi * travelled / wall.wavelength_mm + phase
+    height = wall.amplitude_mm * crest_shape(wave, angle)
+    # Crest n passes where the angle is -2 pi n; the one before the first is like the first.
+    crest = np.clip(-np.rint(angle / (2 * np.pi)).astype(int), 0, train.crests.size - 1)
+    # Only crests differ: between them the wall is away from the capsule.
+    return np.where(height > 0, height * train.crests[crest], height)
