@@ -39,7 +39,7 @@ def read_arguments() -> argparse.Namespace:
 def main() -> None:
     """Make the files."""
     arguments = read_arguments()
-    phantom = read_phantom(arguments.parameters, arguments.changes)
+    phantom = read_phantom(arguments.parameters, arguments.changes, arguments.bench)
     configured = read_config_file(CONFIG / "config.yaml")["recording"]["sensors"]
     sensors = arguments.sensors or configured
     planned = {
@@ -56,7 +56,9 @@ def main() -> None:
         simulated = simulate_run(
             phantom, run.size_mm, arguments.seed, run.site, run.attempt, sensors
         )
-        content = format_recording(recording_of(simulated, phantom, arguments.seed, run.site))
+        content = format_recording(
+            recording_of(simulated, phantom, arguments.seed, run.site, arguments.bench)
+        )
         with files.write_whole(path, "wb") as stream:
             stream.write(content)
         if sys.stderr.isatty() or done == len(planned):

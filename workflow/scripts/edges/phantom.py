@@ -1,15 +1,17 @@
-"""The table of the phantom's parameters, and the arguments of the commands that simulate."""
+"""The table of the phantom's parameters, its benches, and the arguments that choose them."""
 
 import argparse
+import difflib
 from pathlib import Path
 
 import yaml
 
 from capsule.errors import CapsuleError
-from capsule.phantom.parameters import Phantom, phantom_from_table, with_values
+from capsule.phantom.parameters import Phantom, bench_table, phantom_from_table, with_values
 
 CONFIG = Path(__file__).resolve().parents[3] / "config"
 DEFAULT_TABLE = CONFIG / "phantom.yaml"
+BENCHES = CONFIG / "benches"
 
 
 def natural(text: str) -> int:
@@ -20,18 +22,44 @@ def natural(text: str) -> int:
     return value
 
 
-def read_phantom(table: Path, changes: list[str]) -> Phantom:
-    """Read the table of parameters and apply the changes ``part.parameter=value``.
+def bench_file(name: str) -> Path:
+    """Return the file of a bench; an unknown name is answered with the nearest one."""
+    benches = {path.stem: path for path in sorted(BENCHES.glob("*.yaml"))}
+    if name not in benches:
+        nearest = difflib.get_close_matches(name, benches, n=1, cutoff=0.4)
+        hint = f"did you mean {nearest[0]}?" if nearest else f"known are {', '.join(benches)}"
+        raise CapsuleError(f"there is no bench {name} in {BENCHES}; {hint}")
+    return benches[name]
+
+
+def read_phantom(table: Path, changes: list[str], bench: str | None = None) -> Phantom:
+    """Read the table of parameters, then a bench's differences from it, then apply changes.
+
+    Parameters
+    ----------
+    table
+        A whole table, such as ``config/phantom.yaml``.
+    changes
+        ``part.parameter=value``, each.
+    bench
+        Name of a file in ``config/benches/``, without its ending.
 
     Raises
     ------
     CapsuleError
-        The table or a change cannot be used; the text names it.
+        The table, the bench or a change cannot be used; the text names it.
     """
+    differing = None if bench is None else bench_file(bench)
+    path = table
     try:
-        phantom = phantom_from_table(yaml.safe_load(table.read_text(encoding="utf-8")))
+        content = yaml.safe_load(table.read_text(encoding="utf-8"))
+        phantom = phantom_from_table(content)
+        if differing is not None:
+            path = differing
+            differences = yaml.safe_load(path.read_text(encoding="utf-8"))
+            phantom = phantom_from_table(bench_table(content, differences))
     except (yaml.YAMLError, CapsuleError) as error:
-        raise CapsuleError(f"{table}: {error}") from error
+        raise CapsuleError(f"{path}: {error}") from error
     values = {}
     for change in changes:
         name, _, text = change.partition("=")
@@ -53,6 +81,11 @@ def phantom_arguments() -> argparse.ArgumentParser:
         default=DEFAULT_TABLE,
         metavar="FILE",
         help="table of the phantom's parameters (default: config/phantom.yaml)",
+    )
+    parser.add_argument(
+        "--bench",
+        metavar="NAME",
+        help="another bench: what config/benches/NAME.yaml changes (docs/benches.md)",
     )
     parser.add_argument(
         "--set",

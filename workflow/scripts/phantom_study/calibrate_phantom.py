@@ -18,9 +18,9 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from capsule.phantom.parameters import rewritten
+from capsule.phantom.parameters import bench_parts, rewritten
 from edges import files
-from edges.phantom import natural, read_phantom
+from edges.phantom import bench_file, natural, read_phantom
 from phantom_study import simulated_archive, trials
 from phantom_study.arguments import read_detector, read_paper_table
 from phantom_study.calibration import Calibration, Plan, winner
@@ -50,15 +50,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Run the search, say how it goes, and write the winner."""
-    phantom = read_phantom(arguments.parameters, arguments.changes)
-    table = arguments.parameters.read_text(encoding="utf-8")
+    phantom = read_phantom(arguments.parameters, arguments.changes, arguments.bench)
+    # A bench's own ranges are searched, and its file is what the winner is written into.
+    source = bench_file(arguments.bench) if arguments.bench else arguments.parameters
+    table = source.read_text(encoding="utf-8")
+    free = free_parameters(bench_parts(yaml.safe_load(table)))
     detector = simulated_archive.quick(read_detector(arguments.config))
     paper = read_paper_table()
     plan = Plan(**{field.name: getattr(arguments, field.name) for field in fields(Plan)})
     try_out = functools.partial(trials.try_out, phantom, detector, paper)
     with ProcessPoolExecutor(arguments.jobs) as pool:
         log = TrialLog(arguments.log, functools.partial(pool.map, try_out))
-        calibration = Calibration(free_parameters(yaml.safe_load(table)), log, paper, plan)
+        calibration = Calibration(free, log, paper, plan)
         for number, generation in enumerate(calibration.generations(), start=1):
             print(
                 f"generation {number} of {plan.generations}: off by"

@@ -40,7 +40,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Write the figures and the tables."""
     drawings.repeatable()
-    phantom = read_phantom(arguments.parameters, arguments.changes)
+    phantom = read_phantom(arguments.parameters, arguments.changes, arguments.bench)
     detector, paper = read_detector(arguments.config), read_paper_table()
 
     archive = simulated_archive.simulate_archive(phantom, arguments.seed, paper.runs)

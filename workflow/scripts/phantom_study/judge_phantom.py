@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Write each cell's paper value, mean and central 95 %."""
-    phantom = read_phantom(arguments.parameters, arguments.changes)
+    phantom = read_phantom(arguments.parameters, arguments.changes, arguments.bench)
     detector, paper = read_detector(arguments.config), read_paper_table()
     detector = simulated_archive.quick(detector) if arguments.quick else detector
     judge = functools.partial(

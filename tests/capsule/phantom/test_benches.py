@@ -1,0 +1,80 @@
+"""Benches by name: each holds what differs from the usual one, and says what it explains."""
+
+import io
+import sys
+
+import pytest
+import yaml
+
+import simulate
+from capsule.errors import CapsuleError
+from capsule.phantom.parameters import bench_parts, bench_table, phantom_from_table, value_of
+from capsule.recording import read_recording, source_of
+from edges.phantom import BENCHES, DEFAULT_TABLE, bench_file, read_phantom
+
+TABLE = yaml.safe_load(DEFAULT_TABLE.read_text(encoding="utf-8"))
+NOISE = {"value": 0.5, "unit": "1", "source": "assumed"}
+LOUD = {"explains": "Noise hides nodules.", "sensor": {"noise": NOISE}}
+
+
+def test_a_bench_changes_what_it_holds_and_nothing_else():
+    phantom = phantom_from_table(bench_table(TABLE, LOUD))
+    usual = phantom_from_table(TABLE)
+    assert value_of(phantom, "sensor.noise") == 0.5
+    restored = bench_table(TABLE, LOUD)
+    restored["sensor"]["noise"] = TABLE["sensor"]["noise"]
+    assert phantom_from_table(restored) == usual
+    assert value_of(usual, "sensor.noise") != 0.5
+
+
+@pytest.mark.parametrize(
+    ("bench", "message"),
+    [
+        (None, "begins with 'explains:'"),
+        ({"sensor": {"noise": NOISE}}, "begins with 'explains:'"),
+        (LOUD | {"sensor": {"noize": NOISE}}, r"sensor\.noize; did you mean sensor\.noise"),
+        (LOUD | {"senzor": {"noise": NOISE}}, r"senzor\.noise; did you mean sensor\.noise"),
+        (LOUD | {"sensor": 0.5}, "sensor: needs parameters"),
+        (LOUD | {"sensor": {"noise": 0.5}}, r"sensor\.noise: write it as"),
+        (LOUD | {"sensor": {"noise": NOISE | {"unit": "V"}}}, r"the unit is 1, not V"),
+    ],
+)
+def test_a_wrong_bench_is_answered_with_name_and_remedy(bench, message):
+    with pytest.raises(CapsuleError, match=message):
+        bench_table(TABLE, bench)
+
+
+def test_an_unknown_bench_is_answered_with_the_nearest():
+    with pytest.raises(CapsuleError, match=r"no bench uneven-wal .*did you mean uneven-wall\?"):
+        read_phantom(DEFAULT_TABLE, [], "uneven-wal")
+    with pytest.raises(CapsuleError, match=r"known are .*uneven-wall"):
+        read_phantom(DEFAULT_TABLE, [], "../phantom")
+
+
+@pytest.mark.parametrize("name", sorted(path.stem for path in BENCHES.glob("*.yaml")))
+def test_a_bench_that_ships_differs_from_the_usual_one_in_all_that_it_holds(name):
+    bench = yaml.safe_load(bench_file(name).read_text(encoding="utf-8"))
+    phantom = read_phantom(DEFAULT_TABLE, [], name)
+    for part, entries in bench_parts(bench).items():
+        for key, entry in entries.items():
+            assert value_of(phantom, f"{part}.{key}") == entry["value"]
+            # What was searched for may end where the usual bench is.
+            differs = entry["value"] != TABLE[part][key]["value"]
+            assert differs or "range" in entry, f"{part}.{key}"
+            assert (entry["source"] == "calibrated") == ("range" in entry), f"{part}.{key}"
+
+
+def test_recordings_of_a_bench_say_which_it_is(tmp_path, monkeypatch):
+    def made(name, *options):
+        command = ["simulate.py", "--out", str(tmp_path / name), "--runs", "1", "--sizes", "2"]
+        monkeypatch.setattr(sys, "argv", [*command, *options])
+        simulate.main()
+        return (tmp_path / name / "2mm/r01.csv").read_bytes()
+
+    usual, uneven = made("usual"), made("uneven", "--bench", "uneven-wall")
+    recording = read_recording(io.BytesIO(uneven), sensors=4)
+    assert "bench uneven-wall, seed 1" in source_of(recording.header)
+    assert b"bench" not in usual
+    assert uneven == made("again", "--bench", "uneven-wall")
+    louder = made("louder", "--bench", "uneven-wall", "--set", "sensor.noise=0.1")
+    assert louder not in (usual, uneven)
