@@ -27,7 +27,7 @@ CODE = {path for stage in [*RULES, "report"] for path in code_files(f"{stage}.py
 PAGE = sorted(
     path.as_posix()
     for pattern in [
-        "report.*",
+        "report.css",
         "macros.html.j2",
         "sections/[!.]*.html.j2",
         "scripts/[!.]*.js",
@@ -78,6 +78,7 @@ rule report:
         signals=expand(rules.preprocess.output.signal, recording=ARCHIVE.recordings),
         checks=expand(rules.preprocess.output.check, recording=ARCHIVE.recordings),
         fits=expand(rules.fit.output, recording=ARCHIVE.of_nodules()),
+        template=report_file("report.html.j2"),
         page=PAGE,
         schema=os.path.relpath(SCHEMA),
         script=script("report.py"),
@@ -91,7 +92,7 @@ rule report:
     params:
         settings=section(*sorted(config)),
         code=content_of_code("report.py"),
-        template=report_file(""),
+        template=lambda wildcards, input: os.path.dirname(input.template),
     shell:
         "python {input.script:q} --results results --template {params.template:q}"
         " --schema {input.schema:q} --settings {params.settings:q}"

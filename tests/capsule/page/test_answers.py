@@ -55,3 +55,22 @@ def test_within_tolerance_pools_counts():
     assert answers.within_tolerance(sizing, 0.95).value == 0.6
     assert answers.within_tolerance(sizing, 0.95, [2, 3]).value == 0.85
     assert answers.within_tolerance(sizing, 0.95, [7]).of == 0
+
+
+def sizing(*sizes_mm):
+    rows = {"size_mm": sizes_mm, "within": [9] * len(sizes_mm), "recordings": [10] * len(sizes_mm)}
+    return pd.DataFrame(rows)
+
+
+@pytest.mark.parametrize(
+    ("sizes_mm", "of"), [((1, 2, 3), 20), ((2, 3), 20), ((1, 3), None), ((), None)]
+)
+def test_ours_is_compared_with_the_paper_only_over_all_of_its_sizes(sizes_mm, of):
+    paper = {"sizing": sizing(3, 2), "detection": detection((2, 1.0, 1.0), (3, 1.0, 1.0))}
+    paper["specificity"] = pd.DataFrame()
+    settings = {"evaluation": {"confidence": 0.95, "tolerance_mm": 1.0}}
+    settings["report"] = {"reliable_rate": 0.85}
+    beside = answers.paper_answers(paper, sizing(*sizes_mm), settings, 1)
+    assert beside.sizes_mm == (2, 3) and beside.same_tolerance
+    assert (beside.ours_within.of if beside.ours_within else None) == of
+    assert not answers.paper_answers(paper, sizing(*sizes_mm), settings, 2).same_tolerance

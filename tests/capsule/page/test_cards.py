@@ -25,3 +25,15 @@ def test_every_answer_has_the_papers_beside_it():
     assert paper["smallest"] == "2 mm, by the same rule"
     assert paper["specificity"].startswith("30 % (15 to 52 %)")
     assert paper["within"].startswith("81.2 %") and "lacks some of these sizes" in paper["within"]
+
+
+def test_another_tolerance_is_told_and_not_compared():
+    verdicts = [("0mm/a", 0.0, 0.0), *((f"{n}mm/a", float(n), float(n)) for n in range(2, 6))]
+    evaluation = evaluated(verdicts, (0.0, 2.0, 3.0, 4.0, 5.0))
+    for tolerance_mm, end in (
+        (1, "; here over the same sizes 100 %"),
+        (2, ", with another tolerance"),
+    ):
+        result = detector_sections.result_of(evaluation, "template", SETTINGS, tolerance_mm)
+        (within,) = [card for card in result["cards"] if card["id"] == "within"]
+        assert within["paper"].endswith(f"over 2, 3, 4 and 5 mm{end}")

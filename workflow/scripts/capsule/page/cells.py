@@ -8,14 +8,12 @@ from capsule import words
 from capsule.evaluation import points
 
 
-def rate_table(
-    points: pd.DataFrame, measures: Mapping[str, str], sizes_mm: Sequence[float]
-) -> dict:
+def rate_table(rates: pd.DataFrame, measures: Mapping[str, str], sizes_mm: Sequence[float]) -> dict:
     """Return rates: a row a size, a group of columns a measure, a column a scheme.
 
     Parameters
     ----------
-    points : DataFrame
+    rates : DataFrame
         From `capsule.evaluation.points`.
     measures : mapping of str to str
         The measures, and their headings.
@@ -28,16 +26,16 @@ def rate_table(
         ``groups`` (headings with their schemes) and ``rows`` (``size_mm`` and ``cells``); a cell
         has ``value``, ``text``, ``interval`` and ``count``.
     """
-    schemes = list(dict.fromkeys(points["scheme"]))
+    schemes = list(dict.fromkeys(rates["scheme"]))
     groups = [
         {"title": title, "schemes": [words.scheme(name) for name in schemes]}
         for title in measures.values()
     ]
     by_key = {
         (point.measure, point.scheme, point.size_mm): point
-        for point in points.itertuples(index=False)
+        for point in rates.itertuples(index=False)
     }
-    one_sided = set(points.loc[points["one_sided"], "size_mm"])
+    one_sided = set(rates.loc[rates["one_sided"], "size_mm"])
     rows = [
         {
             "size_mm": size_mm,

@@ -54,11 +54,11 @@ def number_of(name: str, unit: str = "", end: str = "") -> Callable[[Mapping], d
     Parameters
     ----------
     name : str
-        The column.
+        How the names of the columns of value, ``_low`` and ``_high`` begin.
     unit : str, optional
         Stands behind the number, with a space before it.
     end : str, optional
-        What the columns' names have behind ``_low`` and ``_high``.
+        How these names end, such as ``_mm``.
     """
     return partial(_number_cell, name=name, unit=unit, end=end)
 

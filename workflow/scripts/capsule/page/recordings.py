@@ -1,4 +1,4 @@
-"""The table of all recordings: what each is, what was said of it, and whether that is right."""
+"""The table of all recordings: what each is, the verdict on it, and whether that is right."""
 
 from collections.abc import Mapping
 

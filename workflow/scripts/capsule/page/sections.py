@@ -70,9 +70,7 @@ def page_values(
     """
     judged, evaluation = settings["evaluation"], tables.evaluation
     verdicts = recordings.verdicts_by_recording(evaluation.predictions, tables.detections)
-    listed = recordings.page_values(
-        tables.index, verdicts, evaluation.detectors()[0], settings["evaluation"]
-    )
+    listed = recordings.page_values(tables.index, verdicts, evaluation.detectors()[0], judged)
     return {
         **overview.overview(tables.index, tables.passed_over),
         **detector_sections.page_values(

@@ -1,0 +1,85 @@
+"""All that the page says of a small archive and of an empty one, filled into the real template."""
+
+import datetime
+
+import pandas as pd
+import pytest
+import yaml
+
+from capsule.evaluation import columns, sites
+from capsule.page import evidence, provenance, sections
+from capsule.page.render import render_page
+from edges import files, page_inputs
+from support.evaluated import DETECTIONS, UNKNOWN, evaluated, index_of, read_paper
+from support.project import ROOT
+from support.synthetic import make_recording
+
+CONFIG = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
+SCHEMA = files.read_json(ROOT / "workflow/schemas/config.schema.json")
+EVIL = "bench <script>alert(1)</script>"
+
+
+def values(verdicts, sizes_mm, *rows, detections=DETECTIONS):
+    """Put together what the page says of some recordings, each with signals made by formula."""
+    tables = sections.Tables(
+        index=index_of(*rows),
+        passed_over=pd.DataFrame(columns=["path", "reason"]),
+        detections=detections,
+        sites=pd.DataFrame(columns=sites.COLUMNS),
+        templates=[],
+        evaluation=evaluated(verdicts, sizes_mm),
+        judgements={name: pd.DataFrame(columns=each) for name, each in columns.COLUMNS.items()},
+    )
+
+    def load(name):
+        return evidence.Stored(make_recording(0.0, name, samples=100).values, {})
+
+    return sections.page_values(tables, load, CONFIG, SCHEMA, read_paper())
+
+
+def filled(page):
+    """Fill in the template that the report has; figures are left blank."""
+    figures = {name: {"wide": "data:,", "narrow": "data:,"} for name in page_inputs.FIGURES}
+    moment = datetime.datetime(2024, 6, 3, 12, 30, tzinfo=datetime.UTC)
+    times = [{"rule": "fit", "jobs": 2, "seconds": 81.4}]
+    made = provenance.how_made({"report.py": "00"}, [("Python", "3.11")], times, moment)
+    frame = page_inputs.read_frame(ROOT / "workflow" / "report")
+    return render_page(frame, {**page, "figures": figures, **made})
+
+
+@pytest.fixture(scope="module")
+def small():
+    return values(
+        [("0mm/a", 0.0, 0.0), ("2mm/a", 2.0, 3.0)],
+        (0.0, 2.0, 3.0),
+        ["0mm/a", 0.0, "accepted", UNKNOWN, EVIL, "aa", 70.0],
+        ["2mm/a", 2.0, "accepted", UNKNOWN, EVIL, "bb", 70.0],
+        ["2mm/bad", 2.0, "rejected", "the file is empty", UNKNOWN, UNKNOWN, UNKNOWN],
+    )
+
+
+def test_every_accepted_recording_is_listed_and_carried(small):
+    assert [row["recording"] for row in small["recordings"]] == ["0mm/a", "2mm/a", "2mm/bad"]
+    assert [name for name, _ in small["evidence"]] == ["0mm/a", "2mm/a"]
+    # A nodule says more at first sight.
+    assert small["first_shown"] == "2mm/a"
+    assert small["outcomes"] == ["within tolerance", "rightly none", "rejected"]
+    assert small["data"] == '{"sizes":[0.0,2.0,3.0]}'
+
+
+def test_the_template_says_what_the_values_say(small):
+    page = filled(small)
+    assert small["summary"] in page.replace("&#39;", "'")
+    assert "<code>2mm/bad</code> the file is empty" in page
+    assert "Made on 2024-06-03 12:30 UTC." in page and "<td>1 min 21 s</td>" in page
+    assert '<tr data-recording="2mm/a" data-size="2 mm" data-outcome="within tolerance"' in page
+    assert EVIL not in page and EVIL.replace("<", "&lt;").replace(">", "&gt;") in page
+
+
+def test_of_an_empty_archive_the_page_says_so():
+    page = values([], (0.0,))
+    assert page["evidence"] == page["recordings"] == []
+    text = filled(page)
+    assert "There are no recordings under <code>raw/</code>." in text
+    assert "There is no recording to judge by yet." in text
+    assert 'id="viewer"' not in text
