@@ -168,8 +168,15 @@ def test_tables_compare_detectors_with_each_other_and_with_always_nodule():
 
 
 RULES = {
-    **{"confidence": 0.95, "tolerance_mm": 1.0, "prevalence": 0.5, "specificity": 0.5},
-    **{"seed": 1, "bootstrap": 50, "permutations": 50, "calibration_bins": 2, "passes": [1, 2]},
+    "confidence": 0.95,
+    "tolerance_mm": 1.0,
+    "prevalence": 0.5,
+    "specificity": 0.5,
+    "seed": 1,
+    "bootstrap": 50,
+    "permutations": 50,
+    "calibration_bins": 2,
+    "passes": [1, 2],
 }
 
 

@@ -1,0 +1,89 @@
+"""The house as docs and README describe it: floors, sizes and names, read from the code itself."""
+
+import ast
+from collections import Counter
+from graphlib import CycleError, TopologicalSorter
+
+import pytest
+
+from support.project import ROOT
+
+SCRIPTS = ROOT / "workflow" / "scripts"
+MODULES = {
+    ".".join(path.relative_to(SCRIPTS).with_suffix("").parts): path
+    for path in sorted(SCRIPTS.rglob("*.py"))
+    if path.name != "__init__.py"
+}
+# From the ground up; the longest name that fits says where a module lies.
+FLOORS = (
+    "capsule",
+    "capsule.phantom",
+    "capsule.detectors",
+    "capsule.evaluation",
+    "capsule.figures",
+    "capsule.page",
+    "edges",
+    "phantom_study",
+    "acquisition",
+    "scripts",
+)
+FRONTS = {"acquire", "simulate", "study_phantom"}
+# Each folder that has one lists its own rows there.
+SAME_SUBJECT = {"registry"}
+
+
+def floor(module):
+    """Give the floor of a module; a script lies on top."""
+    fitting = [name for name in FLOORS if f"{module}.".startswith(f"{name}.")]
+    return FLOORS.index(max(fitting, key=len)) if fitting else len(FLOORS) - 1
+
+
+def imported(path):
+    """Name the modules of the project that a file imports, in functions too."""
+    names = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            names |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    return names
+
+
+IMPORTS = {module: imported(path) & MODULES.keys() for module, path in MODULES.items()}
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_no_module_imports_from_a_higher_floor(module):
+    above = {other for other in IMPORTS[module] if floor(other) > floor(module)}
+    assert above == set()
+
+
+def test_no_imports_run_in_a_circle():
+    try:
+        tuple(TopologicalSorter(IMPORTS).static_order())
+    except CycleError as error:
+        pytest.fail(" imports ".join(reversed(error.args[1])))
+
+
+def test_a_circle_would_be_seen():
+    with pytest.raises(CycleError):
+        tuple(TopologicalSorter({"a": {"b"}, "b": {"a"}}).static_order())
+
+
+@pytest.mark.parametrize("module", [name for name in MODULES if name.startswith("capsule.")])
+def test_the_library_knows_no_path_and_no_snakemake(module):
+    assert not {"pathlib", "os", "snakemake", "glob", "shutil"} & imported(MODULES[module])
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_no_module_is_long(module):
+    lines = len(MODULES[module].read_text(encoding="utf-8").splitlines())
+    if "." in module:
+        assert lines <= 300
+    else:
+        assert lines <= (80 if module in FRONTS else 60)
+
+
+def test_no_two_modules_share_a_name():
+    names = Counter(module.rpartition(".")[2] for module in MODULES)
+    assert {name for name, count in names.items() if count > 1} <= SAME_SUBJECT
