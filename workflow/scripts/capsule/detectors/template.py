@@ -135,7 +135,8 @@ def near_threshold(margins: np.ndarray, reach: np.ndarray, specificity: float) -
 
     The threshold is an order statistic, so it cannot leave the interval between those of the
     lowest and of the highest values that the margins may have; what lies apart from that interval
-    keeps its side. Of the shipped archive's 19 or 20 healthy recordings 2 are near on average.
+    keeps its side. Of the 20 healthy recordings of the shipped archive 9 are near on average, of
+    200 healthy ones 10: there a fold's threshold takes 0.9 ms instead of 19 ms.
 
     Parameters
     ----------
