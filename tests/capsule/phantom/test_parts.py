@@ -282,6 +282,20 @@ def test_one_value_can_be_changed():
         with_values(PHANTOM, {"sensor.noize": 0.5})
 
 
+def test_base_lines_jump_more_in_some_runs_than_in_others():
+    def changes(jump_run_spread):
+        jumping = dataclasses.replace(
+            PHANTOM.sensor, settling=0.0, drift_per_s=0.0, noise=0.0, resistance_spread=0.0,
+            jump=0.01, jumps_per_s=1.0, jump_run_spread=jump_run_spread,
+        )  # fmt: skip
+        still = np.zeros((4, 500))
+        runs = [resistance(jumping, np.random.default_rng(run), still, 10.0) for run in range(300)]
+        return np.log(np.std(runs, axis=(1, 2)))
+
+    varying = changes(0.7).std() ** 2 - changes(0.0).std() ** 2
+    assert varying == pytest.approx(0.7**2, rel=0.2)
+
+
 def test_the_sensors_settle_together_by_as_much_as_is_set():
     quiet = dataclasses.replace(
         PHANTOM.sensor, settling=0.05, settling_spread=0.0, settling_s=2.0,

@@ -56,6 +56,8 @@ class Sensor:
         Part of a sensor's response that its neighbours show as well.
     jump
         Spread of the jumps of a sensor's base line, relative to its resistance.
+    jump_run_spread
+        Spread of the logarithm of that size, from run to run.
     jumps_per_s
         Mean number of such jumps a second.
     jump_s
@@ -80,6 +82,7 @@ class Sensor:
     release_s: float
     crosstalk: float
     jump: float
+    jump_run_spread: float
     jumps_per_s: float
     jump_s: float
 
@@ -143,8 +146,10 @@ def resistance(
     settling = generator.normal(0.0, size) * np.exp(-time_s / sensor.settling_s)
     steps = generator.standard_normal((sensors, samples)) * sensor.drift_per_s / np.sqrt(rate_hz)
     noise = sensor.noise * generator.standard_normal((sensors, samples))
+    # Drawn last: where nothing jumps, all else is as it was.
+    size = sensor.jump * np.exp(generator.normal(0.0, sensor.jump_run_spread))
     jumps = base_line_jumps(
-        generator, (sensors, samples), sensor.jumps_per_s, sensor.jump, sensor.jump_s, rate_hz
+        generator, (sensors, samples), sensor.jumps_per_s, size, sensor.jump_s, rate_hz
     )
     change = -sensor.gauge_per_mm * followed + settling + np.cumsum(steps, axis=1) + noise + jumps
     # No resistance can fall below zero, however wild the parameters.

@@ -25,6 +25,9 @@ class Wave:
         Spread of the logarithm of the crests' height, from wave to wave.
     missing_probability
         Probability that a wave's crest is missing, and its stroke with it.
+    run_spread
+        Spread of the logarithm of a factor, from run to run, that scales both spreads and that
+        probability: some runs are more regular than others.
     """
 
     skew: float
@@ -32,6 +35,7 @@ class Wave:
     period_spread: float
     amplitude_spread: float
     missing_probability: float
+    run_spread: float
 
 
 @dataclass(frozen=True)
@@ -65,11 +69,14 @@ def wave_train(
     waves
         Number of waves.
     """
-    periods = np.exp(generator.normal(0.0, wave.period_spread, waves))
+    periods = generator.normal(0.0, wave.period_spread, waves)
+    crests = generator.normal(0.0, wave.amplitude_spread, waves)
+    chances = generator.random(waves)
+    irregular = np.exp(generator.normal(0.0, wave.run_spread))
     # The motor keeps its mean speed: all waves together take the time that is set.
-    periods /= periods.mean()
-    crests = np.exp(generator.normal(0.0, wave.amplitude_spread, waves))
-    missing = generator.random(waves) < wave.missing_probability
+    periods = np.exp(irregular * periods) / np.exp(irregular * periods).mean()
+    crests = np.exp(irregular * crests)
+    missing = chances < irregular * wave.missing_probability
     delays_s = np.concatenate([[0.0], np.cumsum(period_s * (periods - 1))])
     starts_s = period_s * np.arange(waves + 1) + delays_s
     return WaveTrain(starts_s, delays_s, np.where(missing, 0.0, crests))
@@ -126,5 +133,6 @@ def wave_height(
     height = wall.amplitude_mm * crest_shape(wave, angle)
     # Crest n passes where the angle is -2 pi n; the one before the first is like the first.
     crest = np.clip(-np.rint(angle / (2 * np.pi)).astype(int), 0, train.crests.size - 1)
-    # Only crests differ: between them the wall is away from the capsule.
-    return np.where(height > 0, height * train.crests[crest], height)
+    # Only crests differ: between them the wall is away from the capsule. Both walls meet halfway.
+    pressed = np.minimum(height * train.crests[crest], wall.lumen_mm / 2)
+    return np.where(height > 0, pressed, height)
