@@ -1,0 +1,106 @@
+"""Of each bench that ships: its values are its search's winner; the page shows what was judged."""
+
+import re
+import shlex
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import study_phantom
+from capsule.phantom.contact import height_factor, stray_offset
+from edges.files import read_csv
+from edges.phantom import BENCHES, DEFAULT_TABLE, bench_file, read_phantom
+from phantom_study import trials
+
+DOCS = Path(__file__).resolve().parents[3] / "docs"
+PAGE = (DOCS / "benches.md").read_text(encoding="utf-8")
+NAMES = sorted(path.stem for path in BENCHES.glob("*.yaml"))
+
+
+def command_on_the_page(study):
+    """Return the arguments of a study as the page prints its command."""
+    lines = re.search(rf"study_phantom\.py ({study} (?:.*\\\n)*.*)", PAGE)[1]
+    return shlex.split(lines.replace("\\\n", " "))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_values_that_ship_are_what_the_search_on_the_page_found(name, tmp_path, monkeypatch):
+    """Every trial is in the log, so the whole search is followed without simulating anything."""
+
+    def nothing_is_missing(*arguments):
+        raise AssertionError(f"the log lacks a trial: {arguments}")
+
+    monkeypatch.setattr(trials, "try_out", nothing_is_missing)
+    log, output = tmp_path / "log.csv", tmp_path / "found.yaml"
+    log.write_bytes((DOCS / f"benches/{name}-calibration.csv").read_bytes())
+    replaced = {"NAME": name, "LOG": str(log), "FOUND": str(output)}
+    arguments = [replaced.get(word, word) for word in command_on_the_page("calibrate")]
+    monkeypatch.setattr(sys, "argv", ["study_phantom.py", *arguments])
+    study_phantom.main()
+    assert output.read_text(encoding="utf-8") == bench_file(name).read_text(encoding="utf-8")
+
+
+def judged(name):
+    return {row["cell"]: row for row in read_csv(DOCS / f"benches/{name}.csv")}
+
+
+def differences(cells):
+    return {cell: float(row["mean"]) - float(row["paper"]) for cell, row in cells.items()}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_page_shows_what_was_judged(name):
+    cells, without = judged(f"{name}-table"), judged(f"{name}-without")
+    off = differences(cells)
+    worst = max(off, key=lambda cell: abs(off[cell]))
+    mean = np.mean([abs(value) for value in off.values()])
+    inside = sum(row["inside"] == "True" for row in cells.values())
+    rates = (float(cells[worst][key]) for key in ("mean", "paper"))
+    assert (
+        f"| `{name}` | {mean:.1f} | {inside} of {len(cells)} "
+        f"| {worst}: {' for '.join(f'{rate:.0f}' for rate in rates)} |"
+    ) in PAGE
+    with_it, alone = (
+        " | ".join(f"{float(each[cell]['mean']):.0f}" for cell in ("specificity", "recall 1 mm"))
+        for each in (cells, without)
+    )
+    assert f"| `{name}` | {with_it} | {alone} |" in PAGE
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_bench_gives_the_papers_table_within_8_points(name):
+    assert np.mean(np.abs(list(differences(judged(f"{name}-table")).values()))) <= 8
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_it_is_the_benchs_own_mechanism_that_hides_small_nodules(name):
+    """Without it the paper's detector tells healthy runs from 1 mm far better."""
+
+    def informedness(cells):
+        return sum(float(cells[cell]["mean"]) for cell in ("specificity", "recall 1 mm")) - 100
+
+    assert informedness(judged(f"{name}-without")) > informedness(judged(f"{name}-table")) + 20
+
+
+def test_the_page_says_how_many_runs_miss_a_nodule_of_1_mm():
+    def percent_left_below(bench, least, runs=20_000):
+        contact, numbers = read_phantom(DEFAULT_TABLE, [], bench).contact, np.random.default_rng(1)
+        usual = np.hypot(contact.series_offset_mm, contact.height_offset_mm)
+        offsets = [numbers.normal(0.0, usual) + stray_offset(contact, numbers) for _ in range(runs)]
+        left = np.array([height_factor(contact, 1.0, offset) for offset in offsets])
+        return 100 * np.mean(left < least)
+
+    words = re.search(
+        r"In `missed-nodules` (\d+) % of the runs over 1 mm never touch the nodule, and (\d+) %"
+        r" keep less than a quarter of\nthe contact; in the usual bench these"
+        r" are (\d+) % and (\d+) %",
+        PAGE,
+    )
+    measured = [
+        percent_left_below(bench, least)
+        for bench in ("missed-nodules", None)
+        for least in (1e-9, 0.25)
+    ]
+    np.testing.assert_allclose([int(word) for word in words.groups()], measured, atol=1.5)
