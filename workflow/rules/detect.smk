@@ -4,6 +4,7 @@
 # gives: results/passages/<folder>.csv, results/detections.csv, results/detectors.json
 
 FOLDERS = ARCHIVE.by_folder()
+BY_FEATURES = any(row.by_features for row in DETECTORS)
 
 
 # A folder a job: one recording more is searched with those of its size, not with all.
@@ -31,11 +32,37 @@ rule passages:
         " > {log:q} 2>&1"
 
 
+rule features:
+    input:
+        signals=lambda wildcards: expand(
+            rules.preprocess.output.signal, recording=FOLDERS[wildcards.folder]
+        ),
+        weights=os.path.relpath(SCRIPTS.parent / "weights" / "scorer.npz"),
+        script=script("features.py"),
+    output:
+        "results/features/{folder}.npz",
+    log:
+        "results/logs/features/{folder}.log",
+    wildcard_constraints:
+        folder="[^/]+",
+    conda:
+        "../../environment.yml"
+    params:
+        rate_hz=config["recording"]["rate_hz"],
+        settings=section("diagonal"),
+        code=content_of_code("features.py"),
+    shell:
+        "python {input.script:q} --raw raw --folder {wildcards.folder:q} --signals results/signals"
+        " --weights {input.weights:q} --rate-hz {params.rate_hz} --settings {params.settings:q}"
+        " --output {output:q} > {log:q} 2>&1"
+
+
 rule detect:
     input:
         # Labelled ones too: they teach the thresholds.
         matrices=expand(rules.preprocess.output.matrix, recording=ARCHIVE.recordings),
         passages=expand(rules.passages.output, folder=FOLDERS),
+        features=expand(rules.features.output, folder=FOLDERS) if BY_FEATURES else [],
         recordings=rules.index.output.recordings,
         templates=rules.average.output.matrices,
         script=script("detect.py"),
@@ -52,8 +79,9 @@ rule detect:
             "detectors", "evaluation", "fit", "preprocessing", "recording", *DETECTOR_SECTIONS
         ),
         code=content_of_code("detect.py", *DETECTOR_MODULES),
+        features="--features results/features" if BY_FEATURES else "",
     shell:
         "python {input.script:q} --recordings {input.recordings:q} --matrices results/matrices"
-        " --templates {input.templates:q} --passages results/passages"
+        " --templates {input.templates:q} --passages results/passages {params.features}"
         " --settings {params.settings:q} --output {output.detections:q}"
         " --learned {output.learned:q} > {log:q} 2>&1"

@@ -19,6 +19,11 @@ rule evaluate:
         passages=expand(
             rules.passages.output, folder=sorted(set(map(folder_of, ARCHIVE.labelled())))
         ),
+        features=(
+            expand(rules.features.output, folder=sorted(set(map(folder_of, ARCHIVE.labelled()))))
+            if BY_FEATURES
+            else []
+        ),
         recordings=rules.index.output.recordings,
         script=script("evaluate.py"),
     output:
@@ -33,9 +38,11 @@ rule evaluate:
         settings=section("detectors", "evaluation", "recording", *DETECTOR_SECTIONS),
         template_settings=as_parameter(TEMPLATE_SETTINGS),
         code=content_of_code("evaluate.py", *DETECTOR_MODULES),
+        features="--features results/features" if BY_FEATURES else "",
     shell:
         "python {input.script:q} --recordings {input.recordings:q} --matrices results/matrices"
-        " --fits results/fits --passages results/passages --settings {params.settings:q}"
+        " --fits results/fits --passages results/passages {params.features}"
+        " --settings {params.settings:q}"
         " --template-settings {params.template_settings:q} --output results/evaluation"
         " > {log:q} 2>&1"
 

@@ -10,7 +10,7 @@ from capsule.evaluation.predictions import Detectors
 from capsule.naming import size_mm
 from capsule.templates import TemplateSet
 from edges import files
-from edges.detector_inputs import read_matrix, read_passages, read_templates
+from edges.detector_inputs import read_features, read_matrix, read_passages, read_templates
 
 
 def main() -> None:
@@ -20,6 +20,7 @@ def main() -> None:
     parser.add_argument("--matrices", type=Path, required=True, help="the folder of matrices")
     parser.add_argument("--templates", type=Path, required=True, help="templates.npz")
     parser.add_argument("--passages", type=Path, required=True, help="the folder of passages")
+    parser.add_argument("--features", type=Path, help="the folder of features, where needed")
     parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
     parser.add_argument("--output", type=Path, required=True, help="output: detections.csv")
     parser.add_argument("--learned", type=Path, required=True, help="output: detectors.json")
@@ -34,7 +35,8 @@ def main() -> None:
     )
     passages = read_passages(arguments.passages, names)
     load = partial(read_matrix, arguments.matrices)
-    archive = TrainingArchive(sizes_mm, templates, {}, passages, load, settings)
+    features = read_features(arguments.features, names) if arguments.features else {}
+    archive = TrainingArchive(sizes_mm, templates, {}, passages, load, settings, features)
     detectors = Detectors(archive)
     unlabelled = [name for name in names if name not in sizes_mm]
     rows = list(detectors.rows(unlabelled, []))

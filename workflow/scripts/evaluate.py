@@ -14,7 +14,7 @@ from capsule.evaluation.predictions import Detectors, by_folds
 from capsule.naming import size_mm
 from capsule.templates import build_templates
 from edges import files, fits
-from edges.detector_inputs import read_matrix, read_passages
+from edges.detector_inputs import read_features, read_matrix, read_passages
 
 
 def main() -> None:
@@ -24,6 +24,7 @@ def main() -> None:
     parser.add_argument("--matrices", type=Path, required=True, help="the folder of matrices")
     parser.add_argument("--fits", type=Path, required=True, help="the folder of fits")
     parser.add_argument("--passages", type=Path, required=True, help="the folder of passages")
+    parser.add_argument("--features", type=Path, help="the folder of features, where needed")
     parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
     parser.add_argument("--template-settings", type=json.loads, required=True, help="S, L, u")
     parser.add_argument("--output", type=Path, required=True, help="output: the folder of tables")
@@ -37,7 +38,8 @@ def main() -> None:
     templates = build_templates(fits.by_size(particles), **arguments.template_settings)
     passages = read_passages(arguments.passages, index)
     load = partial(read_matrix, arguments.matrices)
-    archive = TrainingArchive(sizes_mm, templates, particles, passages, load, settings)
+    features = read_features(arguments.features, index) if arguments.features else {}
+    archive = TrainingArchive(sizes_mm, templates, particles, passages, load, settings, features)
     detectors = Detectors(archive)
     columns = ["recording", "size_mm", "detector", "scheme", *detectors.columns]
     made = by_folds(detectors, sizes_mm, [Folds(name, list(index)) for name in rules["schemes"]])

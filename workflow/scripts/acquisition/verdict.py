@@ -12,8 +12,10 @@ from capsule.detectors.training import NewRecording, detector_class
 from capsule.detectors.verdicts import Verdict
 from capsule.preprocessing import preprocess
 from capsule.templates import TemplateSet
-from edges.detector_inputs import read_templates
+from edges.detector_inputs import read_scorer, read_templates
 from edges.files import read_json
+
+WEIGHTS = Path(__file__).resolve().parents[2] / "weights" / "scorer.npz"
 
 
 def existing(path: Path) -> Path:
@@ -102,6 +104,7 @@ class FinalVerdict:
         )
         content = read_json(existing(learned))
         self._settings = settings
+        self._scorer = read_scorer(WEIGHTS)
         try:
             same = all(content["settings"][key] == settings[key] for key in content["settings"])
             self._models = {
@@ -129,7 +132,7 @@ class FinalVerdict:
         list of str
             A line a detector.
         """
-        recording = NewRecording(values, self._settings)
+        recording = NewRecording(values, self._settings, self._scorer)
         return [self._line(name, model.verdict(recording)) for name, model in self._models.items()]
 
     def _line(self, detector: str, verdict: Verdict) -> str:

@@ -136,7 +136,7 @@ def wave_phase(values: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarra
     wave = round(period)
     taper = _taper(2 * wave + 1)
     # Only windows that lie wholly inside: a cut one would lean to its side.
-    level = _window_mean(values, wave)
+    level = window_mean(values, wave)
     inside = samples[(wave - 1) // 2 :][: level.shape[1]]
     steady = values[:, inside[0] : inside[-1] + 1] - level
     demodulated = steady * np.exp(-2j * np.pi / period * inside)
@@ -182,13 +182,13 @@ def find_beats(values: np.ndarray, *, period: float, wavelength_mm: float) -> Be
     samples = np.arange(count)
     phase = irregular + 2 * np.pi / own_period * samples + offset[:, np.newaxis]
     centred = pressed - pressed.mean(axis=1, keepdims=True)
-    level = _window_mean(centred, window)
+    level = window_mean(centred, window)
     # A sensor that drifts during a wave would seem to beat.
-    steady = centred - _trend(level, window)
+    steady = centred - level_line(level, window)
     turn = np.cos(phase)
     turns = np.stack([turn, 2 * turn**2 - 1])  # cos(phase) and cos(2 phase)
-    rest = _window_mean(steady, window) * _window_mean(turns, window)
-    harmonics = 2 * (_window_mean(steady * turns, window) - rest)
+    rest = window_mean(steady, window) * window_mean(turns, window)
+    harmonics = 2 * (window_mean(steady * turns, window) - rest)
     usual_depth = median(harmonics[0])
     if np.any(usual_depth <= 0):
         return None
@@ -224,7 +224,7 @@ def _taper(count: int) -> np.ndarray:
     return 0.5 - 0.5 * np.cos(2 * np.pi / (count + 1) * np.arange(1, count + 1))
 
 
-def _trend(level: np.ndarray, window: int) -> np.ndarray:
+def level_line(level: np.ndarray, window: int) -> np.ndarray:
     """Draw the windows' level (S, N) out to every sample (S, K); the ends go on at their slope."""
     wave = min(window, level.shape[1] - 1)
     first, last = level[:, :1], level[:, -1:]
@@ -243,7 +243,7 @@ def _without_line(at: np.ndarray, values: np.ndarray) -> np.ndarray:
     return values - values.mean() - off * (off @ values) / (off @ off)
 
 
-def _window_mean(values: np.ndarray, window: int) -> np.ndarray:
+def window_mean(values: np.ndarray, window: int) -> np.ndarray:
     """Average the last axis over each window that lies wholly inside."""
     running = np.zeros((*values.shape[:-1], values.shape[-1] + 1))
     np.cumsum(values, axis=-1, out=running[..., 1:])

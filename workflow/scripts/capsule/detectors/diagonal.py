@@ -8,6 +8,7 @@ import numpy as np
 from capsule.detectors.leaving_out import ProbabilityWithout, SizesWithout
 from capsule.detectors.operating_point import threshold_at
 from capsule.detectors.passage import Passage
+from capsule.detectors.plain import plain
 from capsule.detectors.probability import Probability
 from capsule.detectors.sizing import SizeModel, nearest_known
 from capsule.detectors.training import JudgedRecording, TrainingArchive
@@ -59,7 +60,7 @@ class DiagonalModel:
 
     def stored(self) -> dict:
         """Give the model as JSON holds it: NaN becomes null, arrays become lists."""
-        return {"diagonal": _plain(asdict(self))}
+        return {"diagonal": plain(asdict(self))}
 
     @classmethod
     def restored(cls, stored: Mapping, templates: TemplateSet) -> "DiagonalModel":
@@ -77,16 +78,6 @@ class DiagonalModel:
             known_mm=tuple(known_mm),
             **content,
         )
-
-
-def _plain(value: object) -> object:
-    if isinstance(value, Mapping):
-        return {key: _plain(part) for key, part in value.items()}
-    if isinstance(value, np.ndarray | tuple | list):
-        return [_plain(part) for part in value]
-    if isinstance(value, float | np.floating):
-        return None if np.isnan(value) else float(value)
-    return value
 
 
 def size_features(passages: Sequence[Passage]) -> np.ndarray:

@@ -32,6 +32,8 @@ class Row:
         The threshold of its score; None for a detector that learns it from healthy recordings.
     by_distance : bool
         Whether its verdict is the shortest distance to a template.
+    by_features : bool
+        Whether it judges by the taught scorer's features.
     needs : str
         What it needs beside labelled recordings; empty for nothing.
     """
@@ -44,6 +46,7 @@ class Row:
     section: str | None = None
     fixed_threshold: float | None = None
     by_distance: bool = False
+    by_features: bool = False
     needs: str = ""
 
 
@@ -72,6 +75,16 @@ _ROWS = (
         built_by="DiagonalDetector",
         section="diagonal",
         needs="a peristaltic wave on every sensor",
+    ),
+    Row(
+        name="taught",
+        summary="taught beforehand by simulated benches, adapted to the archive",
+        sentence="a scorer taught by many simulated benches and adapted to this one",
+        module="capsule.detectors.taught",
+        built_by="TaughtDetector",
+        section="taught",
+        by_features=True,
+        needs="four sensors, and a peristaltic wave on each",
     ),
 )
 DETECTORS = {row.name: row for row in _ROWS}

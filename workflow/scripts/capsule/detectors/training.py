@@ -10,6 +10,7 @@ import numpy as np
 
 from capsule.detectors.passage import Passage, passage_of
 from capsule.detectors.registry import detector_row
+from capsule.detectors.scorer import Features, Scorer, features_of
 from capsule.detectors.verdicts import Verdict
 from capsule.particles import Particle
 from capsule.preprocessing import preprocess
@@ -33,6 +34,10 @@ class JudgedRecording(Protocol):
     def passage(self) -> Passage:
         """Its best candidate for a nodule."""
 
+    @property
+    def features(self) -> Features:
+        """What the taught scorer makes of it."""
+
 
 @dataclass(frozen=True)
 class TrainingArchive:
@@ -52,6 +57,8 @@ class TrainingArchive:
         ``load(name)`` gives the matrix V of a recording, (S, L).
     settings : mapping
         The section ``evaluation`` of the configuration, and those of the detectors.
+    features : mapping of str to Features
+        Of each recording, where a detector judges by them.
     """
 
     sizes_mm: Mapping[str, float]
@@ -60,6 +67,7 @@ class TrainingArchive:
     passages: Mapping[str, Passage]
     load: Callable[[str], np.ndarray]
     settings: Mapping
+    features: Mapping[str, Features] = field(default_factory=dict)
     _made: dict[Callable, Any] = field(default_factory=dict, repr=False)
 
     def shared(self, make: Callable[["TrainingArchive"], Shared]) -> Shared:
@@ -90,6 +98,11 @@ class ArchivedRecording:
         """Its best candidate for a nodule."""
         return self.archive.passages[self.name]
 
+    @property
+    def features(self) -> Features:
+        """What the taught scorer makes of it."""
+        return self.archive.features[self.name]
+
 
 class NewRecording:
     """A recording that belongs to no archive.
@@ -100,12 +113,14 @@ class NewRecording:
         Readings on an even grid in time; NaN where a sample is missing.
     settings : mapping
         The configuration.
+    scorer : Scorer
+        The taught scorer.
     """
 
     name = "new"
 
-    def __init__(self, values: np.ndarray, settings: Mapping) -> None:
-        self._values, self._settings = values, settings
+    def __init__(self, values: np.ndarray, settings: Mapping, scorer: Scorer) -> None:
+        self._values, self._settings, self._scorer = values, settings, scorer
 
     @cached_property
     def matrix(self) -> np.ndarray:
@@ -117,6 +132,12 @@ class NewRecording:
         """Its best candidate for a nodule."""
         rate_hz = self._settings["recording"]["rate_hz"]
         return passage_of(self._values, rate_hz, self._settings["diagonal"])
+
+    @cached_property
+    def features(self) -> Features:
+        """What the taught scorer makes of it."""
+        rate_hz = self._settings["recording"]["rate_hz"]
+        return features_of(self._values, rate_hz, self._settings["diagonal"], self._scorer)
 
 
 class Model(Protocol):

@@ -26,6 +26,8 @@ class Verdict:
         Of a nodule, at the configured prevalence; NaN for a detector that gives none.
     estimate_mm : float
         The size of the nodule; NaN where none is detected.
+    estimate_low_mm, estimate_high_mm : float
+        Ends of the interval of the size; NaN for a detector that gives none.
     location_samples, location_mm : float
         Where along the run the nodule lies: when the first sensor passes it, in samples from the
         start, and how far the capsule has then come; NaN where none is detected, or unknown.
@@ -40,6 +42,8 @@ class Verdict:
     estimate_mm: float = _UNKNOWN
     location_samples: float = _UNKNOWN
     location_mm: float = _UNKNOWN
+    estimate_low_mm: float = _UNKNOWN
+    estimate_high_mm: float = _UNKNOWN
     distances: tuple[float, ...] | None = None
 
 

@@ -8,7 +8,16 @@ from capsule.detectors.verdicts import Verdict
 from capsule.evaluation.folds import Folds
 from capsule.naming import size_label
 
-_COLUMNS = ("score", "threshold", "probability", "estimate_mm", "location_s", "location_mm")
+_COLUMNS = (
+    "score",
+    "threshold",
+    "probability",
+    "estimate_mm",
+    "estimate_low_mm",
+    "estimate_high_mm",
+    "location_s",
+    "location_mm",
+)
 
 
 class Detectors:

@@ -1,0 +1,43 @@
+"""Ridge regression without some recordings is ridge regression on the others."""
+
+import numpy as np
+import pytest
+
+from capsule.detectors.ridge import RidgeWithout
+from capsule.seeding import generator
+
+
+def fitted(features, targets, penalty):
+    """Solve the normal equations with an unpenalised mean, written out."""
+    mean, mean_target = features.mean(axis=0), targets.mean()
+    centred = features - mean
+    normal = centred.T @ centred + penalty * np.eye(features.shape[1])
+    coefficients = np.linalg.solve(normal, centred.T @ (targets - mean_target))
+    return coefficients, mean_target - mean @ coefficients
+
+
+@pytest.mark.parametrize(("count", "dimensions"), [(12, 40), (40, 12)])
+@pytest.mark.parametrize("left_out", [[], [3], [0, 5, 7]])
+def test_leaving_out_is_learning_from_the_others(count, dimensions, left_out):
+    numbers = generator(1, "ridge", str(count))
+    features, targets = numbers.normal(size=(count, dimensions)), numbers.normal(size=count)
+    regression, predictions = RidgeWithout(features, targets, 2.0).without(np.array(left_out, int))
+    others = np.delete(np.arange(count), left_out)
+    coefficients, intercept = fitted(features[others], targets[others], 2.0)
+    np.testing.assert_allclose(regression.coefficients, coefficients, atol=1e-10)
+    assert regression.intercept == pytest.approx(intercept, abs=1e-10)
+    for place, other in enumerate(others):
+        rest = others[others != other]
+        alone, constant = fitted(features[rest], targets[rest], 2.0)
+        assert predictions[place] == pytest.approx(features[other] @ alone + constant, abs=1e-9)
+
+
+def test_fewer_than_two_teach_nothing():
+    ridge = RidgeWithout(np.ones((2, 3)), np.array([1.0, 2.0]), 1.0)
+    assert ridge.without(np.array([0])) is None
+    assert RidgeWithout(np.ones((0, 3)), np.ones(0), 1.0).without(np.array([], int)) is None
+
+
+def test_features_that_do_not_vary_teach_the_mean():
+    regression, _ = RidgeWithout(np.ones((4, 3)), np.arange(4.0), 1.0).without(np.array([], int))
+    assert regression.of(np.ones(3)) == pytest.approx(1.5)

@@ -1,0 +1,100 @@
+"""The taught scorer: its gradient is that of the score, and the sensors' gain does not count."""
+
+import numpy as np
+import pytest
+
+from capsule.detectors.beat_series import beat_series
+from capsule.detectors.scorer import Scorer, features_of, standardised
+from capsule.seeding import generator
+from edges.config_files import read_config_file
+from support.project import ROOT
+
+SETTINGS = read_config_file(ROOT / "config" / "config.yaml")["diagonal"]
+
+
+@pytest.fixture(scope="module")
+def weights():
+    """Give the weights that ship."""
+    with np.load(ROOT / "workflow" / "weights" / "scorer.npz") as stored:
+        return dict(stored.items())
+
+
+@pytest.fixture(scope="module")
+def series():
+    return 0.3 * generator(1, "beats").normal(size=(4, 5, 41)).cumsum(axis=2)
+
+
+def readings(samples=800, deeper=0.0):
+    """Make the readings of four sensors that a wave presses."""
+    time = np.arange(samples)
+    wave = np.sin(2 * np.pi * time / 32) + 0.2 * np.sin(4 * np.pi * time / 32)
+    noise = generator(1, "readings").normal(0, 0.05, (4, samples))
+    middle = 150 + 150 * np.arange(4)[:, np.newaxis]
+    bump = deeper * np.exp(-(((time - middle) / 40) ** 2))
+    return 500 - 20 * (1 + bump) * (wave + noise)
+
+
+def test_the_gradient_is_that_of_the_score(weights, series):
+    scorer = Scorer(weights)
+    score, _, gradient = scorer._score(standardised(series))
+    numbers = generator(1, "direction")
+    names = [name for name in weights if name != "gradient_scale"]
+    step = 1e-7  # so small that no unit switches
+    for _ in range(5):
+        direction = {name: numbers.normal(size=weights[name].shape) for name in names}
+        moved = [
+            Scorer(weights | {n: weights[n] + sign * step * direction[n] for n in names})
+            for sign in (1, -1)
+        ]
+        ahead, behind = (each._score(standardised(series))[0] for each in moved)
+        slope = gradient @ np.concatenate([direction[name].ravel() for name in names])
+        assert (ahead - behind) / (2 * step) == pytest.approx(slope, rel=1e-4)
+    assert np.isfinite(score)
+
+
+def test_folding_keeps_products_of_gradients(weights):
+    numbers = generator(1, "many")
+    scorer = Scorer(weights)
+    many = [0.3 * numbers.normal(size=(4, 5, 30)).cumsum(axis=2) for _ in range(12)]
+    whole = np.array([scorer._score(standardised(each))[2] for each in many])
+    whole /= float(weights["gradient_scale"])
+    folded = np.array([scorer.features(each).gradient for each in many])
+    products, wanted = folded @ folded.T, whole @ whole.T
+    assert np.abs(products - wanted).max() < 0.15 * np.diag(wanted).max()
+
+
+def test_the_score_does_not_depend_on_gain_or_rest(weights):
+    scorer, linear = Scorer(weights), SETTINGS | {"full_scale": 100}
+    plain = features_of(readings(deeper=1.0), 10, linear, scorer)
+    other = features_of(300 + 1.7 * readings(deeper=1.0), 10, linear, scorer)
+    assert other.score == pytest.approx(plain.score, abs=1e-6)
+
+
+def test_beats_that_deepen_in_one_sensor_after_the_other_score_higher(weights):
+    scorer = Scorer(weights)
+    scores = [
+        features_of(readings(deeper=deeper), 10, SETTINGS, scorer).score
+        for deeper in (0.0, 0.5, 1.0)
+    ]
+    assert scores[0] < scores[1] < scores[2]
+
+
+def test_what_has_no_wave_or_other_sensors_has_no_score(weights):
+    scorer = Scorer(weights)
+    for values in (readings()[:3], readings(100), np.full((4, 800), 5.0)):
+        features = features_of(values, 10, SETTINGS, scorer)
+        assert np.isnan(features.score) and np.isnan(features.gradient).all()
+
+
+def test_the_series_of_a_steady_wave_is_flat():
+    series = beat_series(-readings(), period=32.0)
+    assert series.shape[:2] == (4, 5)
+    # A wave every 8 windows' worth of a quarter: 800 samples less one wave.
+    assert series.shape[2] == pytest.approx((800 - 32) / 8, abs=2)
+    assert np.abs(series[:, 1]).max() < 0.2
+
+
+def test_a_deeper_beat_stands_where_the_sensor_meets_the_nodule():
+    series = beat_series(-readings(deeper=1.0), period=32.0)
+    highest = series[:, 1].argmax(axis=1) * 8 + 16
+    np.testing.assert_allclose(highest, 150 + 150 * np.arange(4), atol=24)

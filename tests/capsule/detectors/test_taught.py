@@ -1,0 +1,113 @@
+"""The taught detector: what is left out teaches nothing, and its promises hold."""
+
+import json
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from capsule.detectors.passage import UNKNOWN
+from capsule.detectors.scorer import Features
+from capsule.detectors.taught import TaughtDetector, TaughtModel, conformal_reach, upper_bound
+from capsule.detectors.training import TrainingArchive
+from capsule.seeding import generator
+from support.training import NO_TEMPLATES, verdict_values
+
+SETTINGS = {
+    "evaluation": {"specificity": 0.9, "prevalence": 0.1},
+    "taught": {
+        "height": 10.0,
+        "penalty": 1.0,
+        "tail": 1.0,
+        "size_penalty": 1.0,
+        "size_confidence": 0.9,
+    },
+}
+
+
+def archive_of(sizes_mm, features):
+    passages = dict.fromkeys(features, UNKNOWN)
+    return TrainingArchive(sizes_mm, NO_TEMPLATES, {}, passages, {}.__getitem__, SETTINGS, features)
+
+
+@pytest.fixture(scope="module")
+def archive():
+    """Make an archive whose scores and embeddings grow with the size, one without a score."""
+    numbers = generator(1, "taught")
+    sizes = {f"{place % 4}mm/r{place}": float(place % 4) for place in range(60)}
+    features = {
+        name: Features(
+            float(2 * size + numbers.normal()),
+            np.append(size + 0.2 * numbers.normal(), numbers.normal(size=3)).astype(np.float32),
+            (numbers.normal(size=8) + 0.3 * size).astype(np.float32),
+        )
+        for name, size in sizes.items()
+    }
+    unknown = np.full(4, np.nan, np.float32), np.full(8, np.nan, np.float32)
+    features["1mm/r5"] = Features(float("nan"), *unknown)
+    return archive_of(sizes, features)
+
+
+@pytest.mark.parametrize("left_out", [[], ["0mm/r0"], ["3mm/r7"], ["1mm/r5"], ["0mm/r4", "2mm/r2"]])
+def test_a_fold_teaches_what_an_archive_of_its_recordings_alone_does(archive, left_out):
+    taught = {name: size for name, size in archive.sizes_mm.items() if name not in left_out}
+    expected = TaughtDetector(archive_of(taught, archive.features)).without([])
+    model = TaughtDetector(archive).without(left_out)
+    for name in archive.sizes_mm:
+        recording = archive.recording(name)
+        np.testing.assert_allclose(
+            verdict_values(model.verdict(recording)),
+            verdict_values(expected.verdict(recording)),
+            rtol=1e-6,
+            atol=1e-6,
+        )
+
+
+def test_large_nodules_are_found_and_sized_with_an_interval(archive):
+    detector = TaughtDetector(archive)
+    for name, size in archive.sizes_mm.items():
+        verdict = detector.without([name]).verdict(archive.recording(name))
+        if size == 3.0:
+            assert verdict.predicted_mm >= 2
+            assert verdict.estimate_low_mm <= verdict.estimate_mm <= verdict.estimate_high_mm
+
+
+def test_a_recording_without_a_score_has_no_verdict(archive):
+    verdict = TaughtDetector(archive).without([]).verdict(archive.recording("1mm/r5"))
+    assert np.isnan(verdict.predicted_mm) and np.isnan(verdict.score)
+
+
+def test_what_is_learned_survives_the_file(archive):
+    for left_out in ([], [name for name in archive.sizes_mm if name.startswith("0mm")]):
+        model = TaughtDetector(archive).without(left_out)
+        content = json.loads(json.dumps(model.stored(), allow_nan=False))
+        restored = TaughtModel.restored(content, NO_TEMPLATES)
+        for name in ("3mm/r7", "0mm/r0"):
+            recording = archive.recording(name)
+            np.testing.assert_allclose(
+                verdict_values(restored.verdict(recording)),
+                verdict_values(model.verdict(recording)),
+            )
+
+
+def test_a_new_recording_needs_only_its_features(archive):
+    model = TaughtDetector(archive).without([])
+    alone = SimpleNamespace(features=archive.features["3mm/r7"], passage=UNKNOWN)
+    expected = model.verdict(archive.recording("3mm/r7"))
+    np.testing.assert_equal(verdict_values(model.verdict(alone)), verdict_values(expected))
+
+
+def test_a_further_normal_score_exceeds_the_bound_as_rarely_as_promised():
+    scores = generator(1, "bound").normal(size=(20_000, 20))
+    above = [row[-1] > upper_bound(row[:-1], 0.95, 1.0) for row in scores]
+    # The standard error is 0.0015.
+    assert np.mean(above) == pytest.approx(0.05, abs=0.005)
+    assert np.isnan(upper_bound(scores[0, :2], 0.95, 1.0))
+
+
+def test_an_interval_holds_as_many_further_values_as_promised():
+    errors = generator(1, "reach").standard_cauchy((5000, 30))
+    held = [abs(row[-1]) <= conformal_reach(row[:-1], 0.9) for row in errors]
+    # Of 30 exchangeable errors the rank is 27 of 29.
+    assert np.mean(held) == pytest.approx(0.9, abs=0.015)
+    assert conformal_reach(np.array([1.0, -3.0]), 0.9) == 3.0

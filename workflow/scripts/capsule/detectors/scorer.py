@@ -1,0 +1,210 @@
+"""The taught scorer: a small convolutional network over the beats, and its gradient, in numpy.
+
+It was taught beforehand by simulated recordings of many random benches (docs/detection.md). An
+archive adapts it: to first order, changed weights change the score by the gradient of the score
+times the change, so ridge regression on the gradients teaches all weights at once (the neural
+tangent kernel, Jacot, Gabriel and Hongler 2018). The long gradients are folded to a few hundred
+numbers whose products are nearly the same (the count sketch, Charikar, Chen and Farach-Colton
+2002).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from capsule.detectors.beat_series import beat_series
+from capsule.detectors.divider import relative_resistance
+from capsule.seeding import generator
+
+SENSORS = 4
+# Samples between the taps of each block's convolution.
+_DILATIONS = (1, 2, 4, 8, 4)
+_FOLDED = 1024
+
+
+@dataclass(frozen=True)
+class Features:
+    """What the scorer makes of one recording.
+
+    Attributes
+    ----------
+    score : float
+        The higher, the more it looks like a nodule; NaN without a wave on every sensor.
+    embedding : (64,) array of float32
+        What the network's last layer sees; sizes are estimated from it.
+    gradient : (1024,) array of float32
+        The gradient of the score by the weights, folded.
+    """
+
+    score: float
+    embedding: np.ndarray
+    gradient: np.ndarray
+
+
+class Scorer:
+    """The network with its weights.
+
+    Parameters
+    ----------
+    weights : mapping of str to array
+        As the teaching has stored them: ``own`` (a convolution over each sensor's series by
+        itself), ``mix`` (of all sensors), ``block_0`` to ``block_4`` (dilated convolutions, each
+        added to what it sees), ``pool``, ``embed`` and ``score``, each with ``_weight`` and
+        ``_bias``; and ``gradient_scale``, the usual length of a gradient.
+    """
+
+    def __init__(self, weights: Mapping[str, np.ndarray]) -> None:
+        self._weights = {name: np.asarray(value, np.float64) for name, value in weights.items()}
+        self._scale = float(self._weights.pop("gradient_scale"))
+        count = sum(value.size for value in self._weights.values())
+        numbers = generator(1, "scorer", "sketch")
+        self._bucket = numbers.integers(_FOLDED, size=count)
+        self._sign = numbers.choice([-1.0, 1.0], size=count)
+
+    def features(self, series: np.ndarray | None) -> Features:
+        """Score one recording.
+
+        Parameters
+        ----------
+        series : (4, 5, N) array, or None
+            From `capsule.detectors.beat_series.beat_series`.
+
+        Returns
+        -------
+        Features
+            All NaN without a series of four sensors.
+        """
+        dimensions = self._weights["embed_bias"].size
+        if series is None or series.shape[0] != SENSORS:
+            unknown = np.full(dimensions, np.nan, np.float32), np.full(_FOLDED, np.nan, np.float32)
+            return Features(float("nan"), *unknown)
+        score, embedding, gradient = self._score(standardised(series))
+        folded = np.bincount(self._bucket, self._sign * gradient, _FOLDED) / self._scale
+        return Features(score, embedding.astype(np.float32), folded.astype(np.float32))
+
+    def _score(self, x: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        """Return score, embedding and the whole gradient, forward and then backward."""
+        w = self._weights
+        taps = np.stack([_windows(row, 5, 1)[:, :, ::2] for row in x])
+        count = taps.shape[-1]
+        seen_own = taps.transpose(0, 2, 1, 3).reshape(len(x), -1, count)
+        own = _flat(w["own_weight"]) @ seen_own + w["own_bias"][:, np.newaxis]
+        first = np.maximum(own, 0.0).reshape(-1, count)
+        h = w["mix_weight"] @ first + w["mix_bias"][:, np.newaxis]
+        blocks = []
+        for number, dilation in enumerate(_DILATIONS):
+            seen = _windows(h, 3, dilation).transpose(1, 0, 2).reshape(-1, count)
+            bias = w[f"block_{number}_bias"][:, np.newaxis]
+            turned = _flat(w[f"block_{number}_weight"]) @ seen + bias
+            blocks.append((seen, turned > 0))
+            h = h + np.maximum(turned, 0.0)
+        p = w["pool_weight"] @ h + w["pool_bias"][:, np.newaxis]
+        pooled, share, best = _pool(p)
+        squeezed = np.sign(pooled) * np.log1p(np.abs(pooled))
+        embedding = w["embed_weight"] @ squeezed + w["embed_bias"]
+        score = float(w["score_weight"] @ embedding + w["score_bias"][0])
+
+        gradient = {"score_weight": embedding, "score_bias": np.ones(1)}
+        gradient["embed_weight"] = np.outer(w["score_weight"], squeezed)
+        gradient["embed_bias"] = w["score_weight"]
+        by_pooled = (w["score_weight"] @ w["embed_weight"]) / (1.0 + np.abs(pooled))
+        by_mean, by_top, by_soft = np.split(by_pooled, 3)
+        dp = share * by_soft[:, np.newaxis] + by_mean[:, np.newaxis] / count
+        dp[np.arange(len(p)), best] += by_top
+        gradient["pool_weight"], gradient["pool_bias"] = dp @ h.T, dp.sum(axis=1)
+        dh = w["pool_weight"].T @ dp
+        for number in reversed(range(len(_DILATIONS))):
+            seen, active = blocks[number]
+            weight, dilation = w[f"block_{number}_weight"], _DILATIONS[number]
+            turned = dh * active
+            gradient[f"block_{number}_weight"] = turned @ seen.T
+            gradient[f"block_{number}_bias"] = turned.sum(axis=1)
+            back = (_flat(weight).T @ turned).reshape(weight.shape[1], 3, count)
+            dh = dh + back[:, 1]
+            if dilation < count:
+                dh[:, :-dilation] += back[:, 0, dilation:]
+                dh[:, dilation:] += back[:, 2, :-dilation]
+        gradient["mix_weight"], gradient["mix_bias"] = dh @ first.T, dh.sum(axis=1)
+        down = (w["mix_weight"].T @ dh).reshape(own.shape) * (own > 0)
+        gradient["own_weight"] = np.einsum("sot,sit->oi", down, seen_own)
+        gradient["own_bias"] = down.sum(axis=(0, 2))
+        return score, embedding, np.concatenate([gradient[name].ravel() for name in w])
+
+
+def features_of(values: np.ndarray, rate_hz: float, settings: Mapping, scorer: Scorer) -> Features:
+    """Score one recording by its readings.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings on an even grid in time; NaN where a sample is missing.
+    rate_hz : float
+        Sampling rate.
+    settings : mapping
+        Section ``diagonal`` of the configuration, which tells of wave and sensors.
+    scorer : Scorer
+        The taught scorer.
+
+    Returns
+    -------
+    Features
+    """
+    resistance = relative_resistance(
+        values, settings["full_scale"], settings["pressing_lowers_reading"]
+    )
+    period = rate_hz * settings["wavelength_mm"] / settings["wave_speed_mm_s"]
+    return scorer.features(beat_series(-resistance, period=period))
+
+
+def standardised(series: np.ndarray) -> np.ndarray:
+    """Lay out what the network sees of the beats.
+
+    Parameters
+    ----------
+    series : (S, 5, N) array
+        From `capsule.detectors.beat_series.beat_series`.
+
+    Returns
+    -------
+    (S, 17, N) array
+        The series in units of their own spread, by their inverse hyperbolic sine, and against the
+        mean of the other sensors; the logarithms of the spreads; and ones.
+    """
+    count = series.shape[-1]
+    ordered = np.sort(series, axis=-1)
+    median, low = (ordered[..., [round(share * (count - 1))]] for share in (0.5, 0.2))
+    # A nodule raises the upper half: from the 20 % quantile to the median it is 0.8416 standard
+    # deviations of a normal distribution.
+    spread = np.hypot(np.clip((median - low) / 0.8416, 0.0, 30.0), 0.03)
+    own_units = np.clip(series / spread, -8.0, 8.0)
+    in_phase = own_units[:, [0, 1, 3]]
+    others = (in_phase.sum(axis=0) - in_phase) / (len(series) - 1)
+    logarithms = np.broadcast_to(np.log(spread) + 1.5, series.shape)[:, [0, 1, 3]]
+    ones = np.ones((len(series), 1, count))
+    parts = [own_units / 2, np.arcsinh(3 * series), (in_phase - others) / 2, logarithms, ones]
+    return np.concatenate(parts, axis=1)
+
+
+def _windows(values: np.ndarray, taps: int, dilation: int) -> np.ndarray:
+    """Lay out what each tap of a convolution sees, (taps, C, N); zeros beyond the ends."""
+    reach = dilation * (taps // 2)
+    wide = np.pad(values, ((0, 0), (reach, reach)))
+    count = values.shape[1]
+    return np.stack([wide[:, tap * dilation : tap * dilation + count] for tap in range(taps)])
+
+
+def _flat(weight: np.ndarray) -> np.ndarray:
+    """Lay a convolution's weights (O, C, taps) out as a matrix."""
+    return weight.reshape(weight.shape[0], -1)
+
+
+def _pool(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return mean, largest and softly largest of each row, each moment's share in the last."""
+    best = values.argmax(axis=1)
+    top = values[np.arange(len(values)), best]
+    share = np.exp(values - top[:, np.newaxis])
+    total = share.sum(axis=1)
+    soft = top + np.log(total) - np.log(values.shape[1])
+    pooled = np.concatenate([values.mean(axis=1), top, soft])
+    return pooled, share / total[:, np.newaxis], best

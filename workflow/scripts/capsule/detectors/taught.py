@@ -1,0 +1,208 @@
+"""The detector ``taught``: a scorer that many simulated benches taught, adapted to the archive.
+
+The scorer's weights are adapted to first order by ridge regression on its gradients, so the score
+stays near the one taught beforehand where an archive says little (`capsule.detectors.scorer`).
+Whatever is learned is learned inside the training fold: the adaptation, the threshold from the
+healthy recordings' cross-validated scores, the probability, the sizes and their intervals.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from statistics import NormalDist
+
+import numpy as np
+
+from capsule.detectors.plain import plain
+from capsule.detectors.probability import Probability, fit_probability
+from capsule.detectors.ridge import Regression, RidgeWithout
+from capsule.detectors.sizing import nearest_known
+from capsule.detectors.training import JudgedRecording, TrainingArchive
+from capsule.detectors.verdicts import Verdict
+from capsule.templates import TemplateSet
+
+_UNKNOWN = float("nan")
+# What a nodule should score above none, by its size in mm, as a share of `height`.
+_RISE = ((0.0, 1.0, 2.0, 3.0), (0.0, 0.3, 0.7, 1.0))
+
+
+@dataclass(frozen=True)
+class TaughtModel:
+    """What the taught detector learns from a training fold.
+
+    Attributes
+    ----------
+    score : Regression
+        What the adaptation adds to the score, from the folded gradient.
+    threshold : float
+        Of the adapted score; NaN with fewer than three healthy recordings.
+    probability : Probability or None
+        From the adapted score.
+    size : Regression or None
+        Size in mm from the embedding; None with fewer than two nodules.
+    size_reach_mm : float
+        Half the width of the interval of a size.
+    known_mm : tuple of float
+        Nodule sizes of the archive.
+    """
+
+    score: Regression | None
+    threshold: float
+    probability: Probability | None
+    size: Regression | None
+    size_reach_mm: float
+    known_mm: tuple[float, ...]
+
+    def verdict(self, recording: JudgedRecording) -> Verdict:
+        """Judge one recording."""
+        features = recording.features
+        if np.isnan(features.score) or self.score is None:
+            return Verdict(_UNKNOWN, _UNKNOWN, self.threshold)
+        score = features.score + self.score.of(features.gradient)
+        if np.isnan(self.threshold):
+            return Verdict(_UNKNOWN, score, self.threshold)
+        chance = _UNKNOWN if self.probability is None else float(self.probability.of(score))
+        if score <= self.threshold:
+            return Verdict(0.0, score, self.threshold, chance)
+        estimate = low = high = _UNKNOWN
+        if self.size is not None:
+            size_mm, ends = self.size.of(features.embedding), (self.known_mm[0], self.known_mm[-1])
+            reached = (size_mm, size_mm - self.size_reach_mm, size_mm + self.size_reach_mm)
+            estimate, low, high = (float(np.clip(each, *ends)) for each in reached)
+        passage = recording.passage
+        return Verdict(
+            nearest_known(estimate, self.known_mm),
+            score,
+            self.threshold,
+            chance,
+            estimate,
+            passage.location_samples,
+            passage.location_mm,
+            estimate_low_mm=low,
+            estimate_high_mm=high,
+        )
+
+    def stored(self) -> dict:
+        """Return the model as JSON holds it."""
+        return {"taught": plain(asdict(self))}
+
+    @classmethod
+    def restored(cls, stored: Mapping, templates: TemplateSet) -> "TaughtModel":
+        """Take the model out of what `stored` gave; it needs no template."""
+        content = dict(stored["taught"])
+        for name in ("score", "size"):
+            if content[name] is not None:
+                coefficients = np.array(content[name]["coefficients"])
+                content[name] = Regression(coefficients, content[name]["intercept"])
+        if content["probability"] is not None:
+            content["probability"] = Probability(**content["probability"])
+        for name in ("threshold", "size_reach_mm"):
+            content[name] = _UNKNOWN if content[name] is None else float(content[name])
+        return cls(**{**content, "known_mm": tuple(content["known_mm"])})
+
+
+class TaughtDetector:
+    """Adapts the scorer to an archive from which recordings may be left out.
+
+    Parameters
+    ----------
+    archive : TrainingArchive
+        Its features teach; a recording without a score (NaN) teaches nothing.
+    """
+
+    Model = TaughtModel
+
+    def __init__(self, archive: TrainingArchive) -> None:
+        self._settings, self._rules = archive.settings["taught"], archive.settings["evaluation"]
+        sizes_mm = archive.sizes_mm
+        usable = [name for name in sizes_mm if not np.isnan(archive.features[name].score)]
+        self._place = {name: place for place, name in enumerate(usable)}
+        features = [archive.features[name] for name in usable]
+        self._sizes_mm = np.array([sizes_mm[name] for name in usable])
+        self._nodule = self._sizes_mm > 0
+        self._among_nodules = np.cumsum(self._nodule) - 1
+        self._known_mm = tuple(sorted({size for size in sizes_mm.values() if size > 0}))
+        self._taught = np.array([each.score for each in features])
+        wanted = self._settings["height"] * np.interp(self._sizes_mm, *_RISE)
+        gradients = np.array([each.gradient for each in features])
+        embeddings = np.array([each.embedding for each in features])
+        self._scores = RidgeWithout(
+            gradients.reshape(len(usable), -1), wanted - self._taught, self._settings["penalty"]
+        )
+        self._sizes = RidgeWithout(
+            embeddings.reshape(len(usable), -1)[self._nodule],
+            self._sizes_mm[self._nodule],
+            self._settings["size_penalty"],
+        )
+
+    def without(self, left_out: Sequence[str]) -> TaughtModel:
+        """Learn from all labelled recordings but those left out."""
+        places = sorted(self._place[name] for name in set(left_out) if name in self._place)
+        gone = np.array(places, dtype=int)
+        taught = np.delete(np.arange(self._taught.size), gone)
+        adapted = self._scores.without(gone)
+        score, threshold, probability = None, _UNKNOWN, None
+        if adapted is not None:
+            score, added = adapted
+            scores, nodule = self._taught[taught] + added, self._nodule[taught]
+            threshold = upper_bound(
+                scores[~nodule], self._rules["specificity"], self._settings["tail"]
+            )
+            probability = fit_probability(scores, nodule, self._rules["prevalence"])
+        sized = self._sizes.without(self._among_nodules[gone[self._nodule[gone]]])
+        size, reach = None, _UNKNOWN
+        if sized is not None:
+            size, predictions = sized
+            true_mm = self._sizes_mm[taught][self._nodule[taught]]
+            reach = conformal_reach(predictions - true_mm, self._settings["size_confidence"])
+        return TaughtModel(score, threshold, probability, size, reach, self._known_mm)
+
+
+def upper_bound(scores: np.ndarray, share: float, tail: float) -> float:
+    """Bound a further score like these from above, to be exceeded so rarely.
+
+    For a normal distribution the bound is ``mean + t sqrt(1 + 1 / n) sd``, with Student's t of
+    n - 1 degrees of freedom. Scores of healthy recordings have a longer upper tail.
+
+    Parameters
+    ----------
+    scores : (n,) array
+        Scores of healthy recordings.
+    share : float
+        How often a further one should lie below, such as 0.95.
+    tail : float
+        Factor on the distance from the mean, 1 for a normal distribution.
+
+    Returns
+    -------
+    float
+        NaN with fewer than three scores.
+    """
+    count = scores.size
+    if count < 3:
+        return float("nan")
+    z, freedom = NormalDist().inv_cdf(share), count - 1
+    # Student's quantile by its expansion about the normal one (Abramowitz and Stegun 26.7.5).
+    student = z + (z**3 + z) / (4 * freedom) + (5 * z**5 + 16 * z**3 + 3 * z) / (96 * freedom**2)
+    reach = tail * student * np.sqrt(1 + 1 / count) * scores.std(ddof=1)
+    return float(scores.mean() + reach)
+
+
+def conformal_reach(errors: np.ndarray, share: float) -> float:
+    """Choose how far an interval reaches to both sides, to hold so many further values.
+
+    Parameters
+    ----------
+    errors : (n,) array
+        Of cross-validated predictions.
+    share : float
+        Wanted, such as 0.9.
+
+    Returns
+    -------
+    float
+        The error of rank ceil((n + 1) share) by magnitude (Barber et al. 2021, jackknife+); the
+        largest where there are too few.
+    """
+    count = errors.size
+    rank = min(int(np.ceil((count + 1) * share - 1e-9)), count)
+    return float(np.sort(np.abs(errors))[rank - 1])
