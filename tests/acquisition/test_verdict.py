@@ -11,6 +11,7 @@ from acquisition.bench_errors import AcquisitionError
 from acquisition.verdict import FinalVerdict, RunningVerdict
 from capsule.detectors.diagonal import DiagonalDetector, DiagonalModel
 from capsule.detectors.passage import Passage
+from capsule.detectors.taught import TaughtDetector
 from capsule.errors import CapsuleError
 from capsule.phantom.simulation import simulate_run
 from edges.config_files import read_config_file
@@ -77,7 +78,10 @@ def taught_by(healthy_scores=(0.1, 0.2)):
 def stored_of(archive):
     """Give what the detectors would keep of it."""
     margin = 5.0 if 0.0 in archive.sizes_mm.values() else None
-    return {"margin_threshold": margin} | DiagonalDetector(archive).without([]).stored()
+    learned = {"margin_threshold": margin}
+    for detector in (DiagonalDetector, TaughtDetector):
+        learned |= detector(archive).without([]).stored()
+    return learned
 
 
 def test_what_is_learned_survives_the_file():
@@ -106,7 +110,8 @@ def test_every_detector_judges_a_whole_run(verdict, tmp_path, configuration):
     final = final_verdict(tmp_path, configuration, taught_by())
     # Over 5 mm the capsule may be held until the run is stopped by hand.
     run = simulate_run(read_phantom(DEFAULT_TABLE, []), 4.0, 1, "4mm/r01")
-    by_rule, by_threshold, by_diagonal = final.judge(run.counts.astype(float))
+    by_rule, by_threshold, by_diagonal, by_taught = final.judge(run.counts.astype(float))
+    assert by_taught.startswith("verdict of taught: ")
     assert by_rule.startswith("verdict of template: n")
     assert by_threshold.startswith("verdict of template_threshold: n")
     found = re.fullmatch(
@@ -120,7 +125,8 @@ def test_every_detector_judges_a_whole_run(verdict, tmp_path, configuration):
 def test_the_final_verdict_says_why_there_is_none(verdict, tmp_path, configuration):
     final = final_verdict(tmp_path, configuration, taught_by(healthy_scores=()))
     noise = np.random.default_rng(1).normal(500, 2, (4, 700))
-    _, by_threshold, by_diagonal = final.judge(noise)
+    _, by_threshold, by_diagonal, by_taught = final.judge(noise)
+    assert by_taught.startswith("verdict of taught: not known, no")
     assert by_threshold == "verdict of template_threshold: not known, nothing to learn from"
     assert by_diagonal.startswith("verdict of diagonal: not known, no")
 

@@ -2,19 +2,30 @@
 
 import numpy as np
 
+from capsule.detectors.scorer import Features
 from capsule.detectors.training import TrainingArchive
 from capsule.templates import TemplateSet, no_nodule_template
 
+TAUGHT = {
+    "height": 10.0,
+    "penalty": 1.0,
+    "tail": 1.0,
+    "size_penalty": 1.0,
+    "size_confidence": 0.9,
+}
+NO_FEATURES = Features(np.nan, np.full(64, np.nan, np.float32), np.full(1024, np.nan, np.float32))
 NO_TEMPLATES = TemplateSet((0.0,), (), (no_nodule_template(4, 1000),), 150)
 
 
 def archive_of_passages(passages, sizes_mm, *, specificity, prevalence, size_ridge):
-    """Put together an archive of which only the passages count."""
+    """Put together an archive of which only the passages count; nothing scores its recordings."""
     settings = {
         "evaluation": {"specificity": specificity, "prevalence": prevalence},
         "diagonal": {"size_ridge": size_ridge},
+        "taught": TAUGHT,
     }
-    return TrainingArchive(sizes_mm, NO_TEMPLATES, {}, passages, {}.__getitem__, settings)
+    features = dict.fromkeys(passages, NO_FEATURES)
+    return TrainingArchive(sizes_mm, NO_TEMPLATES, {}, passages, {}.__getitem__, settings, features)
 
 
 def archive_of_matrices(matrices, sizes_mm, templates, particles, specificity):

@@ -11,17 +11,11 @@ from capsule.detectors.scorer import Features
 from capsule.detectors.taught import TaughtDetector, TaughtModel, conformal_reach, upper_bound
 from capsule.detectors.training import TrainingArchive
 from capsule.seeding import generator
-from support.training import NO_TEMPLATES, verdict_values
+from support.training import NO_TEMPLATES, TAUGHT, verdict_values
 
 SETTINGS = {
     "evaluation": {"specificity": 0.9, "prevalence": 0.1},
-    "taught": {
-        "height": 10.0,
-        "penalty": 1.0,
-        "tail": 1.0,
-        "size_penalty": 1.0,
-        "size_confidence": 0.9,
-    },
+    "taught": TAUGHT,
 }
 
 

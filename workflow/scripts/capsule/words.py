@@ -42,6 +42,14 @@ def size(size_mm: float | None) -> str:
     return "no nodule" if size_mm == 0 else f"{size_mm:g} mm"
 
 
+def estimated_size(estimate_mm: float, low_mm: float, high_mm: float) -> str:
+    """Write the estimate of a size, with its interval where it has one: ``3.2 mm (2.1 to 4.0)``."""
+    if not is_known(estimate_mm):
+        return NOT_GIVEN
+    interval = f" ({low_mm:.1f} to {high_mm:.1f})" if is_known(low_mm) else ""
+    return f"{estimate_mm:.1f} mm{interval}"
+
+
 def number(value: float | None, digits: int = 2) -> str:
     """Write a number with so many decimals."""
     return f"{value:.{digits}f}" if is_known(value) else UNKNOWN

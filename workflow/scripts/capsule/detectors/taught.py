@@ -123,13 +123,13 @@ class TaughtDetector:
         self._known_mm = tuple(sorted({size for size in sizes_mm.values() if size > 0}))
         self._taught = np.array([each.score for each in features])
         wanted = self._settings["height"] * np.interp(self._sizes_mm, *_RISE)
-        gradients = np.array([each.gradient for each in features])
-        embeddings = np.array([each.embedding for each in features])
         self._scores = RidgeWithout(
-            gradients.reshape(len(usable), -1), wanted - self._taught, self._settings["penalty"]
+            _table([each.gradient for each in features]),
+            wanted - self._taught,
+            self._settings["penalty"],
         )
         self._sizes = RidgeWithout(
-            embeddings.reshape(len(usable), -1)[self._nodule],
+            _table([each.embedding for each in features])[self._nodule],
             self._sizes_mm[self._nodule],
             self._settings["size_penalty"],
         )
@@ -155,6 +155,11 @@ class TaughtDetector:
             true_mm = self._sizes_mm[taught][self._nodule[taught]]
             reach = conformal_reach(predictions - true_mm, self._settings["size_confidence"])
         return TaughtModel(score, threshold, probability, size, reach, self._known_mm)
+
+
+def _table(rows: Sequence[np.ndarray]) -> np.ndarray:
+    """Stack the features of recordings, (n, P); without any (0, 1)."""
+    return np.stack(rows) if rows else np.empty((0, 1))
 
 
 def upper_bound(scores: np.ndarray, share: float, tail: float) -> float:

@@ -174,11 +174,13 @@ def detection_rows(detections: pd.DataFrame) -> dict:
 
 def _verdict_words(row: Mapping) -> dict:
     """Write a detector's verdict; what it leaves open, such as the place of none, is not given."""
-    estimate, probability = row["estimate_mm"], row["probability"]
+    probability = row["probability"]
     return {
         "detector": row["detector"],
         "verdict": words.size(row["predicted_mm"]),
-        "estimate": _or_not_given(f"{words.number(estimate, 1)} mm", estimate),
+        "estimate": words.estimated_size(
+            *(row[name] for name in ("estimate_mm", "estimate_low_mm", "estimate_high_mm"))
+        ),
         "probability": _or_not_given(words.percent(probability), probability),
         "place": words.place(row["location_s"], row["location_mm"]),
     }
