@@ -1,7 +1,9 @@
 """The detector ``taught``: a scorer that many simulated benches taught, adapted to the archive.
 
 The scorer's weights are adapted to first order by ridge regression on its gradients, so the score
-stays near the one taught beforehand where an archive says little (`capsule.detectors.scorer`).
+stays near the one taught beforehand where an archive says little (`capsule.detectors.scorer`). The
+evidence of the best passage stands beside the gradients: where an archive shows that it tells
+nodules, it counts.
 Whatever is learned is learned inside the training fold: the adaptation, the threshold from the
 healthy recordings' cross-validated scores, the probability, the sizes and their intervals.
 """
@@ -12,15 +14,19 @@ from statistics import NormalDist
 
 import numpy as np
 
+from capsule.detectors.passage import Passage
 from capsule.detectors.plain import plain
 from capsule.detectors.probability import Probability, fit_probability
 from capsule.detectors.ridge import Regression, RidgeWithout
+from capsule.detectors.scorer import Features
 from capsule.detectors.sizing import nearest_known
 from capsule.detectors.training import JudgedRecording, TrainingArchive
 from capsule.detectors.verdicts import Verdict
 from capsule.templates import TemplateSet
 
 _UNKNOWN = float("nan")
+# An evidence beyond these says no more.
+_EVIDENCE = (-1.0, 4.0)
 # What a nodule should score above none, by its size in mm, as a share of `height`.
 _RISE = ((0.0, 1.0, 2.0, 3.0), (0.0, 0.3, 0.7, 1.0))
 
@@ -31,8 +37,11 @@ class TaughtModel:
 
     Attributes
     ----------
-    score : Regression
-        What the adaptation adds to the score, from the folded gradient.
+    score : Regression or None
+        What the adaptation adds to the score, from `adaptation_features`; None with fewer than
+        two recordings.
+    evidence_weight : float
+        As in `adaptation_features`.
     threshold : float
         Of the adapted score; NaN with fewer than three healthy recordings.
     probability : Probability or None
@@ -46,6 +55,7 @@ class TaughtModel:
     """
 
     score: Regression | None
+    evidence_weight: float
     threshold: float
     probability: Probability | None
     size: Regression | None
@@ -57,7 +67,9 @@ class TaughtModel:
         features = recording.features
         if np.isnan(features.score) or self.score is None:
             return Verdict(_UNKNOWN, _UNKNOWN, self.threshold)
-        score = features.score + self.score.of(features.gradient)
+        passage = recording.passage
+        described = adaptation_features(features, passage, self.evidence_weight)
+        score = features.score + self.score.of(described)
         if np.isnan(self.threshold):
             return Verdict(_UNKNOWN, score, self.threshold)
         chance = _UNKNOWN if self.probability is None else float(self.probability.of(score))
@@ -68,7 +80,6 @@ class TaughtModel:
             size_mm, ends = self.size.of(features.embedding), (self.known_mm[0], self.known_mm[-1])
             reached = (size_mm, size_mm - self.size_reach_mm, size_mm + self.size_reach_mm)
             estimate, low, high = (float(np.clip(each, *ends)) for each in reached)
-        passage = recording.passage
         return Verdict(
             nearest_known(estimate, self.known_mm),
             score,
@@ -124,7 +135,16 @@ class TaughtDetector:
         self._taught = np.array([each.score for each in features])
         wanted = self._settings["height"] * np.interp(self._sizes_mm, *_RISE)
         self._scores = RidgeWithout(
-            _table([each.gradient for each in features]),
+            _table(
+                [
+                    adaptation_features(
+                        archive.features[name],
+                        archive.passages[name],
+                        self._settings["evidence_weight"],
+                    )
+                    for name in usable
+                ]
+            ),
             wanted - self._taught,
             self._settings["penalty"],
         )
@@ -154,7 +174,29 @@ class TaughtDetector:
             size, predictions = sized
             true_mm = self._sizes_mm[taught][self._nodule[taught]]
             reach = conformal_reach(predictions - true_mm, self._settings["size_confidence"])
-        return TaughtModel(score, threshold, probability, size, reach, self._known_mm)
+        weight = self._settings["evidence_weight"]
+        return TaughtModel(score, weight, threshold, probability, size, reach, self._known_mm)
+
+
+def adaptation_features(features: Features, passage: Passage, evidence_weight: float) -> np.ndarray:
+    """Lay out what the score is adapted by.
+
+    Parameters
+    ----------
+    features : Features
+        Of one recording.
+    passage : Passage
+        Its best candidate for a nodule.
+    evidence_weight : float
+        Factor on the passage's evidence; the larger, the less its coefficient is penalised.
+
+    Returns
+    -------
+    (1025,) array
+        The folded gradient, and the evidence, which counts as 0 where it is not known.
+    """
+    evidence = np.clip(np.nan_to_num(passage.evidence), *_EVIDENCE)
+    return np.append(features.gradient, evidence_weight * evidence)
 
 
 def _table(rows: Sequence[np.ndarray]) -> np.ndarray:
