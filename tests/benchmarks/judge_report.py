@@ -1,5 +1,6 @@
 """What was measured of the detectors, as Markdown."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -64,6 +65,8 @@ def table(rows: Sequence[Mapping]) -> str:
 def _cell(column: str, value: float | str | None) -> str:
     if value is None or isinstance(value, str):
         return value or ""
+    if math.isnan(value):
+        return ""
     plain = "mm)" in column or "seconds" in column or "AUC" in column
     return f"{value:.3f}" if plain else f"{100 * value:.1f} %"
 
