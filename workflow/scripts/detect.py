@@ -10,7 +10,8 @@ from capsule.evaluation.predictions import Detectors
 from capsule.naming import size_mm
 from capsule.templates import TemplateSet
 from edges import files
-from edges.detector_inputs import read_features, read_matrix, read_passages, read_templates
+from edges.detector_inputs import read_matrix, read_passages, read_templates
+from edges.scorer_files import read_features
 
 
 def main() -> None:

@@ -14,7 +14,8 @@ from capsule.evaluation.predictions import Detectors, by_folds
 from capsule.naming import size_mm
 from capsule.templates import build_templates
 from edges import files, fits
-from edges.detector_inputs import read_features, read_matrix, read_passages
+from edges.detector_inputs import read_matrix, read_passages
+from edges.scorer_files import read_features
 
 
 def main() -> None:
@@ -43,13 +44,12 @@ def main() -> None:
     detectors = Detectors(archive)
     columns = ["recording", "size_mm", "detector", "scheme", *detectors.columns]
     made = by_folds(detectors, sizes_mm, [Folds(name, list(index)) for name in rules["schemes"]])
-    folds_by_group = [group_folds(key, index) for key in rules["groups"]]
-    grouped = by_folds(detectors, sizes_mm, [folds for folds in folds_by_group if folds])
+    folds_by_group = {key: group_folds(key, index) for key in rules["groups"]}
+    grouped = by_folds(detectors, sizes_mm, [folds for folds in folds_by_group.values() if folds])
     files.write_csv(folder / "predictions.csv", columns, made)
     files.write_csv(folder / "group_predictions.csv", columns, grouped)
-    for key, folds in zip(rules["groups"], folds_by_group, strict=True):
-        if folds is None:
-            print(f"the headers do not name several recordings a {key}: no group is left out")
+    for key in [key for key, folds in folds_by_group.items() if folds is None]:
+        print(f"the headers do not name several recordings a {key}: no group is left out")
     known = [row for row in made if not np.isnan(row["predicted_mm"])]
     counted = {key: rules[key] for key in ("schemes", "tolerance_mm", "confidence")}
     for name, table in rates.tables(known, templates.sizes_mm, **counted).items():

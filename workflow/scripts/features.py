@@ -12,7 +12,7 @@ import numpy as np
 
 from capsule.detectors.scorer import features_of
 from edges import files
-from edges.detector_inputs import read_scorer, write_features
+from edges.scorer_files import read_scorer, write_features
 
 
 def main() -> None:

@@ -4,7 +4,9 @@ from importlib import import_module
 
 import pytest
 
+from capsule.detectors.registry import DETECTORS
 from capsule.errors import CapsuleError
+from capsule.figures import draw_roc
 from capsule.figures.registry import FIGURES, figure_row
 
 
@@ -17,3 +19,8 @@ def test_a_row_leads_to_what_makes_the_figure(name):
 def test_an_unknown_name_is_refused_with_the_known_ones():
     with pytest.raises(CapsuleError, match="no figure rock; known are: preprocessing, templates,"):
         figure_row("rock")
+
+
+def test_every_detector_has_a_look_of_its_own_in_the_figure_of_the_curves():
+    assert len(DETECTORS) <= len(draw_roc._LOOKS)
+    assert len({look["marker"] for look in draw_roc._LOOKS}) == len(draw_roc._LOOKS)

@@ -12,8 +12,9 @@ from capsule.detectors.training import NewRecording, detector_class
 from capsule.detectors.verdicts import Verdict
 from capsule.preprocessing import preprocess
 from capsule.templates import TemplateSet
-from edges.detector_inputs import read_scorer, read_templates
+from edges.detector_inputs import read_templates
 from edges.files import read_json
+from edges.scorer_files import read_scorer
 
 WEIGHTS = Path(__file__).resolve().parents[2] / "weights" / "scorer.npz"
 

@@ -16,6 +16,7 @@ RULES = (
     "fit",
     "average",
     "passages",
+    "features",
     "evaluate",
     "judge",
     "detect",

@@ -84,7 +84,7 @@ _ROWS = (
         built_by="TaughtDetector",
         section="taught",
         by_features=True,
-        needs="four sensors, and a peristaltic wave on each",
+        needs="three healthy recordings, and four sensors with a peristaltic wave on each",
     ),
 )
 DETECTORS = {row.name: row for row in _ROWS}

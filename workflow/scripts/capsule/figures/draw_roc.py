@@ -13,10 +13,12 @@ from capsule.figures.inputs import Drawing, FigureInputs
 from capsule.figures.style import (
     BLUE,
     COLUMN_WIDTH_IN,
+    GREEN,
     INK,
     MUTED,
     ORANGE,
     PAGE_WIDTH_IN,
+    VIOLET,
     figure_style,
     say_nothing_to_show,
 )
@@ -26,6 +28,8 @@ _LOOKS = (
     {"color": ORANGE, "linestyle": (0, (5, 1.5)), "marker": "D"},
     {"color": INK, "linestyle": (0, (1.5, 1.2)), "marker": "s"},
     {"color": BLUE, "linestyle": "-", "marker": "o"},
+    {"color": GREEN, "linestyle": (0, (6, 1.5, 1.2, 1.5)), "marker": "^"},
+    {"color": VIOLET, "linestyle": (0, (3, 1)), "marker": "v"},
 )
 _FINE = 201
 

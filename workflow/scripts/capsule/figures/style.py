@@ -22,10 +22,12 @@ INK = "#1a1a1a"
 MUTED = "#6b6b6b"
 BLUE = "#0072b2"
 ORANGE = "#c34a00"
+GREEN = "#2a7f62"
+VIOLET = "#9b6fb0"
 # From white upwards in darkness: zero is the paper's white, in print too.
 COLOURS_OF_HEIGHT = "Blues"
 # One line a sensor: dark to light, each with its own dashes.
-SENSOR_COLOURS = ("#08306b", "#c34a00", "#2a7f62", "#9b6fb0", "#6b6b6b")
+SENSOR_COLOURS = ("#08306b", ORANGE, GREEN, VIOLET, MUTED)
 SENSOR_DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.2, 1.5)))
 
 _SETTINGS = {

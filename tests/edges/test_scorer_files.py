@@ -1,0 +1,34 @@
+"""What the scorer makes of recordings, on disk and back."""
+
+import numpy as np
+
+from capsule.detectors.scorer import Features
+from edges.scorer_files import read_features, read_scorer, write_features
+from support.project import ROOT
+
+
+def features_of(number):
+    """Make features that differ from recording to recording."""
+    gradient = np.arange(5, dtype=np.float32) - number
+    return Features(float(number), np.full(3, number, np.float32), gradient)
+
+
+def test_features_come_back_as_they_were_and_only_those_wanted(tmp_path):
+    written = {f"{size}mm/r{run}": features_of(size + run) for size in (0, 3) for run in (1, 2)}
+    for folder in ("0mm", "3mm"):
+        some = {name: each for name, each in written.items() if name.startswith(folder)}
+        write_features(tmp_path / f"{folder}.npz", some)
+    read = read_features(tmp_path, ["0mm/r2", "3mm/r1"])
+    assert set(read) == {"0mm/r2", "3mm/r1"}
+    for name, features in read.items():
+        np.testing.assert_equal(vars(features), vars(written[name]))
+
+
+def test_a_folder_without_a_usable_recording_has_no_features(tmp_path):
+    write_features(tmp_path / "0mm.npz", {})
+    assert read_features(tmp_path, ["0mm/r1"]) == {}
+
+
+def test_the_weights_that_ship_make_a_scorer():
+    scorer = read_scorer(ROOT / "workflow" / "weights" / "scorer.npz")
+    assert np.isfinite(scorer.features(np.zeros((4, 5, 40))).score)

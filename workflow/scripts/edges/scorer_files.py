@@ -1,0 +1,39 @@
+"""Read the taught scorer's weights; read and write what it makes of recordings."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+
+from capsule.detectors.scorer import Features, Scorer
+from capsule.naming import folder_of
+from edges import files
+
+
+def read_scorer(path: Path) -> Scorer:
+    """Read the taught scorer's weights."""
+    with np.load(path) as stored:
+        return Scorer(dict(stored.items()))
+
+
+def write_features(path: Path, features: Mapping[str, Features]) -> None:
+    """Write the features of a folder's recordings."""
+    arrays = {
+        field.name: np.array([getattr(each, field.name) for each in features.values()])
+        for field in fields(Features)
+    }
+    with files.write_whole(path, "wb") as stream:
+        np.savez(stream, recording=np.array(list(features), dtype=np.str_), **arrays)
+
+
+def read_features(folder: Path, recordings: Iterable[str]) -> dict[str, Features]:
+    """Read the features of some recordings, a file a folder."""
+    wanted, features = set(recordings), {}
+    for label in sorted({folder_of(name) for name in wanted}):
+        with np.load(folder / f"{label}.npz") as stored:
+            arrays = [stored[field.name] for field in fields(Features)]
+            for name, score, *rest in zip(stored["recording"].tolist(), *arrays, strict=True):
+                if name in wanted:
+                    features[name] = Features(float(score), *rest)
+    return features
