@@ -36,7 +36,7 @@ def readings(samples=800, deeper=0.0):
 
 def test_the_gradient_is_that_of_the_score(weights, series):
     scorer = Scorer(weights)
-    score, _, gradient = scorer._score(standardised(series))
+    score, _, gradient = scorer.score_and_gradient(standardised(series))
     numbers = generator(1, "direction")
     names = [name for name in weights if name != "gradient_scale"]
     step = 1e-7  # so small that no unit switches
@@ -46,7 +46,7 @@ def test_the_gradient_is_that_of_the_score(weights, series):
             Scorer(weights | {n: weights[n] + sign * step * direction[n] for n in names})
             for sign in (1, -1)
         ]
-        ahead, behind = (each._score(standardised(series))[0] for each in moved)
+        ahead, behind = (each.score_and_gradient(standardised(series))[0] for each in moved)
         slope = gradient @ np.concatenate([direction[name].ravel() for name in names])
         assert (ahead - behind) / (2 * step) == pytest.approx(slope, rel=1e-4)
     assert np.isfinite(score)
@@ -56,7 +56,7 @@ def test_folding_keeps_products_of_gradients(weights):
     numbers = generator(1, "many")
     scorer = Scorer(weights)
     many = [0.3 * numbers.normal(size=(4, 5, 30)).cumsum(axis=2) for _ in range(12)]
-    whole = np.array([scorer._score(standardised(each))[2] for each in many])
+    whole = np.array([scorer.score_and_gradient(standardised(each))[2] for each in many])
     whole /= float(weights["gradient_scale"])
     folded = np.array([scorer.features(each).gradient for each in many])
     products, wanted = folded @ folded.T, whole @ whole.T

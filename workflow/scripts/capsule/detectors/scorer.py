@@ -79,12 +79,15 @@ class Scorer:
         if series is None or series.shape[0] != SENSORS:
             unknown = np.full(dimensions, np.nan, np.float32), np.full(_FOLDED, np.nan, np.float32)
             return Features(float("nan"), *unknown)
-        score, embedding, gradient = self._score(standardised(series))
+        score, embedding, gradient = self.score_and_gradient(standardised(series))
         folded = np.bincount(self._bucket, self._sign * gradient, _FOLDED) / self._scale
         return Features(score, embedding.astype(np.float32), folded.astype(np.float32))
 
-    def _score(self, x: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
-        """Return score, embedding and the whole gradient, forward and then backward."""
+    def score_and_gradient(self, x: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+        """Return score, embedding and the whole gradient, forward and then backward.
+
+        `x` is what `standardised` gives; the gradient's order is that of the weights.
+        """
         w = self._weights
         taps = np.stack([_windows(row, 5, 1)[:, :, ::2] for row in x])
         count = taps.shape[-1]
