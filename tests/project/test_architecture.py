@@ -24,10 +24,11 @@ FLOORS = (
     "capsule.page",
     "edges",
     "phantom_study",
+    "scorer_teaching",
     "acquisition",
     "scripts",
 )
-FRONTS = {"acquire", "simulate", "study_phantom"}
+FRONTS = {"acquire", "simulate", "study_phantom", "teach_scorer"}
 # Each folder that has one lists its own rows there.
 SAME_SUBJECT = {"registry"}
 

@@ -1,0 +1,106 @@
+"""Episodes of the lesson: the recordings of one bench as beats, laid out in a fixed length."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from capsule.detectors.beat_series import SERIES, beat_series
+from capsule.detectors.divider import relative_resistance
+from capsule.phantom.parameters import Phantom
+from scorer_teaching.bench_family import draw_bench
+from scorer_teaching.bench_recordings import simulate_bench
+from scorer_teaching.random_numbers import Streams
+from scorer_teaching.random_phantoms import draw_phantom, simulate_phantom
+from scorer_teaching.travel import SENSORS
+
+# Every bench shows as many recordings of each size, in mm, as here.
+SIZES_MM = np.repeat(np.arange(6.0), (16, 12, 12, 8, 6, 6))
+# A run of 990 samples gives up to 120 beats' windows.
+LENGTH = 128
+# As config/config.yaml has them for the bench that the capsule was made for.
+_FULL_SCALE, _PERIOD = 1024, 32.0
+
+
+@dataclass(frozen=True)
+class Episodes:
+    """The recordings of many benches.
+
+    Attributes
+    ----------
+    series : (B, n, 4, 5, `LENGTH`) array of float16
+        Beats as `capsule.detectors.beat_series.beat_series` gives them; zeros beyond the end.
+    counts : (B, n) array of int64
+        How many windows are filled; 0 for a recording without beats.
+    """
+
+    series: np.ndarray
+    counts: np.ndarray
+
+    def recordings(self, bench: int) -> list[np.ndarray]:
+        """Give a bench's recordings that have beats, each (4, 5, N)."""
+        rows = zip(self.series[bench], self.counts[bench].tolist(), strict=True)
+        return [row[..., :count].astype(np.float64) for row, count in rows if count]
+
+
+def episode(recordings: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Lay out the recordings of one bench.
+
+    Parameters
+    ----------
+    recordings : sequence of n (4, K) arrays
+        Counts of the converter.
+
+    Returns
+    -------
+    series : (n, 4, 5, `LENGTH`) array of float16
+        As in `Episodes`.
+    counts : (n,) array of int64
+        As in `Episodes`.
+    """
+    series = np.zeros((len(recordings), SENSORS, len(SERIES), LENGTH), np.float16)
+    counts = np.zeros(len(recordings), np.int64)
+    for place, counted in enumerate(recordings):
+        resistance = relative_resistance(counted.astype(float), _FULL_SCALE, True)
+        beats = beat_series(-resistance, period=_PERIOD)
+        if beats is not None:
+            counts[place] = min(beats.shape[-1], LENGTH)
+            series[place, ..., : counts[place]] = beats[..., :LENGTH]
+    return series, counts
+
+
+def random_recordings(seed: int, name: str) -> list[np.ndarray]:
+    """Draw a bench of the family by its name and simulate its recordings."""
+    streams = Streams(seed, "bench", name)
+    return simulate_bench(draw_bench(streams.of("bench")), SIZES_MM, streams)
+
+
+def phantom_recordings(base: Phantom, seed: int, name: str) -> list[np.ndarray]:
+    """Draw a phantom by its name and simulate its recordings."""
+    numbers = Streams(seed, "random phantom", name).of("parameters")
+    phantom = draw_phantom(base, numbers)
+    return simulate_phantom(phantom, SIZES_MM, int(numbers.integers(1 << 31)))
+
+
+def episodes_of(
+    makers: Sequence[Callable[[], list[np.ndarray]]], tell: Callable[[int, str], None]
+) -> Episodes:
+    """Simulate many benches.
+
+    Parameters
+    ----------
+    makers : sequence of callable
+        Each simulates the recordings of one bench.
+    tell : callable
+        Takes how many benches are ready, and a text.
+
+    Returns
+    -------
+    Episodes
+    """
+    series = np.zeros((len(makers), SIZES_MM.size, SENSORS, len(SERIES), LENGTH), np.float16)
+    counts = np.zeros((len(makers), SIZES_MM.size), np.int64)
+    for place, make in enumerate(makers):
+        series[place], counts[place] = episode(make())
+        tell(place + 1, f"bench {place + 1} of {len(makers)} simulated")
+    return Episodes(series, counts)
