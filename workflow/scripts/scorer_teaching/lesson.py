@@ -1,0 +1,175 @@
+"""The lesson: the network learns to make features from which a small archive learns well.
+
+An episode is a small archive of one bench. Ridge regression on the network's embedding, as the
+archive itself would do it, predicts each recording from the others; the loss is that of these
+predictions, differentiated through the closed form (Bertinetto et al. 2019, "Meta-learning with
+differentiable closed-form solvers").
+"""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import torch
+from torch import nn
+from torch.nn import functional
+
+from capsule.seeding import generator
+from scorer_teaching.episodes import SIZES_MM, Episodes
+from scorer_teaching.network import Network, reversed_in_time
+
+_EPISODES_A_STEP = 4
+_PEAK_RATE, _WARM_UP, _DECAY, _LONGEST_STEP = 4e-3, 0.05, 1e-3, 1.0
+# Benches where the lesson finds fewer nodules of 3 mm after so many rounds teach nothing more.
+_SIFT_AFTER, _SIFT_BELOW, _SIFT_FROM_MM = 2, 0.3, 3.0
+# A nodule should score so many standard deviations above the healthy mean.
+_ABOVE, _STEEPNESS = 1.75, 1.5
+# Nodules of 4 and 5 mm matter less: they are found anyway.
+_IMPORTANCE = (0.0, 1.0, 1.0, 1.0, 0.6, 0.6)
+_SHARE_PLAIN, _SHARE_ODDS, _SHARE_SIZE = 0.3, 0.09, 0.5
+
+_HEALTHY = SIZES_MM == 0
+_SIZE_PLACE = torch.as_tensor(SIZES_MM).long()
+
+
+class Learner(nn.Module):
+    """The network with what only the lesson needs: two penalties and the targets by size."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.network = Network()
+        self.log_penalty = nn.Parameter(torch.tensor([3.0, 3.0]))
+        self.rise = nn.Parameter(torch.tensor([1.5, 1.5, 1.5, 0.5, 0.5]))
+
+    def targets(self) -> torch.Tensor:
+        """Give the score that each recording of an episode should have, rising with its size."""
+        by_size = torch.cat([torch.zeros(1), functional.softplus(self.rise).cumsum(0)])
+        return by_size[_SIZE_PLACE]
+
+
+def loss_of(
+    learner: Learner, series: torch.Tensor, counts: torch.Tensor
+) -> tuple[torch.Tensor, torch.Tensor]:
+    """Judge some episodes.
+
+    Parameters
+    ----------
+    learner : Learner
+        Who learns.
+    series : (B, n, 4, 5, T) tensor
+        Their recordings.
+    counts : (B, n) tensor of int
+        How many windows are filled.
+
+    Returns
+    -------
+    loss : tensor
+        To be made small.
+    adapted : (B, n) tensor
+        Leave-one-out score of each recording.
+    """
+    score, embedding = learner.network(series.flatten(0, 1), counts.flatten())
+    score, embedding = score.reshape(counts.shape), embedding.reshape(*counts.shape, -1)
+    lacking = learner.targets() - score
+    adapted = score + leave_one_out(embedding, lacking, learner.log_penalty[0].exp())
+    sizes = torch.as_tensor(SIZES_MM[~_HEALTHY], dtype=score.dtype).expand(len(score), -1)
+    estimates = leave_one_out(embedding[:, ~_HEALTHY], sizes, learner.log_penalty[1].exp())
+    nodule = torch.as_tensor(~_HEALTHY, dtype=score.dtype).expand_as(score)
+    loss = (
+        missed(adapted)
+        + _SHARE_PLAIN * missed(score)
+        + _SHARE_ODDS * functional.binary_cross_entropy_with_logits(score, nodule)
+        + _SHARE_SIZE * functional.smooth_l1_loss(estimates, sizes, beta=0.5)
+    )
+    return loss, adapted.detach()
+
+
+def missed(scores: torch.Tensor) -> torch.Tensor:
+    """Tell smoothly how far nodules (B, n) lie below what the healthy ones would allow."""
+    healthy, nodules = scores[:, _HEALTHY], scores[:, ~_HEALTHY]
+    spread = healthy.std(1, keepdim=True) + 0.05
+    above = (nodules - healthy.mean(1, keepdim=True)) / spread - _ABOVE
+    weight = torch.tensor(_IMPORTANCE)[_SIZE_PLACE[~_HEALTHY]]
+    return (functional.softplus(-_STEEPNESS * above) * weight).mean()
+
+
+def leave_one_out(
+    features: torch.Tensor, targets: torch.Tensor, penalty: torch.Tensor
+) -> torch.Tensor:
+    """Predict each target (B, n) by ridge regression on the features (B, n, P) of the others."""
+    count, dimensions = features.shape[1:]
+    centred = features - features.mean(1, keepdim=True)
+    across = centred.transpose(1, 2)
+    normal = across @ centred + penalty * torch.eye(dimensions)
+    hat = 1 / count + centred @ torch.linalg.solve(normal, across)
+    residuals = targets - (hat @ targets[..., None])[..., 0]
+    free = (1 - torch.diagonal(hat, dim1=1, dim2=2)).clamp(min=0.02)
+    return targets - residuals / free
+
+
+def teach(
+    episodes: Episodes, rounds: int, seed: int, tell: Callable[[float, str], None]
+) -> Network:
+    """Teach a network.
+
+    Parameters
+    ----------
+    episodes : Episodes
+        What teaches.
+    rounds : int
+        How often each bench is seen.
+    seed : int
+        Of the first weights and of the order.
+    tell : callable
+        Takes the share of the lesson that is done, and a text.
+
+    Returns
+    -------
+    Network
+    """
+    torch.manual_seed(seed)
+    numbers = generator(seed, "lesson")
+    learner = Learner()
+    optimiser = torch.optim.AdamW(learner.parameters(), lr=_PEAK_RATE, weight_decay=_DECAY)
+    kept = np.arange(len(episodes.counts))
+    shares = np.zeros(kept.size)
+    for round_ in range(rounds):
+        order = numbers.permutation(kept)
+        batches = np.array_split(order, max(order.size // _EPISODES_A_STEP, 1))
+        losses = []
+        for step, batch in enumerate(batches):
+            done = (round_ + step / len(batches)) / rounds
+            for group in optimiser.param_groups:
+                group["lr"] = rate_at(done)
+            series = torch.as_tensor(episodes.series[batch]).float()
+            counts = torch.as_tensor(episodes.counts[batch])
+            if numbers.random() < 0.5:
+                turned = reversed_in_time(series.flatten(0, 1), counts.flatten())
+                series = turned.reshape(series.shape)
+            loss, adapted = loss_of(learner, series, counts)
+            optimiser.zero_grad()
+            loss.backward()
+            nn.utils.clip_grad_norm_(learner.parameters(), _LONGEST_STEP)
+            optimiser.step()
+            losses.append(loss.item())
+            shares[batch] = told_apart(adapted.numpy())
+            text = (
+                f"round {round_ + 1} of {rounds}, loss {np.mean(losses):.3f}, {kept.size} benches"
+            )
+            tell(done, text)
+        if round_ + 1 == _SIFT_AFTER:
+            kept = kept[shares[kept] >= _SIFT_BELOW]
+    return learner.network.eval()
+
+
+def rate_at(done: float) -> float:
+    """Give the learning rate at a share of the lesson: a short rise, then half a cosine to 0."""
+    if done < _WARM_UP:
+        return _PEAK_RATE * (0.04 + 0.96 * done / _WARM_UP)
+    return _PEAK_RATE * 0.5 * (1 + math.cos(math.pi * (done - _WARM_UP) / (1 - _WARM_UP)))
+
+
+def told_apart(scores: np.ndarray) -> np.ndarray:
+    """Give the share of large nodules above all healthy recordings but one, for each of (B, n)."""
+    second = np.sort(scores[:, _HEALTHY], axis=1)[:, -2:-1]
+    return (scores[:, SIZES_MM >= _SIFT_FROM_MM] > second).mean(axis=1)

@@ -1,0 +1,140 @@
+"""The network of `capsule.detectors.scorer` in torch, where it can be taught."""
+
+import numpy as np
+import torch
+from torch import nn
+from torch.nn import functional
+
+from capsule.detectors.beat_series import SERIES
+
+_SENSORS = 4
+_SEEN = 17
+_OWN, _WIDTH, _POOLED, _EMBEDDED = 16, 40, 32, 64
+_DILATIONS = (1, 2, 4, 8, 4)
+# Keeps what lies beyond the end of a recording out of a maximum.
+_FAR = 50.0
+_FEWEST = 8
+
+
+def standardised(series: torch.Tensor, counts: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
+    """Lay out what the network sees, as `capsule.detectors.scorer.standardised` does.
+
+    Parameters
+    ----------
+    series : (B, 4, 5, T) tensor
+        Beats; whatever lies beyond the end of a recording.
+    counts : (B,) tensor of int
+        How many windows of each recording are filled.
+
+    Returns
+    -------
+    seen : (B, 4, 17, T) tensor
+        Zeros beyond the end.
+    inside : (B, T) tensor
+        1 within the recording, 0 beyond its end.
+    """
+    counts = counts.clamp(min=_FEWEST)
+    length = series.shape[-1]
+    inside = (torch.arange(length) < counts[:, None]).to(series)
+    mask = inside[:, None, None]
+    ordered = torch.where(mask > 0, series, torch.inf).sort(-1).values
+
+    def quantile(share: float) -> torch.Tensor:
+        rank = (share * (counts - 1)).round().long()[:, None, None, None]
+        return ordered.gather(-1, rank.expand(*series.shape[:3], 1))
+
+    spread = ((quantile(0.5) - quantile(0.2)) / 0.8416).clamp(0, 30)
+    spread = torch.sqrt(spread**2 + 0.03**2)
+    own_units = (series / spread).clamp(-8, 8) * mask
+    in_phase = own_units[:, :, [0, 1, 3]]
+    others = (in_phase.sum(1, keepdim=True) - in_phase) / (_SENSORS - 1)
+    logarithms = (torch.log(spread) + 1.5).expand(-1, -1, -1, length)[:, :, [0, 1, 3]]
+    curved = torch.asinh(3 * series) * mask
+    ones = mask.expand(-1, _SENSORS, 1, length)
+    parts = [own_units / 2, curved, (in_phase - others) / 2, logarithms * mask, ones]
+    return torch.cat(parts, 2), inside
+
+
+def reversed_in_time(series: torch.Tensor, counts: torch.Tensor) -> torch.Tensor:
+    """Let the capsule come from the other end: the same diagonal, mirrored (B, 4, 5, T)."""
+    length = series.shape[-1]
+    place = (counts[:, None] - 1 - torch.arange(length)) % length
+    turned = series.flip(1).gather(-1, place[:, None, None].expand_as(series))
+    # Backwards, what came early in the wave comes late.
+    sign = torch.tensor([-1.0 if name in ("swing", "lean") else 1.0 for name in SERIES])
+    return turned * sign[:, None]
+
+
+class Network(nn.Module):
+    """The network; its layers bear the names that `capsule.detectors.scorer.Scorer` reads."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.own = nn.Conv1d(_SEEN, _OWN, 5, stride=2, padding=2)
+        self.mix = nn.Conv1d(_SENSORS * _OWN, _WIDTH, 1)
+        self.block = nn.ModuleList(
+            nn.Conv1d(_WIDTH, _WIDTH, 3, padding=dilation, dilation=dilation)
+            for dilation in _DILATIONS
+        )
+        self.pool = nn.Conv1d(_WIDTH, _POOLED, 1)
+        self.embed = nn.Linear(3 * _POOLED, _EMBEDDED)
+        self.score = nn.Linear(_EMBEDDED, 1)
+
+    def forward(
+        self, series: torch.Tensor, counts: torch.Tensor
+    ) -> tuple[torch.Tensor, torch.Tensor]:
+        """Score recordings.
+
+        Parameters
+        ----------
+        series : (B, 4, 5, T) tensor
+            Beats.
+        counts : (B,) tensor of int
+            How many windows of each are filled.
+
+        Returns
+        -------
+        score : (B,) tensor
+            The higher, the more it looks like a nodule.
+        embedding : (B, 64) tensor
+            What the last layer sees.
+        """
+        seen, inside = standardised(series, counts)
+        runs, sensors, channels, length = seen.shape
+        own = functional.relu(self.own(seen.reshape(runs * sensors, channels, length)))
+        mask = inside[:, None, ::2]
+        h = self.mix(own.reshape(runs, -1, own.shape[-1])) * mask
+        for block in self.block:
+            h = h + functional.relu(block(h)) * mask
+        p = self.pool(h)
+        filled = mask.sum(-1)
+        beyond = _FAR * (1 - mask)
+        soft = torch.logsumexp(p - beyond, -1) - torch.log(filled)
+        pooled = torch.cat([(p * mask).sum(-1) / filled, (p - beyond).amax(-1), soft], 1)
+        embedding = self.embed(torch.sign(pooled) * torch.log1p(pooled.abs()))
+        return self.score(embedding)[:, 0], embedding
+
+    def stored(self) -> dict[str, np.ndarray]:
+        """Return the weights by the names and in the shapes of `capsule.detectors.scorer`."""
+        return {
+            _stored_name(name): _stored_shape(name, value.detach()).numpy().astype(np.float32)
+            for name, value in self.named_parameters()
+        }
+
+    def gradient(self, series: np.ndarray) -> tuple[float, np.ndarray]:
+        """Score one recording (4, 5, N); return also the gradient, in the order of `stored`."""
+        recording = torch.as_tensor(series, dtype=self.score.bias.dtype)[None]
+        score, _ = self(recording, torch.tensor([series.shape[-1]]))
+        parts = torch.autograd.grad(score[0], list(self.parameters()))
+        return score.item(), np.concatenate([part.numpy().ravel() for part in parts])
+
+
+def _stored_name(name: str) -> str:
+    return name.replace(".", "_")
+
+
+def _stored_shape(name: str, value: torch.Tensor) -> torch.Tensor:
+    """Give a convolution of one tap, or of one result, as the matrix or row that it is."""
+    if name in ("mix.weight", "pool.weight"):
+        return value[..., 0]
+    return value[0] if name == "score.weight" else value

@@ -1,0 +1,59 @@
+"""From a taught network to the weights that the detector reads, checked against it."""
+
+import numpy as np
+
+from capsule.detectors.scorer import Scorer, standardised
+from capsule.errors import CapsuleError
+from scorer_teaching.episodes import Episodes
+from scorer_teaching.network import Network
+
+_TOLERANCE = 1e-6
+# Recordings of each held-out bench on which both are compared.
+_COMPARED = 2
+
+
+def checked_weights(network: Network, held_out: Episodes) -> dict[str, np.ndarray]:
+    """Take the weights out of a network.
+
+    Parameters
+    ----------
+    network : Network
+        As the lesson has taught it.
+    held_out : Episodes
+        Of benches that took no part.
+
+    Returns
+    -------
+    dict of str to array
+        As `capsule.detectors.scorer.Scorer` takes them. ``gradient_scale`` is the square root of
+        the median, over the benches, of the gradients' mean squared length.
+
+    Raises
+    ------
+    CapsuleError
+        The detector's scorer does not give the network's scores or gradients.
+    """
+    weights = network.stored() | {"gradient_scale": np.float32(1.0)}
+    scorer, exact = Scorer(weights), network.double()
+    mean_squares = []
+    for bench in range(len(held_out.counts)):
+        recordings = held_out.recordings(bench)
+        scored = [scorer.score_and_gradient(standardised(series)) for series in recordings]
+        for series, (score, _, gradient) in list(zip(recordings, scored, strict=True))[:_COMPARED]:
+            _compare(exact, series, score, gradient)
+        if scored:
+            mean_squares.append(np.mean([gradient @ gradient for _, _, gradient in scored]))
+    weights["gradient_scale"] = np.float32(np.sqrt(np.median(mean_squares)))
+    return weights
+
+
+def _compare(network: Network, series: np.ndarray, score: float, gradient: np.ndarray) -> None:
+    """Refuse a score or gradient that is not the network's."""
+    true_score, true_gradient = network.gradient(series)
+    off_score = abs(score - true_score) / (1 + abs(true_score))
+    off = np.linalg.norm(gradient - true_gradient) / np.linalg.norm(true_gradient)
+    if not max(off_score, off) < _TOLERANCE:
+        raise CapsuleError(
+            f"the detector's scorer is not the network that was taught: scores {score:.6g} and "
+            f"{true_score:.6g}, gradients differ by {off:.2g} of their length"
+        )

@@ -1,0 +1,61 @@
+"""Teach the scorer of the detector ``taught`` by simulated recordings of many random benches.
+
+Needs torch (workflow/scripts/scorer_teaching/requirements.txt). No recorded bench is read.
+"""
+
+import argparse
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import torch
+
+from edges import files
+from edges.phantom import DEFAULT_TABLE, natural, read_phantom
+from scorer_teaching.episodes import episodes_of, phantom_recordings, random_recordings
+from scorer_teaching.lesson import teach
+from scorer_teaching.progress import Progress
+from scorer_teaching.weights import checked_weights
+
+HELD_OUT = 40
+BENCHES_A_PHANTOM = 10
+
+
+def read_arguments() -> argparse.Namespace:
+    """Read what teaches, and how long."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    add = parser.add_argument
+    output = Path("workflow/weights/scorer.npz")
+    add("--output", type=Path, default=output, metavar="FILE", help=f"(default: {output})")
+    add("--benches", type=natural, default=1200, metavar="N", help="benches (default: 1200)")
+    add("--epochs", type=natural, default=10, metavar="N", help="rounds (default: 10)")
+    add("--seed", type=int, default=1, metavar="N", help="same seed, same weights (default: 1)")
+    add(
+        "--leave-out-phantom",
+        action="store_true",
+        help="teach without the phantom; else it is a bench in eleven, its parameters random",
+    )
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Simulate the benches, teach, check, write."""
+    arguments = read_arguments()
+    torch.set_num_threads(1)
+    seed = arguments.seed
+    makers = [partial(random_recordings, seed, f"{n}") for n in range(arguments.benches)]
+    if not arguments.leave_out_phantom:
+        base = read_phantom(DEFAULT_TABLE, [])
+        phantoms = range(arguments.benches // BENCHES_A_PHANTOM)
+        makers += [partial(phantom_recordings, base, seed, f"{n}") for n in phantoms]
+    episodes = episodes_of(makers, Progress(len(makers)).tell)
+    network = teach(episodes, arguments.epochs, seed, Progress(1.0).tell)
+    makers = [partial(random_recordings, seed, f"held out {n}") for n in range(HELD_OUT)]
+    held_out = episodes_of(makers, Progress(HELD_OUT).tell)
+    weights = checked_weights(network, held_out)
+    with files.write_whole(arguments.output, "wb") as stream:
+        np.savez(stream, **weights)
+
+
+if __name__ == "__main__":
+    files.run(main)
