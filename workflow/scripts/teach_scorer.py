@@ -8,14 +8,22 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-import torch
 
 from edges import files
 from edges.phantom import DEFAULT_TABLE, natural, read_phantom
 from scorer_teaching.episodes import episodes_of, phantom_recordings, random_recordings
-from scorer_teaching.lesson import teach
 from scorer_teaching.progress import Progress
-from scorer_teaching.weights import checked_weights
+
+try:
+    import torch
+
+    from scorer_teaching.lesson import teach
+    from scorer_teaching.weights import checked_weights
+except ModuleNotFoundError as error:
+    if error.name != "torch":
+        raise
+    needs = "workflow/scripts/scorer_teaching/requirements.txt"
+    raise SystemExit(f"error: teaching needs torch; pip install -r {needs}") from None
 
 HELD_OUT = 40
 BENCHES_A_PHANTOM = 10

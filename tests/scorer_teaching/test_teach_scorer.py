@@ -1,0 +1,26 @@
+"""The front of the teaching, where torch is not installed."""
+
+import os
+import subprocess
+import sys
+
+from support.project import ROOT
+
+FRONT = ROOT / "workflow" / "scripts" / "teach_scorer.py"
+
+
+def test_without_torch_it_tells_what_to_install(tmp_path):
+    # Stands before an installed one.
+    (tmp_path / "torch.py").write_text("raise ModuleNotFoundError('none', name='torch')\n")
+    done = subprocess.run(
+        [sys.executable, FRONT],
+        capture_output=True,
+        text=True,
+        env=os.environ | {"PYTHONPATH": str(tmp_path)},
+    )
+    assert done.returncode == 1
+    assert done.stderr.splitlines() == [
+        "error: teaching needs torch; "
+        "pip install -r workflow/scripts/scorer_teaching/requirements.txt"
+    ]
+    assert (ROOT / "workflow" / "scripts" / "scorer_teaching" / "requirements.txt").exists()
