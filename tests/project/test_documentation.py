@@ -53,3 +53,10 @@ def test_every_key_is_explained_as_the_schema_has_it(key, part):
 def test_no_key_is_explained_that_does_not_exist():
     explained = [line.split("`")[1] for line in README.splitlines() if line.startswith("| `")]
     assert explained == [key for key, _ in described_keys(SCHEMA)]
+
+
+def test_the_page_on_detection_gives_the_range_that_the_benchmark_measured():
+    measured = (ROOT / "docs/detection-benches.md").read_text(encoding="utf-8")
+    table = measured.partition("## The range\n\n")[2].partition("\n\n")[0]
+    assert table.count("\n") > 8
+    assert table in (ROOT / "docs/detection.md").read_text(encoding="utf-8")
