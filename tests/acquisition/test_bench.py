@@ -404,13 +404,17 @@ def test_running_verdict(logger_bench):
     shape[:, 200:400] = 0.5
     np.savez(templates, **{"0mm": np.zeros((4, 1000)), "4mm": shape})
     unknown = {"threshold": None, "probability": None, "sizes": None, "known_mm": [4.0]}
+    unadapted = {"score": None, "evidence_weight": 0.0, "threshold": None, "probability": None}
+    unadapted |= {"size": None, "size_reach_mm": None, "known_mm": [4.0]}
     learned = {"recordings": 0, "margin_threshold": 5.0, "diagonal": unknown, "settings": {}}
+    learned |= {"taught": unadapted}
     (logger_bench.folder / "detectors.json").write_text(json.dumps(learned))
     recorder = logger_bench.record("--duration", "60", "--detect", "--templates", templates)
     logger_bench.run_to_end(recorder)
     said = recorder.expect(0)
     assert "verdict of template: n" in said and "verdict of template_threshold: n" in said
     assert "verdict of diagonal: not known, no" in said
+    assert "verdict of taught: not known, no" in said
     assert said.index("archived") < said.index("verdict of template:")
 
 

@@ -15,6 +15,7 @@ import pytest
 import yaml
 
 from capsule.naming import displayed
+from edges.scorer_files import read_features
 from support.bad_recordings import HARMLESS, HOSTILE, PASSED_OVER, REJECTED, table
 from support.project import ROOT, Project
 
@@ -91,8 +92,8 @@ def test_the_others_results_are_the_same_to_the_bit(mixed, good):
     project, _ = mixed
     before, after = good.result_bytes(), project.result_bytes()
     shows_rejections = ("recordings.csv", "passed_over.csv", "checks/", "report", "figures/")
-    # A copy is searched too: that it is one shows beside all others only.
-    shows_rejections += ("passages/",)
+    # A copy is searched and scored too: that it is one shows beside all others only.
+    shows_rejections += ("passages/", "features/")
     compared = [name for name in before if not name.startswith(shows_rejections)]
     assert {"templates.npz", "detections.csv", "evaluation/sizing.csv"} <= set(compared)
     assert [name for name in compared if after[name] != before[name]] == []
@@ -104,6 +105,9 @@ def test_the_others_results_are_the_same_to_the_bit(mixed, good):
     for ours, theirs in zip(kept, rows(good, "recordings.csv"), strict=True):
         for column in ("recording", "size_mm", "samples", "duration_s", "reason"):
             assert ours[column] == theirs[column]
+    scored, alone = (read_features(each.results / "features", GOOD) for each in (project, good))
+    for name in GOOD:
+        np.testing.assert_equal(vars(scored[name]), vars(alone[name]))
 
 
 def test_a_rejected_recording_has_no_numbers(mixed):

@@ -43,7 +43,7 @@ def test_two_recordings_whose_names_are_swapped_are_made_again(project):
     before = project.result_bytes()
     run = project.snakemake(*TABLES)
     assert run.jobs == {
-        **dict.fromkeys(("preprocess", "fit", "passages"), 2),
+        **dict.fromkeys(("preprocess", "fit", "passages", "features"), 2),
         **dict.fromkeys(("index", "average", "evaluate", "detect"), 1),
     }
     after = project.result_bytes()

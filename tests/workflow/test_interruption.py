@@ -246,8 +246,8 @@ def test_a_full_disk_is_named_and_the_run_goes_on_when_there_is_room(new, tmp_pa
         rest = project.snakemake(*TABLES)
         assert rest.status == 0, rest.output
         assert results_of(project) == expected
-        # One job a recording, a nodule and a folder, then index, average, evaluate and detect.
-        assert rest.jobs.total() == len(RECORDINGS) + 2 + 3 + 4 - done_before
+        # One job a recording and a nodule, two a folder, then index, average, evaluate and detect.
+        assert rest.jobs.total() == len(RECORDINGS) + 2 + 2 * 3 + 4 - done_before
 
 
 @pytest.mark.workflow
