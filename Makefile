@@ -14,7 +14,7 @@ report: $(ENVIRONMENT)/ready  ## set up the environment and make results/report.
 	$(BIN)/snakemake -c$(CORES) results/report.html
 
 test: $(ENVIRONMENT)/ready  ## set up the environment and run all tests
-	$(BIN)/python -m pytest -n $(CORES) --dist loadfile $(PYTEST_FLAGS)
+	$(BIN)/python -m pytest -n $(CORES) --dist loadfile --no-loadscope-reorder $(PYTEST_FLAGS)
 
 lint: $(ENVIRONMENT)/ready  ## check the style of Python and Snakemake files
 	$(BIN)/ruff check .

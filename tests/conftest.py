@@ -2,6 +2,9 @@
 
 import pytest
 
+# Marks of tests that take seconds each.
+SLOW = {"workflow", "packages", "browser"}
+
 
 def pytest_addoption(parser):
     parser.addoption(
@@ -16,3 +19,9 @@ def pytest_runtest_makereport(item, call):
         reason = call.excinfo.value if call.excinfo else "no reason given"
         report.outcome = "failed"
         report.longrepr = f"{item.nodeid} was skipped, which --no-skips forbids: {reason}"
+
+
+def pytest_collection_modifyitems(items):
+    """Begin with the files whose tests take longest, so that no worker is left alone with them."""
+    slow = {item.path for item in items if SLOW & {mark.name for mark in item.iter_markers()}}
+    items.sort(key=lambda item: item.path not in slow)
