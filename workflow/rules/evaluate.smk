@@ -10,20 +10,15 @@ from capsule.evaluation.columns import COLUMNS as JUDGEMENTS
 from capsule.naming import folder_of
 
 RATES = ["detection", "specificity", "sizing", "confusion"]
+LABELLED_FOLDERS = sorted(set(map(folder_of, ARCHIVE.labelled())))
 
 
 rule evaluate:
     input:
         matrices=expand(rules.preprocess.output.matrix, recording=ARCHIVE.labelled()),
         fits=expand(rules.fit.output, recording=ARCHIVE.of_nodules()),
-        passages=expand(
-            rules.passages.output, folder=sorted(set(map(folder_of, ARCHIVE.labelled())))
-        ),
-        features=(
-            expand(rules.features.output, folder=sorted(set(map(folder_of, ARCHIVE.labelled()))))
-            if BY_FEATURES
-            else []
-        ),
+        passages=expand(rules.passages.output, folder=LABELLED_FOLDERS),
+        features=expand(rules.features.output, folder=LABELLED_FOLDERS) if BY_FEATURES else [],
         recordings=rules.index.output.recordings,
         script=script("evaluate.py"),
     output:

@@ -8,9 +8,8 @@ from pathlib import Path
 from capsule.detectors.training import TrainingArchive
 from capsule.evaluation.predictions import Detectors
 from capsule.naming import size_mm
-from capsule.templates import TemplateSet
 from edges import files
-from edges.detector_inputs import read_matrix, read_passages, read_templates
+from edges.detector_inputs import read_matrix, read_passages, read_template_set
 from edges.scorer_files import read_features
 
 
@@ -29,11 +28,8 @@ def main() -> None:
     names = files.accepted_recordings(arguments.recordings)
     sizes_mm = {name: size_mm(name) for name in names if size_mm(name) is not None}
     settings = arguments.settings
-    rendered = read_templates(arguments.templates)
-    # Nothing is left out here, so the sums behind the templates are not needed.
-    templates = TemplateSet(
-        tuple(rendered), (), tuple(rendered.values()), settings["fit"]["first_peak"]
-    )
+    # Nothing is left out here.
+    templates = read_template_set(arguments.templates, settings["fit"]["first_peak"])
     passages = read_passages(arguments.passages, names)
     load = partial(read_matrix, arguments.matrices)
     features = read_features(arguments.features, names) if arguments.features else {}

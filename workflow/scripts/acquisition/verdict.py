@@ -11,8 +11,7 @@ from capsule.detectors.matching import nearest_size, template_distances
 from capsule.detectors.training import NewRecording, detector_class
 from capsule.detectors.verdicts import Verdict
 from capsule.preprocessing import preprocess
-from capsule.templates import TemplateSet
-from edges.detector_inputs import read_templates
+from edges.detector_inputs import read_template_set, read_templates
 from edges.files import read_json
 from edges.scorer_files import read_scorer
 
@@ -99,10 +98,7 @@ class FinalVerdict:
     """
 
     def __init__(self, templates: Path, learned: Path, settings: Mapping) -> None:
-        rendered = read_templates(existing(templates))
-        known = TemplateSet(
-            tuple(rendered), (), tuple(rendered.values()), settings["fit"]["first_peak"]
-        )
+        known = read_template_set(existing(templates), settings["fit"]["first_peak"])
         content = read_json(existing(learned))
         self._settings = settings
         self._scorer = read_scorer(WEIGHTS)

@@ -8,6 +8,7 @@ import numpy as np
 
 from capsule.detectors.passage import Passage
 from capsule.naming import folder_of, folder_size_mm
+from capsule.templates import TemplateSet
 from edges import files
 
 
@@ -20,6 +21,12 @@ def read_templates(path: Path) -> dict[float, np.ndarray]:
     """Read templates.npz: the template of every size in mm, (S, L), that of 0 first."""
     with np.load(path) as stored:
         return {folder_size_mm(label): matrix for label, matrix in stored.items()}
+
+
+def read_template_set(path: Path, first_peak: int) -> TemplateSet:
+    """Read the templates of all recordings; without the sums that leaving one out takes."""
+    rendered = read_templates(path)
+    return TemplateSet(tuple(rendered), (), tuple(rendered.values()), first_peak)
 
 
 def read_passages(folder: Path, recordings: Iterable[str]) -> dict[str, Passage]:
