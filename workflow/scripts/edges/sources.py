@@ -26,15 +26,12 @@ def imported_files(script: Path, modules: Iterable[str] = ()) -> list[Path]:
         installed package.
     """
     folder = script.parent
-    reached = {script}
-    waiting = [script]
-    for module in modules:
-        waiting += _module_files(folder, module)
+    waiting = {script, *_files_of(frozenset(modules), folder)}
+    reached = set()
     while waiting:
         source = waiting.pop()
         reached.add(source)
-        for module in _imports(source):
-            waiting += [path for path in _module_files(folder, module) if path not in reached]
+        waiting |= _files_of(_imports(source), folder) - reached
     return sorted(reached - {script})
 
 
@@ -50,10 +47,17 @@ def _imports(source: Path) -> frozenset[str]:
     return frozenset(names)
 
 
-def _module_files(folder: Path, module: str) -> list[Path]:
+@cache
+def _files_of(modules: frozenset[str], folder: Path) -> frozenset[Path]:
+    """Give the local files that importing these modules runs, the packages above included."""
+    return frozenset().union(*(_module_files(folder, module) for module in modules))
+
+
+@cache
+def _module_files(folder: Path, module: str) -> frozenset[Path]:
     """Give the files that importing a dotted name runs, the packages above it included."""
     files, path = [], folder
     for part in module.split("."):
         path /= part
         files += [path.with_suffix(".py"), path / "__init__.py"]
-    return [path for path in files if path.is_file()]
+    return frozenset(path for path in files if path.is_file())
