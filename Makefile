@@ -2,6 +2,8 @@
 
 PYTHON ?= python3
 CORES ?= 2
+# One more than the cores: some tests mostly wait, for a cluster or for emulated boards.
+TEST_WORKERS ?= $(shell expr $(CORES) + 1)
 ENVIRONMENT := .venv
 BIN := $(ENVIRONMENT)/bin
 
@@ -14,7 +16,7 @@ report: $(ENVIRONMENT)/ready  ## set up the environment and make results/report.
 	$(BIN)/snakemake -c$(CORES) results/report.html
 
 test: $(ENVIRONMENT)/ready  ## set up the environment and run all tests
-	$(BIN)/python -m pytest -n $(CORES) --dist loadfile --no-loadscope-reorder $(PYTEST_FLAGS)
+	$(BIN)/python -m pytest -n $(TEST_WORKERS) --dist loadfile --no-loadscope-reorder $(PYTEST_FLAGS)
 
 lint: $(ENVIRONMENT)/ready  ## check the style of Python and Snakemake files
 	$(BIN)/ruff check .

@@ -1,9 +1,12 @@
 """What all tests share."""
 
+from collections import Counter
+
 import pytest
 
-# Marks of tests that take seconds each.
-SLOW = {"workflow", "packages", "browser"}
+# Marks of tests that take seconds each; those that mostly wait leave the processors to others.
+SLOW = {"workflow", "packages", "browser", "slow"}
+WAITING = "waits"
 
 
 def pytest_addoption(parser):
@@ -22,6 +25,8 @@ def pytest_runtest_makereport(item, call):
 
 
 def pytest_collection_modifyitems(items):
-    """Begin with the files whose tests take longest, so that no worker is left alone with them."""
-    slow = {item.path for item in items if SLOW & {mark.name for mark in item.iter_markers()}}
-    items.sort(key=lambda item: item.path not in slow)
+    """Begin with the files that take longest, so that no worker is left alone with them."""
+    marks = {item: {mark.name for mark in item.iter_markers()} for item in items}
+    waiting = {item.path for item in items if WAITING in marks[item]}
+    slow = Counter(item.path for item in items if SLOW & marks[item])
+    items.sort(key=lambda item: (item.path not in waiting, -slow[item.path]))

@@ -106,6 +106,7 @@ def test_what_is_written_is_read_again_with_its_gaps(values, missing, start):
 SIXTEEN_MB = 16_000_000
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "content",
     [

@@ -45,6 +45,7 @@ def test_the_values_that_ship_are_what_the_search_found(tmp_path, monkeypatch):
     assert log.read_bytes() == LOG.read_bytes()
 
 
+@pytest.mark.slow
 def test_an_interrupted_search_goes_on_and_ends_the_same(tmp_path, monkeypatch, capsys):
     options = ["--generations", "1", "--candidates", "2", "--archives", "1"]
     options += ["--finalists", "1", "--final-archives", "1"]

@@ -12,6 +12,7 @@ RECORDINGS = [f"{size}mm/r{run:02d}" for size in (0, 1) for run in (1, 2)]
 
 pytestmark = [
     pytest.mark.workflow,
+    pytest.mark.waits,
     pytest.mark.skipif(bool(slurm.missing_reason()), reason=str(slurm.missing_reason())),
     pytest.mark.skipif(
         importlib.util.find_spec("snakemake_executor_plugin_slurm") is None,
