@@ -252,9 +252,9 @@ def test_a_fault_in_the_configuration_is_told_before_anything_runs(new, tmp_path
 @pytest.mark.parametrize(
     ("file", "expected"),
     [
-        ("scripts/capsule/figures/draw_rates.py", {"draw": 3, "report": 1}),
+        ("scripts/capsule/figures/draw_rates.py", {"draw": 1, "report": 1}),
         ("scripts/capsule/figures/draw_roc.py", {"draw": 1, "report": 1}),
-        ("scripts/capsule/figures/style.py", {"draw": len(FIGURES), "report": 1}),
+        ("scripts/capsule/figures/style.py", {"draw": 1, "report": 1}),
         ("scripts/capsule/evaluation/roc.py", {"judge": 1, "draw": 1, "report": 1}),
         ("scripts/capsule/page/cards.py", {"report": 1}),
         ("report/report.css", {"report": 1}),
@@ -267,6 +267,17 @@ def test_an_edit_to_what_people_see_computes_nothing_again(project, file, expect
     project.append(f"workflow/{file}", "\n# an edit\n")
     jobs = project.snakemake("--dry-run").jobs
     assert {name: count for name, count in jobs.items() if name != "all"} == expected
+
+
+def test_the_figures_for_print_are_made_on_request(project):
+    assert dict(project.snakemake("figures").jobs) == {"figures": 1}
+    for row in FIGURES.values():
+        shown, printed = (project.results / folder for folder in ("figures", "print"))
+        data = f"{row.name}.csv"
+        assert (printed / data).read_bytes() == (shown / data).read_bytes()
+        for width in ("", "_column"):
+            assert (printed / f"{row.name}{width}.pdf").read_bytes().startswith(b"%PDF")
+    assert project.snakemake().did_nothing
 
 
 def test_an_archive_of_nodules_alone_has_its_figures_and_report_too(new, tmp_path):

@@ -3,25 +3,24 @@
 # takes: results/recordings.csv, results/passed_over.csv, results/signals/, results/checks/,
 #        results/fits/, results/templates.{json,npz}, results/evaluation/, results/detections.csv,
 #        results/sites.csv, workflow/report/
-# gives: results/figures/<figure>{,_column}.{svg,pdf}, results/figures/<figure>.csv,
-#        results/report.html
+# gives: results/figures/<figure>{,_column}.svg, results/figures/<figure>.csv,
+#        results/report.html; on request (snakemake -c2 figures) the same figures for print,
+#        results/print/<figure>{,_column}.pdf
 
 from capsule.figures.registry import FIGURES
 from edges.durations import RULES
 
-# What each figure shows: it is drawn while the other results are still computed.
-FIGURE_INPUTS = {
-    row.name: [
-        *expand("results/evaluation/{table}.csv", table=row.tables),
-        *(rules.average.output if row.templates else []),
-        *expand(
-            rules.preprocess.output.signal, recording=ARCHIVE.labelled() if row.signals else []
-        ),
-    ]
-    for row in FIGURES.values()
-}
+FIGURE_MODULES = sorted({row.module for row in FIGURES.values()})
+# What the figures show.
+FIGURE_INPUTS = [
+    rules.evaluate.output.predictions,
+    *rules.evaluate.output.rates,
+    *rules.judge.output,
+    *rules.average.output,
+    *expand(rules.preprocess.output.signal, recording=ARCHIVE.labelled()),
+]
 # The report says by a checksum which code its results come from.
-REGISTERED = [*DETECTOR_MODULES, *(row.module for row in FIGURES.values())]
+REGISTERED = [*DETECTOR_MODULES, *FIGURE_MODULES]
 CODE = {path for stage in [*RULES, "report"] for path in code_files(f"{stage}.py", *REGISTERED)}
 # What the report is filled into, with the paper's numbers.
 PAGE = sorted(
@@ -40,29 +39,42 @@ PAGE = sorted(
 
 rule draw:
     input:
-        shown=lambda wildcards: FIGURE_INPUTS[wildcards.figure],
+        shown=FIGURE_INPUTS,
         paper=report_file("paper.yaml"),
         script=script("draw.py"),
     output:
-        expand(
-            "results/figures/{{figure}}{width}.{kind}",
-            width=["", "_column"],
-            kind=["svg", "pdf"],
-        ),
-        "results/figures/{figure}.csv",
+        expand("results/figures/{figure}{width}.svg", figure=FIGURES, width=["", "_column"]),
+        expand("results/figures/{figure}.csv", figure=FIGURES),
     log:
-        "results/logs/draw/{figure}.log",
-    wildcard_constraints:
-        figure="|".join(FIGURES),
+        "results/logs/draw.log",
     conda:
         "../../environment.yml"
     params:
         settings=section("recording", "preprocessing", "evaluation"),
-        code=lambda wildcards: content_of_code("draw.py", FIGURES[wildcards.figure].module),
+        code=content_of_code("draw.py", *FIGURE_MODULES),
     shell:
-        "python {input.script:q} --figure {wildcards.figure} --results results"
-        " --paper {input.paper:q} --settings {params.settings:q} --output results/figures"
-        " > {log:q} 2>&1"
+        "python {input.script:q} --results results --paper {input.paper:q}"
+        " --settings {params.settings:q} --kind svg --output results/figures > {log:q} 2>&1"
+
+
+rule figures:
+    input:
+        shown=FIGURE_INPUTS,
+        paper=report_file("paper.yaml"),
+        script=script("draw.py"),
+    output:
+        expand("results/print/{figure}{width}.pdf", figure=FIGURES, width=["", "_column"]),
+        expand("results/print/{figure}.csv", figure=FIGURES),
+    log:
+        "results/logs/figures.log",
+    conda:
+        "../../environment.yml"
+    params:
+        settings=section("recording", "preprocessing", "evaluation"),
+        code=content_of_code("draw.py", *FIGURE_MODULES),
+    shell:
+        "python {input.script:q} --results results --paper {input.paper:q}"
+        " --settings {params.settings:q} --kind pdf --output results/print > {log:q} 2>&1"
 
 
 rule report:
@@ -74,7 +86,7 @@ rule report:
         judgements=rules.judge.output,
         detections=rules.detect.output.detections,
         sites=rules.combine.output,
-        figures=expand(rules.draw.output, figure=FIGURES),
+        figures=rules.draw.output,
         signals=expand(rules.preprocess.output.signal, recording=ARCHIVE.recordings),
         checks=expand(rules.preprocess.output.check, recording=ARCHIVE.recordings),
         fits=expand(rules.fit.output, recording=ARCHIVE.of_nodules()),

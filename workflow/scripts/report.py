@@ -6,7 +6,6 @@ import json
 from functools import partial
 from pathlib import Path
 
-from capsule.figures.registry import FIGURES
 from capsule.page.provenance import how_made
 from capsule.page.render import render_page
 from capsule.page.sections import page_values
@@ -36,7 +35,7 @@ def main() -> None:
         **how_made(
             page_inputs.read_checksums(arguments.code),
             page_inputs.read_versions(),
-            read_durations(results / "logs", list(tables.index["recording"]), FIGURES),
+            read_durations(results / "logs", list(tables.index["recording"])),
             datetime.datetime.now(datetime.UTC),
         ),
     }

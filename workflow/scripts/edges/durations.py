@@ -3,7 +3,6 @@
 Imports nothing heavy: the Snakefile takes the list of rules from here.
 """
 
-from collections.abc import Iterable
 from pathlib import Path
 
 from capsule.naming import folder_of
@@ -25,7 +24,7 @@ RULES = (
 )
 
 
-def read_durations(logs: Path, names: list[str], figures: Iterable[str]) -> list[dict]:
+def read_durations(logs: Path, names: list[str]) -> list[dict]:
     """Add up how long each rule's scripts took, from the last lines of their logs.
 
     Parameters
@@ -34,15 +33,13 @@ def read_durations(logs: Path, names: list[str], figures: Iterable[str]) -> list
         results/logs: a rule's log, or the folder of the logs of its jobs.
     names : list of str
         The recordings: each has its own jobs, and so has each of their folders.
-    figures : iterable of str
-        The figures, a job each.
 
     Returns
     -------
     list of dict
         ``rule``, ``jobs`` and ``seconds`` of each rule that has run.
     """
-    jobs = [*names, *sorted(set(map(folder_of, names))), *figures]
+    jobs = [*names, *sorted(set(map(folder_of, names)))]
     rows = []
     for rule in RULES:
         single = logs / f"{rule}.log"

@@ -1,4 +1,4 @@
-"""Read what a figure shows, and no more: it may be drawn before the rest is there."""
+"""Read what the figures show."""
 
 from collections.abc import Mapping
 from functools import cached_property

@@ -17,11 +17,7 @@ Drawing = tuple[pd.DataFrame, Callable[[float], Figure]]
 
 
 class FigureInputs(Protocol):
-    """The results that figures show, each read when a figure asks for it.
-
-    A figure may be drawn before the rest is there, so it asks for no more than its row in the
-    registry names.
-    """
+    """The results that figures show, each read when a figure asks for it."""
 
     @property
     def settings(self) -> Mapping:
