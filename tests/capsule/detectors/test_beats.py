@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from capsule.detectors.beats import fill_missing, find_beats, quantile, wave_period, wave_phase
+from capsule.detectors.beats import find_beats, quantile
+from capsule.detectors.sensed_wave import fill_missing, wave_period, wave_phase
 from capsule.seeding import generator
 
 WAVE = {"period": 32.0, "wavelength_mm": 80.0}

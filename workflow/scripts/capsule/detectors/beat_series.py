@@ -6,15 +6,8 @@ early or late in the wave turns the beat.
 
 import numpy as np
 
-from capsule.detectors.beats import (
-    fill_missing,
-    level_line,
-    median,
-    thinned,
-    wave_period,
-    wave_phase,
-    window_mean,
-)
+from capsule.detectors.beats import median
+from capsule.detectors.sensed_wave import find_wave
 
 # Level, first harmonic in phase and across, second harmonic in phase and across.
 SERIES = ("level", "depth", "swing", "shape", "lean")
@@ -40,32 +33,18 @@ def beat_series(values: np.ndarray, *, period: float) -> np.ndarray | None:
         `SERIES` of each sensor, each minus the sensor's median, in units of the sensor's median
         depth. None for a recording of fewer than four waves, or without a wave on some sensor.
     """
-    pressed, stride = thinned(fill_missing(values), period)
-    count = pressed.shape[1]
-    if count * stride < 4 * period:
+    wave = find_wave(values, period)
+    if wave is None:
         return None
-    own_period = wave_period(pressed, period / stride)
-    window = round(own_period)
-    if count < 4 * window + 1:
-        return None
-    irregular, offset = wave_phase(pressed, own_period)
-    steady_phase = 2 * np.pi / own_period * np.arange(count)
-    phase = irregular + steady_phase + offset[:, np.newaxis]
-    centred = pressed - pressed.mean(axis=1, keepdims=True)
-    level = window_mean(centred, window)
-    # A sensor that drifts during a wave would seem to beat.
-    steady = centred - level_line(level, window)
-    turn = np.exp(-1j * phase)
+    turn = np.exp(-1j * wave.phase)
     turns = np.stack([turn.real, -turn.imag, (turn**2).real, -(turn**2).imag])
-    rest = window_mean(steady, window) * window_mean(turns, window)
-    harmonics = 2 * (window_mean(steady * turns, window) - rest)
+    harmonics = wave.harmonics(turns)
     usual_depth = median(harmonics[0])
     if np.any(usual_depth <= 0):
         return None
-    series = np.concatenate([level[np.newaxis], harmonics])
+    series = np.concatenate([wave.level[np.newaxis], harmonics])
     series = (series - median(series)) / usual_depth
-    # The windows' centres, in samples of the recording.
-    centre = stride * (np.arange(level.shape[1]) + (window - 1) / 2) + (stride - 1) / 2
+    centre = wave.centre(np.arange(wave.level.shape[1]))
     wanted = np.arange(centre[0], centre[-1] + 1e-9, period / _WINDOWS_A_WAVE)
     below = np.minimum(np.searchsorted(centre, wanted, side="right") - 1, centre.size - 2)
     share = (wanted - centre[below]) / (centre[below + 1] - centre[below])

@@ -1,0 +1,222 @@
+"""The peristaltic wave in the readings: each sensor's own calibration and odometer.
+
+Every wave presses every sensor once. The phase tells how far the capsule has moved: a capsule that
+advances by one wavelength meets one wave less.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+# Two harmonics need few samples a wave.
+_SAMPLES_A_WAVE = 16
+
+
+@dataclass(frozen=True)
+class Wave:
+    """What the beats of a recording are measured against.
+
+    Attributes
+    ----------
+    steady : (S, K) array
+        Readings without the level, which would seem to beat where a sensor drifts during a wave.
+    level : (S, N) array
+        Mean of each window of one wave.
+    phase : (S, K) array
+        Of the wave under each sensor, in radians.
+    irregular : (K,) array
+        What the common phase deviates from that of a wave of the mean period, in radians.
+    window : int
+        Samples of a wave.
+    stride : int
+        How many samples of the recording became one of these.
+    """
+
+    steady: np.ndarray
+    level: np.ndarray
+    phase: np.ndarray
+    irregular: np.ndarray
+    window: int
+    stride: int
+
+    def harmonics(self, turns: np.ndarray) -> np.ndarray:
+        """Return twice the mean of readings times turns (H, S, K) in each window, (H, S, N)."""
+        rest = window_mean(self.steady, self.window) * window_mean(turns, self.window)
+        return 2 * (window_mean(self.steady * turns, self.window) - rest)
+
+    def centre(self, windows: np.ndarray) -> np.ndarray:
+        """Return the centres of windows in samples of the recording."""
+        # A thinned sample lies in the middle of those that became it.
+        return self.stride * (windows + (self.window - 1) / 2) + (self.stride - 1) / 2
+
+
+def fill_missing(values: np.ndarray) -> np.ndarray:
+    """Bridge missing samples (NaN) by straight lines; the ends take the nearest reading.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings, at least one known for each sensor.
+
+    Returns
+    -------
+    (S, K) array
+    """
+    if not np.isnan(values).any():
+        return values
+    place = np.arange(values.shape[1])
+    known = ~np.isnan(values)
+    return np.stack(
+        [np.interp(place, place[k], row[k]) for row, k in zip(values, known, strict=True)]
+    )
+
+
+def thinned(values: np.ndarray, period: float) -> tuple[np.ndarray, int]:
+    """Average neighbouring samples, so that a quickly sampled recording takes no longer.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings without gaps.
+    period : float
+        Samples a wave.
+
+    Returns
+    -------
+    values : (S, K // stride) array
+        At least `_SAMPLES_A_WAVE` to a wave, where there were as many.
+    stride : int
+        How many samples became one. What remains at the end is left out.
+    """
+    stride = max(int(period // _SAMPLES_A_WAVE), 1)
+    count = values.shape[1] // stride
+    whole = values[:, : count * stride]
+    return whole.reshape(values.shape[0], count, stride).mean(axis=2), stride
+
+
+def wave_period(values: np.ndarray, expected: float) -> float:
+    """Find the wave's period: the strongest line of the spectrum within a factor of two.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings without gaps.
+    expected : float
+        The configured period in samples.
+
+    Returns
+    -------
+    float
+        Period in samples, interpolated between the lines.
+    """
+    count = values.shape[1]
+    centred = values - values.mean(axis=1, keepdims=True)
+    scale = centred.std(axis=1, keepdims=True)
+    tapered = centred / np.where(scale > 0, scale, 1.0) * _taper(count)
+    # A power of two is fast for every number of samples; four lines to each natural one are
+    # enough for a parabola through the highest and its neighbours.
+    padded = 4 << (count - 1).bit_length()
+    low, high = int(np.ceil(padded / (2 * expected))), int(padded / (expected / 2))
+    # The lines within the range, and one more at each end.
+    lines = np.fft.rfft(tapered, padded, axis=1)[:, low - 1 : high + 2]
+    power = (np.abs(lines) ** 2).sum(axis=0)
+    highest = 1 + int(power[1:-1].argmax())
+    before, peak, after = power[highest - 1 : highest + 2]
+    bend = before - 2 * peak + after
+    # At an end of the range the highest line need not be a peak.
+    off = 0.5 * (before - after) / bend if bend < 0 else 0.0
+    return padded / (low - 1 + highest + min(max(off, -0.5), 0.5))
+
+
+def wave_phase(values: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]:
+    """Follow the phase of the wave, which all sensors share up to a constant.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings without gaps.
+    period : float
+        Mean period in samples.
+
+    Returns
+    -------
+    irregular : (K,) array
+        What the common phase deviates from that of a wave of the mean period, in radians.
+    offset : (S,) array
+        Phase of each sensor against the first, in radians.
+    """
+    samples = np.arange(values.shape[1])
+    wave = round(period)
+    taper = _taper(2 * wave + 1)
+    # Only windows that lie wholly inside: a cut one would lean to its side.
+    level = window_mean(values, wave)
+    inside = samples[(wave - 1) // 2 :][: level.shape[1]]
+    steady = values[:, inside[0] : inside[-1] + 1] - level
+    demodulated = steady * np.exp(-2j * np.pi / period * inside)
+    phasors = np.stack([np.convolve(row, taper, "valid") for row in demodulated])
+    phasors /= np.maximum(np.abs(phasors), 1e-300)
+    offset = np.angle(phasors @ np.conj(phasors[0]))
+    common = np.exp(-1j * offset) @ phasors
+    # From sample to sample the phase moves by less than half a turn.
+    steps = np.angle(common[1:] * np.conj(common[:-1]))
+    irregular = np.angle(common[0]) + np.concatenate([[0.0], np.cumsum(steps)])
+    # Towards the ends, where no whole window fits, the motion counts as steady.
+    known = inside[(taper.size - 1) // 2 :][: irregular.size]
+    return np.interp(samples, known, irregular), offset
+
+
+def find_wave(values: np.ndarray, period: float) -> Wave | None:
+    """Find the wave in a recording.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        How hard each sensor is pressed, in any unit and from any rest; NaN where a sample is
+        missing.
+    period : float
+        Configured time from wave to wave, in samples; the recording's own may be half or twice it.
+
+    Returns
+    -------
+    Wave or None
+        None for a recording of fewer than four waves.
+    """
+    pressed, stride = thinned(fill_missing(values), period)
+    count = pressed.shape[1]
+    if count * stride < 4 * period:
+        return None
+    own_period = wave_period(pressed, period / stride)
+    window = round(own_period)
+    if count < 4 * window:
+        return None
+    irregular, offset = wave_phase(pressed, own_period)
+    phase = irregular + 2 * np.pi / own_period * np.arange(count) + offset[:, np.newaxis]
+    centred = pressed - pressed.mean(axis=1, keepdims=True)
+    level = window_mean(centred, window)
+    steady = centred - level_line(level, window)
+    return Wave(steady, level, phase, irregular, window, stride)
+
+
+def level_line(level: np.ndarray, window: int) -> np.ndarray:
+    """Draw the windows' level (S, N) out to every sample (S, K); the ends go on at their slope."""
+    wave = min(window, level.shape[1] - 1)
+    first, last = level[:, :1], level[:, -1:]
+    first_slope = (level[:, wave : wave + 1] - first) / wave
+    last_slope = (last - level[:, -1 - wave :][:, :1]) / wave
+    # The centre of an even window lies between two samples.
+    middle = level if window % 2 else (level[:, :-1] + level[:, 1:]) / 2
+    before = np.arange(window // 2) - (window - 1) / 2
+    after = -before[::-1]
+    return np.concatenate([first + before * first_slope, middle, last + after * last_slope], axis=1)
+
+
+def window_mean(values: np.ndarray, window: int) -> np.ndarray:
+    """Average the last axis over each window that lies wholly inside."""
+    running = np.zeros((*values.shape[:-1], values.shape[-1] + 1))
+    np.cumsum(values, axis=-1, out=running[..., 1:])
+    return (running[..., window:] - running[..., :-window]) / window
+
+
+def _taper(count: int) -> np.ndarray:
+    """Give a Hann window of so many samples, none of them zero."""
+    return 0.5 - 0.5 * np.cos(2 * np.pi / (count + 1) * np.arange(1, count + 1))
