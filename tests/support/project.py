@@ -123,11 +123,11 @@ class Project:
         }
 
     def result_bytes(self) -> dict[str, bytes]:
-        """Give the content of every result but the logs, which hold durations."""
+        """Give the content of every result but the logs, which hold durations, and the records."""
         return {
             path.relative_to(self.results).as_posix(): path.read_bytes()
             for path in sorted(self.results.rglob("*"))
-            if path.is_file() and "logs" not in path.relative_to(self.results).parts
+            if path.is_file() and path.relative_to(self.results).parts[0] not in ("logs", "records")
         }
 
 

@@ -2,7 +2,8 @@
 # parameters that make exactly what changed run again.
 #
 # takes: config/config.yaml, workflow/schemas/config.schema.json, the names under raw/
-# gives: ARCHIVE, and the functions script, report_file, as_parameter, section, content_of_...
+# gives: ARCHIVE, and the functions script, report_file, as_parameter, section,
+#        made_from, content_of_recording
 
 import hashlib
 import json
@@ -24,6 +25,8 @@ from capsule.detectors.registry import detector_row
 from capsule.errors import CapsuleError
 from edges.config_files import read_config_file, read_schema
 from edges.files import fingerprint, list_archive
+from edges.records import parameter
+from edges.run_lock import is_held
 from edges.sources import imported_files
 
 # The jobs' "python" is the one that runs Snakemake, activated or not.
@@ -58,6 +61,8 @@ try:
 except CapsuleError as error:
     raise WorkflowError(str(error)) from None
 
+# Not the jobs of a cluster, which start Snakemake anew, nor beside a run that is at work.
+MAY_RENEW = workflow.is_main_process and not is_held(Path(".snakemake/run.lock"))
 DETECTOR_MODULES = sorted({row.module for row in DETECTORS})
 DETECTOR_SECTIONS = sorted({row.section for row in DETECTORS if row.section})
 TEMPLATE_SETTINGS = {
@@ -82,10 +87,26 @@ def code_files(name, *modules):
     return [SCRIPTS / name, *imported_files(SCRIPTS / name, modules)]
 
 
-def content_of_code(name, *modules):
-    """Hand a rule what changes with its code, whatever the files' time stamps say."""
-    contents = [path.read_bytes() for path in code_files(name, *modules)]
-    return hashlib.sha256(b"\0".join(contents)).hexdigest()
+def made_from(rule, *settings, script=None, modules=(), members=()):
+    """Give what changes with a rule's code, settings and members, whatever time stamps say.
+
+    It changes too where the job's results do not fit their record. Settings are what `section` and
+    `as_parameter` give; members are the names of the recordings, or a function of the wildcards that
+    gives them. The script is called as the rule, unless it is named.
+    """
+    contents = [path.read_bytes() for path in code_files(script or f"{rule}.py", *modules)]
+    contents += [text(None).encode() for text in settings]
+    fixed = hashlib.sha256(b"\0".join(contents)).hexdigest()
+
+    # Of a function that takes the output, Snakemake would not notice that its value has changed.
+    def told(wildcards):
+        names = members(wildcards) if callable(members) else members
+        key = hashlib.sha256("\0".join([fixed, *names]).encode()).hexdigest()
+        values = dict(wildcards.items())
+        outputs = tuple(str(path).format(**values) for path in getattr(rules, rule).output)
+        return parameter(f"{outputs[0]}:{key}", outputs, renew=MAY_RENEW)
+
+    return told
 
 
 def content_of_recording(wildcards):

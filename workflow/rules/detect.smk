@@ -4,6 +4,8 @@
 # gives: results/passages/<folder>.csv, results/detections.csv, results/detectors.json
 
 FOLDERS = ARCHIVE.by_folder()
+DETECT_SECTIONS = ["detectors", "evaluation", "fit", "preprocessing", "recording"]
+DETECT_SECTIONS += DETECTOR_SECTIONS
 BY_FEATURES = any(row.by_features for row in DETECTORS)
 
 
@@ -25,11 +27,16 @@ rule passages:
     params:
         rate_hz=config["recording"]["rate_hz"],
         settings=section("diagonal"),
-        code=content_of_code("passages.py"),
+        made_from=made_from(
+            "passages",
+            section("diagonal"),
+            as_parameter(config["recording"]["rate_hz"]),
+            members=lambda wildcards: FOLDERS[wildcards.folder],
+        ),
     shell:
         "python {input.script:q} --raw raw --folder {wildcards.folder:q} --signals results/signals"
         " --rate-hz {params.rate_hz} --settings {params.settings:q} --output {output:q}"
-        " > {log:q} 2>&1"
+        " --record {params.made_from:q} > {log:q} 2>&1"
 
 
 rule features:
@@ -50,11 +57,17 @@ rule features:
     params:
         rate_hz=config["recording"]["rate_hz"],
         settings=section("diagonal"),
-        code=content_of_code("features.py"),
+        made_from=made_from(
+            "features",
+            section("diagonal"),
+            as_parameter(config["recording"]["rate_hz"]),
+            members=lambda wildcards: FOLDERS[wildcards.folder],
+        ),
     shell:
         "python {input.script:q} --raw raw --folder {wildcards.folder:q} --signals results/signals"
         " --weights {input.weights:q} --rate-hz {params.rate_hz} --settings {params.settings:q}"
-        " --output {output:q} > {log:q} 2>&1"
+        " --output {output:q}"
+        " --record {params.made_from:q} > {log:q} 2>&1"
 
 
 rule detect:
@@ -75,13 +88,17 @@ rule detect:
     conda:
         "../../environment.yml"
     params:
-        settings=section(
-            "detectors", "evaluation", "fit", "preprocessing", "recording", *DETECTOR_SECTIONS
+        settings=section(*DETECT_SECTIONS),
+        made_from=made_from(
+            "detect",
+            section(*DETECT_SECTIONS),
+            modules=DETECTOR_MODULES,
+            members=ARCHIVE.recordings,
         ),
-        code=content_of_code("detect.py", *DETECTOR_MODULES),
         features="--features results/features" if BY_FEATURES else "",
     shell:
         "python {input.script:q} --recordings {input.recordings:q} --matrices results/matrices"
         " --templates {input.templates:q} --passages results/passages {params.features}"
         " --settings {params.settings:q} --output {output.detections:q}"
-        " --learned {output.learned:q} > {log:q} 2>&1"
+        " --learned {output.learned:q}"
+        " --record {params.made_from:q} > {log:q} 2>&1"

@@ -10,6 +10,7 @@ from capsule.evaluation.columns import COLUMNS as JUDGEMENTS
 from capsule.naming import folder_of
 
 RATES = ["detection", "specificity", "sizing", "confusion"]
+EVALUATE_SECTIONS = ["detectors", "evaluation", "recording", *DETECTOR_SECTIONS]
 LABELLED_FOLDERS = sorted(set(map(folder_of, ARCHIVE.labelled())))
 
 
@@ -30,16 +31,22 @@ rule evaluate:
     conda:
         "../../environment.yml"
     params:
-        settings=section("detectors", "evaluation", "recording", *DETECTOR_SECTIONS),
+        settings=section(*EVALUATE_SECTIONS),
         template_settings=as_parameter(TEMPLATE_SETTINGS),
-        code=content_of_code("evaluate.py", *DETECTOR_MODULES),
+        made_from=made_from(
+            "evaluate",
+            section(*EVALUATE_SECTIONS),
+            as_parameter(TEMPLATE_SETTINGS),
+            modules=DETECTOR_MODULES,
+            members=ARCHIVE.labelled(),
+        ),
         features="--features results/features" if BY_FEATURES else "",
     shell:
         "python {input.script:q} --recordings {input.recordings:q} --matrices results/matrices"
         " --fits results/fits --passages results/passages {params.features}"
         " --settings {params.settings:q}"
         " --template-settings {params.template_settings:q} --output results/evaluation"
-        " > {log:q} 2>&1"
+        " --record {params.made_from:q} > {log:q} 2>&1"
 
 
 rule judge:
@@ -56,11 +63,12 @@ rule judge:
         "../../environment.yml"
     params:
         settings=section("evaluation"),
-        code=content_of_code("judge.py"),
+        made_from=made_from("judge", section("evaluation")),
     shell:
         "python {input.script:q} --recordings {input.recordings:q}"
         " --predictions {input.predictions:q} {input.grouped:q} --settings {params.settings:q}"
-        " --output results/evaluation > {log:q} 2>&1"
+        " --output results/evaluation"
+        " --record {params.made_from:q} > {log:q} 2>&1"
 
 
 rule combine:
@@ -78,8 +86,9 @@ rule combine:
         "../../environment.yml"
     params:
         settings=section("evaluation"),
-        code=content_of_code("combine.py"),
+        made_from=made_from("combine", section("evaluation")),
     shell:
         "python {input.script:q} --recordings {input.recordings:q}"
         " --evaluation results/evaluation --detections {input.detections:q}"
-        " --settings {params.settings:q} --output {output:q} > {log:q} 2>&1"
+        " --settings {params.settings:q} --output {output:q}"
+        " --record {params.made_from:q} > {log:q} 2>&1"

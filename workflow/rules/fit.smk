@@ -18,10 +18,11 @@ rule fit:
         "../../environment.yml"
     params:
         settings=section("fit"),
-        code=content_of_code("fit.py"),
+        made_from=made_from("fit", section("fit")),
     shell:
         "python {input.script:q} {input.matrix:q} --name {wildcards.recording:q}"
-        " --settings {params.settings:q} --output {output:q} > {log:q} 2>&1"
+        " --settings {params.settings:q} --output {output:q}"
+        " --record {params.made_from:q} > {log:q} 2>&1"
 
 
 rule average:
@@ -38,8 +39,11 @@ rule average:
         "../../environment.yml"
     params:
         settings=as_parameter(TEMPLATE_SETTINGS),
-        code=content_of_code("average.py"),
+        made_from=made_from(
+            "average", as_parameter(TEMPLATE_SETTINGS), members=ARCHIVE.of_nodules()
+        ),
     shell:
         "python {input.script:q} --recordings {input.recordings:q} --fits results/fits"
         " --settings {params.settings:q} --parameters {output.parameters:q}"
-        " --matrices {output.matrices:q} > {log:q} 2>&1"
+        " --matrices {output.matrices:q}"
+        " --record {params.made_from:q} > {log:q} 2>&1"

@@ -7,7 +7,6 @@
 
 rule preprocess:
     input:
-        recording="raw/{recording}.csv",
         script=script("preprocess.py"),
     output:
         signal="results/signals/{recording}.npy",
@@ -19,12 +18,15 @@ rule preprocess:
         "../../environment.yml"
     params:
         settings=section("recording", "preprocessing"),
+        # No input: its content counts, not its time stamp, which may lie in the future.
+        recording=lambda wildcards: f"raw/{wildcards.recording}.csv",
         content=content_of_recording,
-        code=content_of_code("preprocess.py"),
+        made_from=made_from("preprocess", section("recording", "preprocessing")),
     shell:
-        "python {input.script:q} {input.recording:q} --name {wildcards.recording:q}"
+        "python {input.script:q} {params.recording:q} --name {wildcards.recording:q}"
         " --settings {params.settings:q} --signal {output.signal:q} --matrix {output.matrix:q}"
-        " --check {output.check:q} > {log:q} 2>&1"
+        " --check {output.check:q}"
+        " --record {params.made_from:q} > {log:q} 2>&1"
 
 
 rule index:
@@ -40,10 +42,14 @@ rule index:
         "../../environment.yml"
     params:
         on_rejected=config["on_rejected"],
-        # Not in the command: files that are no recordings must be listed anew when they change.
-        others=as_parameter([ARCHIVE.refused, ARCHIVE.passed_over]),
-        code=content_of_code("index.py"),
+        # Files that are no recordings must be listed anew when they change, too.
+        made_from=made_from(
+            "index",
+            as_parameter([config["on_rejected"], ARCHIVE.refused, ARCHIVE.passed_over]),
+            members=ARCHIVE.recordings,
+        ),
     shell:
         "python {input.script:q} --raw raw --checks results/checks"
         " --on-rejected {params.on_rejected} --output {output.recordings:q}"
-        " --passed-over {output.passed_over:q} > {log:q} 2>&1"
+        " --passed-over {output.passed_over:q}"
+        " --record {params.made_from:q} > {log:q} 2>&1"

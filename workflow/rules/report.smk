@@ -10,6 +10,7 @@
 from capsule.figures.registry import FIGURES
 from edges.durations import RULES
 
+DRAW_SECTIONS = ["recording", "preprocessing", "evaluation"]
 FIGURE_MODULES = sorted({row.module for row in FIGURES.values()})
 # What the figures show.
 FIGURE_INPUTS = [
@@ -50,11 +51,14 @@ rule draw:
     conda:
         "../../environment.yml"
     params:
-        settings=section("recording", "preprocessing", "evaluation"),
-        code=content_of_code("draw.py", *FIGURE_MODULES),
+        settings=section(*DRAW_SECTIONS),
+        made_from=made_from(
+            "draw", section(*DRAW_SECTIONS), modules=FIGURE_MODULES, members=ARCHIVE.labelled()
+        ),
     shell:
         "python {input.script:q} --results results --paper {input.paper:q}"
-        " --settings {params.settings:q} --kind svg --output results/figures > {log:q} 2>&1"
+        " --settings {params.settings:q} --kind svg --output results/figures"
+        " --record {params.made_from:q} > {log:q} 2>&1"
 
 
 rule figures:
@@ -70,11 +74,18 @@ rule figures:
     conda:
         "../../environment.yml"
     params:
-        settings=section("recording", "preprocessing", "evaluation"),
-        code=content_of_code("draw.py", *FIGURE_MODULES),
+        settings=section(*DRAW_SECTIONS),
+        made_from=made_from(
+            "figures",
+            section(*DRAW_SECTIONS),
+            script="draw.py",
+            modules=FIGURE_MODULES,
+            members=ARCHIVE.labelled(),
+        ),
     shell:
         "python {input.script:q} --results results --paper {input.paper:q}"
-        " --settings {params.settings:q} --kind pdf --output results/print > {log:q} 2>&1"
+        " --settings {params.settings:q} --kind pdf --output results/print"
+        " --record {params.made_from:q} > {log:q} 2>&1"
 
 
 rule report:
@@ -103,9 +114,12 @@ rule report:
         "../../environment.yml"
     params:
         settings=section(*sorted(config)),
-        code=content_of_code("report.py"),
+        made_from=made_from(
+            "report", section(*sorted(config)), modules=REGISTERED, members=ARCHIVE.recordings
+        ),
         template=lambda wildcards, input: os.path.dirname(input.template),
     shell:
         "python {input.script:q} --results results --template {params.template:q}"
         " --schema {input.schema:q} --settings {params.settings:q}"
-        " --code {input.code:q} --output {output:q} > {log:q} 2>&1"
+        " --code {input.code:q} --output {output:q}"
+        " --record {params.made_from:q} > {log:q} 2>&1"

@@ -1,16 +1,19 @@
-# A run from its start to its end: one at a time in a folder, with room on the disk, and a summary.
+# A run from its start to its end: what does not fit is made again, one run at a time in a folder,
+# with room on the disk, and a summary.
 #
-# takes: results/recordings.csv and results/passed_over.csv, when a run has ended
+# takes: results/records/; results/recordings.csv and results/passed_over.csv, when a run has ended
 # gives: the lock .snakemake/run.lock, and what is said on the terminal
 
 import atexit
 import shutil
 
-from edges.files import read_csv, remove_unfinished
+from edges.files import mark_outdated, read_csv, remove_unfinished
+from edges.records import files_that_do_not_fit
 from edges.run_lock import hold
 
 # With less room than this no run gets far.
 FULL_DISK_BYTES = 1_000_000
+REPORT = Path(*rules.report.output)
 # Kept open, and so locked, until this process ends.
 RUN_LOCK = []
 
@@ -56,6 +59,21 @@ def summarize_recordings():
         print(f"  passed over: raw/{row['path']}: {row['reason']}", file=sys.stderr)
 
 
+def tell_whether_the_report_fits():
+    """Take the mark off a report that is up to date; otherwise name what has changed.
+
+    It may have changed because this run was asked for something else, or while it worked.
+    """
+    mark_outdated(REPORT, outdated=False)
+    if REPORT.exists() and (changed := files_that_do_not_fit(REPORT.as_posix())):
+        mark_outdated(REPORT, outdated=True)
+        print(
+            f"{REPORT} is out of date ({changed[0]} has changed since); to make it again: "
+            f"snakemake -c2 {REPORT}",
+            file=sys.stderr,
+        )
+
+
 onstart:
     take_run_lock()
     remove_unfinished(Path("results"))
@@ -63,7 +81,9 @@ onstart:
     atexit.register(explain_full_disk)
     if free_bytes() < FULL_DISK_BYTES:
         raise WorkflowError("no space left on device, nothing was started")
+    mark_outdated(REPORT, outdated=True)
 
 
 onsuccess:
     summarize_recordings()
+    tell_whether_the_report_fits()

@@ -19,8 +19,14 @@ from typing import IO
 
 from capsule.errors import CapsuleError
 from capsule.naming import Archive, Entry, classify
+from edges.records import Record, record_path
 
 UNFINISHED = ".unfinished"
+# Seen first on a page whose successor was begun and is not there.
+OUTDATED = (
+    b'<p class="outdated" role="alert">This report is out of date: recordings, settings or code '
+    b"have changed since. Make it again: <code>snakemake -c2 results/report.html</code></p>\n"
+)
 
 
 def list_archive(raw: Path) -> Archive:
@@ -137,6 +143,18 @@ def remove_unfinished(folder: Path) -> None:
         path.unlink(missing_ok=True)
 
 
+def mark_outdated(page: Path, *, outdated: bool) -> None:
+    """Write into a page that it is out of date, or take that back; nothing else is changed."""
+    if not page.exists():
+        return
+    content = page.read_bytes()
+    plain = content.replace(OUTDATED, b"")
+    wanted = plain.replace(b"<body>\n", b"<body>\n" + OUTDATED, 1) if outdated else plain
+    if wanted != content:
+        with write_whole(page, "wb") as stream:
+            stream.write(wanted)
+
+
 def write_json(path: Path, content: object) -> None:
     """Write JSON, indented; NaN is refused, so that every reader of JSON can read it."""
     with write_whole(path) as stream:
@@ -177,14 +195,27 @@ def run(main: Callable[[], None]) -> None:
     """Run a script: faults of the input and of the disk end in one plain line, not a traceback.
 
     The last line that a successful script prints, into its log, is how long it took; the report
-    adds these up.
+    adds these up. A rule calls its script with ``--record OUTPUT:KEY``; what the script has read
+    and written is then recorded (`edges.records`).
     """
     started = time.perf_counter()
+    record, path = None, None
+    if "--record" in sys.argv:
+        place = sys.argv.index("--record")
+        told = sys.argv[place + 1]
+        del sys.argv[place : place + 2]
+        record, path = Record(told), record_path(told.rpartition(":")[0])
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     try:
+        if record and path:
+            # Whatever ends this job from now on, its old record does not vouch for it.
+            path.unlink(missing_ok=True)
+            record.watch()
         main()
+        if record and path:
+            write_json(path, record.content())
         print(f"finished in {time.perf_counter() - started:.3f} s")
     except CapsuleError as error:
         sys.exit(f"error: {error}")

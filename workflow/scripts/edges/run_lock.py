@@ -60,6 +60,21 @@ def hold(path: Path) -> IO[bytes]:
     return stream
 
 
+def is_held(path: Path) -> bool:
+    """Tell whether a process holds the lock of a folder."""
+    if not path.exists():
+        return False
+    with path.open("rb+") as stream:
+        try:
+            lock_file(stream.fileno())
+        except BlockingIOError:
+            return True
+        except OSError:
+            # A file system without locks, of which `hold` warns.
+            return False
+    return False
+
+
 def _holder(path: Path) -> str:
     text = ""
     with contextlib.suppress(OSError):

@@ -1,0 +1,135 @@
+"""Results that do not fit what they should be made from are made again by the same plain call."""
+
+import os
+import random
+import shutil
+import time
+
+import pytest
+
+from support.project import Project
+
+pytestmark = pytest.mark.workflow
+
+RECORDINGS = ["0mm/r01", "3mm/r01", "3mm/r02", "unlabelled/patient"]
+TABLES = ["results/evaluation/detection.csv", "results/detections.csv"]
+DAMAGES = {
+    "deleted": lambda content: None,
+    "emptied": lambda content: b"",
+    "cut short": lambda content: content[: len(content) // 2],
+    "overwritten": lambda content: b"\x00 garbage",
+    "one bit flipped": lambda content: bytes([content[0] ^ 1]) + content[1:],
+}
+ATTEMPTS = 20
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory):
+    """Run a small archive once; tests copy what this gives and do not change it."""
+    folder = tmp_path_factory.mktemp("finished") / "project"
+    project = Project.create(folder, RECORDINGS, samples=400, particles=10, iterations=10)
+    run = project.snakemake(*TABLES)
+    assert run.status == 0, run.output
+    return project
+
+
+@pytest.fixture
+def project(finished, tmp_path):
+    return finished.copy(tmp_path / "project")
+
+
+def damage(project, numbers):
+    """Damage some results at random, and sometimes lose what Snakemake or the records know."""
+    done = []
+    for _ in range(numbers.randint(1, 3)):
+        name = numbers.choice(sorted(project.result_bytes()))
+        how = numbers.choice(sorted(DAMAGES))
+        path = project.results / name
+        content = DAMAGES[how](path.read_bytes())
+        path.unlink() if content is None else path.write_bytes(content)
+        done.append(f"{name} {how}")
+    for folder, share in ((project.folder / ".snakemake", 0.3), (project.results / "records", 0.2)):
+        if numbers.random() < share:
+            shutil.rmtree(folder)
+            done.append(f"{folder.name} lost")
+    return done
+
+
+def test_after_any_damage_one_plain_call_gives_the_results_of_a_fresh_run(finished, tmp_path):
+    expected = finished.result_bytes()
+    for attempt in range(ATTEMPTS):
+        project = finished.copy(tmp_path / f"attempt-{attempt}")
+        done = damage(project, random.Random(attempt))
+        run = project.snakemake(*TABLES)
+        assert run.status == 0, (done, run.output)
+        assert project.result_bytes() == expected, done
+        shutil.rmtree(project.folder)
+
+
+def test_what_was_made_again_is_not_made_a_third_time(project):
+    (project.results / "matrices/3mm/r01.npy").write_bytes(b"")
+    jobs = project.snakemake(*TABLES).jobs
+    assert (jobs["preprocess"], jobs["evaluate"]) == (1, 1)
+    assert project.snakemake(*TABLES).did_nothing
+
+
+def test_a_failed_job_leaves_nothing_that_counts_as_done(project, finished):
+    recording = project.raw / "3mm/r02.csv"
+    recording.write_bytes((project.raw / "3mm/r01.csv").read_bytes()[:-40])
+    script = project.folder / "workflow/scripts/preprocess.py"
+    whole = script.read_text(encoding="utf-8")
+    failing = whole.replace(
+        "def main() -> None:\n", "def main() -> None:\n    raise SystemExit(1)\n"
+    )
+    times = script.stat()
+    script.write_text(failing, encoding="utf-8")
+    assert project.snakemake(*TABLES).status != 0
+    script.write_text(whole, encoding="utf-8")
+    os.utime(script, ns=(times.st_atime_ns, times.st_mtime_ns))
+    run = project.snakemake(*TABLES)
+    assert run.status == 0, run.output
+    assert run.jobs["fit"] and run.jobs["evaluate"] and run.jobs["detect"]
+    before, after = finished.result_bytes(), project.result_bytes()
+    assert after["fits/3mm/r02.json"] != before["fits/3mm/r02.json"]
+
+
+def test_a_recording_dated_ahead_is_taken_as_it_is(project):
+    recording = project.raw / "3mm/r02.csv"
+    recording.write_bytes((project.raw / "3mm/r01.csv").read_bytes()[:-40])
+    ahead = time.time() + 600
+    os.utime(recording, (ahead, ahead))
+    run = project.snakemake(*TABLES)
+    assert run.status == 0, run.output
+    assert (run.jobs["preprocess"], run.jobs["fit"], run.jobs["evaluate"]) == (1, 1, 1)
+    assert project.snakemake(*TABLES).did_nothing
+
+
+def test_a_number_that_changes_while_snakemakes_notes_are_lost_changes_every_result(project):
+    shutil.rmtree(project.folder / ".snakemake")
+    project.configure(preprocessing={"window": 40})
+    run = project.snakemake(*TABLES)
+    assert run.status == 0, run.output
+    assert run.jobs["preprocess"] == len(RECORDINGS)
+    fresh = project.copy(project.folder.with_name("fresh"))
+    shutil.rmtree(fresh.results)
+    assert fresh.snakemake(*TABLES).status == 0
+    assert project.result_bytes() == fresh.result_bytes()
+
+
+def test_what_an_orphan_of_another_run_writes_is_made_again(project, finished):
+    fit = project.results / "fits/3mm/r01.json"
+    fit.write_bytes(fit.read_bytes().replace(b"rmse", b"rmsd"))
+    run = project.snakemake(*TABLES)
+    assert (run.status, run.jobs["fit"]) == (0, 1)
+    assert project.result_bytes() == finished.result_bytes()
+
+
+def test_a_report_whose_successor_fails_says_that_it_is_out_of_date(project):
+    report = project.results / "report.html"
+    report.write_text("<html><body>\nthe old report</body></html>", encoding="utf-8")
+    (project.raw / "3mm/r02.csv").write_bytes(b"")
+    project.configure(on_rejected="fail")
+    assert project.snakemake().status != 0
+    assert '<p class="outdated" role="alert">This report is out of date' in report.read_text(
+        "utf-8"
+    )

@@ -1,0 +1,189 @@
+"""What each result was made from: a record that a job writes last, and the check against it.
+
+Snakemake's own notes go by time stamps, and may be lost or belong to another run. A record holds
+the key of the settings and the code, and the checksum of each file that the job has read or
+written. A result fits as long as all of these are as they were. What does not fit is made again by
+Snakemake's own means: its parameter changes, and its files count as old.
+
+Imports nothing heavy: the Snakefile and every script use it.
+"""
+
+import functools
+import hashlib
+import json
+import os
+import secrets
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+# Raised when records or results change their form: everything is then made again.
+FORMAT = 1
+# Of a larger file only the size counts; no such file is ever read whole.
+_LARGEST_BYTES = 100_000_000
+# What a job's results depend on: recordings, other results, and what ships beside the code.
+_FOLLOWED = ("raw", "results", "workflow")
+_NOT_FOLLOWED = ("results/logs", "results/records")
+
+
+def record_path(output: Path | str) -> Path:
+    """Name the record of the job whose first output is this file under results/."""
+    path = Path("results/records") / Path(output).relative_to("results")
+    return path.with_name(f"{path.name}.json")
+
+
+def checksum(path: Path | str) -> str | None:
+    """Return the SHA-256 of a file; None where it is not there or cannot be read."""
+    try:
+        with Path(path).open("rb") as stream:
+            size = os.fstat(stream.fileno()).st_size
+            if size > _LARGEST_BYTES:
+                return f"{size} bytes"
+            return hashlib.sha256(stream.read()).hexdigest()
+    except OSError:
+        return None
+
+
+def followed(path: object) -> str | None:
+    """Name a file relative to the working directory, if a result may depend on its content."""
+    if not isinstance(path, str | os.PathLike):
+        return None
+    name = os.path.relpath(os.fsdecode(path)).replace(os.sep, "/")
+    inside = name.partition("/")[0] in _FOLLOWED
+    code = name.endswith((".py", ".pyc"))
+    return name if inside and not code and not name.startswith(_NOT_FOLLOWED) else None
+
+
+@dataclass
+class Record:
+    """What one job has read and written, by its checksums, and the key of what it was told."""
+
+    made_from: str
+    read: dict[str, str | None] = field(default_factory=dict)
+    written: dict[str, str | None] = field(default_factory=dict)
+    _busy: bool = False
+
+    def watch(self) -> None:
+        """Note each file that this process opens for reading, or renames to its final name."""
+        sys.addaudithook(self._heard)
+
+    def _heard(self, event: str, arguments: tuple) -> None:
+        if self._busy or event not in ("open", "os.rename"):
+            return
+        self._busy = True
+        try:
+            if event == "open" and arguments[1] in ("r", "rb"):
+                name = followed(arguments[0])
+                # What the job has written itself, and reads again, comes from nowhere else.
+                if name and name not in self.read and name not in self.written:
+                    self.read[name] = checksum(name)
+            elif event == "os.rename" and (name := followed(arguments[1])):
+                self.written[name] = checksum(os.fspath(arguments[0]))
+        finally:
+            self._busy = False
+
+    def content(self) -> dict:
+        """Return the record as JSON holds it; to be written when the job has ended well."""
+        files = {
+            "read": dict(sorted(self.read.items())),
+            "written": dict(sorted(self.written.items())),
+        }
+        return {"format": FORMAT, "made_from": self.made_from, **files}
+
+
+@functools.cache
+def parameter(key: str, outputs: tuple[str, ...], *, renew: bool) -> str:
+    """Give the parameter by which Snakemake tells whether a job's results are still good.
+
+    One process gives one answer: Snakemake asks several times.
+
+    Parameters
+    ----------
+    key : str
+        The job's first output, a colon, and what changes with its settings, code and members.
+    outputs : tuple of str
+        Its files; the first one names the record.
+    renew : bool
+        Whether results that do not fit are to be made again: their parameter then changes, and
+        their time stamps become old for a Snakemake that remembers no parameter.
+
+    Returns
+    -------
+    str
+        The key, and behind it a token where the job had to be done again.
+    """
+    token = record_path(outputs[0]).with_suffix(".again")
+    told = key + _text(token)
+    if not renew or _fits(told, outputs):
+        return told
+    for output in filter(os.path.exists, outputs):
+        os.utime(output, (1, 1))
+    token.parent.mkdir(parents=True, exist_ok=True)
+    token.write_text(f"-{secrets.token_hex(4)}", encoding="utf-8")
+    return key + _text(token)
+
+
+def files_that_do_not_fit(target: str) -> list[str]:
+    """Follow the records from a result to all that it was made from, and find what has changed.
+
+    Returns
+    -------
+    list of str
+        Sorted; files that are missing or have another content than a record says.
+    """
+    changed, waiting, written_by = set(), [target], _records_by_file()
+    seen = set(waiting)
+    while waiting:
+        record = written_by.get(waiting.pop())
+        if record is None:
+            continue
+        known = {**record["read"], **record["written"]}
+        changed |= {name for name, before in known.items() if checksum(name) != before}
+        waiting += [name for name in record["read"] if name not in seen]
+        seen |= set(record["read"])
+    return sorted(changed)
+
+
+def _records_by_file() -> dict[str, dict]:
+    by_file = {}
+    for path in Path("results/records").rglob("*.json"):
+        if record := _read(path):
+            by_file |= dict.fromkeys(record["written"], record)
+    return by_file
+
+
+def _fits(told: str, outputs: Sequence[str]) -> bool:
+    """Tell whether a job's results are as its record says; so they are where there are neither."""
+    path = record_path(outputs[0])
+    if not path.exists() and not any(map(os.path.exists, outputs)):
+        return True
+    record = _read(path)
+    if record is None or record["made_from"] != told or not set(outputs) <= set(record["written"]):
+        return False
+    known = {**record["read"], **record["written"]}
+    return all(_checksum_at_start(name) == before for name, before in known.items())
+
+
+def _read(path: Path) -> dict | None:
+    """Read a record; None where it is not there, damaged, or of another format."""
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+        whole = record["format"] == FORMAT and isinstance(record["made_from"], str)
+        whole = whole and isinstance(record["read"], dict) and isinstance(record["written"], dict)
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
+    return record if whole else None
+
+
+def _text(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, ValueError):
+        return ""
+
+
+@functools.cache
+def _checksum_at_start(name: str) -> str | None:
+    """Return a file's checksum; many jobs read the same one."""
+    return checksum(name)
