@@ -404,9 +404,9 @@ def test_running_verdict(logger_bench):
     shape = np.zeros((4, 1000))
     shape[:, 200:400] = 0.5
     np.savez(templates, **{"0mm": np.zeros((4, 1000)), "4mm": shape})
-    unknown = {"threshold": None, "probability": None, "sizes": None, "known_mm": [4.0]}
-    unadapted = {"score": None, "evidence_weight": 0.0, "threshold": None, "probability": None}
-    unadapted |= {"size": None, "size_reach_mm": None, "known_mm": [4.0]}
+    nothing = {"threshold": None, "probability": None, "size_reach_mm": None, "known_mm": [4.0]}
+    unknown = {**nothing, "sizes": None}
+    unadapted = {**nothing, "score": None, "evidence_weight": 0.0, "size": None}
     learned = {"recordings": 0, "margin_threshold": 5.0, "diagonal": unknown, "settings": {}}
     learned |= {"taught": unadapted}
     (logger_bench.folder / "detectors.json").write_text(json.dumps(learned))

@@ -35,5 +35,13 @@ def test_modules_that_a_registry_names_are_followed_too():
     }
     assert with_diagonal - names("evaluate.py") == {
         f"capsule/detectors/{name}.py"
-        for name in ("diagonal", "leaving_out", "operating_point", "plain", "probability", "sizing")
+        for name in (
+            "diagonal",
+            "intervals",
+            "leaving_out",
+            "operating_point",
+            "plain",
+            "probability",
+            "sizing",
+        )
     }

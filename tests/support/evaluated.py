@@ -12,7 +12,7 @@ UNKNOWN = float("nan")
 RATES = {"schemes": ["leave_one_out"], "tolerance_mm": 1.0, "confidence": 0.95}
 SETTINGS = {
     "fit": {"seed": 1},
-    "evaluation": {**RATES, "specificity": 0.95},
+    "evaluation": {**RATES, "specificity": 0.95, "size_confidence": 0.9},
     "report": {"reliable_rate": 0.85},
 }
 

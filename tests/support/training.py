@@ -12,7 +12,6 @@ TAUGHT = {
     "evidence_weight": 2.0,
     "tail": 1.0,
     "size_penalty": 1.0,
-    "size_confidence": 0.9,
 }
 NO_FEATURES = Features(np.nan, np.full(64, np.nan, np.float32), np.full(1024, np.nan, np.float32))
 NO_TEMPLATES = TemplateSet((0.0,), (), (no_nodule_template(4, 1000),), 150)
@@ -20,8 +19,9 @@ NO_TEMPLATES = TemplateSet((0.0,), (), (no_nodule_template(4, 1000),), 150)
 
 def archive_of_passages(passages, sizes_mm, *, specificity, prevalence, size_ridge):
     """Put together an archive of which only the passages count; nothing scores its recordings."""
+    rules = {"specificity": specificity, "prevalence": prevalence, "size_confidence": 0.9}
     settings = {
-        "evaluation": {"specificity": specificity, "prevalence": prevalence},
+        "evaluation": rules,
         "diagonal": {"size_ridge": size_ridge},
         "taught": TAUGHT,
     }

@@ -5,7 +5,7 @@ import pytest
 
 from capsule.detectors.leaving_out import ProbabilityWithout, SizesWithout
 from capsule.detectors.probability import fit_probability
-from capsule.detectors.sizing import fit_sizes
+from capsule.detectors.sizing import fit_sizes, left_out_errors
 from capsule.seeding import generator
 
 PREVALENCE, RIDGE = 0.1, 2.0
@@ -84,8 +84,13 @@ def test_sizes_without_some_are_those_of_the_others(count):
     for left_out in ([], [0], [count - 1], range(0, count, 5), range(count - 1), range(count)):
         others = np.delete(np.arange(count), list(left_out))
         expected = fit_sizes(features[others], sizes_mm[others], RIDGE)
-        found = sizes.without(np.array(left_out, dtype=int))
-        assert_same_model(found, expected, features)
+        gone = np.array(left_out, dtype=int)
+        assert_same_model(sizes.without(gone), expected, features)
+        errors = sizes.errors_without(gone)
+        assert errors.shape == others.shape
+        if expected is not None:
+            alone = left_out_errors(expected, features[others], sizes_mm[others], RIDGE)
+            np.testing.assert_allclose(errors, alone, rtol=1e-7, atol=1e-9)
 
 
 def test_a_feature_that_one_recording_alone_varies_is_learned_anew():

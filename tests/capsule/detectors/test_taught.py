@@ -8,13 +8,13 @@ import pytest
 
 from capsule.detectors.passage import UNKNOWN
 from capsule.detectors.scorer import Features
-from capsule.detectors.taught import TaughtDetector, TaughtModel, conformal_reach, upper_bound
+from capsule.detectors.taught import TaughtDetector, TaughtModel, upper_bound
 from capsule.detectors.training import TrainingArchive
 from capsule.seeding import generator
 from support.training import NO_TEMPLATES, TAUGHT, verdict_values
 
 SETTINGS = {
-    "evaluation": {"specificity": 0.9, "prevalence": 0.1},
+    "evaluation": {"specificity": 0.9, "prevalence": 0.1, "size_confidence": 0.9},
     "taught": TAUGHT,
 }
 
@@ -97,11 +97,3 @@ def test_a_further_normal_score_exceeds_the_bound_as_rarely_as_promised():
     # The standard error is 0.0015.
     assert np.mean(above) == pytest.approx(0.05, abs=0.005)
     assert np.isnan(upper_bound(scores[0, :2], 0.95, 1.0))
-
-
-def test_an_interval_holds_as_many_further_values_as_promised():
-    errors = generator(1, "reach").standard_cauchy((5000, 30))
-    held = [abs(row[-1]) <= conformal_reach(row[:-1], 0.9) for row in errors]
-    # Of 30 exchangeable errors the rank is 27 of 29.
-    assert np.mean(held) == pytest.approx(0.9, abs=0.015)
-    assert conformal_reach(np.array([1.0, -3.0]), 0.9) == 3.0

@@ -16,7 +16,7 @@ SETTINGS = {
     "detectors": ["diagonal", "template_threshold", "template"],
     "recording": {"rate_hz": 10},
     "diagonal": {"size_ridge": 1.0},
-    "evaluation": {"specificity": 0.6, "prevalence": 0.5},
+    "evaluation": {"specificity": 0.6, "prevalence": 0.5, "size_confidence": 0.9},
 }
 
 

@@ -5,6 +5,7 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
+from capsule.detectors.intervals import conformal_reach, size_interval
 from capsule.detectors.leaving_out import ProbabilityWithout, SizesWithout
 from capsule.detectors.operating_point import threshold_at
 from capsule.detectors.passage import Passage
@@ -32,6 +33,8 @@ class DiagonalModel:
         From the evidence.
     sizes : SizeModel or None
         From the features of the passage.
+    size_reach_mm : float
+        Half the width of the interval of a size; infinite where too few nodules teach it.
     known_mm : tuple of float
         Nodule sizes of the archive.
     """
@@ -39,6 +42,7 @@ class DiagonalModel:
     threshold: float
     probability: Probability | None
     sizes: SizeModel | None
+    size_reach_mm: float
     known_mm: tuple[float, ...]
 
     def verdict(self, recording: JudgedRecording) -> Verdict:
@@ -51,15 +55,24 @@ class DiagonalModel:
         chance = UNKNOWN_VALUE if self.probability is None else float(self.probability.of(score))
         if not detected:
             return Verdict(0.0, score, self.threshold, chance)
-        estimate = UNKNOWN_VALUE
+        estimate = low = high = UNKNOWN_VALUE
         if self.sizes is not None:
             estimate = float(self.sizes.estimate(size_features([passage]))[0])
-        predicted = nearest_known(estimate, self.known_mm)
-        place = passage.location_samples, passage.location_mm
-        return Verdict(predicted, score, self.threshold, chance, estimate, *place)
+            low, high = size_interval(estimate, self.size_reach_mm, self.known_mm)
+        return Verdict(
+            nearest_known(estimate, self.known_mm),
+            score,
+            self.threshold,
+            chance,
+            estimate,
+            passage.location_samples,
+            passage.location_mm,
+            estimate_low_mm=low,
+            estimate_high_mm=high,
+        )
 
     def stored(self) -> dict:
-        """Give the model as JSON holds it: NaN becomes null, arrays become lists."""
+        """Return the model as JSON holds it."""
         return {"diagonal": plain(asdict(self))}
 
     @classmethod
@@ -71,10 +84,12 @@ class DiagonalModel:
             arrays = {name: np.array(sizes[name]) for name in ("mean", "scale", "coefficients")}
             sizes = SizeModel(**{**sizes, **arrays})
         threshold, known_mm = content.pop("threshold"), content.pop("known_mm")
+        reach_mm = content.pop("size_reach_mm")
         return cls(
             threshold=UNKNOWN_VALUE if threshold is None else float(threshold),
             probability=None if probability is None else Probability(**probability),
             sizes=sizes,
+            size_reach_mm=float("inf") if reach_mm is None else float(reach_mm),
             known_mm=tuple(known_mm),
             **content,
         )
@@ -125,7 +140,7 @@ class DiagonalDetector:
         self._nodule = self._sizes_mm > 0
         self._among_nodules = np.cumsum(self._nodule) - 1
         self._known_mm = tuple(sorted({size for size in sizes_mm.values() if size > 0}))
-        self._specificity = rules["specificity"]
+        self._rules = rules
         self._probability = ProbabilityWithout(self._scores, self._nodule, rules["prevalence"])
         self._sizes = SizesWithout(
             self._features[self._nodule],
@@ -139,9 +154,16 @@ class DiagonalDetector:
         gone = np.array(places, dtype=int)
         taught = np.ones(self._scores.size, dtype=bool)
         taught[gone] = False
+        gone_nodules = self._among_nodules[gone[self._nodule[gone]]]
+        threshold = threshold_at(self._scores[taught & ~self._nodule], self._rules["specificity"])
+        # Only what is detected is sized. The threshold knows no nodule, so a further detected one
+        # is like those detected here (selection-conditional conformal, Jin and Ren 2025).
+        detected = self._scores[taught & self._nodule] > threshold
+        errors = self._sizes.errors_without(gone_nodules)[detected]
         return DiagonalModel(
-            threshold_at(self._scores[taught & ~self._nodule], self._specificity),
+            threshold,
             self._probability.without(gone),
-            self._sizes.without(self._among_nodules[gone[self._nodule[gone]]]),
+            self._sizes.without(gone_nodules),
+            conformal_reach(errors, self._rules["size_confidence"]),
             self._known_mm,
         )

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from capsule.detectors.probability import Probability, fit_probabilities, fit_probability
-from capsule.detectors.sizing import SizeModel, fit_sizes
+from capsule.detectors.sizing import SizeModel, fit_sizes, left_out_errors
 
 # Recordings times folds that are learned from at a time, for the processor's cache.
 _BLOCK = 2**14
@@ -82,9 +82,38 @@ class SizesWithout:
         alone = self._without_each[left_out[0]] if left_out.size == 1 else None
         return self._anew(left_out) if alone is None else alone
 
+    def errors_without(self, left_out: np.ndarray) -> np.ndarray:
+        """Return by how much each of the others is off when the rest of them predict it.
+
+        Parameters
+        ----------
+        left_out : (m,) array of int
+            The recordings that teach nothing, by their places.
+
+        Returns
+        -------
+        (n - m,) array
+            In mm, from `left_out_errors`.
+        """
+        return self._errors_of_all if left_out.size == 0 else self._errors(left_out)
+
+    @cached_property
+    def _errors_of_all(self) -> np.ndarray:
+        return self._errors(np.array([], dtype=int))
+
+    def _errors(self, left_out: np.ndarray) -> np.ndarray:
+        model = self.without(left_out)
+        if model is None:
+            return np.empty(0)
+        return left_out_errors(model, *self._others(left_out), self._ridge)
+
     def _anew(self, left_out: np.ndarray) -> SizeModel | None:
+        return fit_sizes(*self._others(left_out), self._ridge)
+
+    def _others(self, left_out: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the features and sizes of the others."""
         taught = np.delete(np.arange(self._sizes_mm.size), left_out)
-        return fit_sizes(self._features[taught], self._sizes_mm[taught], self._ridge)
+        return self._features[taught], self._sizes_mm[taught]
 
     @cached_property
     def _without_each(self) -> list[SizeModel | None]:

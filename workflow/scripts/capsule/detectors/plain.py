@@ -6,11 +6,11 @@ import numpy as np
 
 
 def plain(value: object) -> object:
-    """Return a value as JSON holds it: NaN becomes null, arrays become lists."""
+    """Return a value as JSON holds it: NaN and infinity become null, arrays become lists."""
     if isinstance(value, Mapping):
         return {key: plain(part) for key, part in value.items()}
     if isinstance(value, np.ndarray | tuple | list):
         return [plain(part) for part in value]
     if isinstance(value, float | np.floating):
-        return None if np.isnan(value) else float(value)
+        return float(value) if np.isfinite(value) else None
     return value

@@ -5,6 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+# Of one minus the leverage; what is less is rounding.
+_LEAST_REST = 1e-9
+
 
 @dataclass(frozen=True)
 class SizeModel:
@@ -63,6 +66,36 @@ def fit_sizes(features: np.ndarray, sizes_mm: np.ndarray, ridge: float) -> SizeM
     return SizeModel(
         mean, scale, coefficients, intercept, float(sizes_mm.min()), float(sizes_mm.max())
     )
+
+
+def left_out_errors(
+    model: SizeModel, features: np.ndarray, sizes_mm: np.ndarray, ridge: float
+) -> np.ndarray:
+    """Return by how much each recording's size is off when the others predict it.
+
+    With the model's scale of the features, no recording need be left out to know it: the error is
+    the residual over one minus the leverage (Cook and Weisberg 1982). A prediction may lie beyond
+    the sizes seen.
+
+    Parameters
+    ----------
+    model : SizeModel
+        From `fit_sizes` on the same recordings.
+    features, sizes_mm, ridge
+        As in `fit_sizes`.
+
+    Returns
+    -------
+    (n,) array
+        Predicted minus true size in mm; infinite where the others tell nothing of it.
+    """
+    scaled = (features - model.mean) / model.scale
+    normal = scaled.T @ scaled + ridge * np.eye(features.shape[1])
+    leverage = 1 / sizes_mm.size + (scaled * np.linalg.solve(normal, scaled.T).T).sum(axis=1)
+    residuals = model.intercept_mm + scaled @ model.coefficients - sizes_mm
+    rest = 1 - leverage
+    unknown = np.full(sizes_mm.size, np.inf)
+    return np.divide(residuals, rest, out=unknown, where=rest > _LEAST_REST)
 
 
 def nearest_known(estimate_mm: float, sizes_mm: Sequence[float]) -> float:

@@ -14,6 +14,7 @@ from statistics import NormalDist
 
 import numpy as np
 
+from capsule.detectors.intervals import conformal_reach, size_interval
 from capsule.detectors.passage import Passage
 from capsule.detectors.plain import plain
 from capsule.detectors.probability import Probability, fit_probability
@@ -49,7 +50,7 @@ class TaughtModel:
     size : Regression or None
         Size in mm from the embedding; None with fewer than two nodules.
     size_reach_mm : float
-        Half the width of the interval of a size.
+        Half the width of the interval of a size; infinite where too few nodules teach it.
     known_mm : tuple of float
         Nodule sizes of the archive.
     """
@@ -77,9 +78,9 @@ class TaughtModel:
             return Verdict(0.0, score, self.threshold, chance)
         estimate = low = high = _UNKNOWN
         if self.size is not None:
-            size_mm, ends = self.size.of(features.embedding), (self.known_mm[0], self.known_mm[-1])
-            reached = (size_mm, size_mm - self.size_reach_mm, size_mm + self.size_reach_mm)
-            estimate, low, high = (float(np.clip(each, *ends)) for each in reached)
+            predicted = self.size.of(features.embedding)
+            estimate = float(np.clip(predicted, self.known_mm[0], self.known_mm[-1]))
+            low, high = size_interval(estimate, self.size_reach_mm, self.known_mm)
         return Verdict(
             nearest_known(estimate, self.known_mm),
             score,
@@ -106,8 +107,8 @@ class TaughtModel:
                 content[name] = Regression(coefficients, content[name]["intercept"])
         if content["probability"] is not None:
             content["probability"] = Probability(**content["probability"])
-        for name in ("threshold", "size_reach_mm"):
-            content[name] = _UNKNOWN if content[name] is None else float(content[name])
+        for name, absent in (("threshold", _UNKNOWN), ("size_reach_mm", float("inf"))):
+            content[name] = absent if content[name] is None else float(content[name])
         return cls(**{**content, "known_mm": tuple(content["known_mm"])})
 
 
@@ -169,11 +170,11 @@ class TaughtDetector:
             )
             probability = fit_probability(scores, nodule, self._rules["prevalence"])
         sized = self._sizes.without(self._among_nodules[gone[self._nodule[gone]]])
-        size, reach = None, _UNKNOWN
+        size, reach = None, float("inf")
         if sized is not None:
             size, predictions = sized
             true_mm = self._sizes_mm[taught][self._nodule[taught]]
-            reach = conformal_reach(predictions - true_mm, self._settings["size_confidence"])
+            reach = conformal_reach(predictions - true_mm, self._rules["size_confidence"])
         weight = self._settings["evidence_weight"]
         return TaughtModel(score, weight, threshold, probability, size, reach, self._known_mm)
 
@@ -232,24 +233,3 @@ def upper_bound(scores: np.ndarray, share: float, tail: float) -> float:
     student = z + (z**3 + z) / (4 * freedom) + (5 * z**5 + 16 * z**3 + 3 * z) / (96 * freedom**2)
     reach = tail * student * np.sqrt(1 + 1 / count) * scores.std(ddof=1)
     return float(scores.mean() + reach)
-
-
-def conformal_reach(errors: np.ndarray, share: float) -> float:
-    """Choose how far an interval reaches to both sides, to hold so many further values.
-
-    Parameters
-    ----------
-    errors : (n,) array
-        Of cross-validated predictions.
-    share : float
-        Wanted, such as 0.9.
-
-    Returns
-    -------
-    float
-        The error of rank ceil((n + 1) share) by magnitude (Barber et al. 2021, jackknife+); the
-        largest where there are too few.
-    """
-    count = errors.size
-    rank = min(int(np.ceil((count + 1) * share - 1e-9)), count)
-    return float(np.sort(np.abs(errors))[rank - 1])
