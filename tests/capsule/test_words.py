@@ -41,6 +41,14 @@ def test_numbers_read_as_words(written, expected):
         (words.points(0.0001), "0"),
         (words.p_value(0.0004), "p < 0.001"),
         (words.p_value(0.0313), "p = 0.031"),
+        (words.estimated_size({"estimate_mm": 2.0}), "2.0 mm"),
+        (
+            words.estimated_size(
+                {"estimate_mm": 3.16, "estimate_low_mm": 2.1, "estimate_high_mm": 4.0}
+            ),
+            "3.2 mm (2.1 to 4.0)",
+        ),
+        (words.estimated_size({"estimate_mm": UNKNOWN}), words.NOT_GIVEN),
         (words.place(-5.7, None), "before the start"),
         (words.place(9.26, 4.5), "9.3 s, 4.5 mm"),
         (words.place(float("nan"), None), words.NOT_GIVEN),

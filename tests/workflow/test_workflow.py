@@ -96,6 +96,19 @@ def test_every_detector_judges_the_unlabelled_recording(finished):
     assert 0 < float(by_diagonal["probability"]) < 1
 
 
+def test_every_size_that_is_a_number_of_mm_has_its_interval(finished):
+    rows = [
+        row
+        for name in ("evaluation/predictions.csv", "detections.csv")
+        for row in table(finished, name)
+        if row["detector"] in ("diagonal", "taught") and row["estimate_mm"]
+    ]
+    assert {row["detector"] for row in rows} == {"diagonal", "taught"}
+    for row in rows:
+        low, estimate, high = (float(row[f"estimate{end}_mm"]) for end in ("_low", "", "_high"))
+        assert 1 <= low <= estimate <= high <= 2.5
+
+
 @pytest.mark.parametrize(
     "name", ["detection", "specificity", "sizing", "confusion", "summary", "auc"]
 )
@@ -112,7 +125,8 @@ def test_what_is_handed_on_judges_a_recording_as_the_workflow_did(finished):
     said = FinalVerdict(*files, settings).judge(values)
     rows = table(finished, "detections.csv")
     for line, row in zip(said, rows, strict=True):
-        verdict = f"nodule of {float(row['estimate_mm']):.1f} mm" if row["estimate_mm"] else "no"
+        sized = {name: float(row[name] or "nan") for name in row if name.startswith("estimate_")}
+        verdict = f"nodule of {words.estimated_size(sized)}" if row["estimate_mm"] else "no"
         assert line.startswith(f"verdict of {row['detector']}: {verdict}")
         assert not row["probability"] or words.percent(float(row["probability"])) in line
         assert not row["location_s"] or words.place(float(row["location_s"]), None) in line

@@ -143,10 +143,10 @@ class FinalVerdict:
             where = words.place(
                 verdict.location_samples / recording["rate_hz"], verdict.location_mm
             )
-            size = words.estimated_size(
-                verdict.estimate_mm, verdict.estimate_low_mm, verdict.estimate_high_mm
-            )
-            parts = [f"nodule of {size}", f"sensor 1 passes it: {where}"]
+            parts = [
+                f"nodule of {words.estimated_size(vars(verdict))}",
+                f"sensor 1 passes it: {where}",
+            ]
         if not np.isnan(verdict.probability):
             prevalence = words.percent(self._settings["evaluation"]["prevalence"])
             parts.append(

@@ -1,7 +1,7 @@
 """Numbers as a reader wants them; what is unknown is said in words."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 UNKNOWN = "not known"
 NOT_GIVEN = "not given"
@@ -42,8 +42,10 @@ def size(size_mm: float | None) -> str:
     return "no nodule" if size_mm == 0 else f"{size_mm:g} mm"
 
 
-def estimated_size(estimate_mm: float, low_mm: float, high_mm: float) -> str:
-    """Write the estimate of a size, with its interval where it has one: ``3.2 mm (2.1 to 4.0)``."""
+def estimated_size(verdict: Mapping[str, float]) -> str:
+    """Write a verdict's size, with its interval where it has one: ``3.2 mm (2.1 to 4.0)``."""
+    names = ("estimate_mm", "estimate_low_mm", "estimate_high_mm")
+    estimate_mm, low_mm, high_mm = (verdict.get(name) for name in names)
     if not is_known(estimate_mm):
         return NOT_GIVEN
     interval = f" ({low_mm:.1f} to {high_mm:.1f})" if is_known(low_mm) else ""

@@ -178,9 +178,7 @@ def _verdict_words(row: Mapping) -> dict:
     return {
         "detector": row["detector"],
         "verdict": words.size(row["predicted_mm"]),
-        "estimate": words.estimated_size(
-            *(row[name] for name in ("estimate_mm", "estimate_low_mm", "estimate_high_mm"))
-        ),
+        "estimate": words.estimated_size(row),
         "probability": _or_not_given(words.percent(probability), probability),
         "place": words.place(row["location_s"], row["location_mm"]),
     }

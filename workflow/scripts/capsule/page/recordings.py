@@ -126,12 +126,7 @@ def verdicts_by_recording(
 def _details(row: Mapping) -> str:
     """Return what a verdict says beyond its size; of no nodule only the probability."""
     parts = {
-        "estimated": (
-            row.get("estimate_mm"),
-            words.estimated_size(
-                *(row.get(name) for name in ("estimate_mm", "estimate_low_mm", "estimate_high_mm"))
-            ),
-        ),
+        "estimated": (row.get("estimate_mm"), words.estimated_size(row)),
         "probability": (row.get("probability"), words.percent(row.get("probability"))),
         "place": (
             row.get("location_s"),

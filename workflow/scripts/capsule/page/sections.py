@@ -78,6 +78,7 @@ def page_values(
         ),
         **comparison.page_values(tables.judgements, settings),
         "confidence": words.percent(judged["confidence"]),
+        "size_confidence": words.percent(judged["size_confidence"]),
         "places": places.place_rows(tables.sites),
         "retest": places.retest_rows(tables.judgements["retest"]),
         "templates": cells.template_rows(tables.templates),
