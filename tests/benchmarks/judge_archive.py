@@ -175,6 +175,7 @@ def judge_passes(archive: Sequence[Recording], config: Mapping) -> dict[int, dic
             np.array([passage.evidence for passage in passed]),
             np.full(len(passed), np.nan),
             np.array([passage.location_mm for passage in passed]),
+            *[np.full(len(passed), np.nan)] * 2,
         )
     shares = {}
     for count in judged["passes"]:

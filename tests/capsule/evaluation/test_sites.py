@@ -1,6 +1,9 @@
 """Several passes over one place: one verdict, by a threshold learned from other places."""
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 
 from capsule.evaluation.sites import (
     COLUMNS,
@@ -9,13 +12,14 @@ from capsule.evaluation.sites import (
     site_rows,
     site_verdicts,
 )
+from capsule.seeding import generator
 
 UNKNOWN = float("nan")
 
 
-def passes(size_mm, *scores, estimates=None, locations=None):
+def passes(size_mm, *scores, estimates=None, locations=None, low=None, high=None):
     blank = [UNKNOWN] * len(scores)
-    parts = (scores, estimates or blank, locations or blank)
+    parts = (scores, estimates or blank, locations or blank, low or blank, high or blank)
     return Passes(size_mm, *(np.array(part, dtype=np.float64) for part in parts))
 
 
@@ -51,6 +55,41 @@ def test_size_and_place_are_those_of_the_passes_that_found_it():
     found = passes(3.0, 9.0, 0.0, 9.0, estimates=[3.0, UNKNOWN, 4.0], locations=[5.0, UNKNOWN, 7.0])
     verdict = site_verdicts({"n": found}, HEALTHY, 0.5)["n"]
     assert (verdict.estimate_mm, verdict.location_mm) == (3.5, 6.0)
+    # A detector that names a size of the archive gives no interval.
+    assert np.isnan([verdict.estimate_low_mm, verdict.estimate_high_mm]).all()
+
+
+def test_the_interval_of_a_place_has_the_mean_ends_of_the_passes_that_found_it():
+    found = passes(
+        3.0, 9.0, 0.0, 9.0, estimates=[3.0, UNKNOWN, 4.0],
+        low=[2.0, UNKNOWN, 3.5], high=[3.5, UNKNOWN, 5.0],
+    )  # fmt: skip
+    verdict = site_verdicts({"n": found}, HEALTHY, 0.5)["n"]
+    assert (verdict.estimate_low_mm, verdict.estimate_high_mm) == (2.75, 4.25)
+    overruled = site_verdicts({"n": replace(found, score=found.score - 9)}, HEALTHY, 0.5)["n"]
+    ends = [overruled.estimate_mm, overruled.estimate_low_mm, overruled.estimate_high_mm]
+    assert overruled.detected is False and np.isnan(ends).all()
+
+
+@pytest.mark.parametrize("shared", [0.0, 0.7, 1.0])
+def test_the_interval_of_a_place_holds_its_size_whatever_the_passes_share(shared):
+    numbers = generator(1, "places", str(shared))
+    of_place, of_pass = numbers.normal(size=(4000, 1)), numbers.normal(size=(4000, 3))
+    errors = np.sqrt(shared) * of_place + np.sqrt(1 - shared) * of_pass
+    reach = np.quantile(np.abs(errors), 0.9)
+    sites = {
+        str(place): passes(
+            3.0, 9.0, 9.0, 9.0, estimates=(3 + each).tolist(),
+            low=(3 + each - reach).tolist(), high=(3 + each + reach).tolist(),
+        )
+        for place, each in enumerate(errors)
+    }  # fmt: skip
+    verdicts = site_verdicts(sites, {}, 0.9, fixed_threshold=0.0).values()
+    held = [each.estimate_low_mm <= 3.0 <= each.estimate_high_mm for each in verdicts]
+    # The standard error is 0.005.
+    assert np.mean(held) >= 0.88
+    if shared == 1.0:
+        assert np.mean(held) == pytest.approx(0.9, abs=0.02)
 
 
 def test_what_cannot_be_said_is_not_said():
@@ -82,7 +121,8 @@ def test_verdicts_are_sorted_by_detector_label_and_the_place_that_the_recordings
     sites = {"0mm/a": "", "0mm/b": "", "2mm/a": "p", "2mm/b": "p", "unlabelled/c": "p"}
     predictions = [
         {"recording": name, "detector": detector, "size_mm": name[0], "score": str(score)}
-        | {"estimate_mm": "2.0", "location_mm": ""}
+        | {"estimate_mm": "2.0", "estimate_low_mm": "1.5", "estimate_high_mm": "2.25"}
+        | {"location_mm": ""}
         for detector in ("template", "diagonal")
         for score, name in enumerate(list(sites)[:4])
     ]
@@ -96,3 +136,4 @@ def test_verdicts_are_sorted_by_detector_label_and_the_place_that_the_recordings
     assert (by_rule["site"], by_rule["size_mm"], by_rule["recordings"]) == ("p", 2.0, 2)
     # The mean of the scores 2 and 3; the rule's own threshold is 0, the other is a healthy score.
     assert (by_rule["score"], by_rule["threshold"], by_threshold["threshold"]) == (2.5, 0.0, 1.0)
+    assert (by_rule["estimate_low_mm"], by_rule["estimate_high_mm"]) == (1.5, 2.25)

@@ -19,13 +19,13 @@ SCHEMA = files.read_json(ROOT / "workflow/schemas/config.schema.json")
 EVIL = "bench <script>alert(1)</script>"
 
 
-def values(verdicts, sizes_mm, *rows, detections=DETECTIONS):
+def values(verdicts, sizes_mm, *rows, detections=DETECTIONS, verdicts_on_places=()):
     """Put together what the page says of some recordings, each with signals made by formula."""
     tables = sections.Tables(
         index=index_of(*rows),
         passed_over=pd.DataFrame(columns=["path", "reason"]),
         detections=detections,
-        sites=pd.DataFrame(columns=sites.COLUMNS),
+        sites=pd.DataFrame(verdicts_on_places, columns=sites.COLUMNS),
         templates=[],
         evaluation=evaluated(verdicts, sizes_mm),
         judgements={name: pd.DataFrame(columns=each) for name, each in columns.COLUMNS.items()},
@@ -74,6 +74,30 @@ def test_the_template_says_what_the_values_say(small):
     assert "Made on 2024-06-03 12:30 UTC." in page and "<td>1 min 21 s</td>" in page
     assert '<tr data-recording="2mm/a" data-size="2 mm" data-outcome="within tolerance"' in page
     assert EVIL not in page and EVIL.replace("<", "&lt;").replace(">", "&gt;") in page
+
+
+def test_the_page_shows_the_interval_of_every_size_and_its_level():
+    size = {"estimate_mm": 3.16, "estimate_low_mm": 2.1, "estimate_high_mm": 4.0}
+    verdict = {"recording": "unlabelled/a", "detector": "diagonal", "predicted_mm": 3.0, **size}
+    verdict |= {"probability": 0.9, "location_s": 9.0, "location_mm": 4.0, "rmse_0mm": UNKNOWN}
+    of_place = {"site": "p", "size_mm": UNKNOWN, "recordings": 2, "detector": "diagonal", **size}
+    of_place |= {"detected": True, "location_mm": 5.0}
+    page = values(
+        [("0mm/a", 0.0, 0.0), ("2mm/a", 2.0, 3.0)],
+        (0.0, 2.0, 3.0),
+        ["0mm/a", 0.0, "accepted", UNKNOWN, "bench", "aa", 70.0],
+        ["unlabelled/a", UNKNOWN, "accepted", UNKNOWN, "bench", "bb", 70.0],
+        detections=pd.DataFrame([verdict]),
+        verdicts_on_places=[of_place],
+    )
+    text = filled(page)
+    assert "<td>3.2 mm (2.1 to 4.0)</td>" in text
+    assert "<td>nodule of 3.2 mm (2.1 to 4.0), at 5.0 mm</td>" in text
+    assert "in brackets its 90 % interval" in text
+    assert "the mean of their 90 % intervals" in text
+    assert (
+        "estimated 3.2 mm (2.1 to 4.0), probability 90 %" in dict(page["evidence"])["unlabelled/a"]
+    )
 
 
 def test_of_an_empty_archive_the_page_says_so():

@@ -21,7 +21,7 @@ class Passes:
     ----------
     size_mm : float
         True size, 0 for no nodule; NaN where it is not known.
-    score, estimate_mm, location_mm : (P,) array
+    score, estimate_mm, location_mm, estimate_low_mm, estimate_high_mm : (P,) array
         Of each pass; NaN where it says nothing.
     """
 
@@ -29,11 +29,16 @@ class Passes:
     score: np.ndarray
     estimate_mm: np.ndarray
     location_mm: np.ndarray
+    estimate_low_mm: np.ndarray
+    estimate_high_mm: np.ndarray
 
     def first(self, count: int) -> "Passes":
         """Take the first passes, as if no more had been made."""
-        arrays = (self.score, self.estimate_mm, self.location_mm)
-        return Passes(self.size_mm, *(array[:count] for array in arrays))
+        return Passes(self.size_mm, *(getattr(self, name)[:count] for name in _OF_A_PASS))
+
+
+# The arrays of `Passes`, as results/evaluation/predictions.csv calls them.
+_OF_A_PASS = tuple(name for name in Passes.__annotations__ if name != "size_mm")
 
 
 @dataclass(frozen=True)
@@ -51,6 +56,11 @@ class SiteVerdict:
     estimate_mm, location_mm : float
         Mean size, and median place, of the passes in which a nodule is detected; NaN where the
         verdict is none, or no single pass is above its own threshold.
+    estimate_low_mm, estimate_high_mm : float
+        Mean of the lower, and of the upper ends of the intervals of these passes; NaN where the
+        estimate is, or has none. The interval does not shrink with the number of passes: what the
+        set-up of the nodule does to one pass it does to all, and a mean over passes does not take
+        that away. What differs from pass to pass it does, so the interval is rather too wide.
     """
 
     passes: int
@@ -59,6 +69,8 @@ class SiteVerdict:
     detected: bool | None
     estimate_mm: float
     location_mm: float
+    estimate_low_mm: float
+    estimate_high_mm: float
 
 
 COLUMNS = ("site", "size_mm", "recordings", "detector", *SiteVerdict.__annotations__)
@@ -107,12 +119,14 @@ def passes_by_site(
     for row in predictions:
         site = f"{sites[row['recording']] or row['recording']}\n{row.get('size_mm', '')}"
         sorted_rows.setdefault(row["detector"], {}).setdefault(site, []).append(row)
-    columns = ("score", "estimate_mm", "location_mm")
     return {
         detector: {
             site: Passes(
                 float(group[0].get("size_mm") or "nan"),
-                *(np.array([float(row[column] or "nan") for row in group]) for column in columns),
+                *(
+                    np.array([float(row[column] or "nan") for row in group])
+                    for column in _OF_A_PASS
+                ),
             )
             for site, group in by_site.items()
         }
@@ -208,9 +222,12 @@ def _mean_of(scores: np.ndarray, count: int | None = None) -> float:
 def _verdict(passes: Passes, count: int, threshold: float) -> SiteVerdict:
     score = _mean_of(passes.score)
     detected = None if np.isnan(score) or np.isnan(threshold) else score > threshold
-    estimate = place = float("nan")
+    estimate = place = low = high = float("nan")
     if detected:
-        estimate = _mean_of(passes.estimate_mm)
+        estimate, low, high = (
+            _mean_of(each)
+            for each in (passes.estimate_mm, passes.estimate_low_mm, passes.estimate_high_mm)
+        )
         known = passes.location_mm[~np.isnan(passes.location_mm)]
         place = float(np.median(known)) if known.size else place
-    return SiteVerdict(count, score, threshold, detected, estimate, place)
+    return SiteVerdict(count, score, threshold, detected, estimate, place, low, high)

@@ -283,6 +283,8 @@ def retests(
             verdicts.score[each],
             verdicts.estimate_mm[each],
             verdicts.location_mm[each],
+            # Only whether a nodule is detected is asked.
+            *[np.full(len(each), np.nan)] * 2,
         )
         for site, each in places.items()
     }

@@ -41,9 +41,10 @@ def _verdict(row: Mapping) -> str:
         return words.UNKNOWN
     if str(row["detected"]) != "True":
         return "no nodule"
-    known = ("estimate_mm", "nodule of {:.1f} mm"), ("location_mm", "at {:.1f} mm")
-    parts = [text.format(row[name]) for name, text in known if words.is_known(row[name])]
-    return ", ".join(parts if words.is_known(row["estimate_mm"]) else ["nodule", *parts])
+    sized = words.is_known(row["estimate_mm"])
+    what = f"nodule of {words.estimated_size(row)}" if sized else "nodule"
+    where = row["location_mm"]
+    return f"{what}, at {where:.1f} mm" if words.is_known(where) else what
 
 
 def retest_rows(retest: pd.DataFrame) -> dict:
