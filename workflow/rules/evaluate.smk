@@ -3,8 +3,8 @@
 # takes: results/matrices/, results/fits/, results/passages/, results/recordings.csv,
 #        results/detections.csv
 # gives: results/sites.csv, and under results/evaluation/
-#        {predictions,group_predictions,detection,specificity,sizing,confusion}.csv and the tables
-#        of capsule.evaluation.columns
+#        {predictions,group_predictions,detection,specificity,sizing,confusion,learning}.csv and
+#        the tables of capsule.evaluation.columns
 
 from capsule.evaluation.columns import COLUMNS as JUDGEMENTS
 from capsule.naming import folder_of
@@ -26,6 +26,7 @@ rule evaluate:
         rates=expand("results/evaluation/{table}.csv", table=RATES),
         predictions="results/evaluation/predictions.csv",
         grouped="results/evaluation/group_predictions.csv",
+        learning="results/evaluation/learning.csv",
     log:
         "results/logs/evaluate.log",
     conda:

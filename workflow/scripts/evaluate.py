@@ -5,10 +5,8 @@ import json
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-
 from capsule.detectors.training import TrainingArchive
-from capsule.evaluation import rates
+from capsule.evaluation import learning, rates
 from capsule.evaluation.folds import Folds, group_folds
 from capsule.evaluation.predictions import Detectors, by_folds
 from capsule.naming import size_mm
@@ -42,17 +40,18 @@ def main() -> None:
     features = read_features(arguments.features, index) if arguments.features else {}
     archive = TrainingArchive(sizes_mm, templates, particles, passages, load, settings, features)
     detectors = Detectors(archive)
-    columns = ["recording", "size_mm", "detector", "scheme", *detectors.columns]
     made = by_folds(detectors, sizes_mm, [Folds(name, list(index)) for name in rules["schemes"]])
     folds_by_group = {key: group_folds(key, index) for key in rules["groups"]}
     grouped = by_folds(detectors, sizes_mm, [folds for folds in folds_by_group.values() if folds])
+    columns = ["recording", "size_mm", "detector", "scheme", *detectors.columns]
     files.write_csv(folder / "predictions.csv", columns, made)
     files.write_csv(folder / "group_predictions.csv", columns, grouped)
+    learned = learning.learning_rows(detectors.learners(), archive, made)
+    files.write_csv(folder / "learning.csv", learning.COLUMNS, learned)
     for key in [key for key, folds in folds_by_group.items() if folds is None]:
         print(f"the headers do not name several recordings a {key}: no group is left out")
-    known = [row for row in made if not np.isnan(row["predicted_mm"])]
     counted = {key: rules[key] for key in ("schemes", "tolerance_mm", "confidence")}
-    for name, table in rates.tables(known, templates.sizes_mm, **counted).items():
+    for name, table in rates.tables(made, templates.sizes_mm, **counted).items():
         files.write_csv(folder / f"{name}.csv", rates.COLUMNS[name], table)
 
 

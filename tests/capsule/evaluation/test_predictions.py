@@ -93,3 +93,7 @@ def test_each_fold_is_judged_by_the_others_and_listed_by_detector_recording_and_
         if (row["recording"], row["detector"]) == ("2mm/a", "template") and "pair" in row["scheme"]
     ]
     assert found == expected | {"size_mm": 2.0, "scheme": "leave_one_pair_out"}
+
+
+def test_a_learning_curve_is_drawn_of_what_learns_a_threshold_without_templates(detectors):
+    assert list(detectors.learners()) == ["diagonal"]

@@ -32,6 +32,9 @@ class Row:
         The threshold of its score; None for a detector that learns it from healthy recordings.
     by_distance : bool
         Whether its verdict is the shortest distance to a template.
+    by_templates : bool
+        Whether it lays templates on recordings: to judge many anew, with many left out of the
+        templates, takes too long for every report.
     by_features : bool
         Whether it judges by the taught scorer's features.
     needs : str
@@ -46,6 +49,7 @@ class Row:
     section: str | None = None
     fixed_threshold: float | None = None
     by_distance: bool = False
+    by_templates: bool = False
     by_features: bool = False
     needs: str = ""
 
@@ -59,6 +63,7 @@ _ROWS = (
         built_by="NearestTemplate",
         fixed_threshold=0.0,
         by_distance=True,
+        by_templates=True,
     ),
     Row(
         name="template_threshold",
@@ -66,6 +71,7 @@ _ROWS = (
         sentence="the paper's margin against a threshold",
         module="capsule.detectors.template",
         built_by="TemplateMargin",
+        by_templates=True,
     ),
     Row(
         name="diagonal",

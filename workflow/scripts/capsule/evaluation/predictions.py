@@ -3,7 +3,8 @@
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 
-from capsule.detectors.training import TrainingArchive, detector_class
+from capsule.detectors.registry import detector_row
+from capsule.detectors.training import Detector, TrainingArchive, detector_class
 from capsule.detectors.verdicts import Verdict
 from capsule.evaluation.folds import Folds
 from capsule.naming import size_label
@@ -56,6 +57,15 @@ class Detectors:
             recording = self._archive.recording(name)
             for detector, model in models.items():
                 yield self._row(name, detector, model.verdict(recording))
+
+    def learners(self) -> dict[str, Detector]:
+        """Give those that learn a threshold and take moments to learn it anew, by name."""
+        rows = {name: detector_row(name) for name in self.names}
+        return {
+            name: self._detectors[name]
+            for name, row in rows.items()
+            if row.fixed_threshold is None and not row.by_templates
+        }
 
     def stored(self) -> dict:
         """Give what all labelled recordings teach, to judge others without them."""

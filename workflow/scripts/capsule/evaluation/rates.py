@@ -30,13 +30,13 @@ COLUMNS = {
 }
 
 
-def rate(hits: int, count: int, confidence: float) -> tuple[float, float, float]:
+def rate(hits: float, count: int, confidence: float) -> tuple[float, float, float]:
     """Give a rate and its Wilson interval.
 
     Parameters
     ----------
-    hits, count : int
-        How many of how many.
+    hits, count : float, int
+        How many of how many; hits that are means of several judgements need not be whole.
     confidence : float
         Level of the interval, such as 0.95.
 
@@ -63,7 +63,7 @@ def interval_columns(name: str, values: Sequence[float]) -> dict[str, float]:
     return dict(zip((name, f"{name}_low", f"{name}_high"), values, strict=True))
 
 
-def rate_columns(name: str, hits: int, count: int, confidence: float) -> dict[str, float]:
+def rate_columns(name: str, hits: float, count: int, confidence: float) -> dict[str, float]:
     """Give a rate and its Wilson interval, named as by `interval_columns`."""
     return interval_columns(name, rate(hits, count, confidence))
 
@@ -203,7 +203,8 @@ def tables(
     Parameters
     ----------
     predictions : sequence of mapping
-        Rows with ``detector``, ``scheme``, ``size_mm`` and ``predicted_mm``.
+        Rows with ``detector``, ``scheme``, ``size_mm`` and ``predicted_mm``; those without a
+        verdict (NaN) are left aside.
     sizes_mm : sequence of float
         Sizes that have a template, 0 included.
     schemes : sequence of str
@@ -225,10 +226,11 @@ def tables(
         "sizing": [],
         "confusion": [],
     }
-    detectors = list(dict.fromkeys(row["detector"] for row in predictions))
+    known = [row for row in predictions if not np.isnan(row["predicted_mm"])]
+    detectors = list(dict.fromkeys(row["detector"] for row in known))
     for detector in detectors:
         for scheme in schemes:
-            rows = [r for r in predictions if (r["detector"], r["scheme"]) == (detector, scheme)]
+            rows = [r for r in known if (r["detector"], r["scheme"]) == (detector, scheme)]
             true_mm = np.array([row["size_mm"] for row in rows], dtype=np.float64)
             predicted_mm = np.array([row["predicted_mm"] for row in rows], dtype=np.float64)
             made = {

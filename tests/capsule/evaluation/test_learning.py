@@ -1,0 +1,174 @@
+"""Learning curves, by a detector so simple that its rates can be counted by hand."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+
+from capsule.detectors.training import TrainingArchive
+from capsule.detectors.verdicts import Verdict
+from capsule.evaluation import learning
+from capsule.evaluation.agreement import paired_difference
+from capsule.evaluation.learning import Split
+from capsule.seeding import generator
+from support.training import NO_TEMPLATES
+
+SCORES = {
+    "0mm/a": 0.1, "0mm/b": 0.2, "0mm/c": 0.4, "0mm/d": 0.6,
+    "1mm/a": 0.3, "1mm/b": 0.5, "2mm/a": 0.7, "2mm/b": 0.15,
+}  # fmt: skip
+SIZES_MM = {name: float(name[0]) for name in SCORES}
+
+
+class Loudest:
+    """Takes for a nodule what scores above all healthy recordings that taught it."""
+
+    def __init__(self, sizes_mm):
+        self.healthy = [name for name, size in sizes_mm.items() if size == 0]
+        self.threshold = float("nan")
+
+    def without(self, left_out):
+        """Learn from the others."""
+        model = Loudest({})
+        taught = [SCORES[name] for name in self.healthy if name not in left_out]
+        model.threshold = max(taught, default=float("nan"))
+        return model
+
+    def verdict(self, recording):
+        """Judge one recording."""
+        if np.isnan(self.threshold):
+            return Verdict(self.threshold, 0.0, self.threshold)
+        score = SCORES[recording.name]
+        return Verdict(2.0 * (score > self.threshold), score, self.threshold)
+
+
+def archive_of(sizes_mm):
+    settings = {"evaluation": {"seed": 1, "confidence": 0.95}}
+    return TrainingArchive(sizes_mm, NO_TEMPLATES, {}, {}, {}.__getitem__, settings)
+
+
+def left_out_alone(sizes_mm):
+    """Predict each recording by all others, as the evaluation does."""
+    archive, detector = archive_of(sizes_mm), Loudest(sizes_mm)
+    return [
+        {
+            "detector": "loudest",
+            "scheme": "leave_one_out",
+            "recording": name,
+            "predicted_mm": detector.without([name]).verdict(archive.recording(name)).predicted_mm,
+        }
+        for name in sizes_mm
+    ]
+
+
+def rows_of(sizes_mm):
+    detectors = {"loudest": Loudest(sizes_mm)}
+    return learning.learning_rows(detectors, archive_of(sizes_mm), left_out_alone(sizes_mm))
+
+
+def test_over_all_splits_each_recording_counts_as_often_as_it_is_judged_rightly():
+    names = set(SIZES_MM)
+    splits = [Split(0.5, taught, tuple(names - {*taught})) for taught in combinations(SIZES_MM, 4)]
+    right = learning.mean_right(Loudest(SIZES_MM), archive_of(SIZES_MM), splits)
+    for name, size_mm in SIZES_MM.items():
+        verdicts = []
+        for taught in combinations(names - {name}, 4):
+            healthy = [SCORES[other] for other in taught if SIZES_MM[other] == 0]
+            if healthy:
+                verdicts.append((SCORES[name] > max(healthy)) == (size_mm > 0))
+        assert right[name] == pytest.approx(np.mean(verdicts))
+
+
+def test_every_size_is_dealt_evenly_and_every_recording_has_one_part():
+    sizes_mm = {f"{size}mm/{run}": float(size) for size in (0, 1, 3) for run in range(9)}
+    parts = learning.deal(sizes_mm, generator(1, "deal"))
+    assert sorted(name for part in parts for name in part) == sorted(sizes_mm)
+    for size_mm in (0.0, 1.0, 3.0):
+        assert {sum(sizes_mm[name] == size_mm for name in part) for part in parts} == {2, 3}
+
+
+@pytest.mark.parametrize("recordings", [1, 2, 5, 8, 40, 200, 400, 700, 2000])
+def test_a_split_holds_the_whole_archive_and_large_archives_are_split_less_often(recordings):
+    names = [f"{place % 3}mm/{place}" for place in range(recordings)]
+    sizes_mm = {name: float(name[0]) for name in names}
+    splits = learning.draw_splits(sizes_mm, seed=1)
+    assert all(sorted([*each.taught, *each.judged]) == sorted(names) for each in splits)
+    assert [split.share for split in splits] == sorted(split.share for split in splits)
+    of_half = [split for split in splits if split.share == 0.5]
+    assert len(splits) == 3 * len(of_half) <= 120
+    assert len(of_half) * recordings < 960 + 4 * recordings or len(of_half) == 40
+
+
+def test_splits_follow_from_names_and_seed_not_from_the_order_of_the_recordings():
+    backwards = dict(reversed(SIZES_MM.items()))
+    assert learning.draw_splits(SIZES_MM, 1) == learning.draw_splits(backwards, 1)
+    assert learning.draw_splits(SIZES_MM, 1) != learning.draw_splits(SIZES_MM, 2)
+
+
+def test_in_a_small_archive_every_recording_is_judged_equally_often_at_each_share():
+    for share in (0.25, 0.5, 0.75):
+        splits = [each for each in learning.draw_splits(SIZES_MM, 1) if each.share == share]
+        times = [sum(name in each.judged for each in splits) for name in SIZES_MM]
+        assert times == [len(splits) * (1 - share)] * len(SIZES_MM)
+
+
+def test_rates_are_given_of_healthy_recordings_of_each_size_and_of_all_but_the_smallest():
+    assert learning.size_ranges([0, 1, 2, 1]) == [(0, 0), (1, 1), (2, 2)]
+    assert learning.size_ranges([3, 2.5, 0, 6]) == [(0, 0), (2.5, 2.5), (3, 3), (6, 6), (3, 6)]
+    assert learning.size_ranges([]) == []
+
+
+def test_the_last_point_of_the_curve_is_leave_one_out():
+    rows = [row for row in rows_of(SIZES_MM) if row["share"] == learning.ALL_BUT_ONE]
+    # Only 0mm/d is louder than the other healthy ones; only 2mm/a is louder than 0mm/d.
+    assert [row["rate"] for row in rows] == [0.75, 0.0, 0.5]
+    assert [row["judged"] for row in rows] == [4, 2, 2]
+    assert [row["taught"] for row in rows] == [7.0] * 3
+    assert [row["taught_healthy"] for row in rows] == [3.5] * 3
+    assert all(np.isnan(row["gain"]) for row in rows)
+
+
+def test_every_row_has_the_columns_of_the_table_and_the_gain_ends_at_leave_one_out():
+    rows = rows_of(SIZES_MM)
+    assert all(row.keys() == set(learning.COLUMNS) for row in rows)
+    assert [(row["share"], row["size_from_mm"]) for row in rows] == [
+        (share, size) for share in (0.25, 0.5, 0.75, 1.0) for size in (0.0, 1.0, 2.0)
+    ]
+    last = {row["size_from_mm"]: row["rate"] for row in rows if row["share"] == 1}
+    for row in rows:
+        if row["share"] < 1:
+            assert row["rate"] + row["gain"] == pytest.approx(last[row["size_from_mm"]])
+            assert row["gain_low"] < row["gain"] < row["gain_high"]
+    assert [row["taught"] for row in rows if row["size_from_mm"] == 0] == [2.0, 4.0, 6.0, 7.0]
+
+
+def test_the_gain_of_whole_verdicts_is_that_of_paired_shares():
+    before, after = np.array([1, 0, 0, 1, 0, 0, 1.0]), np.array([1, 1, 1, 0, 1, 0, 1.0])
+    expected = paired_difference(before == 1, after == 1, 0.95)
+    ends = ("difference", "difference_low", "difference_high")
+    assert learning.mean_gain(before, after, 0.95) == pytest.approx([expected[e] for e in ends])
+
+
+def test_a_recording_that_was_not_judged_both_times_has_no_gain():
+    before, after = np.array([0.5, np.nan, 0.25]), np.array([1.0, 1.0, np.nan])
+    assert learning.mean_gain(before, after, 0.95)[0] == 0.5
+    assert np.isnan(learning.mean_gain(before[1:], after[1:], 0.95)).all()
+
+
+@pytest.mark.parametrize(
+    "names",
+    [[], ["0mm/a"], ["2mm/a"], ["0mm/a", "1mm/a"], ["0mm/a", "0mm/b"], ["1mm/a", "2mm/a"]],
+    ids=" ".join,
+)
+def test_an_archive_with_hardly_a_recording_has_rows_without_error(names):
+    sizes_mm = {name: SIZES_MM[name] for name in names}
+    rows = rows_of(sizes_mm)
+    assert len(rows) == 4 * len(set(sizes_mm.values()))
+    assert all(np.isnan(row["rate"]) == (row["judged"] == 0) for row in rows)
+
+
+def test_without_leave_one_out_the_curve_has_no_last_point_and_no_gain():
+    detectors = {"loudest": Loudest(SIZES_MM)}
+    rows = learning.learning_rows(detectors, archive_of(SIZES_MM), [])
+    assert {row["share"] for row in rows} == {0.25, 0.5, 0.75}
+    assert all(np.isnan(row["gain"]) for row in rows)

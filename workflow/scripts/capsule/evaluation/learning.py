@@ -1,0 +1,283 @@
+"""Whether more recordings would help: the rates that a part of an archive reaches.
+
+The archive is dealt into four parts, each size evenly, as cards are dealt. One part teaches, or
+two, or three; each time the rest is judged. A small archive is dealt several times, and each time
+every part has its turn; in a large one fewer turns judge as many recordings, so that the work
+stays bounded. With all but one recording to teach, it is leave-one-out.
+"""
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import chain
+from math import ceil, sqrt
+from statistics import NormalDist
+
+import numpy as np
+
+from capsule.detectors.training import Detector, TrainingArchive
+from capsule.evaluation.folds import LEAVE_ONE_OUT
+from capsule.evaluation.rates import interval_columns, rate_columns
+from capsule.seeding import generator
+
+PARTS = 4
+# In place of a share: all but the one that is judged.
+ALL_BUT_ONE = 1.0
+COLUMNS = [
+    "detector",
+    "share",
+    "splits",
+    "taught",
+    "taught_healthy",
+    "size_from_mm",
+    "size_to_mm",
+    "taught_of_size",
+    "judged",
+    "rate",
+    "rate_low",
+    "rate_high",
+    "gain",
+    "gain_low",
+    "gain_high",
+]
+# So many recordings times splits at each share, and no more splits than this.
+_DRAWN, _MOST_SPLITS = 960, 40
+
+
+@dataclass(frozen=True)
+class Split:
+    """Which recordings teach, and which are judged.
+
+    Attributes
+    ----------
+    share : float
+        Of the archive that teaches.
+    taught, judged : tuple of str
+        Their names; the two hold the whole archive.
+    """
+
+    share: float
+    taught: tuple[str, ...]
+    judged: tuple[str, ...]
+
+
+def deal(sizes_mm: Mapping[str, float], numbers: np.random.Generator) -> list[list[str]]:
+    """Deal recordings into four parts, each size as evenly as it goes.
+
+    Parameters
+    ----------
+    sizes_mm : mapping of str to float
+        The recordings and their true sizes.
+    numbers : Generator
+        Shuffles the recordings of each size.
+    """
+    shuffled: list[str] = []
+    for size_mm in sorted(set(sizes_mm.values())):
+        names = sorted(name for name, size in sizes_mm.items() if size == size_mm)
+        shuffled += [names[place] for place in numbers.permutation(len(names))]
+    return [shuffled[part::PARTS] for part in range(PARTS)]
+
+
+def draw_splits(sizes_mm: Mapping[str, float], seed: int) -> list[Split]:
+    """Draw the splits at a quarter, a half and three quarters of an archive.
+
+    Parameters
+    ----------
+    sizes_mm : mapping of str to float
+        The recordings and their true sizes; their order does not matter.
+    seed : int
+        The configured seed.
+
+    Returns
+    -------
+    list of Split
+        By share; empty without a recording.
+    """
+    if not sizes_mm:
+        return []
+    wanted = min(ceil(_DRAWN / len(sizes_mm)), _MOST_SPLITS)
+    deals, turns = ceil(wanted / PARTS), range(0, PARTS, PARTS // min(wanted, PARTS))
+    dealt = [deal(sizes_mm, generator(seed, "learning", str(each))) for each in range(deals)]
+    drawn = []
+    for count in range(1, PARTS):
+        for parts in dealt:
+            for first in turns:
+                turned = parts[first:] + parts[:first]
+                taught, judged = chain(*turned[:count]), chain(*turned[count:])
+                drawn.append(Split(count / PARTS, tuple(taught), tuple(judged)))
+    return drawn
+
+
+def mean_right(
+    detector: Detector, archive: TrainingArchive, splits: Sequence[Split]
+) -> dict[str, float]:
+    """Let the taught recordings of each split teach a detector, and judge the others.
+
+    Returns
+    -------
+    dict of str to float
+        How often each recording was judged rightly; NaN where it never had a verdict.
+    """
+    verdicts: dict[str, list[float]] = {name: [] for name in archive.sizes_mm}
+    for split in splits:
+        model = detector.without(split.judged)
+        for name in split.judged:
+            predicted_mm = model.verdict(archive.recording(name)).predicted_mm
+            verdicts[name].append(is_right(archive.sizes_mm[name], predicted_mm))
+    return {name: _mean_of_known(each) for name, each in verdicts.items()}
+
+
+def is_right(true_mm: float, predicted_mm: float) -> float:
+    """Tell whether a nodule is found, or none where there is none: 1 or 0, NaN without verdict."""
+    if np.isnan(predicted_mm):
+        return float("nan")
+    return float((true_mm > 0) == (predicted_mm > 0))
+
+
+def _mean_of_known(values: Sequence[float]) -> float:
+    known = [value for value in values if not np.isnan(value)]
+    return sum(known) / len(known) if known else float("nan")
+
+
+def size_ranges(sizes_mm: Iterable[float]) -> list[tuple[float, float]]:
+    """List what rates are given for: no nodule, each size, and all but the smallest size."""
+    sizes = sorted(set(sizes_mm))
+    nodules = [size for size in sizes if size > 0]
+    larger = [(nodules[1], nodules[-1])] if len(nodules) > 2 else []
+    return [(size, size) for size in sizes] + larger
+
+
+def mean_gain(
+    before: np.ndarray, after: np.ndarray, confidence: float
+) -> tuple[float, float, float]:
+    """Give how much more often the same recordings are judged rightly.
+
+    The interval is Bonett and Price's for paired shares (2012): Wald's, with one recording more
+    that gains all and one that loses all. It holds for means over splits too, whose differences
+    lie between.
+
+    Parameters
+    ----------
+    before, after : (n,) array
+        How often each recording was judged rightly, 0 to 1; NaN for never judged.
+    confidence : float
+        Level of the interval.
+
+    Returns
+    -------
+    value, low, high : float
+        All NaN without a recording that was judged both times.
+    """
+    difference = after - before
+    difference = difference[~np.isnan(difference)]
+    if difference.size == 0:
+        return float("nan"), float("nan"), float("nan")
+    widened = np.append(difference, [1.0, -1.0])
+    reach = NormalDist().inv_cdf(0.5 + confidence / 2) * sqrt(widened.var() / widened.size)
+    centre = float(widened.mean())
+    return float(difference.mean()), max(centre - reach, -1.0), min(centre + reach, 1.0)
+
+
+def learning_rows(
+    detectors: Mapping[str, Detector], archive: TrainingArchive, predictions: Iterable[Mapping]
+) -> list[dict]:
+    """Give the rates of each detector against the recordings that taught it.
+
+    Parameters
+    ----------
+    detectors : mapping of str to Detector
+        Taught by the archive.
+    archive : TrainingArchive
+        Its labelled recordings teach and are judged; the section ``evaluation`` of its settings
+        tells seed and confidence.
+    predictions : iterable of mapping
+        Rows with ``detector``, ``scheme``, ``recording`` and ``predicted_mm``; those of
+        leave-one-out give the last point.
+
+    Returns
+    -------
+    list of dict
+        A row a detector, share and range of sizes, as `COLUMNS`. ``taught``, ``taught_healthy``
+        and ``taught_of_size`` are means over the splits. ``rate`` is specificity where both sizes
+        are 0, sensitivity elsewhere, with Wilson's interval as of recordings judged once. ``gain``
+        is what all but one recording reach above that rate, from `mean_gain`.
+    """
+    sizes_mm, rules = archive.sizes_mm, archive.settings["evaluation"]
+    by_share: dict[float, list[Split]] = {}
+    for split in draw_splits(sizes_mm, rules["seed"]):
+        by_share.setdefault(split.share, []).append(split)
+    alone = _left_out_alone(predictions, sizes_mm)
+    rows = []
+    for name, detector in detectors.items():
+        right = {share: mean_right(detector, archive, each) for share, each in by_share.items()}
+        last = alone.get(name)
+        points = [
+            (share, len(each), right[share], last, taught_counts(each, sizes_mm))
+            for share, each in by_share.items()
+        ]
+        if last is not None:
+            points.append((ALL_BUT_ONE, len(last), last, None, _counts_without_one(sizes_mm)))
+        for share, splits, of_share, after, counts in points:
+            key = {"detector": name, "share": share, "splits": splits}
+            made = rate_rows(of_share, after, sizes_mm, counts, rules["confidence"])
+            rows += [key | row for row in made]
+    return rows
+
+
+def _left_out_alone(
+    predictions: Iterable[Mapping], sizes_mm: Mapping[str, float]
+) -> dict[str, dict[str, float]]:
+    """Tell of each detector which recordings it judges rightly by all the others."""
+    alone: dict[str, dict[str, float]] = {}
+    for row in predictions:
+        if row["scheme"] == LEAVE_ONE_OUT:
+            name = row["recording"]
+            right = is_right(sizes_mm[name], row["predicted_mm"])
+            alone.setdefault(row["detector"], {})[name] = right
+    return alone
+
+
+def rate_rows(
+    right: Mapping[str, float],
+    after: Mapping[str, float] | None,
+    sizes_mm: Mapping[str, float],
+    counts: Mapping[float, float],
+    confidence: float,
+) -> list[dict]:
+    """Give the rates of one detector at one share, a row a range of sizes.
+
+    Parameters
+    ----------
+    right, after : mapping of str to float
+        How often each recording is judged rightly, and how often by all but one; None for no gain.
+    sizes_mm : mapping of str to float
+        The recordings and their true sizes.
+    counts : mapping of float to float
+        How many recordings of each size teach, on average.
+    confidence : float
+        Level of the intervals.
+    """
+    rows = []
+    for first, last in size_ranges(sizes_mm.values()):
+        names = [name for name, size in sizes_mm.items() if first <= size <= last]
+        each = np.array([right[name] for name in names])
+        later = np.array([np.nan if after is None else after[name] for name in names])
+        known = each[~np.isnan(each)]
+        row = {"taught": sum(counts.values()), "taught_healthy": counts.get(0.0, 0.0)}
+        row |= {"size_from_mm": first, "size_to_mm": last, "judged": known.size}
+        row["taught_of_size"] = sum(n for size, n in counts.items() if first <= size <= last)
+        row |= rate_columns("rate", float(known.sum()), known.size, confidence)
+        rows.append(row | interval_columns("gain", mean_gain(each, later, confidence)))
+    return rows
+
+
+def taught_counts(splits: Sequence[Split], sizes_mm: Mapping[str, float]) -> dict[float, float]:
+    """Count how many recordings of each size teach, on average over the splits."""
+    times = Counter(sizes_mm[name] for split in splits for name in split.taught)
+    return {size_mm: times[size_mm] / len(splits) for size_mm in sorted(set(sizes_mm.values()))}
+
+
+def _counts_without_one(sizes_mm: Mapping[str, float]) -> dict[float, float]:
+    """Count likewise where each recording is left out once by itself."""
+    counts = Counter(sizes_mm.values())
+    return {size_mm: count * (1 - 1 / len(sizes_mm)) for size_mm, count in counts.items()}
