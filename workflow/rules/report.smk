@@ -16,6 +16,7 @@ FIGURE_MODULES = sorted({row.module for row in FIGURES.values()})
 FIGURE_INPUTS = [
     rules.evaluate.output.predictions,
     *rules.evaluate.output.rates,
+    rules.evaluate.output.learning,
     *rules.judge.output,
     *rules.average.output,
     *expand(rules.preprocess.output.signal, recording=ARCHIVE.labelled()),
@@ -95,6 +96,7 @@ rule report:
         parameters=rules.average.output.parameters,
         evaluation=[rules.evaluate.output.predictions, *rules.evaluate.output.rates],
         judgements=rules.judge.output,
+        learning=rules.evaluate.output.learning,
         detections=rules.detect.output.detections,
         sites=rules.combine.output,
         figures=rules.draw.output,

@@ -172,3 +172,10 @@ def test_without_leave_one_out_the_curve_has_no_last_point_and_no_gain():
     rows = learning.learning_rows(detectors, archive_of(SIZES_MM), [])
     assert {row["share"] for row in rows} == {0.25, 0.5, 0.75}
     assert all(np.isnan(row["gain"]) for row in rows)
+
+
+def test_what_tells_most_is_no_nodule_the_smallest_size_and_all_larger_ones():
+    assert learning.main_ranges([0, 1, 2, 3]) == [(0, 0), (1, 1), (2, 3)]
+    assert learning.main_ranges([1, 2]) == [(1, 1), (2, 2)]
+    assert learning.main_ranges([0]) == [(0, 0)]
+    assert learning.main_ranges([]) == []

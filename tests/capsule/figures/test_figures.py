@@ -9,9 +9,11 @@ from matplotlib.text import Text
 
 from capsule.evaluation import points
 from capsule.evaluation.beside_paper import Evaluation
+from capsule.evaluation.learning import COLUMNS as LEARNING
 from capsule.evaluation.rates import tables
 from capsule.figures.contours import contour_levels
 from capsule.figures.draw_confusion import count_matrix, draw_confusion
+from capsule.figures.draw_learning import draw_learning
 from capsule.figures.draw_preprocessing import (
     draw_preprocessing,
     example_table,
@@ -220,6 +222,34 @@ def test_without_a_curve_the_figure_says_so():
     summary = summary.assign(specificity=np.nan, size_mm=np.nan, sensitivity=1.0)
     table = curve_table(empty, summary, summary, "leave_one_out")
     assert "no recording to count" in texts(draw_roc(table, ["template"]))
+
+
+def learned(*ranges):
+    """Make the rows of a detector's learning curves, as capsule.evaluation.learning does."""
+    rows = [
+        {"detector": "taught", "share": share, "taught": 40 * share, "taught_healthy": 8 * share}
+        | {"size_from_mm": first, "size_to_mm": last, "rate": share, "rate_low": 0, "rate_high": 1}
+        for first, last in ranges
+        for share in (0.25, 0.5, 0.75, 1.0)
+    ]
+    return pd.DataFrame(rows, columns=LEARNING)
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_a_learning_curve_has_a_panel_for_no_nodule_the_smallest_size_and_larger_ones(width):
+    table = learned((0, 0), (1, 1), (2, 2), (3, 3), (2, 3))
+    figure = draw_learning(table, ["template", "taught"], width)
+    titles = ["no nodule: specificity", "1 mm: found", "from 2 mm on: found"]
+    assert [axes.get_title(loc="left") for axes in figure.axes] == titles
+    (line,) = figure.axes[2].get_lines()
+    assert list(line.get_xdata()) == [10, 20, 30, 40]
+    assert list(line.get_ydata()) == [0.25, 0.5, 0.75, 1.0]
+    assert figure.axes[0].get_xticklabels()[0].get_text() == "10\n(2)"
+
+
+@pytest.mark.parametrize("table", [learned(), learned((0, 0)).assign(rate=np.nan)])
+def test_without_a_learning_curve_the_figure_says_so(table):
+    assert "no recording to count" in texts(draw_learning(table, ["taught"]))
 
 
 @pytest.mark.parametrize("kind", ["svg", "pdf"])

@@ -6,7 +6,7 @@ import pytest
 
 from capsule.detectors.registry import DETECTORS
 from capsule.errors import CapsuleError
-from capsule.figures import draw_roc
+from capsule.figures import style
 from capsule.figures.registry import FIGURES, figure_row
 
 
@@ -21,6 +21,6 @@ def test_an_unknown_name_is_refused_with_the_known_ones():
         figure_row("rock")
 
 
-def test_every_detector_has_a_look_of_its_own_in_the_figure_of_the_curves():
-    assert len(DETECTORS) <= len(draw_roc._LOOKS)
-    assert len({look["marker"] for look in draw_roc._LOOKS}) == len(draw_roc._LOOKS)
+def test_every_detector_has_a_look_of_its_own():
+    assert len(DETECTORS) <= len(style.DETECTOR_LOOKS)
+    assert len({look["marker"] for look in style.DETECTOR_LOOKS}) == len(style.DETECTOR_LOOKS)

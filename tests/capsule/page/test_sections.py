@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 import yaml
 
-from capsule.evaluation import columns, sites
+from capsule.evaluation import columns, learning, sites
 from capsule.page import evidence, provenance, sections
 from capsule.page.render import render_page
 from edges import files, page_inputs
@@ -29,6 +29,7 @@ def values(verdicts, sizes_mm, *rows, detections=DETECTIONS, verdicts_on_places=
         templates=[],
         evaluation=evaluated(verdicts, sizes_mm),
         judgements={name: pd.DataFrame(columns=each) for name, each in columns.COLUMNS.items()},
+        learning=pd.DataFrame(columns=learning.COLUMNS),
     )
 
     def load(name):

@@ -11,7 +11,13 @@ from capsule.evaluation.beside_paper import Evaluation
 from capsule.stages import PreprocessedRun, preprocess_run
 from edges import files
 from edges.detector_inputs import read_templates
-from edges.results import read_evaluation, read_judgements, read_printed, read_signal
+from edges.results import (
+    read_evaluation,
+    read_judgements,
+    read_learning,
+    read_printed,
+    read_signal,
+)
 
 
 class StoredResults:
@@ -40,6 +46,11 @@ class StoredResults:
     def judgements(self) -> Mapping[str, pd.DataFrame]:
         """The tables by which the detectors are compared, by name."""
         return read_judgements(self._results / "evaluation")
+
+    @property
+    def learning(self) -> pd.DataFrame:
+        """The rates that parts of the archive reach."""
+        return read_learning(self._results / "evaluation")
 
     @cached_property
     def templates(self) -> Mapping[float, np.ndarray]:

@@ -13,7 +13,13 @@ from capsule.page.evidence import Stored
 from capsule.page.render import Frame, image_address
 from capsule.page.sections import Tables
 from edges import files
-from edges.results import read_evaluation, read_fit, read_judgements, read_signal
+from edges.results import (
+    read_evaluation,
+    read_fit,
+    read_judgements,
+    read_learning,
+    read_signal,
+)
 
 PACKAGES = ("snakemake", "numpy", "scipy", "pandas", "matplotlib", "jinja2")
 STYLES = ("vendor/uplot/uPlot.min.css", "report.css")
@@ -55,6 +61,7 @@ def read_tables(results: Path, printed: Mapping, confidence: float) -> Tables:
         templates=files.read_json(results / "templates.json")["templates"],
         evaluation=read_evaluation(evaluation, printed, confidence),
         judgements=read_judgements(evaluation),
+        learning=read_learning(evaluation),
     )
 
 

@@ -26,6 +26,11 @@ def read_judgements(folder: Path) -> dict[str, pd.DataFrame]:
     return {name: pd.read_csv(folder / f"{name}.csv") for name in COLUMNS}
 
 
+def read_learning(folder: Path) -> pd.DataFrame:
+    """Read the rates that parts of the archive reach."""
+    return pd.read_csv(folder / "learning.csv")
+
+
 def read_printed(path: Path) -> dict:
     """Read paper.yaml, the numbers that the paper prints."""
     return yaml.safe_load(path.read_text(encoding="utf-8"))

@@ -142,9 +142,16 @@ def _mean_of_known(values: Sequence[float]) -> float:
 def size_ranges(sizes_mm: Iterable[float]) -> list[tuple[float, float]]:
     """List what rates are given for: no nodule, each size, and all but the smallest size."""
     sizes = sorted(set(sizes_mm))
+    each = [(size, size) for size in sizes]
+    return each + [wanted for wanted in main_ranges(sizes) if wanted[0] < wanted[1]]
+
+
+def main_ranges(sizes_mm: Iterable[float]) -> list[tuple[float, float]]:
+    """List what tells most of a detector: no nodule, the smallest size, and all the larger."""
+    sizes = sorted(set(sizes_mm))
     nodules = [size for size in sizes if size > 0]
-    larger = [(nodules[1], nodules[-1])] if len(nodules) > 2 else []
-    return [(size, size) for size in sizes] + larger
+    ranges = [(size, size) for size in [*sizes[: len(sizes) - len(nodules)], *nodules[:1]]]
+    return [*ranges, (nodules[1], nodules[-1])] if len(nodules) > 1 else ranges
 
 
 def mean_gain(
@@ -263,7 +270,7 @@ def rate_rows(
         each = np.array([right[name] for name in names])
         later = np.array([np.nan if after is None else after[name] for name in names])
         known = each[~np.isnan(each)]
-        row = {"taught": sum(counts.values()), "taught_healthy": counts.get(0.0, 0.0)}
+        row = {"taught": round(sum(counts.values()), 6), "taught_healthy": counts.get(0.0, 0.0)}
         row |= {"size_from_mm": first, "size_to_mm": last, "judged": known.size}
         row["taught_of_size"] = sum(n for size, n in counts.items() if first <= size <= last)
         row |= rate_columns("rate", float(known.sum()), known.size, confidence)

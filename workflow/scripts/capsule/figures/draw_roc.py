@@ -11,26 +11,14 @@ from matplotlib.ticker import PercentFormatter
 from capsule.evaluation.folds import main_scheme
 from capsule.figures.inputs import Drawing, FigureInputs
 from capsule.figures.style import (
-    BLUE,
     COLUMN_WIDTH_IN,
-    GREEN,
-    INK,
     MUTED,
-    ORANGE,
     PAGE_WIDTH_IN,
-    VIOLET,
+    detector_looks,
     figure_style,
     say_nothing_to_show,
 )
 
-# Colour, dashes and mark of a detector by its place in the configuration.
-_LOOKS = (
-    {"color": ORANGE, "linestyle": (0, (5, 1.5)), "marker": "D"},
-    {"color": INK, "linestyle": (0, (1.5, 1.2)), "marker": "s"},
-    {"color": BLUE, "linestyle": "-", "marker": "o"},
-    {"color": GREEN, "linestyle": (0, (6, 1.5, 1.2, 1.5)), "marker": "^"},
-    {"color": VIOLET, "linestyle": (0, (3, 1)), "marker": "v"},
-)
 _FINE = 201
 
 
@@ -102,7 +90,7 @@ def draw_roc(
     panels = [float("nan"), *sizes_mm]
     across = 2 if width_in <= COLUMN_WIDTH_IN else 3
     down = -(-len(panels) // across)
-    looks = {name: _LOOKS[index % len(_LOOKS)] for index, name in enumerate(detectors)}
+    looks = detector_looks(detectors)
     with figure_style():
         side = width_in / across
         figure = Figure(figsize=(width_in, side * down + 0.55), layout="constrained")

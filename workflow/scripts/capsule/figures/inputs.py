@@ -32,6 +32,10 @@ class FigureInputs(Protocol):
         """The tables by which the detectors are compared, by name."""
 
     @property
+    def learning(self) -> pd.DataFrame:
+        """The rates that parts of the archive reach, by `capsule.evaluation.learning`."""
+
+    @property
     def templates(self) -> Mapping[float, np.ndarray]:
         """The template of every size in mm, (S, L), that of 0 first."""
 

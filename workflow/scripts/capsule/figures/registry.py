@@ -35,6 +35,7 @@ _ROWS = (
     Row("negatives", "capsule.figures.draw_rates", "negatives_drawing"),
     Row("confusion", "capsule.figures.draw_confusion", "confusion_drawing"),
     Row("roc", "capsule.figures.draw_roc", "roc_drawing"),
+    Row("learning", "capsule.figures.draw_learning", "learning_drawing"),
 )
 FIGURES = {row.name: row for row in _ROWS}
 

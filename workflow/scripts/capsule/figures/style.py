@@ -8,7 +8,7 @@ machine draws the same bytes.
 import contextlib
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 
 import matplotlib
 from matplotlib.axes import Axes
@@ -29,6 +29,14 @@ COLOURS_OF_HEIGHT = "Blues"
 # One line a sensor: dark to light, each with its own dashes.
 SENSOR_COLOURS = ("#08306b", ORANGE, GREEN, VIOLET, MUTED)
 SENSOR_DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.2, 1.5)))
+# Colour, dashes and mark of a detector by its place in the configuration.
+DETECTOR_LOOKS = (
+    {"color": ORANGE, "linestyle": (0, (5, 1.5)), "marker": "D"},
+    {"color": INK, "linestyle": (0, (1.5, 1.2)), "marker": "s"},
+    {"color": BLUE, "linestyle": "-", "marker": "o"},
+    {"color": GREEN, "linestyle": (0, (6, 1.5, 1.2, 1.5)), "marker": "^"},
+    {"color": VIOLET, "linestyle": (0, (3, 1)), "marker": "v"},
+)
 
 _SETTINGS = {
     "font.family": "DejaVu Sans",
@@ -111,6 +119,12 @@ def say_nothing_to_show(axes: Axes, reason: str) -> None:
     """Write into empty axes why they are empty."""
     axes.set(xticks=[], yticks=[])
     axes.text(0.5, 0.5, reason, transform=axes.transAxes, ha="center", va="center", color=MUTED)
+
+
+def detector_looks(detectors: Sequence[str]) -> dict[str, Mapping]:
+    """Give each detector of the configuration, in its order, colour, dashes and mark."""
+    count = len(DETECTOR_LOOKS)
+    return {name: DETECTOR_LOOKS[place % count] for place, name in enumerate(detectors)}
 
 
 def sensor_line(sensor: int) -> dict:

@@ -12,6 +12,7 @@ from capsule.page import (
     comparison,
     detector_sections,
     evidence,
+    more_recordings,
     overview,
     places,
     provenance,
@@ -33,6 +34,8 @@ class Tables:
         The rates, ours and the paper's.
     judgements : mapping of str to DataFrame
         The tables of `capsule.evaluation.tables`, by name.
+    learning : DataFrame
+        The rates that parts of the archive reach, by `capsule.evaluation.learning`.
     """
 
     index: pd.DataFrame
@@ -42,6 +45,7 @@ class Tables:
     templates: Sequence[Mapping]
     evaluation: Evaluation
     judgements: Mapping[str, pd.DataFrame]
+    learning: pd.DataFrame
 
 
 def page_values(
@@ -77,6 +81,7 @@ def page_values(
             evaluation, tables.index, settings, printed["sizing_tolerance_mm"]
         ),
         **comparison.page_values(tables.judgements, settings),
+        **more_recordings.page_values(evaluation, tables.learning, settings),
         "confidence": words.percent(judged["confidence"]),
         "size_confidence": words.percent(judged["size_confidence"]),
         "places": places.place_rows(tables.sites),

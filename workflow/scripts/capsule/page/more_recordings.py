@@ -1,0 +1,185 @@
+"""What more recordings would bring: narrower intervals, and better taught detectors."""
+
+from collections.abc import Mapping
+
+import pandas as pd
+
+from capsule import words
+from capsule.evaluation.beside_paper import Evaluation
+from capsule.evaluation.folds import main_scheme
+from capsule.evaluation.learning import ALL_BUT_ONE, main_ranges
+from capsule.evaluation.precision import recordings_needed, recordings_needed_within
+from capsule.page.cells import plain_cell, rate_cell_of
+
+# The interval that the page plans for: +-10 points.
+HALF_WIDTH = 0.1
+# Where the gain's interval ends below this, more recordings are not likely to help.
+LEAST_GAIN = 0.05
+_HALF = 0.5
+_SHARES = {0.25: "a quarter", _HALF: "a half", 0.75: "three quarters", ALL_BUT_ONE: "all but one"}
+
+
+def page_values(evaluation: Evaluation, learning: pd.DataFrame, settings: Mapping) -> dict:
+    """Return the page's values on the number of recordings.
+
+    Parameters
+    ----------
+    evaluation : Evaluation
+        The rates.
+    learning : DataFrame
+        From `capsule.evaluation.learning`.
+    settings : mapping
+        The configuration.
+
+    Returns
+    -------
+    dict
+        ``needed`` (from `needed_rows`), ``learning`` (from `learning_rows`), ``half_width`` and
+        ``least_gain`` in points.
+    """
+    return {
+        "needed": needed_rows(evaluation, settings["evaluation"]),
+        "learning": learning_rows(learning),
+        "half_width": f"{100 * HALF_WIDTH:g}",
+        "least_gain": f"{100 * LEAST_GAIN:g}",
+    }
+
+
+def needed_rows(evaluation: Evaluation, rules: Mapping) -> dict:
+    """Return how many recordings would give every rate its interval, a column a detector.
+
+    Parameters
+    ----------
+    evaluation : Evaluation
+        The rates.
+    rules : mapping
+        Section ``evaluation`` of the configuration.
+
+    Returns
+    -------
+    dict
+        ``detectors`` and ``rows`` with ``title``, ``recordings``, ``cells`` and ``missing``: how
+        many more give all detectors' rates the interval.
+    """
+    scheme, confidence = main_scheme(rules["schemes"]), rules["confidence"]
+    detectors = evaluation.detectors()
+    rates: dict[float, list[tuple[int, Mapping | None]]] = {}
+    for detector in detectors:
+        of_detector = _rates_of(evaluation, detector, scheme)
+        for size_mm in evaluation.sizes_mm():
+            rates.setdefault(size_mm, []).append(of_detector.get(size_mm, (0, None)))
+    rows = []
+    for size_mm, each in rates.items():
+        count = max(judged for judged, _ in each)
+        needed = [_needed(rate, confidence) for judged, rate in each if judged]
+        if count:
+            missing = max(max(needed) - count, 0)
+            rows.append(
+                {
+                    "title": _title(size_mm, size_mm),
+                    "recordings": count,
+                    "cells": [_needed_cell(judged, rate, confidence) for judged, rate in each],
+                    "missing": missing,
+                }
+            )
+    return {"detectors": detectors, "rows": rows}
+
+
+def _rates_of(
+    evaluation: Evaluation, detector: str, scheme: str
+) -> dict[float, tuple[int, Mapping]]:
+    """Return specificity (of size 0) and recall of a detector, with the recordings counted."""
+    tables = {name: evaluation.of(name, detector) for name in ("specificity", "detection")}
+    chosen = {
+        name: table[table["scheme"] == scheme].to_dict("records") for name, table in tables.items()
+    }
+    healthy = [(0.0, row["healthy"], row) for row in chosen["specificity"]]
+    nodules = [(row["size_mm"], row["tp"] + row["fn"], row) for row in chosen["detection"]]
+    return {size_mm: (judged, row) for size_mm, judged, row in healthy + nodules}
+
+
+def _needed_cell(judged: int, row: Mapping | None, confidence: float) -> dict:
+    if not judged or row is None:
+        return plain_cell(None, words.UNKNOWN)
+    name, needed = _name(row), _needed(row, confidence)
+    most = recordings_needed_within(row[f"{name}_low"], row[f"{name}_high"], HALF_WIDTH, confidence)
+    return rate_cell_of(row, name) | {"count": f"takes {needed}, at most {most}"}
+
+
+def _needed(row: Mapping, confidence: float) -> int:
+    return recordings_needed(row[_name(row)], HALF_WIDTH, confidence)
+
+
+def _name(row: Mapping) -> str:
+    return "specificity" if "specificity" in row else "recall"
+
+
+def learning_rows(learning: pd.DataFrame) -> dict:
+    """Return the learning curves, a row a detector and range of sizes, a column a share.
+
+    Parameters
+    ----------
+    learning : DataFrame
+        From `capsule.evaluation.learning`.
+
+    Returns
+    -------
+    dict
+        ``shares`` (headings with the recordings that teach), ``rows`` with ``detector``,
+        ``title``, ``cells`` and ``gain``, and ``sentences``: a ``detector`` and what its curves
+        say each.
+    """
+    taught = learning.drop_duplicates("share").sort_values("share")
+    shares = [
+        {"title": _SHARES[row.share], "taught": f"{row.taught:.0f} ({row.taught_healthy:.0f})"}
+        for row in taught.itertuples(index=False)
+    ]
+    rows, sentences = [], []
+    for detector, of_detector in learning.groupby("detector", sort=False):
+        curves = {}
+        for first_mm, last_mm in main_ranges(of_detector["size_from_mm"]):
+            of_range = of_detector.query("size_from_mm == @first_mm and size_to_mm == @last_mm")
+            curves[_title(first_mm, last_mm)] = {
+                row["share"]: row for row in of_range.to_dict("records")
+            }
+        for title, curve in curves.items():
+            cells = [rate_cell_of(curve[share], "rate") for share in taught["share"]]
+            row = {"detector": detector, "title": title, "cells": cells}
+            rows.append(row | {"gain": _gain_cell(curve[_HALF])})
+        sentences.append({"detector": detector, "text": _sentence(curves)})
+    return {"shares": shares, "rows": rows, "sentences": sentences}
+
+
+def _gain_cell(half: Mapping) -> dict:
+    if not words.is_known(half["gain"]):
+        return plain_cell(None, words.UNKNOWN)
+    low, high = (words.points(round(half[f"gain_{end}"], 2)) for end in ("low", "high"))
+    return plain_cell(float(half["gain"]), words.points(half["gain"]), f"{low} to {high}")
+
+
+def _advice(half: Mapping) -> str:
+    """Say what the second half of the archive lets expect of still more recordings."""
+    if half["gain_low"] > 0:
+        return "more recordings are likely to help"
+    if half["gain_high"] < LEAST_GAIN:
+        return "more recordings are not likely to help"
+    return "no more than chance, and too few recordings to rule out a gain"
+
+
+def _sentence(curves: Mapping[str, Mapping[float, Mapping]]) -> str:
+    """Say of a detector's curves, by title, what half of the archive and all but one reach."""
+    by_advice: dict[str, list[str]] = {}
+    for title, curve in curves.items():
+        if words.is_known(curve[_HALF]["gain"]):
+            half, last = (words.percent(curve[share]["rate"]) for share in (_HALF, ALL_BUT_ONE))
+            by_advice.setdefault(_advice(curve[_HALF]), []).append(f"{title} {half} and {last}")
+    clauses = [f"{', '.join(rates)}: {advice}" for advice, rates in by_advice.items()]
+    return f"{'; '.join(clauses)}." if clauses else "nothing to compare yet."
+
+
+def _title(first_mm: float, last_mm: float) -> str:
+    if last_mm == 0:
+        return "specificity"
+    if first_mm == last_mm:
+        return words.size(first_mm)
+    return f"from {words.size(first_mm)} on"
