@@ -2,6 +2,7 @@
 
 import pytest
 
+from capsule.evaluation.precision import recordings_needed
 from edges.config_files import read_schema
 from support.project import ROOT
 
@@ -60,3 +61,14 @@ def test_the_page_on_detection_gives_the_range_that_the_benchmark_measured():
     table = measured.partition("## The range\n\n")[2].partition("\n\n")[0]
     assert table.count("\n") > 8
     assert table in (ROOT / "docs/detection.md").read_text(encoding="utf-8")
+
+
+def test_the_page_on_a_bench_of_ones_own_tells_how_many_recordings_a_rate_takes():
+    rows = [
+        [f"{rate} %"]
+        + [str(recordings_needed(rate / 100, each, 0.95)) for each in (0.15, 0.1, 0.05)]
+        for rate in (50, 60, 70, 80, 85, 90, 95, 100)
+    ]
+    head = "| expected rate | ±15 points | ±10 points | ±5 points |\n|---|---|---|---|\n"
+    table = "".join(f"| {' | '.join(row)} |\n" for row in rows)
+    assert f"{head}{table}\n" in (ROOT / "docs/your-bench.md").read_text(encoding="utf-8")

@@ -28,12 +28,19 @@ def table(*curves):
 @pytest.mark.parametrize(
     ("gain", "expected"),
     [
-        ((0.1, 0.02, 0.18), "1 mm 50 % and 60 %: more recordings are likely to help."),
-        ((0.0, -0.04, 0.04), "1 mm 50 % and 50 %: more recordings are not likely to help."),
-        ((-0.1, -0.18, -0.02), "1 mm 50 % and 40 %: more recordings are not likely to help."),
+        ((0.1, 0.02, 0.18), "found at 1 mm 50 % and 60 %: more recordings are likely to help."),
+        (
+            (0.0, -0.04, 0.04),
+            "found at 1 mm 50 % and 50 %: more recordings are not likely to help.",
+        ),
+        (
+            (-0.1, -0.18, -0.02),
+            "found at 1 mm 50 % and 40 %: more recordings are not likely to help.",
+        ),
         (
             (0.1, -0.05, 0.25),
-            "1 mm 50 % and 60 %: no more than chance, and too few recordings to rule out a gain.",
+            "found at 1 mm 50 % and 60 %: no more than chance, and too few recordings to rule out "
+            "a gain.",
         ),
         ((UNKNOWN, UNKNOWN, UNKNOWN), "nothing to compare yet."),
     ],
@@ -48,14 +55,20 @@ def test_rates_of_which_the_same_is_said_stand_together():
     sizes_mm = (0.0, 0.0), (1.0, 1.0), (2.0, 2.0)
     curves = [curve(*each, 0.5, gain) for each, gain in zip(sizes_mm, gains, strict=True)]
     (sentence,) = learning_rows(table(*curves))["sentences"]
-    assert sentence["text"].startswith("specificity 50 % and 75 %, 2 mm 50 % and 75 %: more rec")
+    assert sentence["text"].startswith(
+        "specificity 50 % and 75 %, found at 2 mm 50 % and 75 %: more rec"
+    )
 
 
 def test_the_table_shows_specificity_the_smallest_size_and_all_larger_ones():
     gain = 0.0, -0.1, 0.1
     sizes_mm = [(0.0, 0.0), (1.0, 1.0), (2.0, 2.0), (3.0, 3.0), (2.0, 3.0)]
     shown = learning_rows(table(*(curve(*each, 0.5, gain) for each in sizes_mm)))
-    assert [row["title"] for row in shown["rows"]] == ["specificity", "1 mm", "from 2 mm on"]
+    assert [row["title"] for row in shown["rows"]] == [
+        "specificity",
+        "found at 1 mm",
+        "found from 2 mm on",
+    ]
     assert [share["taught"] for share in shown["shares"]] == [
         "10 (2)",
         "20 (5)",
@@ -82,10 +95,10 @@ def test_every_rate_says_how_many_recordings_it_takes_and_how_many_are_missing()
     assert healthy["missing"] == takes - 20
     assert healthy["cells"][0]["text"] == "95 %"
     assert healthy["cells"][0]["count"].startswith(f"takes {takes}, at most ")
-    assert (nodules["title"], nodules["missing"]) == ("2 mm", 0)
+    assert (nodules["title"], nodules["missing"]) == ("found at 2 mm", 0)
 
 
 def test_a_size_without_a_recording_has_no_row():
     rows = needed_rows(evaluated([("2mm/a", 2.0, 2.0)]), RATES)["rows"]
-    assert [row["title"] for row in rows] == ["2 mm"]
+    assert [row["title"] for row in rows] == ["found at 2 mm"]
     assert needed_rows(evaluated([]), RATES) == {"detectors": ["template"], "rows": []}

@@ -181,5 +181,5 @@ def _title(first_mm: float, last_mm: float) -> str:
     if last_mm == 0:
         return "specificity"
     if first_mm == last_mm:
-        return words.size(first_mm)
-    return f"from {words.size(first_mm)} on"
+        return f"found at {words.size(first_mm)}"
+    return f"found from {words.size(first_mm)} on"
