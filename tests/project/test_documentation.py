@@ -4,6 +4,7 @@ import pytest
 
 from capsule.evaluation.precision import recordings_needed
 from edges.config_files import read_schema
+from edges.files import read_csv
 from support.project import ROOT
 
 SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.json")
@@ -61,6 +62,19 @@ def test_the_page_on_detection_gives_the_range_that_the_benchmark_measured():
     table = measured.partition("## The range\n\n")[2].partition("\n\n")[0]
     assert table.count("\n") > 8
     assert table in (ROOT / "docs/detection.md").read_text(encoding="utf-8")
+
+
+def test_the_report_gives_the_range_that_the_benchmark_measured():
+    measured = (ROOT / "docs/detection-benches.md").read_text(encoding="utf-8")
+    lines = measured.partition("## The range\n\n")[2].partition("\n\n")[0].splitlines()
+    cells = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+    rows = read_csv(ROOT / "workflow/report/benches.csv")
+    assert list(rows[0]) == cells[0]
+    for row, (*words, specificity, small, large) in zip(rows, cells[2:], strict=True):
+        *known, _, _, _ = row.values()
+        assert known == words
+        rates = [f"{100 * float(row[name]):.1f} %" for name in cells[0][-3:]]
+        assert rates == [specificity, small, large]
 
 
 def test_the_page_on_a_bench_of_ones_own_tells_how_many_recordings_a_rate_takes():

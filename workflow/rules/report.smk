@@ -34,6 +34,7 @@ PAGE = sorted(
         "scripts/[!.]*.js",
         "vendor/uplot/uPlot*",
         "paper.yaml",
+        "benches.csv",
     ]
     for path in Path(report_file("")).glob(pattern)
 )

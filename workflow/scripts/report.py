@@ -26,8 +26,9 @@ def main() -> None:
     parser.add_argument("--output", type=Path, required=True, help="output: the page")
     arguments = parser.parse_args()
     results, settings = arguments.results, arguments.settings
-    printed, schema = read_printed(arguments.template / "paper.yaml"), arguments.schema
-    tables = page_inputs.read_tables(results, printed, settings["evaluation"]["confidence"])
+    template, confidence = arguments.template, settings["evaluation"]["confidence"]
+    printed, schema = read_printed(template / "paper.yaml"), arguments.schema
+    tables = page_inputs.read_tables(results, template, printed, confidence)
     load = partial(page_inputs.read_stored, results)
     page = {
         **page_values(tables, load, settings, read_schema(schema), printed),
@@ -40,7 +41,7 @@ def main() -> None:
         ),
     }
     with files.write_whole(arguments.output) as stream:
-        stream.write(render_page(page_inputs.read_frame(arguments.template), page))
+        stream.write(render_page(page_inputs.read_frame(template), page))
     print(f"{arguments.output}: {arguments.output.stat().st_size / 1e6:.2f} MB")
 
 

@@ -30,6 +30,7 @@ def values(verdicts, sizes_mm, *rows, detections=DETECTIONS, verdicts_on_places=
         evaluation=evaluated(verdicts, sizes_mm),
         judgements={name: pd.DataFrame(columns=each) for name, each in columns.COLUMNS.items()},
         learning=pd.DataFrame(columns=learning.COLUMNS),
+        benches=files.read_csv(ROOT / "workflow/report/benches.csv"),
     )
 
     def load(name):

@@ -40,13 +40,15 @@ SCRIPTS = (
 TEMPLATES = ("report.html.j2", "macros.html.j2", "sections/[!.]*.html.j2")
 
 
-def read_tables(results: Path, printed: Mapping, confidence: float) -> Tables:
+def read_tables(results: Path, template: Path, printed: Mapping, confidence: float) -> Tables:
     """Read the tables that the page shows.
 
     Parameters
     ----------
     results : Path
         The folder of results.
+    template : Path
+        The folder of the template.
     printed : mapping
         Content of paper.yaml.
     confidence : float
@@ -62,6 +64,7 @@ def read_tables(results: Path, printed: Mapping, confidence: float) -> Tables:
         evaluation=read_evaluation(evaluation, printed, confidence),
         judgements=read_judgements(evaluation),
         learning=read_learning(evaluation),
+        benches=files.read_csv(template / "benches.csv"),
     )
 
 

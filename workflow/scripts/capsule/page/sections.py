@@ -8,6 +8,7 @@ import pandas as pd
 from capsule import words
 from capsule.evaluation.beside_paper import Evaluation
 from capsule.page import (
+    benches,
     cells,
     comparison,
     detector_sections,
@@ -36,6 +37,8 @@ class Tables:
         The tables of `capsule.evaluation.tables`, by name.
     learning : DataFrame
         The rates that parts of the archive reach, by `capsule.evaluation.learning`.
+    benches : sequence of mapping
+        What the detectors reach on other benches, from workflow/report/benches.csv.
     """
 
     index: pd.DataFrame
@@ -46,6 +49,7 @@ class Tables:
     evaluation: Evaluation
     judgements: Mapping[str, pd.DataFrame]
     learning: pd.DataFrame
+    benches: Sequence[Mapping]
 
 
 def page_values(
@@ -81,6 +85,7 @@ def page_values(
             evaluation, tables.index, settings, printed["sizing_tolerance_mm"]
         ),
         **comparison.page_values(tables.judgements, settings),
+        **benches.page_values(tables.benches, evaluation.detectors()),
         **more_recordings.page_values(evaluation, tables.learning, settings),
         "confidence": words.percent(judged["confidence"]),
         "size_confidence": words.percent(judged["size_confidence"]),

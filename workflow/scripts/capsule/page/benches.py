@@ -1,0 +1,57 @@
+"""How far a detector's rates differ from one simulated bench to another."""
+
+from collections.abc import Mapping, Sequence
+
+from capsule import words
+
+
+def page_values(rows: Sequence[Mapping], detectors: Sequence[str]) -> dict:
+    """Return what the page says of other benches.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+        Each detector's worst, middle and best bench, as workflow/report/benches.csv holds them.
+    detectors : sequence of str
+        Those that judge this archive.
+
+    Returns
+    -------
+    dict
+        ``bench_rows`` with ``detector``, ``which``, ``bench`` and the formatted ``rates``, and
+        ``on_other_benches``, one sentence.
+    """
+    ranges = [row for row in rows if row["detector"] in detectors]
+    return {
+        "bench_rows": [
+            {
+                "detector": row["detector"],
+                "which": row["of the benches the"],
+                "bench": row["bench"],
+                "rates": [
+                    words.percent(float(row[name]))
+                    for name in ("specificity", "recall at 1 mm", "recall from 2 mm")
+                ],
+            }
+            for row in ranges
+        ],
+        "on_other_benches": _in_one_sentence(ranges),
+    }
+
+
+def _in_one_sentence(ranges: Sequence[Mapping]) -> str:
+    """Say each detector's range over the benches; nothing without any."""
+    clauses = []
+    for detector in dict.fromkeys(row["detector"] for row in ranges):
+        reached = {
+            row["of the benches the"]: words.percent(float(row["recall from 2 mm"]))
+            for row in ranges
+            if row["detector"] == detector
+        }
+        clauses.append(f"{detector} {reached['worst']} to {reached['best']}")
+    if not clauses:
+        return ""
+    return (
+        "How far rates differ from bench to bench: of the nodules from 2 mm on, on simulated "
+        f"benches that explain the paper's table in other ways, {'; '.join(clauses)} are found."
+    )
