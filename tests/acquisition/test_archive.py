@@ -1,13 +1,12 @@
 """Recordings on disk: nothing lost, nothing half written under its final name."""
 
 import errno
-import io
 import os
 
 import pytest
 
 from acquisition import archive
-from acquisition.bench_errors import AcquisitionError, DiskFullError, NameExistsError
+from acquisition.bench_errors import DiskFullError, NameExistsError
 from capsule.recording import read_recording
 
 HEADER = {"source": "the tests", "rate_hz": "10"}
@@ -118,72 +117,12 @@ def test_a_full_disk_leaves_whole_lines(final, monkeypatch, room):
     assert len(before) + room - len(after) < len("0.0,0,2,3,4\n")
 
 
-def recovered(final, content):
-    """Recover a part of that content; gives samples, dropped bytes and what is in the file."""
-    part = final.with_name(final.name + ".part")
-    part.parent.mkdir(parents=True, exist_ok=True)
-    part.write_bytes(content)
-    found, samples, dropped = archive.recover(part, 4)
-    assert (found, part.exists()) == (final, False)
-    return samples, dropped, final.read_bytes()
-
-
 def whole_part(final):
     part = archive.PartFile(final, HEADER, 4)
     fill(part, 6)
     part.flush()
     part.close()
     return part.path.read_bytes()
-
-
-@pytest.mark.parametrize(
-    "tail", [b"", b"0.6,1,2", b"\x00" * 500, b"0.6,1,2,3,4,5\n", b"0.6,1,,3,4\n"]
-)
-def test_what_a_killed_recorder_left_is_recovered(final, tail):
-    content = whole_part(final)
-    samples, dropped, after = recovered(final, content + tail)
-    assert (samples, dropped, after) == (6, len(tail), content)
-    assert read_recording(io.BytesIO(after), 4).time_s.size == 6
-
-
-def test_every_place_where_a_part_can_be_cut(final):
-    content = whole_part(final)
-    first_sample = content.index(b"0,0,2,3,4\n")
-    for length in range(first_sample + len(b"0,0,2,3,4\n"), len(content) + 1):
-        samples, dropped, after = recovered(final, content[:length])
-        assert samples == content[first_sample:length].count(b"\n")
-        assert after == content[: length - dropped]
-        final.unlink()
-
-
-@pytest.mark.parametrize("content", [b"", b"# a: b\n", b"holiday pictures", b"\x00" * 100])
-def test_a_part_without_samples_is_left_alone(final, content):
-    part = final.with_name(final.name + ".part")
-    part.parent.mkdir(parents=True)
-    part.write_bytes(content)
-    with pytest.raises(AcquisitionError, match="holds no sample"):
-        archive.recover(part, 4)
-    assert part.read_bytes() == content
-
-
-def test_recovery_overwrites_nothing(final):
-    whole_part(final)
-    final.write_text("precious")
-    with pytest.raises(NameExistsError):
-        archive.recover(final.with_name("r01.csv.part"), 4)
-    assert final.read_text() == "precious"
-    with pytest.raises(AcquisitionError, match="no unfinished recording"):
-        archive.recover(final, 4)
-
-
-def test_a_running_recording_is_not_recovered(final):
-    part = archive.PartFile(final, HEADER, 4)
-    fill(part, 3)
-    part.flush()
-    with pytest.raises(AcquisitionError, match="being recorded at this moment"):
-        archive.recover(part.path, 4)
-    part.close()
-    archive.recover(part.path, 4)
 
 
 def test_unfinished_recordings_are_listed(tmp_path, final):

@@ -1,15 +1,13 @@
 """Recordings on disk: every sample kept as it comes, the final name only for a whole file."""
 
-import contextlib
 import errno
 import os
-import re
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from acquisition.bench_errors import AcquisitionError, DiskFullError, NameExistsError
-from capsule.recording import column_names, format_header, format_sample
+from capsule.recording import format_header, format_sample
 from edges.file_lock import lock_file
 
 SUFFIX = ".part"
@@ -109,7 +107,7 @@ class PartFile:
         self.flush()
         self._sync_now()
         self.close()
-        _publish(self.path, self.final)
+        publish(self.path, self.final)
         return self.final
 
     def discard(self) -> None:
@@ -138,82 +136,8 @@ def unfinished(raw: Path) -> list[Path]:
     return sorted(raw.glob(f"*/*{SUFFIX}"))
 
 
-def recover(part: Path, sensors: int) -> tuple[Path, int, int]:
-    """Make a recording of what a killed recorder has left.
-
-    Parameters
-    ----------
-    part : Path
-        The ``.part`` file.
-    sensors : int
-        Number of sensors S.
-
-    Returns
-    -------
-    final : Path
-        The recording.
-    samples : int
-        How many places it holds.
-    dropped : int
-        Bytes at the end that are no whole line.
-
-    Raises
-    ------
-    AcquisitionError
-        It is being recorded at this moment, holds no sample, or is none of ours.
-    NameExistsError
-        There is a recording of that name.
-    """
-    final = part.with_name(part.name.removesuffix(SUFFIX))
-    if part.suffix != SUFFIX:
-        raise AcquisitionError(f"{part} is no unfinished recording: those end in {SUFFIX}")
-    if final.exists():
-        raise NameExistsError(f"{final} exists; rename it or {part.name}, and recover again")
-    with _opened(part) as descriptor:
-        content = part.read_bytes()
-        length, samples = _whole_length(content, sensors)
-        if samples == 0:
-            raise AcquisitionError(f"{part} holds no sample; delete it")
-        os.ftruncate(descriptor, length)
-        os.fsync(descriptor)
-    _publish(part, final)
-    return final, samples, len(content) - length
-
-
-@contextlib.contextmanager
-def _opened(part: Path) -> Iterator[int]:
-    try:
-        descriptor = os.open(part, os.O_RDWR | getattr(os, "O_BINARY", 0))
-    except FileNotFoundError as fault:
-        raise AcquisitionError(f"there is no {part}") from fault
-    try:
-        lock_file(descriptor)
-        yield descriptor
-    except BlockingIOError as fault:
-        raise AcquisitionError(
-            f"{part} is being recorded at this moment; stop that recorder first"
-        ) from fault
-    finally:
-        os.close(descriptor)
-
-
-def _whole_length(content: bytes, sensors: int) -> tuple[int, int]:
-    """Measure header and whole sample lines; a power cut can leave zeros or half a line behind."""
-    columns = ",".join(column_names(sensors)).encode() + b"\n"
-    start = content.find(columns)
-    if start < 0 or not content.startswith(b"# "):
-        return 0, 0
-    line = re.compile(rb"\d+(\.\d+)?(?:(,\d+){%d}|,{%d})\n" % (sensors, sensors))
-    end = start + len(columns)
-    samples = 0
-    while match := line.match(content, end):
-        end = match.end()
-        samples += 1
-    return end, samples
-
-
-def _publish(part: Path, final: Path) -> None:
-    """Rename without ever replacing a recording."""
+def publish(part: Path, final: Path) -> None:
+    """Rename without ever replacing a recording; raises `NameExistsError`."""
     try:
         os.link(part, final)  # atomic, and fails where the name exists
     except FileExistsError as fault:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from acquisition import archive, boards
+from acquisition import archive, boards, recovery
 from acquisition.bench_errors import AcquisitionError, BoardLostError
 from acquisition.drive import Drive, Wave
 from acquisition.frame_log import FrameLog
@@ -85,12 +85,11 @@ def recover(options: argparse.Namespace) -> None:
     failed: list[AcquisitionError] = []
     for part in parts:
         try:
-            final, samples, dropped = archive.recover(part, settings["recording"]["sensors"])
+            rescued = recovery.recover(part, settings["recording"]["sensors"])
         except AcquisitionError as reason:
             failed.append(reason)
             continue
-        cut = f"; {dropped} bytes at its end were no whole line" if dropped else ""
-        print(f"recovered {final}: {samples} samples{cut}")
+        print(rescued.summary())
     for reason in failed[:-1]:
         print(f"error: {reason}", file=sys.stderr)
     if failed:
