@@ -15,7 +15,7 @@ from acquisition.bench_errors import (
     NoPermissionError,
     PortBusyError,
 )
-from acquisition.clock import elapsed_s
+from acquisition.clock import AWAKE, elapsed_s
 from acquisition.protocol import Event, FrameParser, encode
 
 BAUD = 115200
@@ -89,6 +89,7 @@ class Line:
         except _FAULTS as fault:
             raise LineLostError(str(fault)) from fault
         moment_s = elapsed_s()
+        AWAKE.now_s()
         self.bytes_read += len(received)
         self.first_bytes += received[: 200 - len(self.first_bytes)]
         return [Arrival(event, moment_s) for event in self._parser.feed(received)]

@@ -60,7 +60,7 @@ def record(options: argparse.Namespace) -> None:
         part = archive.PartFile(final, header, sensors)
         log.note(f"logger at {line.port}: {json.dumps(identity.entries)}")
         limit = round(options.duration / _period_s(identity)) if options.duration else None
-        limits = Limits(limit, options.patience)
+        limits = Limits(limit, options.patience, settings["preprocessing"]["length"] + 1)
         terminal.note(f"recording {final} from {line.port}; Ctrl-C ends it")
         session = Session(line, identity, part, log, terminal, limits, stop, watchers)
         _run(session, part, terminal, log)
@@ -211,7 +211,7 @@ def _run(session: Session, part: archive.PartFile, terminal: Terminal, log: Fram
     log.note(f"ended: {session.ended}")
     log.close()
     terminal.clear()
-    if not session.samples:
+    if not session.progress.places:
         part.discard()
         raise lost or AcquisitionError("ended before the first sample; nothing is archived")
     part.finish()

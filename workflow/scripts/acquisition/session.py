@@ -1,5 +1,6 @@
 """A recording from its first sample to its archive, through noise, resets and pulled cables."""
 
+import math
 import signal
 import time
 from collections.abc import Callable
@@ -14,11 +15,12 @@ from acquisition.bench_errors import (
     LineLostError,
 )
 from acquisition.boards import connect
+from acquisition.clock import AWAKE, elapsed_s
 from acquisition.frame_log import FrameLog
+from acquisition.intake import Intake
 from acquisition.line import Arrival, Line
 from acquisition.protocol import Acknowledgement, Damaged, Identity, Sample
 from acquisition.terminal import Progress, Terminal
-from acquisition.timeline import MisplacedSampleError, Timeline
 from acquisition.usb import UsbPort
 
 START_AGAIN_S = 0.5
@@ -39,11 +41,14 @@ class Limits:
     samples : int or None
         Number of places of the recording, the missing ones included.
     patience_s : float
-        How long to wait for a board that went away.
+        How long to wait for the next sample of a board that went away or sends nonsense.
+    kept : int
+        How many samples the running verdict can use.
     """
 
     samples: int | None
     patience_s: float
+    kept: int
 
 
 class StopRequest:
@@ -80,7 +85,7 @@ class Session:
     stop : StopRequest
         Ctrl-C.
     watch : callable
-        Called with the progress and all samples so far, often: shows, drives, judges.
+        Called with the progress and the first samples, often: shows, drives, judges.
     """
 
     def __init__(
@@ -94,26 +99,23 @@ class Session:
         stop: StopRequest,
         watch: Callable[[Progress, list[tuple[int, ...] | None]], None],
     ) -> None:
-        rate_hz = float(identity.entries["rate_hz"])
         self._line = line
         self._port = UsbPort(line.port)
-        self._sensors = int(identity.entries["channels"])
-        self._full_scale = 2 ** int(identity.entries["adc_bits"]) - 1
         self._part = part
         self._log = log
         self._terminal = terminal
         self._limits = limits
         self._stop = stop
         self._watch = watch
-        self._timeline = Timeline(rate_hz)
-        self.progress = Progress(1.0 / rate_hz, end_s=(limits.samples or 0) / rate_hz)
-        self.samples: list[tuple[int, ...] | None] = []
+        self._intake = Intake(identity, part, log, limits.samples, limits.kept)
+        self.progress = self._intake.progress
         self.ended = ""
-        self._full = False
         self._rate_mark = (time.monotonic(), 0)
-        self._heard_s = time.monotonic()
+        self._heard_s = self._sampled_s = AWAKE.now_s()
+        self._granted = False
         self._asked_s = 0.0
-        self._started_s = 0.0
+        self._started_s = -START_AGAIN_S
+        self._begun_s = elapsed_s()
         self._running = False
 
     def run(self) -> None:
@@ -122,34 +124,30 @@ class Session:
         Raises
         ------
         BoardLostError
-            The board went away for longer than the patience; what came before is in the file.
+            No sample came for longer than the patience; what came before is in the file.
         AcquisitionError
             Samples cannot be written.
         """
         while not self.ended:
             try:
+                # Read first: what came while this program was stopped lies in the port.
+                self._take(self._line.receive())
                 self._keep_running()
-                arrivals = self._line.receive()
             except LineLostError:
                 self._wait_for_board()
                 continue
-            self._take(arrivals)
             self._part.flush()
             self._part.sync()
             self._measure_rate()
-            self._watch(self.progress, self.samples)
-            self.ended = self.ended or self._stop.reason
+            self._watch(self.progress, self._intake.samples)
+            self.ended = self._intake.ended or self._stop.reason
         self._pause()
 
     def _keep_running(self) -> None:
         """Start the board until it sends, and ask after it when it falls silent."""
-        now_s = time.monotonic()
-        silent_s = now_s - self._heard_s
-        if silent_s > self._limits.patience_s:
-            raise BoardLostError(
-                f"the board at {self._line.port} sent nothing for {silent_s:.0f} s (--patience)"
-            )
-        if silent_s > SILENT_AFTER_S:
+        now_s = AWAKE.now_s()
+        self._check_patience(now_s)
+        if now_s - self._heard_s > SILENT_AFTER_S:
             if now_s - self._asked_s > ASK_AGAIN_S:
                 self._line.send("identify")
                 self._asked_s = now_s
@@ -157,80 +155,59 @@ class Session:
             self._line.send("start")
             self._started_s = now_s
 
-    def _take(self, arrivals: list[Arrival]) -> None:
-        if self._full:
+    def _check_patience(self, now_s: float, what: str = "sent no sample for") -> None:
+        """Give up where no sample came for too long, whatever else comes.
+
+        Raises
+        ------
+        BoardLostError
+            The patience or the duration is over.
+        """
+        if self._intake.ended:
             return
+        silent_s = now_s - self._sampled_s
+        duration_s = self.progress.end_s or math.inf
+        if silent_s > self._limits.patience_s:
+            option = "--patience"
+        elif silent_s > SILENT_AFTER_S and elapsed_s() - self._begun_s > duration_s:
+            option = "--duration is over"
+        else:
+            return
+        raise BoardLostError(f"the board at {self._line.port} {what} {silent_s:.0f} s ({option})")
+
+    def _take(self, arrivals: list[Arrival]) -> None:
         if arrivals:
-            self._heard_s = time.monotonic()
+            self._heard_s = AWAKE.now_s()
+        before = self._intake.received
         for arrival in arrivals:
+            if self._intake.ended:
+                break
             match arrival.event:
                 case Damaged() as piece:
-                    self._note_damaged(piece)
+                    self._intake.note_damaged(piece)
                 case Sample() as sample:
-                    self._take_sample(sample, arrival.moment_s)
-                case Identity(entries=entries):
-                    self._take_identity(entries)
-            if self._full:
-                return
+                    self._intake.take(sample, arrival.moment_s)
+                case Identity() as identity:
+                    self._take_identity(identity)
+        if self._intake.received > before:
+            self._running = True
+            self._sampled_s = AWAKE.now_s()
+            self._granted = False
 
-    def _take_identity(self, entries: dict[str, str]) -> None:
+    def _take_identity(self, identity: Identity) -> None:
+        entries = identity.entries
         running = entries.get("state") == "running"
-        if self._timeline.note_identity(int(entries.get("uptime_ms", 0)), running):
+        if self._intake.timeline.note_identity(int(entries.get("uptime_ms", 0)), running):
             if self._running:
                 self._tell("the board was reset; going on in the same recording")
             self._running = False
-            self._started_s = 0.0
-
-    def _take_sample(self, sample: Sample, moment_s: float) -> None:
-        if len(sample.counts) != self._sensors or max(sample.counts) > self._full_scale:
-            self._note_damaged(Damaged(repr(sample).encode(), "not this board's sensors"))
-            return
-        try:
-            place = self._timeline.place(sample, moment_s)
-        except MisplacedSampleError as reason:
-            self._note_damaged(Damaged(repr(sample).encode(), str(reason)))
-            return
-        self._running = True
-        if self._limits.samples is not None and place.index >= self._limits.samples:
-            self._fill("--duration is over")
-            return
-        if place.missing:
-            self._note_gap(place.index, place.missing, place.by_computer_clock)
-        for index in range(place.index - place.missing, place.index):
-            self._keep(index, None)
-        self._keep(place.index, sample.counts)
-        if sample.at_end:
-            self._fill("the capsule reached the end stop")
-        elif place.index + 1 == self._limits.samples:
-            self._fill("--duration is over")
-
-    def _fill(self, reason: str) -> None:
-        self.ended = reason
-        self._full = True
-
-    def _keep(self, index: int, counts: tuple[int, ...] | None) -> None:
-        # Rounded: 3 * 0.1 would be written 0.30000000000000004.
-        self._part.add(round(index * self.progress.period_s, 6), counts)
-        self.samples.append(counts)
-        self.progress.recent.append(counts)
-        self.progress.places = index + 1
-
-    def _note_gap(self, index: int, missing: int, by_computer_clock: bool) -> None:
-        self.progress.gaps += 1
-        self.progress.missing += missing
-        clock = "this computer's clock" if by_computer_clock else "the board's clock"
-        start_s = (index - missing) * self.progress.period_s
-        self._log.note(f"gap at {start_s:.1f} s: {missing} samples are missing, by {clock}")
-
-    def _note_damaged(self, piece: Damaged) -> None:
-        self.progress.damaged += 1
-        self._log.damaged(piece)
+            self._started_s = -START_AGAIN_S
 
     def _measure_rate(self) -> None:
         now_s = time.monotonic()
         since_s, count = self._rate_mark
         if now_s - since_s >= RATE_OVER_S or (self.progress.rate_hz == 0 and now_s - since_s >= 1):
-            received = len(self.samples) - self.progress.missing
+            received = self._intake.received
             self.progress.rate_hz = (received - count) / (now_s - since_s)
             self._rate_mark = (now_s, received)
 
@@ -243,10 +220,9 @@ class Session:
             f"the board at {self._line.port} was unplugged; plug it back in within "
             f"{patience_s:.0f} s (--patience), or end the recording with Ctrl-C"
         )
-        deadline = time.monotonic() + patience_s
         told = ""
-        while time.monotonic() < deadline:
-            self._watch(self.progress, self.samples)
+        while True:
+            self._watch(self.progress, self._intake.samples)
             if self._stop.reason:
                 self.ended = self._stop.reason
                 return
@@ -256,16 +232,16 @@ class Session:
                 if not isinstance(reason, BoardNotFoundError) and str(reason) != told:
                     told = str(reason)
                     self._tell(f"still waiting: {told}")
+                self._check_patience(AWAKE.now_s(), "did not come back within")
                 time.sleep(KNOCK_EVERY_S)
                 continue
             self._tell("the board is back; going on in the same recording")
-            self._heard_s = time.monotonic()
-            self._take_identity(dict(identity.entries))
+            self._heard_s = AWAKE.now_s()
+            if not self._granted:  # once; then a sample must come
+                self._sampled_s = self._heard_s
+                self._granted = True
+            self._take_identity(identity)
             return
-        raise BoardLostError(
-            f"the board at {self._line.port} did not come back within {patience_s:.0f} s "
-            "(--patience)"
-        )
 
     def _pause(self) -> None:
         """Pause the board; what it sent before it heard of that is kept."""
@@ -284,7 +260,7 @@ class Session:
 
     def _close_line(self) -> None:
         for piece in self._line.close():
-            self._note_damaged(piece)
+            self._intake.note_damaged(piece)
 
     def _tell(self, text: str) -> None:
         self._terminal.note(text)

@@ -1,0 +1,123 @@
+"""A line that says what a test has written down, at the times it has written down: no waiting."""
+
+from collections.abc import Iterable
+from pathlib import Path
+from types import SimpleNamespace
+
+from acquisition import clock, session
+from acquisition.archive import PartFile
+from acquisition.frame_log import FrameLog
+from acquisition.line import Arrival
+from acquisition.protocol import FrameParser, Identity, encode
+from acquisition.session import Limits, Session
+from acquisition.terminal import Progress
+
+ENTRIES = {
+    "protocol": "1",
+    "firmware": "1.0",
+    "rate_hz": "10",
+    "channels": "4",
+    "adc_bits": "10",
+    "vref_mv": "5000",
+    "series_ohm": "12000",
+    "state": "running",
+    "uptime_ms": "0",
+}
+
+
+def sample_frame(number: int, device_ms: int | None = None, sequence: int | None = None) -> bytes:
+    """Make the frame of a sample whose counts tell its number."""
+    device_ms = 100 * number if device_ms is None else device_ms
+    sequence = number if sequence is None else sequence
+    return encode(f"D,{sequence},{device_ms},{number % 1024},2,3,4,0")
+
+
+def identity_frame(**changes: object) -> bytes:
+    """Make the frame in which a logger says what it is."""
+    entries = ENTRIES | {key: str(value) for key, value in changes.items()}
+    return encode("I,logger," + ",".join(f"{key}={value}" for key, value in entries.items()))
+
+
+class ScriptedBench:
+    """A session whose line and clock follow a script; Ctrl-C at the script's end.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the recording and the log go.
+    monkeypatch : pytest.MonkeyPatch
+        Sets the clocks.
+    duration : int, optional
+        Places of the recording.
+    patience_s : float
+        As ``--patience``.
+    """
+
+    port, baud = "scripted", 115200
+
+    def __init__(
+        self, folder: Path, monkeypatch: object, duration: int | None = None, patience_s: float = 5
+    ) -> None:
+        self.now_s = 0.0
+        self.sent: list[str] = []
+        self.told: list[str] = []
+        self._script: Iterable = iter(())
+        self._parser = FrameParser()
+        self._stop = SimpleNamespace(reason="")
+        monkeypatch.setattr(clock, "time", SimpleNamespace(monotonic=lambda: self.now_s))
+        self._awake = clock.AwakeClock()
+        monkeypatch.setattr(session, "AWAKE", self._awake)
+        monkeypatch.setattr(session, "elapsed_s", lambda: self.now_s)
+        final = folder / "raw" / "3mm" / "r01.csv"
+        self.log = FrameLog(folder / "logs" / "r01.log")
+        self.part = PartFile(final, {"rate_hz": "10"}, 4)
+        self.session = Session(
+            self,
+            Identity("logger", ENTRIES),
+            self.part,
+            self.log,
+            SimpleNamespace(note=self.told.append),
+            Limits(duration, patience_s, kept=1001),
+            self._stop,
+            self._watch,
+        )
+
+    def run(self, script: Iterable[tuple[float, bytes]]) -> None:
+        """Run the session over pairs of a moment and what comes then."""
+        self._script = iter(script)
+        try:
+            self.session.run()
+        finally:
+            self.part.close()
+            self.log.close()
+
+    def rows(self) -> list[list[str]]:
+        """Read the cells of the lines of samples on disk."""
+        lines = self.part.path.read_text(encoding="utf-8").splitlines()
+        return [line.split(",") for line in lines if line[0].isdigit()]
+
+    def numbers(self) -> list[int]:
+        """Read the numbers of the samples on disk."""
+        return [int(row[1]) for row in self.rows() if row[1]]
+
+    def receive(self, timeout_s: float = 0.05) -> list[Arrival]:
+        """Give what comes next."""
+        del timeout_s
+        step = next(self._script, None)
+        if step is None:
+            self._stop.reason = "Ctrl-C"
+            return []
+        self.now_s, content = step
+        self._awake.now_s()
+        return [Arrival(event, self.now_s) for event in self._parser.feed(content)]
+
+    def send(self, payload: str) -> None:
+        """Note what the board is told."""
+        self.sent.append(payload)
+
+    def close(self) -> list:
+        """Close the line."""
+        return self._parser.drop_pending()
+
+    def _watch(self, progress: Progress, samples: list) -> None:
+        """Look at the progress, as a terminal would."""

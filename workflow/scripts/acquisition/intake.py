@@ -1,0 +1,111 @@
+"""What becomes of a sample: checked, placed in time, and written with the gap before it."""
+
+import math
+
+from acquisition.archive import PartFile
+from acquisition.frame_log import FrameLog
+from acquisition.protocol import Damaged, Identity, Sample
+from acquisition.terminal import Progress
+from acquisition.timeline import MisplacedSampleError, Place, Timeline
+
+FLUSH_EVERY = 1000  # samples: a gap of days is written in pieces, never held in memory
+
+
+class Intake:
+    """Takes the samples of one recording.
+
+    Parameters
+    ----------
+    identity : Identity
+        What the logger says of itself.
+    part : PartFile
+        Where the samples go.
+    log : FrameLog
+        Where everything else goes.
+    limit : int or None
+        Number of places of the recording, the missing ones included.
+    kept : int
+        How many of the first samples stay in memory, for the running verdict.
+
+    Attributes
+    ----------
+    progress : Progress
+        How the recording stands.
+    samples : list of tuple of int, or None
+        The first samples.
+    ended : str
+        Why the recording is complete; empty while it is not.
+    """
+
+    def __init__(
+        self, identity: Identity, part: PartFile, log: FrameLog, limit: int | None, kept: int
+    ) -> None:
+        rate_hz = float(identity.entries["rate_hz"])
+        self._sensors = int(identity.entries["channels"])
+        self._full_scale = 2 ** int(identity.entries["adc_bits"]) - 1
+        self._part = part
+        self._log = log
+        self._limit = math.inf if limit is None else limit
+        self._kept = kept
+        self.timeline = Timeline(rate_hz)
+        self.progress = Progress(1.0 / rate_hz, end_s=(limit or 0) / rate_hz)
+        self.samples: list[tuple[int, ...] | None] = []
+        self.ended = ""
+
+    @property
+    def received(self) -> int:
+        """How many samples were accepted."""
+        return self.progress.places - self.progress.missing
+
+    def take(self, sample: Sample, moment_s: float) -> None:
+        """Take a sample that was read at that moment of the computer's clock."""
+        if self.ended:
+            return
+        if len(sample.counts) != self._sensors or max(sample.counts) > self._full_scale:
+            self._refuse(sample, "not this board's sensors")
+            return
+        try:
+            place = self.timeline.place(sample, moment_s)
+        except MisplacedSampleError as reason:
+            self._refuse(sample, str(reason))
+            return
+        self._accept(sample, place)
+
+    def note_damaged(self, piece: Damaged) -> None:
+        """Count bytes that are no whole frame, and keep them in the log."""
+        self.progress.damaged += 1
+        self._log.damaged(piece)
+
+    def _refuse(self, sample: Sample, reason: str) -> None:
+        self.note_damaged(Damaged(repr(sample).encode(), reason))
+
+    def _accept(self, sample: Sample, place: Place) -> None:
+        if place.index >= self._limit:
+            self.ended = "--duration is over"
+            return
+        if place.missing:
+            self._note_gap(place)
+        for index in range(place.index - place.missing, place.index):
+            self._keep(index, None)
+        self._keep(place.index, sample.counts)
+        if sample.at_end:
+            self.ended = "the capsule reached the end stop"
+        elif place.index + 1 == self._limit:
+            self.ended = "--duration is over"
+
+    def _keep(self, index: int, counts: tuple[int, ...] | None) -> None:
+        # Rounded: 3 * 0.1 would be written 0.30000000000000004.
+        self._part.add(round(index * self.progress.period_s, 6), counts)
+        if len(self.samples) < self._kept:
+            self.samples.append(counts)
+        self.progress.recent.append(counts)
+        self.progress.places = index + 1
+        if index % FLUSH_EVERY == 0:
+            self._part.flush()
+
+    def _note_gap(self, place: Place) -> None:
+        self.progress.gaps += 1
+        self.progress.missing += place.missing
+        clock = "this computer's clock" if place.by_computer_clock else "the board's clock"
+        start_s = (place.index - place.missing) * self.progress.period_s
+        self._log.note(f"gap at {start_s:.1f} s: {place.missing} samples are missing, by {clock}")
