@@ -60,3 +60,71 @@ def test_a_duration_that_passes_while_the_recorder_is_stopped_is_filled_from_the
     bench.run([*samples(0, 30), (20.0, unread)])
     assert bench.numbers() == list(range(60))
     assert bench.session.ended == "--duration is over"
+
+
+@pytest.mark.parametrize("ahead_ms", [300, 5000, 20_000, 600_000, 2**31, 9_999_999_999])
+@pytest.mark.parametrize("numbered", ["next", "as far ahead", "anyhow"])
+@pytest.mark.parametrize("at", [0, 1, 30])
+def test_a_false_frame_that_passed_its_check_harms_nothing(bench, ahead_ms, numbered, at):
+    device_ms = min(100 * at + ahead_ms, 9_999_999_999)
+    further = {"next": 0, "as far ahead": ahead_ms // 100, "anyhow": 1_234_567_890}
+    sequence = at + further[numbered]
+    false = sample_frame(999, device_ms, sequence)
+    bench.run([*samples(0, at), (at / 10, false), *samples(at, 60)])
+    assert bench.numbers() == list(range(60))
+    assert len(bench.rows()) == 60
+
+
+def test_a_false_frame_costs_no_sample_after_lost_ones(bench):
+    false = sample_frame(999, 20_000, 200)
+    bench.run([*samples(0, 30), *samples(33, 34), (3.35, false), *samples(34, 60)])
+    assert bench.numbers() == [*range(30), *range(33, 60)]
+    assert len(bench.rows()) == 60
+
+
+def test_a_clock_that_jumped_for_good_is_not_believed_but_its_samples_are(bench):
+    later = [(number / 10, sample_frame(number, 100 * number + 10**9)) for number in range(30, 80)]
+    bench.run([*samples(0, 30), *later])
+    assert bench.numbers() == list(range(80))
+    assert len(bench.rows()) == 80
+    assert "identify" in bench.sent
+
+
+def test_the_boards_clock_may_pass_its_end(bench):
+    begin_ms = 2**32 - 3000
+    script = []
+    for number in range(60):
+        device_ms = (begin_ms + 100 * number) % 2**32
+        if number not in (29, 30, 31):  # a gap just there
+            script.append((number / 10, sample_frame(number, device_ms)))
+    bench.run(script)
+    assert bench.numbers() == [*range(29), *range(32, 60)]
+    assert len(bench.rows()) == 60
+
+
+def test_a_gap_of_days_is_written_in_pieces(bench, monkeypatch):
+    most = [0]
+    flush = bench.part.flush
+
+    def watched():
+        most[0] = max(most[0], len(bench.part._pending))
+        flush()
+
+    monkeypatch.setattr(bench.part, "flush", watched)
+    bench.session._limits = bench.session._limits.__class__(None, 1e9, 1001)
+    later = [(number / 10, sample_frame(number)) for number in range(30_000, 30_010)]
+    bench.run([*samples(0, 30), *later])
+    assert len(bench.rows()) == 30_010
+    assert most[0] <= 1001
+    assert len(bench.session._intake.samples) == 1001
+
+
+def test_samples_in_doubt_are_kept_when_the_recording_ends(bench):
+    bench.run([*samples(0, 30), *samples(33, 34)])
+    assert bench.numbers() == [*range(30), 33]
+
+
+def test_a_false_frame_after_a_gap_costs_nothing_either(bench):
+    false = sample_frame(999, 6000, 55)  # as far as anybody can tell, it may follow number 29
+    bench.run([*samples(0, 30), *samples(33, 34), (3.35, false), *samples(34, 60)])
+    assert bench.numbers() == [*range(30), *range(33, 60)]

@@ -5,8 +5,9 @@ import math
 from acquisition.archive import PartFile
 from acquisition.frame_log import FrameLog
 from acquisition.protocol import Damaged, Identity, Sample
+from acquisition.sieve import Sieve, Sifted
 from acquisition.terminal import Progress
-from acquisition.timeline import MisplacedSampleError, Place, Timeline
+from acquisition.timeline import CLOCK_ENDS_MS, Place, Timeline
 
 FLUSH_EVERY = 1000  # samples: a gap of days is written in pieces, never held in memory
 
@@ -47,7 +48,8 @@ class Intake:
         self._log = log
         self._limit = math.inf if limit is None else limit
         self._kept = kept
-        self.timeline = Timeline(rate_hz)
+        self._timeline = Timeline(rate_hz)
+        self._sieve = Sieve(self._timeline, 1.0 / rate_hz)
         self.progress = Progress(1.0 / rate_hz, end_s=(limit or 0) / rate_hz)
         self.samples: list[tuple[int, ...] | None] = []
         self.ended = ""
@@ -64,12 +66,36 @@ class Intake:
         if len(sample.counts) != self._sensors or max(sample.counts) > self._full_scale:
             self._refuse(sample, "not this board's sensors")
             return
-        try:
-            place = self.timeline.place(sample, moment_s)
-        except MisplacedSampleError as reason:
-            self._refuse(sample, str(reason))
+        if sample.device_ms >= CLOCK_ENDS_MS:
+            self._refuse(sample, "no board's clock goes so far")
             return
-        self._accept(sample, place)
+        self._settle(self._sieve.sift(sample, moment_s))
+
+    def take_identity(
+        self, uptime_ms: int, running: bool, moment_s: float, fresh: bool = False
+    ) -> bool:
+        """Take note of what the board says of itself; False if it has not run on all the time."""
+        if self._timeline.continues(uptime_ms, running, moment_s, fresh):
+            return True
+        self.settle()
+        self._timeline.note_restart()
+        return False
+
+    def settle(self) -> None:
+        """Decide on samples in doubt, because nothing of this board will follow them."""
+        self._settle(self._sieve.settle())
+
+    @property
+    def in_doubt(self) -> bool:
+        """Samples come that contradict those before: the board should say what it is."""
+        return self._sieve.in_doubt
+
+    def _settle(self, sifted: Sifted) -> None:
+        for sample, reason in sifted.refused:
+            self._refuse(sample, reason)
+        for sample, place in sifted.accepted:
+            if not self.ended:
+                self._accept(sample, place)
 
     def note_damaged(self, piece: Damaged) -> None:
         """Count bytes that are no whole frame, and keep them in the log."""

@@ -147,7 +147,7 @@ class Session:
         """Start the board until it sends, and ask after it when it falls silent."""
         now_s = AWAKE.now_s()
         self._check_patience(now_s)
-        if now_s - self._heard_s > SILENT_AFTER_S:
+        if now_s - self._heard_s > SILENT_AFTER_S or self._intake.in_doubt:
             if now_s - self._asked_s > ASK_AGAIN_S:
                 self._line.send("identify")
                 self._asked_s = now_s
@@ -188,16 +188,16 @@ class Session:
                 case Sample() as sample:
                     self._intake.take(sample, arrival.moment_s)
                 case Identity() as identity:
-                    self._take_identity(identity)
+                    self._take_identity(identity, arrival.moment_s)
         if self._intake.received > before:
             self._running = True
             self._sampled_s = AWAKE.now_s()
             self._granted = False
 
-    def _take_identity(self, identity: Identity) -> None:
-        entries = identity.entries
-        running = entries.get("state") == "running"
-        if self._intake.timeline.note_identity(int(entries.get("uptime_ms", 0)), running):
+    def _take_identity(self, identity: Identity, moment_s: float, fresh: bool = False) -> None:
+        running = identity.entries.get("state") == "running"
+        uptime_ms = int(identity.entries.get("uptime_ms", 0))
+        if not self._intake.take_identity(uptime_ms, running, moment_s, fresh):
             if self._running:
                 self._tell("the board was reset; going on in the same recording")
             self._running = False
@@ -214,6 +214,7 @@ class Session:
     def _wait_for_board(self) -> None:
         """Wait until the board is back, and go on in the same recording."""
         self._close_line()
+        self._intake.settle()
         self._running = False
         patience_s = self._limits.patience_s
         self._tell(
@@ -240,7 +241,7 @@ class Session:
             if not self._granted:  # once; then a sample must come
                 self._sampled_s = self._heard_s
                 self._granted = True
-            self._take_identity(identity)
+            self._take_identity(identity, elapsed_s(), fresh=True)
             return
 
     def _pause(self) -> None:
@@ -256,6 +257,7 @@ class Session:
         except LineLostError:
             pass  # the recording has ended all the same
         self._close_line()
+        self._intake.settle()
         self._part.flush()
 
     def _close_line(self) -> None:
