@@ -22,6 +22,7 @@ from acquisition.protocol import Identity
 from acquisition.terminal import Progress, Terminal
 from acquisition.usb import UsbPort
 from capsule.errors import CapsuleError
+from support.bench.scripted import ENTRIES
 
 
 def test_every_fault_has_a_status_of_its_own():
@@ -99,6 +100,31 @@ def test_on_windows_denied_means_in_use(monkeypatch):
     monkeypatch.setattr(line.os, "name", "nt")
     fault = serial.SerialException("could not open port 'COM5': PermissionError(13, 'denied')")
     assert type(line.explain_open_fault("COM5", fault)) is PortBusyError
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "complaint"),
+    [
+        ("adc_bits", None, "nothing of its adc_bits"),
+        ("adc_bits", "9999", "adc_bits=9999"),
+        ("rate_hz", "0", "rate_hz=0"),
+        ("channels", "four", "channels=four"),
+    ],
+)
+def test_a_logger_that_does_not_say_what_it_is_is_refused(key, value, complaint):
+    entries = ENTRIES | {key: value}
+    identity = Identity("logger", {name: text for name, text in entries.items() if text})
+    assert boards.fault_of_logger(identity) == complaint
+    assert boards.fault_of_logger(Identity("logger", ENTRIES)) == ""
+    talking = SimpleNamespace(
+        port="A",
+        bytes_read=1,
+        first_bytes=b"",
+        receive=lambda: [line.Arrival(identity, 0.0)],
+        send=lambda payload: None,
+    )
+    with pytest.raises(WrongBoardError, match=f"logger at A says {complaint}; upload"):
+        boards.identify(talking, "logger")
 
 
 def usb_port(device, vid=0x2341):

@@ -2,9 +2,10 @@
 
 import pytest
 
-from acquisition.bench_errors import BoardLostError
-from acquisition.protocol import encode
-from support.bench.scripted import ScriptedBench, sample_frame
+from acquisition import session
+from acquisition.bench_errors import BoardLostError, LineLostError
+from acquisition.protocol import Identity, encode
+from support.bench.scripted import ENTRIES, ScriptedBench, identity_frame, sample_frame
 
 
 def samples(first, last):
@@ -128,3 +129,56 @@ def test_a_false_frame_after_a_gap_costs_nothing_either(bench):
     false = sample_frame(999, 6000, 55)  # as far as anybody can tell, it may follow number 29
     bench.run([*samples(0, 30), *samples(33, 34), (3.35, false), *samples(34, 60)])
     assert bench.numbers() == [*range(30), *range(33, 60)]
+
+
+def plug_in_later(bench, monkeypatch, *boards):
+    """Have these boards answer, one a knock, when the recorder looks for its own."""
+    answers = iter(boards)
+
+    def connect(port, baud, wanted):
+        bench.now_s += 1.0
+        entries = ENTRIES | {key: str(value) for key, value in next(answers).items()}
+        return bench, Identity("logger", entries)
+
+    monkeypatch.setattr(session, "connect", connect)
+    monkeypatch.setattr(session.time, "sleep", lambda seconds: None)
+
+
+OTHER = {"adc_bits": 12, "vref_mv": 3300, "rate_hz": 50}
+
+
+def test_another_board_after_a_replug_is_refused(bench, monkeypatch):
+    plug_in_later(bench, monkeypatch, OTHER, OTHER, {"uptime_ms": 5900})
+    bench.run([*samples(0, 30), (3.0, LineLostError()), *samples(60, 90)])
+    assert bench.numbers() == [*range(30), *range(60, 90)]
+    (told,) = [text for text in bench.told if "another one" in text]
+    assert "rate_hz=50 instead of 10, adc_bits=12 instead of 10, vref_mv=3300" in told
+
+
+def test_another_board_behind_the_same_line_is_refused(bench):
+    strangers = [(3 + n / 50, sample_frame(30 + n, 3000 + 20 * n)) for n in range(100)]
+    script = [*samples(0, 30), (3.0, identity_frame(**OTHER)), *strangers]
+    bench.run([*script, (5.9, identity_frame(uptime_ms=5900)), *samples(60, 90)])
+    assert bench.numbers() == [*range(30), *range(60, 90)]
+    assert "identify" in bench.sent
+
+
+@pytest.mark.parametrize("uptime_ms", [581_000 + 3000, 0, 2500], ids=["ahead", "new", "behind"])
+def test_a_gap_is_measured_by_the_computer_where_the_boards_clock_began_elsewhere(
+    bench, monkeypatch, uptime_ms
+):
+    plug_in_later(bench, monkeypatch, {"uptime_ms": uptime_ms})
+    began = uptime_ms // 100
+    later = [(22 + n / 10, sample_frame(n, 100 * (began + n), began + n)) for n in range(1, 30)]
+    bench.session._limits = bench.session._limits.__class__(None, 1000, 1001)
+    silence = [(3.0 + n / 10, b"") for n in range(180)]
+    bench.run([*samples(0, 30), *silence, (21.0, LineLostError()), *later])
+    assert [row[0] for row in bench.rows() if row[1]][30:33] == ["22.1", "22.2", "22.3"]
+    assert bench.numbers() == [*range(30), *range(1, 30)]
+    assert any("its clock began elsewhere" in text for text in bench.told)
+
+
+@pytest.mark.parametrize("uptime", ["soon", "-1", ""])
+def test_nonsense_in_an_identity_ends_nothing(bench, uptime):
+    bench.run([*samples(0, 30), (3.0, identity_frame(uptime_ms=uptime)), *samples(30, 60)])
+    assert bench.numbers() == list(range(60))

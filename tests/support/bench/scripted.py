@@ -7,9 +7,10 @@ from types import SimpleNamespace
 from acquisition import clock, session
 from acquisition.archive import PartFile
 from acquisition.frame_log import FrameLog
+from acquisition.limits import Limits
 from acquisition.line import Arrival
 from acquisition.protocol import FrameParser, Identity, encode
-from acquisition.session import Limits, Session
+from acquisition.session import Session
 from acquisition.terminal import Progress
 
 ENTRIES = {
@@ -82,7 +83,7 @@ class ScriptedBench:
             self._watch,
         )
 
-    def run(self, script: Iterable[tuple[float, bytes]]) -> None:
+    def run(self, script: Iterable[tuple[float, bytes | Exception]]) -> None:
         """Run the session over pairs of a moment and what comes then."""
         self._script = iter(script)
         try:
@@ -108,6 +109,8 @@ class ScriptedBench:
             self._stop.reason = "Ctrl-C"
             return []
         self.now_s, content = step
+        if isinstance(content, Exception):
+            raise content
         self._awake.now_s()
         return [Arrival(event, self.now_s) for event in self._parser.feed(content)]
 

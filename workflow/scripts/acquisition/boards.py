@@ -1,5 +1,6 @@
 """Which board is behind a port: asked politely, answered plainly."""
 
+import re
 import time
 from collections.abc import Callable, Iterable
 
@@ -25,6 +26,14 @@ ASK_EVERY_S = 0.1
 ANSWER_S = 4.0  # one answer in four survives 1 % of noise: forty are enough
 GARBLED_S = 1.0  # after so much of that time, silence or garble is one for good
 CONFIRM_S = 0.25
+# What a logger must say of itself: digits, and no more than any ADC or board has.
+_NUMBERS = {
+    "rate_hz": (1, 10_000),
+    "channels": (1, 64),
+    "adc_bits": (1, 32),
+    "vref_mv": (1, 100_000),
+    "series_ohm": (1, 1_000_000_000),
+}
 PURPOSES = {"logger": "record with it (--port)", "peristalsis": "drive the wave with it (--drive)"}
 
 
@@ -96,6 +105,34 @@ def _check(identity: Identity, wanted: str, port: str) -> None:
             f"the {wanted} at {port} speaks protocol {protocol}, this program speaks {VERSION}; "
             "upload the firmware of this version (workflow/firmware)"
         )
+    if wanted == "logger" and (fault := fault_of_logger(identity)):
+        raise WrongBoardError(
+            f"the logger at {port} says {fault}; upload the firmware of this version "
+            "(workflow/firmware)"
+        )
+
+
+def fault_of_logger(identity: Identity) -> str:
+    """Say what is wrong with what a logger says of itself; empty if nothing is."""
+    for key in ("firmware", *_NUMBERS):
+        if key not in identity.entries:
+            return f"nothing of its {key}"
+    for key, (least, most) in _NUMBERS.items():
+        value = identity.entries[key]
+        if not re.fullmatch(r"[0-9]{1,10}", value) or not least <= int(value) <= most:
+            return f"{key}={value}"
+    return ""
+
+
+def differences(identity: Identity, other: Identity) -> str:
+    """Say in what a board differs from another in its kind or its electronics; empty if nowhere."""
+    if other.device != identity.device:
+        return f"it is the {other.device} board"
+    return ", ".join(
+        f"{key}={other.entries.get(key)} instead of {identity.entries[key]}"
+        for key in ("protocol", *_NUMBERS)
+        if other.entries.get(key) != identity.entries[key]
+    )
 
 
 def _explain_silence(line: Line, frames: int) -> AcquisitionError:

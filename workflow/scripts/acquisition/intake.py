@@ -64,10 +64,10 @@ class Intake:
         if self.ended:
             return
         if len(sample.counts) != self._sensors or max(sample.counts) > self._full_scale:
-            self._refuse(sample, "not this board's sensors")
+            self.refuse(sample, "not this board's sensors")
             return
         if sample.device_ms >= CLOCK_ENDS_MS:
-            self._refuse(sample, "no board's clock goes so far")
+            self.refuse(sample, "no board's clock goes so far")
             return
         self._settle(self._sieve.sift(sample, moment_s))
 
@@ -92,7 +92,7 @@ class Intake:
 
     def _settle(self, sifted: Sifted) -> None:
         for sample, reason in sifted.refused:
-            self._refuse(sample, reason)
+            self.refuse(sample, reason)
         for sample, place in sifted.accepted:
             if not self.ended:
                 self._accept(sample, place)
@@ -102,7 +102,8 @@ class Intake:
         self.progress.damaged += 1
         self._log.damaged(piece)
 
-    def _refuse(self, sample: Sample, reason: str) -> None:
+    def refuse(self, sample: Sample, reason: str) -> None:
+        """Count a sample that cannot be used, and keep it in the log."""
         self.note_damaged(Damaged(repr(sample).encode(), reason))
 
     def _accept(self, sample: Sample, place: Place) -> None:

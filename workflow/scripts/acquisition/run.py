@@ -15,10 +15,11 @@ from acquisition import archive, boards, recovery
 from acquisition.bench_errors import AcquisitionError, BoardLostError
 from acquisition.drive import Drive, Wave
 from acquisition.frame_log import FrameLog
+from acquisition.limits import Limits, StopRequest
 from acquisition.line import Line
 from acquisition.options import PROJECT
 from acquisition.protocol import Identity
-from acquisition.session import Limits, Session, StopRequest
+from acquisition.session import Session
 from acquisition.terminal import Progress, Terminal
 from capsule.acceptance import accept
 from capsule.configuration import check_configuration

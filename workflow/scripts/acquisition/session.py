@@ -1,11 +1,8 @@
 """A recording from its first sample to its archive, through noise, resets and pulled cables."""
 
 import math
-import signal
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
-from types import FrameType
 
 from acquisition.archive import PartFile
 from acquisition.bench_errors import (
@@ -14,10 +11,11 @@ from acquisition.bench_errors import (
     BoardNotFoundError,
     LineLostError,
 )
-from acquisition.boards import connect
+from acquisition.boards import connect, differences
 from acquisition.clock import AWAKE, elapsed_s
 from acquisition.frame_log import FrameLog
 from acquisition.intake import Intake
+from acquisition.limits import Limits, StopRequest
 from acquisition.line import Arrival, Line
 from acquisition.protocol import Acknowledgement, Damaged, Identity, Sample
 from acquisition.terminal import Progress, Terminal
@@ -30,39 +28,6 @@ ASK_AGAIN_S = 1.0
 LAST_FRAMES_S = 0.5
 RATE_OVER_S = 5.0
 KNOCK_EVERY_S = 0.2
-
-
-@dataclass(frozen=True)
-class Limits:
-    """What ends a recording.
-
-    Attributes
-    ----------
-    samples : int or None
-        Number of places of the recording, the missing ones included.
-    patience_s : float
-        How long to wait for the next sample of a board that went away or sends nonsense.
-    kept : int
-        How many samples the running verdict can use.
-    """
-
-    samples: int | None
-    patience_s: float
-    kept: int
-
-
-class StopRequest:
-    """Ctrl-C, or a polite kill: ends the recording at the next pause for breath."""
-
-    def __init__(self) -> None:
-        self.reason = ""
-        for name in ("SIGINT", "SIGTERM", "SIGHUP"):
-            if hasattr(signal, name):
-                signal.signal(getattr(signal, name), self._note)
-
-    def _note(self, number: int, frame: FrameType | None) -> None:
-        del frame
-        self.reason = "Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name
 
 
 class Session:
@@ -101,6 +66,8 @@ class Session:
     ) -> None:
         self._line = line
         self._port = UsbPort(line.port)
+        self._identity = identity
+        self._foreign = ""
         self._part = part
         self._log = log
         self._terminal = terminal
@@ -147,7 +114,7 @@ class Session:
         """Start the board until it sends, and ask after it when it falls silent."""
         now_s = AWAKE.now_s()
         self._check_patience(now_s)
-        if now_s - self._heard_s > SILENT_AFTER_S or self._intake.in_doubt:
+        if now_s - self._heard_s > SILENT_AFTER_S or self._intake.in_doubt or self._foreign:
             if now_s - self._asked_s > ASK_AGAIN_S:
                 self._line.send("identify")
                 self._asked_s = now_s
@@ -185,6 +152,8 @@ class Session:
             match arrival.event:
                 case Damaged() as piece:
                     self._intake.note_damaged(piece)
+                case Sample() as sample if self._foreign:
+                    self._intake.refuse(sample, "of another board")
                 case Sample() as sample:
                     self._intake.take(sample, arrival.moment_s)
                 case Identity() as identity:
@@ -195,13 +164,31 @@ class Session:
             self._granted = False
 
     def _take_identity(self, identity: Identity, moment_s: float, fresh: bool = False) -> None:
+        if self._is_foreign(identity):
+            return
         running = identity.entries.get("state") == "running"
-        uptime_ms = int(identity.entries.get("uptime_ms", 0))
-        if not self._intake.take_identity(uptime_ms, running, moment_s, fresh):
-            if self._running:
-                self._tell("the board was reset; going on in the same recording")
+        uptime = identity.entries.get("uptime_ms", "")
+        if uptime.isdecimal() and not self._intake.take_identity(
+            int(uptime), running, moment_s, fresh
+        ):
+            if self._running or (running and fresh):
+                self._tell(
+                    "the board was reset, or it is another one: its clock began elsewhere; going "
+                    "on in the same recording, by this computer's clock"
+                )
             self._running = False
             self._started_s = -START_AGAIN_S
+
+    def _is_foreign(self, identity: Identity) -> bool:
+        """Compare what answers now with the board that the recording's header describes."""
+        before = self._foreign
+        self._foreign = differences(self._identity, identity)
+        if self._foreign and self._foreign != before:
+            self._tell(
+                f"the board at {self._line.port} is another one ({self._foreign}); its samples do "
+                "not belong into this recording: plug the first one back in, or end it with Ctrl-C"
+            )
+        return bool(self._foreign)
 
     def _measure_rate(self) -> None:
         now_s = time.monotonic()
@@ -233,6 +220,11 @@ class Session:
                 if not isinstance(reason, BoardNotFoundError) and str(reason) != told:
                     told = str(reason)
                     self._tell(f"still waiting: {told}")
+                self._check_patience(AWAKE.now_s(), "did not come back within")
+                time.sleep(KNOCK_EVERY_S)
+                continue
+            if self._is_foreign(identity):
+                self._close_line()
                 self._check_patience(AWAKE.now_s(), "did not come back within")
                 time.sleep(KNOCK_EVERY_S)
                 continue
