@@ -2,6 +2,7 @@
 
 import errno
 import os
+import shutil
 
 import pytest
 
@@ -131,3 +132,71 @@ def test_unfinished_recordings_are_listed(tmp_path, final):
     names = [part.name for part in archive.unfinished(tmp_path / "raw")]
     assert names == ["r01.csv.part", "r02.csv.part"]
     assert archive.unfinished(tmp_path / "nowhere") == []
+
+
+@pytest.fixture
+def going_on(final, monkeypatch, tmp_path):
+    """Give a recording of three samples that looks after its place at every sync."""
+    monkeypatch.setattr(archive, "SYNC_EVERY_S", 0)
+    monkeypatch.setattr(archive.tempfile, "gettempdir", lambda: str(tmp_path / "elsewhere"))
+    told = []
+    part = archive.PartFile(final, HEADER, 4, told.append)
+    fill(part, 3)
+    part.flush()
+    return part, told
+
+
+def finish_after(going_on, expected):
+    part, told = going_on
+    part.sync()
+    assert part.path == expected.with_name(expected.name + ".part")
+    part.add(0.3, (3, 2, 3, 4))
+    part.flush()
+    part.sync()
+    assert part.finish() == expected
+    with expected.open("rb") as stream:
+        assert read_recording(stream, 4).values[0].tolist() == [0, 1, 2, 3]
+    (text,) = told
+    assert f"recording goes on in {expected}.part" in text
+
+
+@pytest.mark.parametrize("what", ["file", "folder", "raw"])
+def test_what_was_deleted_is_written_anew(final, going_on, what):
+    part, _ = going_on
+    if what == "file":
+        part.path.unlink()
+    else:
+        shutil.rmtree(final.parent if what == "folder" else final.parents[1])
+    finish_after(going_on, final)
+
+
+@pytest.mark.parametrize("what", ["file", "folder"])
+def test_what_was_renamed_is_written_anew_and_kept(final, going_on, what):
+    part, _ = going_on
+    renamed = final.with_name("other.part") if what == "file" else final.parents[1] / "4mm"
+    (part.path if what == "file" else final.parent).rename(renamed)
+    finish_after(going_on, final)
+    kept = renamed if what == "file" else renamed / "r01.csv.part"
+    assert kept.read_text().endswith("0.2,2,2,3,4\n")
+
+
+def test_another_file_in_the_place_is_left_alone(final, going_on):
+    part, _ = going_on
+    part.path.rename(final.with_name("other"))
+    part.path.write_text("precious")
+    finish_after(going_on, final.with_name("r01-2.csv"))
+    assert final.with_name("r01.csv.part").read_text() == "precious"
+
+
+def test_where_the_folder_cannot_be_made_again_another_disk_serves(final, going_on, tmp_path):
+    shutil.rmtree(final.parent)
+    final.parent.write_text("a file in place of the folder")
+    finish_after(going_on, tmp_path / "elsewhere" / "capsule-recordings" / "3mm" / "r01.csv")
+
+
+def test_deleted_just_before_the_end(final, going_on):
+    part, told = going_on
+    part.path.unlink()
+    assert part.finish() == final
+    assert final.exists()
+    assert told

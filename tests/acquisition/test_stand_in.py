@@ -1,5 +1,7 @@
 """acquire.py on every system: a logger imitated in Python, behind a socket."""
 
+import shutil
+
 import numpy as np
 import pytest
 
@@ -78,3 +80,16 @@ def test_end_stop(tmp_path, cable, bench):
     cable.board.set_end_stop(True)
     bench.run(recorder.done)
     recorder.expect(0, "the capsule reached the end stop")
+
+
+def test_a_folder_deleted_in_mid_run_is_noticed_within_seconds(tmp_path, cable, bench):
+    recorder = Recorder(tmp_path, "--port", cable.port, "--size", "5", "--name", "r01")
+    bench.speed = 20
+    bench.run(lambda: len(samples_in(cable.whole)) >= 30)
+    shutil.rmtree(tmp_path / "raw")
+    bench.run(lambda: bool(recorder.parts()), limit_s=3)
+    recorder.press_ctrl_c()
+    bench.run(recorder.done)
+    recorder.expect(0, "was deleted", "recording goes on in")
+    check_complete(recorder.recording(), cable, ended_early=True)
+    assert recorder.recording().time_s.size >= 30

@@ -2,8 +2,9 @@
 
 import errno
 import os
+import tempfile
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from acquisition.bench_errors import AcquisitionError, DiskFullError, NameExistsError
@@ -26,6 +27,8 @@ class PartFile:
         What is known of the run.
     sensors : int
         Number of sensors S.
+    tell : callable, optional
+        Is told when the recording had to go on in another place.
 
     Raises
     ------
@@ -35,7 +38,14 @@ class PartFile:
         There is no room.
     """
 
-    def __init__(self, final: Path, header: Mapping[str, str], sensors: int) -> None:
+    def __init__(
+        self,
+        final: Path,
+        header: Mapping[str, str],
+        sensors: int,
+        tell: Callable[[str], None] = print,
+    ) -> None:
+        self._tell = tell
         self.final = final
         self.path = final.with_name(final.name + SUFFIX)
         self._sensors = sensors
@@ -43,15 +53,12 @@ class PartFile:
         self._length = 0
         self._synced_s = 0.0
         check_free(final)
-        final.parent.mkdir(parents=True, exist_ok=True)
-        flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
         try:
-            self._descriptor = os.open(self.path, flags, 0o666)
+            self._descriptor = _create(self.path)
         except FileExistsError as fault:
             raise NameExistsError(_unfinished_text(self.path)) from fault
         except OSError as fault:
             raise explain_write_fault(fault, self.path) from fault
-        lock_file(self._descriptor)
         self._pending.append(format_header(header, sensors))
         self.flush()
         self.sync()
@@ -84,9 +91,16 @@ class PartFile:
         self._length += len(content)
 
     def sync(self) -> None:
-        """Have the disk keep what was flushed, once a second: a power cut loses no more."""
+        """Have the disk keep what was flushed, once a second: a power cut loses no more.
+
+        Raises
+        ------
+        AcquisitionError
+            The file is gone, and there is no place for another.
+        """
         now_s = time.monotonic()
         if now_s - self._synced_s >= SYNC_EVERY_S:
+            self._hold_place()
             self._sync_now()
             self._synced_s = now_s
 
@@ -95,6 +109,37 @@ class PartFile:
             os.fsync(self._descriptor)
         except OSError as fault:
             raise explain_write_fault(fault, self.path) from fault
+
+    def _hold_place(self) -> None:
+        """Write everything anew where the file, or its folder, was deleted or renamed."""
+        try:
+            if os.path.samestat(self.path.stat(), os.fstat(self._descriptor)):
+                return
+        except OSError:
+            pass  # it is not there
+        lost, fault = self.path, None
+        for path in _places(self.path):
+            try:
+                copy = _create(path)
+            except OSError as reason:
+                fault = fault or reason
+                continue
+            try:
+                _copy(self._descriptor, copy)
+            except OSError as reason:
+                fault = fault or reason
+                os.close(copy)
+                path.unlink()
+                continue
+            os.close(self._descriptor)
+            self._descriptor, self.path = copy, path
+            self.final = path.with_name(path.name.removesuffix(SUFFIX))
+            self._tell(
+                f"warning: {lost} was deleted, renamed or replaced; every sample so far is written "
+                f"anew, and recording goes on in {path}"
+            )
+            return
+        raise explain_write_fault(fault, lost) from fault
 
     def finish(self) -> Path:
         """Give the recording its name.
@@ -105,6 +150,7 @@ class PartFile:
             Another recording took the name meanwhile; this one stays in its parts.
         """
         self.flush()
+        self._hold_place()
         self._sync_now()
         self.close()
         publish(self.path, self.final)
@@ -113,11 +159,39 @@ class PartFile:
     def discard(self) -> None:
         """Remove a recording that holds no sample."""
         self.close()
-        self.path.unlink()
+        self.path.unlink(missing_ok=True)
 
     def close(self) -> None:
         """Close the file and leave it as it is."""
         os.close(self._descriptor)
+
+
+def _create(path: Path) -> int:
+    """Create a file that was not there, with its folder, locked; gives its descriptor."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+    descriptor = os.open(path, flags, 0o666)
+    lock_file(descriptor)
+    return descriptor
+
+
+def _places(part: Path) -> Iterator[Path]:
+    """Name where an unfinished recording may go on: its place, beside it, another disk."""
+    name = part.name.removesuffix(f".csv{SUFFIX}")
+    beside = [part, *(part.with_name(f"{name}-{n}.csv{SUFFIX}") for n in range(2, 10))]
+    elsewhere = Path(tempfile.gettempdir()) / "capsule-recordings" / part.parent.name
+    for path in (*beside, *(elsewhere / path.name for path in beside)):
+        if not path.with_name(path.name.removesuffix(SUFFIX)).exists():
+            yield path
+
+
+def _copy(source: int, target: int) -> None:
+    """Copy an open file, even one that was deleted, and have the disk keep it."""
+    os.lseek(source, 0, os.SEEK_SET)
+    while chunk := os.read(source, 1 << 20):
+        while chunk:
+            chunk = chunk[os.write(target, chunk) :]
+    os.fsync(target)
 
 
 def check_free(final: Path) -> None:

@@ -58,7 +58,7 @@ def record(options: argparse.Namespace) -> None:
             drive.start()
         stop = StopRequest()
         log = FrameLog(options.logs / folder / f"{name}.log")
-        part = archive.PartFile(final, header, sensors)
+        part = archive.PartFile(final, header, sensors, terminal.note)
         log.note(f"logger at {line.port}: {json.dumps(identity.entries)}")
         limit = round(options.duration / _period_s(identity)) if options.duration else None
         limits = Limits(limit, options.patience, settings["preprocessing"]["length"] + 1)
@@ -70,7 +70,7 @@ def record(options: argparse.Namespace) -> None:
             print(warning, file=sys.stderr)
     if drive:
         session.progress.wave = drive.summary()
-    values = _tell_outcome(session, terminal, final, log.path, settings)
+    values = _tell_outcome(session, terminal, part.final, log.path, settings)
     if judge_all and values is not None:
         for line in judge_all(values):
             terminal.note(line)

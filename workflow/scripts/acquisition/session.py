@@ -210,6 +210,7 @@ class Session:
         )
         told = ""
         while True:
+            self._part.sync()
             self._watch(self.progress, self._intake.samples)
             if self._stop.reason:
                 self.ended = self._stop.reason
