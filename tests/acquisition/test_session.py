@@ -182,3 +182,13 @@ def test_a_gap_is_measured_by_the_computer_where_the_boards_clock_began_elsewher
 def test_nonsense_in_an_identity_ends_nothing(bench, uptime):
     bench.run([*samples(0, 30), (3.0, identity_frame(uptime_ms=uptime)), *samples(30, 60)])
     assert bench.numbers() == list(range(60))
+
+
+def test_nonsense_for_days_does_not_fill_the_disk(bench, monkeypatch):
+    monkeypatch.setattr(bench.log, "_room", 5000)
+    noise = [(number / 10 + 0.05, b"static" * 20 + b"\n") for number in range(60)]
+    bench.run(sorted([*samples(0, 60), *noise]))
+    assert bench.numbers() == list(range(60))
+    assert bench.log.path.stat().st_size < 5300
+    assert bench.session.progress.damaged == 60
+    assert sum("goes on without its log" in text for text in bench.told) == 1

@@ -1,6 +1,8 @@
 """acquire.py on every system: a logger imitated in Python, behind a socket."""
 
+import os
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -93,3 +95,42 @@ def test_a_folder_deleted_in_mid_run_is_noticed_within_seconds(tmp_path, cable, 
     recorder.expect(0, "was deleted", "recording goes on in")
     check_complete(recorder.recording(), cable, ended_early=True)
     assert recorder.recording().time_s.size >= 30
+
+
+@pytest.mark.skipif(not hasattr(os, "openpty"), reason="no terminal to stop")
+def test_a_terminal_that_takes_no_output_holds_nothing_up(tmp_path, cable, bench):
+    ours, theirs = os.openpty()  # and nobody reads
+    options = ("--size", "5", "--duration", "120")
+    recorder = Recorder(tmp_path, "--port", cable.port, *options, stdout=theirs)
+    bench.speed = 25  # the terminal's buffer is full after a second
+    bench.run(recorder.done)
+    recorder.expect(0)
+    os.close(ours)
+    os.close(theirs)
+    assert recorder.recording().time_s.size == 1200
+    check_complete(recorder.recording(), cable, ended_early=True)
+
+
+@pytest.mark.parametrize("closed", ["before", "meanwhile"])
+def test_standard_output_that_is_closed_holds_nothing_up(tmp_path, cable, bench, closed):
+    settings = {"preexec_fn": lambda: os.close(1)} if closed == "before" else {}
+    options = ("--size", "5", "--duration", "30")
+    recorder = Recorder(tmp_path, "--port", cable.port, *options, **settings)
+    if closed == "meanwhile":
+        bench.run(lambda: len(samples_in(cable.whole)) >= 30)
+        recorder.process.stdout.close()
+    bench.run(recorder.done)
+    recorder.expect(0)
+    assert recorder.recording().time_s.size == 300
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full to stand for a full disk")
+def test_a_log_whose_disk_is_full_holds_nothing_up(tmp_path, cable, bench):
+    log = tmp_path / "logs" / "5mm" / "r01.log"
+    log.parent.mkdir(parents=True)
+    log.symlink_to("/dev/full")
+    options = ("--size", "5", "--duration", "30", "--name", "r01")
+    recorder = Recorder(tmp_path, "--port", cable.port, *options)
+    bench.run(recorder.done)
+    recorder.expect(0, "goes on without its log", "No space left")
+    assert recorder.recording().time_s.size == 300

@@ -2,7 +2,7 @@
 
 import sys
 
-from acquisition import options, run
+from acquisition import options, output, run
 from acquisition.bench_errors import AcquisitionError
 from edges import files
 
@@ -24,4 +24,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    output.install()
     files.run(main)

@@ -25,13 +25,9 @@ class Recorder:
         self.logs = folder / "logs"
         places = ("--raw", self.raw, "--logs", self.logs)
         command = [sys.executable, ACQUIRE, *options, *places]
+        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
         self.process = subprocess.Popen(
-            [str(word) for word in command],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            encoding="utf-8",
-            **settings,
+            [str(word) for word in command], text=True, encoding="utf-8", **(pipes | settings)
         )
         self._output: tuple[str, str] | None = None
         self.started.append(self)
@@ -53,7 +49,8 @@ class Recorder:
     def output(self) -> tuple[str, str]:
         """What the program printed, and what it printed as errors, once it has ended."""
         if self._output is None:
-            self._output = self.process.communicate(timeout=20)
+            printed, errors = self.process.communicate(timeout=20)
+            self._output = printed or "", errors
         return self._output
 
     def press_ctrl_c(self) -> None:

@@ -70,8 +70,8 @@ class ScriptedBench:
         monkeypatch.setattr(session, "AWAKE", self._awake)
         monkeypatch.setattr(session, "elapsed_s", lambda: self.now_s)
         final = folder / "raw" / "3mm" / "r01.csv"
-        self.log = FrameLog(folder / "logs" / "r01.log")
-        self.part = PartFile(final, {"rate_hz": "10"}, 4)
+        self.log = FrameLog(folder / "logs" / "r01.log", self.told.append)
+        self.part = PartFile(final, {"rate_hz": "10"}, 4, self.told.append)
         self.session = Session(
             self,
             Identity("logger", ENTRIES),

@@ -57,7 +57,7 @@ def record(options: argparse.Namespace) -> None:
         if drive:
             drive.start()
         stop = StopRequest()
-        log = FrameLog(options.logs / folder / f"{name}.log")
+        log = FrameLog(options.logs / folder / f"{name}.log", terminal.note)
         part = archive.PartFile(final, header, sensors, terminal.note)
         log.note(f"logger at {line.port}: {json.dumps(identity.entries)}")
         limit = round(options.duration / _period_s(identity)) if options.duration else None
