@@ -1,5 +1,6 @@
 """acquire.py in parts: its command line, ports and boards, what the terminal shows."""
 
+import contextlib
 import errno
 import io
 from pathlib import Path
@@ -7,6 +8,8 @@ from types import SimpleNamespace
 
 import pytest
 import serial
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import acquire
 from acquisition import bench_errors, boards, line, options
@@ -22,6 +25,7 @@ from acquisition.protocol import Identity
 from acquisition.terminal import Progress, Terminal
 from acquisition.usb import UsbPort
 from capsule.errors import CapsuleError
+from capsule.naming import Entry, classify, size_mm
 from support.bench.scripted import ENTRIES
 
 
@@ -61,6 +65,20 @@ def test_faults_end_the_program_plainly(monkeypatch, capsys):
         ("--size 3 --name .r01", "no plain name"),
         ("--size 3 --name r01.csv", "without .csv"),
         ("--size 3 --direction up", "invalid choice"),
+        ("--size 2.54321", "would pass 2.54321mm/ over; give at most four digits"),
+        ("--size 12.34567", "would pass 12.3457mm/ over"),
+        ("--size 99.99999", "finer than the workflow's folders"),
+        ("--size 0.0000001", "finer than the workflow's folders"),
+        ("--size=-0", "no size in mm"),
+        ("--size 1_0", "no size in mm"),
+        ("--size 1e1", "no size in mm"),
+        ("--size \N{ARABIC-INDIC DIGIT THREE}", "no size in mm"),
+        ("--size 3 --name r" + "1" * 96, "at most 96"),
+        ("--size 3 --name r" + "x" * 20, "again and again, which Snakemake"),
+        ("--size 3 --name r" + "ab" * 20, "again and again, which Snakemake"),
+        ("--size 3 --site \udcff", "printable characters (UTF-8)"),
+        ("--size 3 --session \x1b[2J", "printable characters (UTF-8)"),
+        ("--size 3 --site " + "x" * 101, "1 to 100"),
     ],
 )
 def test_wrong_options_are_explained(words, complaint, capsys):
@@ -68,6 +86,27 @@ def test_wrong_options_are_explained(words, complaint, capsys):
         options.parse(words.split())
     assert ended.value.code == 2
     assert complaint in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("site", ["", " ", "\N{IDEOGRAPHIC SPACE}"])
+def test_an_empty_site_is_refused(site, capsys):
+    with pytest.raises(SystemExit):
+        options.parse(["--size", "3", "--site", site])
+    assert "1 to 100" in capsys.readouterr().err
+
+
+@settings(deadline=None)  # a busy machine is no fault
+@given(st.decimals(0, 99, places=3), st.from_regex(r"[A-Za-z0-9_.+-]{1,12}", fullmatch=True))
+def test_whatever_is_allowed_is_a_recording_for_the_workflow(size, name):
+    words = ["--size", f"{size:f}", f"--name={name}"]
+    try:
+        with contextlib.redirect_stderr(io.StringIO()):
+            chosen = options.parse(words)
+    except SystemExit:
+        return
+    entry = f"{chosen.size}/{chosen.name}"
+    assert classify([Entry(f"{entry}.csv")]).recordings == (entry,)
+    assert size_mm(entry) == float(size)
 
 
 def test_options():

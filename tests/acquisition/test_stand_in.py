@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import time
 from pathlib import Path
 
 import numpy as np
@@ -134,3 +135,31 @@ def test_a_log_whose_disk_is_full_holds_nothing_up(tmp_path, cable, bench):
     bench.run(recorder.done)
     recorder.expect(0, "goes on without its log", "No space left")
     assert recorder.recording().time_s.size == 300
+
+
+def test_a_run_longer_than_the_matrix_is_told_when_it_passes(tmp_path, cable, bench):
+    log = (tmp_path / "printed").open("w+")
+    recorder = Recorder(tmp_path, "--port", cable.port, "--size", "5", stdout=log)
+    bench.run(lambda: len(samples_in(cable.whole)) >= 900)
+    bench.speed = 20
+    printed = tmp_path / "printed"
+    bench.run(lambda: "passed 1000 samples (100 s)" in printed.read_text(), limit_s=10)
+    assert not recorder.done()
+    recorder.press_ctrl_c()
+    bench.run(recorder.done)
+    log.close()
+    recorder.expect(0)
+    assert printed.read_text().count("the workflow will refuse it (preprocessing.length)") == 1
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no SIGINT for one process")
+@pytest.mark.parametrize("after_s", [0.08, 0.15, 0.3, 0.6])
+def test_an_early_ctrl_c_is_no_traceback(tmp_path, after_s):
+    recorder = Recorder(tmp_path, "--port", tmp_path / "fifo", "--size", "5")
+    os.mkfifo(tmp_path / "fifo")
+    time.sleep(after_s)
+    recorder.press_ctrl_c()
+    _, errors = recorder.output
+    # Before its first line, nobody can speak for the program but Python itself.
+    assert "Traceback" not in errors or "acquire.py" not in errors, errors
+    assert not list(tmp_path.rglob("*.csv*"))

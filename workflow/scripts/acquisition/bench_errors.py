@@ -2,6 +2,8 @@
 
 from capsule.errors import CapsuleError
 
+INTERRUPTED = "interrupted before the recording began; nothing is archived"
+
 
 class AcquisitionError(CapsuleError):
     """A fault at the bench; `status` is the exit status of acquire.py."""

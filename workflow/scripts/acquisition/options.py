@@ -1,11 +1,13 @@
 """The command line of acquire.py."""
 
 import argparse
+import re
 from pathlib import Path
 
 from acquisition.line import BAUD
-from capsule.naming import UNLABELLED, Entry, classify, size_label
+from capsule.naming import UNLABELLED, Entry, classify, folder_size_mm, size_label
 
+LONGEST_ENTRY = 100  # characters of a site or session
 PROJECT = Path(__file__).resolve().parents[3]
 
 EXAMPLES = """
@@ -56,8 +58,12 @@ def _add_run_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument("--duration", type=_positive, metavar="S", help="end after S seconds")
     group.add_argument("--name", type=_name, help="the recording's name (default: UTC time)")
-    group.add_argument("--site", help="header: the place of the nodule, for several passes")
-    group.add_argument("--session", help="header: what these recordings have in common")
+    group.add_argument(
+        "--site", type=_entry, help="header: the place of the nodule, for several passes"
+    )
+    group.add_argument(
+        "--session", type=_entry, help="header: what these recordings have in common"
+    )
     group.add_argument("--plot", action="store_true", help="open a live window")
     group.add_argument(
         "--detect",
@@ -131,13 +137,16 @@ def _add_place_options(parser: argparse.ArgumentParser) -> None:
 
 def _size(text: str) -> str:
     """Read a size and give its folder: 3mm, 2.5mm."""
-    try:
-        size_mm = float(text)
-    except ValueError:
-        size_mm = -1.0
-    if not 0 <= size_mm < 100:
+    # ASCII alone: float() would also read -0, 1_0 and digits of other scripts.
+    if not re.fullmatch(r"[0-9]{1,9}(\.[0-9]{1,9})?|\.[0-9]{1,9}", text) or float(text) >= 100:
         raise argparse.ArgumentTypeError(f"{text!r} is no size in mm from 0 to 100")
-    return size_label(size_mm)
+    label = size_label(float(text))
+    if folder_size_mm(label) != float(text):
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is finer than the workflow's folders, which would pass {label}/ over; "
+            "give at most four digits, three of them behind the point"
+        )
+    return label
 
 
 def _positive(text: str) -> float:
@@ -153,6 +162,22 @@ def _positive(text: str) -> float:
 def _name(text: str) -> str:
     if not classify([Entry(f"{UNLABELLED}/{text}.csv")]).recordings or text.endswith(".csv"):
         raise argparse.ArgumentTypeError(
-            f"{text!r} is no plain name: letters, digits, '_', '-', '.', '+'; without .csv"
+            f"{text!r} is no plain name: letters, digits, '_', '-', '.', '+', at most 96 of them; "
+            "without .csv"
+        )
+    if match := re.search(r"(.+?)\1{18,}$", text):
+        raise argparse.ArgumentTypeError(
+            f"{text!r} ends in {match[1]!r} again and again, which Snakemake takes for a mistake "
+            "and stops at"
+        )
+    return text
+
+
+def _entry(text: str) -> str:
+    """Read an entry of the header; what the workflow could not read is refused."""
+    if not text.strip() or not text.isprintable() or len(text) > LONGEST_ENTRY:
+        raise argparse.ArgumentTypeError(
+            f"{text[:LONGEST_ENTRY]!r} cannot stand in a header: printable characters (UTF-8), "
+            f"1 to {LONGEST_ENTRY} of them"
         )
     return text

@@ -52,7 +52,8 @@ def record(options: argparse.Namespace) -> None:
         terminal = Terminal(sys.stdout, full_scale)
         sensors = int(identity.entries["channels"])
         _check_fits(identity, settings["recording"])
-        watchers = _watchers(options, drive, judge, terminal, f"{folder}/{name}", sensors)
+        length = settings["preprocessing"]["length"]
+        watchers = _watchers(options, drive, judge, terminal, f"{folder}/{name}", sensors, length)
         header = _header(identity, started, options, wave if drive else None)
         if drive:
             drive.start()
@@ -61,7 +62,7 @@ def record(options: argparse.Namespace) -> None:
         part = archive.PartFile(final, header, sensors, terminal.note)
         log.note(f"logger at {line.port}: {json.dumps(identity.entries)}")
         limit = round(options.duration / _period_s(identity)) if options.duration else None
-        limits = Limits(limit, options.patience, settings["preprocessing"]["length"] + 1)
+        limits = Limits(limit, options.patience, length + 1)
         terminal.note(f"recording {final} from {line.port}; Ctrl-C ends it")
         session = Session(line, identity, part, log, terminal, limits, stop, watchers)
         _run(session, part, terminal, log)
@@ -171,6 +172,7 @@ def _watchers(
     terminal: Terminal,
     title: str,
     sensors: int,
+    length: int,
 ) -> Watcher:
     """Join everything that follows the recording while it runs."""
     window = None
@@ -179,9 +181,16 @@ def _watchers(
 
         window = Window(title, sensors)
     judged_s = 0.0
+    told_of_length = False
 
     def watch(progress: Progress, samples: list[tuple[int, ...] | None]) -> None:
-        nonlocal judged_s
+        nonlocal judged_s, told_of_length
+        if progress.places > length and not told_of_length:
+            told_of_length = True
+            terminal.note(
+                f"warning: the run passed {length} samples ({length * progress.period_s:g} s): "
+                "the workflow will refuse it (preprocessing.length); recording goes on"
+            )
         if drive:
             if warning := drive.watch():
                 terminal.note(warning)
