@@ -103,10 +103,10 @@ class ScriptedBench:
 
     def receive(self, timeout_s: float = 0.05) -> list[Arrival]:
         """Give what comes next."""
-        del timeout_s
         step = next(self._script, None)
         if step is None:
             self._stop.reason = "Ctrl-C"
+            self.now_s += timeout_s
             return []
         self.now_s, content = step
         if isinstance(content, Exception):

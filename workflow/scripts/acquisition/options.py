@@ -83,7 +83,7 @@ def _add_board_options(parser: argparse.ArgumentParser) -> None:
         type=_positive,
         default=60.0,
         metavar="S",
-        help="wait so long for an unplugged board (default: %(default)g)",
+        help="wait so long for the next sample, of an unplugged board too (default: %(default)g)",
     )
 
 

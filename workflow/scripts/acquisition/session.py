@@ -239,10 +239,10 @@ class Session:
 
     def _pause(self) -> None:
         """Pause the board; what it sent before it heard of that is kept."""
-        deadline = time.monotonic() + LAST_FRAMES_S
+        deadline = AWAKE.now_s() + LAST_FRAMES_S
         try:
             self._line.send("pause")
-            while time.monotonic() < deadline:
+            while AWAKE.now_s() < deadline:
                 arrivals = self._line.receive()
                 self._take(arrivals)
                 if any(arrival.event == Acknowledgement("pause", "") for arrival in arrivals):
