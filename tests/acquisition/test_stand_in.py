@@ -2,12 +2,14 @@
 
 import os
 import shutil
+import signal
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from acquisition.protocol import encode
 from support.bench.cable import SocketCable
 from support.bench.recorder import Recorder, check_complete, check_times, samples_in
 from support.bench.stand_in import StandInLogger
@@ -163,3 +165,45 @@ def test_an_early_ctrl_c_is_no_traceback(tmp_path, after_s):
     # Before its first line, nobody can speak for the program but Python itself.
     assert "Traceback" not in errors or "acquire.py" not in errors, errors
     assert not list(tmp_path.rglob("*.csv*"))
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="no process can be stopped here")
+def test_a_recorder_that_was_stopped_loses_nothing(tmp_path, cable, bench):
+    options = ("--size", "5", "--duration", "60", "--patience", "1")
+    recorder = Recorder(tmp_path, "--port", cable.port, *options)
+    bench.speed = 10
+    bench.run(lambda: len(samples_in(cable.whole)) >= 100)
+    recorder.process.send_signal(signal.SIGSTOP)
+    bench.run_for(20)
+    recorder.process.send_signal(signal.SIGCONT)
+    bench.run(recorder.done)
+    recorder.expect(0, "600 samples", "no gap")
+    check_complete(recorder.recording(), cable, ended_early=True)
+
+
+def test_a_false_frame_that_passed_its_check_costs_no_sample(tmp_path, cable, bench):
+    false = {50: 20_000, 80: 3000, 110: 2**31, 140: 4_000_000_000}
+
+    def spoil(frame):
+        number = len(samples_in(cable.whole))
+        if frame.startswith(b"$D") and number in false:
+            return encode(f"D,{number + 1},{false.pop(number)},9,9,9,9,0") + frame
+        return frame
+
+    cable.spoil = spoil
+    options = ("--size", "5", "--duration", "20")
+    recorder = Recorder(tmp_path, "--port", cable.port, *options)
+    bench.run(recorder.done)
+    recorder.expect(0, "200 samples", "no gap", "4 damaged frames")
+    check_complete(recorder.recording(), cable, ended_early=True)
+
+
+def test_garbage_for_ever_ends_by_patience(tmp_path, cable, bench):
+    options = ("--size", "5", "--patience", "2")
+    recorder = Recorder(tmp_path, "--port", cable.port, *options)
+    bench.run(lambda: len(samples_in(cable.whole)) >= 100)
+    cable.spoil = lambda frame: b"static" * 5 + b"\n"
+    bench.run(recorder.done, limit_s=15)
+    recorder.expect(11, "sent no sample for 2 s (--patience)", "archived in")
+    check_complete(recorder.recording(), cable, ended_early=True)
+    assert recorder.recording().time_s.size == 100

@@ -2,7 +2,7 @@
 
 import time
 
-LONGEST_STEP_S = 1.0
+LONGEST_STEP_S = 0.25
 
 
 def elapsed_s() -> float:
@@ -15,7 +15,7 @@ class AwakeClock:
     """Counts the seconds in which this program could act.
 
     It is asked many times a second. A longer silence between two questions means that the program
-    was stopped (Ctrl-Z, a suspended machine), and counts as one second.
+    was stopped (Ctrl-Z, a suspended machine), and counts as a quarter of a second.
     """
 
     def __init__(self) -> None:

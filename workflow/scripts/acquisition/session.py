@@ -221,13 +221,11 @@ class Session:
                 if not isinstance(reason, BoardNotFoundError) and str(reason) != told:
                     told = str(reason)
                     self._tell(f"still waiting: {told}")
-                self._check_patience(AWAKE.now_s(), "did not come back within")
-                time.sleep(KNOCK_EVERY_S)
+                self._wait_a_little()
                 continue
             if self._is_foreign(identity):
                 self._close_line()
-                self._check_patience(AWAKE.now_s(), "did not come back within")
-                time.sleep(KNOCK_EVERY_S)
+                self._wait_a_little()
                 continue
             self._tell("the board is back; going on in the same recording")
             self._heard_s = AWAKE.now_s()
@@ -236,6 +234,11 @@ class Session:
                 self._granted = True
             self._take_identity(identity, elapsed_s(), fresh=True)
             return
+
+    def _wait_a_little(self) -> None:
+        self._check_patience(AWAKE.now_s(), "did not come back within")
+        time.sleep(KNOCK_EVERY_S)
+        AWAKE.now_s()  # asked often, or it takes the wait for a stop
 
     def _pause(self) -> None:
         """Pause the board; what it sent before it heard of that is kept."""
