@@ -10,6 +10,7 @@ SETTINGS = {
     "rate_hz": 10,
     "rate_tolerance": 0.05,
     "max_gap_s": 2.0,
+    "max_missing_fraction": 0.2,
     "max_rail_fraction": 0.5,
     "window": 84,
     "length": 1000,

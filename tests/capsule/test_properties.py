@@ -22,6 +22,7 @@ RULES = {
     "rate_hz": 10,
     "rate_tolerance": 0.05,
     "max_gap_s": 0.4,
+    "max_missing_fraction": 0.2,
     "max_rail_fraction": 0.5,
     "window": 8,
     "length": 40,

@@ -3,6 +3,7 @@
 `python tests/support/bad_recordings.py` prints the table that stands in docs/robustness.md.
 """
 
+import io
 import os
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from capsule.naming import displayed
-from capsule.recording import Recording, format_recording
+from capsule.recording import Recording, format_recording, read_recording
 from support.synthetic import make_recording
 
 SAMPLES = 300
@@ -112,6 +113,14 @@ def swapped(values: np.ndarray, index: int, value: float) -> np.ndarray:
     result = values.copy()
     result[index] = value
     return np.round(result, 3)
+
+
+def jittered(data: bytes) -> bytes:
+    """Move every instant of a recording to and fro, but for the first and the last."""
+    read = read_recording(io.BytesIO(data), 4)
+    moved = np.random.default_rng(1).uniform(-0.025, 0.025, read.time_s.size)
+    moved[[0, -1]] = 0.0
+    return format_recording(Recording(np.round(read.time_s + moved, 3), read.values, read.header))
 
 
 UNREADABLE = [
@@ -320,6 +329,26 @@ UNUSABLE = [
         "3 s of samples are missing from 10.1 s on; allowed are 2 s (recording.max_gap_s)",
     ),
     Case(
+        "19 of 20 samples missing",
+        "3mm/missing.csv",
+        changed("missing", values=np.where(INDEX % 20 == 0, recording("missing").values, np.nan)),
+        "285 of 300 samples are missing, 95 %; allowed are 20 % (recording.max_missing_fraction)",
+    ),
+    Case(
+        "a rate that changes within",
+        "3mm/two-rates.csv",
+        changed("two rates", time_s=np.round(TIMES - 0.05 * np.maximum(INDEX - 180, 0), 3)),
+        "the rate changes within: 20 Hz in the 84 samples from 19.75 s on, 10 Hz in most others "
+        "(recording.rate_tolerance); record it again at one rate, or cut it there",
+    ),
+    Case(
+        "more samples than the time has room for",
+        "3mm/too-many.csv",
+        changed("too many", time_s=np.round(TIMES - 0.05 * np.clip(INDEX - 180, 0, 20), 3)),
+        "count and duration disagree: there are 184 samples up to 18.15 s, and 10 Hz make 183; "
+        "record it again, or mend time_s",
+    ),
+    Case(
         "another sampling rate",
         "3mm/rate.csv",
         changed("rate", time_s=np.round(INDEX * 0.05, 3)),
@@ -497,6 +526,7 @@ HARMLESS = [
         "a last line without a line feed, and no header",
         lambda data: data[data.index(b"time_s") : -1],
     ),
+    ("a clock that jitters by a quarter of the interval", lambda data: jittered(data)),
 ]
 
 

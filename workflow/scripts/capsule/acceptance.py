@@ -7,6 +7,7 @@ import numpy as np
 
 from capsule.errors import RecordingError
 from capsule.recording import Recording
+from capsule.time_axis import columns_by_time
 
 # Where no header says how many bits the ADC has: those of usual ones.
 _USUAL_BITS = (8, 10, 12, 14, 16)
@@ -20,6 +21,7 @@ def accept(
     rate_hz: float,
     rate_tolerance: float,
     max_gap_s: float,
+    max_missing_fraction: float,
     max_rail_fraction: float,
     window: int,
     length: int,
@@ -33,9 +35,11 @@ def accept(
     rate_hz : float
         Configured sampling rate in Hz.
     rate_tolerance : float
-        Allowed relative deviation of the median rate.
+        Allowed relative deviation of the recording's rate, and of the rate within it.
     max_gap_s : float
         Longest run of missing samples, in seconds.
+    max_missing_fraction : float
+        Largest fraction of samples that may be missing.
     max_rail_fraction : float
         Largest fraction of samples that a sensor may spend at one end of the ADC's range.
     window : int
@@ -55,45 +59,24 @@ def accept(
     """
     if recording.time_s.size < 2:
         raise RecordingError(f"{recording.time_s.size} sample is too few")
-    places = _places(recording.time_s, rate_hz, rate_tolerance)
-    # Length before filling: a wild time stamp must not ask for memory without bound.
-    if places[-1] + 1 > length:
-        raise RecordingError(
-            f"{places[-1] + 1:.15g} samples are more than the {length} columns of the matrix; "
-            "raise preprocessing.length"
-        )
-    places = places.astype(np.int64)
-    count = int(places[-1]) + 1
+    columns = columns_by_time(
+        recording.time_s,
+        rate_hz=rate_hz,
+        rate_tolerance=rate_tolerance,
+        stretch=window,
+        length=length,
+    )
+    count = int(columns[-1]) + 1
     if count < window:
         raise RecordingError(
             f"{count} samples are fewer than the window of {window} (preprocessing.window)"
         )
     values = np.full((recording.values.shape[0], count), np.nan)
-    values[:, places] = recording.values
+    values[:, columns] = recording.values
     _check_gaps(values, recording.time_s, rate_hz, max_gap_s)
+    _check_missing(values, max_missing_fraction)
     _check_sensors(values, recording.header, max_rail_fraction)
     return values
-
-
-def _places(time_s: np.ndarray, rate_hz: float, rate_tolerance: float) -> np.ndarray:
-    """Give each sample its column, by the time that passed since the one before."""
-    steps = np.diff(time_s)
-    wrong = np.flatnonzero(steps <= 0)
-    if wrong.size:
-        earlier, later = time_s[wrong[0]], time_s[wrong[0] + 1]
-        what = "repeats" if earlier == later else "runs backwards"
-        raise RecordingError(f"time {what}: {later:g} s follows {earlier:g} s")
-    interval = float(np.median(steps))
-    if abs(1.0 / interval - rate_hz) > rate_tolerance * rate_hz:
-        scale = next((s for s in (1e3, 1e6, 1e9) if 0.5 < rate_hz * interval / s < 2), None)
-        hint = f"; is time_s in 1/{scale:.0f} of a second?" if scale else ""
-        raise RecordingError(
-            f"the samples come at {1.0 / interval:.4g} Hz, configured is {rate_hz:g} Hz "
-            f"(recording.rate_hz){hint}"
-        )
-    # The recording's own interval: a clock that is 1 % off must not open gaps.
-    advance = np.maximum(np.rint(steps / interval), 1.0)
-    return np.concatenate([[0.0], np.cumsum(advance)])
 
 
 def _check_gaps(values: np.ndarray, time_s: np.ndarray, rate_hz: float, max_gap_s: float) -> None:
@@ -109,6 +92,17 @@ def _check_gaps(values: np.ndarray, time_s: np.ndarray, rate_hz: float, max_gap_
         raise RecordingError(
             f"{duration:g} s of samples are missing from {begin:g} s on; allowed are "
             f"{max_gap_s:g} s (recording.max_gap_s)"
+        )
+
+
+def _check_missing(values: np.ndarray, max_missing_fraction: float) -> None:
+    missing = np.isnan(values).all(axis=0)
+    fraction = float(np.mean(missing))
+    if fraction > max_missing_fraction:
+        raise RecordingError(
+            f"{np.count_nonzero(missing)} of {missing.size} samples are missing, "
+            f"{100 * fraction:.0f} %; allowed are {100 * max_missing_fraction:g} % "
+            "(recording.max_missing_fraction)"
         )
 
 

@@ -1,0 +1,198 @@
+"""Which column of the matrix each sample belongs to, by the time that passed since the first.
+
+A sample is never counted into its column: a clock that jitters, or a sample that never came, would
+shift all that follow.
+"""
+
+import numpy as np
+
+from capsule.errors import RecordingError
+
+# A step this near the usual one, relative to it, is one interval; larger ones lie over a gap.
+_NEAR_STEP = 0.4
+# Frequencies tried in the width of a periodogram's peak.
+_TRIED_PER_PEAK = 4
+# Lines drawn through the remainders, each by what the one before has left.
+_LINES = 3
+# Half the width, in samples, of the running median that takes jitter out of the columns.
+_HALF_MEDIAN = 4
+# Less than this, in intervals, is jitter and no missing sample.
+_HALF_MISSING = 0.75
+# Where the samples run ahead of the time by more than this, in intervals, they are too many.
+_TOO_MANY = 1.0
+
+
+def columns_by_time(
+    time_s: np.ndarray, *, rate_hz: float, rate_tolerance: float, stretch: int, length: int
+) -> np.ndarray:
+    """Give each sample its column.
+
+    Parameters
+    ----------
+    time_s : (K,) array
+        Time of each sample in seconds, two samples at least.
+    rate_hz : float
+        Configured sampling rate in Hz.
+    rate_tolerance : float
+        Allowed relative deviation of the recording's rate from the configured one, and of the
+        rate of any stretch from the recording's.
+    stretch : int
+        Number of samples over which the rate must hold.
+    length : int
+        Number of columns that there are.
+
+    Returns
+    -------
+    (K,) array of int
+        Columns from 0 on, each larger than the one before.
+
+    Raises
+    ------
+    RecordingError
+        Time does not run forward, the rate is another one or changes within, there are more
+        samples than the time has room for, or more columns than `length`.
+    """
+    steps = np.diff(time_s)
+    _check_forward(time_s, steps)
+    interval_s, error = _usual_step(steps, float(np.median(steps)))
+    # What takes time comes after the length: a wild time stamp must not ask for any without bound.
+    if time_s.size <= length:
+        _check_stretches(time_s, interval_s, rate_tolerance, min(stretch, steps.size))
+    _check_rate(interval_s, rate_hz, rate_tolerance)
+    _check_length((time_s[-1] - time_s[0]) / interval_s + 1, length, slack=1.1)
+    elapsed = _on_own_clock(time_s - time_s[0], interval_s, min(2.0 * error, 2.0 * rate_tolerance))
+    missing = _missing_before(elapsed - np.arange(time_s.size), time_s, interval_s)
+    columns = np.arange(time_s.size) + missing - missing[0]
+    _check_length(columns[-1] + 1, length)
+    return columns
+
+
+def _check_forward(time_s: np.ndarray, steps: np.ndarray) -> None:
+    wrong = np.flatnonzero(steps <= 0)
+    if wrong.size:
+        earlier, later = time_s[wrong[0]], time_s[wrong[0] + 1]
+        what = "repeats" if earlier == later else "runs backwards"
+        raise RecordingError(f"time {what}: {later:g} s follows {earlier:g} s")
+
+
+def _usual_step(steps: np.ndarray, expected: float) -> tuple[float, float]:
+    """Give the mean of the steps without a gap, and three times its standard error, relative.
+
+    Those are the steps near the expected one, or near their own median where most are not.
+    """
+    near = steps[np.abs(steps - expected) <= _NEAR_STEP * expected]
+    if 2 * near.size < steps.size:
+        median = float(np.median(steps))
+        near = steps[np.abs(steps - median) <= _NEAR_STEP * median]
+        if not near.size:  # two steps of very different length
+            return median, 1.0
+    mean = float(np.mean(near))
+    return mean, 3.0 * float(np.std(near / mean)) / float(np.sqrt(near.size))
+
+
+def _check_rate(interval_s: float, rate_hz: float, rate_tolerance: float) -> None:
+    if abs(1.0 / interval_s - rate_hz) > rate_tolerance * rate_hz:
+        scale = next((s for s in (1e3, 1e6, 1e9) if 0.5 < rate_hz * interval_s / s < 2), None)
+        hint = f"; is time_s in 1/{scale:.0f} of a second?" if scale else ""
+        raise RecordingError(
+            f"the samples come at {1.0 / interval_s:.4g} Hz, configured is {rate_hz:g} Hz "
+            f"(recording.rate_hz){hint}"
+        )
+
+
+def _check_length(columns: float, length: int, slack: float = 1.0) -> None:
+    if columns > length * slack:
+        raise RecordingError(
+            f"{np.rint(columns):.15g} samples are more than the {length} columns of the matrix; "
+            "raise preprocessing.length"
+        )
+
+
+def _check_stretches(
+    time_s: np.ndarray, interval_s: float, rate_tolerance: float, stretch: int
+) -> None:
+    """Refuse a rate that changes within: by more than the tolerance, and than the jitter."""
+    steps = np.diff(time_s)
+    starts = [*range(0, steps.size - stretch, stretch), steps.size - stretch]
+    usual = np.array([_usual_step(steps[each : each + stretch], interval_s) for each in starts])
+    interval_s = float(np.sort(usual[:, 0])[usual.shape[0] // 2])
+    beyond = np.abs(interval_s / usual[:, 0] - 1.0) - rate_tolerance - usual[:, 1]
+    worst = int(np.argmax(beyond))
+    if beyond[worst] > 0:
+        raise RecordingError(
+            f"the rate changes within: {1.0 / usual[worst, 0]:.4g} Hz in the {stretch} samples "
+            f"from {time_s[starts[worst]]:g} s on, {1.0 / interval_s:.4g} Hz in most others "
+            "(recording.rate_tolerance); record it again at one rate, or cut it there"
+        )
+
+
+def _on_own_clock(elapsed_s: np.ndarray, interval_s: float, error: float) -> np.ndarray:
+    """Express time in the recording's own intervals: a clock that is 1 % off opens no gaps.
+
+    The interval is where the periodogram of the instants has its peak, which neither gaps nor
+    jitter move; the mean step says where to look. Then lines through the remainders take out what
+    lies between two tried frequencies.
+    """
+    rough = elapsed_s / interval_s
+    tried = int(np.ceil(error * rough[-1] * _TRIED_PER_PEAK))
+    factors = 1.0 + np.arange(-tried, tried + 1) / (rough[-1] * _TRIED_PER_PEAK)
+    peaks = [abs(np.exp(2j * np.pi * factor * rough).sum()) for factor in factors]
+    elapsed = rough * factors[int(np.argmax(peaks))]
+    for _ in range(_LINES):
+        phase = np.angle(np.exp(2j * np.pi * elapsed).sum()) / (2.0 * np.pi)
+        remainders = (elapsed - phase + 0.5) % 1.0 - 0.5
+        slope, offset = np.polyfit(elapsed / elapsed[-1], remainders, 1)
+        elapsed = elapsed - phase - offset - slope * elapsed / elapsed[-1]
+    return elapsed
+
+
+def _missing_before(surplus: np.ndarray, time_s: np.ndarray, interval_s: float) -> np.ndarray:
+    """Tell how many samples are missing before each, from the time beyond the samples' number.
+
+    Parameters
+    ----------
+    surplus : (K,) array
+        Time that passed less the number of samples before, in intervals: it grows by 1 with a
+        missing sample, and jitter moves it to and fro.
+    time_s : (K,) array
+        Time of each sample in seconds.
+    interval_s : float
+        The usual step in seconds.
+
+    Returns
+    -------
+    (K,) array of int
+        Never less than for the sample before.
+    """
+    smooth = _running_median(surplus)
+    missing = np.empty(surplus.size, dtype=np.int64)
+    current = round(float(smooth[0]))
+    for index, value in enumerate(smooth.tolist()):
+        if value - current > _HALF_MISSING:
+            current = round(value)
+        elif value - current < -_TOO_MANY:
+            room = round((time_s[index] - time_s[0]) / interval_s) + 1
+            raise RecordingError(
+                f"count and duration disagree: there are {index + 1} samples up to "
+                f"{time_s[index]:g} s, and {1.0 / interval_s:.4g} Hz make {room}; "
+                "record it again, or mend time_s"
+            )
+        missing[index] = current
+    return missing
+
+
+def _running_median(values: np.ndarray) -> np.ndarray:
+    """Take the median of each value and its neighbours; what only rises is left as it is.
+
+    Towards both ends the windows become smaller and stay centred, or a gap there would be lost.
+    """
+    smooth = values.copy()
+    width = 2 * _HALF_MEDIAN + 1
+    if values.size >= width:
+        windows = np.lib.stride_tricks.sliding_window_view(values, width)
+        smooth[_HALF_MEDIAN:-_HALF_MEDIAN] = np.median(windows, axis=1)
+    for index in range(1, min(_HALF_MEDIAN, values.size // 2)):
+        reach = 2 * index + 1
+        smooth[index] = np.median(values[:reach])
+        smooth[-1 - index] = np.median(values[-reach:])
+    return smooth
