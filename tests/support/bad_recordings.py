@@ -400,10 +400,22 @@ UNUSABLE = [
         "the same content as 3mm/r03",
     ),
     Case(
-        "the same content under two sizes",
-        "4mm/r03.csv",
-        lambda path: path.write_bytes((path.parent.parent / "3mm/r03.csv").read_bytes()),
-        "the same content as 3mm/r03, under another size: one of the two is mislabelled",
+        "the same, under a name that sorts before",
+        "3mm/a-copy-of-r01.csv",
+        lambda path: path.write_bytes((path.parent / "r01.csv").read_bytes()),
+        "the same content as 3mm/r01",
+    ),
+    Case(
+        "the same content under two sizes, the one",
+        "3mm/twice.csv",
+        write(content("twice")),
+        "the same content as 4mm/twice, under another size: one of the two is mislabelled",
+    ),
+    Case(
+        "the same content under two sizes, the other",
+        "4mm/twice.csv",
+        write(content("twice")),
+        "the same content as 3mm/twice, under another size: one of the two is mislabelled",
     ),
 ]
 

@@ -1,8 +1,16 @@
 """The list of every recording: what was accepted, what was not, and why."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
-from capsule.naming import Archive, as_cell, folder_of, folder_size_mm, reason_of_copy
+from capsule.naming import (
+    Archive,
+    as_cell,
+    folder_of,
+    folder_size_mm,
+    reason_of_copy,
+    size_mm,
+    sort_key,
+)
 from capsule.recording import source_of
 
 # Lines of the headers that have a column of their own.
@@ -12,7 +20,7 @@ COLUMNS += FROM_HEADER
 
 
 def list_rows(archive: Archive, checks: Mapping[str, Mapping]) -> Iterator[dict]:
-    """Give one row a recording, in order; of equal contents only the first is accepted.
+    """Give one row a recording, in order; of equal contents at most one is accepted.
 
     Parameters
     ----------
@@ -26,19 +34,59 @@ def list_rows(archive: Archive, checks: Mapping[str, Mapping]) -> Iterator[dict]
     dict
         The cells of `COLUMNS`.
     """
-    first_with: dict[str, str] = {}
+    copies = reasons_of_copies(checks)
     for name in archive.recordings:
         if name not in checks:
             continue
         check = dict(checks[name])
         check |= {key: as_cell(check["header"].get(key, "")) for key in FROM_HEADER}
         check["source"] = as_cell(source_of(check["header"]))
-        if check["status"] == "accepted":
-            # The readings, not the bytes: other line ends or headers make no other recording.
-            original = first_with.setdefault(check["readings_sha256"], name)
-            if original != name:
-                check |= {"status": "rejected", "reason": reason_of_copy(original, name)}
+        if name in copies:
+            check |= {"status": "rejected", "reason": copies[name]}
         yield {column: check[column] for column in COLUMNS}
     for path, reason in archive.refused.items():
         row = dict.fromkeys(COLUMNS) | {"recording": path, "status": "rejected", "reason": reason}
         yield row | {"size_mm": folder_size_mm(folder_of(path))}
+
+
+def reasons_of_copies(checks: Mapping[str, Mapping]) -> dict[str, str]:
+    """Find the recordings that count no more because another one holds the same readings.
+
+    Under two sizes none counts: nobody can tell which label is right. Otherwise one counts: one
+    with a label, of these the one with the shortest name, of these the first. Copies are called
+    such as ``r01 (copy)`` or ``old-r01``, so the original keeps its place whatever they sort
+    before; a fit's random numbers come from the name, so another place would change results.
+
+    Parameters
+    ----------
+    checks : mapping of str to mapping
+        The outcome of each recording's check.
+
+    Returns
+    -------
+    dict of str to str
+        The reason of each that is accepted no more.
+    """
+    groups: dict[str, list[str]] = {}
+    for name, check in checks.items():
+        if check["status"] == "accepted":
+            # The readings, not the bytes: other line ends or headers make no other recording.
+            groups.setdefault(check["readings_sha256"], []).append(name)
+    reasons: dict[str, str] = {}
+    for names in groups.values():
+        reasons |= _reasons_within(sorted(names, key=sort_key))
+    return reasons
+
+
+def _reasons_within(names: Sequence[str]) -> dict[str, str]:
+    reasons, remaining = {}, list(names)
+    if len({size_mm(name) for name in names} - {None}) > 1:
+        labelled = [name for name in names if size_mm(name) is not None]
+        for name in labelled:
+            other = next(each for each in labelled if size_mm(each) != size_mm(name))
+            reasons[name] = reason_of_copy(other, name)
+        remaining = [name for name in names if name not in reasons]
+    if remaining:
+        kept = min(remaining, key=lambda name: (size_mm(name) is None, len(name)))
+        reasons |= {name: reason_of_copy(kept, name) for name in remaining if name != kept}
+    return reasons
