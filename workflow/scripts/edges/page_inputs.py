@@ -6,8 +6,6 @@ import platform
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-import pandas as pd
-
 from capsule.figures.registry import FIGURES
 from capsule.page.evidence import Stored
 from capsule.page.render import Frame, image_address
@@ -19,6 +17,7 @@ from edges.results import (
     read_judgements,
     read_learning,
     read_signal,
+    read_table,
 )
 
 PACKAGES = ("snakemake", "numpy", "scipy", "pandas", "matplotlib", "jinja2")
@@ -56,10 +55,10 @@ def read_tables(results: Path, template: Path, printed: Mapping, confidence: flo
     """
     evaluation = results / "evaluation"
     return Tables(
-        index=pd.read_csv(results / "recordings.csv"),
-        passed_over=pd.read_csv(results / "passed_over.csv"),
-        detections=pd.read_csv(results / "detections.csv"),
-        sites=pd.read_csv(results / "sites.csv"),
+        index=read_table(results / "recordings.csv"),
+        passed_over=read_table(results / "passed_over.csv"),
+        detections=read_table(results / "detections.csv"),
+        sites=read_table(results / "sites.csv"),
         templates=files.read_json(results / "templates.json")["templates"],
         evaluation=read_evaluation(evaluation, printed, confidence),
         judgements=read_judgements(evaluation),

@@ -13,17 +13,32 @@ from capsule.evaluation.paper import printed_tables
 from capsule.particles import Particle
 from edges import files
 
+# What people write: 01 is no number there, and NA a name as good as others.
+TEXT = {"recording", "status", "reason", "sha256", "source", "near_copies", "path"}
+TEXT |= {"site", "session", "detector", "scheme"}
+
+
+def read_table(path: Path) -> pd.DataFrame:
+    """Read a table that a stage before has written; an empty cell alone is unknown."""
+    columns = pd.read_csv(path, nrows=0).columns
+    return pd.read_csv(
+        path,
+        dtype=dict.fromkeys(TEXT.intersection(columns), str),
+        keep_default_na=False,
+        na_values={name: [""] for name in columns},
+    )
+
 
 def read_evaluation(folder: Path, printed: Mapping, confidence: float) -> Evaluation:
     """Read results/evaluation and put the paper's numbers beside it."""
     paper = {name: pd.DataFrame(rows) for name, rows in printed_tables(printed, confidence).items()}
-    tables = {name: pd.read_csv(folder / f"{name}.csv") for name in TABLES}
-    return Evaluation(pd.read_csv(folder / "predictions.csv"), tables, paper)
+    tables = {name: read_table(folder / f"{name}.csv") for name in TABLES}
+    return Evaluation(read_table(folder / "predictions.csv"), tables, paper)
 
 
 def read_judgements(folder: Path) -> dict[str, pd.DataFrame]:
     """Read the tables by which the detectors are compared."""
-    return {name: pd.read_csv(folder / f"{name}.csv") for name in COLUMNS}
+    return {name: read_table(folder / f"{name}.csv") for name in COLUMNS}
 
 
 def read_learning(folder: Path) -> pd.DataFrame:
