@@ -76,6 +76,8 @@ rule detect:
         matrices=expand(rules.preprocess.output.matrix, recording=ARCHIVE.recordings),
         passages=expand(rules.passages.output, folder=FOLDERS),
         features=expand(rules.features.output, folder=FOLDERS) if BY_FEATURES else [],
+        # What is nearly the same as an unlabelled recording is left out of its templates.
+        fits=expand(rules.fit.output, recording=ARCHIVE.of_nodules()),
         recordings=rules.index.output.recordings,
         templates=rules.average.output.matrices,
         script=script("detect.py"),
@@ -98,7 +100,8 @@ rule detect:
         features="--features results/features" if BY_FEATURES else "",
     shell:
         "python {input.script:q} --recordings {input.recordings:q} --matrices results/matrices"
-        " --templates {input.templates:q} --passages results/passages {params.features}"
+        " --templates {input.templates:q} --fits results/fits --passages results/passages"
+        " {params.features}"
         " --settings {params.settings:q} --output {output.detections:q}"
         " --learned {output.learned:q}"
         " --record {params.made_from:q} > {log:q} 2>&1"

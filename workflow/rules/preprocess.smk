@@ -32,6 +32,8 @@ rule preprocess:
 rule index:
     input:
         checks=expand(rules.preprocess.output.check, recording=ARCHIVE.recordings),
+        # Recordings that are nearly the same are found by their readings.
+        signals=expand(rules.preprocess.output.signal, recording=ARCHIVE.recordings),
         script=script("index.py"),
     output:
         recordings="results/recordings.csv",
@@ -49,7 +51,7 @@ rule index:
             members=ARCHIVE.recordings,
         ),
     shell:
-        "python {input.script:q} --raw raw --checks results/checks"
+        "python {input.script:q} --raw raw --checks results/checks --signals results/signals"
         " --on-rejected {params.on_rejected} --output {output.recordings:q}"
         " --passed-over {output.passed_over:q}"
         " --record {params.made_from:q} > {log:q} 2>&1"

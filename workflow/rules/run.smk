@@ -55,6 +55,10 @@ def summarize_recordings():
     )
     for row in rejected:
         print(f"  rejected: raw/{row['recording']}: {row['reason']}", file=sys.stderr)
+    for row in rows:
+        if row["near_copies"]:
+            alike = row["near_copies"].replace(" ", ", ")
+            print(f"  nearly the same: raw/{row['recording']}: as {alike}", file=sys.stderr)
     for row in read_csv(others):
         print(f"  passed over: raw/{row['path']}: {row['reason']}", file=sys.stderr)
 

@@ -6,9 +6,9 @@ from functools import partial
 from pathlib import Path
 
 from capsule.detectors.training import TrainingArchive
-from capsule.evaluation.predictions import Detectors
+from capsule.evaluation.predictions import Detectors, of_unlabelled
 from capsule.naming import size_mm
-from edges import files
+from edges import files, fits
 from edges.detector_inputs import read_matrix, read_passages, read_template_set
 from edges.scorer_files import read_features
 
@@ -20,24 +20,30 @@ def main() -> None:
     parser.add_argument("--matrices", type=Path, required=True, help="the folder of matrices")
     parser.add_argument("--templates", type=Path, required=True, help="templates.npz")
     parser.add_argument("--passages", type=Path, required=True, help="the folder of passages")
+    parser.add_argument("--fits", type=Path, required=True, help="the folder of fits")
     parser.add_argument("--features", type=Path, help="the folder of features, where needed")
     parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
     parser.add_argument("--output", type=Path, required=True, help="output: detections.csv")
     parser.add_argument("--learned", type=Path, required=True, help="output: detectors.json")
     arguments = parser.parse_args()
-    names = files.accepted_recordings(arguments.recordings)
+    index = files.read_csv(arguments.recordings)
+    rows = {row["recording"]: row for row in index if row["status"] == "accepted"}
+    names = list(rows)
     sizes_mm = {name: size_mm(name) for name in names if size_mm(name) is not None}
     settings = arguments.settings
-    # Nothing is left out here.
-    templates = read_template_set(arguments.templates, settings["fit"]["first_peak"])
+    unlabelled = [name for name in names if name not in sizes_mm]
+    alike = {name: set(rows[name]["near_copies"].split()) & sizes_mm.keys() for name in unlabelled}
+    alike = {name: sorted(others) for name, others in alike.items() if others}
+    # Only what is nearly the same as one to be judged is left out.
+    particles = fits.read_particles(arguments.recordings, arguments.fits) if alike else {}
+    templates = read_template_set(arguments.templates, settings["fit"]["first_peak"], particles)
     passages = read_passages(arguments.passages, names)
     load = partial(read_matrix, arguments.matrices)
     features = read_features(arguments.features, names) if arguments.features else {}
-    archive = TrainingArchive(sizes_mm, templates, {}, passages, load, settings, features)
+    archive = TrainingArchive(sizes_mm, templates, particles, passages, load, settings, features)
     detectors = Detectors(archive)
-    unlabelled = [name for name in names if name not in sizes_mm]
-    rows = list(detectors.rows(unlabelled, []))
-    files.write_csv(arguments.output, ["recording", "detector", *detectors.columns], rows)
+    verdicts = of_unlabelled(detectors, unlabelled, alike)
+    files.write_csv(arguments.output, ["recording", "detector", *detectors.columns], verdicts)
     files.write_json(arguments.learned, detectors.stored() | {"settings": settings})
     print(f"{len(unlabelled)} unlabelled recordings judged by {len(detectors.names)} detectors")
 

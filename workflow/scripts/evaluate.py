@@ -7,7 +7,7 @@ from pathlib import Path
 
 from capsule.detectors.training import TrainingArchive
 from capsule.evaluation import learning, rates
-from capsule.evaluation.folds import Folds, group_folds
+from capsule.evaluation.folds import group_folds, scheme_folds
 from capsule.evaluation.predictions import Detectors, by_folds
 from capsule.naming import size_mm
 from capsule.templates import build_templates
@@ -40,7 +40,7 @@ def main() -> None:
     features = read_features(arguments.features, index) if arguments.features else {}
     archive = TrainingArchive(sizes_mm, templates, particles, passages, load, settings, features)
     detectors = Detectors(archive)
-    made = by_folds(detectors, sizes_mm, [Folds(name, list(index)) for name in rules["schemes"]])
+    made = by_folds(detectors, sizes_mm, scheme_folds(rules["schemes"], index))
     folds_by_group = {key: group_folds(key, index) for key in rules["groups"]}
     grouped = by_folds(detectors, sizes_mm, [folds for folds in folds_by_group.values() if folds])
     columns = ["recording", "size_mm", "detector", "scheme", *detectors.columns]

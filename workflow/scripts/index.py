@@ -3,8 +3,11 @@
 import argparse
 from pathlib import Path
 
+import numpy as np
+
 from capsule.errors import CapsuleError
 from capsule.listing import COLUMNS, list_rows
+from capsule.near_copies import near_copies
 from edges import files
 
 
@@ -13,6 +16,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--raw", type=Path, required=True, help="the folder of recordings")
     parser.add_argument("--checks", type=Path, required=True, help="the folder of checks")
+    parser.add_argument("--signals", type=Path, required=True, help="the folder of signals")
     parser.add_argument("--on-rejected", choices=["report", "fail"], default="report")
     parser.add_argument("--output", type=Path, required=True, help="output: recordings.csv")
     parser.add_argument("--passed-over", type=Path, required=True, help="output: the other files")
@@ -24,6 +28,10 @@ def main() -> None:
         del paths[name]
     checks = {name: files.read_json(path) for name, path in paths.items()}
     rows = list(list_rows(archive, checks))
+    accepted = [row["recording"] for row in rows if row["status"] == "accepted"]
+    alike = near_copies(accepted, lambda name: np.load(arguments.signals / f"{name}.npy"))
+    for row in rows:
+        row["near_copies"] = " ".join(alike.get(row["recording"], []))
     refused = [row for row in rows if row["status"] != "accepted"]
     rejected = [f"{row['recording']}: {row['reason']}" for row in refused]
     print(f"{len(rows) - len(rejected)} recordings accepted, {len(rejected)} rejected")
@@ -34,10 +42,11 @@ def main() -> None:
             "repair or remove them, or set on_rejected: report in config/config.yaml"
         )
     print("\n".join(rejected))
+    print("".join(f"{name}: nearly the same as {', '.join(alike[name])}\n" for name in alike))
     others = archive.passed_over.items()
     passed_over = [{"path": path, "reason": reason} for path, reason in others]
     files.write_csv(arguments.passed_over, ["path", "reason"], passed_over)
-    files.write_csv(arguments.output, COLUMNS, rows)
+    files.write_csv(arguments.output, [*COLUMNS, "near_copies"], rows)
 
 
 if __name__ == "__main__":

@@ -2,7 +2,13 @@
 
 import numpy as np
 
-from capsule.evaluation.folds import Folds, group_scheme, header_groups
+from capsule.evaluation.folds import (
+    Folds,
+    group_folds,
+    group_scheme,
+    header_groups,
+    nearly_the_same,
+)
 
 
 def test_the_parts_of_the_folds_judge_everybody_once():
@@ -26,3 +32,20 @@ def test_groups_come_from_the_headers():
     assert header_groups("site", ["a", "b"], headers) is None
     assert Folds("resubstitution", names).training(1).all()
     assert Folds("leave_one_out", names).training(1).tolist() == [True, False, True, True]
+
+
+def test_what_is_nearly_the_same_is_left_out_and_judged_by_itself():
+    names = ["a", "b", "c", "d"]
+    rows = {
+        name: {"near_copies": "", "site": site} for name, site in zip(names, "xxyz", strict=True)
+    }
+    rows["b"]["near_copies"], rows["c"]["near_copies"] = "c gone", "b"
+    alike = nearly_the_same(rows)
+    assert alike == {1: [2], 2: [1]}
+    for folds in (Folds("leave_one_out", names, alike), group_folds("site", rows)):
+        for judged, left_out in folds.parts():
+            for recording in judged:
+                assert np.flatnonzero(~folds.training(recording)).tolist() == left_out.tolist()
+            assert ({1, 2} <= set(left_out)) == bool({1, 2} & set(judged))
+        assert sorted(place for judged, _ in folds.parts() for place in judged) == [0, 1, 2, 3]
+    assert Folds("resubstitution", names, alike).training(1).all()

@@ -15,6 +15,7 @@ def test_the_overview_lists_what_was_not_used():
             "status": ["accepted", "accepted", "rejected", "accepted"],
             "reason": [UNKNOWN, UNKNOWN, "the file is empty", UNKNOWN],
             "source": ["bench 2", "bench 2", UNKNOWN, "bench 2"],
+            "near_copies": [UNKNOWN, "unlabelled/c", UNKNOWN, "2.5mm/b"],
         }
     )
     passed_over = pd.DataFrame({"path": ["notes.txt"], "reason": ["not a .csv file"]})
@@ -22,4 +23,21 @@ def test_the_overview_lists_what_was_not_used():
     assert values["origin"]["kind"] == "recorded"
     assert (values["accepted"], values["unlabelled"]) == (3, 1)
     assert values["by_size"] == [{"size": "no nodule", "count": 1}, {"size": "2.5 mm", "count": 1}]
+    alike = {"recordings": ["2.5mm/b", "unlabelled/c"], "contradict": False}
+    assert values["near_copies"] == [alike]
     assert values["rejected"] == [{"recording": "2.5mm/bad", "reason": "the file is empty"}]
+
+
+def test_recordings_that_are_nearly_the_same_are_named_once_with_what_their_labels_say():
+    index = pd.DataFrame(
+        {
+            "recording": ["0mm/a", "3mm/b", "4mm/c", "4mm/d"],
+            "size_mm": [0.0, 3.0, 4.0, 4.0],
+            "status": "accepted",
+            "reason": UNKNOWN,
+            "source": "bench 2",
+            "near_copies": [UNKNOWN, "4mm/c", "3mm/b", UNKNOWN],
+        }
+    )
+    values = overview.overview(index, pd.DataFrame({"path": [], "reason": []}))
+    assert values["near_copies"] == [{"recordings": ["3mm/b", "4mm/c"], "contradict": True}]

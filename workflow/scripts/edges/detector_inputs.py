@@ -1,6 +1,6 @@
 """Read what the detectors judge recordings by: matrices, passages and templates."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import fields
 from pathlib import Path
 
@@ -8,8 +8,10 @@ import numpy as np
 
 from capsule.detectors.passage import Passage
 from capsule.naming import folder_of, folder_size_mm
-from capsule.templates import TemplateSet
+from capsule.particles import Particle
+from capsule.templates import TemplateSet, total
 from edges import files
+from edges.fits import by_size
 
 
 def read_matrix(folder: Path, recording: str) -> np.ndarray:
@@ -23,10 +25,27 @@ def read_templates(path: Path) -> dict[float, np.ndarray]:
         return {folder_size_mm(label): matrix for label, matrix in stored.items()}
 
 
-def read_template_set(path: Path, first_peak: int) -> TemplateSet:
-    """Read the templates of all recordings; without the sums that leaving one out takes."""
+def read_template_set(
+    path: Path, first_peak: int, particles: Mapping[str, Particle] | None = None
+) -> TemplateSet:
+    """Read the templates of all recordings.
+
+    Parameters
+    ----------
+    path : Path
+        templates.npz.
+    first_peak : int
+        u, the column of the first peak.
+    particles : mapping of str to Particle, optional
+        The fits behind them, where recordings are to be left out.
+    """
     rendered = read_templates(path)
-    return TemplateSet(tuple(rendered), (), tuple(rendered.values()), first_peak)
+    totals = ()
+    if particles:
+        groups = by_size(particles)
+        sensors = next(iter(rendered.values())).shape[0]
+        totals = tuple(total(groups.get(size, ()), sensors) for size in rendered)
+    return TemplateSet(tuple(rendered), totals, tuple(rendered.values()), first_peak)
 
 
 def read_passages(folder: Path, recordings: Iterable[str]) -> dict[str, Passage]:

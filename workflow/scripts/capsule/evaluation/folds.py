@@ -53,17 +53,24 @@ class Folds:
         not.
     groups : sequence of R str
         The group of each recording; the recordings' names leave one out at a time.
+    alike : mapping of int to sequence of int, optional
+        Recordings that are nearly the same: where one is judged, the others teach nothing either.
     """
 
-    def __init__(self, scheme: str, groups: Sequence[str]) -> None:
+    def __init__(
+        self, scheme: str, groups: Sequence[str], alike: Mapping[int, Sequence[int]] | None = None
+    ) -> None:
         self.scheme = scheme
         self._label = np.unique(np.array(groups, dtype=object), return_inverse=True)[1]
+        self._alike = alike or {}
 
     def training(self, recording: int) -> np.ndarray:
         """Tell which recordings teach the detector that judges this one, (R,) of bool."""
         if self.scheme == RESUBSTITUTION:
             return np.ones(self._label.size, dtype=bool)
-        return self._label != self._label[recording]
+        taught = np.ones(self._label.size, dtype=bool)
+        taught[self._left_out(np.flatnonzero(self._label == self._label[recording]))] = False
+        return taught
 
     def parts(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Give the recordings that one training fold judges, and those that it leaves out."""
@@ -73,10 +80,36 @@ class Folds:
         elif self._label.size:
             ends = np.cumsum(np.bincount(self._label))[:-1]
             for group in np.split(np.argsort(self._label, kind="stable"), ends):
-                yield group, group
+                yield group, self._left_out(group)
+
+    def _left_out(self, group: np.ndarray) -> np.ndarray:
+        """Give a group with all that are nearly the same as one of it, ascending."""
+        others = [other for place in group.tolist() for other in self._alike.get(place, [])]
+        return np.union1d(group, np.array(others, dtype=group.dtype)) if others else group
+
+
+def scheme_folds(schemes: Sequence[str], headers: Mapping[str, Mapping[str, str]]) -> list[Folds]:
+    """Give the folds of recordings that are judged one at a time, under each scheme."""
+    return [Folds(name, list(headers), nearly_the_same(headers)) for name in schemes]
 
 
 def group_folds(key: str, headers: Mapping[str, Mapping[str, str]]) -> Folds | None:
     """Give the folds that leave out whole sites or sessions; None as in `header_groups`."""
     groups = header_groups(key, list(headers), headers)
-    return None if groups is None else Folds(group_scheme(key), groups)
+    return None if groups is None else Folds(group_scheme(key), groups, nearly_the_same(headers))
+
+
+def nearly_the_same(rows: Mapping[str, Mapping[str, str]]) -> dict[int, list[int]]:
+    """Give the places of the near-copies of each recording that has any.
+
+    Parameters
+    ----------
+    rows : mapping of str to mapping
+        The recordings, and under ``near_copies`` the names of those that are nearly the same.
+    """
+    place = {name: index for index, name in enumerate(rows)}
+    alike = {
+        place[name]: [place[other] for other in row["near_copies"].split() if other in place]
+        for name, row in rows.items()
+    }
+    return {index: others for index, others in alike.items() if others}

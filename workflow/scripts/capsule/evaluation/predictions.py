@@ -1,7 +1,7 @@
 """What the configured detectors say of the recordings of an archive, as rows of tables."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import product
+from itertools import groupby, product
 
 from capsule.detectors.registry import detector_row
 from capsule.detectors.training import Detector, TrainingArchive, detector_class
@@ -113,3 +113,31 @@ def by_folds(
                 rows[row["detector"], row["recording"], row["scheme"]] = row
     order = product(detectors.names, names, [folds.scheme for folds in schemes])
     return [rows[key] for key in order]
+
+
+def of_unlabelled(
+    detectors: Detectors, names: Sequence[str], near_copies: Mapping[str, Sequence[str]]
+) -> list[dict]:
+    """Let the detectors judge unlabelled recordings by what all labelled ones teach.
+
+    Parameters
+    ----------
+    detectors : Detectors
+        Taught by the labelled recordings.
+    names : sequence of str
+        The unlabelled recordings.
+    near_copies : mapping of str to sequence of str
+        Of some of these, the labelled recordings that are nearly the same: these teach nothing
+        of it.
+
+    Returns
+    -------
+    list of dict
+        The rows of `Detectors.rows`.
+    """
+    by_what_is_left_out = groupby(names, lambda name: near_copies.get(name, ()))
+    return [
+        row
+        for left_out, judged in by_what_is_left_out
+        for row in detectors.rows(list(judged), left_out)
+    ]

@@ -20,7 +20,9 @@ def overview(index: pd.DataFrame, passed_over: pd.DataFrame) -> dict:
     -------
     dict
         ``origin``, ``accepted``, ``by_size``, ``unlabelled``, ``rejected`` and ``passed_over``;
-        under ``accepted_words``, ``rejected_words`` and ``passed_over_words`` how many, in words.
+        ``near_copies``, the recordings that are nearly the same, a list a group, and whether
+        their labels contradict; under ``accepted_words``, ``rejected_words`` and
+        ``passed_over_words`` how many, in words.
     """
     accepted = index[index["status"] == "accepted"]
     rejected = index[index["status"] != "accepted"]
@@ -36,11 +38,28 @@ def overview(index: pd.DataFrame, passed_over: pd.DataFrame) -> dict:
             for size, count in by_size.items()
         ],
         "unlabelled": int(accepted["size_mm"].isna().sum()),
+        "near_copies": _near_copies(accepted),
         "rejected": rejected[["recording", "reason"]].fillna("").to_dict("records"),
         "rejected_words": words.plural(len(rejected), "recording"),
         "passed_over_words": words.plural(len(passed_over), "other file"),
         "passed_over": passed_over[["path", "reason"]].fillna("").to_dict("records"),
     }
+
+
+def _near_copies(accepted: pd.DataFrame) -> list[dict]:
+    """Return each group of recordings that are nearly the same once."""
+    sizes_mm = dict(zip(accepted["recording"], accepted["size_mm"], strict=True))
+    groups = {
+        tuple(name for name in sizes_mm if name in {row.recording, *row.near_copies.split()})
+        for row in accepted.dropna(subset="near_copies").itertuples()
+    }
+    return [
+        {
+            "recordings": list(names),
+            "contradict": len({sizes_mm[name] for name in names if sizes_mm[name] >= 0}) > 1,
+        }
+        for names in sorted(groups, key=lambda names: list(sizes_mm).index(names[0]))
+    ]
 
 
 def _origin_words(origin: Origin) -> dict:

@@ -1,0 +1,159 @@
+"""Recordings that are the same run but for little: a sample changed, rows cut off, another unit.
+
+Each teaches what the other is judged by, so that a verdict on one is no verdict of others. Every
+pair of thousands of recordings cannot be compared reading by reading, so that short fingerprints
+choose the pairs first.
+"""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+# Ups and downs of the readings in a row that make one mark of the fingerprint: 2^32 patterns.
+_DOUBLINGS = 5
+# Of the marks, those are kept whose hash is divisible by this.
+_KEPT_OF = 8
+# Recordings that share fewer of their marks share no run.
+_SHARED_MARKS = 0.25
+# Over most of the run: the median over so many sections, of a correlation that two runs over the
+# same place do not come near, whose noise differs.
+_SECTIONS = 8
+_SAME = 0.99
+# Of the shorter of two recordings, at least so much must lie in the other.
+_LEAST_OVERLAP = 0.5
+# One wild reading must not hide the rest: in robust spreads.
+_CLIPPED_AT = 4.0
+
+
+def near_copies(names: Sequence[str], load: Callable[[str], np.ndarray]) -> dict[str, list[str]]:
+    """Find recordings that hold the same readings over most of the run.
+
+    Parameters
+    ----------
+    names : sequence of str
+        The recordings.
+    load : callable
+        ``load(name)`` gives the readings of one, (S, K), NaN where a sample is missing.
+
+    Returns
+    -------
+    dict of str to list of str
+        Of each recording that has any, its near-copies, and theirs, in the order of `names`.
+    """
+    group = list(range(len(names)))
+    for one, other in _candidates([fingerprint(load(name)) for name in names]):
+        if nearly_equal(load(names[one]), load(names[other])):
+            joined, gone = sorted((group[one], group[other]))
+            group = [joined if each == gone else each for each in group]
+    members: dict[int, list[str]] = {}
+    for name, each in zip(names, group, strict=True):
+        members.setdefault(each, []).append(name)
+    return {
+        name: [other for other in members[each] if other != name]
+        for name, each in zip(names, group, strict=True)
+        if len(members[each]) > 1
+    }
+
+
+def fingerprint(values: np.ndarray) -> np.ndarray:
+    """Give marks of the readings that neither unit, order of the sensors nor length changes.
+
+    A mark is which of 32 successive changes of a sensor go up and which go down, or the same
+    turned round.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings; NaN where a sample is missing.
+
+    Returns
+    -------
+    (F,) array of uint64
+        Distinct, ascending.
+    """
+    marks = [np.zeros(0, dtype=np.uint64)]
+    for row in values:
+        steps = np.diff(row[~np.isnan(row)])
+        rising = (steps[steps != 0] > 0).astype(np.uint64)
+        if rising.size < 2**_DOUBLINGS:
+            continue
+        for power in range(_DOUBLINGS):
+            width = 2**power
+            rising = (rising[:-width] << np.uint64(width)) | rising[width:]
+        turned = rising ^ np.uint64(2 ** (2**_DOUBLINGS) - 1)
+        marks.append(np.minimum(rising, turned))
+    distinct = np.unique(np.concatenate(marks))
+    # Multiplied by the golden ratio of 2^64, the high bits depend on all; the same are kept of
+    # every recording, whatever else it holds.
+    hashed = (distinct * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(32)
+    return distinct[hashed % np.uint64(_KEPT_OF) == 0]
+
+
+def _candidates(fingerprints: Sequence[np.ndarray]) -> list[tuple[int, int]]:
+    """Choose the pairs that share enough marks; of many with the same mark, only neighbours."""
+    sizes = np.array([each.size for each in fingerprints], dtype=np.int64)
+    if not sizes.sum():
+        return []
+    owner = np.repeat(np.arange(sizes.size), sizes)
+    marks = np.concatenate(fingerprints)
+    order = np.lexsort((owner, marks))
+    marks, owner = marks[order], owner[order]
+    same = marks[1:] == marks[:-1]
+    pairs, shared = np.unique(
+        np.column_stack([owner[:-1][same], owner[1:][same]]), axis=0, return_counts=True
+    )
+    enough = shared >= np.maximum(_SHARED_MARKS * sizes[pairs].min(axis=1), 1.0)
+    return [(int(one), int(other)) for one, other in pairs[enough]]
+
+
+def nearly_equal(one: np.ndarray, other: np.ndarray) -> bool:
+    """Tell whether two recordings hold the same readings over most of the shorter one.
+
+    Parameters
+    ----------
+    one, other : (S, K) and (S, M) array
+        Readings; NaN where a sample is missing. The order of the sensors, unit and start may
+        differ.
+    """
+    first, second = _standardized(one), _standardized(other)
+    shift = _shift(first, second)
+    first, second = first[:, max(shift, 0) :], second[:, max(-shift, 0) :]
+    overlap = min(first.shape[1], second.shape[1])
+    if overlap < _LEAST_OVERLAP * min(one.shape[1], other.shape[1]):
+        return False
+    best = [
+        max(_usual_correlation(row[:overlap], each[:overlap]) for each in second) for row in first
+    ]
+    return min(best) >= _SAME
+
+
+def _standardized(values: np.ndarray) -> np.ndarray:
+    centred = values - np.nanmedian(values, axis=1, keepdims=True)
+    spread = np.nanmedian(np.abs(centred), axis=1, keepdims=True)
+    # Where most readings are equal, any spread at all will do.
+    spread = np.where(spread > 0, spread, np.nanmax(np.abs(centred), axis=1, keepdims=True))
+    clipped = np.clip(centred / np.where(spread > 0, spread, 1.0), -_CLIPPED_AT, _CLIPPED_AT)
+    return np.where(np.isnan(values), np.nan, clipped)
+
+
+def _shift(one: np.ndarray, other: np.ndarray) -> int:
+    """Give how many samples later the same readings stand in the first than in the second."""
+    length = one.shape[1] + other.shape[1]
+    spectra = np.fft.rfft(np.nan_to_num(one[0]), length)
+    others = np.fft.rfft(np.nan_to_num(other), length, axis=1)
+    products = np.abs(np.fft.irfft(spectra * np.conj(others), length, axis=1)).max(axis=0)
+    best = int(np.argmax(products))
+    return best if best < one.shape[1] else best - length
+
+
+def _usual_correlation(one: np.ndarray, other: np.ndarray) -> float:
+    """Give the median over sections of the correlation, without its sign."""
+    known = ~(np.isnan(one) | np.isnan(other))
+    sections = zip(
+        np.array_split(one[known], _SECTIONS), np.array_split(other[known], _SECTIONS), strict=True
+    )
+    correlations = []
+    for a, b in sections:
+        if a.size and np.ptp(a) > 0 and np.ptp(b) > 0:
+            correlations.append(abs(float(np.corrcoef(a, b)[0, 1])))
+    return float(np.median(correlations)) if correlations else 0.0
