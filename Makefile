@@ -7,6 +7,13 @@ TEST_WORKERS ?= $(shell expr $(CORES) + 1)
 ENVIRONMENT := .venv
 BIN := $(ENVIRONMENT)/bin
 
+# Snakemake and matplotlib keep notes in the user's home; where it cannot be written, they keep them
+# here instead of stopping with a traceback.
+ifneq ($(shell mkdir -p "$${XDG_CACHE_HOME:-$$HOME/.cache}/snakemake" 2>&1),)
+export XDG_CACHE_HOME := $(CURDIR)/.snakemake/cache
+$(info note: the home folder cannot be written; caches are kept in .snakemake/cache)
+endif
+
 .PHONY: help report test lint environment
 
 help:  ## list what make can do

@@ -56,6 +56,7 @@ def test_recordings_are_ordered_by_size_then_by_number():
         (Entry("3mm/x.csv", "folder"), "a folder, not a file"),
         (Entry("3mm/x.csv", "dead link"), "leads nowhere"),
         (Entry("3mm/x.csv", "device"), "a pipe or a device"),
+        (Entry("3mm/x.csv", "link out"), "leads out of raw/"),
         (Entry("3mm/x.csv", "locked"), "no permission"),
         (Entry("3mm/run 1.csv"), "rename the file"),
         (Entry("3mm/" + "r" * 97 + ".csv"), "rename the file"),
@@ -137,3 +138,23 @@ def test_a_cell_is_never_a_formula():
     assert as_cell("=1+1") == " =1+1"
     assert as_cell("bench 2") == "bench 2"
     assert as_cell("a\tb") == "a\\tb"
+    assert as_cell("\uff1d1+1") == " \uff1d1+1"
+    assert as_cell("bench;=1+1;'=2") == "bench; =1+1; '=2"
+    assert as_cell('bench;"=1+1"') == 'bench; "=1+1"'
+    assert as_cell("-1.5") == "-1.5"
+    assert as_cell("-1.5+cmd|' /C calc'!A0") == " -1.5+cmd|' /C calc'!A0"
+
+
+@given(st.text("=;,-+@1a\"' \uff0b"))
+def test_a_cell_stays_as_it_is_when_it_is_written_once_more(text):
+    assert as_cell(as_cell(text)) == as_cell(text)
+
+
+def test_what_lies_in_a_hidden_folder_is_named_where_it_claims_to_be_a_recording():
+    entries = [Entry(".5mm", "folder"), Entry(".5mm/x.csv"), Entry(".5mm/notes"), Entry(".x.csv")]
+    archive = classify([*entries, Entry(".DS_Store")])
+    assert archive.recordings == ()
+    assert archive.passed_over == {
+        ".5mm/x.csv": "in a hidden folder; move it into one such as 3mm/",
+        ".x.csv": "hidden file",
+    }

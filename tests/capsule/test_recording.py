@@ -156,3 +156,11 @@ def test_counts_are_written_as_whole_numbers():
     content = format_recording(make_recording(3.0, "3mm/r01", samples=5))
     assert content.startswith(b"# format_version: 1\n# source: formula of the tests\n")
     assert b"\ntime_s,sensor_1,sensor_2,sensor_3,sensor_4\n0,5" in content
+
+
+def test_a_header_may_be_long_but_not_a_book():
+    columns = b"time_s,sensor_1,sensor_2\n0,1,2\n"
+    note = b"# note: " + b"x" * 4900 + b"\n"
+    assert read_recording(io.BytesIO(note * 2 + columns), 2).header["note"] == "x" * 4900
+    with pytest.raises(RecordingError, match="line 3: the header lines hold more than 10000"):
+        read_recording(io.BytesIO(note * 3 + columns), 2)

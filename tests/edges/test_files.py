@@ -114,3 +114,56 @@ def test_a_fingerprint_goes_by_the_content_and_not_by_the_time_stamp(tmp_path):
     assert files.fingerprint(tmp_path, 10) == "unreadable: Is a directory"
     assert files.read_limited(one, 1) == b"1"
     assert files.read_limited(one, 0) is None
+
+
+def test_links_that_lead_out_of_the_archive_are_refused_and_those_within_it_followed(tmp_path):
+    raw, elsewhere = tmp_path / "raw", tmp_path / "elsewhere"
+    for folder in (raw / "3mm", elsewhere):
+        folder.mkdir(parents=True)
+    (elsewhere / "secret.csv").write_text("secret")
+    (raw / "3mm" / "a.csv").touch()
+    (raw / "3mm" / "b.csv").symlink_to("a.csv")
+    (raw / "3mm" / "out.csv").symlink_to(elsewhere / "secret.csv")
+    (raw / "3mm" / "twice.csv").symlink_to("out.csv")
+    (raw / "3mm" / "dots.csv").symlink_to("../../elsewhere/secret.csv")
+    (raw / "4mm").symlink_to(elsewhere)
+    (raw / "5mm").symlink_to("3mm")
+    archive = files.list_archive(raw)
+    assert archive.recordings == ("3mm/a", "3mm/b", "5mm/a", "5mm/b")
+    out = "a link that leads out of raw/; put a copy of the file there"
+    names = [
+        f"{folder}/{name}.csv" for folder in ("3mm", "5mm") for name in ("dots", "out", "twice")
+    ]
+    assert archive.refused == dict.fromkeys(names, out)
+    assert list(archive.passed_over) == ["4mm"]
+    # The archive itself may lie anywhere.
+    (tmp_path / "linked").symlink_to(raw)
+    assert files.list_archive(tmp_path / "linked") == archive
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no pipes with names here")
+@pytest.mark.parametrize("kind", ["pipe", "device", "folder"])
+def test_what_is_no_file_any_more_is_neither_waited_for_nor_read(tmp_path, kind):
+    path = tmp_path / "r01.csv"
+    if kind == "pipe":
+        os.mkfifo(path)
+    elif kind == "device":
+        path.symlink_to("/dev/zero")
+    else:
+        path.mkdir()
+    with pytest.raises(OSError, match=r"r01\.csv"):
+        files.read_limited(path, 100)
+    assert files.fingerprint(path, 100).startswith("unreadable: ")
+
+
+def test_no_text_in_a_table_is_a_formula(tmp_path):
+    rows = [
+        {"path": "=1+1"},
+        {"path": "a;=1"},
+        {"path": "\uff1d1"},
+        {"path": "-2.5"},
+        {"path": -2.5},
+    ]
+    files.write_csv(tmp_path / "t.csv", ["path"], rows)
+    read = [row["path"] for row in files.read_csv(tmp_path / "t.csv")]
+    assert read == [" =1+1", "a; =1", " \uff1d1", "-2.5", "-2.5"]

@@ -255,6 +255,13 @@ UNREADABLE = [
         "the header says format_version '2'; this program knows 1",
     ),
     Case(
+        "a header of 5 MB",
+        "3mm/header-long.csv",
+        write(b"# note: " + b"\n# note: ".join([b"x" * 9000] * 550) + b"\n" + bare("header")),
+        "line 2: the header lines hold more than 10000 characters; keep such notes in a file of "
+        "their own",
+    ),
+    Case(
         "a header that is no number",
         "3mm/adc-bits.csv",
         write(content("bits").replace(b"adc_bits: 10", b"adc_bits: ten")),
@@ -445,6 +452,18 @@ NO_FILES = [
         lambda path: path.symlink_to("/dev/zero"),
         "no file with content, but a pipe or a device",
     ),
+    Case(
+        "a link to a file elsewhere",
+        "3mm/link-out.csv",
+        lambda path: path.symlink_to("/etc/passwd"),
+        "a link that leads out of raw/; put a copy of the file there",
+    ),
+    Case(
+        "a link to what the system makes up",
+        "3mm/link-proc.csv",
+        lambda path: path.symlink_to("/proc/self/status"),
+        "a link that leads out of raw/; put a copy of the file there",
+    ),
 ]
 
 STRANGE_NAMES = [
@@ -497,6 +516,36 @@ PASSED_OVER = [
         "r07.csv",
         write(content("beside")),
         "lies beside the folders; move it into one such as 3mm/",
+    ),
+    Case(
+        "a recording in a hidden folder",
+        ".5mm/x.csv",
+        write(content("hidden folder")),
+        "in a hidden folder; move it into one such as 3mm/",
+    ),
+    Case(
+        "a hidden recording beside the folders",
+        ".r08.csv",
+        write(content("hidden beside")),
+        "hidden file",
+    ),
+    Case(
+        "a name that is a formula",
+        "=1+1.csv",
+        write(content("formula")),
+        "lies beside the folders; move it into one such as 3mm/",
+    ),
+    Case(
+        "one with a full-width sign",
+        "\uff1d1+1.csv",
+        write(content("full-width formula")),
+        "lies beside the folders; move it into one such as 3mm/",
+    ),
+    Case(
+        "a folder elsewhere",
+        "7mm",
+        lambda path: path.symlink_to("/etc"),
+        "a link that leads out of raw/; put a copy of what it leads to there",
     ),
     *(
         Case(

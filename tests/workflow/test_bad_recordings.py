@@ -6,6 +6,7 @@ The cases stand in `bad_recordings.py`, and the table of docs/robustness.md is m
 import csv
 import json
 import os
+import re
 import subprocess
 import sys
 import time
@@ -14,7 +15,7 @@ import numpy as np
 import pytest
 import yaml
 
-from capsule.naming import displayed
+from capsule.naming import as_cell
 from edges.scorer_files import read_features
 from support.bad_recordings import HARMLESS, HOSTILE, PASSED_OVER, REJECTED, table
 from support.project import ROOT, Project
@@ -76,7 +77,7 @@ def test_what_is_no_recording_is_named(mixed, case):
     project, run = mixed
     found = [row for row in rows(project, "passed_over.csv") if row["reason"] == case.reason]
     (path,) = (
-        row["path"] for row in found if row["path"].rstrip("/") == displayed(os.fsdecode(case.name))
+        row["path"] for row in found if row["path"].rstrip("/") == as_cell(os.fsdecode(case.name))
     )
     assert f"  passed over: raw/{path}: {case.reason}\n" in run.output
 
@@ -139,6 +140,20 @@ def test_no_header_is_a_formula_in_a_spreadsheet(mixed):
     sources = [row["source"] for row in rows(project, "recordings.csv")]
     assert f" ={HOSTILE} formula of the tests" in sources
     assert not any(source.startswith("=") for source in sources)
+
+
+def test_no_cell_of_any_table_is_a_formula(mixed):
+    project, _ = mixed
+    cells = [
+        cell
+        for path in project.results.rglob("*.csv")
+        for row in csv.reader(path.read_text(encoding="utf-8").splitlines())
+        for cell in row
+    ]
+    assert " =1+1.csv" in cells
+    assert " \uff1d1+1.csv" in cells
+    starts = [cell for cell in cells if cell.startswith(("=", "+", "-", "@", "\uff1d"))]
+    assert [cell for cell in starts if not re.fullmatch(r"-[0-9.]+(e-?[0-9]+)?", cell)] == []
 
 
 def test_a_second_run_has_nothing_to_do(mixed):

@@ -13,9 +13,13 @@ _SIZE_FOLDER = re.compile(r"([0-9]{1,3}(?:\.[0-9]{1,3})?)mm")
 # Plain names reach a shell, a report and any file system unharmed; the length leaves room for
 # the endings of the results.
 _PLAIN_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]{0,99}")
+# Full-width signs count too where people write with them.
+_FORMULA = re.compile(r"(^|[;,|\t])(?=[\"']*[=+\-@\uff1d\uff0b\uff0d\uff20])")
+_NUMBER = re.compile(r"[+-]?[0-9]+(\.[0-9]+)?([eE][+-]?[0-9]+)?|[+-]?inf")
 _NO_FILE = {
     "folder": "a folder, not a file",
     "dead link": "a link that leads nowhere",
+    "link out": "a link that leads out of raw/; put a copy of the file there",
     "device": "no file with content, but a pipe or a device",
     "locked": "cannot be read: you have no permission",
 }
@@ -29,8 +33,9 @@ class Entry:
     ----------
     path : str
         Relative to raw/, with forward slashes.
-    kind : {"file", "folder", "dead link", "device", "locked"}
-        What it is, links followed; ``"locked"`` is a file or folder that may not be read.
+    kind : {"file", "folder", "dead link", "link out", "device", "locked"}
+        What it is, links followed; ``"link out"`` leads to something that does not lie under
+        raw/, ``"locked"`` is a file or folder that may not be read.
     """
 
     path: str
@@ -90,8 +95,16 @@ def displayed(name: str) -> str:
 
 def as_cell(untrusted: str) -> str:
     """Write untrusted text so that a spreadsheet shows it and does not compute it."""
-    shown = displayed(untrusted)
-    return f" {shown}" if shown.startswith(("=", "+", "-", "@")) else shown
+    return without_formula(displayed(untrusted))
+
+
+def without_formula(text: str) -> str:
+    """Put a space before each sign that begins a formula in one of a spreadsheet's cells.
+
+    That is one that stands first, and one behind a separator: where people write decimal commas,
+    spreadsheets divide cells at semicolons, whatever stands in quotes. A number stays as it is.
+    """
+    return text if _NUMBER.fullmatch(text) else _FORMULA.sub(r"\1 ", text)
 
 
 def folder_size_mm(folder: str) -> float | None:
@@ -153,6 +166,9 @@ def classify(entries: Iterable[Entry]) -> Archive:
         if not name:
             if reason := _fault_at_top(entry):
                 passed_over[shown + ("/" if entry.kind == "folder" else "")] = reason
+        elif folder.startswith("."):
+            if name.lower().endswith(".csv"):
+                passed_over[shown] = "in a hidden folder; move it into one such as 3mm/"
         elif folder != UNLABELLED and folder_size_mm(folder) is None:
             continue  # its folder is named once, above
         elif name.startswith("."):
@@ -184,9 +200,9 @@ def _other_file(entry: Entry, name: str) -> str:
 
 def _fault_at_top(entry: Entry) -> str:
     if entry.path.startswith("."):
-        return ""
-    if entry.kind == "locked":
-        return _NO_FILE["locked"]
+        return "hidden file" if entry.path.lower().endswith(".csv") else ""
+    if entry.kind in ("locked", "link out"):
+        return _NO_FILE[entry.kind].replace("the file", "what it leads to")
     if entry.kind != "folder":
         return "lies beside the folders; move it into one such as 3mm/"
     if entry.path != UNLABELLED and folder_size_mm(entry.path) is None:

@@ -26,6 +26,8 @@ _LARGEST_NUMBER = 1e20
 _LONGEST_LINE = 10_000
 _MOST_LINES = 200_000
 _LONGEST_HEADER = 1000
+# The report shows every header whole.
+_MOST_HEADER_CHARACTERS = 10_000
 
 
 @dataclass(frozen=True)
@@ -148,6 +150,7 @@ def _decode(content: bytes) -> str:
 def _split_header(lines: Sequence[str]) -> tuple[dict[str, str], int]:
     """Read the ``# key: value`` lines; give them and the index of the line of column names."""
     header: dict[str, str] = {}
+    characters = 0
     for index, line in enumerate(lines):
         stripped = line.strip()
         if stripped and not stripped.startswith("#"):
@@ -155,6 +158,12 @@ def _split_header(lines: Sequence[str]) -> tuple[dict[str, str], int]:
         key, colon, value = stripped.lstrip("#").partition(":")
         if colon:
             header[key.strip()] = value.strip()
+        characters += len(stripped)
+        if characters > _MOST_HEADER_CHARACTERS:
+            raise RecordingError(
+                f"line {index + 1}: the header lines hold more than {_MOST_HEADER_CHARACTERS} "
+                "characters; keep such notes in a file of their own"
+            )
         if index >= _LONGEST_HEADER:
             raise RecordingError(f"the first {_LONGEST_HEADER} lines hold no column names")
     return header, len(lines)

@@ -11,6 +11,7 @@ import io
 import json
 import math
 import os
+import stat
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -18,7 +19,7 @@ from pathlib import Path
 from typing import IO
 
 from capsule.errors import CapsuleError
-from capsule.naming import Archive, Entry, classify
+from capsule.naming import Archive, Entry, classify, without_formula
 from edges.records import Record, record_path
 
 UNFINISHED = ".unfinished"
@@ -37,31 +38,52 @@ def list_archive(raw: Path) -> Archive:
 
 
 def _entries(raw: Path) -> Iterator[Entry]:
+    root = raw.resolve()
     for folder in sorted(raw.iterdir()):
-        kind = _kind(folder)
+        kind = _kind(folder, root)
         yield Entry(folder.name, kind)
         if kind == "folder":
             for entry in folder.iterdir():
-                yield Entry(f"{folder.name}/{entry.name}", _kind(entry))
+                yield Entry(f"{folder.name}/{entry.name}", _kind(entry, root))
 
 
-def _kind(path: Path) -> str:
+def _kind(path: Path, root: Path) -> str:
     try:
         # Links are followed, so what is not there is a link that leads nowhere, or to itself.
         if not path.exists():
             return "dead link"
+        # Nothing of it is read: a page would show to all what one user may see.
+        if path.is_symlink() and not path.resolve().is_relative_to(root):
+            return "device" if _is_device(path) else "link out"
     except PermissionError:
         return "locked"
-    if not (path.is_file() or path.is_dir()):
+    if _is_device(path):
         return "device"
     if not os.access(path, os.R_OK):
         return "locked"
     return "folder" if path.is_dir() else "file"
 
 
+def _is_device(path: Path) -> bool:
+    return not (path.is_file() or path.is_dir())
+
+
+def _open_without_waiting(path: str, flags: int) -> int:
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
+
+
 def read_limited(path: Path, max_bytes: int) -> bytes | None:
-    """Read a file whole, or tell by None that it is larger; no larger one is taken in."""
-    with path.open("rb") as stream:
+    """Read a file whole, or tell by None that it is larger; no larger one is taken in.
+
+    Raises
+    ------
+    OSError
+        It cannot be read, or is no file but a pipe, a device or a folder.
+    """
+    # What was a file when it was listed may be a pipe by now, and opening one waits for ever.
+    with open(path, "rb", opener=_open_without_waiting) as stream:
+        if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
+            raise OSError(errno.EINVAL, "no file, but a pipe or a device", str(path))
         content = stream.read(max_bytes + 1) if path.stat().st_size <= max_bytes else b""
         if len(content) > max_bytes or path.stat().st_size > max_bytes:
             return None
@@ -168,7 +190,10 @@ def read_json(path: Path) -> dict:
 
 
 def write_csv(path: Path, columns: Sequence[str], rows: Iterable[Mapping]) -> None:
-    """Write a table: comma-separated, full precision, an empty cell where a value is unknown."""
+    """Write a table: comma-separated, full precision, an empty cell where a value is unknown.
+
+    No text in it begins like a formula, whoever wrote it.
+    """
     with write_whole(path) as stream:
         writer = csv.DictWriter(stream, columns, lineterminator="\n")
         writer.writeheader()
@@ -177,7 +202,9 @@ def write_csv(path: Path, columns: Sequence[str], rows: Iterable[Mapping]) -> No
 
 def _cell(value: object) -> object:
     unknown = value is None or (isinstance(value, float) and math.isnan(value))
-    return "" if unknown else value
+    if unknown:
+        return ""
+    return without_formula(value) if isinstance(value, str) else value
 
 
 def read_csv(path: Path) -> list[dict[str, str]]:
