@@ -37,3 +37,23 @@ def test_another_tolerance_is_told_and_not_compared():
         result = detector_sections.result_of(evaluation, "template", SETTINGS, tolerance_mm)
         (within,) = [card for card in result["cards"] if card["id"] == "within"]
         assert within["paper"].endswith(f"over 2, 3, 4 and 5 mm{end}")
+
+
+def test_without_a_healthy_recording_nothing_is_called_reliably_found():
+    verdicts = [(f"{size}mm/{n}", float(size), float(size)) for size in (2, 3) for n in range(9)]
+    answers = detector_sections.answers_of(evaluated(verdicts), "template", SETTINGS)
+    text = cards.summary("recorded", 18, answers)
+    assert text.startswith(
+        "On 18 recordings, none of them without a nodule, it cannot be told how reliably the "
+        "paper's detector finds one"
+    )
+    assert "reliably finds" not in text
+    (smallest,) = [
+        card
+        for card in detector_sections.result_of(evaluated(verdicts), "template", SETTINGS, 1)[
+            "cards"
+        ]
+        if card["id"] == "smallest"
+    ]
+    assert (smallest["answer"], smallest["value"]) == ("not known", None)
+    assert "precision says nothing" in smallest["detail"]

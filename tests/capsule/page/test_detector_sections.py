@@ -6,6 +6,7 @@ import pytest
 
 from capsule.page import detector_sections
 from support.evaluated import SETTINGS, UNKNOWN, evaluated, index_of, read_paper
+from support.project import ROOT
 
 PAPER = read_paper()
 
@@ -37,3 +38,40 @@ def test_too_few_healthy_recordings_to_promise_a_specificity_are_told():
     assert detector_sections.few_healthy(1, 0.9).startswith(
         "1 recording without a nodule cannot promise"
     )
+
+
+def test_an_unlabelled_recording_is_no_evidence():
+    verdicts = [("0mm/a", 0.0, 0.0), ("2mm/a", 2.0, 2.0)]
+    rows = [[name, true, "accepted", UNKNOWN, "bench 2", "aa", 70.0] for name, true, _ in verdicts]
+    rows += [["unlabelled/a", UNKNOWN, "accepted", UNKNOWN, "simulated phantom", "bb", 70.0]] * 5
+    values = detector_sections.page_values(
+        evaluated(verdicts, (0.0, 2.0)), index_of(*rows), SETTINGS, PAPER["sizing_tolerance_mm"]
+    )
+    assert values["summary"].startswith("On 2 recordings, the paper's detector")
+
+
+@pytest.mark.parametrize(
+    ("schemes", "note", "named"),
+    [
+        (["leave_one_out", "resubstitution"], "leave-one-out", "leave-one-out and resubstitution"),
+        (["leave_one_out"], "leave-one-out", "leave-one-out"),
+        (["resubstitution"], "resubstitution", "resubstitution"),
+    ],
+)
+def test_the_page_names_the_schemes_that_there_are(schemes, note, named):
+    settings = SETTINGS | {"evaluation": SETTINGS["evaluation"] | {"schemes": schemes}}
+    values = detector_sections.page_values(
+        evaluated([("0mm/a", 0.0, 0.0)], (0.0,)),
+        index_of(["0mm/a", 0.0, "accepted", UNKNOWN, "", "aa", 70.0]),
+        settings,
+        PAPER["sizing_tolerance_mm"],
+    )
+    assert values["scheme_note"].startswith(f"Results are {note}: ")
+    assert values["schemes"] == named
+    assert values["schemes_and_paper"].endswith(" and the paper")
+
+
+def test_no_section_names_a_scheme_by_itself():
+    for path in sorted((ROOT / "workflow/report").rglob("*.j2")):
+        text = path.read_text(encoding="utf-8").casefold()
+        assert "leave-one-out" not in text and "resubstitution" not in text, path.name

@@ -43,7 +43,10 @@ class Answers:
     judged : bool
         Whether a recording of a nodule of known size was judged at all.
     smallest_mm : float or None
-        From `smallest_reliable_size`.
+        From `smallest_reliable_size`; None without a recording of no nodule.
+    healthy_wanting : bool
+        Whether a size would be reliably found, were there any recording of no nodule: a detector
+        that calls everything a nodule cannot be told from a good one.
     precision, recall : Estimate or None
         Those of that size; None where there is none.
     specificity : Estimate
@@ -59,6 +62,7 @@ class Answers:
     reliable_rate: float
     judged: bool
     smallest_mm: float | None
+    healthy_wanting: bool
     precision: Estimate | None
     recall: Estimate | None
     specificity: Estimate
@@ -113,6 +117,10 @@ def our_answers(
     reliable_rate = settings["report"]["reliable_rate"]
     detection = tables["detection"]
     smallest_mm = smallest_reliable_size(detection, reliable_rate)
+    specific = specificity(tables["specificity"])
+    healthy_wanting = smallest_mm is not None and specific.of == 0
+    if healthy_wanting:
+        smallest_mm = None
     precision = recall = None
     if smallest_mm is not None:
         row = detection[detection["size_mm"] == smallest_mm].iloc[0]
@@ -122,9 +130,10 @@ def our_answers(
         reliable_rate=reliable_rate,
         judged=bool(detection["recall"].notna().any()),
         smallest_mm=smallest_mm,
+        healthy_wanting=healthy_wanting,
         precision=precision,
         recall=recall,
-        specificity=specificity(tables["specificity"]),
+        specificity=specific,
         tolerance_mm=settings["evaluation"]["tolerance_mm"],
         within=within_tolerance(tables["sizing"], confidence),
         size_error_mm=mean_size_error(predictions, confidence),

@@ -59,25 +59,30 @@ def answer_cards(ours: Answers, paper: PaperAnswers) -> list[dict]:
     ]
 
 
-def summary(origin: str, accepted: int, ours: Answers) -> str:
+def summary(origin: str, labelled: int, ours: Answers) -> str:
     """Return the answer in a sentence or two, by the paper's own detector.
 
     Parameters
     ----------
     origin : str
         Kind of origin, from `capsule.page.provenance.Origin`.
-    accepted : int
-        How many recordings were used.
+    labelled : int
+        How many recordings of known size there are; no other is evidence.
     ours : Answers
         What the paper's own detector achieves on them.
     """
-    if not accepted:
+    if not labelled:
         return "There is no recording to judge by yet."
     kind = "simulated recording" if origin == "simulated" else "recording"
-    on = f"On {words.plural(accepted, kind)}"
+    on = f"On {words.plural(labelled, kind)}"
     if ours.smallest_mm is not None:
         nodules = f"nodules of {words.size(ours.smallest_mm)} and larger"
         answer = f"{on}, the paper's detector reliably finds {nodules}"
+    elif ours.healthy_wanting:
+        answer = (
+            f"{on}, none of them without a nodule, it cannot be told how reliably the paper's "
+            "detector finds one"
+        )
     elif ours.judged:
         answer = f"{on}, the paper's detector reliably finds no nodule size"
     else:
@@ -102,7 +107,7 @@ def _bounds(estimate: Estimate) -> str:
 def _smallest_words(ours: Answers) -> str:
     if ours.smallest_mm is not None:
         return words.size(ours.smallest_mm)
-    return "none" if ours.judged else words.UNKNOWN
+    return "none" if ours.judged and not ours.healthy_wanting else words.UNKNOWN
 
 
 def _reliable_words(ours: Answers) -> str:
@@ -116,7 +121,10 @@ def _reliable_words(ours: Answers) -> str:
         f"Reliable: precision and recall of at least {words.percent(ours.reliable_rate)}, there "
         "and at every larger size."
     )
-    no_precision = " With no recording without a nodule, precision is empty."
+    no_precision = (
+        " With no recording without a nodule there is no false alarm to count, so precision says "
+        "nothing."
+    )
     return rates_there + reliable + ("" if ours.specificity.of else no_precision)
 
 

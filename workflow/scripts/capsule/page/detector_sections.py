@@ -8,7 +8,7 @@ import pandas as pd
 from capsule import words
 from capsule.detectors.registry import detector_row
 from capsule.evaluation.beside_paper import TABLES, Evaluation
-from capsule.evaluation.folds import main_scheme
+from capsule.evaluation.folds import RESUBSTITUTION, main_scheme
 from capsule.page import answers, cards, cells, provenance
 
 
@@ -31,25 +31,29 @@ def page_values(
     Returns
     -------
     dict
-        ``results`` (from `result_of`, the paper's detector first), ``summary``, ``sizes`` and
-        ``few_healthy``.
+        ``results`` (from `result_of`, the paper's detector first), ``summary``, ``sizes``,
+        ``few_healthy``, ``scheme_note``, ``schemes`` and ``schemes_and_paper``.
     """
     detectors = evaluation.detectors()
-    accepted = index[index["status"] == "accepted"]
+    labelled = index[(index["status"] == "accepted") & index["size_mm"].notna()]
+    schemes = [words.scheme(name) for name in settings["evaluation"]["schemes"]]
     return {
         "results": [
             result_of(evaluation, detector, settings, printed_tolerance_mm)
             for detector in detectors
         ],
         "summary": cards.summary(
-            provenance.origin_of(accepted["source"].fillna("")).kind,
-            len(accepted),
+            provenance.origin_of(labelled["source"].fillna("")).kind,
+            len(labelled),
             answers_of(evaluation, detectors[0], settings),
         ),
         "sizes": [words.size(size_mm) for size_mm in evaluation.sizes_mm()],
         "few_healthy": few_healthy(
-            int((accepted["size_mm"] == 0).sum()), settings["evaluation"]["specificity"]
+            int((labelled["size_mm"] == 0).sum()), settings["evaluation"]["specificity"]
         ),
+        "scheme_note": scheme_note(main_scheme(settings["evaluation"]["schemes"])),
+        "schemes": words.enumerate_words(schemes),
+        "schemes_and_paper": words.enumerate_words([*schemes, "the paper"]),
     }
 
 
@@ -115,6 +119,21 @@ def answers_of(evaluation: Evaluation, detector: str, settings: Mapping) -> answ
     verdicts = evaluation.predictions
     verdicts = verdicts[(verdicts["detector"] == detector) & (verdicts["scheme"] == scheme)]
     return answers.our_answers(tables, verdicts, settings)
+
+
+def scheme_note(scheme: str) -> str:
+    """Return what the scheme of the results means, and how the paper's stands to it."""
+    if scheme == RESUBSTITUTION:
+        return (
+            "Results are resubstitution: a recording is compared with templates that its own fit "
+            "is part of, so a new recording will be judged worse. The paper's own evaluation is "
+            "probably resubstitution too."
+        )
+    return (
+        "Results are leave-one-out: a recording is compared with templates that its own fit is no "
+        "part of. The paper's own evaluation is probably resubstitution; it stands beside ours in "
+        "every table."
+    )
 
 
 def few_healthy(healthy: int, specificity: float) -> str:
