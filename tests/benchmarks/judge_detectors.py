@@ -40,7 +40,6 @@ def read_arguments() -> argparse.Namespace:
     add("--retest-archives", default=20, help="archives of several passes (default: 20)")
     add = functools.partial(parser.add_argument, metavar="FILE", type=Path)
     add("--peers", help="what peers/run_peers.py wrote, JSON")
-    add("--limit", help="what peers/find_limit.py wrote, JSON")
     add("--parameters", default=DEFAULT_TABLE, help="the phantom (default: config/phantom.yaml)")
     add("--output", help="output: the tables, Markdown")
     return parser.parse_args()
@@ -76,7 +75,6 @@ def main() -> None:
             retests=judge_retests(phantom, retested, config),
             retest_archives=len(retested),
             peers=json.loads(arguments.peers.read_text()) if arguments.peers else {},
-            limit=json.loads(arguments.limit.read_text()) if arguments.limit else (),
         )
     )
     if arguments.output:

@@ -25,8 +25,6 @@ class Measured:
         A row for each number of passes, and how many archives they come from.
     peers
         Rows of what others would use, by its name.
-    limit
-        What can be told from none at all, a row for each size.
     """
 
     seeds: Sequence[int]
@@ -37,7 +35,6 @@ class Measured:
     retests: Sequence[Mapping]
     retest_archives: int
     peers: Mapping[str, Sequence[Mapping]] = field(default_factory=dict)
-    limit: Sequence[Mapping] = ()
 
 
 def report(measured: Measured) -> str:
@@ -49,8 +46,6 @@ def report(measured: Measured) -> str:
         _detectors(measured),
         _retests(measured),
     ]
-    if measured.limit:
-        sections.append(_limit(measured))
     return "\n".join(sections)
 
 
@@ -117,12 +112,4 @@ def _retests(measured: Measured) -> str:
         "## Several passes over one place, judged together\n\n"
         f"The diagonal detector on {measured.retest_archives} archives.\n\n"
         + table(measured.retests)
-    )
-
-
-def _limit(measured: Measured) -> str:
-    return (
-        "## What can be told from none at all on this bench\n\n"
-        "MiniRocket with ridge, taught by thousands of recordings, on 1200 others "
-        "(`peers/find_limit.py`).\n\n" + table(measured.limit)
     )

@@ -68,6 +68,7 @@ def test_a_missing_sample_keeps_its_place():
     ("content", "reason"),
     [
         (b"", "the file is empty"),
+        (b"\xef\xbb\xbf", "the file is empty"),
         (b"# source: x\n", "no line of column names"),
         (b"time_s,sensor_1,sensor_2\n", "no sample"),
         (b"time_s,sensor_1\n0,1\n", "the column 'sensor_2' is missing"),

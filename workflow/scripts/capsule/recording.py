@@ -88,6 +88,9 @@ def read_recording(stream: BinaryIO, sensors: int, max_bytes: int = 16_000_000) 
     if len(content) > max_bytes:
         raise too_large(max_bytes)
     text = _decode(content)
+    if not text:
+        # Nothing but a byte order mark.
+        raise RecordingError("the file is empty")
     # Not splitlines(): it also splits at form feeds and other characters that editors do not.
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     if text.count("\n") > _MOST_LINES:

@@ -35,6 +35,9 @@ def record_path(output: Path | str) -> Path:
 
 def checksum(path: Path | str) -> str | None:
     """Return the SHA-256 of a file; None where it is not there or cannot be read."""
+    # Opening a pipe would wait for ever.
+    if not Path(path).is_file():
+        return None
     try:
         with Path(path).open("rb") as stream:
             size = os.fstat(stream.fileno()).st_size
