@@ -18,6 +18,10 @@ _LIMITS = {
 }
 
 
+# Two harmonics of a wave whose period may be half the configured one.
+_LEAST_SAMPLES_A_WAVE = 10
+
+
 def _is_integer(_: object, value: object) -> bool:
     # JSON Schema takes 84.0 for an integer; numpy does not.
     return isinstance(value, int) and not isinstance(value, bool)
@@ -166,6 +170,16 @@ def _contradictions(config: Mapping) -> Iterator[tuple[str, str]]:
             key,
             f"{key}: with first_peak {fit['first_peak']} the last of {recording['sensors']} "
             f"peaks could lie at column {last}, beyond preprocessing.length, {length}",
+        )
+    bench = config["diagonal"]
+    samples = bench["wavelength_mm"] / bench["wave_speed_mm_s"] * recording["rate_hz"]
+    if samples < _LEAST_SAMPLES_A_WAVE:
+        key = "diagonal.wave_speed_mm_s"
+        yield (
+            key,
+            f"{key}: at {bench['wave_speed_mm_s']:g} mm/s a wave of {bench['wavelength_mm']:g} mm "
+            f"lasts {samples:.2g} samples of {recording['rate_hz']:g} Hz; needed are at least "
+            f"{_LEAST_SAMPLES_A_WAVE}",
         )
     if recording["max_gap_s"] * recording["rate_hz"] > window // 2:
         key = "recording.max_gap_s"

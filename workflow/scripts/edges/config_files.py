@@ -13,7 +13,19 @@ from capsule.errors import CapsuleError
 
 
 class _Loader(yaml.SafeLoader):
-    """Refuses a mapping that holds a key twice."""
+    """Refuses a mapping that holds a key twice, and aliases: a few of them can fill the memory."""
+
+    def compose_node(self, parent: yaml.Node | None, index: object) -> yaml.Node | None:
+        """Compose what is written out, and nothing that stands for something else."""
+        if self.check_event(yaml.AliasEvent):
+            event = self.get_event()
+            raise yaml.composer.ComposerError(
+                None,
+                None,
+                f"*{event.anchor} stands for something else; write it out",
+                event.start_mark,
+            )
+        return super().compose_node(parent, index)
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict:
         """Make a dict, and look at its keys."""
@@ -56,6 +68,9 @@ def read_config_file(path: Path) -> dict:
         raise CapsuleError(f"{path}{line}: {error.problem}") from None
     except yaml.YAMLError as error:
         raise CapsuleError(f"{path}: this is no YAML: {error}") from None
+    except ValueError as error:
+        # A whole number of thousands of digits.
+        raise CapsuleError(f"{path}: a value cannot be read: {error}") from None
     except RecursionError:
         raise CapsuleError(f"{path}: this is nested too deeply") from None
     if not isinstance(content, dict):
