@@ -21,11 +21,8 @@ def beat_series(values: np.ndarray, *, period: float) -> np.ndarray | None:
 
     Parameters
     ----------
-    values : (S, K) array
-        How hard each sensor is pressed, in any unit and from any rest; NaN where a sample is
-        missing.
-    period : float
-        Configured time from wave to wave, in samples; the recording's own may be half or twice it.
+    values, period
+        As `capsule.detectors.sensed_wave.find_wave` takes them.
 
     Returns
     -------
