@@ -70,6 +70,7 @@ def test_faults_end_the_program_plainly(monkeypatch, capsys):
         ("--size 99.99999", "finer than the workflow's folders"),
         ("--size 0.0000001", "finer than the workflow's folders"),
         ("--size=-0", "no size in mm"),
+        ("--size 3 --name=--", "argument --name: '--' is no value"),
         ("--size 1_0", "no size in mm"),
         ("--size 1e1", "no size in mm"),
         ("--size \N{ARABIC-INDIC DIGIT THREE}", "no size in mm"),

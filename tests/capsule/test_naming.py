@@ -127,6 +127,14 @@ def test_every_name_is_processed_or_named_with_a_reason(name):
         assert re.fullmatch(r"[A-Za-z0-9_.+/-]+", recording)
 
 
+@pytest.mark.parametrize(("name", "end"), [("a" * 30, "a"), ("r" + "01" * 20, "01")])
+def test_a_name_that_snakemake_stops_at_is_refused(name, end):
+    archive = classify([Entry(f"3mm/{name}.csv"), Entry("3mm/r01.csv")])
+    assert archive.recordings == ("3mm/r01",)
+    (reason,) = archive.refused.values()
+    assert f"ends in {end!r} twenty times" in reason
+
+
 def test_a_copy_under_another_size_is_told_as_a_contradiction():
     assert reason_of_copy("3mm/a", "3mm/b") == "the same content as 3mm/a"
     assert reason_of_copy("3mm/a", "3.0mm/b") == "the same content as 3mm/a"

@@ -77,6 +77,19 @@ def test_the_report_gives_the_range_that_the_benchmark_measured():
         assert rates == [specificity, small, large]
 
 
+def test_the_readme_gives_the_best_detectors_range():
+    ranges = read_csv(ROOT / "workflow/report/benches.csv")
+    reached = {
+        row["of the benches the"]: float(row["recall from 2 mm"])
+        for row in ranges
+        if row["detector"] == "taught"
+    }
+    text = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
+    assert (
+        f"finds between {reached['worst']:.0%} and {reached['best']:.0%}".replace("%", " %") in text
+    )
+
+
 def test_the_page_on_a_bench_of_ones_own_tells_how_many_recordings_a_rate_takes():
     rows = [
         [f"{rate} %"]

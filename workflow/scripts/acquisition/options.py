@@ -5,8 +5,9 @@ import re
 from pathlib import Path
 
 from acquisition.line import BAUD
-from capsule.naming import UNLABELLED, Entry, classify, folder_size_mm, size_label
+from capsule.naming import UNLABELLED, Entry, classify, folder_size_mm, repeated_end, size_label
 
+_LONGEST_NAME = 96  # without .csv
 LONGEST_ENTRY = 100  # characters of a site or session
 PROJECT = Path(__file__).resolve().parents[3]
 
@@ -39,6 +40,10 @@ def parse(arguments: list[str] | None = None) -> argparse.Namespace:
     _add_wave_options(parser)
     _add_place_options(parser)
     options = parser.parse_args(arguments)
+    for option, value in vars(options).items():
+        # What argparse makes of an option whose value is two dashes.
+        if value == []:
+            parser.error(f"argument --{option.replace('_', '-')}: '--' is no value")
     modes = [options.size is not None, options.unlabelled, options.recover is not None]
     if sum(modes) != 1:
         parser.error("say what is recorded: --size MM or --unlabelled (or --recover)")
@@ -160,15 +165,16 @@ def _positive(text: str) -> float:
 
 
 def _name(text: str) -> str:
+    repeated = len(text) <= _LONGEST_NAME and repeated_end(text)
+    if repeated:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} ends in {repeated!r} again and again, which Snakemake takes for a mistake "
+            "and stops at"
+        )
     if not classify([Entry(f"{UNLABELLED}/{text}.csv")]).recordings or text.endswith(".csv"):
         raise argparse.ArgumentTypeError(
-            f"{text!r} is no plain name: letters, digits, '_', '-', '.', '+', at most 96 of them; "
-            "without .csv"
-        )
-    if match := re.search(r"(.+?)\1{18,}$", text):
-        raise argparse.ArgumentTypeError(
-            f"{text!r} ends in {match[1]!r} again and again, which Snakemake takes for a mistake "
-            "and stops at"
+            f"{text!r} is no plain name: letters, digits, '_', '-', '.', '+', at most "
+            f"{_LONGEST_NAME} of them; without .csv"
         )
     return text
 

@@ -14,6 +14,8 @@ _SIZE_FOLDER = re.compile(r"([0-9]{1,3}(?:\.[0-9]{1,3})?)mm")
 # the endings of the results.
 _PLAIN_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]{0,99}")
 # Full-width signs count too where people write with them.
+# Snakemake takes such a name for a mistake in a rule, and stops the whole run.
+_REPEATED_END = re.compile(r"(.+?)\1{19,}$")
 _FORMULA = re.compile(r"(^|[;,|\t])(?=[\"']*[=+\-@\uff1d\uff0b\uff0d\uff20])")
 _NUMBER = re.compile(r"[+-]?[0-9]+(\.[0-9]+)?([eE][+-]?[0-9]+)?|[+-]?inf")
 _NO_FILE = {
@@ -140,6 +142,12 @@ def sort_key(recording: str) -> tuple:
     return (size is None, size or 0.0, folder, parts, run)
 
 
+def repeated_end(name: str) -> str:
+    """Return what a name ends in twenty times and more; nothing for other names."""
+    match = _REPEATED_END.search(name)
+    return match[1] if match else ""
+
+
 def reason_of_copy(original: str, name: str) -> str:
     """Say what a recording is a copy of, and whether the labels of the two contradict."""
     reason = f"the same content as {original}"
@@ -183,6 +191,11 @@ def classify(entries: Iterable[Entry]) -> Archive:
             refused[shown] = (
                 "rename the file: only letters A-Z, digits and _ . + - are allowed in its name, "
                 "at most 100 of them, and it starts with a letter or digit"
+            )
+        elif repeated := repeated_end(name.removesuffix(".csv")):
+            refused[shown] = (
+                f"rename the file: its name ends in {repeated!r} twenty times and more, "
+                "which Snakemake stops at"
             )
         else:
             recordings.append(entry.path.removesuffix(".csv"))
