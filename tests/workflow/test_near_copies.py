@@ -13,6 +13,7 @@ pytestmark = pytest.mark.workflow
 
 NAMES = [f"{size}/r{run:02d}" for size in ("0mm", "3mm", "5mm") for run in range(1, 5)]
 NAMES += ["unlabelled/other", "unlabelled/patient"]
+TABLES = ["results/evaluation/predictions.csv", "results/detections.csv"]
 
 
 def table(project, name):
@@ -42,16 +43,17 @@ def put(project, name, values):
 def projects(tmp_path_factory):
     """Run an archive without and with near-copies: of a labelled, and of an unlabelled one."""
     folder = tmp_path_factory.mktemp("near")
-    made = {}
-    for kind in ("without", "with"):
-        project = Project.create(folder / kind, NAMES, particles=20, iterations=20)
-        if kind == "with":
-            one = make_recording(3.0, "3mm/r02").values
-            put(project, "3mm/later", one[:, :-1] * 5.0 / 1024)
-            put(project, "3mm/patient", make_recording(0.0, "unlabelled/patient").values[::-1, 2:])
-        run = project.snakemake()
-        assert run.status == 0, run.output
-        made[kind] = project, run
+    without = Project.create(folder / "without", NAMES, particles=20, iterations=20)
+    run = without.snakemake(*TABLES)
+    assert run.status == 0, run.output
+    made = {"without": (without, run)}
+    project = without.copy(folder / "with")
+    one = make_recording(3.0, "3mm/r02").values
+    put(project, "3mm/later", one[:, :-1] * 5.0 / 1024)
+    put(project, "3mm/patient", make_recording(0.0, "unlabelled/patient").values[::-1, 2:])
+    run = project.snakemake()
+    assert run.status == 0, run.output
+    made["with"] = project, run
     return made
 
 
