@@ -11,7 +11,6 @@ import io
 import json
 import math
 import os
-import stat
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -20,6 +19,7 @@ from typing import IO
 
 from capsule.errors import CapsuleError
 from capsule.naming import Archive, Entry, classify, without_formula
+from edges.reading import read_limited
 from edges.records import Record, record_path
 
 UNFINISHED = ".unfinished"
@@ -66,28 +66,6 @@ def _kind(path: Path, root: Path) -> str:
 
 def _is_device(path: Path) -> bool:
     return not (path.is_file() or path.is_dir())
-
-
-def _open_without_waiting(path: str, flags: int) -> int:
-    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
-
-
-def read_limited(path: Path, max_bytes: int) -> bytes | None:
-    """Read a file whole, or tell by None that it is larger; no larger one is taken in.
-
-    Raises
-    ------
-    OSError
-        It cannot be read, or is no file but a pipe, a device or a folder.
-    """
-    # What was a file when it was listed may be a pipe by now, and opening one waits for ever.
-    with open(path, "rb", opener=_open_without_waiting) as stream:
-        if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
-            raise OSError(errno.EINVAL, "no file, but a pipe or a device", str(path))
-        content = stream.read(max_bytes + 1) if path.stat().st_size <= max_bytes else b""
-        if len(content) > max_bytes or path.stat().st_size > max_bytes:
-            return None
-        return content
 
 
 def fingerprint(path: Path, max_bytes: int) -> str:

@@ -14,9 +14,11 @@ import json
 import os
 import secrets
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+
+from edges.reading import read_limited
 
 # Raised when records or results change their form: everything is then made again.
 FORMAT = 1
@@ -35,27 +37,23 @@ def record_path(output: Path | str) -> Path:
 
 def checksum(path: Path | str) -> str | None:
     """Return the SHA-256 of a file; None where it is not there or cannot be read."""
-    # Opening a pipe would wait for ever.
-    if not Path(path).is_file():
-        return None
     try:
-        with Path(path).open("rb") as stream:
-            size = os.fstat(stream.fileno()).st_size
-            if size > _LARGEST_BYTES:
-                return f"{size} bytes"
-            return hashlib.sha256(stream.read()).hexdigest()
+        content = read_limited(Path(path), _LARGEST_BYTES)
+        if content is None:
+            return f"{Path(path).stat().st_size} bytes"
+        return hashlib.sha256(content).hexdigest()
     except OSError:
         return None
 
 
 def followed(path: object) -> str | None:
     """Name a file relative to the working directory, if a result may depend on its content."""
-    if not isinstance(path, str | os.PathLike):
+    # Most of what a job opens is code.
+    if not isinstance(path, str | os.PathLike) or os.fsdecode(path).endswith((".py", ".pyc")):
         return None
     name = os.path.relpath(os.fsdecode(path)).replace(os.sep, "/")
     inside = name.partition("/")[0] in _FOLLOWED
-    code = name.endswith((".py", ".pyc"))
-    return name if inside and not code and not name.startswith(_NOT_FOLLOWED) else None
+    return name if inside and not name.startswith(_NOT_FOLLOWED) else None
 
 
 @dataclass
@@ -136,16 +134,22 @@ def files_that_do_not_fit(target: str) -> list[str]:
         Sorted; files that are missing or have another content than a record says.
     """
     changed, waiting, written_by = set(), [target], _records_by_file()
-    seen = set(waiting)
+    # Many jobs read the same file.
+    seen, now = set(waiting), functools.cache(checksum)
     while waiting:
         record = written_by.get(waiting.pop())
         if record is None:
             continue
-        known = {**record["read"], **record["written"]}
-        changed |= {name for name, before in known.items() if checksum(name) != before}
+        changed |= _changed(record, now)
         waiting += [name for name in record["read"] if name not in seen]
         seen |= set(record["read"])
     return sorted(changed)
+
+
+def _changed(record: dict, now: Callable[[str], str | None]) -> set[str]:
+    """Name the files that a record tells otherwise than they are now."""
+    known = {**record["read"], **record["written"]}
+    return {name for name, before in known.items() if now(name) != before}
 
 
 def _records_by_file() -> dict[str, dict]:
@@ -164,8 +168,7 @@ def _fits(told: str, outputs: Sequence[str]) -> bool:
     record = _read(path)
     if record is None or record["made_from"] != told or not set(outputs) <= set(record["written"]):
         return False
-    known = {**record["read"], **record["written"]}
-    return all(_checksum_at_start(name) == before for name, before in known.items())
+    return not _changed(record, _checksum_at_start)
 
 
 def _read(path: Path) -> dict | None:
