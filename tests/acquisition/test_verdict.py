@@ -18,47 +18,52 @@ from edges.config_files import read_config_file
 from edges.phantom import DEFAULT_TABLE, read_phantom
 from support.training import archive_of_passages
 
-SHAPE = {"window": 84, "threshold": 1.0, "length": 1000}
-
 
 @pytest.fixture
-def verdict(tmp_path):
+def verdict(tmp_path, configuration):
     """Make a detector that knows one shape, 3 mm."""
     shape = np.zeros((4, 1000))
     for sensor in range(4):
         shape[sensor, 150 + 100 * sensor : 250 + 100 * sensor] = 1.0
     np.savez(tmp_path / "templates.npz", **{"0mm": np.zeros((4, 1000)), "3mm": shape})
-    return RunningVerdict(tmp_path / "templates.npz", SHAPE)
+    return RunningVerdict(tmp_path / "templates.npz", configuration)
 
 
-def noisy_run(bumps):
+def run_of_waves(bumps):
     random = np.random.default_rng(1)
-    values = random.normal(500, 2, (4, 700))
+    phase = np.arange(700) / 32 - 6.3 / 80 * np.arange(4)[:, np.newaxis]
+    values = random.normal(500, 2, (4, 700)) + 3 * np.sin(2 * np.pi * phase)
     for sensor in range(4 if bumps else 0):
         values[sensor, 150 + 100 * sensor : 250 + 100 * sensor] += random.normal(0, 60, 100)
     return [tuple(sample) for sample in values.round().astype(int).T.tolist()]
 
 
 def test_verdict_of_the_papers_detector(verdict):
-    assert verdict.judge(noisy_run(bumps=True), 4).startswith("nodule of 3 mm (RMSE 0.")
-    assert verdict.judge(noisy_run(bumps=False), 4).startswith("no nodule (RMSE 0.")
+    assert verdict.judge(run_of_waves(bumps=True), 4).startswith("nodule of 3 mm (RMSE 0.")
+    assert verdict.judge(run_of_waves(bumps=False), 4).startswith("no nodule (RMSE 0.")
 
 
 def test_verdict_passes_over_missing_samples(verdict):
-    samples = noisy_run(bumps=True)
+    samples = run_of_waves(bumps=True)
     samples[300:310] = [None] * 10
     assert verdict.judge(samples, 4).startswith("nodule of 3 mm")
 
 
-def test_no_verdict_without_reason(verdict, tmp_path):
-    run = noisy_run(bumps=True)
+def test_noise_has_no_verdict(verdict):
+    noise = np.random.default_rng(2).normal(500, 20, (4, 700)).round().astype(int)
+    said = verdict.judge([tuple(sample) for sample in noise.T.tolist()], 4)
+    assert said.startswith("no verdict: no wave on sensor_1 and ")
+
+
+def test_no_verdict_without_reason(verdict, tmp_path, configuration):
+    run = run_of_waves(bumps=True)
     assert verdict.judge(run[:83], 4) == "verdict after 84 samples"
     assert verdict.judge(run * 2, 4) == "no verdict: more than 1000 samples"
     assert verdict.judge([(5, *sample[1:]) for sample in run], 4).endswith("sensor 1 is constant")
     assert "gap is longer" in verdict.judge([*run[:200], *[None] * 100, *run[200:]], 4)
     assert verdict.judge([None] * 100, 4) == "no verdict: no sample yet"
     with pytest.raises(AcquisitionError, match="snakemake"):
-        RunningVerdict(tmp_path / "none.npz", SHAPE)
+        RunningVerdict(tmp_path / "none.npz", configuration)
 
 
 def taught_by(healthy_scores=(0.1, 0.2)):

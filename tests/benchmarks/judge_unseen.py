@@ -27,10 +27,12 @@ from judge_report import table
 from capsule.detectors.passage import passage_of
 from capsule.detectors.scorer import Scorer, features_of
 from capsule.detectors.training import TrainingArchive, detector_class
+from capsule.detectors.verdicts import NO_VERDICT
 from capsule.naming import size_mm
 from capsule.phantom.simulation import planned_runs, simulate_run
 from capsule.preprocessing import preprocess
 from capsule.templates import TemplateSet, no_nodule_template
+from capsule.wave_check import missing_wave
 from edges.config_files import read_config_file
 from edges.files import write_csv
 from edges.phantom import BENCHES, CONFIG, DEFAULT_TABLE, natural, read_phantom
@@ -82,20 +84,23 @@ def training_archive(
     bench = config["diagonal"]
     passages = {name: passage_of(each, rate_hz, bench) for name, each in readings.items()}
     features = {name: features_of(each, rate_hz, bench, scorer) for name, each in readings.items()}
+    rate = config["recording"]["wave_false_rate"]
+    no_verdict = {n: missing_wave(each, rate_hz, bench, rate) for n, each in readings.items()}
     return TrainingArchive(
-        sizes_mm, templates, particles, passages, matrices.__getitem__, config, features
+        sizes_mm, templates, particles, passages, matrices.__getitem__, config, features, no_verdict
     )
 
 
 def judge(archive: TrainingArchive, detector: str) -> dict[str, float]:
-    """Judge each recording by what the others teach."""
+    """Judge each recording by what the others teach; a nodule without a verdict is missed."""
     started = time.process_time()
     taught = detector_class(detector)(archive)
     verdicts = [
-        taught.without([name]).verdict(archive.recording(name)) for name in archive.sizes_mm
+        NO_VERDICT if reason else taught.without([name]).verdict(archive.recording(name))
+        for name, reason in archive.no_verdict.items()
     ]
     seconds = time.process_time() - started
-    true_mm = np.array(list(archive.sizes_mm.values()))
+    true_mm = np.array([size_mm(name) for name in archive.no_verdict])
     predicted_mm = np.nan_to_num(np.array([verdict.predicted_mm for verdict in verdicts]))
     low, high = (
         np.array([getattr(verdict, f"estimate_{end}_mm") for verdict in verdicts])

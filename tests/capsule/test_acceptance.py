@@ -12,6 +12,8 @@ SETTINGS = {
     "max_gap_s": 2.0,
     "max_missing_fraction": 0.2,
     "max_rail_fraction": 0.5,
+    "max_constant_fraction": 0.8,
+    "max_sensor_correlation": 0.95,
     "window": 84,
     "length": 1000,
 }
@@ -118,3 +120,24 @@ def test_a_sensor_at_the_end_of_the_range_is_found_in_counts_and_volts(readings,
     values[2] = readings
     with pytest.raises(RecordingError, match=r"sensor_3 is at .* in 67 % of the samples"):
         accept(recording(values=values * scale, header=header), **SETTINGS)
+
+
+def test_a_sensor_that_is_stuck_but_for_a_few_samples_is_refused():
+    values = recording().values
+    values[1] = 487
+    values[1, ::9] = 488
+    with pytest.raises(
+        RecordingError, match=r"sensor_2 reads 487 in 89 % of the samples: is it st"
+    ):
+        accept(recording(values=values), **SETTINGS)
+
+
+def test_two_channels_that_show_one_sensor_are_refused_whatever_drifts():
+    numbers = np.random.default_rng(1)
+    drift = np.linspace(0, 300, 300)
+    sensors = recording().values + drift
+    accept(recording(values=sensors), **SETTINGS)
+    sensors[3] = sensors[1] + numbers.integers(-1, 2, 300)
+    with pytest.raises(RecordingError, match=r"sensor_2 and sensor_4 read alike \(correlation 0\."):
+        accept(recording(values=sensors), **SETTINGS)
+    accept(recording(values=sensors), **SETTINGS | {"max_sensor_correlation": 1.0})

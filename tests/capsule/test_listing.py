@@ -72,7 +72,7 @@ def test_a_row_says_why():
     made = checks(r01_at_3mm="x", old_r01_at_3mm="x")
     for name, check in made.items():
         check |= {"recording": name, "size_mm": 3.0, "header": {}, "samples": 1, "duration_s": 0.0}
-        check |= {"reason": "", "sha256": "0"}
+        check |= {"reason": "", "no_verdict": "", "sha256": "0"}
     archive = classify([Entry("3mm/r01.csv"), Entry("3mm/old_r01.csv")])
     status = {row["recording"]: row["status"] for row in list_rows(archive, made)}
     assert status == {"3mm/r01": "accepted", "3mm/old_r01": "rejected"}

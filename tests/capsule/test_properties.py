@@ -24,6 +24,8 @@ RULES = {
     "max_gap_s": 0.4,
     "max_missing_fraction": 0.2,
     "max_rail_fraction": 0.5,
+    "max_constant_fraction": 0.8,
+    "max_sensor_correlation": 0.95,
     "window": 8,
     "length": 40,
 }

@@ -39,7 +39,9 @@ def test_only_accepted_recordings_are_read(tmp_path):
         {"recording": "3mm/b", "status": "rejected"},
     ]
     files.write_csv(tmp_path / "index.csv", ["recording", "status"], rows)
-    assert files.accepted_recordings(tmp_path / "index.csv") == ["3mm/a"]
+    assert [row["recording"] for row in files.accepted_recordings(tmp_path / "index.csv")] == [
+        "3mm/a"
+    ]
 
 
 def test_the_archive_is_listed_from_the_disk(tmp_path):

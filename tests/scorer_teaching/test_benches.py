@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from capsule.detectors.beat_series import SERIES, beat_series
-from capsule.detectors.divider import relative_resistance
+from capsule.divider import relative_resistance
 from edges.phantom import DEFAULT_TABLE, read_phantom
 from scorer_teaching import episodes
 from scorer_teaching.bench_family import WAVE_FORMS, draw_bench

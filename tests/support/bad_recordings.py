@@ -312,6 +312,39 @@ UNUSABLE = [
         "(recording.max_rail_fraction)",
     ),
     Case(
+        "a sensor at the end of the ADC's range for a third of the run",
+        "3mm/rail-third.csv",
+        changed("third", values=sensor("third", 2, np.where(INDEX < 99, 1023, 500 + INDEX % 7))),
+        "sensor_2 is at 1023, the end of the ADC's range, in 33 % of the samples "
+        "(recording.max_rail_fraction)",
+    ),
+    Case(
+        "a sensor that is stuck but for a few samples",
+        "3mm/stuck.csv",
+        changed("stuck", values=sensor("stuck", 4, np.where(INDEX % 10 == 0, 488, 487))),
+        "sensor_4 reads 487 in 90 % of the samples: is it stuck, or loose? "
+        "(recording.max_constant_fraction)",
+    ),
+    Case(
+        "two channels that show one sensor",
+        "3mm/shorted.csv",
+        changed("shorted", values=recording("shorted").values[[0, 1, 1, 3]]),
+        "sensor_2 and sensor_3 read alike (correlation 1.000): are the channels shorted? "
+        "(recording.max_sensor_correlation)",
+    ),
+    Case(
+        "resistances that are not positive",
+        "3mm/ohm.csv",
+        changed("ohm", header={"unit": "ohm"}, values=sensor("ohm", 1, INDEX % 7)),
+        "the header says unit: ohm, and a reading is 0",
+    ),
+    Case(
+        "a unit that is not known",
+        "3mm/unit.csv",
+        changed("unit", header={"unit": "psi"}),
+        "the header says unit: 'psi'; known are counts, V, ohm and kohm",
+    ),
+    Case(
         "readings that the ADC cannot give",
         "3mm/outside.csv",
         changed("outside", values=sensor("outside", 1, 900 + INDEX)),

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from capsule.acceptance import accept
+from capsule.checking import readings_of
 from capsule.detectors.matching import template_distances
 from capsule.fitting import fit_particle
 from capsule.particles import ParameterSpace
@@ -24,8 +24,8 @@ SIZES = range(6)
 
 def results(config: dict) -> dict[str, np.ndarray]:
     """Take one recording of every size the whole way, by the configuration given."""
-    rules = dict(config["recording"])
-    sensors, max_bytes = rules.pop("sensors"), int(rules.pop("max_megabytes") * 1e6)
+    sensors = config["recording"]["sensors"]
+    max_bytes = int(config["recording"]["max_megabytes"] * 1e6)
     shape, settings = config["preprocessing"], dict(config["fit"])
     counts = {key: settings.pop(key) for key in ("particles", "iterations", "first_peak")}
     seed, found, particles = settings.pop("seed"), {}, {}
@@ -33,7 +33,7 @@ def results(config: dict) -> dict[str, np.ndarray]:
         name = f"{size}mm/r01"
         with (RAW / f"{name}.csv").open("rb") as stream:
             recording = read_recording(stream, sensors, max_bytes)
-        values = accept(recording, **rules, window=shape["window"], length=shape["length"])
+        values, _ = readings_of(recording, config)
         found[f"matrix {name}"] = preprocess(values, **shape)
         if size:
             numbers, space = generator(seed, "fit", name), ParameterSpace(**settings)

@@ -20,7 +20,7 @@ SCRIPTS = Path(workflow.basedir) / "workflow" / "scripts"
 SCHEMA = SCRIPTS.parent / "schemas" / "config.schema.json"
 sys.path.insert(0, str(SCRIPTS))
 
-from capsule.configuration import check_configuration
+from capsule.configuration import BENCH, check_configuration
 from capsule.detectors.registry import detector_row
 from capsule.errors import CapsuleError
 from edges.config_files import read_config_file, read_schema

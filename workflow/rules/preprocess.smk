@@ -5,6 +5,10 @@
 #        results/checks/<size>mm/<run>.json, results/recordings.csv, results/passed_over.csv
 
 
+CHECK_SETTINGS = {name: config[name] for name in ("recording", "preprocessing")}
+CHECK_SETTINGS["diagonal"] = {name: config["diagonal"][name] for name in BENCH}
+
+
 rule preprocess:
     input:
         script=script("preprocess.py"),
@@ -17,11 +21,11 @@ rule preprocess:
     conda:
         "../../environment.yml"
     params:
-        settings=section("recording", "preprocessing"),
+        settings=as_parameter(CHECK_SETTINGS),
         # No input: its content counts, not its time stamp, which may lie in the future.
         recording=lambda wildcards: f"raw/{wildcards.recording}.csv",
         content=content_of_recording,
-        made_from=made_from("preprocess", section("recording", "preprocessing")),
+        made_from=made_from("preprocess", as_parameter(CHECK_SETTINGS)),
     shell:
         "python {input.script:q} {params.recording:q} --name {wildcards.recording:q}"
         " --settings {params.settings:q} --signal {output.signal:q} --matrix {output.matrix:q}"

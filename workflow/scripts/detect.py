@@ -2,15 +2,12 @@
 
 import argparse
 import json
-from functools import partial
 from pathlib import Path
 
-from capsule.detectors.training import TrainingArchive
 from capsule.evaluation.predictions import Detectors, of_unlabelled
 from capsule.naming import size_mm
 from edges import files, fits
-from edges.detector_inputs import read_matrix, read_passages, read_template_set
-from edges.scorer_files import read_features
+from edges.detector_inputs import read_template_set, read_training_archive
 
 
 def main() -> None:
@@ -26,8 +23,7 @@ def main() -> None:
     parser.add_argument("--output", type=Path, required=True, help="output: detections.csv")
     parser.add_argument("--learned", type=Path, required=True, help="output: detectors.json")
     arguments = parser.parse_args()
-    index = files.read_csv(arguments.recordings)
-    rows = {row["recording"]: row for row in index if row["status"] == "accepted"}
+    rows = {row["recording"]: row for row in files.accepted_recordings(arguments.recordings)}
     names = list(rows)
     sizes_mm = {name: size_mm(name) for name in names if size_mm(name) is not None}
     settings = arguments.settings
@@ -37,10 +33,7 @@ def main() -> None:
     # Only what is nearly the same as one to be judged is left out.
     particles = fits.read_particles(arguments.recordings, arguments.fits) if alike else {}
     templates = read_template_set(arguments.templates, settings["fit"]["first_peak"], particles)
-    passages = read_passages(arguments.passages, names)
-    load = partial(read_matrix, arguments.matrices)
-    features = read_features(arguments.features, names) if arguments.features else {}
-    archive = TrainingArchive(sizes_mm, templates, particles, passages, load, settings, features)
+    archive = read_training_archive(arguments, rows, sizes_mm, templates, particles)
     detectors = Detectors(archive)
     verdicts = of_unlabelled(detectors, unlabelled, alike)
     files.write_csv(arguments.output, ["recording", "detector", *detectors.columns], verdicts)

@@ -2,18 +2,15 @@
 
 import argparse
 import json
-from functools import partial
 from pathlib import Path
 
-from capsule.detectors.training import TrainingArchive
 from capsule.evaluation import learning, rates
 from capsule.evaluation.folds import group_folds, scheme_folds
 from capsule.evaluation.predictions import Detectors, by_folds
 from capsule.naming import size_mm
 from capsule.templates import build_templates
 from edges import files, fits
-from edges.detector_inputs import read_matrix, read_passages
-from edges.scorer_files import read_features
+from edges.detector_inputs import read_training_archive
 
 
 def main() -> None:
@@ -30,22 +27,19 @@ def main() -> None:
     arguments = parser.parse_args()
     settings, folder = arguments.settings, arguments.output
     rules = settings["evaluation"]
-    rows = [row for row in files.read_csv(arguments.recordings) if row["status"] == "accepted"]
+    rows = files.accepted_recordings(arguments.recordings)
     index = {row["recording"]: row for row in rows if row["size_mm"]}
     sizes_mm = {name: size_mm(name) for name in index}
     particles = fits.read_particles(arguments.recordings, arguments.fits)
     templates = build_templates(fits.by_size(particles), **arguments.template_settings)
-    passages = read_passages(arguments.passages, index)
-    load = partial(read_matrix, arguments.matrices)
-    features = read_features(arguments.features, index) if arguments.features else {}
-    archive = TrainingArchive(sizes_mm, templates, particles, passages, load, settings, features)
+    archive = read_training_archive(arguments, index, sizes_mm, templates, particles)
     detectors = Detectors(archive)
     made = by_folds(detectors, sizes_mm, scheme_folds(rules["schemes"], index))
     folds_by_group = {key: group_folds(key, index) for key in rules["groups"]}
     grouped = by_folds(detectors, sizes_mm, [folds for folds in folds_by_group.values() if folds])
     columns = ["recording", "size_mm", "detector", "scheme", *detectors.columns]
-    files.write_csv(folder / "predictions.csv", columns, made)
-    files.write_csv(folder / "group_predictions.csv", columns, grouped)
+    for name, verdicts in (("predictions", made), ("group_predictions", grouped)):
+        files.write_csv(folder / f"{name}.csv", columns, verdicts)
     learned = learning.learning_rows(detectors.learners(), archive, made)
     files.write_csv(folder / "learning.csv", learning.COLUMNS, learned)
     for key in [key for key, folds in folds_by_group.items() if folds is None]:

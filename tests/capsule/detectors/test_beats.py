@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from capsule.detectors.beats import find_beats, quantile
-from capsule.detectors.sensed_wave import fill_missing, wave_period, wave_phase
 from capsule.seeding import generator
+from capsule.sensed_wave import fill_missing, wave_period, wave_phase
 
 WAVE = {"period": 32.0, "wavelength_mm": 80.0}
 

@@ -1,5 +1,7 @@
 """What the configured detectors say of an archive, row by row."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -25,7 +27,7 @@ def passage(evidence):
 
 
 @pytest.fixture(scope="module")
-def detectors():
+def archive():
     numbers = generator(1, "predictions")
     particles, matrices = {}, {}
     for name, size in SIZES_MM.items():
@@ -38,9 +40,11 @@ def detectors():
     by_size = {2.0: list(particles.values())}
     templates = build_templates(by_size, sensors=2, first_peak=50, length=300)
     passages = {name: passage(float(place)) for place, name in enumerate(SIZES_MM)}
-    archive = TrainingArchive(
-        SIZES_MM, templates, particles, passages, matrices.__getitem__, SETTINGS
-    )
+    return TrainingArchive(SIZES_MM, templates, particles, passages, matrices.__getitem__, SETTINGS)
+
+
+@pytest.fixture(scope="module")
+def detectors(archive):
     return Detectors(archive)
 
 
@@ -97,3 +101,15 @@ def test_each_fold_is_judged_by_the_others_and_listed_by_detector_recording_and_
 
 def test_a_learning_curve_is_drawn_of_what_learns_a_threshold_without_templates(detectors):
     assert list(detectors.learners()) == ["diagonal"]
+
+
+def test_what_cannot_be_judged_says_why_and_teaches_nothing(archive, detectors):
+    reasons = {"0mm/c": "no wave on sensor_1"}
+    without = Detectors(replace(archive, no_verdict=reasons, _made={}))
+    for row in without.rows(["0mm/c"], []):
+        assert row["no_verdict"] == "no wave on sensor_1"
+        assert np.isnan([row["predicted_mm"], row["score"], row["threshold"]]).all()
+        assert (row["rmse_0mm"], row["rmse_2mm"]) == (None, None)
+    judged = zip(without.rows(["0mm/a"], []), detectors.rows(["0mm/a"], ["0mm/c"]), strict=True)
+    for taught_without, left_out in judged:
+        assert taught_without["threshold"] == left_out["threshold"]

@@ -21,7 +21,7 @@ from acquisition.options import PROJECT
 from acquisition.protocol import Identity
 from acquisition.session import Session
 from acquisition.terminal import Progress, Terminal
-from capsule.acceptance import accept
+from capsule.checking import readings_of
 from capsule.configuration import check_configuration
 from capsule.errors import RecordingError
 from capsule.naming import UNLABELLED
@@ -71,8 +71,13 @@ def record(options: argparse.Namespace) -> None:
             print(warning, file=sys.stderr)
     if drive:
         session.progress.wave = drive.summary()
-    values = _tell_outcome(session, terminal, part.final, log.path, settings)
-    if judge_all and values is not None:
+    checked = _tell_outcome(session, terminal, part.final, log.path, settings)
+    if checked is None:
+        return
+    values, no_verdict = checked
+    if no_verdict:
+        terminal.note(f"warning: no detector will judge it: {no_verdict}")
+    elif judge_all:
         for line in judge_all(values):
             terminal.note(line)
 
@@ -119,7 +124,7 @@ def _judges(
         return None, None
     from acquisition.verdict import FinalVerdict, RunningVerdict  # only where they are used
 
-    running = RunningVerdict(options.templates, settings["preprocessing"])
+    running = RunningVerdict(options.templates, settings)
     learned = options.templates.with_name("detectors.json")
     return running.judge, FinalVerdict(options.templates, learned, settings).judge
 
@@ -231,8 +236,8 @@ def _run(session: Session, part: archive.PartFile, terminal: Terminal, log: Fram
 
 def _tell_outcome(
     session: Session, terminal: Terminal, final: Path, log: Path, settings: dict
-) -> np.ndarray | None:
-    """Say how it ended; gives the readings that the workflow will see, None if it refuses them."""
+) -> tuple[np.ndarray, str] | None:
+    """Say how it ended; gives what `readings_of` gives, None if the workflow will refuse it."""
     progress = session.progress
     terminal.note(f"ended: {session.ended}")
     if progress.damaged:
@@ -245,11 +250,9 @@ def _tell_outcome(
         return None
 
 
-def _accepted(recording: Path, settings: dict) -> np.ndarray:
+def _accepted(recording: Path, settings: dict) -> tuple[np.ndarray, str]:
     """Ask the workflow's own check what it will say, while the run can still be made again."""
-    rules = dict(settings["recording"])
-    sensors, max_megabytes = rules.pop("sensors"), rules.pop("max_megabytes")
-    shape = settings["preprocessing"]
+    rules = settings["recording"]
     with recording.open("rb") as stream:
-        read = read_recording(stream, sensors, int(max_megabytes * 1e6))
-    return accept(read, **rules, window=shape["window"], length=shape["length"])
+        read = read_recording(stream, rules["sensors"], int(rules["max_megabytes"] * 1e6))
+    return readings_of(read, settings)

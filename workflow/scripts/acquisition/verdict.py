@@ -9,8 +9,9 @@ from acquisition.bench_errors import AcquisitionError
 from capsule import words
 from capsule.detectors.matching import nearest_size, template_distances
 from capsule.detectors.training import NewRecording, detector_class
-from capsule.detectors.verdicts import Verdict
+from capsule.detectors.verdicts import Verdict, why_unknown
 from capsule.preprocessing import preprocess
+from capsule.wave_check import missing_wave
 from edges.detector_inputs import read_template_set, read_templates
 from edges.files import read_json
 from edges.scorer_files import read_scorer
@@ -32,8 +33,8 @@ class RunningVerdict:
     ----------
     templates : Path
         ``results/templates.npz``, as the workflow makes it.
-    shape : mapping
-        The section ``preprocessing`` of the configuration.
+    settings : mapping
+        The configuration.
 
     Raises
     ------
@@ -41,10 +42,10 @@ class RunningVerdict:
         There are no templates yet.
     """
 
-    def __init__(self, templates: Path, shape: Mapping[str, float]) -> None:
+    def __init__(self, templates: Path, settings: Mapping) -> None:
         stored = read_templates(existing(templates))
         self._templates, self._sizes_mm = list(stored.values()), list(stored)
-        self._shape = shape
+        self._settings = settings
 
     def judge(self, samples: Sequence[Sequence[int] | None], sensors: int) -> str:
         """Say what the detector makes of the samples so far.
@@ -61,7 +62,8 @@ class RunningVerdict:
         str
             The verdict, or why there is none yet.
         """
-        window, length = int(self._shape["window"]), int(self._shape["length"])
+        shape, rules = self._settings["preprocessing"], self._settings["recording"]
+        window, length = int(shape["window"]), int(shape["length"])
         if len(samples) < window:
             return f"verdict after {window} samples"
         if len(samples) > length:
@@ -73,7 +75,12 @@ class RunningVerdict:
         constant = np.nanmax(values, axis=1) == np.nanmin(values, axis=1)
         if constant.any():
             return f"no verdict: sensor {int(constant.argmax()) + 1} is constant"
-        distances = template_distances(preprocess(values, **self._shape), self._templates)
+        no_wave = missing_wave(
+            values, rules["rate_hz"], self._settings["diagonal"], rules["wave_false_rate"]
+        )
+        if no_wave:
+            return f"no verdict: {no_wave}"
+        distances = template_distances(preprocess(values, **shape), self._templates)
         size_mm = nearest_size(distances, self._sizes_mm)
         if np.isnan(size_mm):
             return "no verdict: a gap is longer than the window"
@@ -122,7 +129,7 @@ class FinalVerdict:
         Parameters
         ----------
         values : (S, K) array
-            Its readings on an even grid in time, as `capsule.acceptance.accept` gives them.
+            Its readings, as `capsule.checking.readings_of` gives them; each sensor shows a wave.
 
         Returns
         -------
@@ -135,9 +142,7 @@ class FinalVerdict:
     def _line(self, detector: str, verdict: Verdict) -> str:
         recording = self._settings["recording"]
         if np.isnan(verdict.predicted_mm):
-            # Its own score is known where only the recordings that teach a threshold are missing.
-            why = "no wave on every sensor" if np.isnan(verdict.score) else "nothing to learn from"
-            return f"verdict of {detector}: not known, {why}"
+            return f"verdict of {detector}: not known, {why_unknown(verdict)}"
         parts = ["no nodule"]
         if verdict.predicted_mm > 0:
             where = words.place(

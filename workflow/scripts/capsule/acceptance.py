@@ -1,16 +1,15 @@
 """What makes a recording usable, and where its missing samples are."""
 
-import re
 from collections.abc import Mapping
 
 import numpy as np
 
+from capsule.converter import adc_ends
 from capsule.errors import RecordingError
 from capsule.recording import Recording
+from capsule.sensed_wave import fill_missing, window_mean
 from capsule.time_axis import columns_by_time
 
-# Where no header says how many bits the ADC has: those of usual ones.
-_USUAL_BITS = (8, 10, 12, 14, 16)
 # Less variation than this, relative to the reading, is below any ADC's resolution: rounding.
 _SMALLEST_VARIATION = 1e-9
 
@@ -23,6 +22,8 @@ def accept(
     max_gap_s: float,
     max_missing_fraction: float,
     max_rail_fraction: float,
+    max_constant_fraction: float,
+    max_sensor_correlation: float,
     window: int,
     length: int,
 ) -> np.ndarray:
@@ -42,6 +43,11 @@ def accept(
         Largest fraction of samples that may be missing.
     max_rail_fraction : float
         Largest fraction of samples that a sensor may spend at one end of the ADC's range.
+    max_constant_fraction : float
+        Largest fraction of samples in which a sensor may read the same.
+    max_sensor_correlation : float
+        Largest correlation of two sensors' readings, each taken against its mean over a window
+        around it.
     window : int
         Window W of the envelope in samples; a shorter recording is refused.
     length : int
@@ -75,7 +81,8 @@ def accept(
     values[:, columns] = recording.values
     _check_gaps(values, recording.time_s, rate_hz, max_gap_s)
     _check_missing(values, max_missing_fraction)
-    _check_sensors(values, recording.header, max_rail_fraction)
+    _check_sensors(values, recording.header, max_rail_fraction, max_constant_fraction)
+    _check_alike(values, window, max_sensor_correlation)
     return values
 
 
@@ -106,8 +113,13 @@ def _check_missing(values: np.ndarray, max_missing_fraction: float) -> None:
         )
 
 
-def _check_sensors(values: np.ndarray, header: Mapping[str, str], max_rail_fraction: float) -> None:
-    counts, ends = _adc_ends(header, values)
+def _check_sensors(
+    values: np.ndarray,
+    header: Mapping[str, str],
+    max_rail_fraction: float,
+    max_constant_fraction: float,
+) -> None:
+    counts, ends = adc_ends(header, values)
     for sensor, readings in enumerate(values, start=1):
         known = readings[~np.isnan(readings)]
         low, high = known.min(), known.max()
@@ -129,37 +141,31 @@ def _check_sensors(values: np.ndarray, header: Mapping[str, str], max_rail_fract
                     f"sensor_{sensor} is at {below:g}{unit}, the end of the ADC's range, in "
                     f"{100 * fraction:.0f} % of the samples (recording.max_rail_fraction)"
                 )
+        levels, times = np.unique(known, return_counts=True)
+        constant = times.max() / known.size
+        if constant > max_constant_fraction:
+            raise RecordingError(
+                f"sensor_{sensor} reads {levels[times.argmax()]:g} in {100 * constant:.0f} % of "
+                "the samples: is it stuck, or loose? (recording.max_constant_fraction)"
+            )
 
 
-def _adc_ends(
-    header: Mapping[str, str], values: np.ndarray
-) -> tuple[bool, list[tuple[float, float]]]:
-    """Tell whether readings are counts, and which bands of them are an end of the ADC's range.
-
-    The highest band stands last.
-    """
-    bits, vref_v = _header_number(header, "adc_bits"), _header_number(header, "vref_v")
-    if bits is not None and not (bits.is_integer() and 1 <= bits <= 32):
+def _check_alike(values: np.ndarray, window: int, max_sensor_correlation: float) -> None:
+    """Refuse two channels that show one sensor; a wave reaches sensors one after the other."""
+    if max_sensor_correlation >= 1:
+        return
+    filled = fill_missing(values)
+    level = window_mean(filled, window)
+    before = (window - 1) // 2
+    # Drift that all sensors share, such as that of the supply, makes nobody alike.
+    moving = filled[:, before : before + level.shape[1]] - level
+    length = np.sqrt((moving**2).sum(axis=1))
+    moving /= np.where(length > 0, length, 1.0)[:, np.newaxis]
+    alike = np.triu(moving @ moving.T, 1)
+    first, second = np.unravel_index(alike.argmax(), alike.shape)
+    if alike[first, second] > max_sensor_correlation:
         raise RecordingError(
-            f"the header says adc_bits: {header['adc_bits']!r}; allowed is a whole number, 1 to 32"
+            f"sensor_{first + 1} and sensor_{second + 1} read alike (correlation "
+            f"{alike[first, second]:.3f}): are the channels shorted? "
+            "(recording.max_sensor_correlation)"
         )
-    whole = bool(np.all((values % 1.0 == 0) | np.isnan(values)))
-    # Averaged counts are no whole numbers; volts never exceed the reference.
-    counts = whole or (bool(np.nanmax(values) > 2 * vref_v) if vref_v else bits is not None)
-    if counts:
-        # A reading of 2^n - 1 for most of a run is no coincidence, even where no header tells n.
-        tops = [float(2 ** int(n) - 1) for n in ([bits] if bits else _USUAL_BITS)]
-        return True, [(0.0, 0.0), *((top, top) for top in tops)]
-    step = (vref_v or 0.0) / 2 ** (bits or 10)
-    # Converted by 2^n or by 2^n - 1, the highest count is within one step of the reference.
-    top = [(vref_v - 1.5 * step, vref_v + step)] if vref_v else []
-    return False, [(0.0, step / 2), *top]
-
-
-def _header_number(header: Mapping[str, str], key: str) -> float | None:
-    text = header.get(key, "")
-    if not text:
-        return None
-    if not re.fullmatch(r"[0-9]{1,6}(\.[0-9]{1,6})?", text):
-        raise RecordingError(f"the header says {key}: {text[:60]!r}, which is no number")
-    return float(text)

@@ -7,10 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from capsule.acceptance import accept
+from capsule.converter import on_full_scale
 from capsule.errors import RecordingError
 from capsule.naming import size_mm
 from capsule.preprocessing import preprocess
-from capsule.recording import read_recording, too_large
+from capsule.recording import Recording, read_recording, too_large
+from capsule.wave_check import missing_wave
 
 
 def check_recording(
@@ -27,23 +29,22 @@ def check_recording(
     max_bytes : int
         The largest file allowed.
     settings : mapping
-        Sections ``recording`` and ``preprocessing`` of the configuration.
+        Sections ``recording`` and ``preprocessing`` of the configuration, and of the section
+        ``diagonal`` what `capsule.configuration.BENCH` names.
 
     Returns
     -------
     check : dict
         The outcome, as results/checks/ keeps it.
     values : (S, K) array
-        The readings; of a rejected recording (S, L) of NaN.
+        The readings, on the configured full scale; of a rejected recording (S, L) of NaN.
     matrix : (S, L) array
         V; NaN for a rejected recording.
     """
-    rules, shape = dict(settings["recording"]), settings["preprocessing"]
-    del rules["max_megabytes"]
-    sensors = rules.pop("sensors")
+    shape, sensors = settings["preprocessing"], settings["recording"]["sensors"]
     check = {"recording": name, "size_mm": size_mm(name), "header": {}}
     check |= {"samples": None, "duration_s": None, "status": "rejected", "reason": ""}
-    check |= {"sha256": None, "readings_sha256": None}
+    check |= {"sha256": None, "readings_sha256": None, "no_verdict": ""}
     values = matrix = np.full((sensors, shape["length"]), np.nan)
     try:
         if content is None:
@@ -53,10 +54,47 @@ def check_recording(
         check["header"] = dict(recording.header)
         check["samples"] = recording.time_s.size
         check["duration_s"] = float(recording.time_s[-1] - recording.time_s[0])
-        values = accept(recording, **rules, window=shape["window"], length=shape["length"])
+        values, check["no_verdict"] = readings_of(recording, settings)
         check["readings_sha256"] = hashlib.sha256(values.tobytes()).hexdigest()
         matrix = preprocess(values, **shape)
         check["status"] = "accepted"
     except RecordingError as reason:
         check["reason"] = str(reason)
     return check, values, matrix
+
+
+def readings_of(recording: Recording, settings: Mapping) -> tuple[np.ndarray, str]:
+    """Check a recording that was read, as the workflow does.
+
+    Parameters
+    ----------
+    recording : Recording
+        As read.
+    settings : mapping
+        As in `check_recording`.
+
+    Returns
+    -------
+    values : (S, K) array
+        The readings on an even grid in time and on the configured full scale.
+    no_verdict : str
+        Why no detector can judge it; empty where each sensor shows a wave.
+
+    Raises
+    ------
+    RecordingError
+        The recording cannot be used.
+    """
+    rules, shape, bench = (
+        dict(settings["recording"]),
+        settings["preprocessing"],
+        settings["diagonal"],
+    )
+    for key in ("sensors", "max_megabytes"):
+        del rules[key]
+    false_rate = rules.pop("wave_false_rate")
+    accepted = accept(recording, **rules, window=shape["window"], length=shape["length"])
+    values = on_full_scale(
+        accepted, recording.header, bench["full_scale"], bench["pressing_lowers_reading"]
+    )
+    return values, missing_wave(values, rules["rate_hz"], bench, false_rate)

@@ -17,7 +17,8 @@ _LIMITS = {
     "exclusiveMaximum": "less than",
 }
 
-
+# What of the section ``diagonal`` tells of the bench, whoever judges its recordings.
+BENCH = ("wave_speed_mm_s", "wavelength_mm", "full_scale", "pressing_lowers_reading", "pitch_mm")
 # Two harmonics of a wave whose period may be half the configured one.
 _LEAST_SAMPLES_A_WAVE = 10
 

@@ -15,7 +15,8 @@ from capsule.recording import source_of
 
 # Lines of the headers that have a column of their own.
 FROM_HEADER = ["site", "session", "nodule_at_mm"]
-COLUMNS = ["recording", "size_mm", "samples", "duration_s", "status", "reason", "sha256", "source"]
+COLUMNS = ["recording", "size_mm", "samples", "duration_s", "status", "reason", "no_verdict"]
+COLUMNS += ["sha256", "source"]
 COLUMNS += FROM_HEADER
 
 

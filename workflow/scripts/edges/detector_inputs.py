@@ -1,17 +1,21 @@
-"""Read what the detectors judge recordings by: matrices, passages and templates."""
+"""Read what the detectors judge recordings by: matrices, passages, features and templates."""
 
+import argparse
 from collections.abc import Iterable, Mapping
 from dataclasses import fields
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from capsule.detectors.passage import Passage
+from capsule.detectors.training import TrainingArchive
 from capsule.naming import folder_of, folder_size_mm
 from capsule.particles import Particle
 from capsule.templates import TemplateSet, total
 from edges import files
 from edges.fits import by_size
+from edges.scorer_files import read_features
 
 
 def read_matrix(folder: Path, recording: str) -> np.ndarray:
@@ -58,3 +62,31 @@ def read_passages(folder: Path, recordings: Iterable[str]) -> dict[str, Passage]
         for row in files.read_csv(folder / f"{label}.csv")
         if row["recording"] in wanted
     }
+
+
+def read_training_archive(
+    arguments: argparse.Namespace,
+    rows: Mapping[str, Mapping[str, str]],
+    sizes_mm: Mapping[str, float],
+    templates: TemplateSet,
+    particles: Mapping[str, Particle],
+) -> TrainingArchive:
+    """Read what teaches the detectors.
+
+    Parameters
+    ----------
+    arguments : argparse.Namespace
+        Of a script: ``matrices``, ``passages`` and ``features`` are folders, the last None where no
+        detector needs it; ``settings`` are sections of the configuration.
+    rows : mapping of str to mapping
+        The rows of recordings.csv of all recordings that are judged, or teach.
+    sizes_mm, templates, particles
+        As `TrainingArchive` takes them.
+    """
+    passages = read_passages(arguments.passages, rows)
+    features = read_features(arguments.features, rows) if arguments.features else {}
+    load = partial(read_matrix, arguments.matrices)
+    no_verdict = {name: row["no_verdict"] for name, row in rows.items()}
+    return TrainingArchive(
+        sizes_mm, templates, particles, passages, load, arguments.settings, features, no_verdict
+    )

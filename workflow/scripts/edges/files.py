@@ -191,9 +191,9 @@ def read_csv(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(stream))
 
 
-def accepted_recordings(index: Path) -> list[str]:
-    """Give the names of the accepted recordings, from results/recordings.csv."""
-    return [row["recording"] for row in read_csv(index) if row["status"] == "accepted"]
+def accepted_recordings(index: Path) -> list[dict[str, str]]:
+    """Return the rows of the accepted recordings, from results/recordings.csv."""
+    return [row for row in read_csv(index) if row["status"] == "accepted"]
 
 
 def run(main: Callable[[], None]) -> None:

@@ -1,5 +1,6 @@
-"""Read the fits that belong to the accepted recordings, and no others."""
+"""Read the fits that belong to the recordings that can be judged, and no others."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -11,12 +12,12 @@ from edges import files
 
 
 def read_particles(recordings: Path, folder: Path) -> dict[str, Particle]:
-    """Read the optimal particle of every accepted recording of a nodule.
+    """Read the optimal particle of every recording of a nodule that is accepted and shows a wave.
 
     Parameters
     ----------
     recordings : Path
-        results/recordings.csv; a fit on disk whose recording is not accepted there is not read.
+        results/recordings.csv; a fit on disk whose recording does not count there is not read.
     folder : Path
         results/fits.
 
@@ -31,17 +32,18 @@ def read_particles(recordings: Path, folder: Path) -> dict[str, Particle]:
         There is none, so there is nothing to make a template from.
     """
     particles = {}
-    for name in files.accepted_recordings(recordings):
-        if size_mm(name):
+    for row in files.accepted_recordings(recordings):
+        name = row["recording"]
+        if size_mm(name) and not row["no_verdict"]:
             parameters = files.read_json(folder / f"{name}.json")["parameters"]
             arrays = {key: np.array(value) for key, value in parameters.items()}
             particles[name] = Particle(**arrays)
     if not particles:
-        rejected = [row for row in files.read_csv(recordings) if row["status"] != "accepted"]
+        rows = [(row["recording"], _why_not(row)) for row in files.read_csv(recordings)]
         raise CapsuleError(
             "no recording of a nodule can be used, so there is no template to compare with; put "
             "some into raw/, in folders such as 3mm/"
-            + "".join(f"\n  rejected: raw/{row['recording']}: {row['reason']}" for row in rejected)
+            + "".join(f"\n  {why[0]}: raw/{name}: {why[1]}" for name, why in rows if why)
         )
     return particles
 
@@ -52,3 +54,9 @@ def by_size(particles: dict[str, Particle]) -> dict[float, list[Particle]]:
     for name, particle in particles.items():
         groups.setdefault(size_mm(name), []).append(particle)
     return groups
+
+
+def _why_not(row: Mapping[str, str]) -> tuple[str, str] | None:
+    if row["status"] != "accepted":
+        return "rejected", row["reason"]
+    return ("not judged", row["no_verdict"]) if row["no_verdict"] else None

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.detectors.beat_series import SERIES, beat_series
-from capsule.detectors.divider import relative_resistance
+from capsule.divider import relative_resistance
 from capsule.phantom.parameters import Phantom
 from scorer_teaching.bench_family import draw_bench
 from scorer_teaching.bench_recordings import simulate_bench

@@ -7,7 +7,7 @@ early or late in the wave turns the beat.
 import numpy as np
 
 from capsule.detectors.beats import median
-from capsule.detectors.sensed_wave import find_wave
+from capsule.sensed_wave import find_wave
 
 # Level, first harmonic in phase and across, second harmonic in phase and across.
 SERIES = ("level", "depth", "swing", "shape", "lean")
@@ -22,7 +22,7 @@ def beat_series(values: np.ndarray, *, period: float) -> np.ndarray | None:
     Parameters
     ----------
     values, period
-        As `capsule.detectors.sensed_wave.find_wave` takes them.
+        As `capsule.sensed_wave.find_wave` takes them.
 
     Returns
     -------

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from capsule.detectors.sensed_wave import find_wave
+from capsule.sensed_wave import find_wave
 
 CHANNELS = ("level", "depth", "shape")
 # The windows of one wave change slowly.

@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from capsule.detectors.beats import CHANNELS, Beats, find_beats, quantile
-from capsule.detectors.divider import relative_resistance
+from capsule.divider import relative_resistance
 
 # Keys of section ``diagonal`` that the detector learns with, and does not search with.
 _OF_LEARNING = ("size_ridge",)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.detectors.beat_series import beat_series
-from capsule.detectors.divider import relative_resistance
+from capsule.divider import relative_resistance
 from capsule.seeding import generator
 
 SENSORS = 4

@@ -46,7 +46,8 @@ class TrainingArchive:
     Attributes
     ----------
     sizes_mm : mapping of str to float
-        The accepted labelled recordings and their sizes, 0 for no nodule: these teach.
+        The accepted labelled recordings and their sizes, 0 for no nodule: these teach. Those that
+        cannot be judged are taken out.
     templates : TemplateSet
         The templates of all sizes.
     particles : mapping of str to Particle
@@ -59,6 +60,8 @@ class TrainingArchive:
         The section ``evaluation`` of the configuration, and those of the detectors.
     features : mapping of str to Features
         Of each recording, where a detector judges by them.
+    no_verdict : mapping of str to str
+        Why no detector judges a recording; empty, or none at all, for one that is judged.
     """
 
     sizes_mm: Mapping[str, float]
@@ -68,7 +71,12 @@ class TrainingArchive:
     load: Callable[[str], np.ndarray]
     settings: Mapping
     features: Mapping[str, Features] = field(default_factory=dict)
+    no_verdict: Mapping[str, str] = field(default_factory=dict)
     _made: dict[Callable, Any] = field(default_factory=dict, repr=False)
+
+    def __post_init__(self) -> None:
+        judged = {n: size for n, size in self.sizes_mm.items() if not self.no_verdict.get(n)}
+        object.__setattr__(self, "sizes_mm", judged)
 
     def shared(self, make: Callable[["TrainingArchive"], Shared]) -> Shared:
         """Make something of this archive once, for all detectors that use it."""

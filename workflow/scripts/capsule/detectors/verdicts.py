@@ -47,6 +47,21 @@ class Verdict:
     distances: tuple[float, ...] | None = None
 
 
+NO_VERDICT = Verdict(_UNKNOWN, _UNKNOWN, _UNKNOWN)
+
+
+def why_unknown(verdict: Verdict) -> str:
+    """Say why a detector says neither yes nor no; empty where it does."""
+    if not np.isnan(verdict.predicted_mm):
+        return ""
+    # Its own score is known where only the recordings that teach a threshold are missing.
+    return (
+        "no score: a wave, a sensor or labelled recordings are missing"
+        if np.isnan(verdict.score)
+        else "nothing to learn from"
+    )
+
+
 def template_verdict(
     predicted_mm: float, comparison: Comparison, location_samples: float
 ) -> Verdict:

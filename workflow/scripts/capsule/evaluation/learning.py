@@ -237,7 +237,7 @@ def _left_out_alone(
     """Tell of each detector which recordings it judges rightly by all the others."""
     alone: dict[str, dict[str, float]] = {}
     for row in predictions:
-        if row["scheme"] == LEAVE_ONE_OUT:
+        if row["scheme"] == LEAVE_ONE_OUT and row["recording"] in sizes_mm:
             name = row["recording"]
             right = is_right(sizes_mm[name], row["predicted_mm"])
             alone.setdefault(row["detector"], {})[name] = right

@@ -5,7 +5,7 @@ from itertools import groupby, product
 
 from capsule.detectors.registry import detector_row
 from capsule.detectors.training import Detector, TrainingArchive, detector_class
-from capsule.detectors.verdicts import Verdict
+from capsule.detectors.verdicts import NO_VERDICT, Verdict, why_unknown
 from capsule.evaluation.folds import Folds
 from capsule.naming import size_label
 
@@ -18,6 +18,7 @@ _COLUMNS = (
     "estimate_high_mm",
     "location_s",
     "location_mm",
+    "no_verdict",
 )
 
 
@@ -35,7 +36,8 @@ class Detectors:
         The detectors, in the order of the configuration.
     columns : list of str
         Of a row, beside those that say which recording and which detector: the verdict, the
-        distance to each template (None for a detector that does not judge by them), and the rest.
+        distance to each template (None for a detector that does not judge by them), and the rest;
+        ``no_verdict`` says why there is none.
 
     Raises
     ------
@@ -54,9 +56,11 @@ class Detectors:
         """Give each detector's verdict on some recordings; those left out have taught nothing."""
         models = {name: each.without(left_out) for name, each in self._detectors.items()}
         for name in names:
-            recording = self._archive.recording(name)
+            recording, reason = self._archive.recording(name), self._archive.no_verdict.get(name)
             for detector, model in models.items():
-                yield self._row(name, detector, model.verdict(recording))
+                verdict = NO_VERDICT if reason else model.verdict(recording)
+                row = self._row(name, detector, verdict)
+                yield row | {"no_verdict": reason or why_unknown(verdict)}
 
     def learners(self) -> dict[str, Detector]:
         """Give those that learn a threshold and take moments to learn it anew, by name."""

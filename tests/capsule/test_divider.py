@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from capsule.detectors.divider import relative_resistance
+from capsule.divider import relative_resistance
 
 
 def test_the_reading_of_a_divider_gives_the_resistance_back():

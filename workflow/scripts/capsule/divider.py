@@ -28,10 +28,12 @@ def relative_resistance(
     Returns
     -------
     (S, K) array
-        ``R / R_series``. Readings of which some lie outside 0 to `full_scale` are of no such
-        divider; they are given back as they are, turned so that pressing lowers them.
+        ``R / R_series``. Readings of which some lie outside 0 to `full_scale`, or all near 0 (volts
+        or kilo-ohms where counts are configured), are of no such divider; they are given back as
+        they are, turned so that pressing lowers them.
     """
-    if np.fmin.reduce(readings, axis=None) < 0 or np.fmax.reduce(readings, axis=None) > full_scale:
+    lowest, highest = np.fmin.reduce(readings, axis=None), np.fmax.reduce(readings, axis=None)
+    if lowest < 0 or not _ENDS * full_scale < highest <= full_scale:
         return readings if pressing_lowers else -readings
     share = np.clip(readings / full_scale, _ENDS, 1 - _ENDS)
     return share / (1 - share) if pressing_lowers else (1 - share) / share

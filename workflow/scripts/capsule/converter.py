@@ -1,0 +1,93 @@
+"""What the readings of a recording are: counts of a converter, volts, or resistances."""
+
+import re
+from collections.abc import Mapping
+
+import numpy as np
+
+from capsule.errors import RecordingError
+
+# Where no header says how many bits the ADC has: those of usual ones.
+_USUAL_BITS = (8, 10, 12, 14, 16)
+# What the header line ``unit`` may say of resistances, in ohms.
+_OHMS = {"ohm": 1.0, "kohm": 1000.0}
+
+
+def on_full_scale(
+    values: np.ndarray, header: Mapping[str, str], full_scale: float, pressing_lowers: bool
+) -> np.ndarray:
+    """Bring readings to the scale that the configuration names, whatever unit they come in.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings; NaN where a sample is missing.
+    header : mapping of str to str
+        The recording's. Counts are told by ``adc_bits``, volts by ``vref_v``, resistances by
+        ``unit: ohm`` or ``unit: kohm``, with ``series_ohm`` beside it.
+    full_scale, pressing_lowers
+        As `capsule.divider.relative_resistance` takes them.
+
+    Returns
+    -------
+    (S, K) array
+        What the configured converter would read; the same values where no header tells more.
+
+    Raises
+    ------
+    RecordingError
+        The header names a unit that is not known, or resistances that are not positive.
+    """
+    unit = header.get("unit", "").lower()
+    if unit in _OHMS:
+        ohms = values * _OHMS[unit]
+        if np.nanmin(ohms) <= 0:
+            raise RecordingError(
+                f"the header says unit: {unit}, and a reading is {np.nanmin(values):g}"
+            )
+        # Without the resistor in series, its ratio to all of them is what remains unknown.
+        series = _header_number(header, "series_ohm") or float(np.nanmedian(ohms))
+        across = ohms if pressing_lowers else series
+        return full_scale * across / (ohms + series)
+    if unit not in ("", "counts", "v"):
+        raise RecordingError(
+            f"the header says unit: {unit[:60]!r}; known are counts, V, ohm and kohm"
+        )
+    bits, vref_v = _header_number(header, "adc_bits"), _header_number(header, "vref_v")
+    counts = unit == "counts" or (not unit and adc_ends(header, values)[0])
+    top = vref_v if not counts else 2.0**bits if bits else None
+    return values * (full_scale / top) if top and top != full_scale else values
+
+
+def adc_ends(
+    header: Mapping[str, str], values: np.ndarray
+) -> tuple[bool, list[tuple[float, float]]]:
+    """Tell whether readings are counts, and which bands of them are an end of the ADC's range.
+
+    The highest band stands last.
+    """
+    bits, vref_v = _header_number(header, "adc_bits"), _header_number(header, "vref_v")
+    if bits is not None and not (bits.is_integer() and 1 <= bits <= 32):
+        raise RecordingError(
+            f"the header says adc_bits: {header['adc_bits']!r}; allowed is a whole number, 1 to 32"
+        )
+    whole = bool(np.all((values % 1.0 == 0) | np.isnan(values)))
+    # Averaged counts are no whole numbers; volts never exceed the reference.
+    counts = whole or (bool(np.nanmax(values) > 2 * vref_v) if vref_v else bits is not None)
+    if counts:
+        # A reading of 2^n - 1 for most of a run is no coincidence, even where no header tells n.
+        tops = [float(2 ** int(n) - 1) for n in ([bits] if bits else _USUAL_BITS)]
+        return True, [(0.0, 0.0), *((top, top) for top in tops)]
+    step = (vref_v or 0.0) / 2 ** (bits or 10)
+    # Converted by 2^n or by 2^n - 1, the highest count is within one step of the reference.
+    top = [(vref_v - 1.5 * step, vref_v + step)] if vref_v else []
+    return False, [(0.0, step / 2), *top]
+
+
+def _header_number(header: Mapping[str, str], key: str) -> float | None:
+    text = header.get(key, "")
+    if not text:
+        return None
+    if not re.fullmatch(r"[0-9]{1,6}(\.[0-9]{1,6})?", text):
+        raise RecordingError(f"the header says {key}: {text[:60]!r}, which is no number")
+    return float(text)

@@ -1,0 +1,133 @@
+"""Does every sensor show the wave? A detector judges no recording in which one does not."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from capsule.divider import relative_resistance
+from capsule.sensed_wave import (
+    fill_missing,
+    level_line,
+    thinned,
+    wave_period,
+    wave_phase,
+    window_mean,
+)
+
+# The wave may look this much faster than it is, such as on a pulsating bench.
+_LEAST_TRAVEL = 0.25
+
+
+def missing_wave(values: np.ndarray, rate_hz: float, settings: Mapping, false_rate: float) -> str:
+    """Say why a recording cannot be judged: which sensor shows no wave.
+
+    Two things make noise, or interference, differ from a wave. The beats of a sensor keep step with
+    those of the other sensors: the test of Rayleigh, sensor by sensor, on the phase of each wave
+    against the others' (`phase_tests`). And the wave travels: it reaches one sensor after the
+    other, which interference common to all does not.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings on an even grid in time; NaN where a sample is missing. S >= 2.
+    rate_hz : float
+        Sampling rate.
+    settings : mapping
+        Section ``diagonal`` of the configuration, which tells of wave and sensors.
+    false_rate : float
+        How often a sensor without a wave may pass; at 1 everything passes.
+
+    Returns
+    -------
+    str
+        Empty where every sensor shows a wave that travels.
+    """
+    wavelength_mm, pitch_mm = settings["wavelength_mm"], settings["pitch_mm"]
+    period = rate_hz * wavelength_mm / settings["wave_speed_mm_s"]
+    resistance = relative_resistance(
+        values, settings["full_scale"], settings["pressing_lowers_reading"]
+    )
+    if false_rate >= 1:
+        return ""
+    if len(values) < 2:
+        return ""
+    tested = phase_tests(-resistance, period)
+    if tested is None:
+        return f"shorter than four waves of {period / rate_hz:g} s"
+    chances, travel = tested
+    # Each of the sensors has its chance to pass.
+    without = np.flatnonzero(~(chances <= false_rate / len(values))) + 1
+    if without.size:
+        names = " and ".join(f"sensor_{sensor}" for sensor in without)
+        return f"no wave on {names}"
+    expected = 2 * np.pi * pitch_mm / wavelength_mm * (len(values) - 1)
+    if pitch_mm < wavelength_mm / 2 and abs(travel) < _LEAST_TRAVEL * expected:
+        return "all sensors beat at the same moment: interference, not a wave that travels"
+    return ""
+
+
+def phase_tests(pressed: np.ndarray, period: float) -> tuple[np.ndarray, float] | None:
+    """Test each sensor's beats against those of the others.
+
+    Parameters
+    ----------
+    pressed : (S, K) array
+        How hard each sensor is pressed, in any unit and from any rest; NaN where a sample is
+        missing. S >= 2.
+    period : float
+        Configured time from wave to wave, in samples.
+
+    Returns
+    -------
+    chances : (S,) array
+        Probability that a sensor whose beats have nothing to do with the others' keeps step as
+        well as this one, by `rayleigh`.
+    travel : float
+        Phase by which the last sensor is behind the first, in radians, summed from sensor to
+        sensor.
+        None for a recording of fewer than four waves.
+    """
+    values, stride = thinned(fill_missing(pressed), period)
+    count = values.shape[1]
+    if count * stride < 4 * period:
+        return None
+    own_period = wave_period(values, period / stride)
+    window = round(own_period)
+    waves = count // window
+    if waves < 4:
+        return None
+    centred = values - values.mean(axis=1, keepdims=True)
+    steady = centred - level_line(window_mean(centred, window), window)
+    turns = steady * np.exp(-2j * np.pi / own_period * np.arange(count))
+
+    def beats(irregular: np.ndarray) -> np.ndarray:
+        """Direction of each wave's beat on each sensor (S, waves), against a common phase."""
+        against = (turns * np.exp(-1j * irregular))[:, : waves * window]
+        sums = against.reshape(len(values), waves, window).sum(axis=2)
+        return sums / np.maximum(np.abs(sums), 1e-300)
+
+    sensors = np.arange(len(values))
+    chances = [
+        rayleigh(beats(wave_phase(values[sensors != sensor], own_period)[0])[sensor])
+        for sensor in sensors
+    ]
+    directions = beats(wave_phase(values, own_period)[0])
+    steps = np.angle((directions[1:] * directions[:-1].conj()).sum(axis=1))
+    return np.array(chances), float(steps.sum())
+
+
+def rayleigh(directions: np.ndarray) -> float:
+    """Give the chance that so many random directions agree so well (the test of Rayleigh).
+
+    Parameters
+    ----------
+    directions : (n,) array of complex
+        Of length 1, or 0 where there is none.
+
+    Returns
+    -------
+    float
+        By the approximation of Greenwood and Durand (1955) as in Zar (2010), equation 27.4.
+    """
+    count, length = directions.size, min(abs(directions.sum()), directions.size)
+    return float(np.exp(np.sqrt(1 + 4 * count + 4 * (count**2 - length**2)) - (1 + 2 * count)))
