@@ -3,7 +3,14 @@
 import numpy as np
 
 from capsule.detectors.scorer import Features
-from edges.scorer_files import read_features, read_scorer, write_features
+from capsule.detectors.stretches import Stretches
+from edges.scorer_files import (
+    read_features,
+    read_scorer,
+    read_stretches,
+    write_features,
+    write_stretches,
+)
 from support.project import ROOT
 
 
@@ -32,3 +39,12 @@ def test_a_folder_without_a_usable_recording_has_no_features(tmp_path):
 def test_the_weights_that_ship_make_a_scorer():
     scorer = read_scorer(ROOT / "workflow" / "weights" / "scorer.npz")
     assert np.isfinite(scorer.features(np.zeros((4, 5, 40))).score)
+
+
+def test_stretches_come_back_as_they_were_and_only_those_wanted_and_known(tmp_path):
+    written = {f"3mm/r{n}": Stretches(float(n), 3.5, 2.0, np.arange(n) / 4) for n in (2, 5)}
+    write_stretches(tmp_path / "3mm.stretches.npz", {**written, "3mm/r7": None})
+    write_stretches(tmp_path / "0mm.stretches.npz", {})
+    read = read_stretches(tmp_path, ["0mm/r1", "3mm/r5", "3mm/r7"])
+    assert set(read) == {"3mm/r5"}
+    np.testing.assert_equal(vars(read["3mm/r5"]), vars(written["3mm/r5"]))

@@ -47,7 +47,9 @@ rule features:
         weights=os.path.relpath(SCRIPTS.parent / "weights" / "scorer.npz"),
         script=script("features.py"),
     output:
-        "results/features/{folder}.npz",
+        features="results/features/{folder}.npz",
+        # What the report shows of a score.
+        stretches="results/features/{folder}.stretches.npz",
     log:
         "results/logs/features/{folder}.log",
     wildcard_constraints:
@@ -66,7 +68,7 @@ rule features:
     shell:
         "python {input.script:q} --raw raw --folder {wildcards.folder:q} --signals results/signals"
         " --weights {input.weights:q} --rate-hz {params.rate_hz} --settings {params.settings:q}"
-        " --output {output:q}"
+        " --output {output.features:q} --stretches {output.stretches:q}"
         " --record {params.made_from:q} > {log:q} 2>&1"
 
 
@@ -75,7 +77,7 @@ rule detect:
         # Labelled ones too: they teach the thresholds.
         matrices=expand(rules.preprocess.output.matrix, recording=ARCHIVE.recordings),
         passages=expand(rules.passages.output, folder=FOLDERS),
-        features=expand(rules.features.output, folder=FOLDERS) if BY_FEATURES else [],
+        features=expand(rules.features.output.features, folder=FOLDERS) if BY_FEATURES else [],
         # What is nearly the same as an unlabelled recording is left out of its templates.
         fits=expand(rules.fit.output, recording=ARCHIVE.of_nodules()),
         recordings=rules.index.output.recordings,

@@ -1,8 +1,8 @@
 # What people look at: the figures, and one page with everything.
 #
 # takes: results/recordings.csv, results/passed_over.csv, results/signals/, results/checks/,
-#        results/fits/, results/templates.{json,npz}, results/evaluation/, results/detections.csv,
-#        results/sites.csv, workflow/report/
+#        results/fits/, results/features/<folder>.stretches.npz, results/templates.{json,npz},
+#        results/evaluation/, results/detections.csv, results/sites.csv, workflow/report/
 # gives: results/figures/<figure>{,_column}.svg, results/figures/<figure>.csv,
 #        results/report.html; on request (snakemake -c2 figures) the same figures for print,
 #        results/print/<figure>{,_column}.pdf
@@ -104,6 +104,7 @@ rule report:
         signals=expand(rules.preprocess.output.signal, recording=ARCHIVE.recordings),
         checks=expand(rules.preprocess.output.check, recording=ARCHIVE.recordings),
         fits=expand(rules.fit.output, recording=ARCHIVE.of_nodules()),
+        stretches=expand(rules.features.output.stretches, folder=FOLDERS) if BY_FEATURES else [],
         template=report_file("report.html.j2"),
         page=PAGE,
         schema=os.path.relpath(SCHEMA),

@@ -1,31 +1,34 @@
-"""Score every usable recording of a folder by the taught scorer."""
+"""Score every usable recording of a folder by the taught scorer, whole and by stretches."""
 
 import argparse
 from pathlib import Path
 
 import numpy as np
 
-from capsule.detectors.scorer import features_of
+from capsule.detectors.scorer import series_of
+from capsule.detectors.stretches import score_stretches
 from edges import files
 from edges.folder_signals import folder_arguments, usable_signals
-from edges.scorer_files import read_scorer, write_features
+from edges.scorer_files import read_scorer, write_features, write_stretches
 
 
 def main() -> None:
-    """Read the signals and the weights, write the features."""
+    """Read the signals and the weights, write the features and what each stretch adds."""
     parser = argparse.ArgumentParser(description=__doc__, parents=[folder_arguments()])
     parser.add_argument("--weights", type=Path, required=True, help="the scorer's weights, .npz")
     parser.add_argument("--output", type=Path, required=True, help="output: the features, .npz")
+    parser.add_argument("--stretches", type=Path, required=True, help="output: the stretches, .npz")
     arguments = parser.parse_args()
     raw, folder, signals = arguments.raw, arguments.folder, arguments.signals
-    scorer, features = read_scorer(arguments.weights), {}
+    scorer, features, stretches = read_scorer(arguments.weights), {}, {}
     for name, values in usable_signals(raw, folder, signals, "scored"):
-        features[name] = features_of(
-            values, arguments.rate_hz, arguments.settings["diagonal"], scorer
-        )
+        series = series_of(values, arguments.rate_hz, arguments.settings["diagonal"])
+        features[name] = scorer.features(series)
+        stretches[name] = score_stretches(scorer, series)
         if np.isnan(features[name].score):
             print(f"{name}: no peristaltic wave was found on each of four sensors")
     write_features(arguments.output, features)
+    write_stretches(arguments.stretches, stretches)
     print(f"{len(features)} recordings scored")
 
 

@@ -3,15 +3,16 @@
 import argparse
 import datetime
 import json
-from functools import partial
 from pathlib import Path
 
+from capsule.detectors.registry import detector_row
 from capsule.page.provenance import how_made
 from capsule.page.render import render_page
 from capsule.page.sections import page_values
 from edges import files, page_inputs
 from edges.config_files import read_schema
 from edges.durations import read_durations
+from edges.page_recordings import StoredRecordings
 from edges.results import read_printed
 
 
@@ -29,7 +30,8 @@ def main() -> None:
     template, confidence = arguments.template, settings["evaluation"]["confidence"]
     printed, schema = read_printed(template / "paper.yaml"), arguments.schema
     tables = page_inputs.read_tables(results, template, printed, confidence)
-    load = partial(page_inputs.read_stored, results)
+    by_features = any(detector_row(name).by_features for name in settings["detectors"])
+    load = StoredRecordings(results, settings, by_features=by_features)
     page = {
         **page_values(tables, load, settings, read_schema(schema), printed),
         "figures": page_inputs.read_figures(results / "figures"),

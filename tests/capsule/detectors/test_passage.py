@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from capsule.detectors.beats import Beats
-from capsule.detectors.passage import find_passage, standardised_beats
+from capsule.detectors.candidates import standardised_beats
+from capsule.detectors.passage import find_passage
 from capsule.seeding import generator
 
 SEARCH = {

@@ -1,9 +1,7 @@
 """The report in a real browser: opened from disk, with no network, by eye, hand and ear."""
 
-import csv
 import re
 import shutil
-import time
 from itertools import product
 
 import numpy as np
@@ -11,8 +9,9 @@ import pytest
 
 from capsule import words
 from capsule.recording import read_recording
-from support.browser import DESKTOP, PHONE, Browser, missing_browser
-from support.project import ROOT, Project
+from support.browser import DESKTOP, PHONE, missing_browser
+from support.project import ROOT
+from support.report_page import EVIL, RECORDINGS, SIZES, table, wait_for_title
 
 pytestmark = [
     pytest.mark.browser,
@@ -20,42 +19,6 @@ pytestmark = [
 ]
 
 PICTURES = ROOT / "build" / "report"
-SIZES = (0, 1, 2.5, 6)
-RECORDINGS = [f"{size}mm/r{run:02d}" for size in SIZES for run in (1, 2, 3)] + ["unlabelled/u1"]
-EVIL = "<script>document.title='broken'</script><img src=x onerror=\"document.title='broken'\">"
-
-
-@pytest.fixture(scope="module")
-def project(tmp_path_factory):
-    """Run the workflow on an archive that holds what a careless or malicious hand may leave."""
-    folder = tmp_path_factory.mktemp("report") / "project"
-    project = Project.create(folder, RECORDINGS, particles=200, iterations=200)
-    path = project.raw / "1mm" / "r03.csv"
-    content = path.read_text(encoding="utf-8")
-    path.write_text(re.sub(r"(?m)^# source: .*$", f"# source: bench {EVIL}", content), "utf-8")
-    (project.raw / "1mm" / "empty.csv").write_bytes(b"")
-    (project.raw / "1mm" / "wrong.csv").write_text(f"time_s,{EVIL}\n0,1\n", encoding="utf-8")
-    (project.raw / "1mm" / "<b>.txt").write_text("notes", encoding="utf-8")
-    run = project.snakemake()
-    assert run.status == 0, run.output
-    return project
-
-
-@pytest.fixture(scope="module")
-def page(project):
-    return project.results / "report.html"
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    browser = Browser(tmp_path_factory.mktemp("browser"))
-    yield browser
-    browser.close()
-
-
-def table(project, name):
-    with (project.results / name).open(encoding="utf-8") as stream:
-        return list(csv.DictReader(stream))
 
 
 def shown_recordings(browser):
@@ -238,14 +201,6 @@ def test_filters_and_search_work_together(browser, page):
     browser.run("return new Promise((done) => setTimeout(done, 50))")
     assert len(shown_recordings(browser)) == everything
     assert browser.messages() == []
-
-
-def wait_for_title(browser, start):
-    """Wait until the viewer shows a recording: the page hears of a new address a moment later."""
-    title, deadline = browser.find("#viewer-title"), time.monotonic() + 10
-    while not title.text.startswith(start) and time.monotonic() < deadline:
-        time.sleep(0.05)
-    assert title.text.startswith(start)
 
 
 def test_choosing_a_recording_by_click_key_and_address(browser, page):

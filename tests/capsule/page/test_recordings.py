@@ -27,9 +27,9 @@ def test_an_outcome_relates_the_verdict_to_the_truth(truth, verdict, expected):
 def test_rows_hold_the_chosen_verdict_and_the_reason_of_the_rejected():
     evaluation = evaluated([("2mm/a", 2.0, 3.0)], detectors=("template", "template_threshold"))
     verdicts = recordings.verdicts_by_recording(evaluation.predictions, DETECTIONS)
-    assert [each["label"] for each in verdicts["2mm/a"]] == [
-        "template, leave-one-out",
-        "template_threshold, leave-one-out",
+    assert [(each["detector"], each["scheme"]) for each in verdicts["2mm/a"]] == [
+        ("template", "leave_one_out"),
+        ("template_threshold", "leave_one_out"),
     ]
     index = index_of(
         ["2mm/a", 2.0, "accepted", UNKNOWN, "bench 2", "aa", 70.0],
@@ -41,5 +41,5 @@ def test_rows_hold_the_chosen_verdict_and_the_reason_of_the_rejected():
         "within tolerance",
         "0.0000",
     )
-    assert recordings.title(good) == "2 mm nodule, taken for 3 mm by template (within tolerance)"
+    assert recordings.truth(good) == "2 mm nodule"
     assert (bad["outcome"], bad["reason"], bad["verdict"]) == ("rejected", "the file is empty", "")

@@ -1,6 +1,7 @@
 """All that the page says of a small archive and of an empty one, filled into the real template."""
 
 import datetime
+import json
 
 import pandas as pd
 import pytest
@@ -66,7 +67,13 @@ def test_every_accepted_recording_is_listed_and_carried(small):
     # A nodule says more at first sight.
     assert small["first_shown"] == "2mm/a"
     assert small["outcomes"] == ["within tolerance", "rightly none", "rejected"]
-    assert small["data"] == '{"sizes":[0.0,2.0,3.0]}'
+    data = json.loads(small["data"])
+    assert data["sizes"] == [0.0, 2.0, 3.0]
+    assert [each["name"] for each in data["detectors"]] == ["template"]
+    verdicts = data["verdicts"]["template|leave_one_out"]
+    assert verdicts["predicted_mm"] == [0.0, 3.0, None]
+    said = [data["outcomes"][place] for place in verdicts["outcome"]]
+    assert said == [row["outcome"] for row in small["recordings"]]
 
 
 def test_the_template_says_what_the_values_say(small):

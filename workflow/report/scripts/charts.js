@@ -1,71 +1,60 @@
-// The charts of one recording: readings, envelopes, matrix with the fitted particle.
+// The charts of one recording: readings, envelopes, matrix with a particle over it.
 
-const Charts = ((uPlot, Signals, Palette, Matrix) => {
+const Charts = ((uPlot, Signals, Palette, Matrix, ChartFrame) => {
   "use strict";
 
-  const { highest, unpack } = Signals;
-  const { sensorLine, themeColour } = Palette;
+  const { highest, surfaceRows, unpack } = Signals;
+  const { themeColour } = Palette;
+  const { chartOptions, drawScaleBar, evenly, roundLength, sensorSeries } = ChartFrame;
 
-  /** Axes, cursor and size that all charts share. */
-  function chartOptions(width, height, yLabel, options) {
-    const axis = {
-      stroke: themeColour("soft"),
-      grid: { stroke: themeColour("rule"), width: 1 },
-      ticks: { stroke: themeColour("rule"), width: 1 },
-      font: "12px system-ui, sans-serif",
-      labelFont: "12px system-ui, sans-serif",
-    };
-    return {
-      width,
-      height,
-      legend: { show: false },
-      cursor: { sync: { key: "recording" }, points: { show: false }, y: false, drag: { x: true, y: false } },
-      ...options,
-      scales: { x: { time: false }, ...options.scales },
-      axes: [
-        { ...axis, label: "time (s)", labelSize: 20, size: 34 },
-        { ...axis, label: yLabel, labelSize: 20, size: 52, ...options.yAxis },
-      ],
-    };
-  }
-
-  function sensorSeries(count) {
-    return Array.from({ length: count }, (_, sensor) => {
-      const { colour, dash } = sensorLine(sensor);
-      return { label: `sensor ${sensor + 1}`, stroke: colour, dash, width: 1.25 };
-    });
-  }
-
-  function times(count, step, interval) {
-    return Array.from({ length: count }, (_, index) => index * step * interval);
-  }
-
-  /** Draw the readings, one sensor below the other, all to one scale. */
-  function drawReadings(container, evidence) {
-    const rows = unpack(evidence.readings);
-    const known = rows.map((row) => row.filter((value) => value !== null).sort((a, b) => a - b));
-    const middle = known.map((row) => row[Math.floor(row.length / 2)]);
-    const span = Math.max(...known.map((row, s) => Math.max(row[row.length - 1] - middle[s], middle[s] - row[0])));
+  /**
+   * Draw rows of values, one sensor below the other, all to one scale, with a bar for it.
+   * `middles` lie on the sensors' own lines; `across` draws over it: it gets the chart and the height of a row.
+   */
+  function drawStacked(container, { time, rows, middles, unit, height, across = () => {} }) {
+    const span = Math.max(
+      ...rows.map((row, s) => row.reduce((most, v) => (v === null ? most : Math.max(most, Math.abs(v - middles[s]))), 0)),
+    );
     const distance = 1.4 * span || 1;
     const shifted = rows.map((row, sensor) =>
-      row.map((value) => (value === null ? null : value - middle[sensor] - sensor * distance)),
+      row.map((value) => (value === null ? null : value - middles[sensor] - sensor * distance)),
     );
-    const options = chartOptions(container.clientWidth, 220, "sensor", {
-      scales: { y: { range: () => [-(rows.length - 0.3) * distance, 0.7 * distance] } },
+    const bar = roundLength(0.7 * distance);
+    const lowest = -(rows.length - 1) * distance;
+    const options = chartOptions(container.clientWidth, height, "sensor", {
+      scales: { y: { range: () => [-(rows.length - 0.3) * distance, 0.8 * distance] } },
       yAxis: {
         splits: () => rows.map((_, sensor) => -sensor * distance),
         values: (_, splits) => splits.map((__, sensor) => String(sensor + 1)),
       },
-      series: [{}, ...sensorSeries(rows.length).map((series) => ({ ...series, dash: [], width: 1 }))],
+      series: [{}, ...sensorSeries(rows.length).map((series) => ({ ...series, dash: [], points: { show: false } }))],
+      hooks: {
+        draw: [
+          (chart) => {
+            drawScaleBar(chart, bar, unit, lowest);
+            across(chart, distance);
+          },
+        ],
+      },
     });
-    const time = times(rows[0].length, evidence.readings.every, evidence.interval_s);
     return new uPlot(options, [time, ...shifted], container);
+  }
+
+  /** Draw the readings, each sensor about its median. */
+  function drawReadings(container, evidence) {
+    const rows = unpack(evidence.readings);
+    const middles = rows.map((row) => {
+      const known = row.filter((value) => value !== null).sort((a, b) => a - b);
+      return known[Math.floor(known.length / 2)];
+    });
+    const time = evenly(rows[0].length, 0, evidence.readings.every * evidence.interval_s);
+    return drawStacked(container, { time, rows, middles, unit: evidence.unit, height: 230 });
   }
 
   /** Draw the envelopes and the threshold. */
   function drawEnvelopes(container, evidence) {
     const rows = unpack(evidence.envelope);
-    const time = times(rows[0].length, evidence.envelope.every, evidence.interval_s);
+    const time = evenly(rows[0].length, 0, evidence.envelope.every * evidence.interval_s);
     const threshold = time.map(() => evidence.threshold);
     const top = 1.05 * Math.max(highest(rows), evidence.threshold);
     const options = chartOptions(container.clientWidth, 200, "envelope (SD)", {
@@ -79,11 +68,11 @@ const Charts = ((uPlot, Signals, Palette, Matrix) => {
     return new uPlot(options, [time, ...rows, threshold], container);
   }
 
-  /** Draw the matrix as shades, and the fitted particle's contours over it. */
-  function drawMatrix(container, evidence) {
+  /** Draw the matrix as shades, and a particle's contours over it. */
+  function drawMatrix(container, evidence, particle) {
     const rows = unpack(evidence.matrix);
-    const fitted = evidence.fitted ? unpack(evidence.fitted) : null;
-    const time = times(rows[0].length, evidence.matrix.every, evidence.interval_s);
+    const laid = particle ? surfaceRows(particle, rows.length, rows[0].length, evidence.matrix.every) : null;
+    const time = evenly(rows[0].length, 0, evidence.matrix.every * evidence.interval_s);
     const sensors = rows.length;
     const [first, last] = sensors > 1 ? [1, sensors] : [0.5, 1.5];
     const options = chartOptions(container.clientWidth, 190, "sensor", {
@@ -106,7 +95,7 @@ const Charts = ((uPlot, Signals, Palette, Matrix) => {
             chart.ctx.rect(left, top, wide, high);
             chart.ctx.clip();
             Matrix.shade(chart.ctx, rows, x, y);
-            if (fitted) Matrix.strokeContours(chart.ctx, fitted, x, y);
+            if (laid) Matrix.strokeContours(chart.ctx, laid, x, y);
             chart.ctx.restore();
           },
         ],
@@ -115,5 +104,5 @@ const Charts = ((uPlot, Signals, Palette, Matrix) => {
     return new uPlot(options, [time, time.map(() => first)], container);
   }
 
-  return { drawReadings, drawEnvelopes, drawMatrix };
-})(uPlot, Signals, Palette, Matrix);
+  return { drawStacked, drawReadings, drawEnvelopes, drawMatrix };
+})(uPlot, Signals, Palette, Matrix, ChartFrame);

@@ -1,20 +1,17 @@
 // Choosing one recording to look at: by its link, its address, or the next and the previous.
 
-const Chooser = ((Palette, Viewer) => {
+const Chooser = ((Palette, Viewer, Elements) => {
   "use strict";
 
-  /** Read what the page carries as JSON in an element. */
-  function readData(node) {
-    return JSON.parse(node.textContent);
-  }
+  const { readData } = Elements;
 
   /** Let a reader choose from the table; gives what is to be called when its rows change. */
-  function setUp(table) {
+  function setUp(table, shown, data) {
     const viewer = document.getElementById("viewer");
+    if (!viewer) return () => {};
     const title = document.getElementById("viewer-title");
     const previous = document.getElementById("previous");
     const next = document.getElementById("next");
-    const { sizes } = readData(document.getElementById("page-data"));
     const carried = new Map(
       [...document.querySelectorAll("script[data-evidence]")].map((node) => [node.dataset.evidence, node]),
     );
@@ -22,9 +19,9 @@ const Chooser = ((Palette, Viewer) => {
     let redraw = () => {};
 
     const neighbours = () => {
-      const shown = [...table.tBodies[0].rows].filter((row) => !row.hidden && carried.has(row.dataset.recording));
-      const current = shown.findIndex((row) => row.dataset.recording === chosen);
-      return [shown[current - 1], current < 0 ? shown[0] : shown[current + 1]];
+      const visible = [...table.tBodies[0].rows].filter((row) => !row.hidden && carried.has(row.dataset.recording));
+      const current = visible.findIndex((row) => row.dataset.recording === chosen);
+      return [visible[current - 1], current < 0 ? visible[0] : visible[current + 1]];
     };
 
     const update = () => {
@@ -37,35 +34,33 @@ const Chooser = ((Palette, Viewer) => {
       }
     };
 
-    const choose = (recording) => {
-      if (!carried.has(recording) || recording === chosen) return;
-      chosen = recording;
-      const evidence = readData(carried.get(recording));
-      title.textContent = `${recording}: ${evidence.title}`;
-      redraw = Viewer.show(viewer, evidence, sizes);
+    const draw = () => {
+      const current = shown.current();
+      chosen = current.recording ?? viewer.dataset.first;
+      if (!carried.has(chosen)) return;
+      const evidence = readData(carried.get(chosen));
+      title.textContent = `${chosen}: ${Viewer.titleOf(evidence, current, data)}`;
+      redraw = Viewer.show(viewer, evidence, { ...current, recording: chosen }, data);
       update();
     };
 
-    const chooseByAddress = () => {
-      const match = /^#recording=(.+)$/.exec(decodeURIComponent(location.hash));
-      if (!match) return false;
-      choose(match[1]);
+    const bringIntoView = () => {
       title.scrollIntoView({ block: "start" });
       title.focus({ preventScroll: true });
-      return true;
     };
 
     const step = (which) => {
       const row = neighbours()[which];
-      if (!row) return;
-      // Not by the address: the button keeps the focus, and the history stays short.
-      choose(row.dataset.recording);
-      history.replaceState(null, "", `#recording=${encodeURIComponent(row.dataset.recording)}`);
+      // The button keeps the focus.
+      if (row) shown.show({ recording: row.dataset.recording });
     };
 
+    shown.onChange((_, change) => {
+      draw();
+      if (change.byAddress) bringIntoView();
+    });
     previous.addEventListener("click", () => step(0));
     next.addEventListener("click", () => step(1));
-    window.addEventListener("hashchange", chooseByAddress);
     Palette.onThemeChange(() => redraw());
     let width = viewer.clientWidth;
     new ResizeObserver(() => {
@@ -74,9 +69,10 @@ const Chooser = ((Palette, Viewer) => {
         redraw();
       }
     }).observe(viewer);
-    if (!chooseByAddress() && carried.size) choose(viewer.dataset.first);
+    draw();
+    if (shown.named) bringIntoView();
     return update;
   }
 
   return { setUp };
-})(Palette, Viewer);
+})(Palette, Viewer, Elements);

@@ -3,6 +3,19 @@
 const Elements = (() => {
   "use strict";
 
+  const UNKNOWN = "not known";
+
+  /** Write a size as the page does. */
+  function sizeWords(size) {
+    if (size === null) return UNKNOWN;
+    return size === 0 ? "no nodule" : `${size} mm`;
+  }
+
+  /** Read what the page carries as JSON in an element. */
+  function readData(node) {
+    return JSON.parse(node.textContent);
+  }
+
   /** Make an element with a class and text. */
   function element(tag, className = "", text = "") {
     const made = document.createElement(tag);
@@ -61,5 +74,5 @@ const Elements = (() => {
     return { figure, canvas };
   }
 
-  return { element, svgElement, textTable, chartFigure };
+  return { UNKNOWN, sizeWords, readData, element, svgElement, textTable, chartFigure };
 })();

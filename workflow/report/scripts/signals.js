@@ -24,6 +24,20 @@ const Signals = (() => {
     return rows;
   }
 
+  /** Draw a particle's surfaces out over a recording (eq. G): where they overlap, the higher one counts. */
+  function surfaceRows(surface, sensors, columns, every) {
+    const { amplitude, vertical, peak, horizontal } = surface;
+    const bell = (distance, spread) => Math.exp(-0.5 * (distance / spread) ** 2);
+    return Array.from({ length: sensors }, (_, row) => {
+      const heights = amplitude.map((height, s) => height * bell(row - s, vertical[s]));
+      return Array.from({ length: columns }, (__, column) => {
+        const sample = column * every;
+        if (sample < surface.from || sample >= surface.to) return 0;
+        return Math.max(...heights.map((height, s) => height * bell(sample - peak[s], horizontal[s])));
+      });
+    });
+  }
+
   /** Give the largest value of some rows, 0 if there is none. */
   function highest(rows) {
     return rows.reduce((sofar, row) => row.reduce((most, value) => Math.max(most, value), sofar), 0);
@@ -66,5 +80,5 @@ const Signals = (() => {
     return segments;
   }
 
-  return { unpack, highest, atLeastTwoRows, contourSegments };
+  return { unpack, surfaceRows, highest, atLeastTwoRows, contourSegments };
 })();

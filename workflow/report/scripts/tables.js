@@ -3,13 +3,12 @@
 const Tables = ((Elements) => {
   "use strict";
 
-  const { element, textTable } = Elements;
+  const { UNKNOWN, element, sizeWords, textTable } = Elements;
 
-  const UNKNOWN = "not known";
-
-  function sizeWords(size) {
-    if (size === null) return UNKNOWN;
-    return size === 0 ? "no nodule" : `${size} mm`;
+  /** Name the detector of a verdict, and what taught it. */
+  function labelOf(verdict, data) {
+    const scheme = data.schemes.find((each) => each.name === verdict.scheme);
+    return `${verdict.detector}, ${scheme ? scheme.words : "all labelled"}`;
   }
 
   /** A distance as a number with a bar, so that the eye finds the shortest. */
@@ -25,12 +24,12 @@ const Tables = ((Elements) => {
   }
 
   /** Make the table of the distances to every template, by each detector that judges by them. */
-  function distances(evidence, sizes) {
+  function distances(evidence, data) {
     const shown = evidence.verdicts.filter((verdict) => verdict.distances.length);
-    const heads = ["Template", ...shown.map((verdict) => verdict.label)];
+    const heads = ["Template", ...shown.map((verdict) => labelOf(verdict, data))];
     const known = shown.map((verdict) => verdict.distances.filter((value) => value !== null));
     const longest = Math.max(0, ...known.flat());
-    const rows = sizes.map((size, index) => [
+    const rows = data.sizes.map((size, index) => [
       sizeWords(size),
       ...shown.map((verdict, which) => distanceCell(verdict.distances[index], Math.min(...known[which]), longest)),
     ]);
@@ -39,9 +38,9 @@ const Tables = ((Elements) => {
   }
 
   /** Make the table of every detector's verdict. */
-  function verdicts(evidence) {
+  function verdicts(evidence, data) {
     const rows = evidence.verdicts.map((verdict) => [
-      verdict.label,
+      labelOf(verdict, data),
       element("strong", "", sizeWords(verdict.predicted_mm)),
       verdict.details,
     ]);
@@ -70,5 +69,5 @@ const Tables = ((Elements) => {
     return list;
   }
 
-  return { verdicts, distances, peaks, facts };
+  return { labelOf, verdicts, distances, peaks, facts };
 })(Elements);

@@ -1,9 +1,9 @@
-// One recording: the key of its lines, its charts, its tables.
+// One recording: what the chosen detector judged by, its signals, its tables.
 
-const Viewer = ((Elements, Palette, Charts, Tables) => {
+const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Address) => {
   "use strict";
 
-  const { chartFigure, element, svgElement } = Elements;
+  const { chartFigure, element, sizeWords, svgElement } = Elements;
   const { sensorLine } = Palette;
 
   /** Name the lines: a sample of each sensor's line with its number. */
@@ -18,8 +18,8 @@ const Viewer = ((Elements, Palette, Charts, Tables) => {
     });
   }
 
-  /** Give the charts in their order: title, caption, what they show in words, and how to draw them. */
-  function chartsOf(evidence) {
+  /** Give the charts of the signals in their order: title, caption, what they show in words, and how to draw them. */
+  function signalCharts(evidence) {
     const { every, rows: sensors } = evidence.readings;
     const thinned = every > 1 ? ` One reading in ${every} is shown.` : "";
     const strongest = evidence.peaks
@@ -31,38 +31,94 @@ const Viewer = ((Elements, Palette, Charts, Tables) => {
           description: " The fitted particle's contours lie over it.",
         }
       : { caption: ". No particle is fitted to it.", description: "" };
+    const unit = evidence.unit === "V" ? "volts" : "counts of the ADC";
     return [
       {
         title: "Readings",
-        caption: `As recorded, one sensor below the other, all to one scale.${thinned}`,
-        description: `Readings of ${sensors} sensors over time.`,
-        draw: Charts.drawReadings,
+        caption: `As recorded, in ${unit}, one sensor below the other; the bar shows the scale of all.${thinned}`,
+        description: `Readings of ${sensors} sensors over time, in ${unit}.`,
+        draw: (canvas) => Charts.drawReadings(canvas, evidence),
       },
       {
         title: "Envelope",
         caption: `RMS envelope of the normalized readings; the dotted line is the threshold of ${evidence.threshold} SD.`,
         description: `RMS envelopes. Highest values: ${strongest}. The table below lists them.`,
-        draw: Charts.drawEnvelopes,
+        draw: (canvas) => Charts.drawEnvelopes(canvas, evidence),
       },
       {
         title: "Matrix",
         caption: `What exceeds the threshold, as shades over sensor and time${fitted.caption}`,
         description: `Matrix of what exceeds the threshold, sensor 1 on top.${fitted.description}`,
-        draw: Charts.drawMatrix,
+        draw: (canvas) => Charts.drawMatrix(canvas, evidence, evidence.fitted),
       },
     ];
   }
 
+  /** Give the verdict of a detector under a scheme; an unlabelled recording has one for all schemes. */
+  function verdictOf(evidence, { detector, scheme }) {
+    const wanted = [scheme, "all"];
+    return evidence.verdicts.find((each) => each.detector === detector && wanted.includes(each.scheme));
+  }
+
+  /** Say what the recording is, and what the chosen detector takes it for. */
+  function titleOf(evidence, shown, data) {
+    const verdict = verdictOf(evidence, shown);
+    if (!verdict || verdict.predicted_mm === null) return `${evidence.title}, not judged`;
+    const outcome = data.outcomes[data.verdicts[`${shown.detector}|${shown.scheme}`]?.outcome[evidence.row]];
+    const judged = verdict.scheme === "all" || !outcome ? "" : ` (${outcome})`;
+    return `${evidence.title}, taken for ${sizeWords(verdict.predicted_mm)} by ${shown.detector}${judged}`;
+  }
+
+  /** Make the links that show the same recording as another detector judged it. */
+  function detectorLinks(evidence, shown, data) {
+    const list = element("ul", "judges");
+    list.setAttribute("aria-label", "Detectors");
+    for (const { name } of data.detectors) {
+      const verdict = verdictOf(evidence, { ...shown, detector: name });
+      if (!verdict) continue;
+      const link = element("a", "", name);
+      link.href = Address.format({ ...shown, detector: name });
+      if (name === shown.detector) link.setAttribute("aria-current", "true");
+      const entry = element("li");
+      entry.append(link, element("span", "", sizeWords(verdict.predicted_mm)));
+      list.append(entry);
+    }
+    return list;
+  }
+
+  /** Make the heading of a detector's evidence, with the verdict in words. */
+  function evidenceHead(evidence, verdict, detector, data) {
+    const head = element("h4", "", "What ");
+    head.append(element("code", "", detector.name), " judged by");
+    const said = element("p", "verdict");
+    if (!verdict) said.textContent = "This detector gave no verdict on the recording.";
+    else {
+      const parts = [sizeWords(verdict.predicted_mm), verdict.details].filter(Boolean).join(": ");
+      const needs = verdict.score === null && detector.needs ? ` It needs ${detector.needs}.` : "";
+      said.append(element("strong", "", `${parts}.`), ` ${Tables.labelOf(verdict, data)}.${needs}`);
+    }
+    return [head, said];
+  }
+
   /** Fill the viewer with one recording; gives what is to be called when width or theme changes. */
-  function show(viewer, evidence, sizes) {
-    const charts = chartsOf(evidence).map((chart) => ({ ...chart, ...chartFigure(chart) }));
+  function show(viewer, evidence, shown, data) {
+    const verdict = verdictOf(evidence, shown);
+    const detector = data.detectors.find((each) => each.name === shown.detector);
+    const marks = data.scores[`${shown.detector}|${shown.scheme}`] ?? [];
+    const listed = verdict ? EvidenceList.chartsOf(evidence, verdict, detector, marks) : [];
+    const prepare = (chart) => ({ ...chart, ...chartFigure(chart) });
+    const [judged, signals] = [listed.map(prepare), signalCharts(evidence).map(prepare)];
     const tables = element("div", "tables");
-    tables.append(Tables.distances(evidence, sizes), Tables.peaks(evidence));
+    tables.append(Tables.distances(evidence, data), Tables.peaks(evidence));
     const key = element("ul", "key");
     viewer.replaceChildren(
+      detectorLinks(evidence, shown, data),
+      ...evidenceHead(evidence, verdict, detector, data),
       key,
-      ...charts.map(({ figure }) => figure),
-      Tables.verdicts(evidence),
+      ...judged.map(({ figure }) => figure),
+      element("h4", "", "Signals"),
+      ...signals.map(({ figure }) => figure),
+      Tables.verdicts(evidence, data),
       tables,
       Tables.facts(evidence),
     );
@@ -70,11 +126,11 @@ const Viewer = ((Elements, Palette, Charts, Tables) => {
     const redraw = () => {
       key.replaceChildren(...keyEntries(evidence.readings.rows));
       drawn.forEach((chart) => chart.destroy());
-      drawn = charts.map(({ draw, canvas }) => draw(canvas, evidence));
+      drawn = [...judged, ...signals].map(({ draw, canvas }) => draw(canvas));
     };
     redraw();
     return redraw;
   }
 
-  return { show };
-})(Elements, Palette, Charts, Tables);
+  return { show, titleOf };
+})(Elements, Palette, Charts, EvidenceList, Tables, Address);

@@ -59,6 +59,13 @@ def on_full_scale(
     return values * (full_scale / top) if top and top != full_scale else values
 
 
+def reading_unit(header: Mapping[str, str], values: np.ndarray) -> str:
+    """Return the unit of readings (S, K) as `on_full_scale` gives them: ``counts`` or ``V``."""
+    unit = header.get("unit", "").lower()
+    brought = header.get("vref_v") or unit in ("counts", *_OHMS)
+    return "counts" if brought or adc_ends(header, values)[0] else "V"
+
+
 def adc_ends(
     header: Mapping[str, str], values: np.ndarray
 ) -> tuple[bool, list[tuple[float, float]]]:

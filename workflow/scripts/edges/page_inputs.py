@@ -7,16 +7,13 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from capsule.figures.registry import FIGURES
-from capsule.page.evidence import Stored
 from capsule.page.render import Frame, image_address
 from capsule.page.sections import Tables
 from edges import files
 from edges.results import (
     read_evaluation,
-    read_fit,
     read_judgements,
     read_learning,
-    read_signal,
     read_table,
 )
 
@@ -29,9 +26,15 @@ SCRIPTS = (
     "scripts/palette.js",
     "scripts/elements.js",
     "scripts/matrix.js",
+    "scripts/address.js",
+    "scripts/chart_frame.js",
     "scripts/charts.js",
+    "scripts/score_chart.js",
+    "scripts/evidence_charts.js",
+    "scripts/evidence_list.js",
     "scripts/tables.js",
     "scripts/viewer.js",
+    "scripts/shown.js",
     "scripts/chooser.js",
     "scripts/recordings_table.js",
     "scripts/start.js",
@@ -65,13 +68,6 @@ def read_tables(results: Path, template: Path, printed: Mapping, confidence: flo
         learning=read_learning(evaluation),
         benches=files.read_csv(template / "benches.csv"),
     )
-
-
-def read_stored(results: Path, name: str) -> Stored:
-    """Read what the stages before have stored of an accepted recording."""
-    header = files.read_json(results / "checks" / f"{name}.json")["header"]
-    values = read_signal(results / "signals", name)
-    return Stored(values, header, read_fit(results / "fits" / f"{name}.json"))
 
 
 def read_figures(folder: Path) -> dict[str, dict[str, str]]:

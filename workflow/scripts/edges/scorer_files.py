@@ -1,12 +1,13 @@
 """Read the taught scorer's weights; read and write what it makes of recordings."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import fields
+from dataclasses import astuple, fields
 from pathlib import Path
 
 import numpy as np
 
 from capsule.detectors.scorer import Features, Scorer
+from capsule.detectors.stretches import Stretches
 from capsule.naming import folder_of
 from edges import files
 
@@ -37,3 +38,26 @@ def read_features(folder: Path, recordings: Iterable[str]) -> dict[str, Features
                 if name in wanted:
                     features[name] = Features(float(score), *rest)
     return features
+
+
+def write_stretches(path: Path, stretches: Mapping[str, Stretches | None]) -> None:
+    """Write what the score of a folder's recordings loses without each stretch, where it is known.
+
+    An array a recording: score, first and step, and then the losses.
+    """
+    arrays = {
+        name: np.hstack(astuple(each)) for name, each in stretches.items() if each is not None
+    }
+    with files.write_whole(path, "wb") as stream:
+        np.savez(stream, **arrays)
+
+
+def read_stretches(folder: Path, recordings: Iterable[str]) -> dict[str, Stretches]:
+    """Read what `write_stretches` wrote of some recordings, a file a folder."""
+    wanted, stretches = set(recordings), {}
+    for label in sorted({folder_of(name) for name in wanted}):
+        with np.load(folder / f"{label}.stretches.npz") as stored:
+            for name in wanted.intersection(stored):
+                score, first, step, *loss = stored[name].tolist()
+                stretches[name] = Stretches(score, first, step, np.array(loss))
+    return stretches

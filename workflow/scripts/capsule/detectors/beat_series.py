@@ -11,7 +11,7 @@ from capsule.sensed_wave import find_wave
 
 # Level, first harmonic in phase and across, second harmonic in phase and across.
 SERIES = ("level", "depth", "swing", "shape", "lean")
-_WINDOWS_A_WAVE = 4
+WINDOWS_A_WAVE = 4
 # In usual depths: beyond it a beat says no more.
 _LIMIT = 30.0
 
@@ -42,7 +42,7 @@ def beat_series(values: np.ndarray, *, period: float) -> np.ndarray | None:
     series = np.concatenate([wave.level[np.newaxis], harmonics])
     series = (series - median(series)) / usual_depth
     centre = wave.centre(np.arange(wave.level.shape[1]))
-    wanted = np.arange(centre[0], centre[-1] + 1e-9, period / _WINDOWS_A_WAVE)
+    wanted = np.arange(centre[0], centre[-1] + 1e-9, period / WINDOWS_A_WAVE)
     below = np.minimum(np.searchsorted(centre, wanted, side="right") - 1, centre.size - 2)
     share = (wanted - centre[below]) / (centre[below + 1] - centre[below])
     even = series[..., below] * (1 - share) + series[..., below + 1] * share

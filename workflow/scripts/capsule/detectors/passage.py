@@ -5,9 +5,11 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from capsule.detectors.beats import CHANNELS, Beats, find_beats, quantile
+from capsule.detectors.beats import Beats, find_beats
+from capsule.detectors.candidates import averages, try_candidates
 from capsule.divider import relative_resistance
 
+Setting = float | tuple[float, float]
 # Keys of section ``diagonal`` that the detector learns with, and does not search with.
 _OF_LEARNING = ("size_ridge",)
 
@@ -47,10 +49,6 @@ class Passage:
 
 
 UNKNOWN = Passage(*[float("nan")] * len(fields(Passage)))
-# Candidates that are tried at a time, to stay within the processor's cache.
-_BLOCK = 250
-# In windows: even without dwell, a sensor that never meets a place says nothing of it.
-_LEAST_DWELL = float(np.finfo(np.float32).tiny)
 
 
 def passage_of(values: np.ndarray, rate_hz: float, settings: Mapping) -> Passage:
@@ -70,199 +68,42 @@ def passage_of(values: np.ndarray, rate_hz: float, settings: Mapping) -> Passage
     Passage
         `UNKNOWN` without a peristaltic wave on every sensor.
     """
+    beats, options = beats_of(values, rate_hz, settings)
+    return UNKNOWN if beats is None else find_passage(beats, **options)
+
+
+def beats_of(
+    values: np.ndarray, rate_hz: float, settings: Mapping
+) -> tuple[Beats | None, dict[str, Setting]]:
+    """Return the beats of a recording, and the settings of the search for a passage in them.
+
+    Parameters and the reasons for None are those of `passage_of` and `find_beats`.
+    """
     options = {key: value for key, value in settings.items() if key not in _OF_LEARNING}
     wavelength_mm, speed_mm_s = options.pop("wavelength_mm"), options.pop("wave_speed_mm_s")
     resistance = relative_resistance(
         values, options.pop("full_scale"), options.pop("pressing_lowers_reading")
     )
     period = rate_hz * wavelength_mm / speed_mm_s
-    beats = find_beats(-resistance, period=period, wavelength_mm=wavelength_mm)
-    return UNKNOWN if beats is None else find_passage(beats, **options)
+    return find_beats(-resistance, period=period, wavelength_mm=wavelength_mm), options
 
 
-def standardised_beats(
-    beats: Beats, weights: Mapping[str, float], least_spread: float, limit: float
-) -> np.ndarray:
-    """Weigh the channels, in units of each sensor's own spread over the run.
-
-    A sensor whose seat shifts all the time says less than one that sits firm, and no single beat
-    says more than `limit`.
-
-    Parameters
-    ----------
-    beats : Beats
-        From `find_beats`.
-    weights : mapping of str to float
-        Weight of each channel.
-    least_spread : float
-        Added to the spread in quadrature, in usual depths: no sensor is trusted beyond it.
-    limit : float
-        Largest magnitude, in spreads.
-
-    Returns
-    -------
-    (S, N) array
-    """
-    weighted = sum(weights[name] * beats.channels[channel] for channel, name in enumerate(CHANNELS))
-    # A nodule raises the beats for part of the run, so the spread is that of the lower half. From
-    # the median to the lower quartile it is 0.6745 standard deviations of a normal distribution.
-    ordered = np.sort(weighted, axis=1)
-    spread = (quantile(ordered, 0.5) - quantile(ordered, 0.25)) / 0.6745
-    return np.clip(weighted / np.hypot(least_spread, spread), -limit, limit)
-
-
-def find_passage(
-    beats: Beats,
-    *,
-    level_weight: float,
-    depth_weight: float,
-    shape_weight: float,
-    least_spread: float,
-    limit: float,
-    pitch_mm: float,
-    lag_range: tuple[float, float],
-    lags: int,
-    step_mm: float,
-    width_mm: float,
-    dwell: float,
-) -> Passage:
-    """Search all places and mean speeds for the passage with the most evidence.
-
-    At a candidate place each sensor's beats are averaged over the time that the sensor spends
-    there (a Gaussian of `width_mm`), and the sensors' averages are averaged. The capsule's
-    irregular motion is known from the wave's phase; its mean speed is searched.
-
-    Parameters
-    ----------
-    beats : Beats
-        From `find_beats`.
-    level_weight, depth_weight, shape_weight : float
-        Weights of the channels of the beats.
-    least_spread, limit : float
-        As in `standardised_beats`.
-    pitch_mm : float
-        Distance from sensor to sensor in mm.
-    lag_range : pair of float
-        Shortest and longest mean time from sensor to sensor, in samples.
-    lags : int
-        How many mean speeds are tried, evenly spaced.
-    step_mm : float
-        Distance between the places tried, in mm.
-    width_mm : float
-        Standard deviation of a place, in mm.
-    dwell : float
-        Samples' worth of usual beats that are mixed into each average, so that a place that a
-        sensor hurries through, or never meets, says little.
-
-    Returns
-    -------
-    Passage
-    """
-    weights = dict(zip(CHANNELS, (level_weight, depth_weight, shape_weight), strict=True))
-    weighted = standardised_beats(beats, weights, least_spread, limit)
-    behind_mm = pitch_mm * np.arange(weighted.shape[0])
-    dwell = max(dwell / float(beats.centre[1] - beats.centre[0]), _LEAST_DWELL)
-    speeds = np.linspace(pitch_mm / lag_range[1], pitch_mm / lag_range[0], lags)
-    head_mm = beats.irregular_mm - beats.irregular_mm[0] + np.outer(speeds, beats.centre)
-    # Places that at least half the sensors can meet.
-    farthest_mm = head_mm.max(axis=1) - behind_mm[behind_mm.size // 2]
-    speed, place_mm = _candidates(farthest_mm, step_mm)
-    unit_mm = np.sqrt(2) * width_mm  # in which the Gaussian is exp(-x^2)
-    head, behind, place = head_mm / unit_mm, behind_mm / unit_mm, place_mm / unit_mm
-    evidence = _evidence(weighted, head, behind, speed, place, dwell)
-    best = int(evidence.argmax())
-    beyond_mm = head_mm[speed[best]] - place_mm[best]
-    channels = np.concatenate([weighted[np.newaxis], beats.channels])
-    averages = _averages(channels, beyond_mm[np.newaxis] / unit_mm, behind, dwell)
+def find_passage(beats: Beats, **settings: Setting) -> Passage:
+    """Return the candidate with the most evidence; the settings are those of `try_candidates`."""
+    tried = try_candidates(beats, **settings)
+    best = tried.best
+    beyond_mm = tried.beyond_mm()
+    channels = np.concatenate([tried.weighted[np.newaxis], beats.channels])
+    means = averages(
+        channels,
+        beyond_mm[np.newaxis] / tried.unit_mm,
+        tried.behind_mm / tried.unit_mm,
+        tried.dwell,
+    )
     return Passage(
-        *averages[:, 0].tolist(),
-        float(place_mm[best]),
+        *means[:, 0].tolist(),
+        float(tried.place_mm[best]),
         float(beats.centre[np.abs(beyond_mm).argmin()]),
-        float(pitch_mm / speeds[speed[best]]),
+        float(tried.lag_samples[tried.speed[best]]),
         *beats.channels.std(axis=2).mean(axis=1).tolist(),
     )
-
-
-def _candidates(farthest_mm: np.ndarray, step_mm: float) -> tuple[np.ndarray, np.ndarray]:
-    """List what is tried: from the start, every place up to the farthest at each speed (V,).
-
-    Returns
-    -------
-    speed : (G,) array of int
-        Number of each candidate's speed.
-    place_mm : (G,) array
-    """
-    places = np.ceil(np.maximum(farthest_mm, 0.0) / step_mm + 0.5).astype(int)
-    speed = np.repeat(np.arange(places.size), places)
-    before = np.repeat(np.cumsum(places) - places, places)
-    return speed, step_mm * (np.arange(speed.size) - before)
-
-
-def _evidence(
-    weighted: np.ndarray,
-    head: np.ndarray,
-    behind: np.ndarray,
-    speed: np.ndarray,
-    place: np.ndarray,
-    dwell: float,
-) -> np.ndarray:
-    """Give the evidence of every candidate (G,), to a millionth.
-
-    Single precision is enough to choose one, and takes half the time.
-
-    Parameters
-    ----------
-    weighted : (S, N) array
-        From `standardised_beats`.
-    head : (V, N) array
-        Way of the first sensor at each speed, in units in which the Gaussian is exp(-x^2).
-    behind, dwell
-        As in `_averages`.
-    speed, place : (G,) arrays
-        From `_candidates`, the places in the same units.
-    """
-    channels, head, behind, place = (
-        values.astype(np.float32) for values in (weighted[np.newaxis], head, behind, place)
-    )
-    evidence = np.empty(place.size, dtype=np.float32)
-    for start in range(0, place.size, _BLOCK):
-        some = slice(start, start + _BLOCK)
-        beyond = head.take(speed[some], axis=0)
-        beyond -= place[some, np.newaxis]
-        evidence[some] = _averages(channels, beyond, behind, dwell)[0]
-    return evidence
-
-
-def _averages(
-    channels: np.ndarray, beyond: np.ndarray, behind: np.ndarray, dwell: float
-) -> np.ndarray:
-    """Average the beats at places: each sensor's over its time there, then over the sensors.
-
-    Parameters
-    ----------
-    channels : (C, S, N) array
-        Of which the averages are taken.
-    beyond : (G, N) array
-        How far the first sensor is beyond each place at each moment, in units in which the
-        Gaussian is exp(-x^2).
-    behind : (S,) array
-        How far each sensor is behind the first, in the same units.
-    dwell : float
-        As in `find_passage`, but in windows, and above 0.
-
-    Returns
-    -------
-    (C, G) array
-        In the precision of `beyond`.
-    """
-    precision = beyond.dtype.type
-    moments = np.ones(beyond.shape[1], dtype=precision)
-    presence = np.empty_like(beyond)
-    total = np.zeros((channels.shape[0], beyond.shape[0]), dtype=precision)
-    for sensor in range(behind.size):
-        np.subtract(beyond, behind[sensor], out=presence)
-        np.square(presence, out=presence)
-        np.negative(presence, out=presence)
-        np.exp(presence, out=presence)
-        total += channels[:, sensor] @ presence.T / (presence @ moments + precision(dwell))
-    return total / behind.size

@@ -37,6 +37,10 @@ class Row:
         templates, takes too long for every report.
     by_features : bool
         Whether it judges by the taught scorer's features.
+    drawn : tuple of str
+        What the report draws of how it judged a recording, beside score and threshold:
+        ``template``, ``beats``, ``passing`` (when each sensor passes the place), ``gut`` and
+        ``stretches``, as in workflow/report/scripts/evidence_list.js.
     needs : str
         What it needs beside labelled recordings; empty for nothing.
     """
@@ -51,6 +55,7 @@ class Row:
     by_distance: bool = False
     by_templates: bool = False
     by_features: bool = False
+    drawn: tuple[str, ...] = ()
     needs: str = ""
 
 
@@ -64,6 +69,7 @@ _ROWS = (
         fixed_threshold=0.0,
         by_distance=True,
         by_templates=True,
+        drawn=("template",),
     ),
     Row(
         name="template_threshold",
@@ -72,6 +78,7 @@ _ROWS = (
         module="capsule.detectors.template",
         built_by="TemplateMargin",
         by_templates=True,
+        drawn=("template",),
     ),
     Row(
         name="diagonal",
@@ -80,6 +87,7 @@ _ROWS = (
         module="capsule.detectors.diagonal",
         built_by="DiagonalDetector",
         section="diagonal",
+        drawn=("beats", "passing", "gut"),
         needs="a peristaltic wave on every sensor",
     ),
     Row(
@@ -90,6 +98,7 @@ _ROWS = (
         built_by="TaughtDetector",
         section="taught",
         by_features=True,
+        drawn=("beats", "stretches"),
         needs="three healthy recordings, and four sensors with a peristaltic wave on each",
     ),
 )

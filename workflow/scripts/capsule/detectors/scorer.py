@@ -10,6 +10,7 @@ numbers whose products are nearly the same (the count sketch, Charikar, Chen and
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -40,6 +41,22 @@ class Features:
     score: float
     embedding: np.ndarray
     gradient: np.ndarray
+
+
+class _Seen(NamedTuple):
+    """What the layers make of one recording, as the way back needs it."""
+
+    taps: np.ndarray
+    own: np.ndarray
+    first: np.ndarray
+    blocks: list[tuple[np.ndarray, np.ndarray]]
+    hidden: np.ndarray
+    pooled: np.ndarray
+    share: np.ndarray
+    best: np.ndarray
+    squeezed: np.ndarray
+    embedding: np.ndarray
+    score: float
 
 
 class Scorer:
@@ -88,6 +105,39 @@ class Scorer:
 
         `x` is what `standardised` gives; the gradient's order is that of the weights.
         """
+        w, seen = self._weights, self._forward(x)
+        count, h, pooled = seen.hidden.shape[1], seen.hidden, seen.pooled
+        gradient = {"score_weight": seen.embedding, "score_bias": np.ones(1)}
+        gradient["embed_weight"] = np.outer(w["score_weight"], seen.squeezed)
+        gradient["embed_bias"] = w["score_weight"]
+        by_pooled = (w["score_weight"] @ w["embed_weight"]) / (1.0 + np.abs(pooled))
+        by_mean, by_top, by_soft = np.split(by_pooled, 3)
+        dp = seen.share * by_soft[:, np.newaxis] + by_mean[:, np.newaxis] / count
+        dp[np.arange(len(dp)), seen.best] += by_top
+        gradient["pool_weight"], gradient["pool_bias"] = dp @ h.T, dp.sum(axis=1)
+        dh = w["pool_weight"].T @ dp
+        for number in reversed(range(len(_DILATIONS))):
+            taps, active = seen.blocks[number]
+            weight, dilation = w[f"block_{number}_weight"], _DILATIONS[number]
+            turned = dh * active
+            gradient[f"block_{number}_weight"] = turned @ taps.T
+            gradient[f"block_{number}_bias"] = turned.sum(axis=1)
+            back = (_flat(weight).T @ turned).reshape(weight.shape[1], 3, count)
+            dh = dh + back[:, 1]
+            if dilation < count:
+                dh[:, :-dilation] += back[:, 0, dilation:]
+                dh[:, dilation:] += back[:, 2, :-dilation]
+        gradient["mix_weight"], gradient["mix_bias"] = dh @ seen.first.T, dh.sum(axis=1)
+        down = (w["mix_weight"].T @ dh).reshape(seen.own.shape) * (seen.own > 0)
+        gradient["own_weight"] = np.einsum("sot,sit->oi", down, seen.taps)
+        gradient["own_bias"] = down.sum(axis=(0, 2))
+        return seen.score, seen.embedding, np.concatenate([gradient[name].ravel() for name in w])
+
+    def score(self, x: np.ndarray) -> float:
+        """Return the score alone; `x` is what `standardised` gives."""
+        return self._forward(x).score
+
+    def _forward(self, x: np.ndarray) -> "_Seen":
         w = self._weights
         taps = np.stack([_windows(row, 5, 1)[:, :, ::2] for row in x])
         count = taps.shape[-1]
@@ -107,32 +157,9 @@ class Scorer:
         squeezed = np.sign(pooled) * np.log1p(np.abs(pooled))
         embedding = w["embed_weight"] @ squeezed + w["embed_bias"]
         score = float(w["score_weight"] @ embedding + w["score_bias"][0])
-
-        gradient = {"score_weight": embedding, "score_bias": np.ones(1)}
-        gradient["embed_weight"] = np.outer(w["score_weight"], squeezed)
-        gradient["embed_bias"] = w["score_weight"]
-        by_pooled = (w["score_weight"] @ w["embed_weight"]) / (1.0 + np.abs(pooled))
-        by_mean, by_top, by_soft = np.split(by_pooled, 3)
-        dp = share * by_soft[:, np.newaxis] + by_mean[:, np.newaxis] / count
-        dp[np.arange(len(p)), best] += by_top
-        gradient["pool_weight"], gradient["pool_bias"] = dp @ h.T, dp.sum(axis=1)
-        dh = w["pool_weight"].T @ dp
-        for number in reversed(range(len(_DILATIONS))):
-            seen, active = blocks[number]
-            weight, dilation = w[f"block_{number}_weight"], _DILATIONS[number]
-            turned = dh * active
-            gradient[f"block_{number}_weight"] = turned @ seen.T
-            gradient[f"block_{number}_bias"] = turned.sum(axis=1)
-            back = (_flat(weight).T @ turned).reshape(weight.shape[1], 3, count)
-            dh = dh + back[:, 1]
-            if dilation < count:
-                dh[:, :-dilation] += back[:, 0, dilation:]
-                dh[:, dilation:] += back[:, 2, :-dilation]
-        gradient["mix_weight"], gradient["mix_bias"] = dh @ first.T, dh.sum(axis=1)
-        down = (w["mix_weight"].T @ dh).reshape(own.shape) * (own > 0)
-        gradient["own_weight"] = np.einsum("sot,sit->oi", down, seen_own)
-        gradient["own_bias"] = down.sum(axis=(0, 2))
-        return score, embedding, np.concatenate([gradient[name].ravel() for name in w])
+        return _Seen(
+            seen_own, own, first, blocks, h, pooled, share, best, squeezed, embedding, score
+        )
 
 
 def features_of(values: np.ndarray, rate_hz: float, settings: Mapping, scorer: Scorer) -> Features:
@@ -153,11 +180,16 @@ def features_of(values: np.ndarray, rate_hz: float, settings: Mapping, scorer: S
     -------
     Features
     """
+    return scorer.features(series_of(values, rate_hz, settings))
+
+
+def series_of(values: np.ndarray, rate_hz: float, settings: Mapping) -> np.ndarray | None:
+    """Return what `Scorer.features` takes; the parameters are those of `features_of`."""
     resistance = relative_resistance(
         values, settings["full_scale"], settings["pressing_lowers_reading"]
     )
     period = rate_hz * settings["wavelength_mm"] / settings["wave_speed_mm_s"]
-    return scorer.features(beat_series(-resistance, period=period))
+    return beat_series(-resistance, period=period)
 
 
 def standardised(series: np.ndarray) -> np.ndarray:

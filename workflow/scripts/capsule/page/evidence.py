@@ -1,23 +1,29 @@
 """What the page holds of each recording, small enough for a thousand of them.
 
-A signal becomes whole numbers of one or two bytes with a scale, in base64; the page multiplies
-them back. Readings that are counts of an ADC come through exactly.
+Signals are packed (`capsule.page.packing`); particles are drawn from their parameters.
 """
 
-import base64
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from capsule.page import recordings
+from capsule.converter import reading_unit
+from capsule.detectors.along_gut import along_gut
+from capsule.detectors.stretches import Stretches
+from capsule.page import judged_by, recordings
+from capsule.page.packing import pack
 from capsule.page.provenance import fit_words
-from capsule.particles import Particle, render
+from capsule.particles import Particle
+from capsule.preprocessing import extend
+from capsule.sliding import SlidingComparison
 from capsule.stages import PreprocessedRun, preprocess_run
 
 # A page of this many readings stays below 25 MB; of larger archives every n-th reading is shown.
 MAX_READINGS = 5_000_000
+VERDICT_KEYS = ("detector", "scheme", "predicted_mm", "details", "distances")
+VERDICT_KEYS += ("score", "threshold", "location_mm")
 # Envelopes and matrices are smooth over the window of the envelope; more points show no more.
 SMOOTH_POINTS = 250
 
@@ -34,75 +40,23 @@ class Stored:
         The lines above the readings.
     fit : (mapping, Particle) or None
         The numbers of the fit, and Theta*; None without one.
+    templates : mapping of str to mapping of float to Particle
+        Of each scheme by which the recording was judged, the averaged particles of its fold, by
+        size in mm.
+    stretches : Stretches or None
+        What the taught score loses without each stretch; None where it was not asked for.
     """
 
     values: np.ndarray
     header: Mapping[str, str]
     fit: tuple[Mapping, Particle] | None = None
-
-
-def pack(values: np.ndarray, bits: int = 16) -> dict:
-    """Return an array as whole numbers of 8 or 16 bits in base64.
-
-    Parameters
-    ----------
-    values : (S, N) array
-        NaN where a sample is missing.
-    bits : {8, 16}
-        Bits a value.
-
-    Returns
-    -------
-    dict
-        ``bits``, ``rows``, ``low``, ``scale`` and ``data``: value = low + scale * number, row after
-        row, little-endian; the largest number stands for a missing sample. Whole numbers that
-        fit are kept exactly.
-    """
-    missing = 2**bits - 1
-    known = values[~np.isnan(values)]
-    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 0.0)
-    whole = bool(np.all(known == np.rint(known))) and high - low < missing
-    scale = 1.0 if whole or high == low else (high - low) / (missing - 1)
-    numbers = np.where(np.isnan(values), missing, np.rint((values - low) / scale))
-    data = numbers.astype(f"<u{bits // 8}").tobytes()
-    return {
-        "bits": bits,
-        "rows": values.shape[0],
-        "low": low,
-        "scale": scale,
-        "data": base64.b64encode(data).decode("ascii"),
-    }
+    templates: Mapping[str, Mapping[float, Particle]] = field(default_factory=dict)
+    stretches: Stretches | None = None
 
 
 def reading_step(total_readings: int) -> int:
     """Return n, such that every n-th reading of an archive fits the page."""
     return max(1, -(-total_readings // MAX_READINGS))
-
-
-def fitted_matrix(
-    particle: Particle, first_peak: float, lag: int, samples: int, length: int
-) -> np.ndarray:
-    """Return the fitted particle over the recording, shifted to its best lag (eq. RMSE).
-
-    Parameters
-    ----------
-    particle : Particle
-        Theta*.
-    first_peak : float
-        u.
-    lag : int
-        tau in 1..2L; at L + 1 both matrices lie on each other.
-    samples, length : int
-        K and L.
-
-    Returns
-    -------
-    (S, K) array
-    """
-    sensors = particle.amplitude.size
-    frame = np.zeros((sensors, 3 * length))
-    frame[:, lag - 1 : lag - 1 + length] = render(particle, first_peak, length)
-    return frame[:, length : length + samples]
 
 
 def peaks(envelope: np.ndarray, time_s: np.ndarray, threshold: float) -> list[list[float]]:
@@ -136,7 +90,7 @@ def recording_evidence(
     run: PreprocessedRun,
     threshold: float,
     step: int,
-    fitted: np.ndarray | None,
+    judged: Mapping,
     verdicts: Sequence[Mapping],
     facts: Mapping[str, str],
 ) -> dict:
@@ -150,10 +104,10 @@ def recording_evidence(
         c, in standard deviations.
     step : int
         Every n-th reading is kept, of n = step.
-    fitted : (S, K) array or None
-        From `fitted_matrix`; None without a fit.
+    judged : mapping
+        From `what_was_judged`.
     verdicts : sequence of mapping
-        ``label``, ``predicted_mm``, ``details`` and ``distances`` of every detector's verdict.
+        `VERDICT_KEYS` of every detector's verdict.
     facts : mapping of str to str
         Names and texts that are listed beside the signals.
 
@@ -171,20 +125,65 @@ def recording_evidence(
         "interval_s": interval,
         "threshold": threshold,
         "readings": {"every": step, **pack(run.values[:, ::step])},
-        "envelope": {"every": smooth, **pack(run.envelope[:, ::smooth])},
+        "envelope": {"every": smooth, **pack(run.envelope[:, ::smooth], 8)},
         "matrix": {"every": smooth, **pack(run.matrix[:, ::smooth], 8)},
-        "fitted": None if fitted is None else {"every": smooth, **pack(fitted[:, ::smooth], 8)},
+        **judged,
         "peaks": peaks(run.envelope, run.time_s, threshold),
-        "verdicts": [
-            {key: verdict[key] for key in ("label", "predicted_mm", "details", "distances")}
-            for verdict in verdicts
-        ],
+        "verdicts": [{key: verdict[key] for key in VERDICT_KEYS} for verdict in verdicts],
         "facts": dict(facts),
     }
 
 
+def what_was_judged(run: PreprocessedRun, stored: Stored, settings: Mapping) -> dict:
+    """Return what the detectors judged a recording by.
+
+    Parameters
+    ----------
+    run : PreprocessedRun
+        The recording on its way from readings to matrix.
+    stored : Stored
+        What the stages have stored of it.
+    settings : mapping
+        The configuration.
+
+    Returns
+    -------
+    dict
+        ``unit`` of the readings; ``fitted`` and ``templates``, from `judged_by.surface`; ``beats``,
+        ``gut`` and ``stretches``, from `judged_by`; None for what is not known.
+    """
+    length, first_peak = settings["preprocessing"]["length"], settings["fit"]["first_peak"]
+    rate_hz = settings["recording"]["rate_hz"]
+    fitted, templates = None, {}
+    if stored.fit:
+        fit, particle = stored.fit
+        fitted = judged_by.surface(particle, fit["first_peak"], fit["lag"], length)
+    comparison = SlidingComparison(extend(run.matrix, length))
+    for scheme, particles in stored.templates.items():
+        nearest = judged_by.nearest_template(comparison, particles, first_peak)
+        if nearest is not None:
+            drawn = judged_by.surface(nearest.particle, first_peak, nearest.lag, length)
+            templates[scheme] = {"size_mm": nearest.size_mm, **drawn}
+    along = along_gut(stored.values, rate_hz, settings["diagonal"])
+    beats = gut = stretches = None
+    if along is not None:
+        beats, gut = judged_by.beats_evidence(along, rate_hz), judged_by.gut_evidence(along)
+        if stored.stretches is not None:
+            stretches = judged_by.stretches_evidence(
+                stored.stretches, along, rate_hz, settings["diagonal"]
+            )
+    return {
+        "unit": reading_unit(stored.header, stored.values),
+        "fitted": fitted,
+        "templates": templates,
+        "beats": beats,
+        "gut": gut,
+        "stretches": stretches,
+    }
+
+
 def archive_evidence(
-    rows: Iterable[Mapping],
+    rows: Sequence[Mapping],
     verdicts: Mapping[str, Sequence[Mapping]],
     load: Callable[[str], Stored],
     settings: Mapping,
@@ -193,7 +192,7 @@ def archive_evidence(
 
     Parameters
     ----------
-    rows : iterable of mapping
+    rows : sequence of mapping
         From `capsule.page.recordings.recording_rows`; rejected recordings are left out.
     verdicts : mapping of str to sequence of mapping
         From `capsule.page.recordings.verdicts_by_recording`.
@@ -212,24 +211,24 @@ def archive_evidence(
     shape = settings["preprocessing"]
     stages = {key: shape[key] for key in ("window", "threshold")}
     stages["rate_hz"] = settings["recording"]["rate_hz"]
-    accepted = [row for row in rows if row["accepted"]]
-    total = sum(row["samples"] for row in accepted) * settings["recording"]["sensors"]
+    total = (
+        sum(row["samples"] for row in rows if row["accepted"]) * settings["recording"]["sensors"]
+    )
     step = reading_step(total)
-    for row in accepted:
+    for place, row in enumerate(rows):
+        if not row["accepted"]:
+            continue
         name = row["recording"]
         stored = load(name)
-        samples = stored.values.shape[1]
-        run = preprocess_run(name, recordings.title(row), stored.values, **stages)
-        fitted, facts = None, {"File": f"raw/{name}.csv", "SHA-256": row["sha256"]}
+        run = preprocess_run(name, recordings.truth(row), stored.values, **stages)
+        facts = {"File": f"raw/{name}.csv", "SHA-256": row["sha256"]}
         if stored.fit:
-            fit, particle = stored.fit
-            fitted = fitted_matrix(
-                particle, fit["first_peak"], fit["lag"], samples, shape["length"]
-            )
-            facts["Fit"] = fit_words(fit)
+            facts["Fit"] = fit_words(stored.fit[0])
         facts |= {f"# {key}": text for key, text in stored.header.items()}
+        judged = what_was_judged(run, stored, settings)
+        judged |= {"row": place, "nodule_at_mm": row["nodule_at_mm"]}
         content = recording_evidence(
-            run, shape["threshold"], step, fitted, verdicts.get(name, []), facts
+            run, shape["threshold"], step, judged, verdicts.get(name, []), facts
         )
         yield name, to_json(content)
 

@@ -1,5 +1,6 @@
 """The table of all recordings: what each is, the verdict on it, and whether that is right."""
 
+import math
 from collections.abc import Mapping
 
 import pandas as pd
@@ -8,6 +9,7 @@ from capsule import words
 from capsule.detectors.registry import detector_row
 from capsule.evaluation.folds import main_scheme
 from capsule.evaluation.rates import is_within
+from capsule.evaluation.tables import number
 
 OUTCOMES = (
     "exact",
@@ -20,6 +22,8 @@ OUTCOMES = (
     "not judged",
     "rejected",
 )
+# What a verdict was drawn from, in the columns of the tables.
+EVIDENCE = ("score", "threshold", "location_mm")
 
 
 def page_values(
@@ -97,27 +101,25 @@ def verdicts_by_recording(
     Returns
     -------
     dict of str to list of dict
-        ``detector``, ``scheme``, ``label`` (to be read), ``predicted_mm``, ``details`` (size,
-        probability and place in words) and ``distances`` to every template, None where not known;
-        empty for a detector that does not judge by them. Unlabelled recordings have the scheme
-        ``all``.
+        ``detector``, ``scheme``, ``predicted_mm``, ``details`` (size,
+        probability and place in words), ``distances`` to every template, None where not known,
+        empty for a detector that does not judge by them; and `EVIDENCE`. Unlabelled recordings
+        have the scheme ``all``.
     """
-    several = predictions["detector"].nunique() > 1 or detections["detector"].nunique() > 1
     verdicts: dict[str, list[dict]] = {}
     for table in (predictions, detections):
         labels = [name for name in table.columns if name.startswith("rmse_")]
         for row in table.to_dict("records"):
             scheme = row.get("scheme", "all")
-            label = words.scheme(scheme) if scheme != "all" else "all labelled"
             by_distance = detector_row(row["detector"]).by_distance
             verdicts.setdefault(row["recording"], []).append(
                 {
                     "detector": row["detector"],
                     "scheme": scheme,
-                    "label": f"{row['detector']}, {label}" if several else label,
                     "predicted_mm": _known_or_none(row["predicted_mm"]),
                     "details": _details(row),
                     "distances": [_known_or_none(row[name]) for name in labels if by_distance],
+                    **{key: _significant(row.get(key)) for key in EVIDENCE},
                 }
             )
     return verdicts
@@ -136,6 +138,11 @@ def _details(row: Mapping) -> str:
     return ", ".join(
         f"{name} {text}" for name, (value, text) in parts.items() if words.is_known(value)
     )
+
+
+def _significant(value: float | None) -> float | None:
+    """Return a number to seven digits, more than a drawing shows; None where it has none."""
+    return float(f"{value:.7g}") if words.is_known(value) and math.isfinite(value) else None
 
 
 def _known_or_none(value: float) -> float | None:
@@ -199,21 +206,12 @@ def recording_rows(
                 "note": row["source"] if accepted and words.is_known(row["source"]) else "",
                 "reason": "" if accepted else row["reason"],
                 "sha256": row["sha256"] if words.is_known(row["sha256"]) else "",
+                "nodule_at_mm": _significant(number(str(row.get("nodule_at_mm", "")))),
             }
         )
     return rows
 
 
-def title(row: Mapping) -> str:
-    """Return the heading of a recording's drawings: what it is, and what it was taken for.
-
-    Parameters
-    ----------
-    row : mapping
-        From `recording_rows`.
-    """
-    truth = {None: "unlabelled", 0.0: "no nodule"}.get(row["size_mm"], f"{row['size']} nodule")
-    if not row["verdict"]:
-        return f"{truth}, not judged"
-    judged = "" if row["size_mm"] is None else f" ({row['outcome']})"
-    return f"{truth}, taken for {row['verdict']} by {row['detector']}{judged}"
+def truth(row: Mapping) -> str:
+    """Return what a recording is of, such as ``3 mm nodule``; `row` is from `recording_rows`."""
+    return {None: "unlabelled", 0.0: "no nodule"}.get(row["size_mm"], f"{row['size']} nodule")

@@ -15,6 +15,7 @@ from capsule.page import (
     evidence,
     more_recordings,
     overview,
+    page_data,
     places,
     provenance,
     recordings,
@@ -94,7 +95,15 @@ def page_values(
         "templates": cells.template_rows(tables.templates),
         "detections": cells.detection_rows(tables.detections),
         **listed,
-        "data": evidence.to_json({"sizes": evaluation.sizes_mm()}),
+        "data": evidence.to_json(
+            page_data.page_data(
+                listed["recordings"],
+                verdicts,
+                evaluation.detectors(),
+                evaluation.sizes_mm(),
+                judged,
+            )
+        ),
         "evidence": list(evidence.archive_evidence(listed["recordings"], verdicts, load, settings)),
         **provenance.page_values(listed["recordings"], settings, schema, printed),
     }

@@ -1,0 +1,37 @@
+"""One report and one browser for all tests that look at the page."""
+
+import re
+
+import pytest
+
+from support.browser import Browser
+from support.project import Project
+from support.report_page import EVIL, RECORDINGS
+
+
+@pytest.fixture(scope="session")
+def project(tmp_path_factory):
+    """Run the workflow on an archive that holds what a careless or malicious hand may leave."""
+    folder = tmp_path_factory.mktemp("report") / "project"
+    project = Project.create(folder, RECORDINGS, particles=200, iterations=200)
+    path = project.raw / "1mm" / "r03.csv"
+    content = path.read_text(encoding="utf-8")
+    path.write_text(re.sub(r"(?m)^# source: .*$", f"# source: bench {EVIL}", content), "utf-8")
+    (project.raw / "1mm" / "empty.csv").write_bytes(b"")
+    (project.raw / "1mm" / "wrong.csv").write_text(f"time_s,{EVIL}\n0,1\n", encoding="utf-8")
+    (project.raw / "1mm" / "<b>.txt").write_text("notes", encoding="utf-8")
+    run = project.snakemake()
+    assert run.status == 0, run.output
+    return project
+
+
+@pytest.fixture(scope="session")
+def page(project):
+    return project.results / "report.html"
+
+
+@pytest.fixture(scope="session")
+def browser(tmp_path_factory):
+    browser = Browser(tmp_path_factory.mktemp("browser"))
+    yield browser
+    browser.close()

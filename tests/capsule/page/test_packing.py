@@ -1,0 +1,32 @@
+"""Arrays as text: exact where they can be, to half a step otherwise."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from capsule.page.packing import pack, rounded
+from support.packed import unpack
+
+
+def test_counts_of_an_adc_come_through_exactly_with_their_gaps():
+    values = np.array([[0.0, 512.0, np.nan, 1023.0], [3.0, np.nan, 7.0, 65533.0]])
+    assert np.array_equal(unpack(pack(values)), values, equal_nan=True)
+
+
+@given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=50), st.sampled_from([8, 16]))
+def test_other_values_come_through_to_half_a_step(values, bits):
+    array = np.array([values])
+    packed = pack(array, bits)
+    assert np.allclose(unpack(packed), array, rtol=0, atol=0.5001 * packed["scale"] + 1e-9)
+    assert packed["scale"] <= max(1.0, np.ptp(array) / (2**bits - 3))
+
+
+@pytest.mark.parametrize("fill", [np.nan, 0.0, 2.5])
+def test_a_signal_that_never_changes_or_is_missing(fill):
+    values = np.full((2, 3), fill)
+    assert np.array_equal(unpack(pack(values)), values, equal_nan=True)
+
+
+def test_numbers_keep_five_digits():
+    assert rounded([1 / 3, 123456.7, 0.0]) == [0.33333, 123460.0, 0.0]

@@ -1,0 +1,13 @@
+"""Undo what `capsule.page.packing` does, as the page does."""
+
+import base64
+
+import numpy as np
+
+
+def unpack(packed):
+    """Turn packed numbers back."""
+    numbers = np.frombuffer(base64.b64decode(packed["data"]), f"<u{packed['bits'] // 8}")
+    values = packed["low"] + packed["scale"] * numbers.astype(float)
+    values[numbers == 2 ** packed["bits"] - 1] = np.nan
+    return values.reshape(packed["rows"], -1)

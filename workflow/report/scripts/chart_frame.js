@@ -1,0 +1,119 @@
+// What all charts share: axes, time, a bar for the scale, lines across.
+
+const ChartFrame = ((Palette) => {
+  "use strict";
+
+  const { sensorLine, themeColour } = Palette;
+  const FONT = "12px system-ui, sans-serif";
+  // Room at the right for the bar of the scale; the same in all charts, so that their times stand in line.
+  const MARGIN = 30;
+
+  /** Axes, cursor and size that all charts share; `x` names the unit along the chart. */
+  function chartOptions(width, height, yLabel, { xLabel = "time (s)", yAxis, ...options }) {
+    const axis = {
+      stroke: themeColour("soft"),
+      grid: { stroke: themeColour("rule"), width: 1 },
+      ticks: { stroke: themeColour("rule"), width: 1 },
+      font: FONT,
+      labelFont: FONT,
+    };
+    return {
+      width,
+      height,
+      legend: { show: false },
+      padding: [10, MARGIN, 0, 0],
+      cursor: { sync: { key: xLabel }, points: { show: false }, y: false, drag: { x: true, y: false } },
+      ...options,
+      scales: { x: { time: false }, ...options.scales },
+      axes: [
+        { ...axis, label: xLabel, labelSize: 20, size: 34 },
+        { ...axis, label: yLabel, labelSize: 20, size: 52, ...yAxis },
+      ],
+    };
+  }
+
+  function sensorSeries(count) {
+    return Array.from({ length: count }, (_, sensor) => {
+      const { colour, dash } = sensorLine(sensor);
+      return { label: `sensor ${sensor + 1}`, stroke: colour, dash, width: 1.25 };
+    });
+  }
+
+  function evenly(count, first, step) {
+    return Array.from({ length: count }, (_, index) => first + index * step);
+  }
+
+  /** Let a chart of fewer moments begin and end with the recording. */
+  function overWholeRun(time, rows, duration) {
+    return [
+      [Math.min(0, time[0]), ...time, Math.max(duration, time[time.length - 1])],
+      ...rows.map((row) => [null, ...row, null]),
+    ];
+  }
+
+  /** Give the largest of 1, 2, 5, 10 ... that does not exceed a number above 0. */
+  function roundLength(most) {
+    const power = 10 ** Math.floor(Math.log10(most));
+    return power * [5, 2, 1].find((digit) => digit * power <= most * 1.0000001);
+  }
+
+  /** Draw a line on a chart from one point to another, in its values. */
+  function strokeLine(chart, from, to, { colour, width = 1, dash = [] }) {
+    const { ctx } = chart;
+    ctx.save();
+    ctx.strokeStyle = colour;
+    ctx.lineWidth = width * devicePixelRatio;
+    ctx.setLineDash(dash.map((part) => part * devicePixelRatio));
+    ctx.beginPath();
+    for (const [draw, [x, y]] of [["moveTo", from], ["lineTo", to]]) {
+      ctx[draw](chart.valToPos(x, "x", true), chart.valToPos(y, "y", true));
+    }
+    ctx.stroke();
+    ctx.restore();
+  }
+
+  /** Write beside a line that stands at `x`, on the side that has room. */
+  function writeBeside(chart, text, x, line, colour) {
+    const { ctx, bbox } = chart;
+    const left = chart.valToPos(x, "x", true);
+    if (left < bbox.left || left > bbox.left + bbox.width) return;
+    ctx.save();
+    ctx.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
+    ctx.fillStyle = colour;
+    ctx.textBaseline = "top";
+    const gap = 5 * devicePixelRatio;
+    const fits = left + gap + ctx.measureText(text).width <= bbox.left + bbox.width;
+    ctx.textAlign = fits ? "left" : "right";
+    const top = bbox.top + (2 + 15 * line) * devicePixelRatio;
+    // A halo keeps the words legible over lines.
+    ctx.strokeStyle = themeColour("paper");
+    ctx.lineWidth = 4 * devicePixelRatio;
+    ctx.strokeText(text, fits ? left + gap : left - gap, top);
+    ctx.fillText(text, fits ? left + gap : left - gap, top);
+    ctx.restore();
+  }
+
+  /** Draw a bar of so many units at the right of a chart, above a value. */
+  function drawScaleBar(chart, length, unit, above) {
+    const { ctx, bbox } = chart;
+    const x = bbox.left + bbox.width + 7 * devicePixelRatio;
+    const [bottom, top] = [above, above + length].map((value) => chart.valToPos(value, "y", true));
+    ctx.save();
+    ctx.strokeStyle = themeColour("ink");
+    ctx.lineWidth = 2 * devicePixelRatio;
+    ctx.beginPath();
+    ctx.moveTo(x, bottom);
+    ctx.lineTo(x, top);
+    ctx.stroke();
+    ctx.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
+    ctx.fillStyle = themeColour("ink");
+    ctx.textAlign = "left";
+    ctx.textBaseline = "top";
+    ctx.translate(x + 5 * devicePixelRatio, bottom);
+    ctx.rotate(-Math.PI / 2);
+    ctx.fillText(`${length} ${unit}`, 0, 0);
+    ctx.restore();
+  }
+
+  return { chartOptions, sensorSeries, evenly, overWholeRun, roundLength, strokeLine, writeBeside, drawScaleBar };
+})(Palette);

@@ -1,0 +1,99 @@
+// Which charts show what a detector judged one recording by, and what they say in words.
+
+const EvidenceList = ((Charts, ScoreChart, EvidenceCharts, Elements) => {
+  "use strict";
+
+  const { sizeWords } = Elements;
+
+  function number(value) {
+    return String(Number(value.toPrecision(3))).replace("-", "\u2212");
+  }
+
+  /** The score among those of the archive. */
+  function scoreChart(verdict, marks) {
+    const { score, threshold } = verdict;
+    const side =
+      threshold === null
+        ? "No threshold could be learned."
+        : `The threshold is ${number(threshold)}: the score ${score > threshold ? "exceeds it" : "does not exceed it"}.`;
+    const counted = marks.map((row) => (row.of > row.scores.length ? `${row.scores.length} of ${row.of}` : `${row.of}`));
+    const thinned = marks.some((row) => row.of > row.scores.length) ? ", evenly by rank," : "";
+    const sizes = marks.map((row, place) => `${sizeWords(row.size_mm)} (${counted[place]})`).join(", ");
+    return {
+      title: "Score",
+      caption:
+        `This recording scores ${number(score)}. ${side} Each mark is a recording of the archive${thinned} by its true ` +
+        "size, with the score that its own training fold gives it.",
+      description: `Score ${number(score)} among the scores of the archive. ${side} Marks: ${sizes || "none"}.`,
+      draw: (canvas) => ScoreChart.draw(canvas, verdict, marks),
+    };
+  }
+
+  /** The depth of the beats; `passing` marks when each sensor passes the place. */
+  function beatsChart(evidence, passing) {
+    const passed = evidence.beats.passed_s.map((at, s) => `sensor ${s + 1} ${at === null ? "never" : `at ${at.toFixed(1)} s`}`);
+    const marks = passing ? " Bars: when each sensor passes the place with the highest score." : "";
+    return {
+      title: "Beats",
+      caption:
+        "Every wave presses every sensor. Lines show how deep each press is, in units of the sensor’s usual depth " +
+        `(dotted line); a nodule makes it deeper.${marks}`,
+      description: `Depth of the beats of every sensor.${passing ? ` The place is passed by ${passed.join(", ")}.` : ""}`,
+      draw: (canvas) => EvidenceCharts.drawBeats(canvas, evidence, passing),
+    };
+  }
+
+  function gutChart(evidence, verdict) {
+    const truth = evidence.nodule_at_mm === null ? "" : " The dashed line is the true place, from the header.";
+    return {
+      title: "Score along the gut",
+      caption:
+        "How much the beats of all sensors speak for a nodule at each place: the largest score over all mean speeds of " +
+        `the capsule. The dotted line is the threshold.${truth}`,
+      description:
+        `Score along the gut.${verdict.location_mm === null ? " No place exceeds the threshold." : ` The highest lies at ${verdict.location_mm.toFixed(1)} mm.`}` +
+        `${evidence.nodule_at_mm === null ? "" : ` The nodule lies at ${evidence.nodule_at_mm.toFixed(1)} mm.`}`,
+      draw: (canvas) => EvidenceCharts.drawGut(canvas, evidence, verdict),
+    };
+  }
+
+  function stretchesChart(evidence, verdict) {
+    const { score } = evidence.stretches;
+    const added = verdict.score === null ? "" : ` The archive’s adaptation changes it by ${number(verdict.score - score)}.`;
+    return {
+      title: "What each stretch adds",
+      caption:
+        "What the score taught beforehand loses where the beats of two waves are replaced by usual ones: high where " +
+        `they speak for a nodule. As taught beforehand, the score is ${number(score)}.${added}`,
+      description: "Loss of score without each stretch of the recording, over time.",
+      draw: (canvas) => EvidenceCharts.drawStretches(canvas, evidence),
+    };
+  }
+
+  function templateChart(evidence, verdict, template) {
+    const nearer = verdict.score !== null && verdict.score <= 0 ? " No nodule, the zero template, counts as nearer." : "";
+    return {
+      title: "Nearest template",
+      caption:
+        `The template of ${sizeWords(template.size_mm)} at its best lag (lines) over the matrix (shades). The score is its ` +
+        `margin: how much less of the matrix it leaves over than no template does.${nearer}`,
+      description: `Matrix with the contours of the template of ${sizeWords(template.size_mm)} over it.`,
+      draw: (canvas) => Charts.drawMatrix(canvas, evidence, template),
+    };
+  }
+
+  /** Give the charts of a detector in their order; none where nothing is known. */
+  function chartsOf(evidence, verdict, detector, marks) {
+    const charts = [];
+    if (verdict.score !== null) charts.push(scoreChart(verdict, marks));
+    const drawn = (name) => detector.drawn.includes(name);
+    const template = evidence.templates[verdict.scheme];
+    if (drawn("template") && template) charts.push(templateChart(evidence, verdict, template));
+    if (drawn("beats") && evidence.beats) charts.push(beatsChart(evidence, drawn("passing")));
+    if (drawn("gut") && evidence.gut) charts.push(gutChart(evidence, verdict));
+    if (drawn("stretches") && evidence.stretches) charts.push(stretchesChart(evidence, verdict));
+    return charts;
+  }
+
+  return { chartsOf };
+})(Charts, ScoreChart, EvidenceCharts, Elements);

@@ -1,0 +1,74 @@
+"""What the diagonal detector judged a recording by, laid out to be drawn."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from capsule.detectors.beats import CHANNELS
+from capsule.detectors.candidates import try_candidates
+from capsule.detectors.passage import beats_of
+
+
+@dataclass(frozen=True)
+class AlongGut:
+    """The beats of a recording, and the evidence for a nodule at each place along the gut.
+
+    Attributes
+    ----------
+    first, step : float
+        Centre of the first beat, and the distance from beat to beat, in samples.
+    depth : (S, N) array
+        Depth of each sensor's beats in units of its usual depth, which is 1.
+    step_mm : float
+        Distance from place to place; the first place is the recording's start.
+    evidence : (P,) array
+        The largest over all mean speeds at each place; the detector's score is the largest of all.
+    passed : (S,) array
+        When each sensor passes the place with the most evidence, in samples; NaN for one that
+        does not come within the extent of a place.
+    """
+
+    first: float
+    step: float
+    depth: np.ndarray
+    step_mm: float
+    evidence: np.ndarray
+    passed: np.ndarray
+
+
+def along_gut(values: np.ndarray, rate_hz: float, settings: Mapping) -> AlongGut | None:
+    """Return what `capsule.detectors.passage.passage_of` chooses the best candidate from.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings on an even grid in time; NaN where a sample is missing.
+    rate_hz : float
+        Sampling rate.
+    settings : mapping
+        Section ``diagonal`` of the configuration.
+
+    Returns
+    -------
+    AlongGut or None
+        None without a peristaltic wave on every sensor.
+    """
+    beats, options = beats_of(values, rate_hz, settings)
+    if beats is None:
+        return None
+    tried = try_candidates(beats, **options)
+    step_mm = options["step_mm"]
+    number = np.rint(tried.place_mm / step_mm).astype(int)
+    evidence = np.full(number.max() + 1, -np.inf)
+    np.maximum.at(evidence, number, tried.evidence)
+    beyond_mm = np.abs(tried.beyond_mm() - tried.behind_mm[:, np.newaxis])
+    passed = beats.centre[beyond_mm.argmin(axis=1)]
+    return AlongGut(
+        first=float(beats.centre[0]),
+        step=float(beats.centre[1] - beats.centre[0]),
+        depth=1.0 + beats.channels[CHANNELS.index("depth")],
+        step_mm=step_mm,
+        evidence=evidence,
+        passed=np.where(beyond_mm.min(axis=1) <= options["width_mm"], passed, np.nan),
+    )

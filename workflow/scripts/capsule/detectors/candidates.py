@@ -1,0 +1,238 @@
+"""Every place and mean speed at which one nodule may pass all sensors, and the evidence for it."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from capsule.detectors.beats import CHANNELS, Beats, quantile
+
+# Candidates that are tried at a time, to stay within the processor's cache.
+_BLOCK = 250
+# In windows: even without dwell, a sensor that never meets a place says nothing of it.
+_LEAST_DWELL = float(np.finfo(np.float32).tiny)
+
+
+def standardised_beats(
+    beats: Beats, weights: Mapping[str, float], least_spread: float, limit: float
+) -> np.ndarray:
+    """Weigh the channels, in units of each sensor's own spread over the run.
+
+    A sensor whose seat shifts all the time says less than one that sits firm, and no single beat
+    says more than `limit`.
+
+    Parameters
+    ----------
+    beats : Beats
+        From `find_beats`.
+    weights : mapping of str to float
+        Weight of each channel.
+    least_spread : float
+        Added to the spread in quadrature, in usual depths: no sensor is trusted beyond it.
+    limit : float
+        Largest magnitude, in spreads.
+
+    Returns
+    -------
+    (S, N) array
+    """
+    weighted = sum(weights[name] * beats.channels[channel] for channel, name in enumerate(CHANNELS))
+    # A nodule raises the beats for part of the run, so the spread is that of the lower half. From
+    # the median to the lower quartile it is 0.6745 standard deviations of a normal distribution.
+    ordered = np.sort(weighted, axis=1)
+    spread = (quantile(ordered, 0.5) - quantile(ordered, 0.25)) / 0.6745
+    return np.clip(weighted / np.hypot(least_spread, spread), -limit, limit)
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """All places and mean speeds that were tried, and how much speaks for each.
+
+    Attributes
+    ----------
+    weighted : (S, N) array
+        From `standardised_beats`.
+    head_mm : (V, N) array
+        Way of the first sensor at each speed, in mm.
+    behind_mm : (S,) array
+        How far each sensor is behind the first.
+    lag_samples : (V,) array
+        Mean time from sensor to sensor at each speed.
+    speed : (G,) array of int
+        Number of each candidate's speed.
+    place_mm, evidence : (G,) array
+        Each candidate's place, and what `capsule.detectors.passage.Passage` says of it.
+    dwell : float
+        As in `try_candidates`, but in windows.
+    unit_mm : float
+        In which the Gaussian of a place is exp(-x^2).
+    """
+
+    weighted: np.ndarray
+    head_mm: np.ndarray
+    behind_mm: np.ndarray
+    lag_samples: np.ndarray
+    speed: np.ndarray
+    place_mm: np.ndarray
+    evidence: np.ndarray
+    dwell: float
+    unit_mm: float
+
+    @property
+    def best(self) -> int:
+        """Number of the candidate with the most evidence."""
+        return int(self.evidence.argmax())
+
+    def beyond_mm(self) -> np.ndarray:
+        """Return how far the first sensor is beyond the best place at each moment, (N,)."""
+        return self.head_mm[self.speed[self.best]] - self.place_mm[self.best]
+
+
+def try_candidates(
+    beats: Beats,
+    *,
+    level_weight: float,
+    depth_weight: float,
+    shape_weight: float,
+    least_spread: float,
+    limit: float,
+    pitch_mm: float,
+    lag_range: tuple[float, float],
+    lags: int,
+    step_mm: float,
+    width_mm: float,
+    dwell: float,
+) -> Candidates:
+    """Search all places and mean speeds for a passage.
+
+    At a candidate place each sensor's beats are averaged over the time that the sensor spends
+    there (a Gaussian of `width_mm`), and the sensors' averages are averaged. The capsule's
+    irregular motion is known from the wave's phase; its mean speed is searched.
+
+    Parameters
+    ----------
+    beats : Beats
+        From `find_beats`.
+    level_weight, depth_weight, shape_weight : float
+        Weights of the channels of the beats.
+    least_spread, limit : float
+        As in `standardised_beats`.
+    pitch_mm : float
+        Distance from sensor to sensor in mm.
+    lag_range : pair of float
+        Shortest and longest mean time from sensor to sensor, in samples.
+    lags : int
+        How many mean speeds are tried, evenly spaced.
+    step_mm : float
+        Distance between the places tried, in mm.
+    width_mm : float
+        Standard deviation of a place, in mm.
+    dwell : float
+        Samples' worth of usual beats that are mixed into each average, so that a place that a
+        sensor hurries through, or never meets, says little.
+
+    Returns
+    -------
+    Candidates
+    """
+    weights = dict(zip(CHANNELS, (level_weight, depth_weight, shape_weight), strict=True))
+    weighted = standardised_beats(beats, weights, least_spread, limit)
+    behind_mm = pitch_mm * np.arange(weighted.shape[0])
+    dwell = max(dwell / float(beats.centre[1] - beats.centre[0]), _LEAST_DWELL)
+    speeds = np.linspace(pitch_mm / lag_range[1], pitch_mm / lag_range[0], lags)
+    head_mm = beats.irregular_mm - beats.irregular_mm[0] + np.outer(speeds, beats.centre)
+    # Places that at least half the sensors can meet.
+    farthest_mm = head_mm.max(axis=1) - behind_mm[behind_mm.size // 2]
+    speed, place_mm = _candidates(farthest_mm, step_mm)
+    unit_mm = float(np.sqrt(2) * width_mm)
+    head, behind, place = head_mm / unit_mm, behind_mm / unit_mm, place_mm / unit_mm
+    evidence = _evidence(weighted, head, behind, speed, place, dwell)
+    lag_samples = pitch_mm / speeds
+    return Candidates(
+        weighted, head_mm, behind_mm, lag_samples, speed, place_mm, evidence, dwell, unit_mm
+    )
+
+
+def _candidates(farthest_mm: np.ndarray, step_mm: float) -> tuple[np.ndarray, np.ndarray]:
+    """List what is tried: from the start, every place up to the farthest at each speed (V,).
+
+    Returns
+    -------
+    speed : (G,) array of int
+        Number of each candidate's speed.
+    place_mm : (G,) array
+    """
+    places = np.ceil(np.maximum(farthest_mm, 0.0) / step_mm + 0.5).astype(int)
+    speed = np.repeat(np.arange(places.size), places)
+    before = np.repeat(np.cumsum(places) - places, places)
+    return speed, step_mm * (np.arange(speed.size) - before)
+
+
+def _evidence(
+    weighted: np.ndarray,
+    head: np.ndarray,
+    behind: np.ndarray,
+    speed: np.ndarray,
+    place: np.ndarray,
+    dwell: float,
+) -> np.ndarray:
+    """Give the evidence of every candidate (G,), to a millionth.
+
+    Single precision is enough to choose one, and takes half the time.
+
+    Parameters
+    ----------
+    weighted : (S, N) array
+        From `standardised_beats`.
+    head : (V, N) array
+        Way of the first sensor at each speed, in units in which the Gaussian is exp(-x^2).
+    behind, dwell
+        As in `averages`.
+    speed, place : (G,) arrays
+        From `_candidates`, the places in the same units.
+    """
+    channels, head, behind, place = (
+        values.astype(np.float32) for values in (weighted[np.newaxis], head, behind, place)
+    )
+    evidence = np.empty(place.size, dtype=np.float32)
+    for start in range(0, place.size, _BLOCK):
+        some = slice(start, start + _BLOCK)
+        beyond = head.take(speed[some], axis=0)
+        beyond -= place[some, np.newaxis]
+        evidence[some] = averages(channels, beyond, behind, dwell)[0]
+    return evidence
+
+
+def averages(
+    channels: np.ndarray, beyond: np.ndarray, behind: np.ndarray, dwell: float
+) -> np.ndarray:
+    """Average the beats at places: each sensor's over its time there, then over the sensors.
+
+    Parameters
+    ----------
+    channels : (C, S, N) array
+        Of which the averages are taken.
+    beyond : (G, N) array
+        How far the first sensor is beyond each place at each moment, in units in which the
+        Gaussian is exp(-x^2).
+    behind : (S,) array
+        How far each sensor is behind the first, in the same units.
+    dwell : float
+        As in `find_passage`, but in windows, and above 0.
+
+    Returns
+    -------
+    (C, G) array
+        In the precision of `beyond`.
+    """
+    precision = beyond.dtype.type
+    moments = np.ones(beyond.shape[1], dtype=precision)
+    presence = np.empty_like(beyond)
+    total = np.zeros((channels.shape[0], beyond.shape[0]), dtype=precision)
+    for sensor in range(behind.size):
+        np.subtract(beyond, behind[sensor], out=presence)
+        np.square(presence, out=presence)
+        np.negative(presence, out=presence)
+        np.exp(presence, out=presence)
+        total += channels[:, sensor] @ presence.T / (presence @ moments + precision(dwell))
+    return total / behind.size

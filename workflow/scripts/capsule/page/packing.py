@@ -1,0 +1,47 @@
+"""Arrays as text: whole numbers of one or two bytes with a scale, in base64, or a few digits.
+
+The page multiplies the whole numbers back. Readings that are counts of an ADC come through exactly.
+"""
+
+import base64
+from collections.abc import Iterable
+
+import numpy as np
+
+
+def pack(values: np.ndarray, bits: int = 16) -> dict:
+    """Return an array as whole numbers of 8 or 16 bits in base64.
+
+    Parameters
+    ----------
+    values : (S, N) array
+        NaN where a sample is missing.
+    bits : {8, 16}
+        Bits a value.
+
+    Returns
+    -------
+    dict
+        ``bits``, ``rows``, ``low``, ``scale`` and ``data``: value = low + scale * number, row after
+        row, little-endian; the largest number stands for a missing sample. Whole numbers that
+        fit are kept exactly.
+    """
+    missing = 2**bits - 1
+    known = values[~np.isnan(values)]
+    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 0.0)
+    whole = bool(np.all(known == np.rint(known))) and high - low < missing
+    scale = 1.0 if whole or high == low else (high - low) / (missing - 1)
+    numbers = np.where(np.isnan(values), missing, np.rint((values - low) / scale))
+    data = numbers.astype(f"<u{bits // 8}").tobytes()
+    return {
+        "bits": bits,
+        "rows": values.shape[0],
+        "low": low,
+        "scale": scale,
+        "data": base64.b64encode(data).decode("ascii"),
+    }
+
+
+def rounded(values: Iterable[float], digits: int = 5) -> list[float]:
+    """Return numbers to so many significant digits."""
+    return [float(f"{value:.{digits}g}") for value in values]

@@ -1,0 +1,119 @@
+"""What the page's scripts know of all recordings at once: every detector's verdicts and scores."""
+
+from collections.abc import Mapping, Sequence
+
+from capsule import words
+from capsule.detectors.registry import detector_row
+from capsule.evaluation.folds import main_scheme
+from capsule.page.packing import rounded
+from capsule.page.recordings import OUTCOMES, outcome
+
+# More marks than these on one line run into each other.
+MAX_MARKS = 200
+
+
+def page_data(
+    rows: Sequence[Mapping],
+    verdicts: Mapping[str, Sequence[Mapping]],
+    detectors: Sequence[str],
+    sizes_mm: Sequence[float],
+    settings: Mapping,
+) -> dict:
+    """Return what the page's scripts know of all recordings.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+        From `capsule.page.recordings.recording_rows`.
+    verdicts : mapping of str to sequence of mapping
+        From `capsule.page.recordings.verdicts_by_recording`.
+    detectors : sequence of str
+        In the order of the configuration.
+    sizes_mm : sequence of float
+        Of the templates, 0 first.
+    settings : mapping
+        Section ``evaluation`` of the configuration.
+
+    Returns
+    -------
+    dict
+        ``sizes``; ``detectors`` and ``schemes``, each with ``name`` and ``words``, of a detector
+        also ``drawn`` and ``needs``; ``main_scheme``; ``outcomes``; ``verdicts``, of
+        each detector and scheme the size in mm and the number of the outcome of every row, and
+        ``scores``, from `score_marks`; ``checksums`` of the rows.
+    """
+    schemes = list(settings["schemes"])
+    tables = {}
+    for detector in detectors:
+        for scheme in schemes:
+            judged = [
+                _verdict(verdicts.get(row["recording"], ()), detector, scheme) for row in rows
+            ]
+            tables[f"{detector}|{scheme}"] = (judged, score_marks(rows, judged))
+    return {
+        "sizes": list(sizes_mm),
+        "detectors": [
+            {"name": row.name, "words": row.sentence, "drawn": row.drawn, "needs": row.needs}
+            for row in map(detector_row, detectors)
+        ],
+        "schemes": [{"name": name, "words": words.scheme(name)} for name in schemes],
+        "main_scheme": main_scheme(schemes),
+        "outcomes": list(OUTCOMES),
+        "verdicts": {
+            key: _columns(rows, judged, settings["tolerance_mm"])
+            for key, (judged, _) in tables.items()
+        },
+        "scores": {key: marks for key, (_, marks) in tables.items()},
+        "checksums": {row["recording"]: row["sha256"][:16] for row in rows if row["accepted"]},
+    }
+
+
+def score_marks(rows: Sequence[Mapping], judged: Sequence[Mapping | None]) -> list[dict]:
+    """Return the scores of the labelled recordings, a row a size, at most `MAX_MARKS` of each.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+        The recordings.
+    judged : sequence of mapping or None
+        The verdict on each.
+
+    Returns
+    -------
+    list of dict
+        ``size_mm``, ``of`` (how many recordings) and ``scores``, ascending: every one, or those
+        of evenly spaced ranks.
+    """
+    by_size: dict[float, list[float]] = {}
+    for row, verdict in zip(rows, judged, strict=True):
+        if row["size_mm"] is not None and verdict is not None and verdict["score"] is not None:
+            by_size.setdefault(row["size_mm"], []).append(verdict["score"])
+    marks = []
+    for size_mm in sorted(by_size):
+        scores = sorted(by_size[size_mm])
+        count = min(len(scores), MAX_MARKS)
+        last = max(count - 1, 1)
+        kept = [scores[round(rank * (len(scores) - 1) / last)] for rank in range(count)]
+        marks.append({"size_mm": size_mm, "of": len(scores), "scores": rounded(kept)})
+    return marks
+
+
+def _verdict(verdicts: Sequence[Mapping], detector: str, scheme: str) -> Mapping | None:
+    """Find the verdict of a detector; unlabelled recordings have one for all schemes."""
+    wanted = (scheme, "all")
+    chosen = (v for v in verdicts if v["detector"] == detector and v["scheme"] in wanted)
+    return next(chosen, None)
+
+
+def _columns(
+    rows: Sequence[Mapping], judged: Sequence[Mapping | None], tolerance_mm: float
+) -> dict:
+    predicted = [None if verdict is None else verdict["predicted_mm"] for verdict in judged]
+    outcomes = [
+        outcome(row["size_mm"], size_mm, tolerance_mm) if row["accepted"] else "rejected"
+        for row, size_mm in zip(rows, predicted, strict=True)
+    ]
+    return {
+        "predicted_mm": predicted,
+        "outcome": [OUTCOMES.index(each) for each in outcomes],
+    }

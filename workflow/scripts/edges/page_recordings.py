@@ -1,0 +1,87 @@
+"""Read what the stages have stored of each recording that the report shows."""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from capsule.evaluation.folds import scheme_folds
+from capsule.naming import folder_of, size_mm
+from capsule.page.evidence import Stored
+from capsule.page.judged_by import fold_particles
+from capsule.templates import total
+from edges import files
+from edges.fits import by_size, read_particles
+from edges.results import read_fit, read_signal
+from edges.scorer_files import read_stretches
+
+# Under which an unlabelled recording is judged: all labelled ones teach.
+ALL = "all"
+
+
+class StoredRecordings:
+    """The recordings of a run of the workflow, read one at a time.
+
+    Parameters
+    ----------
+    results : Path
+        The folder of results.
+    settings : mapping
+        The configuration.
+    by_features : bool
+        Whether a detector judges by the taught scorer's features.
+    """
+
+    def __init__(self, results: Path, settings: Mapping, *, by_features: bool) -> None:
+        self._results, index = results, results / "recordings.csv"
+        accepted = {
+            row["recording"]: row for row in files.read_csv(index) if row["status"] == "accepted"
+        }
+        self._particles = read_particles(index, results / "fits")
+        sensors = settings["recording"]["sensors"]
+        groups = by_size(self._particles)
+        self._totals = {size: total(groups[size], sensors) for size in sorted(groups)}
+        self._left_out = _left_out(accepted, settings["evaluation"]["schemes"])
+        features, folders = results / "features", set(map(folder_of, accepted))
+        self._stretches = read_stretches(features, accepted) if by_features and folders else {}
+
+    def __call__(self, name: str) -> Stored:
+        """Read what is stored of an accepted recording."""
+        header = files.read_json(self._results / "checks" / f"{name}.json")["header"]
+        templates = {
+            scheme: fold_particles(
+                self._totals,
+                [(size_mm(each), self._particles[each]) for each in left_out if size_mm(each)],
+            )
+            for scheme, left_out in self._left_out[name].items()
+        }
+        return Stored(
+            read_signal(self._results / "signals", name),
+            header,
+            read_fit(self._results / "fits" / f"{name}.json"),
+            templates,
+            self._stretches.get(name),
+        )
+
+
+def _left_out(
+    accepted: Mapping[str, Mapping[str, str]], schemes: list[str]
+) -> dict[str, dict[str, list[str]]]:
+    """Tell which labelled recordings taught nothing of each recording, under each scheme."""
+    labelled = {name: row for name, row in accepted.items() if row["size_mm"]}
+    left_out: dict[str, dict[str, list[str]]] = {name: {} for name in accepted}
+    for name, scheme, others in _of_folds(labelled, schemes):
+        left_out[name][scheme] = others
+    for name in accepted.keys() - labelled.keys():
+        copies = accepted[name]["near_copies"].split()
+        left_out[name][ALL] = sorted(labelled.keys() & set(copies))
+    return left_out
+
+
+def _of_folds(
+    labelled: Mapping[str, Mapping[str, str]], schemes: list[str]
+) -> Iterator[tuple[str, str, list[str]]]:
+    names = list(labelled)
+    for folds in scheme_folds(schemes, labelled):
+        for judged, left_out in folds.parts():
+            others = [names[place] for place in left_out]
+            for place in judged:
+                yield names[place], folds.scheme, others
