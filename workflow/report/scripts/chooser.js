@@ -5,8 +5,8 @@ const Chooser = ((Palette, Viewer, Elements) => {
 
   const { readData } = Elements;
 
-  /** Let a reader choose from the table; gives what is to be called when its rows change. */
-  function setUp(table, shown, data) {
+  /** Let a reader choose from the table; `onChosen` hears of it. Gives what is to be called when its rows change. */
+  function setUp(table, shown, data, onChosen) {
     const viewer = document.getElementById("viewer");
     if (!viewer) return () => {};
     const title = document.getElementById("viewer-title");
@@ -36,8 +36,10 @@ const Chooser = ((Palette, Viewer, Elements) => {
 
     const draw = () => {
       const current = shown.current();
-      chosen = current.recording ?? viewer.dataset.first;
-      if (!carried.has(chosen)) return;
+      const wanted = current.recording ?? viewer.dataset.first;
+      if (!carried.has(wanted)) return;
+      if (wanted !== chosen) onChosen(wanted);
+      chosen = wanted;
       const evidence = readData(carried.get(chosen));
       title.textContent = `${chosen}: ${Viewer.titleOf(evidence, current, data)}`;
       redraw = Viewer.show(viewer, evidence, { ...current, recording: chosen }, data);

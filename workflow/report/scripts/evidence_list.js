@@ -35,6 +35,7 @@ const EvidenceList = ((Charts, ScoreChart, EvidenceCharts, Elements) => {
     const marks = passing ? " Bars: when each sensor passes the place with the highest score." : "";
     return {
       title: "Beats",
+      bySensor: true,
       caption:
         "Every wave presses every sensor. Lines show how deep each press is, in units of the sensor’s usual depth " +
         `(dotted line); a nodule makes it deeper.${marks}`,

@@ -3,7 +3,7 @@
 const RecordingsTable = (() => {
   "use strict";
 
-  /** Let a reader sort, filter and search the rows; `onChange` is called after each change. */
+  /** Let a reader sort, filter and search the rows; `onChange` is called after each change. Gives what is to be called when outcomes change. */
   function setUp(table, onChange) {
     const body = table.tBodies[0];
     const rows = [...body.rows];
@@ -19,7 +19,7 @@ const RecordingsTable = (() => {
         row.hidden = !(
           (!size.value || row.dataset.size === size.value) &&
           (!outcome.value || row.dataset.outcome === outcome.value) &&
-          (!wanted || row.dataset.text.includes(wanted))
+          (!wanted || `${row.dataset.text} ${row.dataset.outcome}`.includes(wanted))
         );
         if (!row.hidden) shown += 1;
       }
@@ -60,6 +60,14 @@ const RecordingsTable = (() => {
       head.querySelector("button").addEventListener("click", () => sortBy(head, column));
     });
     filter();
+    return () => {
+      // The choice of outcomes holds those that there are.
+      const present = [...new Set(rows.map((row) => row.dataset.outcome))];
+      const before = outcome.value;
+      outcome.replaceChildren(outcome.options[0], ...present.map((name) => new Option(name)));
+      outcome.value = present.includes(before) ? before : "";
+      filter();
+    };
   }
 
   return { setUp };

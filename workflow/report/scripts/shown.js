@@ -33,15 +33,17 @@ const Shown = ((Address) => {
       const before = shown;
       shown = { ...shown, ...wanted };
       if (Object.keys(shown).every((key) => shown[key] === before[key])) return;
-      history.pushState(null, "", addressOf({}) === "#" ? "#recordings" : addressOf({}));
+      history.pushState({ shown }, "", addressOf({}));
       tell(change);
     };
 
+    // Back and Forward return to what was shown there; a link to a place of the page changes nothing of it.
     window.addEventListener("hashchange", () => {
       const address = Address.parse(location.hash);
-      if (!address) return;
-      take(address);
-      tell({ byAddress: Boolean(address.recording) });
+      if (history.state?.shown) shown = history.state.shown;
+      else if (address) take(address);
+      history.replaceState({ shown }, "");
+      tell({ byAddress: Boolean(address?.recording) });
     });
     // A link names the recording; the detector stays the one that was chosen.
     document.addEventListener("click", (event) => {
@@ -56,6 +58,7 @@ const Shown = ((Address) => {
 
     const first = Address.parse(location.hash);
     if (first) take(first);
+    history.replaceState({ shown }, "");
     return {
       current: () => shown,
       named: Boolean(first?.recording),

@@ -1,13 +1,18 @@
 // Set up what a reader can work with, where the page has it.
 
-((RecordingsTable, Chooser, Shown, Elements) => {
+((RecordingsTable, Chooser, Shown, Switches, Notes, Links, Tools, Elements) => {
   "use strict";
 
+  Tools.setUp();
   const carried = document.getElementById("page-data");
   const table = document.getElementById("recordings-table");
   if (!carried || !table) return;
   const data = Elements.readData(carried);
   const shown = Shown.setUp(data);
   document.getElementById("filters").hidden = false;
-  RecordingsTable.setUp(table, Chooser.setUp(table, shown, data));
-})(RecordingsTable, Chooser, Shown, Elements);
+  // A report that is made again in its place keeps the notes on recordings that are still the same.
+  const noteOn = Notes.setUp(table, { report: location.pathname, checksums: data.checksums });
+  Links.setUp(new Set(Object.keys(data.checksums)));
+  const outcomesChanged = RecordingsTable.setUp(table, Chooser.setUp(table, shown, data, noteOn));
+  Switches.setUp(table, shown, data, outcomesChanged);
+})(RecordingsTable, Chooser, Shown, Switches, Notes, Links, Tools, Elements);

@@ -11,6 +11,11 @@ const Tables = ((Elements) => {
     return `${verdict.detector}, ${scheme ? scheme.words : "all labelled"}`;
   }
 
+  /** Give the verdicts under a scheme; an unlabelled recording has one for all. */
+  function ofScheme(evidence, scheme) {
+    return evidence.verdicts.filter((verdict) => [scheme, "all"].includes(verdict.scheme));
+  }
+
   /** A distance as a number with a bar, so that the eye finds the shortest. */
   function distanceCell(value, nearest, longest) {
     if (value === null) return document.createTextNode(UNKNOWN);
@@ -24,8 +29,8 @@ const Tables = ((Elements) => {
   }
 
   /** Make the table of the distances to every template, by each detector that judges by them. */
-  function distances(evidence, data) {
-    const shown = evidence.verdicts.filter((verdict) => verdict.distances.length);
+  function distances(evidence, data, scheme) {
+    const shown = ofScheme(evidence, scheme).filter((verdict) => verdict.distances.length);
     const heads = ["Template", ...shown.map((verdict) => labelOf(verdict, data))];
     const known = shown.map((verdict) => verdict.distances.filter((value) => value !== null));
     const longest = Math.max(0, ...known.flat());
@@ -38,13 +43,14 @@ const Tables = ((Elements) => {
   }
 
   /** Make the table of every detector's verdict. */
-  function verdicts(evidence, data) {
-    const rows = evidence.verdicts.map((verdict) => [
+  function verdicts(evidence, data, scheme) {
+    const rows = ofScheme(evidence, scheme).map((verdict) => [
       labelOf(verdict, data),
       element("strong", "", sizeWords(verdict.predicted_mm)),
       verdict.details,
     ]);
-    const caption = "Every detector’s verdict, by what other recordings teach; with resubstitution this one teaches too.";
+    const taught = scheme === "resubstitution" ? "by what all recordings teach, this one too" : "by what other recordings teach";
+    const caption = `Every detector’s verdict, ${taught}.`;
     return textTable("verdicts", "verdicts", caption, ["Detector", "Verdict", "Details"], rows);
   }
 

@@ -1,6 +1,6 @@
 // One recording: what the chosen detector judged by, its signals, its tables.
 
-const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Address) => {
+const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address) => {
   "use strict";
 
   const { chartFigure, element, sizeWords, svgElement } = Elements;
@@ -35,12 +35,14 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Address) => {
     return [
       {
         title: "Readings",
+        bySensor: true,
         caption: `As recorded, in ${unit}, one sensor below the other; the bar shows the scale of all.${thinned}`,
         description: `Readings of ${sensors} sensors over time, in ${unit}.`,
         draw: (canvas) => Charts.drawReadings(canvas, evidence),
       },
       {
         title: "Envelope",
+        bySensor: true,
         caption: `RMS envelope of the normalized readings; the dotted line is the threshold of ${evidence.threshold} SD.`,
         description: `RMS envelopes. Highest values: ${strongest}. The table below lists them.`,
         draw: (canvas) => Charts.drawEnvelopes(canvas, evidence),
@@ -106,10 +108,20 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Address) => {
     const detector = data.detectors.find((each) => each.name === shown.detector);
     const marks = data.scores[`${shown.detector}|${shown.scheme}`] ?? [];
     const listed = verdict ? EvidenceList.chartsOf(evidence, verdict, detector, marks) : [];
-    const prepare = (chart) => ({ ...chart, ...chartFigure(chart) });
-    const [judged, signals] = [listed.map(prepare), signalCharts(evidence).map(prepare)];
+    const file = (title) => `${shown.recording} ${title}`;
+    const prepare = (chart) => {
+      const made = { ...chart, ...chartFigure(chart) };
+      const sensors = chart.bySensor ? evidence.readings.rows : 0;
+      const title = `${shown.recording}: ${chart.title}${chart.judged ? `, ${shown.detector}` : ""}`;
+      Tools.forChart(made.figure, made.canvas, { title, sensors, name: file(`${chart.judged ? `${shown.detector} ` : ""}${chart.title}`) });
+      return made;
+    };
+    const [judged, signals] = [listed.map((chart) => prepare({ ...chart, judged: true })), signalCharts(evidence).map(prepare)];
     const tables = element("div", "tables");
-    tables.append(Tables.distances(evidence, data), Tables.peaks(evidence));
+    tables.append(
+      Tools.forTable(Tables.distances(evidence, data, shown.scheme), file("distances")),
+      Tools.forTable(Tables.peaks(evidence), file("envelopes")),
+    );
     const key = element("ul", "key");
     viewer.replaceChildren(
       detectorLinks(evidence, shown, data),
@@ -118,7 +130,7 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Address) => {
       ...judged.map(({ figure }) => figure),
       element("h4", "", "Signals"),
       ...signals.map(({ figure }) => figure),
-      Tables.verdicts(evidence, data),
+      Tools.forTable(Tables.verdicts(evidence, data, shown.scheme), file("verdicts")),
       tables,
       Tables.facts(evidence),
     );
@@ -133,4 +145,4 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Address) => {
   }
 
   return { show, titleOf };
-})(Elements, Palette, Charts, EvidenceList, Tables, Address);
+})(Elements, Palette, Charts, EvidenceList, Tables, Tools, Address);

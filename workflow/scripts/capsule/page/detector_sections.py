@@ -97,7 +97,12 @@ def result_of(
             }
             for name in judged["schemes"]
         ],
-        **cells.rate_tables(both["detection"], sizing, both["confusion"], sizes_mm, judged),
+        **{
+            name: {"detector": detector, **table}
+            for name, table in cells.rate_tables(
+                both["detection"], sizing, both["confusion"], sizes_mm, judged
+            ).items()
+        },
     }
 
 

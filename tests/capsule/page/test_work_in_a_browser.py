@@ -1,0 +1,323 @@
+"""The page as a place to work in: switches, columns, files to keep, links and notes."""
+
+import csv
+import io
+import time
+from contextlib import contextmanager
+
+import pytest
+
+from capsule import words
+from capsule.naming import without_formula
+from support.browser import DESKTOP, PHONE, missing_browser
+from support.report_page import EVIL, RECORDINGS, table, wait_for_title
+
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.skipif(bool(missing_browser()), reason=missing_browser() or "installed"),
+]
+FORMULAS = [
+    "=1+1",
+    "a;=1",
+    "-1.5",
+    "-1.5e-3",
+    "- 1",
+    "+inf",
+    "-x",
+    "@a",
+    'x,"=2"',
+    "|+b",
+    "\uff1d1",
+]
+FORMULAS += ["plain", "", "a\t@b", "2024-06-03", "'=1"]
+
+
+def choose(browser, title, value):
+    browser.run(
+        "const label = [...document.querySelectorAll('.switches label')]"
+        ".find((each) => each.textContent.startsWith(arguments[0]));"
+        "const select = label.querySelector('select'); select.value = arguments[1];"
+        "select.dispatchEvent(new Event('change'))",
+        title,
+        value,
+    )
+
+
+def shown_table(browser, kind):
+    """Give the id and the visible rows of the one visible table of a kind."""
+    return browser.run(
+        "const tables = [...document.querySelectorAll(`main table[id^='${arguments[0]}']`)]"
+        ".filter((t) => t.offsetParent !== null);"
+        "if (tables.length !== 1) return [tables.map((t) => t.id), []];"
+        "return [tables[0].id, [...tables[0].rows].map((row) => [...row.cells]"
+        ".filter((c) => !c.hidden).map((c) => [c.dataset.value ?? null, c.innerText.trim()]))]",
+        kind,
+    )
+
+
+@contextmanager
+def saved(browser, tmp_path):
+    """Let the browser save into a folder; gives what waits for the one file there."""
+    browser._command("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(tmp_path))
+
+    def file():
+        deadline = time.monotonic() + 15
+        while time.monotonic() < deadline:
+            whole = [p for p in tmp_path.iterdir() if not p.name.endswith((".crdownload", ".tmp"))]
+            hidden = [p for p in whole if not p.name.startswith(".")]
+            if hidden and hidden[0].stat().st_size:
+                return hidden[0]
+            time.sleep(0.05)
+        raise AssertionError("no file was saved")
+
+    yield file
+
+
+def press(browser, label):
+    browser.run(
+        "[...document.querySelectorAll('button')]"
+        ".find((b) => b.getAttribute('aria-label') === arguments[0]).click()",
+        label,
+    )
+
+
+def read_csv(path):
+    return list(csv.reader(io.StringIO(path.read_text(encoding="utf-8"))))
+
+
+@pytest.mark.parametrize("detector", ["template", "diagonal", "taught"])
+@pytest.mark.parametrize("scheme", ["leave_one_out", "resubstitution"])
+def test_one_switch_chooses_whose_rates_all_sections_show(browser, page, project, detector, scheme):
+    browser.open(page)
+    choose(browser, "Detector", detector)
+    choose(browser, "Scheme", scheme)
+    chosen = [
+        row
+        for row in table(project, "evaluation/detection.csv")
+        if (row["detector"], row["scheme"]) == (detector, scheme)
+    ]
+    _, (_, schemes, *rows) = shown_table(browser, "detection-table")
+    assert [text for _, text in schemes] == [words.scheme(scheme), words.scheme("paper")] * 2
+    for row, cells in zip(chosen, rows, strict=True):
+        for place, rate in ((1, "precision"), (3, "recall")):
+            value = cells[place][0]
+            assert (float(value) if value else None) == (float(row[rate]) if row[rate] else None)
+    _, (_, *rows) = shown_table(browser, "confusion-table")
+    counts = [
+        row["count"]
+        for row in table(project, "evaluation/confusion.csv")
+        if (row["detector"], row["scheme"]) == (detector, scheme)
+    ]
+    assert [text for row in rows for _, text in row[1:-1]] == counts
+    for kind in ("sizing-table", "negatives-table"):
+        assert shown_table(browser, kind)[1]
+    # Detectors are compared under one scheme alone, which stays.
+    assert len(browser.texts("#detectors [data-scheme] caption")) == 1
+    shown = {text for text in browser.texts("p.by") if text}
+    assert len(shown) == 1 and f"Verdicts of {detector}, " in shown.pop()
+    assert browser.messages() == []
+
+
+@pytest.mark.parametrize("detector", ["template", "diagonal"])
+def test_the_switch_brings_the_detectors_verdicts_into_the_table(browser, page, project, detector):
+    browser.open(page, f"#detector={detector}&scheme=resubstitution")
+    rows = table(project, "evaluation/predictions.csv") + table(project, "detections.csv")
+    said = {
+        row["recording"]: float(row["predicted_mm"])
+        for row in rows
+        if row["detector"] == detector and row.get("scheme", "resubstitution") == "resubstitution"
+        if row["predicted_mm"]
+    }
+    shown = browser.run(
+        "return [...document.querySelectorAll('#recordings-table tbody tr')].map((row) => "
+        "[row.dataset.recording, row.cells[2].dataset.value, row.cells[2].textContent,"
+        " row.dataset.outcome, row.cells[3].textContent, row.dataset.size])"
+    )
+    for name, value, text, outcome, judged, size in shown:
+        assert (float(value) if value else None) == said.get(name)
+        assert text == (words.size(said[name]) if name in said else "")
+        assert outcome == judged
+        if size == "no nodule" and name in said:
+            assert outcome == ("rightly none" if said[name] == 0 else "false alarm")
+    assert browser.find("#table-judge").text == f"{detector}, resubstitution"
+    options = browser.run(
+        "return [...document.getElementById('filter-outcome').options].map((each) => each.text)"
+    )
+    assert set(options) == {"all", *(outcome for _, _, _, outcome, _, _ in shown)}
+
+
+def test_resubstitution_is_hidden_until_asked_for(browser, page):
+    browser.open(page)
+    seen = "return [...document.querySelectorAll('main th, main caption, #viewer td')]" + (
+        ".filter((e) => e.offsetParent !== null && e.innerText.includes('resubstitution')).length"
+    )
+    assert browser.run(seen) == 0
+    choose(browser, "Scheme", "resubstitution")
+    assert browser.run(seen) > 0
+    assert browser.run("return location.hash") == "#scheme=resubstitution"
+    browser.driver.back()
+    browser.run("return new Promise((done) => setTimeout(done, 200))")
+    assert browser.run(seen) == 0
+
+
+def test_columns_go_and_come_back(browser, page, tmp_path):
+    browser.open(page)
+    summary = "#detection .block:not([hidden]) .columns summary"
+    browser.find(summary).click()
+    box = "#detection .block:not([hidden]) input[data-column='{}']"
+    before = shown_table(browser, "detection-table")[1]
+    browser.find(box.format(1)).click()
+    browser.find(box.format(3)).click()
+    groups, schemes, *rows = shown_table(browser, "detection-table")[1]
+    assert [text for _, text in groups] == ["True size", "Recall"]
+    assert [text for _, text in schemes] == [words.scheme("leave_one_out"), words.scheme("paper")]
+    assert [row[1:] for row in rows] == [row[3:] for row in before[2:]]
+    with saved(browser, tmp_path) as file:
+        press(browser, "Save the table as CSV: precision and recall")
+        heads, *_ = read_csv(file())
+    assert heads[:2] == ["True size", "Recall, leave-one-out"]
+    browser.find(box.format(1)).click()
+    browser.find(box.format(3)).click()
+    assert shown_table(browser, "detection-table")[1] == before
+    # Resubstitution beside the result, for those who want both.
+    browser.find(box.format(2)).click()
+    _, schemes, *_ = shown_table(browser, "detection-table")[1]
+    assert [text for _, text in schemes][:2] == ["leave-one-out", "resubstitution"]
+    browser.find(summary).send_keys("\ue00c")
+    assert browser.find(summary).find_element("xpath", "..").get_attribute("open") is None
+
+
+def test_a_saved_table_holds_the_numbers_of_the_csv_file(browser, page, project, tmp_path):
+    browser.open(page, "#detector=diagonal")
+    with saved(browser, tmp_path) as file:
+        press(browser, "Save the table as CSV: size estimates of diagonal")
+        heads, *rows = read_csv(file())
+    chosen = [
+        row
+        for row in table(project, "evaluation/sizing.csv")
+        if (row["detector"], row["scheme"]) == ("diagonal", "leave_one_out")
+    ]
+    place = heads.index("Exact size, leave-one-out")
+    assert heads[place : place + 3] == [heads[place] + end for end in ("", ": interval", ": count")]
+    for row, cells in zip(chosen, rows, strict=True):
+        assert cells[place] == str(float(row["exact_rate"]))
+        low, high = float(row["exact_rate_low"]), float(row["exact_rate_high"])
+        assert cells[place + 1] == words.interval(low, high)
+        assert cells[place + 2] == f"{row['exact']} of {row['recordings']}"
+
+
+def test_the_saved_recordings_are_those_shown_and_harmless(browser, page, tmp_path):
+    browser.open(page, "#recording=1mm/r03")
+    browser.find("#search").send_keys("1mm/r")
+    with saved(browser, tmp_path) as file:
+        press(browser, "Save the table as CSV: all recordings")
+        heads, *rows = read_csv(file())
+    assert heads[0] == "Recording" and [row[0] for row in rows] == ["1mm/r01", "1mm/r02", "1mm/r03"]
+    assert rows[2][-1] == f"bench {EVIL}"
+    assert browser.messages() == []
+
+
+def test_no_cell_of_a_saved_table_is_a_formula(browser, page):
+    browser.open(page)
+    said = browser.run("return arguments[0].map(Saving.withoutFormula)", FORMULAS)
+    assert said == [without_formula(text) for text in FORMULAS]
+    written = browser.run("return Saving.toCsv([['=a,\"b\"', 'line\\nbreak', null, -2]])")
+    assert list(csv.reader(io.StringIO(written))) == [[' =a,"b"', "line\nbreak", "", "-2"]]
+
+
+@pytest.mark.parametrize(
+    ("label", "name"),
+    [
+        ("Save the chart as PNG: 6mm/r02: Score along the gut, diagonal", "6mm_r02_diagonal_"),
+        ("Save the chart as PNG: 6mm/r02: Readings", "6mm_r02_Readings"),
+        ("Save the figure as PNG: roc", "roc"),
+    ],
+)
+def test_charts_and_figures_are_saved_as_pictures(browser, page, tmp_path, label, name):
+    browser.open(page, "#recording=6mm/r02&detector=diagonal")
+    with saved(browser, tmp_path) as file:
+        press(browser, label)
+        path = file()
+    assert path.name.startswith(name) and path.suffix == ".png"
+    content = path.read_bytes()
+    assert content.startswith(b"\x89PNG") and len(content) > 5000
+    assert browser.messages() == []
+
+
+def test_a_figure_is_saved_as_the_svg_that_it_is(browser, page, project, tmp_path):
+    browser.open(page)
+    with saved(browser, tmp_path) as file:
+        press(browser, "Save the figure as SVG: templates")
+        path = file()
+    assert path.name == "templates.svg"
+    assert path.read_bytes() == (project.results / "figures" / "templates.svg").read_bytes()
+
+
+def test_every_name_of_a_recording_leads_to_its_drawing(browser, page):
+    browser.open(page)
+    browser.run("document.querySelectorAll('details').forEach((d) => { d.open = true; })")
+    plain = browser.run(
+        "const names = new Set(arguments[0].flatMap((n) => [n, `raw/${n}.csv`]));"
+        "return [...document.querySelectorAll('main *')].filter((e) => !e.children.length"
+        " && !e.closest('a, #viewer, script, label') && names.has(e.textContent.trim()))"
+        ".map((e) => e.outerHTML)",
+        RECORDINGS,
+    )
+    assert plain == []
+    browser.find("#unlabelled a[href='#recording=unlabelled/u1']").click()
+    wait_for_title(browser, "unlabelled/u1: ")
+    browser.find("#checksums a[href='#recording=2.5mm/r02']").click()
+    wait_for_title(browser, "2.5mm/r02: ")
+
+
+NOTE = '=cmd; "loose" <b>sensor</b> 3'
+
+
+def test_notes_are_kept_and_saved(browser, page, tmp_path):
+    browser.open(page, "#recording=2.5mm/r02")
+    browser.find("#note").send_keys(NOTE)
+    assert "Kept in this browser only." in browser.find(".notes output").text
+    assert browser.texts("#recordings-table .noted") == ["note"]
+    browser.find("#next").click()
+    wait_for_title(browser, "2.5mm/r03")
+    assert browser.find("#note").get_property("value") == ""
+    browser.open(page, "#recording=2.5mm/r02")
+    assert browser.find("#note").get_property("value") == NOTE
+    with saved(browser, tmp_path) as file:
+        browser.find(".notes button").click()
+        rows = read_csv(file())
+    assert rows[0] == ["recording", "note", "written"]
+    assert [row[:2] for row in rows[1:]] == [["2.5mm/r02", without_formula(NOTE)]]
+    browser.find("#note").clear()
+    browser.open(page, "#recording=2.5mm/r02")
+    assert browser.find("#note").get_property("value") == ""
+    assert browser.find(".notes button").get_attribute("disabled")
+    assert browser.messages() == []
+
+
+def test_where_the_browser_keeps_nothing_the_page_says_so_and_notes_still_work(browser, page):
+    refuse = "Object.defineProperty(window, 'localStorage', {get() { throw new Error('no'); }})"
+    script = browser._command("Page.addScriptToEvaluateOnNewDocument", source=refuse)
+    try:
+        browser.open(page, "#recording=1mm/r01")
+        assert "keeps no notes" in browser.find(".notes output").text
+        browser.find("#note").send_keys("gap at 12 s")
+        browser.find("#next").click()
+        wait_for_title(browser, "1mm/r02")
+        browser.find("#previous").click()
+        wait_for_title(browser, "1mm/r01")
+        assert browser.find("#note").get_property("value") == "gap at 12 s"
+        assert browser.find(".notes button").text == "Save notes as CSV (1)"
+        assert browser.messages() == []
+    finally:
+        browser._command("Page.removeScriptToEvaluateOnNewDocument", **script)
+
+
+@pytest.mark.parametrize("dark", [False, True], ids=["light", "dark"])
+@pytest.mark.parametrize("width", [PHONE, DESKTOP])
+def test_axe_finds_no_fault_after_switching(browser, page, width, dark):
+    browser.open(page, "#detector=taught&scheme=resubstitution", width=width, dark=dark)
+    browser.find("#detection .block:not([hidden]) .columns summary").click()
+    assert browser.violations() == []
+    assert browser.run("return document.documentElement.scrollWidth") <= width
+    assert browser.messages() == []

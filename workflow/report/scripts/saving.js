@@ -1,0 +1,119 @@
+// Files that the page hands to its reader: tables as CSV, charts as pictures.
+
+const Saving = ((Grid, Palette) => {
+  "use strict";
+
+  const { columnTitles, lay, textOf } = Grid;
+  const { sensorLine, themeColour } = Palette;
+  // The same rules as for the files of results: a cell is no formula, and a number stays one.
+  const FORMULA = /(^|[;,|\t])(?=["']*[=+\-@\uff1d\uff0b\uff0d\uff20])/g;
+  const NUMBER = /^([+-]?[0-9]+(\.[0-9]+)?([eE][+-]?[0-9]+)?|[+-]?inf)$/;
+
+  function withoutFormula(text) {
+    return NUMBER.test(text) ? text : text.replace(FORMULA, "$1 ");
+  }
+
+  function csvCell(text) {
+    const harmless = withoutFormula(String(text ?? ""));
+    return /[",\n\r]/.test(harmless) ? `"${harmless.replaceAll('"', '""')}"` : harmless;
+  }
+
+  function toCsv(rows) {
+    return rows.map((row) => `${row.map(csvCell).join(",")}\n`).join("");
+  }
+
+  /** Give what a table shows: the visible rows and columns; a rate takes a column for each of its parts. */
+  function tableRows(table) {
+    const [head] = [...(table.tHead?.rows ?? [])];
+    const titles = columnTitles(table);
+    const leaves = head ? lay([...table.tHead.rows]).at(-1) : [];
+    const visible = titles.map((_, column) => column).filter((column) => !leaves[column].hidden);
+    const bodies = [...table.tBodies].map((body) => lay([...body.rows]).filter((_, at) => !body.rows[at].hidden));
+    const body = bodies.flat();
+    const isRate = (column) => body.some((row) => row[column]?.querySelector(".value"));
+    const heads = visible.flatMap((column) => {
+      const { title } = titles[column];
+      return isRate(column) ? [title, `${title}: interval`, `${title}: count`] : [title];
+    });
+    const part = (cell, name) => textOf(cell.querySelector(name) ?? document.createElement("i"));
+    const written = body.map((row) =>
+      visible.flatMap((column, place) => {
+        const cell = row[column];
+        // What stands over several columns is written once.
+        const again = place > 0 && row[visible[place - 1]] === cell;
+        if (!cell || again) return isRate(column) ? ["", "", ""] : [""];
+        if (!isRate(column)) return [cell.dataset.value ?? textOf(cell)];
+        return [cell.dataset.value ?? "", part(cell, ".bounds"), part(cell, ".count")];
+      }),
+    );
+    return [heads, ...written];
+  }
+
+  function save(blob, name) {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(blob);
+    link.download = name.replace(/[^A-Za-z0-9_.+-]+/g, "_");
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+  }
+
+  function saveCsv(rows, name) {
+    save(new Blob([toCsv(rows)], { type: "text/csv;charset=utf-8" }), name);
+  }
+
+  /** Save a chart's canvas under a title, with the names of the sensors' lines, on the colour of the page. */
+  function saveChart(canvas, title, sensors, name) {
+    const unit = devicePixelRatio;
+    const [edge, line] = [12 * unit, 20 * unit];
+    const picture = document.createElement("canvas");
+    picture.width = canvas.width + 2 * edge;
+    picture.height = canvas.height + 2 * edge + (sensors ? 2 : 1) * line;
+    const context = picture.getContext("2d");
+    context.fillStyle = themeColour("paper");
+    context.fillRect(0, 0, picture.width, picture.height);
+    context.fillStyle = themeColour("ink");
+    context.textBaseline = "top";
+    context.font = `600 ${13 * unit}px system-ui, sans-serif`;
+    context.fillText(title, edge, edge);
+    context.font = `${12 * unit}px system-ui, sans-serif`;
+    for (let sensor = 0, left = edge; sensor < sensors; sensor += 1) {
+      const { colour, dash } = sensorLine(sensor);
+      const middle = edge + line + 7 * unit;
+      context.strokeStyle = colour;
+      context.lineWidth = 2 * unit;
+      context.setLineDash(dash.map((length) => length * unit));
+      context.beginPath();
+      context.moveTo(left, middle);
+      context.lineTo(left + 28 * unit, middle);
+      context.stroke();
+      context.fillText(`sensor ${sensor + 1}`, left + 34 * unit, edge + line);
+      left += 100 * unit;
+    }
+    context.drawImage(canvas, edge, edge + (sensors ? 2 : 1) * line);
+    picture.toBlob((blob) => save(blob, name), "image/png");
+  }
+
+  /** Save a figure as the SVG that it is. */
+  function saveSvg(image, name) {
+    const bytes = Uint8Array.from(atob(image.src.split(",")[1]), (character) => character.charCodeAt(0));
+    save(new Blob([bytes], { type: "image/svg+xml" }), `${name}.svg`);
+  }
+
+  /** Save a figure as a picture twice as fine as on the screen, on white. */
+  function saveFigure(image, name) {
+    const drawn = new Image();
+    drawn.addEventListener("load", () => {
+      const picture = document.createElement("canvas");
+      picture.width = 2 * drawn.naturalWidth;
+      picture.height = 2 * drawn.naturalHeight;
+      const context = picture.getContext("2d");
+      context.fillStyle = "#ffffff";
+      context.fillRect(0, 0, picture.width, picture.height);
+      context.drawImage(drawn, 0, 0, picture.width, picture.height);
+      picture.toBlob((blob) => save(blob, `${name}.png`), "image/png");
+    });
+    drawn.src = image.src;
+  }
+
+  return { withoutFormula, toCsv, tableRows, saveCsv, saveChart, saveSvg, saveFigure };
+})(Grid, Palette);

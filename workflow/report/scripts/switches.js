@@ -1,0 +1,129 @@
+// One switch of detector and scheme for all sections that show the verdicts of one.
+
+const Switches = ((Elements, Grid, Tools) => {
+  "use strict";
+
+  const { element, sizeWords } = Elements;
+
+  /** Make a choice among the detectors or the schemes. */
+  function choice(title, options, onChange) {
+    const label = element("label", "", `${title} `);
+    const select = element("select");
+    for (const { name, text } of options) {
+      const option = element("option", "", text);
+      option.value = name;
+      select.append(option);
+    }
+    select.addEventListener("change", () => onChange(select.value));
+    label.append(select);
+    return { label, select };
+  }
+
+  /** Tell which tables show the same of several detectors or schemes. */
+  function kind(block) {
+    return block.querySelector("table").id.replace(/-\d+$/, "");
+  }
+
+  /** Bring the tables of the other detectors to where that of the first stands. */
+  function gather() {
+    const last = new Map();
+    for (const block of document.querySelectorAll("main .block:has(> .scroll[data-detector])")) {
+      const before = last.get(kind(block));
+      if (before) before.after(block);
+      last.set(kind(block), block);
+    }
+    for (const emptied of document.querySelectorAll("details.other-rates")) emptied.remove();
+  }
+
+  /** Show of each table the chosen detector and scheme, and of the figures those that are of it. */
+  function showTables(shown, data) {
+    const wordsOf = Object.fromEntries(data.schemes.map(({ name, words }) => [name, words]));
+    const chosen = wordsOf[shown.scheme];
+    const others = Object.values(wordsOf).filter((words) => words !== chosen);
+    const first = data.detectors[0].name;
+    const scrolls = [...document.querySelectorAll("main .scroll")].filter((each) => !each.closest("#viewer"));
+    // What was made under one scheme alone stays.
+    const ofChosen = new Set(scrolls.filter((each) => each.dataset.scheme === chosen).map(kind));
+    for (const scroll of scrolls) {
+      const { detector, scheme } = scroll.dataset;
+      const another = others.includes(scheme) && ofChosen.has(kind(scroll));
+      scroll.closest(".block").hidden = another || Boolean(detector && detector !== shown.detector);
+      const table = scroll.querySelector("table");
+      const leaves = Grid.columnTitles(table).map(({ leaf }) => leaf);
+      const of = (test) => leaves.flatMap((leaf, column) => (test(leaf) ? [column] : []));
+      const [out, back] = [of((leaf) => others.includes(leaf)), of((leaf) => leaf === chosen)];
+      if (out.length + back.length) {
+        Tools.toggleColumns(table, back, true);
+        Tools.toggleColumns(table, out, false);
+      }
+    }
+    const sections = [...document.querySelectorAll("main section")].filter((each) => each.querySelector("p.by"));
+    for (const section of sections) {
+      section.querySelectorAll("p.by code").forEach((code) => {
+        code.textContent = shown.detector;
+        code.nextSibling.textContent = `, ${data.detectors.find((each) => each.name === shown.detector).words}; ${chosen}.`;
+      });
+      for (const figure of section.querySelectorAll("figure[id]")) {
+        figure.hidden = shown.detector !== first;
+        const note = figure.previousElementSibling;
+        if (note?.matches(".of-first")) note.hidden = !figure.hidden;
+        else figure.before(Object.assign(element("p", "note of-first", `The figure is drawn for ${first} alone.`), { hidden: !figure.hidden }));
+      }
+    }
+  }
+
+  /** Write the chosen detector's verdicts into the table of all recordings. */
+  function showVerdicts(table, shown, data) {
+    const { predicted_mm: predicted, outcome } = data.verdicts[`${shown.detector}|${shown.scheme}`];
+    table.querySelectorAll("tbody tr[data-recording]").forEach((row) => {
+      const place = Number(row.dataset.place);
+      const [, , verdict, judged] = row.cells;
+      const size = predicted[place];
+      verdict.dataset.value = size ?? "";
+      verdict.textContent = size === null ? "" : sizeWords(size);
+      const words = data.outcomes[outcome[place]];
+      row.dataset.outcome = judged.dataset.value = judged.textContent = words;
+      judged.className = `outcome ${words.replaceAll(" ", "-")}`;
+    });
+    const scheme = data.schemes.find((each) => each.name === shown.scheme).words;
+    document.getElementById("table-judge").textContent = `${shown.detector}, ${scheme}`;
+  }
+
+  /** Set up the switch; `onVerdicts` is called when the table of recordings has others. */
+  function setUp(table, shown, data, onVerdicts) {
+    gather();
+    const form = element("form", "switches");
+    form.setAttribute("aria-label", "Whose verdicts are shown");
+    const detector = choice(
+      "Detector",
+      data.detectors.map(({ name }) => ({ name, text: name })),
+      (name) => shown.show({ detector: name }),
+    );
+    const scheme = choice(
+      "Scheme",
+      data.schemes.map(({ name, words }) => ({ name, text: words })),
+      (name) => shown.show({ scheme: name }),
+    );
+    form.append(detector.label, scheme.label);
+    form.addEventListener("submit", (event) => event.preventDefault());
+    document.querySelector("nav").append(form);
+    let before = null;
+    const update = (current) => {
+      detector.select.value = current.detector;
+      scheme.select.value = current.scheme;
+      const key = `${current.detector}|${current.scheme}`;
+      if (key === before) return;
+      showTables(current, data);
+      // What the page was written with needs not be written again.
+      if (before !== null || key !== `${data.detectors[0].name}|${data.main_scheme}`) {
+        showVerdicts(table, current, data);
+        onVerdicts();
+      }
+      before = key;
+    };
+    shown.onChange(update);
+    update(shown.current());
+  }
+
+  return { setUp };
+})(Elements, Grid, Tools);

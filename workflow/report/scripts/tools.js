@@ -1,0 +1,101 @@
+// What a reader can do with a table or a figure: columns on and off, and files to keep.
+
+const Tools = ((Elements, Grid, Saving) => {
+  "use strict";
+
+  const { element } = Elements;
+  // Of each table, the columns that the reader and the choice of a scheme have put out of sight.
+  const hiddenColumns = new WeakMap();
+
+  function button(text, label, onClick) {
+    const made = element("button", "", text);
+    made.type = "button";
+    made.setAttribute("aria-label", label);
+    made.addEventListener("click", onClick);
+    return made;
+  }
+
+  /** Put a column of a table out of sight, or back. */
+  function toggleColumns(table, columns, on) {
+    const hidden = hiddenColumns.get(table) ?? new Set();
+    hiddenColumns.set(table, hidden);
+    for (const column of columns) {
+      if (on) hidden.delete(column);
+      else hidden.add(column);
+    }
+    Grid.hideColumns(table, hidden);
+    for (const box of table.closest(".block").querySelectorAll("input[data-column]")) {
+      box.checked = !hidden.has(Number(box.dataset.column));
+    }
+  }
+
+  /** Make the list of a table's columns; the first, which names the rows, always stays. */
+  function columnChoice(table, label) {
+    const choice = element("details", "columns");
+    const summary = element("summary", "", "Columns");
+    summary.setAttribute("aria-label", `Columns of the table: ${label}`);
+    const fields = element("fieldset");
+    fields.append(element("legend", "", "Columns shown"));
+    Grid.columnTitles(table).forEach(({ title }, column) => {
+      if (column === 0) return;
+      const box = element("input");
+      box.type = "checkbox";
+      box.checked = true;
+      box.dataset.column = column;
+      box.addEventListener("change", () => toggleColumns(table, [column], box.checked));
+      const entry = element("label");
+      entry.append(box, ` ${title || `column ${column + 1}`}`);
+      fields.append(entry);
+    });
+    choice.append(summary, fields);
+    choice.addEventListener("keydown", (event) => {
+      if (event.key !== "Escape") return;
+      choice.open = false;
+      summary.focus();
+    });
+    return choice;
+  }
+
+  /** Give a table, in the box that it scrolls in, its tools; `name` is that of its file. */
+  function forTable(scroll, name) {
+    const table = scroll.querySelector("table");
+    const label = scroll.getAttribute("aria-label").replace(/^Table: /, "");
+    const block = element("div", "block");
+    if (scroll.parentNode) scroll.replaceWith(block);
+    const tools = element("div", "tools");
+    if (Grid.columnTitles(table).length > 2) tools.append(columnChoice(table, label));
+    tools.append(button("CSV", `Save the table as CSV: ${label}`, () => Saving.saveCsv(Saving.tableRows(table), `${name}.csv`)));
+    block.append(tools, scroll);
+    return block;
+  }
+
+  /** Give a chart of a recording its tool. */
+  function forChart(figure, canvas, { title, sensors, name }) {
+    const tools = element("div", "tools");
+    const save = () => Saving.saveChart(canvas.querySelector("canvas"), title, sensors, `${name}.png`);
+    tools.append(button("PNG", `Save the chart as PNG: ${title}`, save));
+    figure.prepend(tools);
+  }
+
+  /** Give a figure of the page its tools. */
+  function forFigure(figure) {
+    const name = figure.id.replace(/^figure-/, "");
+    const image = () => figure.querySelector("img");
+    const tools = element("div", "tools");
+    tools.append(
+      button("SVG", `Save the figure as SVG: ${name}`, () => Saving.saveSvg(image(), name)),
+      button("PNG", `Save the figure as PNG: ${name}`, () => Saving.saveFigure(image(), name)),
+    );
+    figure.append(tools);
+  }
+
+  /** Give all tables and figures of the page their tools. */
+  function setUp() {
+    for (const scroll of document.querySelectorAll("main .scroll")) {
+      forTable(scroll, scroll.querySelector("table").id || "table");
+    }
+    for (const figure of document.querySelectorAll("main figure[id]")) forFigure(figure);
+  }
+
+  return { setUp, forTable, forChart, toggleColumns };
+})(Elements, Grid, Saving);
