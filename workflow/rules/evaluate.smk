@@ -19,7 +19,9 @@ rule evaluate:
         matrices=expand(rules.preprocess.output.matrix, recording=ARCHIVE.labelled()),
         fits=expand(rules.fit.output, recording=ARCHIVE.of_nodules()),
         passages=expand(rules.passages.output, folder=LABELLED_FOLDERS),
-        features=expand(rules.features.output.features, folder=LABELLED_FOLDERS) if BY_FEATURES else [],
+        features=(
+            expand(rules.features.output.features, folder=LABELLED_FOLDERS) if BY_FEATURES else []
+        ),
         recordings=rules.index.output.recordings,
         script=script("evaluate.py"),
     output:

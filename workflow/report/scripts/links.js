@@ -8,10 +8,11 @@ const Links = ((Address, Elements) => {
   /** Turn a name that stands alone in its element into a link. */
   function setUp(names) {
     for (const node of document.querySelectorAll("main code, main th, main td, main dd, main li")) {
-      if (node.children.length || node.closest("a, #viewer, #recordings-table")) continue;
+      if (node.children.length) continue;
       const text = node.textContent.trim();
       const name = text.replace(/^raw\/(.+)\.csv$/, "$1");
-      if (!names.has(name)) continue;
+      // The look into the set is quick, and rules out nearly all.
+      if (!names.has(name) || node.closest("a, #viewer, #recordings-table")) continue;
       const link = element("a", "", text);
       link.href = Address.format({ recording: name });
       node.replaceChildren(link);

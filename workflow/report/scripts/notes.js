@@ -71,7 +71,7 @@ const Notes = ((Elements, Saving) => {
       const note = field.value.trim();
       try {
         store.set(keyOf(shown), note && JSON.stringify({ note, written: new Date().toISOString() }));
-        state.textContent = note ? `Kept. ${home}` : home;
+        state.textContent = home;
       } catch {
         state.textContent = "This note could not be kept: the browser’s storage is full.";
         return;
