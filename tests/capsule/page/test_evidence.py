@@ -100,7 +100,7 @@ def test_what_the_detectors_judged_by_goes_together():
     assert drawn["step_s"] == pytest.approx(wave_s / 2)
     assert drawn["score"] == 7.0
     assert unpack(drawn)[0] == pytest.approx([0.0, 1.0, 0.5], abs=0.003)
-    in_volts = evidence.Stored(recording.values / 204.8, {"vref_v": "5"})
+    in_volts = evidence.Stored(recording.values / 204.8, {})
     assert evidence.what_was_judged(run, in_volts, SETTINGS)["unit"] == "V"
 
 
