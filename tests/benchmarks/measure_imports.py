@@ -31,12 +31,13 @@ def job_commands(recording: Path, folder: Path) -> dict[str, list[str]]:
     """Give the commands of the recording's jobs; they write to the folder."""
     config = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
     name = f"{recording.parent.name}/{recording.stem}"
-    matrix, check, fit = (str(folder / file) for file in ("matrix.npy", "check.json", "fit.json"))
+    written = ("signal.npy", "matrix.npy", "check.json", "fit.json")
+    signal, matrix, check, fit = (str(folder / file) for file in written)
     common = ["--name", name, "--settings", json.dumps(config)]
-    outputs = ["--signal", str(folder / "signal.npy"), "--matrix", matrix, "--check", check]
+    outputs = ["--signal", signal, "--matrix", matrix, "--check", check]
     return {
         "preprocess": [str(SCRIPTS / "preprocess.py"), str(recording), *common, *outputs],
-        "fit": [str(SCRIPTS / "fit.py"), matrix, *common, "--output", fit],
+        "fit": [str(SCRIPTS / "fit.py"), matrix, "--signal", signal, *common, "--output", fit],
     }
 
 

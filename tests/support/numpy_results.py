@@ -15,7 +15,7 @@ from capsule.fitting import fit_particle
 from capsule.particles import ParameterSpace
 from capsule.preprocessing import preprocess
 from capsule.recording import read_recording
-from capsule.seeding import generator
+from capsule.seeding import fit_generator
 from capsule.templates import build_templates
 
 RAW = Path(__file__).parents[2] / "raw"
@@ -36,7 +36,7 @@ def results(config: dict) -> dict[str, np.ndarray]:
         values, _ = readings_of(recording, config)
         found[f"matrix {name}"] = preprocess(values, **shape)
         if size:
-            numbers, space = generator(seed, "fit", name), ParameterSpace(**settings)
+            numbers, space = fit_generator(seed, values), ParameterSpace(**settings)
             fit = fit_particle(found[f"matrix {name}"], numbers, **counts, space=space)
             found[f"fit {name}"] = np.array(
                 [*fit.particle.to_vector(), fit.rmse_initial, fit.rmse, fit.lag, fit.accepted_moves]

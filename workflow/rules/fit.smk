@@ -1,12 +1,14 @@
 # A particle is fitted to each recording of a nodule; those of a size are averaged to a template.
 #
-# takes: results/matrices/<size>mm/<run>.npy, results/recordings.csv
+# takes: results/matrices/<size>mm/<run>.npy, results/signals/<size>mm/<run>.npy,
+#        results/recordings.csv
 # gives: results/fits/<size>mm/<run>.json, results/templates.json, results/templates.npz
 
 
 rule fit:
     input:
         matrix=rules.preprocess.output.matrix,
+        signal=rules.preprocess.output.signal,
         # A stop on a rejected recording comes before any fit; otherwise fits wait for nobody.
         index=ancient(rules.index.output.recordings) if config["on_rejected"] == "fail" else [],
         script=script("fit.py"),
@@ -20,8 +22,8 @@ rule fit:
         settings=section("fit"),
         made_from=made_from("fit", section("fit")),
     shell:
-        "python {input.script:q} {input.matrix:q} --name {wildcards.recording:q}"
-        " --settings {params.settings:q} --output {output:q}"
+        "python {input.script:q} {input.matrix:q} --signal {input.signal:q}"
+        " --name {wildcards.recording:q} --settings {params.settings:q} --output {output:q}"
         " --record {params.made_from:q} > {log:q} 2>&1"
 
 

@@ -9,14 +9,15 @@ import numpy as np
 from capsule.fitting import fit_particle
 from capsule.naming import size_mm
 from capsule.particles import ParameterSpace
-from capsule.seeding import generator
+from capsule.seeding import fit_generator
 from edges import files
 
 
 def main() -> None:
-    """Read a matrix, write the optimal parameter set."""
+    """Read a matrix, and the readings that seed its fit; write the optimal parameter set."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("matrix", type=Path, help="the matrix, .npy")
+    parser.add_argument("--signal", type=Path, required=True, help="the readings, .npy")
     parser.add_argument("--name", required=True, help="the recording's name, such as 3mm/r07")
     parser.add_argument("--settings", type=json.loads, required=True, help="config section, JSON")
     parser.add_argument("--output", type=Path, required=True, help="output: the fit, .json")
@@ -29,7 +30,7 @@ def main() -> None:
     result |= dict.fromkeys(("rmse_initial", "rmse", "lag", "accepted_moves"))
     matrix = np.load(arguments.matrix)
     if not np.isnan(matrix).any():
-        numbers = generator(seed, "fit", arguments.name)
+        numbers = fit_generator(seed, np.load(arguments.signal))
         fit = fit_particle(matrix, numbers, **counts, space=ParameterSpace(**settings))
         result["parameters"] = {key: value.tolist() for key, value in vars(fit.particle).items()}
         result |= {key: value for key, value in vars(fit).items() if key != "particle"}

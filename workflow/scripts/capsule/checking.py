@@ -12,6 +12,7 @@ from capsule.errors import RecordingError
 from capsule.naming import size_mm
 from capsule.preprocessing import preprocess
 from capsule.recording import Recording, read_recording, too_large
+from capsule.seeding import readings_checksum
 from capsule.wave_check import missing_wave
 
 
@@ -55,7 +56,7 @@ def check_recording(
         check["samples"] = recording.time_s.size
         check["duration_s"] = float(recording.time_s[-1] - recording.time_s[0])
         values, check["no_verdict"] = readings_of(recording, settings)
-        check["readings_sha256"] = hashlib.sha256(values.tobytes()).hexdigest()
+        check["readings_sha256"] = readings_checksum(values)
         matrix = preprocess(values, **shape)
         check["status"] = "accepted"
     except RecordingError as reason:

@@ -104,6 +104,9 @@ def fit_archive(
 ) -> dict[str, Particle]:
     """Fit a particle to every matrix V of a run with a nodule, by recording name.
 
+    The fit's random numbers come from the name, which seeds the simulated run as well: no two runs
+    are copies, and a trial that was logged can be made again.
+
     Parameters
     ----------
     matrices
