@@ -33,15 +33,13 @@ def test_json_with_nan_is_refused(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_only_accepted_recordings_are_read(tmp_path):
-    rows = [
-        {"recording": "3mm/a", "status": "accepted"},
-        {"recording": "3mm/b", "status": "rejected"},
-    ]
-    files.write_csv(tmp_path / "index.csv", ["recording", "status"], rows)
-    assert [row["recording"] for row in files.accepted_recordings(tmp_path / "index.csv")] == [
-        "3mm/a"
-    ]
+def test_only_accepted_recordings_are_read_in_the_order_of_their_contents(tmp_path):
+    columns = ["recording", "status", "readings_sha256"]
+    listed = [("3mm/a", "accepted", "7"), ("3mm/b", "rejected", "5"), ("3mm/c", "accepted", "6")]
+    rows = [dict(zip(columns, row, strict=True)) for row in listed]
+    files.write_csv(tmp_path / "index.csv", columns, rows)
+    accepted = files.accepted_recordings(tmp_path / "index.csv")
+    assert list(accepted.items()) == [("3mm/c", rows[2]), ("3mm/a", rows[0])]
 
 
 def test_the_archive_is_listed_from_the_disk(tmp_path):

@@ -19,7 +19,8 @@ def main() -> None:
     parser.add_argument("--output", type=Path, required=True, help="output: sites.csv")
     arguments = parser.parse_args()
     rules = arguments.settings["evaluation"]
-    sites = {row["recording"]: row["site"] for row in files.read_csv(arguments.recordings)}
+    accepted = files.accepted_recordings(arguments.recordings)
+    sites = {name: row["site"] for name, row in accepted.items()}
     by_group = files.read_csv(arguments.evaluation / "group_predictions.csv")
     labelled = [row for row in by_group if row["scheme"] == group_scheme("site")]
     if not labelled:  # no labelled place was passed twice

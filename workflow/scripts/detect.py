@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 
 from capsule.evaluation.predictions import Detectors, of_unlabelled
-from capsule.naming import size_mm
+from capsule.naming import size_mm, sort_key
 from edges import files, fits
 from edges.detector_inputs import read_template_set, read_training_archive
 
@@ -23,11 +23,11 @@ def main() -> None:
     parser.add_argument("--output", type=Path, required=True, help="output: detections.csv")
     parser.add_argument("--learned", type=Path, required=True, help="output: detectors.json")
     arguments = parser.parse_args()
-    rows = {row["recording"]: row for row in files.accepted_recordings(arguments.recordings)}
+    rows = files.accepted_recordings(arguments.recordings)
     names = list(rows)
     sizes_mm = {name: size_mm(name) for name in names if size_mm(name) is not None}
     settings = arguments.settings
-    unlabelled = [name for name in names if name not in sizes_mm]
+    unlabelled = sorted((name for name in names if name not in sizes_mm), key=sort_key)
     alike = {name: set(rows[name]["near_copies"].split()) & sizes_mm.keys() for name in unlabelled}
     alike = {name: sorted(others) for name, others in alike.items() if others}
     # Only what is nearly the same as one to be judged is left out.

@@ -7,7 +7,8 @@ from pathlib import Path
 from capsule.evaluation import learning, rates
 from capsule.evaluation.folds import group_folds, scheme_folds
 from capsule.evaluation.predictions import Detectors, by_folds
-from capsule.naming import size_mm
+from capsule.evaluation.rows import by_detector
+from capsule.naming import size_mm, sort_key
 from capsule.templates import build_templates
 from edges import files, fits
 from edges.detector_inputs import read_training_archive
@@ -27,8 +28,8 @@ def main() -> None:
     arguments = parser.parse_args()
     settings, folder = arguments.settings, arguments.output
     rules = settings["evaluation"]
-    rows = files.accepted_recordings(arguments.recordings)
-    index = {row["recording"]: row for row in rows if row["size_mm"]}
+    accepted = files.accepted_recordings(arguments.recordings)
+    index = {name: row for name, row in accepted.items() if row["size_mm"]}
     sizes_mm = {name: size_mm(name) for name in index}
     particles = fits.read_particles(arguments.recordings, arguments.fits)
     templates = build_templates(fits.by_size(particles), **arguments.template_settings)
@@ -39,7 +40,7 @@ def main() -> None:
     grouped = by_folds(detectors, sizes_mm, [folds for folds in folds_by_group.values() if folds])
     columns = ["recording", "size_mm", "detector", "scheme", *detectors.columns]
     for name, verdicts in (("predictions", made), ("group_predictions", grouped)):
-        files.write_csv(folder / f"{name}.csv", columns, verdicts)
+        files.write_csv(folder / f"{name}.csv", columns, by_detector(verdicts, sort_key))
     learned = learning.learning_rows(detectors.learners(), archive, made)
     files.write_csv(folder / "learning.csv", learning.COLUMNS, learned)
     for key in [key for key, folds in folds_by_group.items() if folds is None]:

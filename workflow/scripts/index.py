@@ -7,6 +7,7 @@ import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.listing import COLUMNS, list_rows
+from capsule.naming import sort_key
 from capsule.near_copies import near_copies
 from edges import files
 
@@ -29,7 +30,10 @@ def main() -> None:
     checks = {name: files.read_json(path) for name, path in paths.items()}
     rows = list(list_rows(archive, checks))
     accepted = [row["recording"] for row in rows if row["status"] == "accepted"]
+    # By content: which pairs are compared, and which way round, does not depend on names.
+    accepted.sort(key=lambda name: checks[name]["readings_sha256"])
     alike = near_copies(accepted, lambda name: np.load(arguments.signals / f"{name}.npy"))
+    alike = {name: sorted(alike[name], key=sort_key) for name in sorted(alike, key=sort_key)}
     for row in rows:
         row["near_copies"] = " ".join(alike.get(row["recording"], []))
     refused = [row for row in rows if row["status"] != "accepted"]

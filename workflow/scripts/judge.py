@@ -6,6 +6,7 @@ from pathlib import Path
 
 from capsule.evaluation.all_tables import all_tables
 from capsule.evaluation.columns import COLUMNS
+from capsule.evaluation.rows import by_detector
 from capsule.evaluation.tables import number
 from edges import files
 
@@ -18,10 +19,15 @@ def main() -> None:
     parser.add_argument("--settings", type=json.loads, required=True, help="config section, JSON")
     parser.add_argument("--output", type=Path, required=True, help="output: the folder of tables")
     arguments = parser.parse_args()
-    headers = {row["recording"]: row for row in files.read_csv(arguments.recordings)}
+    headers = files.accepted_recordings(arguments.recordings)
+    turn = {name: place for place, name in enumerate(headers)}
     sites = {name: row["site"] for name, row in headers.items()}
     nodule_at_mm = {name: number(row["nodule_at_mm"]) for name, row in headers.items()}
-    predictions = [row for path in arguments.predictions for row in files.read_csv(path)]
+    predictions = [
+        row
+        for path in arguments.predictions
+        for row in by_detector(files.read_csv(path), turn.__getitem__)
+    ]
     made = all_tables(predictions, sites, nodule_at_mm, arguments.settings["evaluation"])
     for name, rows in made.items():
         columns = list(rows[0]) if rows else COLUMNS[name]

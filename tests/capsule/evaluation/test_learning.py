@@ -99,10 +99,20 @@ def test_a_split_holds_the_whole_archive_and_large_archives_are_split_less_often
     assert len(of_half) * recordings < 960 + 4 * recordings or len(of_half) == 40
 
 
-def test_splits_follow_from_names_and_seed_not_from_the_order_of_the_recordings():
-    backwards = dict(reversed(SIZES_MM.items()))
-    assert learning.draw_splits(SIZES_MM, 1) == learning.draw_splits(backwards, 1)
-    assert learning.draw_splits(SIZES_MM, 1) != learning.draw_splits(SIZES_MM, 2)
+def test_splits_follow_from_the_order_of_the_recordings_and_the_seed_not_from_names():
+    splits = learning.draw_splits(SIZES_MM, 1)
+    # Backwards by name, in the same order.
+    called = {name: f"{99 - place}" for place, name in enumerate(SIZES_MM)}
+    renamed = {called[name]: size_mm for name, size_mm in SIZES_MM.items()}
+    assert learning.draw_splits(renamed, 1) == [
+        Split(
+            each.share,
+            tuple(called[name] for name in each.taught),
+            tuple(called[name] for name in each.judged),
+        )
+        for each in splits
+    ]
+    assert splits != learning.draw_splits(SIZES_MM, 2)
 
 
 def test_in_a_small_archive_every_recording_is_judged_equally_often_at_each_share():

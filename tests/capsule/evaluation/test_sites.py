@@ -9,6 +9,7 @@ from capsule.evaluation.sites import (
     COLUMNS,
     Passes,
     detections_by_passes,
+    passes_by_site,
     site_rows,
     site_verdicts,
 )
@@ -115,6 +116,18 @@ def test_the_first_passes_over_every_place_are_judged_together():
     shifted = {name: passes(each.size_mm, *(each.score - 0.15)) for name, each in sites.items()}
     _, by_sign = detections_by_passes(shifted, 2, 0.9, fixed_threshold=0.0)
     assert by_sign.tolist() == [True, True, True]
+
+
+@pytest.mark.parametrize("names", [["2mm/a", "2mm/b", "2mm/c"], ["2mm/z", "2mm/b", "2mm/a"]])
+def test_passes_come_in_the_order_of_the_sites_whatever_they_are_called(names):
+    blank = dict.fromkeys(("estimate_mm", "location_mm", "estimate_low_mm", "estimate_high_mm"), "")
+    predictions = [
+        {"recording": name, "detector": "template", "size_mm": "2.0", "score": str(score), **blank}
+        for score, name in enumerate(names)
+    ]
+    predictions.sort(key=lambda row: row["recording"])
+    by_site = passes_by_site(predictions, dict.fromkeys(names, "p"))["template"]
+    assert by_site["p\n2.0"].first(2).score.tolist() == [0.0, 1.0]
 
 
 def test_verdicts_are_sorted_by_detector_label_and_the_place_that_the_recordings_name():

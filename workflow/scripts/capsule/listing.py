@@ -16,8 +16,7 @@ from capsule.recording import source_of
 # Lines of the headers that have a column of their own.
 FROM_HEADER = ["site", "session", "nodule_at_mm"]
 COLUMNS = ["recording", "size_mm", "samples", "duration_s", "status", "reason", "no_verdict"]
-COLUMNS += ["sha256", "source"]
-COLUMNS += FROM_HEADER
+COLUMNS += ["sha256", "readings_sha256", "source", *FROM_HEADER]
 
 
 def list_rows(archive: Archive, checks: Mapping[str, Mapping]) -> Iterator[dict]:
@@ -55,8 +54,8 @@ def reasons_of_copies(checks: Mapping[str, Mapping]) -> dict[str, str]:
 
     Under two sizes none counts: nobody can tell which label is right. Otherwise one counts: one
     with a label, of these the one with the shortest name, of these the first. Copies are called
-    such as ``r01 (copy)`` or ``old-r01``, so the original keeps its place whatever they sort
-    before; a fit's random numbers come from the name, so another place would change results.
+    such as ``r01-copy`` or ``old-r01``, so the original is usually the one that tables name; no
+    number depends on which it is.
 
     Parameters
     ----------

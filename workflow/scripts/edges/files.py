@@ -191,9 +191,21 @@ def read_csv(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(stream))
 
 
-def accepted_recordings(index: Path) -> list[dict[str, str]]:
-    """Return the rows of the accepted recordings, from results/recordings.csv."""
-    return [row for row in read_csv(index) if row["status"] == "accepted"]
+def accepted_recordings(index: Path) -> dict[str, dict[str, str]]:
+    """Read the rows of the accepted recordings, from results/recordings.csv, by content.
+
+    Sums of the same numbers in another order may differ in the last digit, and draws in another
+    order fall on other recordings. So whatever computes takes recordings in an order that no name
+    changes, that of their readings' checksums; tables are written in the order of names.
+
+    Returns
+    -------
+    dict of str to dict
+        By the recording's name.
+    """
+    rows = [row for row in read_csv(index) if row["status"] == "accepted"]
+    rows.sort(key=lambda row: row["readings_sha256"])
+    return {row["recording"]: row for row in rows}
 
 
 def run(main: Callable[[], None]) -> None:

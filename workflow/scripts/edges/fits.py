@@ -24,7 +24,7 @@ def read_particles(recordings: Path, folder: Path) -> dict[str, Particle]:
     Returns
     -------
     dict of str to Particle
-        By the recording's name, in the order of recordings.csv.
+        By the recording's name, in the order of `files.accepted_recordings`.
 
     Raises
     ------
@@ -32,8 +32,7 @@ def read_particles(recordings: Path, folder: Path) -> dict[str, Particle]:
         There is none, so there is nothing to make a template from.
     """
     particles = {}
-    for row in files.accepted_recordings(recordings):
-        name = row["recording"]
+    for name, row in files.accepted_recordings(recordings).items():
         if size_mm(name) and not row["no_verdict"]:
             parameters = files.read_json(folder / f"{name}.json")["parameters"]
             arrays = {key: np.array(value) for key, value in parameters.items()}

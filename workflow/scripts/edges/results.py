@@ -14,8 +14,8 @@ from capsule.particles import Particle
 from edges import files
 
 # What people write: 01 is no number there, and NA a name as good as others.
-TEXT = {"recording", "status", "reason", "sha256", "source", "near_copies", "path"}
-TEXT |= {"site", "session", "detector", "scheme"}
+TEXT = {"recording", "status", "reason", "sha256", "readings_sha256", "source", "near_copies"}
+TEXT |= {"path", "site", "session", "detector", "scheme"}
 
 
 def read_table(path: Path) -> pd.DataFrame:

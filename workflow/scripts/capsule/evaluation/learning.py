@@ -67,13 +67,13 @@ def deal(sizes_mm: Mapping[str, float], numbers: np.random.Generator) -> list[li
     Parameters
     ----------
     sizes_mm : mapping of str to float
-        The recordings and their true sizes.
+        The recordings and their true sizes, in an order that no name changes.
     numbers : Generator
         Shuffles the recordings of each size.
     """
     shuffled: list[str] = []
     for size_mm in sorted(set(sizes_mm.values())):
-        names = sorted(name for name, size in sizes_mm.items() if size == size_mm)
+        names = [name for name, size in sizes_mm.items() if size == size_mm]
         shuffled += [names[place] for place in numbers.permutation(len(names))]
     return [shuffled[part::PARTS] for part in range(PARTS)]
 
@@ -84,7 +84,7 @@ def draw_splits(sizes_mm: Mapping[str, float], seed: int) -> list[Split]:
     Parameters
     ----------
     sizes_mm : mapping of str to float
-        The recordings and their true sizes; their order does not matter.
+        The recordings and their true sizes, as in `deal`.
     seed : int
         The configured seed.
 

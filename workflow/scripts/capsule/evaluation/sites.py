@@ -113,12 +113,16 @@ def passes_by_site(
 ) -> dict[str, dict[str, Passes]]:
     """Sort verdicts by detector and place; a recording that names none is a place by itself.
 
-    The same place with another label is another place; the first line of a key is the name.
+    The same place with another label is another place; the first line of a key is the name. Passes
+    over a place are in the order of `sites`.
     """
+    turn = {recording: place for place, recording in enumerate(sites)}
     sorted_rows: dict[str, dict[str, list[Mapping[str, str]]]] = {}
     for row in predictions:
         site = f"{sites[row['recording']] or row['recording']}\n{row.get('size_mm', '')}"
         sorted_rows.setdefault(row["detector"], {}).setdefault(site, []).append(row)
+    for group in [group for by_site in sorted_rows.values() for group in by_site.values()]:
+        group.sort(key=lambda row: turn[row["recording"]])
     return {
         detector: {
             site: Passes(
