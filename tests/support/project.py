@@ -12,6 +12,7 @@ from typing import Any
 
 import yaml
 
+from support.preloaded import ForkedCall, PreloadedSnakemake
 from support.synthetic import write_archive
 
 ROOT = Path(__file__).parents[2]
@@ -25,10 +26,12 @@ class Project:
     ----------
     folder : Path
         Where it lies.
+    preloaded : PreloadedSnakemake, optional
+        By which it, and its copies, call snakemake.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path, preloaded: PreloadedSnakemake | None = None) -> None:
+        self.folder, self.preloaded = folder, preloaded
         self.raw = folder / "raw"
         self.results = folder / "results"
 
@@ -71,7 +74,7 @@ class Project:
         """Copy everything, results too; without times it is as after a fresh checkout."""
         function = shutil.copy2 if keep_times else shutil.copyfile
         shutil.copytree(self.folder, folder, copy_function=function, symlinks=True)
-        return Project(folder)
+        return Project(folder, self.preloaded)
 
     def configure(self, **changes: object) -> None:
         """Change keys of config.yaml; a dict changes keys of a section."""
@@ -93,15 +96,22 @@ class Project:
         self, *arguments: str, cores: int = 2, environment: Mapping[str, str] | None = None
     ) -> "Run":
         """Call snakemake as a user does, with more environment variables where given."""
+        if self.preloaded and environment is None:
+            with self.start(*arguments, cores=cores) as process:
+                output = process.stdout.read()
+            return Run(process.returncode, output)
         called = self._call(arguments, cores, environment)
         done = subprocess.run(**called, capture_output=True, check=False)
         return Run(done.returncode, done.stdout + done.stderr)
 
-    def start(self, *arguments: str, cores: int = 1) -> subprocess.Popen[str]:
+    def start(self, *arguments: str, cores: int = 1) -> subprocess.Popen[str] | ForkedCall:
         """Start snakemake in a process group of its own, which can be killed as a whole.
 
         What it prints, errors too, is the process's standard output.
         """
+        if self.preloaded:
+            called = self._call(arguments, cores)
+            return self.preloaded.start(called["args"][3:], self.folder, called["env"])
         return subprocess.Popen(
             **self._call(arguments, cores),
             start_new_session=True,

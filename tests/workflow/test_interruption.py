@@ -9,7 +9,6 @@ import shutil
 import signal
 import subprocess
 import sys
-import threading
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -19,15 +18,15 @@ import pytest
 from capsule.errors import CapsuleError
 from edges import run_lock
 from edges.files import UNFINISHED
+from support.mishaps import RECORDINGS, TABLES
+from support.preloaded import PreloadedSnakemake
 from support.project import Project
+from support.striking import kill_run, strike_at_random
 
 pytestmark = pytest.mark.skipif(
     sys.platform == "win32", reason="Windows has no process groups to kill"
 )
 
-RECORDINGS = ["0mm/r01", "3mm/r01", "3mm/r02", "unlabelled/patient"]
-# What a run makes before the figures, which take most of the time.
-TABLES = ["results/evaluation/detection.csv", "results/detections.csv"]
 KILLS = 20
 
 
@@ -70,30 +69,10 @@ class Progress:
 
 
 def run_and_kill(project: Project, numbers: random.Random) -> Progress:
-    """Run, and kill the whole process group without warning at a random moment.
-
-    The moment is a random time after a random number of jobs have begun, so that moments spread
-    over the run however busy the machine is; with no job, over the start of Snakemake.
-    """
-    jobs = numbers.randrange(3)
-    delay = numbers.uniform(0.0, 0.5 if jobs else 1.5)
+    """Run, and kill the whole process group without warning at a random moment."""
     progress = Progress()
-    with project.start() as process:
-
-        def kill() -> None:
-            # The group's last member may just have ended by itself.
-            with contextlib.suppress(ProcessLookupError):
-                os.killpg(process.pid, signal.SIGKILL)
-
-        timer = threading.Timer(delay, kill)
-        if jobs == 0:
-            timer.start()
-        for line in process.stdout:
-            progress.read(line)
-            if jobs and len(progress.started) >= jobs and not timer.is_alive():
-                timer.start()
-                jobs = 0
-        timer.join()
+    process = project.start()
+    strike_at_random(process, numbers, lambda: kill_run(process), hear=progress.read)
     progress.killed = process.returncode == -signal.SIGKILL
     return progress
 
@@ -152,9 +131,10 @@ def run(project: Project) -> Progress:
 @pytest.mark.workflow
 def test_killed_at_twenty_random_moments_the_plain_command_goes_on(new, undisturbed, tmp_path):
     expected = results_of(undisturbed)
-    with ThreadPoolExecutor() as pool:
+    with PreloadedSnakemake() as preloaded, ThreadPoolExecutor() as pool:
+        begun = Project(new.folder, preloaded)
         halves = [
-            pool.submit(be_killed_again_and_again, new, tmp_path / name, KILLS // 2, expected)
+            pool.submit(be_killed_again_and_again, begun, tmp_path / name, KILLS // 2, expected)
             for name in ("one", "other")
         ]
         assert sum(half.result() for half in halves) == KILLS
