@@ -1,6 +1,8 @@
 """Numbers read as words, and what is not known is said so."""
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from capsule import words
 
@@ -13,13 +15,22 @@ UNKNOWN = float("nan")
         (words.percent(15 / 26), "57.7 %"),
         (words.percent(0.85), "85 %"),
         (words.percent(UNKNOWN), "not known"),
-        (words.interval(0.6396, 0.9476), "64 to 95 %"),
+        (words.interval(0.6396, 0.9476), "64 to 94.8 %"),
         (words.interval(UNKNOWN, UNKNOWN), "not known"),
         (words.size(2.5), "2.5 mm"),
         (words.size(0.0), "no nodule"),
         (words.size(UNKNOWN), "not known"),
         (words.setting([100, 250]), "100 to 250"),
         (words.setting(["leave_one_out", "resubstitution"]), "leave_one_out, resubstitution"),
+        (words.setting(-0.5), "\u22120.5"),
+        (words.setting(-0.0), "0"),
+        (words.setting(18446744073709551615), "18446744073709551615"),
+        (words.number(-0.004), "0.00"),
+        (words.number(-12.345), "\u221212.35"),
+        (words.probability(0.999999), "> 99.9 %"),
+        (words.probability(0.0), "< 0.1 %"),
+        (words.probability(0.125), "12.5 %"),
+        (words.probability(UNKNOWN), "not given"),
         (words.enumerate_words(["1", "2", "3"]), "1, 2 and 3"),
         (words.plural(1, "recording"), "1 recording"),
         (words.plural(1200, "recording"), "1 200 recordings"),
@@ -56,3 +67,36 @@ def test_numbers_read_as_words(written, expected):
 )
 def test_differences_and_places_read_as_words(written, expected):
     assert written == expected
+
+
+REAL = st.floats(-1e9, 1e9)
+
+
+@given(REAL, st.integers(0, 6))
+def test_a_number_is_rounded_once_with_a_real_minus_sign_and_none_before_a_zero(value, digits):
+    text = words.number(value, digits)
+    read = float(text.replace("\u2212", "-"))
+    assert "-" not in text
+    assert (text[0] == "\u2212") == (read < 0)
+    assert abs(read - value) <= 0.5 * 10.0**-digits * (1 + 1e-9) + 1e-6 * 10.0**-digits
+    assert len(text.partition(".")[2]) == digits
+
+
+@given(st.lists(st.floats(0, 1), min_size=3, max_size=3).map(sorted))
+def test_no_interval_is_shown_that_leaves_out_its_rate(ends):
+    low, rate, high = ends
+    shown_low, shown_high = words.interval(low, high).removesuffix(" %").split(" to ")
+    shown = float(words.percent(rate).removesuffix(" %"))
+    assert float(shown_low) <= shown <= float(shown_high)
+
+
+@given(st.floats(-1, 1))
+def test_a_difference_has_a_sign_but_for_none(difference):
+    text = words.points(difference)
+    assert (text == "0") == (words.number(100 * abs(difference), 1) == "0.0")
+    assert text == "0" or text[0] == ("+" if difference > 0 else "\u2212")
+
+
+@given(st.floats(0, 1))
+def test_no_probability_is_certain(probability):
+    assert words.probability(probability) not in ("0 %", "100 %", "\u22120 %")

@@ -22,7 +22,7 @@ def test_a_number_has_its_unit_and_its_interval():
     bias = compared_rows.number_of("bias", " mm", "_mm")
     cell = bias({"bias_mm": 0.251, "bias_low_mm": -0.1, "bias_high_mm": 0.6})
     assert (cell["value"], cell["text"]) == (0.251, "0.25 mm")
-    assert cell["interval"] == "-0.10 to 0.60 mm"
+    assert cell["interval"] == "\u22120.10 to 0.60 mm"
     cell = bias({"bias_mm": 0.251, "bias_low_mm": UNKNOWN, "bias_high_mm": UNKNOWN})
     assert (cell["text"], cell["interval"]) == ("0.25 mm", "")
 

@@ -49,11 +49,12 @@ def test_the_configuration_is_compared_with_the_paper():
         "fit.amplitude_range": {"value": [0, 1.5], "open_at_low_end": True, "where": "eq. G"},
     }
     config = {"fit": {"seed": 1, "amplitude_range": [0.001, 1.5], "particles": 500}}
-    rows = provenance.configuration_table(config, schema, printed)
+    rows = provenance.configuration_table(config, schema, printed, PAPER["equations"])
     assert [row["key"] for row in rows] == ["fit.particles", "fit.amplitude_range", "fit.seed"]
     assert [row["differs"] for row in rows] == [True, False, False]
     assert rows[0]["value"] == "500" and rows[0]["paper"] == "2000"
     assert rows[1]["value"] == "0.001 to 1.5"
+    assert [row["where"] for row in rows] == ["Eq. 8", "Eq. 11", ""]
     assert provenance.differences(rows) == (
         "Different from the paper: fit.particles is 500 instead of 2000."
     )
@@ -76,7 +77,12 @@ def test_the_papers_settings_are_keys_of_the_configuration():
 def test_the_shipped_configuration_is_the_papers():
     config = yaml.safe_load((ROOT / "config" / "config.yaml").read_text(encoding="utf-8"))
     schema = json.loads((ROOT / "workflow/schemas/config.schema.json").read_text(encoding="utf-8"))
-    rows = provenance.configuration_table(config, schema, PAPER["settings"])
+    rows = provenance.configuration_table(config, schema, PAPER["settings"], PAPER["equations"])
+    beside = {row["key"]: (row["paper"], row["where"]) for row in rows}
+    assert beside["diagonal.wave_speed_mm_s"] == ("25", "section III-A, Data Collection")
+    assert beside["diagonal.wavelength_mm"] == ("80", "section II-C, Small Intestine Simulator")
+    assert beside["preprocessing.window"] == ("84", "Eq. 2")
+    assert not any("eq. " in where for _, where in beside.values())
     assert [row["key"] for row in rows if row["differs"]] == []
 
 

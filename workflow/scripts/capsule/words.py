@@ -1,4 +1,8 @@
-"""Numbers as a reader wants them; what is unknown is said in words."""
+"""Numbers as a reader wants them; what is unknown is said in words.
+
+Every number is rounded by `number`, a value and the ends of its interval alike: rounding keeps
+their order, so no interval is shown that leaves out its value.
+"""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -6,6 +10,7 @@ from collections.abc import Mapping, Sequence
 UNKNOWN = "not known"
 NOT_GIVEN = "not given"
 NOT_APPLICABLE = "n/a"
+MINUS = "\u2212"
 _SCHEMES = {
     "leave_one_out": "leave-one-out",
     "resubstitution": "resubstitution",
@@ -20,14 +25,33 @@ def is_known(value: object) -> bool:
     return value is not None and not (isinstance(value, float) and math.isnan(value))
 
 
+def number(value: float | None, digits: int = 2) -> str:
+    """Write a number with so many decimals, with a minus sign but for zero: ``\u22120.25``."""
+    if not is_known(value):
+        return UNKNOWN
+    text = f"{value:.{digits}f}"
+    return f"{MINUS}{text[1:]}" if text.strip("-0.") and text[0] == "-" else text.lstrip("-")
+
+
 def percent(fraction: float | None) -> str:
     """Write a fraction in percent: ``57.7 %``, ``85 %``."""
     return f"{_percent_digits(fraction)} %" if is_known(fraction) else UNKNOWN
 
 
 def interval(low: float, high: float) -> str:
-    """Write an interval of fractions in percent: ``64 to 95 %``."""
-    return f"{round(100 * low)} to {round(100 * high)} %" if is_known(low) else UNKNOWN
+    """Write an interval of fractions in percent: ``63.9 to 94.8 %``."""
+    if not is_known(low):
+        return UNKNOWN
+    return f"{_percent_digits(low)} to {_percent_digits(high)} %"
+
+
+def probability(fraction: float | None) -> str:
+    """Write a stated probability in percent; none is certain: ``12.5 %``, ``> 99.9 %``."""
+    if not is_known(fraction):
+        return NOT_GIVEN
+    if _percent_digits(fraction) in ("0", "100"):
+        return "< 0.1 %" if fraction < 0.5 else "> 99.9 %"
+    return percent(fraction)
 
 
 def count_of(hits: int, of: int) -> str:
@@ -48,13 +72,8 @@ def estimated_size(verdict: Mapping[str, float]) -> str:
     estimate_mm, low_mm, high_mm = (verdict.get(name) for name in names)
     if not is_known(estimate_mm):
         return NOT_GIVEN
-    interval = f" ({low_mm:.1f} to {high_mm:.1f})" if is_known(low_mm) else ""
-    return f"{estimate_mm:.1f} mm{interval}"
-
-
-def number(value: float | None, digits: int = 2) -> str:
-    """Write a number with so many decimals."""
-    return f"{value:.{digits}f}" if is_known(value) else UNKNOWN
+    interval = f" ({number(low_mm, 1)} to {number(high_mm, 1)})" if is_known(low_mm) else ""
+    return f"{number(estimate_mm, 1)} mm{interval}"
 
 
 def place(seconds: float, way_mm: float | None) -> str:
@@ -63,7 +82,7 @@ def place(seconds: float, way_mm: float | None) -> str:
         return NOT_GIVEN
     if seconds < 0:
         return "before the start"
-    return f"{seconds:.1f} s" + (f", {way_mm:.1f} mm" if is_known(way_mm) else "")
+    return f"{number(seconds, 1)} s" + (f", {number(way_mm, 1)} mm" if is_known(way_mm) else "")
 
 
 def setting(value: object) -> str:
@@ -71,7 +90,11 @@ def setting(value: object) -> str:
     if isinstance(value, Sequence) and not isinstance(value, str):
         numeric = len(value) == 2 and all(isinstance(part, int | float) for part in value)
         return (" to " if numeric else ", ").join(setting(part) for part in value)
-    return f"{value:g}" if isinstance(value, float) else str(value)
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        return str(value)
+    # A whole number may have more digits than a float holds.
+    text = str(abs(value)) if isinstance(value, int) else f"{abs(value):g}"
+    return f"{MINUS}{text}" if value < 0 else text
 
 
 def scheme(name: str) -> str:
@@ -80,18 +103,16 @@ def scheme(name: str) -> str:
 
 
 def points(difference: float) -> str:
-    """Write a difference of two rates in percentage points: ``+12.5``, ``-40``."""
-    text = _percent_digits(abs(difference))
-    if text == "0":
-        return text
-    return ("+" if difference > 0 else "\u2212") + text
+    """Write a difference of two rates in percentage points: ``+12.5``, ``\u221240``."""
+    text = _percent_digits(difference)
+    return text if text == "0" or text.startswith(MINUS) else f"+{text}"
 
 
 def p_value(p: float | None) -> str:
     """Write a probability under the null hypothesis: ``p = 0.031``, ``p < 0.001``."""
     if not is_known(p):
         return ""
-    return "p < 0.001" if p < 0.001 else f"p = {p:.3f}"
+    return "p < 0.001" if p < 0.001 else f"p = {number(p, 3)}"
 
 
 def enumerate_words(parts: Sequence[str]) -> str:
@@ -111,7 +132,7 @@ def duration(seconds: float) -> str:
     if seconds < 0.1:
         return "under 0.1 s"
     if seconds < 60:
-        return f"{seconds:.1f} s"
+        return f"{number(seconds, 1)} s"
     minutes, rest = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
     return f"{hours} h {minutes} min" if hours else f"{minutes} min {rest} s"
@@ -119,5 +140,4 @@ def duration(seconds: float) -> str:
 
 def _percent_digits(fraction: float) -> str:
     """Round to a tenth, and drop a tenth of zero."""
-    text = f"{100 * fraction:.1f}"
-    return text.removesuffix(".0")
+    return number(100 * fraction, 1).removesuffix(".0")

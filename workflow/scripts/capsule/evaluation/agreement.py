@@ -23,7 +23,8 @@ def paired_difference(
     dict
         ``only_first``, ``only_second``: recordings that one of them alone judges rightly;
         ``difference`` of the rates, second minus first, with ``_low`` and ``_high`` (Wald interval
-        with one recording added to both counts, Bonett and Price 2012); ``mcnemar_p``: exact
+        with one recording added to both counts, Bonett and Price 2012; widened to the difference
+        where the added recordings move it off); ``mcnemar_p``: exact
         two-sided probability of counts so unequal if neither were better.
     """
     count = first_right.size
@@ -36,9 +37,10 @@ def paired_difference(
     first, second = (only_first + 1) / (count + 2), (only_second + 1) / (count + 2)
     z = ndtri(0.5 + confidence / 2)
     reach = z * np.sqrt((first + second - (second - first) ** 2) / (count + 2))
-    result["difference"] = (only_second - only_first) / count
-    result["difference_low"] = float(max(second - first - reach, -1.0))
-    result["difference_high"] = float(min(second - first + reach, 1.0))
+    difference = (only_second - only_first) / count
+    result["difference"] = difference
+    result["difference_low"] = min(float(max(second - first - reach, -1.0)), difference)
+    result["difference_high"] = max(float(min(second - first + reach, 1.0)), difference)
     result["mcnemar_p"] = _sign_test(only_first, only_second)
     return result
 

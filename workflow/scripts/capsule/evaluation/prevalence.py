@@ -1,7 +1,9 @@
 """What a verdict means for a patient: predictive values at a stated prevalence."""
 
-import numpy as np
-from scipy.special import ndtri
+from capsule.evaluation.rates import interval_columns
+from capsule.evaluation.ratio import ratio_interval
+
+_UNKNOWN = (float("nan"),) * 3
 
 
 def predictive_values(
@@ -10,8 +12,8 @@ def predictive_values(
     """Give the probability that a verdict is right, at a stated prevalence.
 
     The prevalence of an archive is the experimenter's choice, so the values follow from
-    sensitivity and specificity by Bayes' rule. The intervals are those of the log odds by the
-    delta method, with half a recording added to each count (Mercaldo, Lau and Zhou 2007).
+    sensitivity and specificity by Bayes' rule: the odds are those of the prevalence times the ratio
+    of two rates. The intervals are those of this ratio, from `ratio_interval`.
 
     Parameters
     ----------
@@ -27,39 +29,42 @@ def predictive_values(
     Returns
     -------
     dict
-        ``ppv`` and ``npv``, each with ``_low`` and ``_high``; NaN without either kind.
+        ``ppv`` and ``npv``, each with ``_low`` and ``_high``; NaN without either kind, and where
+        no such verdict was given.
     """
-    names = [f"{name}{end}" for name in ("ppv", "npv") for end in ("", "_low", "_high")]
-    if nodules == 0 or healthy == 0:
-        return dict.fromkeys(names, float("nan"))
-    sensitivity, specificity = hits / nodules, rejections / healthy
-    z = ndtri(0.5 + confidence / 2)
-    soft_hit = (hits + 0.5) / (nodules + 1)
-    soft_rejection = (rejections + 0.5) / (healthy + 1)
-    hit_spread, miss_spread = (1 - soft_hit) / soft_hit, soft_hit / (1 - soft_hit)
-    alarm_spread = soft_rejection / (1 - soft_rejection)
-    quiet_spread = (1 - soft_rejection) / soft_rejection
-    positive = np.log(soft_hit / (1 - soft_rejection)) + _logit(prevalence)
-    negative = np.log(soft_rejection / (1 - soft_hit)) - _logit(prevalence)
-    reach_positive = z * np.sqrt(hit_spread / (nodules + 1) + alarm_spread / (healthy + 1))
-    reach_negative = z * np.sqrt(quiet_spread / (healthy + 1) + miss_spread / (nodules + 1))
-    return {
-        "ppv": _share(sensitivity * prevalence, (1 - specificity) * (1 - prevalence)),
-        "ppv_low": _expit(positive - reach_positive),
-        "ppv_high": _expit(positive + reach_positive),
-        "npv": _share(specificity * (1 - prevalence), (1 - sensitivity) * prevalence),
-        "npv_low": _expit(negative - reach_negative),
-        "npv_high": _expit(negative + reach_negative),
-    }
+    positive = negative = _UNKNOWN
+    if nodules and healthy:
+        odds = prevalence / (1 - prevalence)
+        alarms, misses = healthy - rejections, nodules - hits
+        positive = _share_right(hits, nodules, alarms, healthy, odds, confidence)
+        negative = _share_right(rejections, healthy, misses, nodules, 1 / odds, confidence)
+    return interval_columns("ppv", positive) | interval_columns("npv", negative)
 
 
-def _share(part: float, rest: float) -> float:
-    return part / (part + rest) if part + rest > 0 else float("nan")
+def _share_right(
+    right: int, of_right: int, wrong: int, of_wrong: int, odds: float, confidence: float
+) -> tuple[float, float, float]:
+    """Return how often a verdict is right, with its interval, from how often it is given.
+
+    Parameters
+    ----------
+    right, of_right : int
+        How often it was given where it is right.
+    wrong, of_wrong : int
+        How often it was given where it is wrong.
+    odds : float
+        Of its being right, before it is given.
+    confidence : float
+        Level of the interval.
+    """
+    if right == wrong == 0:
+        return _UNKNOWN
+    ratio = right * of_wrong / (of_right * wrong) if wrong else float("inf")
+    low, high = ratio_interval(right, of_right, wrong, of_wrong, confidence)
+    value = _share(ratio * odds)
+    # Rounding in the last digit must not part the value from an end that it lies on.
+    return value, min(_share(low * odds), value), max(_share(high * odds), value)
 
 
-def _logit(share: float) -> float:
-    return float(np.log(share / (1 - share)))
-
-
-def _expit(odds: float) -> float:
-    return float(1.0 / (1.0 + np.exp(-odds)))
+def _share(odds: float) -> float:
+    return 1.0 if odds == float("inf") else odds / (1 + odds)

@@ -55,7 +55,7 @@ def rate(hits: float, count: int, confidence: float) -> tuple[float, float, floa
     # Of all or none the interval ends there, but for rounding.
     low = 0.0 if hits == 0 else (centre - reach) / scale
     high = 1.0 if hits == count else (centre + reach) / scale
-    return share, low, high
+    return share, min(low, share), max(high, share)
 
 
 def interval_columns(name: str, values: Sequence[float]) -> dict[str, float]:

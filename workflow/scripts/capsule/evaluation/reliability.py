@@ -53,9 +53,7 @@ def calibration_table(
     for index in range(bins):
         inside = bin_of == index
         hits, alarms = int(np.sum(inside & nodule)), int(np.sum(inside & ~nodule))
-        # Of an empty bin nothing is known.
-        of = (nodules, healthy) if hits + alarms else (0, 0)
-        values = predictive_values(hits, of[0], of[1] - alarms, of[1], prevalence, confidence)
+        values = predictive_values(hits, nodules, healthy - alarms, healthy, prevalence, confidence)
         total = weights[inside].sum()
         stated = (weights * probability)[inside].sum() / total if total > 0 else np.nan
         rows.append(

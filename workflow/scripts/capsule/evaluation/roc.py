@@ -73,7 +73,8 @@ def bootstrap(
     area : pair of float
         Interval of the area under the curve.
     low, high : (G,) array
-        Band of the true positive rate at each false positive rate.
+        Band of the true positive rate at each false positive rate. Draws may lie to one side of
+        what was observed; interval and band are then widened to it.
     """
     areas, heights = np.empty(repeats), np.empty((repeats, grid.size))
     for repeat in range(repeats):
@@ -84,7 +85,9 @@ def bootstrap(
     tails = [(1 - confidence) / 2, (1 + confidence) / 2]
     low, high = np.quantile(areas, tails)
     band = np.quantile(heights, tails, axis=0)
-    return (float(low), float(high)), band[0], band[1]
+    area, height = auc(healthy, nodule), height_at(healthy, nodule, grid)
+    ends = min(float(low), area), max(float(high), area)
+    return ends, np.minimum(band[0], height), np.maximum(band[1], height)
 
 
 def height_at(healthy: np.ndarray, nodule: np.ndarray, grid: np.ndarray) -> np.ndarray:

@@ -131,7 +131,7 @@ def learning_rows(learning: pd.DataFrame) -> dict:
     """
     taught = learning.drop_duplicates("share").sort_values("share")
     shares = [
-        {"title": _SHARES[row.share], "taught": f"{row.taught:.0f} ({row.taught_healthy:.0f})"}
+        {"title": _SHARES[row.share], "taught": _taught(row)}
         for row in taught.itertuples(index=False)
     ]
     rows, sentences = [], []
@@ -150,10 +150,14 @@ def learning_rows(learning: pd.DataFrame) -> dict:
     return {"shares": shares, "rows": rows, "sentences": sentences}
 
 
+def _taught(row: object) -> str:
+    return f"{words.number(row.taught, 0)} ({words.number(row.taught_healthy, 0)})"
+
+
 def _gain_cell(half: Mapping) -> dict:
     if not words.is_known(half["gain"]):
         return plain_cell(None, words.UNKNOWN)
-    low, high = (words.points(round(half[f"gain_{end}"], 2)) for end in ("low", "high"))
+    low, high = (words.points(half[f"gain_{end}"]) for end in ("low", "high"))
     return plain_cell(float(half["gain"]), words.points(half["gain"]), f"{low} to {high}")
 
 

@@ -44,7 +44,7 @@ def _verdict(row: Mapping) -> str:
     sized = words.is_known(row["estimate_mm"])
     what = f"nodule of {words.estimated_size(row)}" if sized else "nodule"
     where = row["location_mm"]
-    return f"{what}, at {where:.1f} mm" if words.is_known(where) else what
+    return f"{what}, at {words.number(where, 1)} mm" if words.is_known(where) else what
 
 
 def retest_rows(retest: pd.DataFrame) -> dict:

@@ -6,7 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
-from capsule.words import duration, enumerate_words, plural, setting
+from capsule.page.notation import cited, typeset
+from capsule.words import duration, enumerate_words, number, plural, setting
 
 _FINISHED = re.compile(r"^finished in (\d+(?:\.\d+)?) s$", re.MULTILINE)
 
@@ -49,10 +50,11 @@ def page_values(
     Returns
     -------
     dict
-        ``configuration``, ``differences``, ``seed``, ``recordings_checksum``, ``paper`` and
-        ``bibtex``.
+        ``configuration``, ``differences``, ``seed``, ``recordings_checksum``, ``paper``,
+        ``equation`` (the printed number of each, by its label) and ``bibtex``.
     """
-    configuration = configuration_table(settings, schema, printed["settings"])
+    equations = printed["equations"]
+    configuration = configuration_table(settings, schema, printed["settings"], equations)
     checksums = {row["recording"]: row["sha256"] for row in recordings if row["sha256"]}
     return {
         "configuration": configuration,
@@ -60,6 +62,7 @@ def page_values(
         "seed": settings["fit"]["seed"],
         "recordings_checksum": combined_checksum(checksums),
         "paper": printed,
+        "equation": {label: cited(f"eq. {label}", equations) for label in equations},
         "bibtex": bibtex(printed),
     }
 
@@ -124,7 +127,9 @@ def seconds_in_log(log: str) -> float | None:
     return float(durations_s[-1]) if durations_s else None
 
 
-def configuration_table(config: Mapping, schema: Mapping, printed: Mapping) -> list[dict]:
+def configuration_table(
+    config: Mapping, schema: Mapping, printed: Mapping, equations: Sequence[str]
+) -> list[dict]:
     """Return every key of the configuration with what the paper gives for it.
 
     Parameters
@@ -135,12 +140,14 @@ def configuration_table(config: Mapping, schema: Mapping, printed: Mapping) -> l
         Its JSON Schema, from which description, symbol and unit come.
     printed : mapping
         ``settings`` of ``paper.yaml``: value and place by dotted key.
+    equations : sequence of str
+        ``equations`` of ``paper.yaml``: their labels in the order of the paper.
 
     Returns
     -------
     list of dict
-        ``key``, ``value``, ``symbol``, ``unit``, ``description``, ``paper``, ``where`` and
-        ``differs``; ``paper`` is empty where the paper gives no number.
+        ``key``, ``value``, ``symbol`` (from `typeset`), ``unit``, ``description``, ``paper``,
+        ``where`` and ``differs``; ``paper`` is empty where the paper gives no number.
     """
     rows = []
     for key, value, description in _leaves(config, schema):
@@ -149,11 +156,11 @@ def configuration_table(config: Mapping, schema: Mapping, printed: Mapping) -> l
             {
                 "key": key,
                 "value": setting(value),
-                "symbol": description.get("symbol", ""),
+                "symbol": typeset(description.get("symbol", "")),
                 "unit": {"1": ""}.get(description.get("unit", ""), description.get("unit", "")),
                 "description": description.get("description", ""),
                 "paper": setting(in_paper["value"]) if in_paper else "",
-                "where": in_paper["where"] if in_paper else "",
+                "where": cited(in_paper["where"], equations) if in_paper else "",
                 "differs": bool(in_paper) and not _agrees(value, in_paper),
             }
         )
@@ -194,8 +201,9 @@ def _agrees(value: object, in_paper: Mapping) -> bool:
 def fit_words(fit: Mapping) -> str:
     """Return how well a particle fits, from the fit's file."""
     return (
-        f"RMSE {fit['rmse']:.4f}; the best of the random particles had {fit['rmse_initial']:.4f}, "
-        f"and {plural(fit['accepted_moves'], 'step')} improved it; lag {fit['lag']}"
+        f"RMSE {number(fit['rmse'], 4)}; the best of the random particles had "
+        f"{number(fit['rmse_initial'], 4)}, and {plural(fit['accepted_moves'], 'step')} "
+        f"improved it; lag {fit['lag']}"
     )
 
 
