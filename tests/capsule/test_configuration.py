@@ -73,6 +73,13 @@ def test_the_configuration_holds_the_papers_numbers():
         ("evaluation.confidence", 1, "must be a number, more than 0, less than 1"),
         ("evaluation.schemes", ["loo"], "each one of leave_one_out, resubstitution"),
         ("on_rejected", "stop", "must be one of report, fail"),
+        (
+            "report.lead",
+            "taugt",
+            "report.lead: 'taugt' is not allowed; must be one of best, template, "
+            "template_threshold, diagonal, taught",
+        ),
+        ("report.lead", 3, "report.lead: 3 is not allowed; must be text"),
         ("preprocessing.window", 1001, "1001 samples are more than preprocessing.length, 1000"),
         ("fit.peak_spacing_range", [100, 300], "peaks could lie at column 1050"),
         ("fit.amplitude_range", [1.5, 0.1], "1.5 is above 0.1"),

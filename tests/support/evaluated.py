@@ -13,7 +13,7 @@ RATES = {"schemes": ["leave_one_out"], "tolerance_mm": 1.0, "confidence": 0.95}
 SETTINGS = {
     "fit": {"seed": 1},
     "evaluation": {**RATES, "specificity": 0.95, "size_confidence": 0.9},
-    "report": {"reliable_rate": 0.85},
+    "report": {"reliable_rate": 0.85, "lead": "best"},
 }
 
 
@@ -51,4 +51,4 @@ def index_of(*rows):
     """Make results/recordings.csv out of rows."""
     columns = ["recording", "size_mm", "status", "reason", "source", "sha256", "duration_s"]
     frame = pd.DataFrame(rows, columns=columns)
-    return frame.assign(samples=100, near_copies=None)
+    return frame.assign(samples=100, near_copies=None, site=None)

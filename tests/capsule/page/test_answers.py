@@ -5,6 +5,7 @@ import pytest
 
 from capsule import words
 from capsule.page import answers
+from support.evaluated import evaluated
 
 UNKNOWN = float("nan")
 
@@ -18,17 +19,31 @@ def detection(*rates):
 
 
 @pytest.mark.parametrize(
-    ("rates", "expected"),
+    ("rates", "specificity", "expected"),
     [
-        ([(1, 0.6, 0.9), (2, 0.85, 17 / 20), (3, 1.0, 1.0)], 2.0),
-        ([(1, 1.0, 1.0), (2, 0.5, 1.0), (3, 1.0, 1.0)], 3.0),
-        ([(1, 1.0, 1.0), (2, 1.0, 0.84)], None),
-        ([(1, 1.0, 1.0), (2.5, UNKNOWN, 1.0)], None),
-        ([(1, 1.0, UNKNOWN), (2.5, 1.0, 1.0)], 2.5),
+        ([(1, 0.6, 0.9), (2, 0.85, 17 / 20), (3, 1.0, 1.0)], 0.95, 2.0),
+        ([(1, 1.0, 1.0), (2, 0.5, 1.0), (3, 1.0, 1.0)], 17 / 20, 3.0),
+        ([(1, 1.0, 1.0), (2, 1.0, 0.84)], 1.0, None),
+        ([(1, 1.0, 1.0), (2.5, UNKNOWN, 1.0)], 1.0, None),
+        ([(1, 1.0, UNKNOWN), (2.5, 1.0, 1.0)], 1.0, 2.5),
+        ([(1, UNKNOWN, UNKNOWN)], 1.0, None),
+        ([(1, 1.0, 1.0), (2, 1.0, 1.0)], 16 / 20, None),
+        ([(1, 1.0, 1.0), (2, 1.0, 1.0)], UNKNOWN, None),
     ],
 )
-def test_reliable_is_a_size_from_which_on_all_are_found(rates, expected):
-    assert answers.smallest_reliable_size(detection(*rates), 0.85) == expected
+def test_reliable_is_a_size_from_which_on_all_are_found(rates, specificity, expected):
+    found = answers.smallest_reliable_size(detection(*rates), specificity, 0.85)
+    assert found == expected
+
+
+def test_the_papers_false_alarms_leave_no_size_reliably_found():
+    paper = evaluated([]).paper
+    settings = {"evaluation": {"confidence": 0.95, "tolerance_mm": 1.0}}
+    settings["report"] = {"reliable_rate": 0.85}
+    beside = answers.paper_answers(paper, sizing(), settings, 1)
+    assert (beside.smallest_mm, beside.specificity.value) == (None, 0.3)
+    settings["report"] = {"reliable_rate": 0.3}
+    assert answers.paper_answers(paper, sizing(), settings, 1).smallest_mm == 1.0
 
 
 def test_the_mean_error_counts_a_missed_nodule_as_0_mm():

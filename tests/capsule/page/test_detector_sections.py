@@ -4,18 +4,24 @@ import json
 
 import pytest
 
+from capsule.evaluation.lead import Lead
 from capsule.page import detector_sections
 from support.evaluated import SETTINGS, UNKNOWN, evaluated, index_of, read_paper
 from support.project import ROOT
 
 PAPER = read_paper()
+LEAD = Lead("template", False, UNKNOWN, 0)
 
 
 @pytest.mark.parametrize(
     ("verdicts", "sizes_mm", "expected"),
     [
         ([], (0.0,), "There is no recording to judge by yet."),
-        ([("0mm/a", 0.0, 0.0)], (0.0,), "none of a nodule of known size"),
+        (
+            [("0mm/a", 0.0, 0.0)],
+            (0.0,),
+            "none of a nodule of known size, there is nothing",
+        ),
         ([("2mm/a", 2.0, 0.0)], (0.0, 2.0), "reliably finds no nodule size"),
     ],
 )
@@ -23,7 +29,7 @@ def test_what_cannot_be_said_is_not_said(verdicts, sizes_mm, expected):
     evaluation = evaluated(verdicts, sizes_mm)
     rows = [[name, true, "accepted", UNKNOWN, "", "aa", 70.0] for name, true, _ in verdicts]
     values = detector_sections.page_values(
-        evaluation, index_of(*rows), SETTINGS, PAPER["sizing_tolerance_mm"]
+        evaluation, index_of(*rows), LEAD, SETTINGS, PAPER["sizing_tolerance_mm"]
     )
     assert expected in values["summary"]
     assert "nan" not in json.dumps(values["results"], allow_nan=True).replace("NaN", "").lower()
@@ -45,7 +51,11 @@ def test_an_unlabelled_recording_is_no_evidence():
     rows = [[name, true, "accepted", UNKNOWN, "bench 2", "aa", 70.0] for name, true, _ in verdicts]
     rows += [["unlabelled/a", UNKNOWN, "accepted", UNKNOWN, "simulated phantom", "bb", 70.0]] * 5
     values = detector_sections.page_values(
-        evaluated(verdicts, (0.0, 2.0)), index_of(*rows), SETTINGS, PAPER["sizing_tolerance_mm"]
+        evaluated(verdicts, (0.0, 2.0)),
+        index_of(*rows),
+        LEAD,
+        SETTINGS,
+        PAPER["sizing_tolerance_mm"],
     )
     assert values["summary"].startswith("On 2 recordings, the paper's detector")
 
@@ -63,6 +73,7 @@ def test_the_page_names_the_schemes_that_there_are(schemes, note, named):
     values = detector_sections.page_values(
         evaluated([("0mm/a", 0.0, 0.0)], (0.0,)),
         index_of(["0mm/a", 0.0, "accepted", UNKNOWN, "", "aa", 70.0]),
+        LEAD,
         settings,
         PAPER["sizing_tolerance_mm"],
     )

@@ -27,7 +27,7 @@ def test_the_page_has_a_row_a_place_and_a_column_a_detector():
     ]
     assert made["rows"][0]["verdicts"] == ["nodule of 2.0 mm", "no nodule"]
     assert made["rows"][1]["verdicts"] == [
-        "not known",
+        "no verdict",
         "nodule of 3.1 mm (2.2 to 4.0), at 5.0 mm",
     ]
     assert made["rows"][2]["verdicts"] == ["nodule", "nodule, at 5.0 mm"]

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from capsule.converter import adc_ends
+from capsule.converter import adc_ends, share_between
 from capsule.errors import RecordingError
 from capsule.recording import Recording
 from capsule.sensed_wave import fill_missing, window_mean
@@ -134,7 +134,7 @@ def _check_sensors(
                 f"0..{ends[-1][1]:g} (adc_bits in the header)"
             )
         for below, above in ends:
-            fraction = float(np.mean((known >= below) & (known <= above)))
+            fraction = share_between(known, below, above)
             if fraction > max_rail_fraction:
                 unit = "" if counts else " V"
                 raise RecordingError(

@@ -19,6 +19,8 @@ _LIMITS = {
 
 # What of the section ``diagonal`` tells of the bench, whoever judges its recordings.
 BENCH = ("wave_speed_mm_s", "wavelength_mm", "full_scale", "pressing_lowers_reading", "pitch_mm")
+# Instead of a detector's name: the one that does best on the archive.
+_BEST = "best"
 # Two harmonics of a wave whose period may be half the configured one.
 _LEAST_SAMPLES_A_WAVE = 10
 
@@ -152,6 +154,10 @@ def allowed_values(part: Mapping, schema: Mapping) -> str:
 
 def _contradictions(config: Mapping) -> Iterator[tuple[str, str]]:
     """Find values that are allowed one by one but not together."""
+    named, detectors = config["report"]["lead"], config["detectors"]
+    if named not in (_BEST, *detectors):
+        key, known = "report.lead", ", ".join((_BEST, *detectors))
+        yield key, f"{key}: {_shorten(named)} is not allowed; must be one of {known}"
     recording, preprocessing = config["recording"], config["preprocessing"]
     fit = config["fit"]
     window, length = preprocessing["window"], preprocessing["length"]

@@ -91,6 +91,26 @@ def adc_ends(
     return False, [(0.0, step / 2), *top]
 
 
+def shares_at_ends(values: np.ndarray, header: Mapping[str, str]) -> list[float]:
+    """Return for each sensor the largest share of its samples at one end of the ADC's range.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        The readings of an accepted recording; NaN where a sample is missing.
+    header : mapping of str to str
+        The lines above the readings.
+    """
+    _, ends = adc_ends(header, values)
+    known = [readings[~np.isnan(readings)] for readings in values]
+    return [max(share_between(each, *band) for band in ends) for each in known]
+
+
+def share_between(known: np.ndarray, below: float, above: float) -> float:
+    """Return the share of readings (n,) from one value to another."""
+    return float(np.mean((known >= below) & (known <= above)))
+
+
 def _header_number(header: Mapping[str, str], key: str) -> float | None:
     text = header.get(key, "")
     if not text:

@@ -66,6 +66,14 @@ def size(size_mm: float | None) -> str:
     return "no nodule" if size_mm == 0 else f"{size_mm:g} mm"
 
 
+def verdict(row: Mapping[str, object]) -> str:
+    """Write a verdict of results/detections.csv; of none the reason, where the row has one."""
+    if is_known(row["predicted_mm"]):
+        return size(row["predicted_mm"])
+    reason = row.get("reason")
+    return f"no verdict: {reason}" if is_known(reason) and reason else "no verdict"
+
+
 def estimated_size(verdict: Mapping[str, float]) -> str:
     """Write a verdict's size, with its interval where it has one: ``3.2 mm (2.1 to 4.0)``."""
     names = ("estimate_mm", "estimate_low_mm", "estimate_high_mm")

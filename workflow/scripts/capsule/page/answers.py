@@ -6,7 +6,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
 import pandas as pd
 
 from capsule.evaluation.rates import rate
@@ -39,7 +38,7 @@ class Answers:
     Attributes
     ----------
     reliable_rate : float
-        What precision and recall must both reach, for a size to be reliably found.
+        What precision, recall and specificity must all reach, for a size to be reliably found.
     judged : bool
         Whether a recording of a nodule of known size was judged at all.
     smallest_mm : float or None
@@ -116,11 +115,11 @@ def our_answers(
     confidence = settings["evaluation"]["confidence"]
     reliable_rate = settings["report"]["reliable_rate"]
     detection = tables["detection"]
-    smallest_mm = smallest_reliable_size(detection, reliable_rate)
     specific = specificity(tables["specificity"])
-    healthy_wanting = smallest_mm is not None and specific.of == 0
-    if healthy_wanting:
-        smallest_mm = None
+    smallest_mm = smallest_reliable_size(detection, specific.value, reliable_rate)
+    healthy_wanting = (
+        specific.of == 0 and smallest_reliable_size(detection, 1.0, reliable_rate) is not None
+    )
     precision = recall = None
     if smallest_mm is not None:
         row = detection[detection["size_mm"] == smallest_mm].iloc[0]
@@ -164,9 +163,12 @@ def paper_answers(
     ours_within = None
     if set(sizes_mm) <= set(our_sizing["size_mm"]):
         ours_within = within_tolerance(our_sizing, confidence, sizes_mm)
+    specific = specificity(paper["specificity"])
     return PaperAnswers(
-        smallest_mm=smallest_reliable_size(paper["detection"], settings["report"]["reliable_rate"]),
-        specificity=specificity(paper["specificity"]),
+        smallest_mm=smallest_reliable_size(
+            paper["detection"], specific.value, settings["report"]["reliable_rate"]
+        ),
+        specificity=specific,
         sizes_mm=sizes_mm,
         within=within_tolerance(paper["sizing"], confidence),
         same_tolerance=settings["evaluation"]["tolerance_mm"] == printed_tolerance_mm,
@@ -174,28 +176,33 @@ def paper_answers(
     )
 
 
-def smallest_reliable_size(detection: pd.DataFrame, level: float) -> float | None:
+def smallest_reliable_size(
+    detection: pd.DataFrame, specificity: float, level: float
+) -> float | None:
     """Return the smallest size from which on every size is reliably found.
 
     Parameters
     ----------
     detection : DataFrame
         Precision and recall per size, of one detector and scheme.
+    specificity : float
+        Its specificity. The precision of a size counts only false alarms of exactly that size, so
+        a detector with many false alarms of other sizes can have a precision of 100 %.
     level : float
-        What precision and recall must both reach, there and at every larger size.
+        What precision, recall and specificity must all reach, there and at every larger size.
 
     Returns
     -------
     float or None
-        Size in mm; None where not even the largest size is reliably found, or where a size has
-        no recording.
+        Size in mm; None where not even the largest size is reliably found, or where a rate is
+        not known.
     """
     smallest = None
+    # A comparison with NaN is false: an unknown rate is not reliable.
+    if not specificity >= level - 1e-9:
+        return smallest
     for _, row in detection.sort_values("size_mm", ascending=False).iterrows():
-        # A comparison with NaN is false: an unknown rate is not reliable.
-        if not min(row["precision"], row["recall"]) >= level - 1e-9:
-            break
-        if np.isnan(row["precision"]) or np.isnan(row["recall"]):
+        if not (row["precision"] >= level - 1e-9 and row["recall"] >= level - 1e-9):
             break
         smallest = float(row["size_mm"])
     return smallest

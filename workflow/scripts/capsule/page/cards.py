@@ -4,10 +4,12 @@ What is worded, and what is left out, depends on the values of `capsule.page.ans
 """
 
 from capsule import words
+from capsule.detectors.registry import PAPER
+from capsule.evaluation.lead import Lead
 from capsule.page.answers import Answers, Estimate, PaperAnswers
 
 
-def answer_cards(ours: Answers, paper: PaperAnswers) -> list[dict]:
+def answer_cards(ours: Answers, paper: PaperAnswers, method: Answers | None) -> list[dict]:
     """Return the answers to the questions that a reader brings.
 
     Parameters
@@ -16,12 +18,14 @@ def answer_cards(ours: Answers, paper: PaperAnswers) -> list[dict]:
         What a detector achieves.
     paper : PaperAnswers
         What the paper achieves.
+    method : Answers or None
+        What the paper's own detector achieves on the same recordings; None where it is ours.
 
     Returns
     -------
     list of dict
-        ``id``, ``question``, ``answer``, ``value`` (None where not known), ``detail`` and
-        ``paper``.
+        ``id``, ``question``, ``answer``, ``value`` (None where not known), ``detail``, ``method``
+        (empty without one) and ``paper``.
     """
     return [
         {
@@ -30,6 +34,7 @@ def answer_cards(ours: Answers, paper: PaperAnswers) -> list[dict]:
             "answer": _smallest_words(ours),
             "value": ours.smallest_mm,
             "detail": _reliable_words(ours),
+            "method": _smallest_words(method) if method else "",
             "paper": _paper_smallest_words(paper),
         },
         {
@@ -38,6 +43,7 @@ def answer_cards(ours: Answers, paper: PaperAnswers) -> list[dict]:
             "answer": words.percent(ours.specificity.value),
             "value": _known_or_none(ours.specificity),
             "detail": _specificity_words(ours.specificity),
+            "method": _rate_words(method.specificity) if method else "",
             "paper": _paper_specificity_words(paper.specificity),
         },
         {
@@ -46,6 +52,7 @@ def answer_cards(ours: Answers, paper: PaperAnswers) -> list[dict]:
             "answer": words.percent(ours.within.value),
             "value": _known_or_none(ours.within),
             "detail": _within_words(ours.within),
+            "method": _rate_words(method.within) if method else "",
             "paper": _paper_within_words(paper),
         },
         {
@@ -54,13 +61,14 @@ def answer_cards(ours: Answers, paper: PaperAnswers) -> list[dict]:
             "answer": _error_words(ours.size_error_mm),
             "value": _known_or_none(ours.size_error_mm),
             "detail": _error_detail(ours.size_error_mm),
+            "method": _error_words(method.size_error_mm) if method else "",
             "paper": "not given",
         },
     ]
 
 
-def summary(origin: str, labelled: int, ours: Answers) -> str:
-    """Return the answer in a sentence or two, by the paper's own detector.
+def summary(origin: str, labelled: int, ours: Answers, detector: str) -> str:
+    """Return what a detector achieves in a few sentences.
 
     Parameters
     ----------
@@ -69,31 +77,59 @@ def summary(origin: str, labelled: int, ours: Answers) -> str:
     labelled : int
         How many recordings of known size there are; no other is evidence.
     ours : Answers
-        What the paper's own detector achieves on them.
+        What the detector achieves on them.
+    detector : str
+        Its name.
     """
     if not labelled:
         return "There is no recording to judge by yet."
+    subject = "the paper's detector" if detector == PAPER else f"the detector {detector}"
     kind = "simulated recording" if origin == "simulated" else "recording"
     on = f"On {words.plural(labelled, kind)}"
     if ours.smallest_mm is not None:
         nodules = f"nodules of {words.size(ours.smallest_mm)} and larger"
-        answer = f"{on}, the paper's detector reliably finds {nodules}"
+        sentences = [f"{on}, {subject} reliably finds {nodules}."]
     elif ours.healthy_wanting:
-        answer = (
-            f"{on}, none of them without a nodule, it cannot be told how reliably the paper's "
-            "detector finds one"
-        )
+        sentences = [
+            f"{on}, none of them without a nodule, it cannot be told how reliably {subject} finds "
+            "one."
+        ]
     elif ours.judged:
-        answer = f"{on}, the paper's detector reliably finds no nodule size"
+        sentences = [f"{on}, {subject} reliably finds no nodule size."]
     else:
-        answer = f"{on}, none of a nodule of known size, there is nothing to judge detection by"
+        sentences = [f"{on}, none of a nodule of known size, there is nothing to judge it by."]
     if ours.specificity.of:
         false_alarms = words.percent(1 - ours.specificity.value)
-        answer += f"; it reports a nodule in {false_alarms} of the runs without one"
+        sentences.append(f"It reports a nodule in {false_alarms} of the recordings without one.")
     if ours.within.of:
         share, tolerance = words.percent(ours.within.value), f"{ours.tolerance_mm:g} mm"
-        answer += f". It gives the size within {tolerance} in {share} of the runs with a nodule"
-    return answer + "."
+        sentences.append(
+            f"It gives the size within {tolerance} in {share} of the recordings with a nodule."
+        )
+    return " ".join(sentences)
+
+
+def lead_words(lead: Lead, scheme: str) -> str:
+    """Return why the page is led by this detector.
+
+    Parameters
+    ----------
+    lead : Lead
+        From `capsule.evaluation.lead.leading`.
+    scheme : str
+        The scheme by which the detectors were compared.
+    """
+    reached = words.percent(lead.balanced_accuracy)
+    if lead.named:
+        return f"The configuration names it (report.lead). Its balanced accuracy is {reached}."
+    if lead.compared < 2:
+        return "No other detector could be compared with it on this archive."
+    return (
+        f"Of {lead.compared} detectors it has the highest balanced accuracy on this archive, "
+        f"{reached} by {words.scheme(scheme)}. This is the mean of sensitivity and specificity; no "
+        "verdict counts as a wrong one. Of equals the first in the configuration leads. The same "
+        "recordings chose it, so its rates are somewhat too good."
+    )
 
 
 def _known_or_none(estimate: Estimate) -> float | None:
@@ -118,8 +154,8 @@ def _reliable_words(ours: Answers) -> str:
             f"and recall {words.percent(ours.recall.value)} ({_bounds(ours.recall)}). "
         )
     reliable = (
-        f"Reliable: precision and recall of at least {words.percent(ours.reliable_rate)}, there "
-        "and at every larger size."
+        "Reliable: precision, recall and specificity of at least "
+        f"{words.percent(ours.reliable_rate)}, there and at every larger size."
     )
     no_precision = (
         " With no recording without a nodule there is no false alarm to count, so precision says "
@@ -128,10 +164,15 @@ def _reliable_words(ours: Answers) -> str:
     return rates_there + reliable + ("" if ours.specificity.of else no_precision)
 
 
+def _rate_words(estimate: Estimate) -> str:
+    if not estimate.of:
+        return words.UNKNOWN
+    return f"{words.percent(estimate.value)} ({_bounds(estimate)})"
+
+
 def _paper_smallest_words(paper: PaperAnswers) -> str:
-    if paper.smallest_mm is None:
-        return "none"
-    return f"{words.size(paper.smallest_mm)}, by the same rule"
+    size = "none" if paper.smallest_mm is None else words.size(paper.smallest_mm)
+    return f"{size}, by the same rule"
 
 
 def _specificity_words(specificity: Estimate) -> str:
@@ -142,8 +183,7 @@ def _specificity_words(specificity: Estimate) -> str:
 
 
 def _paper_specificity_words(specificity: Estimate) -> str:
-    rate = f"{words.percent(specificity.value)} ({_bounds(specificity)})"
-    return f"{rate}, worked out from its counts; it does not print it"
+    return f"{_rate_words(specificity)}, worked out from its counts; it does not print it"
 
 
 def _within_words(within: Estimate) -> str:
@@ -154,7 +194,7 @@ def _within_words(within: Estimate) -> str:
 
 def _paper_within_words(paper: PaperAnswers) -> str:
     sizes = words.enumerate_words([f"{size_mm:g}" for size_mm in paper.sizes_mm])
-    printed = f"{words.percent(paper.within.value)} ({_bounds(paper.within)}) over {sizes} mm"
+    printed = f"{_rate_words(paper.within)} over {sizes} mm"
     if not paper.same_tolerance:
         return f"{printed}, with another tolerance"
     if paper.ours_within is None:

@@ -174,18 +174,13 @@ def detection_rows(detections: pd.DataFrame) -> dict:
 
 def _verdict_words(row: Mapping) -> dict:
     """Write a detector's verdict; what it leaves open, such as the place of none, is not given."""
-    probability = row["probability"]
     return {
         "detector": row["detector"],
-        "verdict": words.size(row["predicted_mm"]),
+        "verdict": words.verdict(row),
         "estimate": words.estimated_size(row),
-        "probability": _or_not_given(words.percent(probability), probability),
+        "probability": words.probability(row["probability"]),
         "place": words.place(row["location_s"], row["location_mm"]),
     }
-
-
-def _or_not_given(text: str, value: float) -> str:
-    return text if words.is_known(value) else words.NOT_GIVEN
 
 
 def rate_tables(

@@ -6,14 +6,19 @@ from collections.abc import Mapping
 import pandas as pd
 
 from capsule import words
-from capsule.detectors.registry import detector_row
+from capsule.detectors.registry import PAPER, detector_row
 from capsule.evaluation.beside_paper import TABLES, Evaluation
 from capsule.evaluation.folds import RESUBSTITUTION, main_scheme
-from capsule.page import answers, cards, cells, provenance
+from capsule.evaluation.lead import Lead
+from capsule.page import answers, cards, cells, provenance, trust
 
 
 def page_values(
-    evaluation: Evaluation, index: pd.DataFrame, settings: Mapping, printed_tolerance_mm: float
+    evaluation: Evaluation,
+    index: pd.DataFrame,
+    lead: Lead,
+    settings: Mapping,
+    printed_tolerance_mm: float,
 ) -> dict:
     """Return the page's values that follow from the detectors' rates.
 
@@ -23,6 +28,8 @@ def page_values(
         The tables.
     index : DataFrame
         results/recordings.csv.
+    lead : Lead
+        The leading detector.
     settings : mapping
         The configuration.
     printed_tolerance_mm : float
@@ -31,27 +38,37 @@ def page_values(
     Returns
     -------
     dict
-        ``results`` (from `result_of`, the paper's detector first), ``summary``, ``sizes``,
-        ``few_healthy``, ``scheme_note``, ``schemes`` and ``schemes_and_paper``.
+        ``results`` (from `result_of`, the paper's detector first), ``lead`` (that of the leading
+        one), ``lead_note`` (why it leads), ``trust``, ``summary``, ``sizes``, ``few_healthy``,
+        ``scheme_note``, ``schemes`` and ``schemes_and_paper``.
     """
+    scheme = main_scheme(settings["evaluation"]["schemes"])
     detectors = evaluation.detectors()
     labelled = index[(index["status"] == "accepted") & index["size_mm"].notna()]
     schemes = [words.scheme(name) for name in settings["evaluation"]["schemes"]]
+    origin = provenance.origin_of(labelled["source"].fillna("")).kind
+    results = {
+        detector: result_of(evaluation, detector, settings, printed_tolerance_mm)
+        for detector in dict.fromkeys([*detectors, lead.detector])
+    }
     return {
-        "results": [
-            result_of(evaluation, detector, settings, printed_tolerance_mm)
-            for detector in detectors
-        ],
+        "results": [results[detector] for detector in detectors],
+        "lead": results[lead.detector],
+        "lead_note": cards.lead_words(lead, scheme),
+        "trust": trust.trust_words(
+            _verdicts_of(evaluation, lead.detector, scheme),
+            scheme,
+            settings["evaluation"]["confidence"],
+            origin,
+        ),
         "summary": cards.summary(
-            provenance.origin_of(labelled["source"].fillna("")).kind,
-            len(labelled),
-            answers_of(evaluation, detectors[0], settings),
+            origin, len(labelled), answers_of(evaluation, lead.detector, settings), lead.detector
         ),
         "sizes": [words.size(size_mm) for size_mm in evaluation.sizes_mm()],
         "few_healthy": few_healthy(
             int((labelled["size_mm"] == 0).sum()), settings["evaluation"]["specificity"]
         ),
-        "scheme_note": scheme_note(main_scheme(settings["evaluation"]["schemes"])),
+        "scheme_note": scheme_note(scheme),
         "schemes": words.enumerate_words(schemes),
         "schemes_and_paper": words.enumerate_words([*schemes, "the paper"]),
     }
@@ -85,11 +102,14 @@ def result_of(
     paper = answers.paper_answers(
         evaluation.paper, sizing[sizing["scheme"] == scheme], settings, printed_tolerance_mm
     )
+    method = None
+    if detector != PAPER and PAPER in evaluation.detectors():
+        method = answers_of(evaluation, PAPER, settings)
     return {
         "detector": detector,
         "words": detector_row(detector).sentence,
         "scheme": words.scheme(scheme),
-        "cards": cards.answer_cards(answers_of(evaluation, detector, settings), paper),
+        "cards": cards.answer_cards(answers_of(evaluation, detector, settings), paper, method),
         "confusions": [
             {
                 "title": words.scheme(name),
@@ -121,23 +141,26 @@ def answers_of(evaluation: Evaluation, detector: str, settings: Mapping) -> answ
     scheme = main_scheme(settings["evaluation"]["schemes"])
     tables = {name: evaluation.of(name, detector) for name in TABLES}
     tables = {name: table[table["scheme"] == scheme] for name, table in tables.items()}
-    verdicts = evaluation.predictions
-    verdicts = verdicts[(verdicts["detector"] == detector) & (verdicts["scheme"] == scheme)]
+    verdicts = _verdicts_of(evaluation, detector, scheme)
     return answers.our_answers(tables, verdicts, settings)
+
+
+def _verdicts_of(evaluation: Evaluation, detector: str, scheme: str) -> pd.DataFrame:
+    verdicts = evaluation.predictions
+    return verdicts[(verdicts["detector"] == detector) & (verdicts["scheme"] == scheme)]
 
 
 def scheme_note(scheme: str) -> str:
     """Return what the scheme of the results means, and how the paper's stands to it."""
     if scheme == RESUBSTITUTION:
         return (
-            "Results are resubstitution: a recording is compared with templates that its own fit "
-            "is part of, so a new recording will be judged worse. The paper's own evaluation is "
-            "probably resubstitution too."
+            "Results are resubstitution: a recording helps to teach the detector that judges it. A "
+            "new recording will be judged worse. The paper's own evaluation is probably "
+            "resubstitution too."
         )
     return (
-        "Results are leave-one-out: a recording is compared with templates that its own fit is no "
-        "part of. The paper's own evaluation is probably resubstitution; it stands beside ours in "
-        "every table."
+        "Results are leave-one-out: a recording teaches nothing to the detector that judges it. "
+        "The paper's own evaluation is probably resubstitution."
     )
 
 

@@ -30,7 +30,7 @@ def place_rows(sites: pd.DataFrame) -> dict:
                 "site": str(site),
                 "size": words.size(size_mm) if words.is_known(size_mm) else "unlabelled",
                 "recordings": int(group["recordings"].iloc[0]),
-                "verdicts": [verdicts.get(name, words.UNKNOWN) for name in detectors],
+                "verdicts": [verdicts.get(name, "no verdict") for name in detectors],
             }
         )
     return {"detectors": detectors, "rows": rows}
@@ -38,7 +38,7 @@ def place_rows(sites: pd.DataFrame) -> dict:
 
 def _verdict(row: Mapping) -> str:
     if not words.is_known(row["detected"]):
-        return words.UNKNOWN
+        return words.verdict({**row, "predicted_mm": None})
     if str(row["detected"]) != "True":
         return "no nodule"
     sized = words.is_known(row["estimate_mm"])

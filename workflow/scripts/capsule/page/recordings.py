@@ -129,7 +129,7 @@ def _details(row: Mapping) -> str:
     """Return what a verdict says beyond its size; of no nodule only the probability."""
     parts = {
         "estimated": (row.get("estimate_mm"), words.estimated_size(row)),
-        "probability": (row.get("probability"), words.percent(row.get("probability"))),
+        "probability": (row.get("probability"), words.probability(row.get("probability"))),
         "place": (
             row.get("location_s"),
             words.place(row.get("location_s"), row.get("location_mm")),

@@ -7,6 +7,7 @@ import pandas as pd
 
 from capsule import words
 from capsule.evaluation.beside_paper import Evaluation
+from capsule.evaluation.lead import leading
 from capsule.page import (
     benches,
     cells,
@@ -16,6 +17,7 @@ from capsule.page import (
     more_recordings,
     overview,
     page_data,
+    patients,
     places,
     provenance,
     recordings,
@@ -79,14 +81,26 @@ def page_values(
     """
     judged, evaluation = settings["evaluation"], tables.evaluation
     verdicts = recordings.verdicts_by_recording(evaluation.predictions, tables.detections)
-    listed = recordings.page_values(tables.index, verdicts, evaluation.detectors()[0], judged)
+    detectors = evaluation.detectors()
+    lead = leading(
+        evaluation.predictions, settings["detectors"], judged["schemes"], settings["report"]["lead"]
+    )
+    listed = recordings.page_values(tables.index, verdicts, detectors[0], judged)
     return {
         **overview.overview(tables.index, tables.passed_over),
         **detector_sections.page_values(
-            evaluation, tables.index, settings, printed["sizing_tolerance_mm"]
+            evaluation, tables.index, lead, settings, printed["sizing_tolerance_mm"]
+        ),
+        "patients": patients.page_values(
+            tables.index,
+            tables.detections,
+            tables.sites,
+            lead.detector,
+            load,
+            settings["recording"]["rate_hz"],
         ),
         **comparison.page_values(tables.judgements, settings),
-        **benches.page_values(tables.benches, evaluation.detectors()),
+        **benches.page_values(tables.benches, detectors),
         **more_recordings.page_values(evaluation, tables.learning, settings),
         "confidence": words.percent(judged["confidence"]),
         "size_confidence": words.percent(judged["size_confidence"]),

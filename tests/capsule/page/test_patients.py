@@ -1,0 +1,150 @@
+"""The verdict on every patient, nodules first, and nothing said that nobody knows."""
+
+import numpy as np
+import pandas as pd
+
+from capsule.page import patients
+from capsule.page.evidence import Stored
+from support.evaluated import UNKNOWN
+
+INDEX = ["recording", "size_mm", "status", "reason", "site"]
+DETECTED = ["recording", "detector", "predicted_mm", "probability", "estimate_mm"]
+DETECTED += ["estimate_low_mm", "estimate_high_mm", "location_s", "location_mm"]
+SITE = ["site", "size_mm", "recordings", "detector", "detected", "estimate_mm"]
+SITE += ["location_mm", "estimate_low_mm", "estimate_high_mm"]
+
+
+def load(name):
+    values = 400.0 + np.arange(400).reshape(4, 100) % 37
+    if name.endswith("gap"):
+        values[:, 10:15] = np.nan
+    return Stored(values, {"adc_bits": "10"})
+
+
+def nodule(name, detector, chance, size_mm=2.7):
+    return [name, detector, 3.0, chance, size_mm, 1.8, 3.6, 12.34, 6.1]
+
+
+def healthy(name, detector, chance):
+    return [name, detector, 0.0, chance, *[UNKNOWN] * 5]
+
+
+def silent(name, detector):
+    return [name, detector, *[UNKNOWN] * 7]
+
+
+def accepted(*names, site=UNKNOWN):
+    return [[name, UNKNOWN, "accepted", UNKNOWN, site] for name in names]
+
+
+def values(index, detections, sites=(), columns=DETECTED):
+    return patients.page_values(
+        pd.DataFrame(index, columns=INDEX),
+        pd.DataFrame(detections, columns=columns),
+        pd.DataFrame(sites, columns=SITE),
+        "diagonal",
+        load,
+        10.0,
+    )
+
+
+def test_a_nodule_has_its_size_with_interval_its_place_and_its_probability():
+    page = values(
+        accepted("unlabelled/a-gap"),
+        [
+            nodule("unlabelled/a-gap", "diagonal", 0.99999),
+            healthy("unlabelled/a-gap", "template", UNKNOWN),
+            nodule("unlabelled/a-gap", "taught", 0.5),
+        ],
+    )
+    (row,) = page["rows"]
+    assert row["kind"] == row["verdict"] == "nodule"
+    assert (row["size"], row["place"]) == ("2.7 mm (1.8 to 3.6)", "12.3 s, 6.1 mm")
+    assert row["probability"] == "> 99.9 %"
+    assert row["quality"] == "gaps: 5 % of the samples, the longest 0.5 s"
+    assert row["others"] == "1 of 2 agree; template: no nodule"
+    assert (
+        page["counts"] == "Of 1 unlabelled recording, diagonal finds a nodule in 1 and none in 0."
+    )
+
+
+def test_nodules_come_first_and_the_likelier_ones_before_the_others():
+    names = [f"unlabelled/{name}" for name in "abcde"]
+    page = values(
+        accepted(*names),
+        [
+            healthy(names[0], "diagonal", 0.01),
+            nodule(names[1], "diagonal", 0.6),
+            silent(names[2], "diagonal"),
+            nodule(names[3], "diagonal", 0.9),
+            healthy(names[4], "diagonal", 0.02),
+        ],
+    )
+    assert [row["patient"] for row in page["rows"]] == list("dbcea")
+    assert page["counts"].endswith(" On 1 it gives no verdict.")
+    assert page["rows"][2]["probability"] == "not given"
+    assert page["rows"][4]["size"] == "n/a"
+
+
+def test_no_verdict_stands_with_its_reason_where_the_table_has_one():
+    reason = [*silent("unlabelled/a", "diagonal"), "no wave on sensor 2"]
+    other = [*nodule("unlabelled/a", "template", UNKNOWN), UNKNOWN]
+    page = values(accepted("unlabelled/a"), [reason, other], columns=[*DETECTED, "reason"])
+    (row,) = page["rows"]
+    assert (row["kind"], row["verdict"]) == ("no verdict", "no verdict: no wave on sensor 2")
+    assert row["others"] == "template: nodule"
+
+
+def test_a_rejected_recording_of_a_patient_is_not_forgotten():
+    index = [["unlabelled/a", UNKNOWN, "rejected", "the file is empty", UNKNOWN]]
+    index += [["3mm/r01", 3.0, "rejected", "the file is empty", UNKNOWN]]
+    index += [["notes", UNKNOWN, "rejected", "no recording", UNKNOWN]]
+    (row,) = values(index, [])["rows"]
+    assert (row["verdict"], row["quality"]) == ("no verdict", "rejected: the file is empty")
+    assert (row["patient"], row["recordings"]) == ("a", [])
+
+
+def test_several_passes_over_a_site_are_one_patient():
+    passes = ["unlabelled/b1", "unlabelled/b2-gap"]
+    index = [*accepted("unlabelled/a"), *accepted(*passes, site="p")]
+    index += [["0mm/r01", 0.0, "accepted", UNKNOWN, "p"]]
+    detections = [healthy(name, "diagonal", 0.1) for name in ("unlabelled/a", *passes)]
+    sites = [
+        ["p", UNKNOWN, 2, "diagonal", True, 3.0, 5.04, 2.0, 4.0],
+        ["p", UNKNOWN, 2, "template", False, *[UNKNOWN] * 4],
+        ["p", 0.0, 2, "diagonal", True, 1.0, 5.0, 1.0, 2.0],
+    ]
+    page = values(index, detections, sites)
+    assert page["counts"].startswith("Of 2 unlabelled recordings and sites, diagonal finds")
+    site, single = page["rows"]
+    assert (site["patient"], [each["name"] for each in site["recordings"]]) == ("p", passes)
+    assert (site["size"], site["place"]) == ("3.0 mm (2.0 to 4.0)", "5.0 mm")
+    assert (site["probability"], site["others"]) == (
+        "not given",
+        "0 of 1 agree; template: no nodule",
+    )
+    assert site["quality"] == (
+        "b1: no gap, no loose sensor; b2-gap: gaps: 5 % of the samples, the longest 0.5 s"
+    )
+    assert single["patient"] == "a"
+
+
+def test_a_size_without_an_interval_is_called_so():
+    row = [*nodule("unlabelled/a", "diagonal", UNKNOWN)]
+    row[5:7] = [UNKNOWN, UNKNOWN]
+    assert values(accepted("unlabelled/a"), [row])["rows"][0]["size"] == "2.7 mm, no interval"
+    row[4] = UNKNOWN
+    assert values(accepted("unlabelled/a"), [row])["rows"][0]["size"] == "not given"
+
+
+def test_of_hundreds_of_patients_twenty_stand_open():
+    names = [f"unlabelled/{number:03d}" for number in range(300)]
+    rows = [(nodule if name.endswith("7") else healthy)(name, "diagonal", 0.5) for name in names]
+    page = values(accepted(*names), rows)
+    assert (len(page["rows"]), len(page["folded"])) == (20, 280)
+    assert {row["kind"] for row in page["rows"]} == {"nodule"}
+
+
+def test_without_an_unlabelled_recording_there_is_no_row():
+    index = [["0mm/r01", 0.0, "accepted", UNKNOWN, UNKNOWN]]
+    assert values(index, []) == {"rows": [], "folded": [], "counts": ""}

@@ -1,0 +1,81 @@
+"""Which detector leads the report: the one that did best on this archive, or the one named."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from capsule.evaluation.folds import main_scheme
+
+
+@dataclass(frozen=True)
+class Lead:
+    """The leading detector.
+
+    Attributes
+    ----------
+    detector : str
+        Its name.
+    named : bool
+        Whether the configuration names it.
+    balanced_accuracy : float
+        From `balanced_accuracy`; NaN where it cannot be told.
+    compared : int
+        How many detectors were compared.
+    """
+
+    detector: str
+    named: bool
+    balanced_accuracy: float
+    compared: int
+
+
+def leading(
+    predictions: pd.DataFrame, detectors: Sequence[str], schemes: Sequence[str], named: str
+) -> Lead:
+    """Return the detector whose verdicts the report shows first.
+
+    Parameters
+    ----------
+    predictions : DataFrame
+        results/evaluation/predictions.csv.
+    detectors : sequence of str
+        In the order of the configuration; the first of equals leads.
+    schemes : sequence of str
+        Those of the evaluation; the main one counts.
+    named : str
+        One of them; anything else asks for the one with the highest balanced accuracy.
+    """
+    of_scheme = predictions[predictions["scheme"] == main_scheme(schemes)]
+    reached = {
+        name: balanced_accuracy(of_scheme[of_scheme["detector"] == name]) for name in detectors
+    }
+    known = {name: value for name, value in reached.items() if not np.isnan(value)}
+    if named in detectors:
+        detector = named
+    else:
+        # Of equals, max keeps the first.
+        detector = max(known, key=lambda name: known[name]) if known else detectors[0]
+    return Lead(detector, named in detectors, reached[detector], len(known))
+
+
+def balanced_accuracy(verdicts: pd.DataFrame) -> float:
+    """Return the mean of sensitivity and specificity; no verdict counts as a wrong one.
+
+    Parameters
+    ----------
+    verdicts : DataFrame
+        ``size_mm`` and ``predicted_mm`` of one detector under one scheme.
+
+    Returns
+    -------
+    float
+        NaN without a recording of a nodule, or without one of none.
+    """
+    true_mm, predicted_mm = verdicts["size_mm"].to_numpy(), verdicts["predicted_mm"].to_numpy()
+    nodule, healthy = true_mm > 0, true_mm == 0
+    if not nodule.any() or not healthy.any():
+        return float("nan")
+    found, quiet = predicted_mm[nodule] > 0, predicted_mm[healthy] == 0
+    return float((found.mean() + quiet.mean()) / 2)

@@ -1,0 +1,45 @@
+"""How good a recording is: what is missing, and which sensors were loose."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from capsule import words
+from capsule.converter import shares_at_ends
+
+# A sensor that touches an end of the range for less of a run is pressed hard rather than loose.
+_LOOSE_FROM = 0.01
+
+
+def quality_words(values: np.ndarray, header: Mapping[str, str], rate_hz: float) -> str:
+    """Return what is wrong with an accepted recording, or that nothing is.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        The readings on an even grid in time; NaN where a sample is missing.
+    header : mapping of str to str
+        The lines above the readings.
+    rate_hz : float
+        Sampling rate.
+    """
+    faults = []
+    missing = np.isnan(values).all(axis=0)
+    if missing.any():
+        faults.append(
+            f"gaps: {words.percent(float(missing.mean()))} of the samples, the longest "
+            f"{words.number(_longest(missing) / rate_hz, 1)} s"
+        )
+    for sensor, share in enumerate(shares_at_ends(values, header), start=1):
+        if share >= _LOOSE_FROM:
+            faults.append(
+                f"sensor {sensor} loose: at the end of its range in {words.percent(share)} of the "
+                "samples"
+            )
+    return "; ".join(faults) or "no gap, no loose sensor"
+
+
+def _longest(missing: np.ndarray) -> int:
+    """Return the length of the longest run of missing samples."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], missing.astype(np.int8), [0]])))
+    return int(np.max(edges[1::2] - edges[::2]))
