@@ -55,6 +55,6 @@ def test_checksums_are_those_of_sha256sum(tmp_path):
 
 
 def test_versions_are_those_of_the_installed_packages():
-    versions = dict(page_inputs.read_versions())
-    assert list(versions) == ["Python", *page_inputs.PACKAGES]
+    versions = dict(page_inputs.read_versions(ROOT / "workflow" / "report"))
+    assert list(versions) == ["Python", *page_inputs.PACKAGES, "uPlot"]
     assert all(re.match(r"\d+\.\d+", version) for version in versions.values())

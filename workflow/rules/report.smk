@@ -35,6 +35,7 @@ PAGE = sorted(
         "vendor/uplot/uPlot*",
         "paper.yaml",
         "benches.csv",
+        "references.bib",
     ]
     for path in Path(report_file("")).glob(pattern)
 )

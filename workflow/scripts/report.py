@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 from capsule.detectors.registry import detector_row
+from capsule.page.methods import software_sentence
 from capsule.page.provenance import how_made
 from capsule.page.render import render_page
 from capsule.page.sections import page_values
@@ -13,6 +14,7 @@ from edges import files, page_inputs
 from edges.config_files import read_schema
 from edges.durations import read_durations
 from edges.page_recordings import StoredRecordings
+from edges.project_state import read_project_state
 from edges.results import read_printed
 
 
@@ -32,15 +34,19 @@ def main() -> None:
     tables = page_inputs.read_tables(results, template, printed, confidence)
     by_features = any(detector_row(name).by_features for name in settings["detectors"])
     load = StoredRecordings(results, settings, by_features=by_features)
+    state = read_project_state(Path(__file__).resolve().parents[2])
+    versions = page_inputs.read_versions(template)
     page = {
         **page_values(tables, load, settings, read_schema(schema), printed),
         "figures": page_inputs.read_figures(results / "figures"),
         **how_made(
             page_inputs.read_checksums(arguments.code),
-            page_inputs.read_versions(),
+            versions,
             read_durations(results / "logs", list(tables.index["recording"])),
             datetime.datetime.now(datetime.UTC),
+            state,
         ),
+        "software": software_sentence(state, versions),
     }
     with files.write_whole(arguments.output) as stream:
         stream.write(render_page(page_inputs.read_frame(template), page))

@@ -380,6 +380,42 @@ def test_nothing_reaches_beyond_the_screen(browser, page, width):
     browser.picture(PICTURES / f"light-{width}.png")
 
 
+def test_the_methods_and_the_references_can_be_copied(browser, page, project):
+    browser.open(page)
+    browser.run("document.querySelector('#made details').open = true")
+    for name, start in (
+        ("methods-text", "The archive holds N = 12 recordings"),
+        ("bibtex", "@misc"),
+    ):
+        browser.find(f"button[data-copies={name}]").click()
+        chosen = browser.run("return getSelection().toString().trim()")
+        assert chosen == browser.find(f"#{name}").text.strip() and chosen.startswith(start)
+        said = browser.find(f"button[data-copies={name}] + output").text
+        assert said in ("Copied.", "Selected: press Ctrl+C.")
+    references = (ROOT / "workflow/report/references.bib").read_text(encoding="utf-8")
+    assert browser.find("#bibtex").text.strip() == references.strip()
+    # A copy of the project's folders holds neither pyproject.toml nor a clone.
+    assert browser.find("#project").text == "origami-capsule, version not known"
+
+
+def test_symbols_are_typeset_and_equations_have_numbers(browser, page):
+    browser.open(page)
+    rows = browser.run(
+        "return Object.fromEntries([...document.querySelectorAll('#configuration tbody tr')]"
+        ".map((row) => [row.cells[0].querySelector('code').textContent,"
+        "[row.cells[0].querySelector('.symbol')?.innerHTML ?? '', row.cells[3].textContent]]))"
+    )
+    sigma, mu, delta = "\u03c3", "\u03bc", "\u0394"
+    assert rows["fit.vertical_spread_range"] == [f"<i>{sigma}</i><sup>ver</sup>", "Eq. 14"]
+    assert rows["fit.peak_spacing_range"] == [f"{delta}<i>{mu}</i><sup>hor</sup>", "Eq. 13"]
+    assert rows["fit.integer_step"] == [f"<i>{sigma}</i><sub>ite</sub>", "Eq. 22"]
+    assert rows["diagonal.wavelength_mm"][1] == "section II-C, Small Intestine Simulator"
+    shown = browser.run("return document.body.innerText")
+    assert not re.search(
+        r"\beq\. \w|sigma_|\^(ver|hor)|[^\w\u2212-]-\d|\u22120(\.0+)?(?![\d.])", shown
+    )
+
+
 def test_the_dark_page_is_dark(browser, page):
     browser.open(page, dark=True)
     colour = browser.run("return getComputedStyle(document.body).backgroundColor")

@@ -86,8 +86,17 @@ def test_the_shipped_configuration_is_the_papers():
     assert [row["key"] for row in rows if row["differs"]] == []
 
 
-def test_bibtex_names_all_authors():
-    entry = provenance.bibtex(PAPER)
-    assert entry.startswith("@misc{ge2024capsule,")
-    assert entry.count(" and ") == len(PAPER["authors"]) - 1
-    assert entry.count("{") == entry.count("}")
+@pytest.mark.parametrize(
+    ("state", "text"),
+    [
+        (("1.2.0", "0123456789abcdef", False), "origami-capsule 1.2.0, commit 0123456789ab"),
+        (
+            ("1.2.0", "0123456789abcdef", True),
+            "origami-capsule 1.2.0, commit 0123456789ab (modified)",
+        ),
+        (("1.2.0", None, False), "origami-capsule 1.2.0"),
+        ((None, None, False), "origami-capsule, version not known"),
+    ],
+)
+def test_the_project_is_named_by_its_version_and_commit(state, text):
+    assert provenance.ProjectState(*state).text() == text

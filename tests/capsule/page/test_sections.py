@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from capsule.evaluation import columns, learning, sites
-from capsule.page import evidence, provenance, sections
+from capsule.page import evidence, methods, provenance, sections
 from capsule.page.render import render_page
 from edges import files, page_inputs
 from support.evaluated import DETECTIONS, UNKNOWN, evaluated, index_of, read_paper
@@ -32,6 +32,7 @@ def values(verdicts, sizes_mm, *rows, detections=DETECTIONS, verdicts_on_places=
         judgements={name: pd.DataFrame(columns=each) for name, each in columns.COLUMNS.items()},
         learning=pd.DataFrame(columns=learning.COLUMNS),
         benches=files.read_csv(ROOT / "workflow/report/benches.csv"),
+        references=(ROOT / "workflow/report/references.bib").read_text(encoding="utf-8"),
     )
 
     def load(name):
@@ -45,7 +46,9 @@ def filled(page):
     figures = {name: {"wide": "data:,", "narrow": "data:,"} for name in page_inputs.FIGURES}
     moment = datetime.datetime(2024, 6, 3, 12, 30, tzinfo=datetime.UTC)
     times = [{"rule": "fit", "jobs": 2, "seconds": 81.4}]
-    made = provenance.how_made({"report.py": "00"}, [("Python", "3.11")], times, moment)
+    state, versions = provenance.ProjectState("1.2.0", "ab" * 20, True), [("Python", "3.11")]
+    made = provenance.how_made({"report.py": "00"}, versions, times, moment, state)
+    made |= {"software": methods.software_sentence(state, versions)}
     frame = page_inputs.read_frame(ROOT / "workflow" / "report")
     return render_page(frame, {**page, "figures": figures, **made})
 
@@ -82,6 +85,8 @@ def test_the_template_says_what_the_values_say(small):
     assert "<code>2mm/bad</code> the file is empty" in page
     assert "Made on 2024-06-03 12:30 UTC." in page and "<td>1 min 21 s</td>" in page
     assert '<tr data-recording="2mm/a" data-size="2 mm" data-outcome="within tolerance"' in page
+    assert "The archive holds N = 2 recordings of known nodule size (1 without a nodule and" in page
+    assert "made by origami-capsule 1.2.0, commit abababababab (modified), with Python 3.11" in page
     assert EVIL not in page and EVIL.replace("<", "&lt;").replace(">", "&gt;") in page
 
 

@@ -33,6 +33,13 @@ def number(value: float | None, digits: int = 2) -> str:
     return f"{MINUS}{text[1:]}" if text.strip("-0.") and text[0] == "-" else text.lstrip("-")
 
 
+def significant(value: float, digits: int = 3) -> str:
+    """Write a number with so many significant digits: ``0.127``, ``45.4``."""
+    if value == 0 or not math.isfinite(value):
+        return number(value, 0)
+    return number(value, max(digits - 1 - math.floor(math.log10(abs(value))), 0))
+
+
 def percent(fraction: float | None) -> str:
     """Write a fraction in percent: ``57.7 %``, ``85 %``."""
     return f"{_percent_digits(fraction)} %" if is_known(fraction) else UNKNOWN

@@ -18,10 +18,11 @@ from edges.results import (
 )
 
 PACKAGES = ("snakemake", "numpy", "scipy", "pandas", "matplotlib", "jinja2")
+UPLOT = "vendor/uplot/uPlot.iife.min.js"
 STYLES = ("vendor/uplot/uPlot.min.css", "report.css")
 # Each stands below those that it uses.
 SCRIPTS = (
-    "vendor/uplot/uPlot.iife.min.js",
+    UPLOT,
     "scripts/signals.js",
     "scripts/palette.js",
     "scripts/elements.js",
@@ -43,6 +44,7 @@ SCRIPTS = (
     "scripts/notes.js",
     "scripts/chooser.js",
     "scripts/recordings_table.js",
+    "scripts/copy.js",
     "scripts/start.js",
 )
 TEMPLATES = ("report.html.j2", "macros.html.j2", "sections/[!.]*.html.j2")
@@ -73,6 +75,7 @@ def read_tables(results: Path, template: Path, printed: Mapping, confidence: flo
         judgements=read_judgements(evaluation),
         learning=read_learning(evaluation),
         benches=files.read_csv(template / "benches.csv"),
+        references=(template / "references.bib").read_text(encoding="utf-8"),
     )
 
 
@@ -106,7 +109,15 @@ def read_checksums(paths: Iterable[Path]) -> dict[str, str]:
     return {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in paths}
 
 
-def read_versions() -> list[tuple[str, str]]:
-    """Read the versions of Python and of the packages that the results come from."""
+def read_versions(template: Path) -> list[tuple[str, str]]:
+    """Read the versions of Python, of the packages that the results come from, and of uPlot.
+
+    Parameters
+    ----------
+    template : Path
+        The folder of the template, where uPlot names its version in its first line.
+    """
     packages = [(name, importlib.metadata.version(name)) for name in PACKAGES]
-    return [("Python", platform.python_version()), *packages]
+    first_line = (template / UPLOT).read_text(encoding="utf-8").partition("\n")[0]
+    chart = first_line.partition("(v")[2].partition(")")[0]
+    return [("Python", platform.python_version()), *packages, ("uPlot", chart)]

@@ -33,6 +33,31 @@ class Origin:
     sources: dict[str, int]
 
 
+@dataclass(frozen=True)
+class ProjectState:
+    """Which state of the project made a page.
+
+    Attributes
+    ----------
+    version : str or None
+        From pyproject.toml; None where it is missing.
+    commit : str or None
+        Of the code, in hexadecimal; None outside a clone.
+    modified : bool
+        Whether code or configuration differ from the commit.
+    """
+
+    version: str | None
+    commit: str | None
+    modified: bool
+
+    def text(self) -> str:
+        """Return the state in words."""
+        version = f" {self.version}" if self.version else ", version not known"
+        commit = f", commit {self.commit[:12]}" if self.commit else ""
+        return f"origami-capsule{version}{commit}{' (modified)' if self.modified else ''}"
+
+
 def page_values(
     recordings: Iterable[Mapping], settings: Mapping, schema: Mapping, printed: Mapping
 ) -> dict:
@@ -50,8 +75,8 @@ def page_values(
     Returns
     -------
     dict
-        ``configuration``, ``differences``, ``seed``, ``recordings_checksum``, ``paper``,
-        ``equation`` (the printed number of each, by its label) and ``bibtex``.
+        ``configuration``, ``differences``, ``seed``, ``recordings_checksum``, ``paper`` and
+        ``equation`` (the printed number of each, by its label).
     """
     equations = printed["equations"]
     configuration = configuration_table(settings, schema, printed["settings"], equations)
@@ -63,7 +88,6 @@ def page_values(
         "recordings_checksum": combined_checksum(checksums),
         "paper": printed,
         "equation": {label: cited(f"eq. {label}", equations) for label in equations},
-        "bibtex": bibtex(printed),
     }
 
 
@@ -72,6 +96,7 @@ def how_made(
     versions: Sequence[tuple[str, str]],
     durations: Iterable[Mapping],
     made: datetime,
+    state: ProjectState,
 ) -> dict:
     """Return the page's values that say by what it was made, when, and in what time.
 
@@ -85,13 +110,16 @@ def how_made(
         ``rule``, ``jobs`` and ``seconds`` of each rule.
     made : datetime
         The moment, with its time zone.
+    state : ProjectState
+        That of the project.
 
     Returns
     -------
     dict
-        ``code_checksum``, ``versions``, ``times`` and ``made``.
+        ``code_checksum``, ``versions``, ``project``, ``times`` and ``made``.
     """
     return {
+        "project": state.text(),
         "code_checksum": combined_checksum(code),
         "versions": versions,
         "times": [{**row, "seconds": duration(row["seconds"])} for row in durations],
@@ -214,18 +242,3 @@ def combined_checksum(checksums: Mapping[str, str]) -> str:
     """
     lines = "".join(f"{checksums[name]}  {name}\n" for name in sorted(checksums))
     return hashlib.sha256(lines.encode("utf-8")).hexdigest()
-
-
-def bibtex(printed: Mapping) -> str:
-    """Return the BibTeX entry of the paper, from ``paper.yaml``."""
-    surname = printed["authors"][0].split()[-1].lower()
-    archive, _, number = printed["identifier"].partition(":")
-    fields = {
-        "title": printed["title"],
-        "author": " and ".join(printed["authors"]),
-        "year": printed["year"],
-        "eprint": number,
-        "archivePrefix": archive,
-    }
-    lines = ",\n".join(f"  {name} = {{{value}}}" for name, value in fields.items())
-    return f"@misc{{{surname}{printed['year']}capsule,\n{lines}\n}}"

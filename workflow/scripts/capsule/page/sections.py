@@ -14,6 +14,7 @@ from capsule.page import (
     comparison,
     detector_sections,
     evidence,
+    methods,
     more_recordings,
     overview,
     page_data,
@@ -42,6 +43,8 @@ class Tables:
         The rates that parts of the archive reach, by `capsule.evaluation.learning`.
     benches : sequence of mapping
         What the detectors reach on other benches, from workflow/report/benches.csv.
+    references : str
+        workflow/report/references.bib.
     """
 
     index: pd.DataFrame
@@ -53,6 +56,7 @@ class Tables:
     judgements: Mapping[str, pd.DataFrame]
     learning: pd.DataFrame
     benches: Sequence[Mapping]
+    references: str
 
 
 def page_values(
@@ -102,6 +106,10 @@ def page_values(
         **comparison.page_values(tables.judgements, settings),
         **benches.page_values(tables.benches, detectors),
         **more_recordings.page_values(evaluation, tables.learning, settings),
+        "methods": methods.methods_sentences(
+            evaluation, tables.index, lead, settings, printed["equations"]
+        ),
+        "references": tables.references,
         "confidence": words.percent(judged["confidence"]),
         "size_confidence": words.percent(judged["size_confidence"]),
         "places": places.place_rows(tables.sites),

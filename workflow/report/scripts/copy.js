@@ -1,0 +1,19 @@
+// Buttons that copy a text of the page; where a browser forbids that, they select it.
+
+(() => {
+  "use strict";
+
+  for (const button of document.querySelectorAll("button[data-copies]")) {
+    button.hidden = false;
+    button.addEventListener("click", () => {
+      const range = document.createRange();
+      range.selectNodeContents(document.getElementById(button.dataset.copies));
+      const selection = getSelection();
+      selection.removeAllRanges();
+      selection.addRange(range);
+      // Works without asking, also on a page that was opened from disk.
+      const copied = document.execCommand("copy");
+      button.nextElementSibling.textContent = copied ? "Copied." : "Selected: press Ctrl+C.";
+    });
+  }
+})();

@@ -1,0 +1,182 @@
+"""A methods paragraph for a paper, from the configuration and the numbers that were really used."""
+
+from collections.abc import Mapping, Sequence
+
+import pandas as pd
+
+from capsule import words
+from capsule.detectors.registry import detector_row
+from capsule.evaluation.beside_paper import Evaluation
+from capsule.evaluation.folds import LEAVE_ONE_OUT, RESUBSTITUTION, main_scheme
+from capsule.evaluation.lead import Lead
+from capsule.page.notation import cited
+from capsule.page.provenance import ProjectState, is_simulated
+
+# Which entry of references.bib each program has.
+REFERENCES = {
+    "Python": "python",
+    "snakemake": "moelder2021snakemake",
+    "numpy": "harris2020numpy",
+    "scipy": "virtanen2020scipy",
+    "pandas": "mckinney2010pandas",
+    "matplotlib": "hunter2007matplotlib",
+    "jinja2": "jinja",
+    "uPlot": "uplot",
+}
+_SCHEMES = {
+    LEAVE_ONE_OUT: "by leave-one-out, so that a recording taught nothing to what judged it",
+    RESUBSTITUTION: "by resubstitution, so that each recording also taught what judged it",
+}
+
+
+def methods_sentences(
+    evaluation: Evaluation,
+    index: pd.DataFrame,
+    lead: Lead,
+    settings: Mapping,
+    equations: Sequence[str],
+) -> list[str]:
+    """Return what was done, a sentence or two a step; references stand in brackets by their keys.
+
+    Parameters
+    ----------
+    evaluation : Evaluation
+        The rates.
+    index : DataFrame
+        results/recordings.csv.
+    lead : Lead
+        The leading detector.
+    settings : mapping
+        The configuration.
+    equations : sequence of str
+        ``equations`` of ``paper.yaml``.
+    """
+    return [
+        _recorded(index, settings["recording"]),
+        _processed(settings["preprocessing"], settings["recording"]["sensors"], equations),
+        _fitted(settings["fit"], equations),
+        _judged(evaluation, settings),
+        _led(evaluation, lead, settings["evaluation"]),
+        _bounded(evaluation.predictions, settings["evaluation"]),
+    ]
+
+
+def software_sentence(state: ProjectState, versions: Sequence[tuple[str, str]]) -> str:
+    """Return by which programs it was done, each with its version and its reference."""
+    programs = [f"{name} {version} [{REFERENCES[name]}]" for name, version in versions]
+    return f"The results were made by {state.text()}, with {words.enumerate_words(programs)}."
+
+
+def _recorded(index: pd.DataFrame, rules: Mapping) -> str:
+    labelled = index[(index["status"] == "accepted") & index["size_mm"].notna()]
+    counts = [
+        f"{count} without a nodule" if size_mm == 0 else f"{count} of {words.size(float(size_mm))}"
+        for size_mm, count in labelled.groupby("size_mm").size().items()
+    ]
+    of_each = f" ({words.enumerate_words(counts)})" if counts else ""
+    simulated = sum(map(is_simulated, labelled["source"].fillna("")))
+    origin = ""
+    if simulated:
+        every = simulated == len(labelled)
+        origin = " All were simulated." if every else f" {simulated} of these were simulated."
+    rejected = int((index["status"] != "accepted").sum())
+    left_out = f" {words.plural(rejected, 'recording')} could not be used." if rejected else ""
+    return (
+        f"The archive holds N = {len(labelled)} recordings of known nodule size{of_each}, of "
+        f"{rules['sensors']} sensors at {rules['rate_hz']:g} Hz.{origin}{left_out}"
+    )
+
+
+def _processed(rules: Mapping, sensors: int, equations: Sequence[str]) -> str:
+    standardised, envelope, rectified, matrix = (
+        cited(f"eq. {label}", equations)
+        for label in ("normalization", "RMS_envelope", "ReLU", "extended")
+    )
+    return (
+        f"Pre-processing followed [ge2024capsule]: readings were standardised ({standardised}); "
+        f"their RMS envelope over a window of W = {rules['window']} samples was taken "
+        f"({envelope}); what exceeded c = {rules['threshold']:g} standard deviations ({rectified}) "
+        f"made a matrix of S = {sensors} rows and L = {rules['length']} columns ({matrix})."
+    )
+
+
+def _fitted(rules: Mapping, equations: Sequence[str]) -> str:
+    particles, update, mean = (
+        cited(f"eq. {label}", equations) for label in ("particleSet", "Thetaupdate", "barTheta")
+    )
+    return (
+        f"To every recording of a nodule the best of {rules['particles']} random particles "
+        f"({particles}) was fitted and improved in {rules['iterations']} iterations ({update}; "
+        f"seed {rules['seed']}). The mean parameters of a size made its template ({mean})."
+    )
+
+
+def _judged(evaluation: Evaluation, settings: Mapping) -> str:
+    rules, names = settings["evaluation"], settings["detectors"]
+    scheme = main_scheme(rules["schemes"])
+    rows = evaluation.predictions[evaluation.predictions["scheme"] == scheme]
+    described = [
+        f"{name} ({detector_row(name).sentence}{_threshold(rows[rows['detector'] == name], name)})"
+        for name in names
+    ]
+    sentence = f"Nodules were detected by {words.enumerate_words(described)}."
+    if all(detector_row(name).fixed_threshold is not None for name in names):
+        return sentence
+    wanted = words.percent(rules["specificity"])
+    return f"{sentence} Learned thresholds aim at a specificity of {wanted}."
+
+
+def _threshold(rows: pd.DataFrame, name: str) -> str:
+    """Write a learned threshold with its range over the folds; of a fixed one nothing."""
+    known = rows["threshold"].dropna() if "threshold" in rows else rows.iloc[:0, 0]
+    if detector_row(name).fixed_threshold is not None or known.empty:
+        return ""
+    low, high = (words.significant(float(end)) for end in (known.min(), known.max()))
+    return f"; threshold {low}" if low == high else f"; threshold {low} to {high} over the folds"
+
+
+def _led(evaluation: Evaluation, lead: Lead, rules: Mapping) -> str:
+    scheme = main_scheme(rules["schemes"])
+    of_lead = {
+        name: table[table["scheme"] == scheme].to_dict("records")
+        for name, table in (
+            (name, evaluation.of(name, lead.detector)) for name in ("detection", "specificity")
+        )
+    }
+    sentence = f"Verdicts were judged {_SCHEMES[scheme]}."
+    if lead.compared > 1 and not lead.named:
+        sentence += (
+            f" Of {lead.compared} detectors {lead.detector} had the highest balanced accuracy, "
+            f"{words.percent(lead.balanced_accuracy)}."
+        )
+    rates = [
+        f"{words.percent(row['recall'])} ({words.interval(row['recall_low'], row['recall_high'])}) "
+        f"at {words.size(row['size_mm'])}"
+        for row in of_lead["detection"]
+        if words.is_known(row["recall"])
+    ]
+    if rates:
+        sentence += f" The sensitivity of {lead.detector} was {words.enumerate_words(rates)}."
+    for row in of_lead["specificity"]:
+        if words.is_known(row["specificity"]):
+            bounds = words.interval(row["specificity_low"], row["specificity_high"])
+            sentence += (
+                f" Its specificity was {words.percent(row['specificity'])} ({bounds}; "
+                f"{words.count_of(row['true_negatives'], row['healthy'])})."
+            )
+    return sentence
+
+
+def _bounded(predictions: pd.DataFrame, rules: Mapping) -> str:
+    level, of_size = words.percent(rules["confidence"]), ""
+    if "estimate_low_mm" in predictions and predictions["estimate_low_mm"].notna().any():
+        of_size = (
+            f" Estimated sizes have {words.percent(rules['size_confidence'])} intervals from "
+            "cross-validated errors [barber2021jackknife]."
+        )
+    return (
+        f"Intervals are at {level}: Wilson's for rates [wilson1927probable], Koopman's for "
+        f"predictive values [koopman1984confidence], stated for a prevalence of "
+        f"{words.percent(rules['prevalence'])}, and Student's for means. A size counts as right "
+        f"within {rules['tolerance_mm']:g} mm.{of_size}"
+    )
