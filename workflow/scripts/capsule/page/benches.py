@@ -52,6 +52,6 @@ def _in_one_sentence(ranges: Sequence[Mapping]) -> str:
     if not clauses:
         return ""
     return (
-        "How far rates differ from bench to bench: of the nodules from 2 mm on, on simulated "
-        f"benches that explain the paper's table in other ways, {'; '.join(clauses)} are found."
+        "Rates differ from bench to bench. Of the nodules from 2 mm on, simulated benches that "
+        f"explain the paper's table in other ways let each detector find: {'; '.join(clauses)}."
     )
