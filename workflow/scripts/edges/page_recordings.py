@@ -49,7 +49,7 @@ class StoredRecordings:
         templates = {
             scheme: fold_particles(
                 self._totals,
-                [(size_mm(each), self._particles[each]) for each in left_out if size_mm(each)],
+                [(size_mm(n), self._particles[n]) for n in left_out if n in self._particles],
             )
             for scheme, left_out in self._left_out[name].items()
         }
