@@ -35,8 +35,8 @@ def read_arguments() -> argparse.Namespace:
     add = parser.add_argument
     output = Path("workflow/weights/scorer.npz")
     add("--output", type=Path, default=output, metavar="FILE", help=f"(default: {output})")
-    add("--benches", type=natural, default=1200, metavar="N", help="benches (default: 1200)")
-    add("--epochs", type=natural, default=10, metavar="N", help="rounds (default: 10)")
+    add("--benches", type=natural, default=3600, metavar="N", help="benches (default: 3600)")
+    add("--epochs", type=natural, default=9, metavar="N", help="rounds (default: 9)")
     add("--seed", type=int, default=1, metavar="N", help="same seed, same weights (default: 1)")
     add(
         "--leave-out-phantom",

@@ -9,7 +9,7 @@ from capsule.detectors.beat_series import SERIES
 
 _SENSORS = 4
 _SEEN = 17
-_OWN, _WIDTH, _POOLED, _EMBEDDED = 16, 40, 32, 64
+_OWN, _WIDTH, _POOLED, _EMBEDDED = 24, 64, 48, 64
 _DILATIONS = (1, 2, 4, 8, 4)
 # Keeps what lies beyond the end of a recording out of a maximum.
 _FAR = 50.0
