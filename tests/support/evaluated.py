@@ -51,4 +51,4 @@ def index_of(*rows):
     """Make results/recordings.csv out of rows."""
     columns = ["recording", "size_mm", "status", "reason", "source", "sha256", "duration_s"]
     frame = pd.DataFrame(rows, columns=columns)
-    return frame.assign(samples=100, near_copies=None, site=None)
+    return frame.assign(samples=100, near_copies=None, site=None, no_verdict=None)

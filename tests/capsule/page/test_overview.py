@@ -14,6 +14,7 @@ def test_the_overview_lists_what_was_not_used():
             "size_mm": [0.0, 2.5, 2.5, UNKNOWN],
             "status": ["accepted", "accepted", "rejected", "accepted"],
             "reason": [UNKNOWN, UNKNOWN, "the file is empty", UNKNOWN],
+            "no_verdict": [UNKNOWN, UNKNOWN, UNKNOWN, "no wave on sensor_2"],
             "source": ["bench 2", "bench 2", UNKNOWN, "bench 2"],
             "near_copies": [UNKNOWN, "unlabelled/c", UNKNOWN, "2.5mm/b"],
         }
@@ -25,6 +26,8 @@ def test_the_overview_lists_what_was_not_used():
     assert values["by_size"] == [{"size": "no nodule", "count": 1}, {"size": "2.5 mm", "count": 1}]
     alike = {"recordings": ["2.5mm/b", "unlabelled/c"], "contradict": False}
     assert values["near_copies"] == [alike]
+    unlabelled = {"recording": "unlabelled/c", "no_verdict": "no wave on sensor_2"}
+    assert values["not_judged"] == [unlabelled]
     assert values["rejected"] == [{"recording": "2.5mm/bad", "reason": "the file is empty"}]
 
 
@@ -35,6 +38,7 @@ def test_recordings_that_are_nearly_the_same_are_named_once_with_what_their_labe
             "size_mm": [0.0, 3.0, 4.0, 4.0],
             "status": "accepted",
             "reason": UNKNOWN,
+            "no_verdict": UNKNOWN,
             "source": "bench 2",
             "near_copies": [UNKNOWN, "4mm/c", "3mm/b", UNKNOWN],
         }

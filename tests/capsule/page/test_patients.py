@@ -89,7 +89,7 @@ def test_nodules_come_first_and_the_likelier_ones_before_the_others():
 def test_no_verdict_stands_with_its_reason_where_the_table_has_one():
     reason = [*silent("unlabelled/a", "diagonal"), "no wave on sensor 2"]
     other = [*nodule("unlabelled/a", "template", UNKNOWN), UNKNOWN]
-    page = values(accepted("unlabelled/a"), [reason, other], columns=[*DETECTED, "reason"])
+    page = values(accepted("unlabelled/a"), [reason, other], columns=[*DETECTED, "no_verdict"])
     (row,) = page["rows"]
     assert (row["kind"], row["verdict"]) == ("no verdict", "no verdict: no wave on sensor 2")
     assert row["others"] == "template: nodule"

@@ -21,8 +21,8 @@ def overview(index: pd.DataFrame, passed_over: pd.DataFrame) -> dict:
     dict
         ``origin``, ``accepted``, ``by_size``, ``unlabelled``, ``rejected`` and ``passed_over``;
         ``near_copies``, the recordings that are nearly the same, a list a group, and whether
-        their labels contradict; under ``accepted_words``, ``rejected_words`` and
-        ``passed_over_words`` how many, in words.
+        their labels contradict; ``not_judged``, those that no detector judges, and why; under
+        ``accepted_words``, ``rejected_words`` and ``passed_over_words`` how many, in words.
     """
     accepted = index[index["status"] == "accepted"]
     rejected = index[index["status"] != "accepted"]
@@ -39,6 +39,7 @@ def overview(index: pd.DataFrame, passed_over: pd.DataFrame) -> dict:
         ],
         "unlabelled": int(accepted["size_mm"].isna().sum()),
         "near_copies": _near_copies(accepted),
+        "not_judged": accepted[["recording", "no_verdict"]].dropna().to_dict("records"),
         "rejected": rejected[["recording", "reason"]].fillna("").to_dict("records"),
         "rejected_words": words.plural(len(rejected), "recording"),
         "passed_over_words": words.plural(len(passed_over), "other file"),

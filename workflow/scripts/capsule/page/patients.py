@@ -210,7 +210,7 @@ def _size(row: Mapping) -> str:
 
 
 def _reason(row: Mapping) -> str:
-    reason = row.get("reason")
+    reason = row.get("no_verdict")
     return str(reason) if words.is_known(reason) else ""
 
 

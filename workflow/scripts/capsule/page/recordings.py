@@ -188,6 +188,7 @@ def recording_rows(
         size_mm, predicted_mm = _known_or_none(row["size_mm"]), verdict["predicted_mm"]
         nearest = min((d for d in verdict["distances"] if d is not None), default=None)
         duration = _known_or_none(row["duration_s"])
+        note = row["source"] if accepted and words.is_known(row["source"]) else ""
         rows.append(
             {
                 "recording": row["recording"],
@@ -203,8 +204,9 @@ def recording_rows(
                 "nearest_words": words.number(nearest, 4) if nearest is not None else "",
                 "duration_s": duration,
                 "duration": words.number(duration, 1) if duration is not None else "",
-                "note": row["source"] if accepted and words.is_known(row["source"]) else "",
-                "reason": "" if accepted else row["reason"],
+                "note": note,
+                "reason": _why_not(row),
+                "notes": "; ".join(filter(None, (note, _why_not(row)))),
                 "sha256": row["sha256"] if words.is_known(row["sha256"]) else "",
                 "nodule_at_mm": _significant(number(str(row.get("nodule_at_mm", "")))),
             }
@@ -215,3 +217,10 @@ def recording_rows(
 def truth(row: Mapping) -> str:
     """Return what a recording is of, such as ``3 mm nodule``; `row` is from `recording_rows`."""
     return {None: "unlabelled", 0.0: "no nodule"}.get(row["size_mm"], f"{row['size']} nodule")
+
+
+def _why_not(row: Mapping) -> str:
+    """Return why a recording takes no part, or has no verdict; empty where it has one."""
+    if row["status"] != "accepted":
+        return row["reason"]
+    return f"no verdict: {row['no_verdict']}" if words.is_known(row["no_verdict"]) else ""
