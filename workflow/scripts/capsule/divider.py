@@ -1,5 +1,7 @@
 """From the readings of a voltage divider to the resistance of the sensor in it."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 # Nearer to the ends of the converter a reading says no more than "very small" or "very large".
@@ -37,3 +39,30 @@ def relative_resistance(
         return readings if pressing_lowers else -readings
     share = np.clip(readings / full_scale, _ENDS, 1 - _ENDS)
     return share / (1 - share) if pressing_lowers else (1 - share) / share
+
+
+def pressed_and_period(
+    values: np.ndarray, rate_hz: float, settings: Mapping
+) -> tuple[np.ndarray, float]:
+    """Return how hard each sensor is pressed, and the configured time from wave to wave.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings on an even grid in time; NaN where a sample is missing.
+    rate_hz : float
+        Sampling rate.
+    settings : mapping
+        Section ``diagonal`` of the configuration, which tells of wave and sensors.
+
+    Returns
+    -------
+    pressed : (S, K) array
+        Larger for a sensor that is pressed harder, from any rest.
+    period : float
+        In samples.
+    """
+    resistance = relative_resistance(
+        values, settings["full_scale"], settings["pressing_lowers_reading"]
+    )
+    return -resistance, rate_hz * settings["wavelength_mm"] / settings["wave_speed_mm_s"]

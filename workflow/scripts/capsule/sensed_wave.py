@@ -165,6 +165,49 @@ def wave_phase(values: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarra
     return np.interp(samples, known, irregular), offset
 
 
+@dataclass(frozen=True)
+class Waves:
+    """A recording cut into windows of its own wave, whose phase is not followed yet.
+
+    Attributes
+    ----------
+    values : (S, K) array
+        How hard each sensor is pressed, thinned and without gaps.
+    stride : int
+        How many samples of the recording became one of these.
+    period : float
+        The recording's own time from wave to wave, in these samples.
+    window : int
+        Whole samples of a wave.
+    level : (S, N) array
+        As in `Wave`.
+    steady : (S, K) array
+        As in `Wave`.
+    """
+
+    values: np.ndarray
+    stride: int
+    period: float
+    window: int
+    level: np.ndarray
+    steady: np.ndarray
+
+
+def cut_into_waves(values: np.ndarray, period: float) -> Waves | None:
+    """Find the period of a recording's wave; parameters and None are those of `find_wave`."""
+    pressed, stride = thinned(fill_missing(values), period)
+    count = pressed.shape[1]
+    if count * stride < 4 * period:
+        return None
+    own_period = wave_period(pressed, period / stride)
+    window = round(own_period)
+    if count < 4 * window:
+        return None
+    centred = pressed - pressed.mean(axis=1, keepdims=True)
+    level = window_mean(centred, window)
+    return Waves(pressed, stride, own_period, window, level, centred - level_line(level, window))
+
+
 def find_wave(values: np.ndarray, period: float) -> Wave | None:
     """Find the wave in a recording.
 
@@ -181,20 +224,13 @@ def find_wave(values: np.ndarray, period: float) -> Wave | None:
     Wave or None
         None for a recording of fewer than four waves.
     """
-    pressed, stride = thinned(fill_missing(values), period)
-    count = pressed.shape[1]
-    if count * stride < 4 * period:
+    waves = cut_into_waves(values, period)
+    if waves is None:
         return None
-    own_period = wave_period(pressed, period / stride)
-    window = round(own_period)
-    if count < 4 * window:
-        return None
-    irregular, offset = wave_phase(pressed, own_period)
-    phase = irregular + 2 * np.pi / own_period * np.arange(count) + offset[:, np.newaxis]
-    centred = pressed - pressed.mean(axis=1, keepdims=True)
-    level = window_mean(centred, window)
-    steady = centred - level_line(level, window)
-    return Wave(steady, level, phase, irregular, window, stride)
+    irregular, offset = wave_phase(waves.values, waves.period)
+    samples = np.arange(waves.values.shape[1])
+    phase = irregular + 2 * np.pi / waves.period * samples + offset[:, np.newaxis]
+    return Wave(waves.steady, waves.level, phase, irregular, waves.window, waves.stride)
 
 
 def level_line(level: np.ndarray, window: int) -> np.ndarray:

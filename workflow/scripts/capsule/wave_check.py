@@ -4,15 +4,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from capsule.divider import relative_resistance
-from capsule.sensed_wave import (
-    fill_missing,
-    level_line,
-    thinned,
-    wave_period,
-    wave_phase,
-    window_mean,
-)
+from capsule.divider import pressed_and_period
+from capsule.sensed_wave import cut_into_waves, wave_phase
 
 # The wave may look this much faster than it is, such as on a pulsating bench.
 _LEAST_TRAVEL = 0.25
@@ -29,7 +22,7 @@ def missing_wave(values: np.ndarray, rate_hz: float, settings: Mapping, false_ra
     Parameters
     ----------
     values : (S, K) array
-        Readings on an even grid in time; NaN where a sample is missing. S >= 2.
+        Readings on an even grid in time; NaN where a sample is missing.
     rate_hz : float
         Sampling rate.
     settings : mapping
@@ -42,16 +35,11 @@ def missing_wave(values: np.ndarray, rate_hz: float, settings: Mapping, false_ra
     str
         Empty where every sensor shows a wave that travels.
     """
-    wavelength_mm, pitch_mm = settings["wavelength_mm"], settings["pitch_mm"]
-    period = rate_hz * wavelength_mm / settings["wave_speed_mm_s"]
-    resistance = relative_resistance(
-        values, settings["full_scale"], settings["pressing_lowers_reading"]
-    )
-    if false_rate >= 1:
+    # One sensor has no other to keep step with.
+    if false_rate >= 1 or len(values) < 2:
         return ""
-    if len(values) < 2:
-        return ""
-    tested = phase_tests(-resistance, period)
+    pressed, period = pressed_and_period(values, rate_hz, settings)
+    tested = phase_tests(pressed, period)
     if tested is None:
         return f"shorter than four waves of {period / rate_hz:g} s"
     chances, travel = tested
@@ -60,6 +48,7 @@ def missing_wave(values: np.ndarray, rate_hz: float, settings: Mapping, false_ra
     if without.size:
         names = " and ".join(f"sensor_{sensor}" for sensor in without)
         return f"no wave on {names}"
+    wavelength_mm, pitch_mm = settings["wavelength_mm"], settings["pitch_mm"]
     expected = 2 * np.pi * pitch_mm / wavelength_mm * (len(values) - 1)
     if pitch_mm < wavelength_mm / 2 and abs(travel) < _LEAST_TRAVEL * expected:
         return "all sensors beat at the same moment: interference, not a wave that travels"
@@ -87,32 +76,25 @@ def phase_tests(pressed: np.ndarray, period: float) -> tuple[np.ndarray, float] 
         sensor.
         None for a recording of fewer than four waves.
     """
-    values, stride = thinned(fill_missing(pressed), period)
-    count = values.shape[1]
-    if count * stride < 4 * period:
+    waves = cut_into_waves(pressed, period)
+    if waves is None:
         return None
-    own_period = wave_period(values, period / stride)
-    window = round(own_period)
-    waves = count // window
-    if waves < 4:
-        return None
-    centred = values - values.mean(axis=1, keepdims=True)
-    steady = centred - level_line(window_mean(centred, window), window)
-    turns = steady * np.exp(-2j * np.pi / own_period * np.arange(count))
+    sensors, count = waves.values.shape
+    whole = count // waves.window
+    turns = waves.steady * np.exp(-2j * np.pi / waves.period * np.arange(count))
 
-    def beats(irregular: np.ndarray) -> np.ndarray:
-        """Direction of each wave's beat on each sensor (S, waves), against a common phase."""
-        against = (turns * np.exp(-1j * irregular))[:, : waves * window]
-        sums = against.reshape(len(values), waves, window).sum(axis=2)
+    def directions(of: np.ndarray | slice, irregular: np.ndarray) -> np.ndarray:
+        """Return where each wave's beat on some sensors points, against a common phase."""
+        against = (turns[of] * np.exp(-1j * irregular))[:, : whole * waves.window]
+        sums = against.reshape(-1, whole, waves.window).sum(axis=2)
         return sums / np.maximum(np.abs(sums), 1e-300)
 
-    sensors = np.arange(len(values))
-    chances = [
-        rayleigh(beats(wave_phase(values[sensors != sensor], own_period)[0])[sensor])
-        for sensor in sensors
-    ]
-    directions = beats(wave_phase(values, own_period)[0])
-    steps = np.angle((directions[1:] * directions[:-1].conj()).sum(axis=1))
+    chances = []
+    for alone in np.eye(sensors, dtype=bool):
+        irregular, _ = wave_phase(waves.values[~alone], waves.period)
+        chances.append(rayleigh(directions(alone, irregular)[0]))
+    together = directions(slice(None), wave_phase(waves.values, waves.period)[0])
+    steps = np.angle((together[1:] * together[:-1].conj()).sum(axis=1))
     return np.array(chances), float(steps.sum())
 
 

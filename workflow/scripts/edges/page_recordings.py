@@ -32,9 +32,7 @@ class StoredRecordings:
 
     def __init__(self, results: Path, settings: Mapping, *, by_features: bool) -> None:
         self._results, index = results, results / "recordings.csv"
-        accepted = {
-            row["recording"]: row for row in files.read_csv(index) if row["status"] == "accepted"
-        }
+        accepted = files.accepted_recordings(index)
         self._particles = read_particles(index, results / "fits")
         sensors = settings["recording"]["sensors"]
         groups = by_size(self._particles)

@@ -7,11 +7,12 @@ import numpy as np
 
 from capsule.detectors.beats import Beats, find_beats
 from capsule.detectors.candidates import averages, try_candidates
-from capsule.divider import relative_resistance
+from capsule.divider import pressed_and_period
 
 Setting = float | tuple[float, float]
-# Keys of section ``diagonal`` that the detector learns with, and does not search with.
-_OF_LEARNING = ("size_ridge",)
+# Keys of section ``diagonal`` that lead to the beats, or that the detector learns with.
+_OF_NO_SEARCH = ("wave_speed_mm_s", "wavelength_mm", "full_scale", "pressing_lowers_reading")
+_OF_NO_SEARCH += ("size_ridge",)
 
 
 @dataclass(frozen=True)
@@ -79,13 +80,9 @@ def beats_of(
 
     Parameters and the reasons for None are those of `passage_of` and `find_beats`.
     """
-    options = {key: value for key, value in settings.items() if key not in _OF_LEARNING}
-    wavelength_mm, speed_mm_s = options.pop("wavelength_mm"), options.pop("wave_speed_mm_s")
-    resistance = relative_resistance(
-        values, options.pop("full_scale"), options.pop("pressing_lowers_reading")
-    )
-    period = rate_hz * wavelength_mm / speed_mm_s
-    return find_beats(-resistance, period=period, wavelength_mm=wavelength_mm), options
+    pressed, period = pressed_and_period(values, rate_hz, settings)
+    options = {key: value for key, value in settings.items() if key not in _OF_NO_SEARCH}
+    return find_beats(pressed, period=period, wavelength_mm=settings["wavelength_mm"]), options
 
 
 def find_passage(beats: Beats, **settings: Setting) -> Passage:

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from capsule.detectors.beat_series import beat_series
-from capsule.divider import relative_resistance
+from capsule.divider import pressed_and_period
 from capsule.seeding import generator
 
 SENSORS = 4
@@ -185,11 +185,8 @@ def features_of(values: np.ndarray, rate_hz: float, settings: Mapping, scorer: S
 
 def series_of(values: np.ndarray, rate_hz: float, settings: Mapping) -> np.ndarray | None:
     """Return what `Scorer.features` takes; the parameters are those of `features_of`."""
-    resistance = relative_resistance(
-        values, settings["full_scale"], settings["pressing_lowers_reading"]
-    )
-    period = rate_hz * settings["wavelength_mm"] / settings["wave_speed_mm_s"]
-    return beat_series(-resistance, period=period)
+    pressed, period = pressed_and_period(values, rate_hz, settings)
+    return beat_series(pressed, period=period)
 
 
 def standardised(series: np.ndarray) -> np.ndarray:
