@@ -1,5 +1,6 @@
 """A copy of the project with its own recordings, in which tests run Snakemake for real."""
 
+import csv
 import os
 import re
 import shutil
@@ -131,6 +132,11 @@ class Project:
             "env": {**os.environ, **strict, **(environment or {})},
             "text": True,
         }
+
+    def table(self, name: str) -> list[dict[str, str]]:
+        """Read a table of the results, such as ``recordings.csv``; every cell as text."""
+        with (self.results / name).open(encoding="utf-8", newline="") as stream:
+            return list(csv.DictReader(stream))
 
     def result_bytes(self) -> dict[str, bytes]:
         """Give the content of every result but the logs, which hold durations, and the records."""

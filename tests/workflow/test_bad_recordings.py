@@ -31,11 +31,6 @@ GOOD = ["0mm/r01", "0mm/r02", "unlabelled/patient"]
 GOOD += [f"3mm/r{run:02d}" for run in range(1, 6)]
 
 
-def rows(project, name):
-    with (project.results / name).open(encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(stream))
-
-
 @pytest.fixture(scope="module")
 def good(tmp_path_factory):
     """Run the good recordings alone."""
@@ -67,7 +62,7 @@ def mixed(good, tmp_path_factory):
 @pytest.mark.parametrize("case", REJECTED, ids=lambda case: case.what)
 def test_a_bad_recording_is_one_row_with_its_reason_and_a_line_on_the_terminal(mixed, case):
     project, run = mixed
-    found = [row for row in rows(project, "recordings.csv") if row["recording"] == case.listed_as]
+    found = [row for row in project.table("recordings.csv") if row["recording"] == case.listed_as]
     assert [(row["status"], row["reason"]) for row in found] == [("rejected", case.reason)]
     assert f"  rejected: raw/{case.listed_as}: {case.reason}\n" in run.output
 
@@ -75,7 +70,7 @@ def test_a_bad_recording_is_one_row_with_its_reason_and_a_line_on_the_terminal(m
 @pytest.mark.parametrize("case", PASSED_OVER, ids=lambda case: case.what)
 def test_what_is_no_recording_is_named(mixed, case):
     project, run = mixed
-    found = [row for row in rows(project, "passed_over.csv") if row["reason"] == case.reason]
+    found = [row for row in project.table("passed_over.csv") if row["reason"] == case.reason]
     (path,) = (
         row["path"] for row in found if row["path"].rstrip("/") == as_cell(os.fsdecode(case.name))
     )
@@ -84,8 +79,8 @@ def test_what_is_no_recording_is_named(mixed, case):
 
 def test_nothing_else_is_listed(mixed):
     project, run = mixed
-    assert len(rows(project, "recordings.csv")) == len(GOOD) + len(REJECTED)
-    assert len(rows(project, "passed_over.csv")) == len(PASSED_OVER)
+    assert len(project.table("recordings.csv")) == len(GOOD) + len(REJECTED)
+    assert len(project.table("passed_over.csv")) == len(PASSED_OVER)
     assert f"{len(GOOD)} recordings accepted, {len(REJECTED)} rejected." in run.output
 
 
@@ -99,11 +94,11 @@ def test_the_others_results_are_the_same_to_the_bit(mixed, good):
     assert {"templates.npz", "detections.csv", "evaluation/sizing.csv"} <= set(compared)
     assert [name for name in compared if after[name] != before[name]] == []
     for label in {name.partition("/")[0] for name in GOOD}:
-        passages = rows(project, f"passages/{label}.csv")
+        passages = project.table(f"passages/{label}.csv")
         found = [row for row in passages if row["recording"] in GOOD]
-        assert found == rows(good, f"passages/{label}.csv")
-    kept = [row for row in rows(project, "recordings.csv") if row["status"] == "accepted"]
-    for ours, theirs in zip(kept, rows(good, "recordings.csv"), strict=True):
+        assert found == good.table(f"passages/{label}.csv")
+    kept = [row for row in project.table("recordings.csv") if row["status"] == "accepted"]
+    for ours, theirs in zip(kept, good.table("recordings.csv"), strict=True):
         for column in ("recording", "size_mm", "samples", "duration_s", "reason"):
             assert ours[column] == theirs[column]
     scored, alone = (read_features(each.results / "features", GOOD) for each in (project, good))
@@ -113,7 +108,7 @@ def test_the_others_results_are_the_same_to_the_bit(mixed, good):
 
 def test_a_rejected_recording_has_no_numbers(mixed):
     project, _ = mixed
-    for row in rows(project, "recordings.csv"):
+    for row in project.table("recordings.csv"):
         matrix = project.results / "matrices" / f"{row['recording']}.npy"
         if row["status"] == "rejected" and matrix.exists() and "same content" not in row["reason"]:
             assert np.isnan(np.load(matrix)).all()
@@ -137,7 +132,7 @@ def test_no_text_of_a_recording_reaches_a_page_as_html(mixed):
 
 def test_no_header_is_a_formula_in_a_spreadsheet(mixed):
     project, _ = mixed
-    sources = [row["source"] for row in rows(project, "recordings.csv")]
+    sources = [row["source"] for row in project.table("recordings.csv")]
     assert f" ={HOSTILE} formula of the tests" in sources
     assert not any(source.startswith("=") for source in sources)
 

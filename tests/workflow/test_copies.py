@@ -63,8 +63,7 @@ def table(path):
 
 
 def test_the_copies_count_and_the_originals_do_not(projects):
-    with (projects[1].results / "recordings.csv").open(encoding="utf-8", newline="") as stream:
-        status = {row["recording"]: row["status"] for row in csv.DictReader(stream)}
+    status = {row["recording"]: row["status"] for row in projects[1].table("recordings.csv")}
     assert {status[name] for name in RENAMED} == {"rejected"}
     assert {status[copy] for copy in RENAMED.values()} == {"accepted"}
 

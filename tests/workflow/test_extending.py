@@ -1,6 +1,5 @@
 """Every extension of docs/extending.md, done for real in a copy of the project."""
 
-import csv
 import subprocess
 import sys
 
@@ -11,11 +10,6 @@ from support.extending import PAGE, changes
 from support.project import ROOT, Project
 
 RECORDINGS = [f"{size}mm/r{run:02d}" for size in (0, 1, 3) for run in (1, 2)]
-
-
-def table(project, name):
-    with (project.results / name).open(encoding="utf-8") as stream:
-        return list(csv.DictReader(stream))
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +34,7 @@ def extended(tmp_path_factory):
 @pytest.mark.workflow
 def test_a_new_detector_goes_from_its_module_to_the_report(extended):
     for name in ("evaluation/predictions.csv", "evaluation/summary.csv", "detections.csv"):
-        rows = [row for row in table(extended, name) if row["detector"] == "loudest"]
+        rows = [row for row in extended.table(name) if row["detector"] == "loudest"]
         assert rows, name
     page = (extended.results / "report.html").read_text(encoding="utf-8")
     assert "the highest envelope against a threshold" in page
@@ -69,7 +63,7 @@ print(*final.judge(np.load("results/signals/unlabelled/patient.npy")), sep="\\n"
         text=True,
         check=True,
     )
-    (row,) = [row for row in table(extended, "detections.csv") if row["detector"] == "loudest"]
+    (row,) = [row for row in extended.table("detections.csv") if row["detector"] == "loudest"]
     (line,) = [line for line in ended.stdout.splitlines() if "loudest" in line]
     verdict = "nodule of" if float(row["predicted_mm"]) else "no nodule"
     assert line.startswith(f"verdict of loudest: {verdict}")
@@ -77,14 +71,14 @@ print(*final.judge(np.load("results/signals/unlabelled/patient.npy")), sep="\\n"
 
 @pytest.mark.workflow
 def test_a_new_figure_is_drawn_and_stands_on_the_page(extended):
-    assert len(table(extended, "figures/scores.csv")) == len(RECORDINGS)
+    assert len(extended.table("figures/scores.csv")) == len(RECORDINGS)
     page = (extended.results / "report.html").read_text(encoding="utf-8")
     assert 'id="figure-scores"' in page
 
 
 @pytest.mark.workflow
 def test_a_new_header_line_becomes_a_column(extended):
-    operators = {row["recording"]: row["operator"] for row in table(extended, "recordings.csv")}
+    operators = {row["recording"]: row["operator"] for row in extended.table("recordings.csv")}
     assert operators["3mm/r01"] == "Ann"
     assert set(operators.values()) == {"", "Ann"}
 
@@ -106,7 +100,7 @@ def test_five_sensors_go_from_the_simulator_to_the_report(tmp_path):
     assert ended.returncode == 0, ended.stderr
     run = project.snakemake()
     assert run.status == 0, run.output
-    assert {row["status"] for row in table(project, "recordings.csv")} == {"accepted"}
+    assert {row["status"] for row in project.table("recordings.csv")} == {"accepted"}
     with np.load(project.results / "templates.npz") as templates:
         assert templates["3mm"].shape == (5, 1250)
     assert (project.results / "report.html").exists()

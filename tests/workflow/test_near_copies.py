@@ -1,7 +1,5 @@
 """A recording that is nearly the same as another changes no verdict on it, and is named."""
 
-import csv
-
 import numpy as np
 import pytest
 
@@ -16,14 +14,9 @@ NAMES += ["unlabelled/other", "unlabelled/patient"]
 TABLES = ["results/evaluation/predictions.csv", "results/detections.csv"]
 
 
-def table(project, name):
-    with (project.results / name).open(encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(stream))
-
-
 def verdicts(project, name, recording):
     """Give the numbers of every detector's verdict, that of resubstitution left aside."""
-    rows = [row for row in table(project, name) if row["recording"] == recording]
+    rows = [row for row in project.table(name) if row["recording"] == recording]
     rows = [row for row in rows if row.get("scheme") != "resubstitution"]
     assert len(rows) == 4
     texts = {"recording", "detector", "scheme"}
@@ -78,7 +71,7 @@ def test_a_verdict_is_taught_by_others_alone(projects, name, recording):
 
 def test_near_copies_are_named(projects):
     project, run = projects["with"]
-    alike = {row["recording"]: row["near_copies"] for row in table(project, "recordings.csv")}
+    alike = {row["recording"]: row["near_copies"] for row in project.table("recordings.csv")}
     assert {name: others for name, others in alike.items() if others} == {
         "3mm/r02": "3mm/later",
         "3mm/later": "3mm/r02",

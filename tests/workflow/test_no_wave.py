@@ -1,7 +1,5 @@
 """Without a wave on every sensor there is no verdict, and nothing is learned."""
 
-import csv
-
 import numpy as np
 import pytest
 
@@ -14,11 +12,6 @@ NAMES = [f"{size}/r{run:02d}" for size in ("0mm", "3mm") for run in range(1, 5)]
 NAMES += ["unlabelled/patient"]
 TABLES = ["results/evaluation/predictions.csv", "results/detections.csv", "results/templates.json"]
 NOISE = ["0mm/noise", "3mm/noise", "unlabelled/noise"]
-
-
-def table(project, name):
-    with (project.results / name).open(encoding="utf-8", newline="") as stream:
-        return list(csv.DictReader(stream))
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +34,7 @@ def projects(tmp_path_factory):
 
 @pytest.mark.parametrize("name", ["evaluation/predictions.csv", "detections.csv"])
 def test_no_detector_judges_noise_and_each_says_why(projects, name):
-    rows = [row for row in table(projects[1], name) if row["recording"] in NOISE]
+    rows = [row for row in projects[1].table(name) if row["recording"] in NOISE]
     assert {row["detector"] for row in rows} == {
         "template",
         "template_threshold",
@@ -64,7 +57,7 @@ def test_noise_changes_nothing_for_the_others(projects, name):
 
 
 def test_the_list_of_recordings_says_why_too(projects):
-    rows = {row["recording"]: row for row in table(projects[1], "recordings.csv")}
+    rows = {row["recording"]: row for row in projects[1].table("recordings.csv")}
     for name, row in rows.items():
         assert row["status"] == "accepted"
         assert bool(row["no_verdict"]) == (name in NOISE)

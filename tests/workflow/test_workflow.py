@@ -1,6 +1,5 @@
 """The workflow, run for real on small data."""
 
-import csv
 import json
 import shutil
 from itertools import product
@@ -28,11 +27,6 @@ FOLDERS = {name.partition("/")[0] for name in RECORDINGS}
 NODULES = [name for name in RECORDINGS if name.startswith(("1mm", "2.5mm"))]
 
 
-def table(project, name):
-    with (project.results / name).open(encoding="utf-8") as stream:
-        return list(csv.DictReader(stream))
-
-
 @pytest.fixture(scope="module")
 def new(tmp_path_factory):
     """Make a project with recordings and no results."""
@@ -57,7 +51,7 @@ def project(finished, tmp_path):
 
 
 def test_every_recording_is_listed_as_accepted(finished):
-    status = {row["recording"]: row["status"] for row in table(finished, "recordings.csv")}
+    status = {row["recording"]: row["status"] for row in finished.table("recordings.csv")}
     assert status == dict.fromkeys(RECORDINGS, "accepted")
 
 
@@ -78,7 +72,7 @@ def test_every_size_has_a_template(finished):
 
 
 def test_every_detector_judges_every_labelled_recording_under_every_scheme(finished):
-    predictions = table(finished, "evaluation/predictions.csv")
+    predictions = finished.table("evaluation/predictions.csv")
     labelled = [name for name in RECORDINGS if not name.startswith("unlabelled")]
     judged = [(row["detector"], row["recording"], row["scheme"]) for row in predictions]
     assert judged == list(product(DETECTORS, labelled, ["leave_one_out", "resubstitution"]))
@@ -86,7 +80,7 @@ def test_every_detector_judges_every_labelled_recording_under_every_scheme(finis
 
 
 def test_every_detector_judges_the_unlabelled_recording(finished):
-    verdicts = {row["detector"]: row for row in table(finished, "detections.csv")}
+    verdicts = {row["detector"]: row for row in finished.table("detections.csv")}
     assert list(verdicts) == list(DETECTORS)
     assert {row["recording"] for row in verdicts.values()} == {"unlabelled/patient"}
     by_rule, by_diagonal = verdicts["template"], verdicts["diagonal"]
@@ -100,7 +94,7 @@ def test_every_size_that_is_a_number_of_mm_has_its_interval(finished):
     rows = [
         row
         for name in ("evaluation/predictions.csv", "detections.csv")
-        for row in table(finished, name)
+        for row in finished.table(name)
         if row["detector"] in ("diagonal", "taught") and row["estimate_mm"]
     ]
     # The taught detector finds none of these: bumps on the level are no beats.
@@ -114,7 +108,7 @@ def test_every_size_that_is_a_number_of_mm_has_its_interval(finished):
     "name", ["detection", "specificity", "sizing", "confusion", "summary", "auc"]
 )
 def test_every_table_has_every_detector_the_papers_first(finished, name):
-    detectors = [row["detector"] for row in table(finished, f"evaluation/{name}.csv")]
+    detectors = [row["detector"] for row in finished.table(f"evaluation/{name}.csv")]
     assert detectors[0] == PAPER
     assert set(DETECTORS) <= set(detectors)
 
@@ -124,7 +118,7 @@ def test_what_is_handed_on_judges_a_recording_as_the_workflow_did(finished):
     files = finished.results / "templates.npz", finished.results / "detectors.json"
     values = np.load(finished.results / "signals/unlabelled/patient.npy")
     said = FinalVerdict(*files, settings).judge(values)
-    rows = table(finished, "detections.csv")
+    rows = finished.table("detections.csv")
     for line, row in zip(said, rows, strict=True):
         sized = {name: float(row[name] or "nan") for name in row if name.startswith("estimate_")}
         verdict = f"nodule of {words.estimated_size(sized)}" if row["estimate_mm"] else "no"
@@ -187,7 +181,7 @@ def test_one_recording_more_costs_one_job_a_stage(project, finished):
     assert run.jobs == dict.fromkeys(stages, 1)
     before = finished.result_bytes()
     after = project.result_bytes()
-    assert len(table(project, "recordings.csv")) == len(RECORDINGS) + 1
+    assert len(project.table("recordings.csv")) == len(RECORDINGS) + 1
     assert all(after[name] == before[name] for name in before if name.startswith("fits/"))
 
 
@@ -224,7 +218,7 @@ def test_a_rejected_recording_does_not_stop_the_others(project, finished):
     assert run.status == 0
     rejected = {
         row["recording"]: row["reason"]
-        for row in table(project, "recordings.csv")
+        for row in project.table("recordings.csv")
         if row["status"] == "rejected"
     }
     assert rejected["1mm/bad"] == "line 2: 'x' is not a number"
@@ -306,7 +300,7 @@ def test_an_archive_of_nodules_alone_has_its_figures_and_report_too(new, tmp_pat
     silent = "template_threshold, diagonal and taught have given no verdict"
     assert f"{silent} on a labelled recording." in page
     assert "There are none. Put recordings whose nodule is not known" in page
-    (row,) = [r for r in table(project, "evaluation/specificity.csv") if "leave" in r["scheme"]]
+    (row,) = [r for r in project.table("evaluation/specificity.csv") if "leave" in r["scheme"]]
     assert (row["healthy"], row["specificity"]) == ("0", "")
 
 
@@ -318,7 +312,7 @@ def test_two_labelled_recordings_are_enough_for_verdicts_and_the_page_says_how_f
         (project.raw / f"{name}.csv").unlink()
     run = project.snakemake()
     assert run.status == 0, run.output
-    said = table(project, "detections.csv")
+    said = project.table("detections.csv")
     assert [row["detector"] for row in said] == list(DETECTORS)
     # The taught detector's threshold takes three healthy recordings.
     assert [row["detector"] for row in said if not row["predicted_mm"]] == ["taught"]

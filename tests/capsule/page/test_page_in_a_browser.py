@@ -11,7 +11,7 @@ from capsule import words
 from capsule.recording import read_recording
 from support.browser import DESKTOP, PHONE, missing_browser
 from support.project import ROOT
-from support.report_page import EVIL, RECORDINGS, SIZES, table, wait_for_title
+from support.report_page import EVIL, RECORDINGS, SIZES, wait_for_title
 
 pytestmark = [
     pytest.mark.browser,
@@ -62,7 +62,7 @@ def test_rejected_recordings_stand_at_the_top_with_their_reason(browser, page, p
     listed = dict(
         zip(browser.texts("#rejected-list code"), browser.texts("#rejected-list li"), strict=True)
     )
-    rejected = [row for row in table(project, "recordings.csv") if row["status"] == "rejected"]
+    rejected = [row for row in project.table("recordings.csv") if row["status"] == "rejected"]
     assert set(listed) == {row["recording"] for row in rejected} == {"1mm/empty", "1mm/wrong"}
     assert all(row["reason"] in listed[row["recording"]] for row in rejected)
     assert "2 recordings rejected" in browser.find(".alert").text
@@ -78,7 +78,7 @@ def test_rejected_recordings_stand_at_the_top_with_their_reason(browser, page, p
 def test_the_tables_hold_the_numbers_of_the_csv_files(browser, page, project, file, rates):
     browser.open(page)
     browser.run("document.querySelectorAll('details').forEach((d) => { d.open = true; })")
-    every = table(project, f"evaluation/{file}.csv")
+    every = project.table(f"evaluation/{file}.csv")
     detectors = list(dict.fromkeys(row["detector"] for row in every))
     assert detectors[0] == "template" and len(detectors) > 1
     schemes = list(dict.fromkeys(row["scheme"] for row in every))
@@ -111,7 +111,7 @@ def test_the_tables_hold_the_numbers_of_the_csv_files(browser, page, project, fi
 def leading_detector(project):
     """Work out the detector with the highest balanced accuracy from the predictions."""
     reached = {}
-    for row in table(project, "evaluation/predictions.csv"):
+    for row in project.table("evaluation/predictions.csv"):
         if row["scheme"] == "leave_one_out":
             nodule = float(row["size_mm"]) > 0
             predicted = float(row["predicted_mm"] or "nan")
@@ -129,7 +129,7 @@ def test_the_specificity_is_that_of_the_leading_detector_with_the_papers_beside_
     assert browser.find("#answer h3.by code").text == lead
     of_detector = {
         row["detector"]: row
-        for row in table(project, "evaluation/specificity.csv")
+        for row in project.table("evaluation/specificity.csv")
         if row["scheme"] == "leave_one_out"
     }
     card = browser.find("#card-specificity .answer")
@@ -146,7 +146,7 @@ def test_the_first_section_is_the_verdicts_of_the_csv_file(browser, page, projec
     browser.open(page)
     assert browser.run("return document.querySelector('main section').id") == "verdicts"
     lead = leading_detector(project)
-    (verdict,) = [row for row in table(project, "detections.csv") if row["detector"] == lead]
+    (verdict,) = [row for row in project.table("detections.csv") if row["detector"] == lead]
     (cells,) = browser.run(
         "return [...document.querySelectorAll('#patients-table tbody tr')]"
         ".map((row) => [...row.cells].map((cell) => cell.textContent.trim()))"
@@ -168,7 +168,7 @@ def test_how_far_to_trust_a_verdict_is_told_by_the_archives_own_rates(browser, p
     lead, text = leading_detector(project), browser.find("#trust").text
     rows = [
         row
-        for row in table(project, "evaluation/predictions.csv")
+        for row in project.table("evaluation/predictions.csv")
         if (row["detector"], row["scheme"]) == (lead, "leave_one_out") and row["predicted_mm"]
     ]
     found = [float(row["predicted_mm"]) > 0 for row in rows if float(row["size_mm"]) > 0]
@@ -176,7 +176,7 @@ def test_how_far_to_trust_a_verdict_is_told_by_the_archives_own_rates(browser, p
     assert f"it found {sum(found)} of {len(found)} nodules of 1 to 6 mm" in text
     (specificity,) = [
         row
-        for row in table(project, "evaluation/specificity.csv")
+        for row in project.table("evaluation/specificity.csv")
         if (row["detector"], row["scheme"]) == (lead, "leave_one_out")
     ]
     low, high = (float(specificity[f"specificity_{end}"]) for end in ("low", "high"))
@@ -188,7 +188,7 @@ def test_the_confusions_are_those_of_the_csv_file(browser, page, project):
     browser.open(page)
     rows = [
         row
-        for row in table(project, "evaluation/confusion.csv")
+        for row in project.table("evaluation/confusion.csv")
         if (row["detector"], row["scheme"]) == ("template", "leave_one_out")
     ]
     cells = browser.texts("#confusion-table-1 tbody td:not(:last-child)")
@@ -197,14 +197,14 @@ def test_the_confusions_are_those_of_the_csv_file(browser, page, project):
 
 def test_every_recording_is_listed_with_its_verdict(browser, page, project):
     browser.open(page)
-    index = table(project, "recordings.csv")
+    index = project.table("recordings.csv")
     said = {
         row["recording"]: row["predicted_mm"]
-        for row in table(project, "evaluation/predictions.csv")
+        for row in project.table("evaluation/predictions.csv")
         if (row["detector"], row["scheme"]) == ("template", "leave_one_out")
     } | {
         row["recording"]: row["predicted_mm"]
-        for row in table(project, "detections.csv")
+        for row in project.table("detections.csv")
         if row["detector"] == "template"
     }
     rows = browser.run(
@@ -309,7 +309,7 @@ def test_the_signals_in_the_page_are_those_of_the_files(browser, page, project):
         stored = np.load(project.results / "matrices" / f"{name}.npy")
         expected = stored[:, : recording.time_s.size : every]
         assert np.allclose(matrix, expected, atol=expected.max() / 250 + 1e-12)
-        rows = table(project, "evaluation/predictions.csv")
+        rows = project.table("evaluation/predictions.csv")
         (row,) = [
             r
             for r in rows

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from support.browser import DESKTOP, PHONE, missing_browser
-from support.report_page import SIZES, table, wait_for_title
+from support.report_page import SIZES, wait_for_title
 
 pytestmark = [
     pytest.mark.browser,
@@ -20,7 +20,7 @@ DETECTORS = {
 
 
 def prediction(project, recording, detector, scheme="leave_one_out"):
-    rows = table(project, "evaluation/predictions.csv")
+    rows = project.table("evaluation/predictions.csv")
     wanted = recording, detector, scheme
     (row,) = [r for r in rows if (r["recording"], r["detector"], r["scheme"]) == wanted]
     return row
@@ -59,14 +59,14 @@ def test_every_detector_shows_what_it_judged_by(browser, page, project, detector
 def test_the_score_along_the_gut_ends_in_the_verdict(browser, page, project):
     browser.open(page)
     script = EVIDENCE + "return [Signals.unpack(e.gut)[0], e.gut.step_mm, e.nodule_at_mm, e.beats]"
-    index = {row["recording"]: row for row in table(project, "recordings.csv")}
+    index = {row["recording"]: row for row in project.table("recordings.csv")}
     for name in ("0mm/r02", "1mm/r01", "6mm/r03"):
         scores, step_mm, truth, beats = browser.run(script, name)
         row = prediction(project, name, "diagonal")
         assert max(scores) == pytest.approx(float(row["score"]), abs=0.01)
         (searched,) = [
             each
-            for each in table(project, f"passages/{name.split('/')[0]}.csv")
+            for each in project.table(f"passages/{name.split('/')[0]}.csv")
             if each["recording"] == name
         ]
         assert step_mm * int(np.argmax(scores)) == float(searched["location_mm"])
@@ -103,7 +103,7 @@ def test_the_template_is_drawn_as_it_was_averaged_at_its_best_lag(browser, page,
 def test_the_marks_are_the_scores_of_the_csv_file(browser, page, project):
     browser.open(page)
     data = browser.run("return JSON.parse(document.getElementById('page-data').text).scores")
-    rows = table(project, "evaluation/predictions.csv")
+    rows = project.table("evaluation/predictions.csv")
     for detector, scheme in [("diagonal", "leave_one_out"), ("taught", "resubstitution")]:
         chosen = [r for r in rows if (r["detector"], r["scheme"]) == (detector, scheme)]
         for marks in data[f"{detector}|{scheme}"]:

@@ -10,7 +10,7 @@ import pytest
 from capsule import words
 from capsule.naming import without_formula
 from support.browser import DESKTOP, PHONE, missing_browser
-from support.report_page import EVIL, RECORDINGS, table, wait_for_title
+from support.report_page import EVIL, RECORDINGS, wait_for_title
 
 pytestmark = [
     pytest.mark.browser,
@@ -93,7 +93,7 @@ def test_one_switch_chooses_whose_rates_all_sections_show(browser, page, project
     choose(browser, "Scheme", scheme)
     chosen = [
         row
-        for row in table(project, "evaluation/detection.csv")
+        for row in project.table("evaluation/detection.csv")
         if (row["detector"], row["scheme"]) == (detector, scheme)
     ]
     _, (_, schemes, *rows) = shown_table(browser, "detection-table")
@@ -105,7 +105,7 @@ def test_one_switch_chooses_whose_rates_all_sections_show(browser, page, project
     _, (_, *rows) = shown_table(browser, "confusion-table")
     counts = [
         row["count"]
-        for row in table(project, "evaluation/confusion.csv")
+        for row in project.table("evaluation/confusion.csv")
         if (row["detector"], row["scheme"]) == (detector, scheme)
     ]
     assert [text for row in rows for _, text in row[1:-1]] == counts
@@ -121,7 +121,7 @@ def test_one_switch_chooses_whose_rates_all_sections_show(browser, page, project
 @pytest.mark.parametrize("detector", ["template", "diagonal"])
 def test_the_switch_brings_the_detectors_verdicts_into_the_table(browser, page, project, detector):
     browser.open(page, f"#detector={detector}&scheme=resubstitution")
-    rows = table(project, "evaluation/predictions.csv") + table(project, "detections.csv")
+    rows = project.table("evaluation/predictions.csv") + project.table("detections.csv")
     said = {
         row["recording"]: float(row["predicted_mm"])
         for row in rows
@@ -194,7 +194,7 @@ def test_a_saved_table_holds_the_numbers_of_the_csv_file(browser, page, project,
         heads, *rows = read_csv(file())
     chosen = [
         row
-        for row in table(project, "evaluation/sizing.csv")
+        for row in project.table("evaluation/sizing.csv")
         if (row["detector"], row["scheme"]) == ("diagonal", "leave_one_out")
     ]
     place = heads.index("Exact size, leave-one-out")
