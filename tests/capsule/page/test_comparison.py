@@ -72,7 +72,8 @@ def page():
 def cells(page, title):
     (table,) = page["compared"]
     names = [detector["name"] for detector in table["detectors"]]
-    rows = [row for group in table["groups"] for row in group["rows"]]
+    groups = table["groups"] + table["folded_groups"]
+    rows = [row for group in groups for row in group["rows"]]
     (row,) = [row for row in rows if row["title"] == title]
     return dict(zip(names, row["cells"], strict=True))
 

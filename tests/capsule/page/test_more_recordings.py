@@ -101,4 +101,16 @@ def test_every_rate_says_how_many_recordings_it_takes_and_how_many_are_missing()
 def test_a_size_without_a_recording_has_no_row():
     rows = needed_rows(evaluated([("2mm/a", 2.0, 2.0)]), RATES)["rows"]
     assert [row["title"] for row in rows] == ["found at 2 mm"]
-    assert needed_rows(evaluated([]), RATES) == {"detectors": ["template"], "rows": []}
+    assert needed_rows(evaluated([]), RATES) == {
+        "detectors": ["template"],
+        "rows": [],
+        "sentence": "",
+    }
+
+
+def test_a_sentence_says_how_many_more_recordings_of_which_size_are_needed():
+    one = [("2mm/a", 2.0, 2.0)]
+    (row,) = (needed := needed_rows(evaluated(one), RATES))["rows"]
+    assert needed["sentence"].endswith(f"takes so many more: {row['missing']} of 2 mm.")
+    enough = [(f"2mm/{number}", 2.0, 2.0) for number in range(row["missing"] + 1)]
+    assert needed_rows(evaluated(enough), RATES)["sentence"].startswith("Each rate of each")

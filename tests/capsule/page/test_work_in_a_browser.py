@@ -96,8 +96,10 @@ def test_one_switch_chooses_whose_rates_all_sections_show(browser, page, project
         for row in project.table("evaluation/detection.csv")
         if (row["detector"], row["scheme"]) == (detector, scheme)
     ]
-    _, (_, schemes, *rows) = shown_table(browser, "detection-table")
-    assert [text for _, text in schemes] == [words.scheme(scheme), words.scheme("paper")] * 2
+    browser.run("document.querySelectorAll('details.fold').forEach((d) => { d.open = true; })")
+    _, (_, schemes, *rows) = shown_table(browser, "rates-table")
+    shown = [words.scheme(scheme), words.scheme("paper")] * 4 + [words.scheme(scheme)]
+    assert [text for _, text in schemes] == shown
     for row, cells in zip(chosen, rows, strict=True):
         for place, rate in ((1, "precision"), (3, "recall")):
             value = cells[place][0]
@@ -109,10 +111,11 @@ def test_one_switch_chooses_whose_rates_all_sections_show(browser, page, project
         if (row["detector"], row["scheme"]) == (detector, scheme)
     ]
     assert [text for row in rows for _, text in row[1:-1]] == counts
-    for kind in ("sizing-table", "negatives-table"):
-        assert shown_table(browser, kind)[1]
-    # Detectors are compared under one scheme alone, which stays.
-    assert len(browser.texts("#detectors [data-scheme] caption")) == 1
+    assert shown_table(browser, "negatives-table")[1]
+    # Detectors are compared under one scheme alone, which stays; the chosen one is marked.
+    assert len(browser.texts("#detectors #compared-table caption")) == 1
+    marked = browser.texts("#compared-table th.chosen code, #calibration-table tr.chosen code")
+    assert set(marked) == {detector}
     shown = {text for text in browser.texts("p.by") if text}
     assert len(shown) == 1 and f"Verdicts of {detector}, " in shown.pop()
     assert browser.messages() == []
@@ -165,23 +168,24 @@ def test_columns_go_and_come_back(browser, page, tmp_path):
     summary = "#detection .block:not([hidden]) .columns summary"
     browser.find(summary).click()
     box = "#detection .block:not([hidden]) input[data-column='{}']"
-    before = shown_table(browser, "detection-table")[1]
+    before = shown_table(browser, "rates-table")[1]
     browser.find(box.format(1)).click()
     browser.find(box.format(3)).click()
-    groups, schemes, *rows = shown_table(browser, "detection-table")[1]
-    assert [text for _, text in groups] == ["True size", "Recall"]
-    assert [text for _, text in schemes] == [words.scheme("leave_one_out"), words.scheme("paper")]
+    groups, schemes, *rows = shown_table(browser, "rates-table")[1]
+    assert [text for _, text in groups][:2] == ["True size", "Recall"]
+    loo, paper = words.scheme("leave_one_out"), words.scheme("paper")
+    assert [text for _, text in schemes] == [loo, paper] * 3 + [loo]
     assert [row[1:] for row in rows] == [row[3:] for row in before[2:]]
     with saved(browser, tmp_path) as file:
-        press(browser, "Save the table as CSV: precision and recall")
+        press(browser, "Save the table as CSV: rates of each nodule size")
         heads, *_ = read_csv(file())
     assert heads[:2] == ["True size", "Recall, leave-one-out"]
     browser.find(box.format(1)).click()
     browser.find(box.format(3)).click()
-    assert shown_table(browser, "detection-table")[1] == before
+    assert shown_table(browser, "rates-table")[1] == before
     # Resubstitution beside the result, for those who want both.
     browser.find(box.format(2)).click()
-    _, schemes, *_ = shown_table(browser, "detection-table")[1]
+    _, schemes, *_ = shown_table(browser, "rates-table")[1]
     assert [text for _, text in schemes][:2] == ["leave-one-out", "resubstitution"]
     browser.find(summary).send_keys("\ue00c")
     assert browser.find(summary).find_element("xpath", "..").get_attribute("open") is None
@@ -190,7 +194,7 @@ def test_columns_go_and_come_back(browser, page, tmp_path):
 def test_a_saved_table_holds_the_numbers_of_the_csv_file(browser, page, project, tmp_path):
     browser.open(page, "#detector=diagonal")
     with saved(browser, tmp_path) as file:
-        press(browser, "Save the table as CSV: size estimates of diagonal")
+        press(browser, "Save the table as CSV: rates of diagonal")
         heads, *rows = read_csv(file())
     chosen = [
         row

@@ -1,9 +1,11 @@
 // Set up what a reader can work with, where the page has it.
 
-((RecordingsTable, Chooser, Shown, Switches, Notes, Links, Tools, Elements) => {
+((RecordingsTable, Chooser, Shown, Switches, Notes, Links, Tools, Folds, Glossary, Elements) => {
   "use strict";
 
   Tools.setUp();
+  Folds.setUp();
+  Glossary.setUp();
   const carried = document.getElementById("page-data");
   const table = document.getElementById("recordings-table");
   if (!carried || !table) return;
@@ -15,4 +17,4 @@
   Links.setUp(new Set(Object.keys(data.checksums)));
   const outcomesChanged = RecordingsTable.setUp(table, Chooser.setUp(table, shown, data, noteOn));
   Switches.setUp(table, shown, data, outcomesChanged);
-})(RecordingsTable, Chooser, Shown, Switches, Notes, Links, Tools, Elements);
+})(RecordingsTable, Chooser, Shown, Switches, Notes, Links, Tools, Folds, Glossary, Elements);

@@ -35,12 +35,11 @@ const Switches = ((Elements, Grid, Tools) => {
     for (const emptied of document.querySelectorAll("details.other-rates")) emptied.remove();
   }
 
-  /** Show of each table the chosen detector and scheme, and of the figures those that are of it. */
+  /** Show of each table the chosen detector and scheme; mark the chosen one where all stand side by side. */
   function showTables(shown, data) {
     const wordsOf = Object.fromEntries(data.schemes.map(({ name, words }) => [name, words]));
     const chosen = wordsOf[shown.scheme];
     const others = Object.values(wordsOf).filter((words) => words !== chosen);
-    const first = data.detectors[0].name;
     const scrolls = [...document.querySelectorAll("main .scroll")].filter((each) => !each.closest("#viewer"));
     // What was made under one scheme alone stays.
     const ofChosen = new Set(scrolls.filter((each) => each.dataset.scheme === chosen).map(kind));
@@ -57,18 +56,18 @@ const Switches = ((Elements, Grid, Tools) => {
         Tools.toggleColumns(table, out, false);
       }
     }
-    const sections = [...document.querySelectorAll("main section")].filter((each) => each.querySelector("p.by"));
-    for (const section of sections) {
-      section.querySelectorAll("p.by code").forEach((code) => {
-        code.textContent = shown.detector;
-        code.nextSibling.textContent = `, ${data.detectors.find((each) => each.name === shown.detector).words}; ${chosen}.`;
-      });
-      for (const figure of section.querySelectorAll("figure[id]")) {
-        figure.hidden = shown.detector !== first;
-        const note = figure.previousElementSibling;
-        if (note?.matches(".of-first")) note.hidden = !figure.hidden;
-        else figure.before(Object.assign(element("p", "note of-first", `The figure is drawn for ${first} alone.`), { hidden: !figure.hidden }));
-      }
+    for (const code of document.querySelectorAll("main p.by code")) {
+      code.textContent = shown.detector;
+      code.nextSibling.textContent = `, ${data.detectors.find((each) => each.name === shown.detector).words}; ${chosen}.`;
+    }
+    for (const row of document.querySelectorAll("main tr[data-of]")) {
+      row.classList.toggle("chosen", row.dataset.of === shown.detector);
+    }
+    for (const head of document.querySelectorAll("main th[data-of]")) {
+      const table = head.closest("table");
+      const isChosen = head.dataset.of === shown.detector;
+      const cells = [...table.tBodies].flatMap((body) => [...body.rows]).map((row) => row.cells[head.cellIndex]);
+      [head, ...cells].forEach((cell) => cell?.classList.toggle("chosen", isChosen));
     }
   }
 

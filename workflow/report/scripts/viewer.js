@@ -117,6 +117,12 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address
       return made;
     };
     const [judged, signals] = [listed.map((chart) => prepare({ ...chart, judged: true })), signalCharts(evidence).map(prepare)];
+    const [readings, ...derived] = signals;
+    const before = viewer.querySelector("details.fold");
+    const fold = element("details", "fold");
+    // Whoever opened it for one recording wants to see it of the next.
+    fold.open = before?.open ?? false;
+    fold.append(element("summary", "", "Envelope, matrix, every detector’s verdict and the header"));
     const tables = element("div", "tables");
     tables.append(
       Tools.forTable(Tables.distances(evidence, data, shown.scheme), file("distances")),
@@ -128,8 +134,11 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address
       ...evidenceHead(evidence, verdict, detector, data),
       key,
       ...judged.map(({ figure }) => figure),
-      element("h4", "", "Signals"),
-      ...signals.map(({ figure }) => figure),
+      readings.figure,
+      fold,
+    );
+    fold.append(
+      ...derived.map(({ figure }) => figure),
       Tools.forTable(Tables.verdicts(evidence, data, shown.scheme), file("verdicts")),
       tables,
       Tables.facts(evidence),
@@ -138,9 +147,11 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address
     const redraw = () => {
       key.replaceChildren(...keyEntries(evidence.readings.rows));
       drawn.forEach((chart) => chart.destroy());
-      drawn = [...judged, ...signals].map(({ draw, canvas }) => draw(canvas));
+      // A chart has no width while it is folded away.
+      drawn = [...judged, readings, ...(fold.open ? derived : [])].map(({ draw, canvas }) => draw(canvas));
     };
     redraw();
+    fold.addEventListener("toggle", redraw);
     return redraw;
   }
 

@@ -40,6 +40,8 @@ SCRIPTS = (
     "scripts/viewer.js",
     "scripts/shown.js",
     "scripts/switches.js",
+    "scripts/folds.js",
+    "scripts/glossary.js",
     "scripts/links.js",
     "scripts/notes.js",
     "scripts/chooser.js",

@@ -190,7 +190,7 @@ def rate_tables(
     sizes_mm: Sequence[float],
     settings: Mapping,
 ) -> dict:
-    """Return the tables of detection, of the negatives and of sizing, the paper's beside ours.
+    """Return the tables of rates by size and of the negatives, the paper's beside ours.
 
     Parameters
     ----------
@@ -204,7 +204,7 @@ def rate_tables(
     Returns
     -------
     dict
-        ``detection``, ``negatives`` and ``sizing``, from `rate_table`.
+        ``rates``, of detection and of sizing, and ``negatives``, from `rate_table`.
     """
     tolerance, confidence = settings["tolerance_mm"], settings["confidence"]
     measures = {"exact_rate": "Exact size", "within_rate": f"Within {tolerance:g} mm"}
@@ -223,12 +223,18 @@ def rate_tables(
             row["cells"].append(_error_cell(errors.get((name, row["size_mm"])), name))
     measures = {"precision": "Precision", "recall": "Recall"}
     negatives = points.negative_points(confusion, confidence)
+    detected = rate_table(points.detection_points(detection), measures, sizes_mm[1:])
     return {
-        "detection": rate_table(points.detection_points(detection), measures, sizes_mm[1:]),
+        "rates": {
+            "groups": detected["groups"] + sized["groups"],
+            "rows": [
+                row | {"cells": of_detection["cells"] + row["cells"]}
+                for of_detection, row in zip(detected["rows"], sized["rows"], strict=True)
+            ],
+        },
         "negatives": rate_table(
             negatives, {"classified": "Share of the recordings without a nodule"}, sizes_mm
         ),
-        "sizing": sized,
     }
 
 

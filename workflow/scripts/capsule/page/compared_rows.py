@@ -37,10 +37,21 @@ class Row:
 
 @dataclass(frozen=True)
 class Group:
-    """Rows under one heading, in which ``{prevalence}`` and ``{first}`` are filled in."""
+    """Rows under one heading.
+
+    Attributes
+    ----------
+    title : str
+        The heading; ``{prevalence}`` and ``{first}`` are filled in.
+    rows : tuple of Row
+        The rows.
+    folded : bool
+        Whether they stand behind a fold: most readers do not need them.
+    """
 
     title: str
     rows: tuple[Row, ...]
+    folded: bool = True
 
 
 def rate_of(name: str) -> Callable[[Mapping], dict]:
@@ -115,13 +126,14 @@ GROUPS = (
             Row("Sensitivity, {size}", "predictive_values", rate_of("sensitivity"), "each"),
             Row("Balanced accuracy", "summary", rate_of("balanced_accuracy")),
         ),
+        folded=False,
     ),
     Group(
         "Ranking by the score, whatever the threshold",
         (
             Row("AUC, any nodule against none", "auc", number_of("auc")),
             Row("AUC, {size} against none", "auc", number_of("auc"), "smallest"),
-            Row("AUC, labels dealt out anew", "permutation", chance),
+            Row("AUC by chance, from a permutation test", "permutation", chance),
         ),
     ),
     Group(
@@ -141,6 +153,7 @@ GROUPS = (
             Row("Bias, of those found", "size_error", number_of("bias", " mm", "_mm")),
             Row("Median error of the place", "localisation", location_error),
         ),
+        folded=False,
     ),
     Group(
         "Difference from {first}, on the same recordings",

@@ -61,7 +61,8 @@ def compared(judgements: Judgements, schemes: Sequence[str], settings: Mapping) 
     Returns
     -------
     list of dict
-        One a scheme: ``scheme``, ``title``, ``recordings``, ``detectors`` and ``groups`` of rows.
+        One a scheme: ``scheme``, ``title``, ``recordings``, ``detectors``, and the rows in
+        ``groups`` and in ``folded_groups``.
     """
     compared_schemes = []
     for scheme in schemes:
@@ -79,13 +80,16 @@ def compared(judgements: Judgements, schemes: Sequence[str], settings: Mapping) 
                     "title": words.scheme(scheme),
                     "recordings": words.plural(count, "recording"),
                     "detectors": [{"name": name, "words": _sentence(name)} for name in detectors],
-                    "groups": _groups(tables, detectors, settings),
+                    "groups": _groups(tables, detectors, settings, folded=False),
+                    "folded_groups": _groups(tables, detectors, settings, folded=True),
                 }
             )
     return compared_schemes
 
 
-def _groups(tables: Judgements, detectors: Sequence[str], settings: Mapping) -> list[dict]:
+def _groups(
+    tables: Judgements, detectors: Sequence[str], settings: Mapping, *, folded: bool
+) -> list[dict]:
     """Fill in the rows of `compared_rows.GROUPS`; the first detector is the one to differ from."""
     sizes_mm = sorted(tables["predictive_values"]["size_mm"].dropna().unique())
     sizes_of = {"all": [None], "healthy": [0.0], "each": sizes_mm, "smallest": sizes_mm[:1]}
@@ -107,6 +111,7 @@ def _groups(tables: Judgements, detectors: Sequence[str], settings: Mapping) -> 
             ],
         }
         for group in GROUPS
+        if group.folded == folded
     ]
 
 

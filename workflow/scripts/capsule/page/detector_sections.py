@@ -1,7 +1,7 @@
 """What the page says of each detector: answers, rates beside the paper's, confusions."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import pandas as pd
 
@@ -38,22 +38,19 @@ def page_values(
     Returns
     -------
     dict
-        ``results`` (from `result_of`, the paper's detector first), ``lead`` (that of the leading
-        one), ``lead_note`` (why it leads), ``trust``, ``summary``, ``sizes``, ``few_healthy``,
-        ``scheme_note``, ``schemes`` and ``schemes_and_paper``.
+        ``results`` (from `result_of`, the leading detector first), ``lead_note`` (why it leads),
+        ``trust``, ``summary``, ``sizes``, ``few_healthy``, ``scheme_note`` and ``figure_series``
+        (whose rates the figures show).
     """
     scheme = main_scheme(settings["evaluation"]["schemes"])
-    detectors = evaluation.detectors()
     labelled = index[(index["status"] == "accepted") & index["size_mm"].notna()]
-    schemes = [words.scheme(name) for name in settings["evaluation"]["schemes"]]
     origin = provenance.origin_of(labelled["source"].fillna("")).kind
-    results = {
-        detector: result_of(evaluation, detector, settings, printed_tolerance_mm)
-        for detector in dict.fromkeys([*detectors, lead.detector])
-    }
+    drawn = [f"{name} ({words.scheme(scheme)})" for name in dict.fromkeys([lead.detector, PAPER])]
     return {
-        "results": [results[detector] for detector in detectors],
-        "lead": results[lead.detector],
+        "results": [
+            result_of(evaluation, detector, settings, printed_tolerance_mm)
+            for detector in lead_first(evaluation.detectors(), lead)
+        ],
         "lead_note": cards.lead_words(lead, scheme),
         "trust": trust.trust_words(
             _verdicts_of(evaluation, lead.detector, scheme),
@@ -69,9 +66,13 @@ def page_values(
             int((labelled["size_mm"] == 0).sum()), settings["evaluation"]["specificity"]
         ),
         "scheme_note": scheme_note(scheme),
-        "schemes": words.enumerate_words(schemes),
-        "schemes_and_paper": words.enumerate_words([*schemes, "the paper"]),
+        "figure_series": words.enumerate_words([*drawn, "the paper"]),
     }
+
+
+def lead_first(detectors: Iterable[str], lead: Lead) -> list[str]:
+    """Return the detectors in the order of the page: the leading one, then the others."""
+    return list(dict.fromkeys([lead.detector, *detectors]))
 
 
 def result_of(

@@ -1,6 +1,6 @@
 """What more recordings would bring: narrower intervals, and better taught detectors."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
@@ -59,7 +59,7 @@ def needed_rows(evaluation: Evaluation, rules: Mapping) -> dict:
     -------
     dict
         ``detectors`` and ``rows`` with ``title``, ``recordings``, ``cells`` and ``missing``: how
-        many more give all detectors' rates the interval.
+        many more give all detectors' rates the interval; ``sentence``, from `_needed_sentence`.
     """
     scheme, confidence = main_scheme(rules["schemes"]), rules["confidence"]
     detectors = evaluation.detectors()
@@ -77,12 +77,26 @@ def needed_rows(evaluation: Evaluation, rules: Mapping) -> dict:
             rows.append(
                 {
                     "title": _title(size_mm, size_mm),
+                    "size": words.size(size_mm),
                     "recordings": count,
                     "cells": [_needed_cell(judged, rate, confidence) for judged, rate in each],
                     "missing": missing,
                 }
             )
-    return {"detectors": detectors, "rows": rows}
+    return {
+        "detectors": detectors,
+        "rows": rows,
+        "sentence": _needed_sentence(rows, confidence) if rows else "",
+    }
+
+
+def _needed_sentence(rows: Sequence[Mapping], confidence: float) -> str:
+    """Return how many more recordings of each size narrow all intervals take."""
+    wanted = f"{words.percent(confidence)} interval of ±{100 * HALF_WIDTH:g} points"
+    missing = [f"{row['missing']} of {row['size']}" for row in rows if row["missing"]]
+    if not missing:
+        return f"Each rate of each detector has a {wanted} or a narrower one."
+    return f"A {wanted} for each detector takes so many more: {words.enumerate_words(missing)}."
 
 
 def _rates_of(

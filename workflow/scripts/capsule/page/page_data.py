@@ -28,7 +28,7 @@ def page_data(
     verdicts : mapping of str to sequence of mapping
         From `capsule.page.recordings.verdicts_by_recording`.
     detectors : sequence of str
-        In the order of the configuration.
+        In the order of the page: the first is shown until another is chosen.
     sizes_mm : sequence of float
         Of the templates, 0 first.
     settings : mapping

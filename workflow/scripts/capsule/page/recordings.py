@@ -183,10 +183,9 @@ def recording_rows(
                 for each in verdicts.get(row["recording"], ())
                 if each["detector"] == detector and each["scheme"] in (scheme, "all")
             ),
-            {"predicted_mm": None, "distances": []},
+            {"predicted_mm": None},
         )
         size_mm, predicted_mm = _known_or_none(row["size_mm"]), verdict["predicted_mm"]
-        nearest = min((d for d in verdict["distances"] if d is not None), default=None)
         duration = _known_or_none(row["duration_s"])
         note = row["source"] if accepted and words.is_known(row["source"]) else ""
         rows.append(
@@ -200,8 +199,6 @@ def recording_rows(
                 "detector": detector,
                 "verdict": words.size(predicted_mm) if predicted_mm is not None else "",
                 "outcome": outcome(size_mm, predicted_mm, tolerance_mm) if accepted else "rejected",
-                "nearest": nearest,
-                "nearest_words": words.number(nearest, 4) if nearest is not None else "",
                 "duration_s": duration,
                 "duration": words.number(duration, 1) if duration is not None else "",
                 "note": note,

@@ -85,11 +85,11 @@ def page_values(
     """
     judged, evaluation = settings["evaluation"], tables.evaluation
     verdicts = recordings.verdicts_by_recording(evaluation.predictions, tables.detections)
-    detectors = evaluation.detectors()
     lead = leading(
         evaluation.predictions, settings["detectors"], judged["schemes"], settings["report"]["lead"]
     )
-    listed = recordings.page_values(tables.index, verdicts, detectors[0], judged)
+    detectors = detector_sections.lead_first(evaluation.detectors(), lead)
+    listed = recordings.page_values(tables.index, verdicts, lead.detector, judged)
     return {
         **overview.overview(tables.index, tables.passed_over),
         **detector_sections.page_values(
@@ -121,7 +121,7 @@ def page_values(
             page_data.page_data(
                 listed["recordings"],
                 verdicts,
-                evaluation.detectors(),
+                detectors,
                 evaluation.sizes_mm(),
                 judged,
             )

@@ -1,0 +1,42 @@
+// Each term of the glossary is linked where it first stands in the text.
+
+const Glossary = (() => {
+  "use strict";
+
+  const TEXT = "p, li, figcaption, caption, td, th, h4";
+  const APART = "a, button, code, pre, blockquote, .terms, #viewer, #recordings-table, #configuration";
+
+  /** Give the page's pieces of text in their order. */
+  function* pieces() {
+    const walker = document.createTreeWalker(document.querySelector("main"), NodeFilter.SHOW_TEXT);
+    while (walker.nextNode()) {
+      const around = walker.currentNode.parentElement;
+      if (around.closest(TEXT) && !around.closest(APART)) yield walker.currentNode;
+    }
+  }
+
+  /** Link each term once. */
+  function setUp() {
+    const wanted = [...document.querySelectorAll(".terms dt[data-words]")].map((term) => ({
+      term,
+      pattern: new RegExp(`(?<![\\w-])(?:${term.dataset.words})(?![\\w-])`, "i"),
+    }));
+    const texts = [...pieces()];
+    for (const { term, pattern } of wanted) {
+      const at = texts.findIndex((text) => pattern.test(text.data));
+      if (at < 0) continue;
+      const found = pattern.exec(texts[at].data);
+      const word = texts[at].splitText(found.index);
+      const rest = word.splitText(found[0].length);
+      const link = document.createElement("a");
+      link.className = "term";
+      link.href = `#${term.id}`;
+      link.title = term.nextElementSibling.textContent;
+      word.replaceWith(link);
+      link.append(word);
+      texts.splice(at + 1, 0, rest);
+    }
+  }
+
+  return { setUp };
+})();
