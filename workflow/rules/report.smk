@@ -10,7 +10,9 @@
 from capsule.figures.registry import FIGURES
 from edges.durations import RULES
 
-DRAW_SECTIONS = ["recording", "preprocessing", "evaluation"]
+DRAW_SETTINGS = {name: config[name] for name in ("recording", "preprocessing", "evaluation")}
+# Of the report's section only which detector leads: nothing else of it changes a figure.
+DRAW_SETTINGS["report"] = {"lead": config["report"]["lead"]}
 FIGURE_MODULES = sorted({row.module for row in FIGURES.values()})
 # What the figures show.
 FIGURE_INPUTS = [
@@ -54,9 +56,12 @@ rule draw:
     conda:
         "../../environment.yml"
     params:
-        settings=section(*DRAW_SECTIONS),
+        settings=as_parameter(DRAW_SETTINGS),
         made_from=made_from(
-            "draw", section(*DRAW_SECTIONS), modules=FIGURE_MODULES, members=ARCHIVE.labelled()
+            "draw",
+            as_parameter(DRAW_SETTINGS),
+            modules=FIGURE_MODULES,
+            members=ARCHIVE.labelled(),
         ),
     shell:
         "python {input.script:q} --results results --paper {input.paper:q}"
@@ -77,10 +82,10 @@ rule figures:
     conda:
         "../../environment.yml"
     params:
-        settings=section(*DRAW_SECTIONS),
+        settings=as_parameter(DRAW_SETTINGS),
         made_from=made_from(
             "figures",
-            section(*DRAW_SECTIONS),
+            as_parameter(DRAW_SETTINGS),
             script="draw.py",
             modules=FIGURE_MODULES,
             members=ARCHIVE.labelled(),

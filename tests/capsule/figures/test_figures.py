@@ -1,15 +1,19 @@
 """The figures: what they show, at every width, and that the bytes are always the same."""
 
 import re
+from itertools import combinations
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.colors import to_rgb
 from matplotlib.text import Text
 
 from capsule.evaluation import points
 from capsule.evaluation.beside_paper import Evaluation
 from capsule.evaluation.learning import COLUMNS as LEARNING
+from capsule.evaluation.paper import printed_tables
 from capsule.evaluation.rates import tables
 from capsule.figures.contours import contour_levels
 from capsule.figures.draw_confusion import count_matrix, draw_confusion
@@ -20,7 +24,7 @@ from capsule.figures.draw_preprocessing import (
     typical_recording,
     typical_recordings,
 )
-from capsule.figures.draw_rates import draw_rates
+from capsule.figures.draw_rates import detection_drawing, draw_rates, rate_looks, series_rows
 from capsule.figures.draw_roc import curve_table, draw_roc
 from capsule.figures.draw_templates import draw_templates, template_table
 from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
@@ -32,13 +36,21 @@ SCHEMES = ["leave_one_out", "resubstitution"]
 WIDTHS = [COLUMN_WIDTH_IN, PAGE_WIDTH_IN]
 
 
-def judged(verdicts, sizes_mm):
-    """Judge pairs of true and predicted size, the same under both schemes."""
-    rows = [
-        {"detector": "template", "scheme": scheme, "size_mm": true, "predicted_mm": predicted}
+def verdict_rows(verdicts, detector="template"):
+    """Make rows of pairs of true and predicted size, the same under both schemes."""
+    return [
+        {"detector": detector, "scheme": scheme, "size_mm": true, "predicted_mm": predicted}
         for scheme in SCHEMES
         for true, predicted in verdicts
     ]
+
+
+def judged(verdicts, sizes_mm):
+    """Judge the verdicts of one detector."""
+    return tables_of(verdict_rows(verdicts), sizes_mm)
+
+
+def tables_of(rows, sizes_mm):
     made = tables(rows, sizes_mm, schemes=SCHEMES, tolerance_mm=1.0, confidence=0.95)
     return {name: pd.DataFrame(table) for name, table in made.items()}
 
@@ -152,7 +164,7 @@ def test_negatives_are_shares_of_the_recordings_without_a_nodule():
 def test_rates_are_drawn_for_any_sizes_and_marked_where_one_sided(width):
     table = points.sizing_points(judged(VERDICTS, SIZES)["sizing"])
     panels = {"exact_rate": "exact size", "within_rate": "within 1 mm"}
-    figure = draw_rates(table, panels, SIZES[1:], "size (mm)", width)
+    figure = draw_rates(table, panels, SIZES[1:], "size (mm)", rate_looks(["template"]), width)
     exact, within = figure.axes
     assert [label.get_text() for label in exact.get_xticklabels()] == ["2.5", "6"]
     assert [label.get_text() for label in within.get_xticklabels()] == ["2.5*", "6*"]
@@ -162,7 +174,8 @@ def test_without_a_healthy_recording_the_figure_says_so():
     made = judged([(2.5, 2.5), (6, 6)], SIZES)
     table = points.negative_points(made["confusion"], 0.95)
     assert table.empty
-    figure = draw_rates(table, {"classified": "verdicts"}, SIZES, "predicted size (mm)")
+    looks = rate_looks(["template"])
+    figure = draw_rates(table, {"classified": "verdicts"}, SIZES, "predicted size (mm)", looks)
     assert "no recording to count" in texts(figure)
 
 
@@ -177,6 +190,104 @@ def test_confusion_shows_the_counts(width):
     figure = draw_confusion(confusion, SCHEMES, SIZES, width)
     assert len(figure.axes) == 2
     assert texts(figure).count("1") == 2 * 6
+
+
+PRINTED = {
+    "recordings_per_size": 20,
+    "detection": [{"size_mm": 2.5, "recall_percent": 85, "precision_percent": 85}],
+    "sizing": [{"size_mm": 2.5, "exact_percent": 30, "within_percent": 85, "one_sided": False}],
+}
+HALF_RIGHT = [(0, 0), (0, 2.5), (2.5, 2.5), (2.5, 0)]
+ALL_RIGHT = [(0, 0), (0, 0), (2.5, 2.5), (2.5, 2.5)]
+
+
+def rates_inputs(lead, **verdicts):
+    """Make the inputs of the figures of rates out of the verdicts of each detector."""
+    rows = [row for name, pairs in verdicts.items() for row in verdict_rows(pairs, name)]
+    predictions = pd.DataFrame(rows).assign(rmse_0mm=0.0, **{"rmse_2.5mm": 0.0})
+    printed = {name: pd.DataFrame(table) for name, table in printed_tables(PRINTED, 0.95).items()}
+    evaluation = Evaluation(predictions, tables_of(rows, [0.0, 2.5]), printed)
+    rules = {"schemes": SCHEMES, "confidence": 0.95, "tolerance_mm": 1.0}
+    return SimpleNamespace(
+        evaluation=evaluation, settings={"evaluation": rules, "report": {"lead": lead}}
+    )
+
+
+@pytest.mark.parametrize(
+    ("lead", "others", "expected"),
+    [
+        ("best", {"taught": ALL_RIGHT}, ["taught", "template"]),
+        ("template", {"taught": ALL_RIGHT}, ["template"]),
+        ("best", {"taught": HALF_RIGHT}, ["template"]),
+        ("best", {}, ["template"]),
+    ],
+)
+@pytest.mark.parametrize("name", ["detection", "sizing", "confusion"])
+def test_rates_show_the_leading_detector_the_papers_and_the_paper(name, lead, others, expected):
+    inputs = rates_inputs(lead, template=HALF_RIGHT, **others)
+    rows = series_rows(inputs, name)
+    series = list(rows[["detector", "scheme"]].drop_duplicates().itertuples(index=False, name=None))
+    assert series == [*((each, "leave_one_out") for each in expected), ("paper", "paper")]
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_the_legend_names_detector_and_scheme(width):
+    inputs = rates_inputs("best", template=HALF_RIGHT, taught=ALL_RIGHT)
+    table, draw = detection_drawing(inputs)
+    figure = draw(width)
+    assert [text.get_text() for text in figure.legends[0].get_texts()] == [
+        "taught (leave-one-out)",
+        "template (leave-one-out)",
+        "paper, as printed",
+    ]
+    assert table.loc[table["measure"] == "recall", "hits"].tolist() == [2, 1, 17]
+
+
+# Machado et al. (2009), severity 1: what a reader without the long or the medium cones sees.
+COLOUR_BLIND = {
+    "protanopia": [
+        [0.152286, 1.052583, -0.204868],
+        [0.114503, 0.786281, 0.099216],
+        [-0.003882, -0.048116, 1.051998],
+    ],
+    "deuteranopia": [
+        [0.367322, 0.860646, -0.227968],
+        [0.280085, 0.672501, 0.047413],
+        [-0.011820, 0.042940, 0.968881],
+    ],
+}
+
+
+def linear(colour):
+    """Give the linear RGB of a colour."""
+    part = np.array(to_rgb(colour))
+    return np.where(part <= 0.04045, part / 12.92, ((part + 0.055) / 1.055) ** 2.4)
+
+
+def lab(rgb):
+    """Give L, a and b (D65) of linear RGB."""
+    to_xyz = np.array(
+        [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
+    )
+    x, y, z = np.cbrt(to_xyz @ rgb / (to_xyz @ np.ones(3)))
+    return np.array([116 * y - 16, 500 * (x - y), 200 * (y - z)])
+
+
+def test_the_series_of_rates_differ_for_the_colour_blind_and_in_grey():
+    looks = rate_looks(["template", "template_threshold", "diagonal", "taught", "beats"])
+    for lead in looks:
+        shown = [looks[name] for name in dict.fromkeys([lead, "template", "paper"])]
+        for one, other in combinations(shown, 2):
+            shapes = [(each["marker"], each.get("markerfacecolor")) for each in (one, other)]
+            assert shapes[0] != shapes[1]
+            for sight in COLOUR_BLIND.values():
+                first, second = (
+                    lab(np.clip(sight @ linear(each["color"]), 0, 1)) for each in (one, other)
+                )
+                assert np.linalg.norm(first - second) > 10
+    # In grey, where the detector that leads on the simulated archive does.
+    grey = [lab(linear(looks[name]["color"]))[0] for name in ("taught", "template", "paper")]
+    assert min(np.diff(grey)) > 8
 
 
 def curves(detectors, sizes=(np.nan, 1.0)):

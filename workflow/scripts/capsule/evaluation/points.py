@@ -4,7 +4,10 @@ import pandas as pd
 
 from capsule.evaluation.rates import rate
 
-COLUMNS = ["measure", "size_mm", "scheme", "hits", "of", "rate", "low", "high", "one_sided"]
+COLUMNS = [
+    *("measure", "size_mm", "detector", "scheme"),
+    *("hits", "of", "rate", "low", "high", "one_sided"),
+]
 
 
 def detection_points(detection: pd.DataFrame) -> pd.DataFrame:
@@ -34,28 +37,29 @@ def negative_points(confusion: pd.DataFrame, confidence: float) -> pd.DataFrame:
     Parameters
     ----------
     confusion : DataFrame
-        Counts per scheme, true and predicted size.
+        Counts per detector, scheme, true and predicted size.
     confidence : float
         Level of the Wilson intervals.
 
     Returns
     -------
     DataFrame
-        ``size_mm`` is the predicted size; no row of a scheme without such recordings.
+        ``size_mm`` is the predicted size; no row of a detector and scheme without such
+        recordings.
     """
     healthy = confusion[confusion["size_mm"] == 0]
-    total = healthy.groupby("scheme", sort=False)["count"].transform("sum")
+    total = healthy.groupby(["detector", "scheme"], sort=False)["count"].transform("sum")
     rows = []
     for (_, row), of in zip(healthy.iterrows(), total, strict=True):
         if of > 0:
             values = rate(int(row["count"]), int(of), confidence)
-            head = ["classified", row["predicted_mm"], row["scheme"], row["count"], of]
-            rows.append([*head, *values, False])
+            key = ["classified", row["predicted_mm"], row["detector"], row["scheme"]]
+            rows.append([*key, row["count"], of, *values, False])
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
 def _points(table: pd.DataFrame, measure: str, hits: str, of: str) -> pd.DataFrame:
-    points = table[["size_mm", "scheme"]].assign(
+    points = table[["size_mm", "detector", "scheme"]].assign(
         measure=measure,
         hits=table[hits],
         of=table[of],

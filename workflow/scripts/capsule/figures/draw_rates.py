@@ -1,4 +1,4 @@
-"""Figures of rates per size: ours under each scheme, and the paper's, with intervals."""
+"""Figures of rates per size: the leading detector's, the paper's detector's, and the paper's."""
 
 from collections.abc import Mapping, Sequence
 
@@ -8,76 +8,92 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
-from capsule.evaluation import points
+from capsule import words
+from capsule.detectors.registry import PAPER
+from capsule.evaluation import paper, points
+from capsule.evaluation.folds import main_scheme
+from capsule.evaluation.lead import leading
 from capsule.figures.inputs import Drawing, FigureInputs
 from capsule.figures.style import (
-    BLUE,
     COLUMN_WIDTH_IN,
     INK,
-    MUTED,
-    ORANGE,
     PAGE_WIDTH_IN,
+    PAPER_LOOK,
+    detector_looks,
     figure_style,
     say_nothing_to_show,
 )
 
 _TRUE_SIZE = "size of the nodule (mm)"
-# The result stands out; the shapes differ for those who see no colour.
-_MARKS = {
-    "leave_one_out": {
-        "label": "leave-one-out (the result)",
-        "marker": "o",
-        "color": BLUE,
-        "markersize": 5.5,
-    },
-    "resubstitution": {
-        "label": "resubstitution",
-        "marker": "s",
-        "color": MUTED,
-        "markersize": 4,
-        "markerfacecolor": "white",
-    },
-    "paper": {
-        "label": "paper, as printed",
-        "marker": "D",
-        "color": ORANGE,
-        "markersize": 4,
-        "markerfacecolor": "white",
-    },
-}
+_KEY = ["detector", "scheme"]
+# How markers and whiskers are drawn; colour and shape are the detector's own.
+_MARKS = {"linestyle": "none", "markersize": 4.5, "elinewidth": 0.9, "capsize": 1.8}
 
 
 def detection_drawing(inputs: FigureInputs) -> Drawing:
-    """Give precision and recall per size, of the first detector, beside the paper's."""
+    """Give precision and recall per size, of each series."""
     sizes_mm = inputs.evaluation.sizes_mm()[1:]
-    table = points.detection_points(_of_first(inputs, "detection"))
+    table = points.detection_points(series_rows(inputs, "detection"))
     panels = {"precision": "precision", "recall": "recall"}
-    return table, lambda width_in: draw_rates(table, panels, sizes_mm, _TRUE_SIZE, width_in)
+    return _drawing(inputs, table, panels, sizes_mm, _TRUE_SIZE)
 
 
 def sizing_drawing(inputs: FigureInputs) -> Drawing:
-    """Give the rates of exact and of tolerable sizes, of the first detector, beside the paper's."""
+    """Give the rates of exact and of tolerable sizes, of each series."""
     sizes_mm = inputs.evaluation.sizes_mm()[1:]
-    table = points.sizing_points(_of_first(inputs, "sizing"))
+    table = points.sizing_points(series_rows(inputs, "sizing"))
     within = f"within {inputs.settings['evaluation']['tolerance_mm']:g} mm (*: one-sided)"
     panels = {"exact_rate": "exact size", "within_rate": within}
-    return table, lambda width_in: draw_rates(table, panels, sizes_mm, _TRUE_SIZE, width_in)
+    return _drawing(inputs, table, panels, sizes_mm, _TRUE_SIZE)
 
 
 def negatives_drawing(inputs: FigureInputs) -> Drawing:
-    """Give what the first detector takes healthy recordings for, beside the paper's."""
-    sizes_mm = inputs.evaluation.sizes_mm()
+    """Give what healthy recordings are taken for, in each series."""
     confidence = inputs.settings["evaluation"]["confidence"]
-    table = points.negative_points(_of_first(inputs, "confusion"), confidence)
+    table = points.negative_points(series_rows(inputs, "confusion"), confidence)
     panels = {"classified": "recordings without a nodule, by verdict"}
-    label = "predicted size (mm)"
-    return table, lambda width_in: draw_rates(table, panels, sizes_mm, label, width_in)
+    sizes_mm = inputs.evaluation.sizes_mm()
+    return _drawing(inputs, table, panels, sizes_mm, "predicted size (mm)")
 
 
-def _of_first(inputs: FigureInputs, name: str) -> pd.DataFrame:
-    """Give the first detector's rows of a table, and the paper's."""
-    evaluation = inputs.evaluation
-    return evaluation.of(name, evaluation.detectors()[0], with_paper=True)
+def series_rows(inputs: FigureInputs, name: str) -> pd.DataFrame:
+    """Give the rows of a table that the figures of rates show.
+
+    Returns
+    -------
+    DataFrame
+        Under the main scheme those of the leading detector, then those of the paper's detector
+        where another one leads; at last the paper's own.
+    """
+    evaluation, settings = inputs.evaluation, inputs.settings
+    schemes = settings["evaluation"]["schemes"]
+    lead = leading(
+        evaluation.predictions, evaluation.detectors(), schemes, settings["report"]["lead"]
+    )
+    table = evaluation.tables[name]
+    table = table[table["scheme"] == main_scheme(schemes)]
+    shown = [table[table["detector"] == each] for each in dict.fromkeys([lead.detector, PAPER])]
+    return pd.concat([*shown, evaluation.paper[name]], ignore_index=True)
+
+
+def _drawing(
+    inputs: FigureInputs,
+    table: pd.DataFrame,
+    panels: Mapping[str, str],
+    sizes_mm: Sequence[float],
+    x_label: str,
+) -> Drawing:
+    looks = rate_looks(inputs.evaluation.detectors())
+    return table, lambda width_in: draw_rates(table, panels, sizes_mm, x_label, looks, width_in)
+
+
+def rate_looks(detectors: Sequence[str]) -> dict[str, dict]:
+    """Give colour and mark of each detector's points, as in the other figures, and the paper's."""
+    looks = detector_looks(detectors) | {paper.NAME: PAPER_LOOK}
+    return {
+        name: {key: value for key, value in look.items() if key != "linestyle"}
+        for name, look in looks.items()
+    }
 
 
 def draw_rates(
@@ -85,6 +101,7 @@ def draw_rates(
     panels: Mapping[str, str],
     sizes_mm: Sequence[float],
     x_label: str,
+    looks: Mapping[str, Mapping],
     width_in: float = PAGE_WIDTH_IN,
 ) -> Figure:
     """Draw rates per size with their intervals, a panel a measure.
@@ -99,6 +116,8 @@ def draw_rates(
         The sizes along the axis; 0 is written as no nodule.
     x_label : str
         What the sizes are.
+    looks : mapping of str to mapping
+        Colour and mark of each detector and of the paper, from `rate_looks`.
     width_in : float
         Width of the figure in inches.
 
@@ -115,7 +134,7 @@ def draw_rates(
         grid = figure.subplots(*shape, squeeze=False, sharey=True)
         for axes, (measure, title) in zip(grid.flat, panels.items(), strict=True):
             axes.set_title(title)
-            _draw_panel(axes, table[table["measure"] == measure], sizes_mm)
+            _draw_panel(axes, table[table["measure"] == measure], sizes_mm, looks)
         for axes in grid[-1]:
             axes.set_xlabel(x_label)
         handles, labels = _legend_of(grid)
@@ -125,29 +144,23 @@ def draw_rates(
     return figure
 
 
-def _draw_panel(axes: Axes, table: pd.DataFrame, sizes_mm: Sequence[float]) -> None:
+def _draw_panel(
+    axes: Axes, table: pd.DataFrame, sizes_mm: Sequence[float], looks: Mapping[str, Mapping]
+) -> None:
     table = table[table["size_mm"].isin(sizes_mm)]
     known = table[table["rate"].notna()]
     if known.empty:
         say_nothing_to_show(axes, "no recording to count")
         return
-    schemes = [scheme for scheme in _MARKS if (table["scheme"] == scheme).any()]
     tick_of = {size_mm: position for position, size_mm in enumerate(sizes_mm)}
-    for order, scheme in enumerate(schemes):
-        rows = known[known["scheme"] == scheme]
-        shift = 0.2 * (order - (len(schemes) - 1) / 2)
+    series = known.groupby(_KEY, sort=False)
+    for order, ((detector, scheme), rows) in enumerate(series):
+        shift = 0.2 * (order - (series.ngroups - 1) / 2)
         position = np.array([tick_of[size_mm] + shift for size_mm in rows["size_mm"]])
         value = rows["rate"].to_numpy()
         reach = np.maximum([value - rows["low"], rows["high"] - value], 0.0)
-        axes.errorbar(
-            position,
-            value,
-            yerr=reach,
-            linestyle="none",
-            elinewidth=0.9,
-            capsize=1.8,
-            **_MARKS[scheme],
-        )
+        label = _label(detector, scheme)
+        axes.errorbar(position, value, yerr=reach, label=label, **_MARKS, **looks[detector])
     one_sided = set(table.loc[table["one_sided"], "size_mm"])
     axes.set_xticks(range(len(sizes_mm)))
     axes.set_xticklabels([_tick(size_mm, size_mm in one_sided) for size_mm in sizes_mm])
@@ -157,6 +170,11 @@ def _draw_panel(axes: Axes, table: pd.DataFrame, sizes_mm: Sequence[float]) -> N
     axes.grid(axis="y", color="#d9d9d9", linewidth=0.5)
     axes.set_axisbelow(True)
     axes.axhline(0, color=INK, linewidth=0.6)
+
+
+def _label(detector: str, scheme: str) -> str:
+    shown = words.scheme(scheme)
+    return shown if detector == paper.NAME else f"{detector} ({shown})"
 
 
 def _tick(size_mm: float, one_sided: bool) -> str:

@@ -21,7 +21,10 @@ class FigureInputs(Protocol):
 
     @property
     def settings(self) -> Mapping:
-        """The sections ``recording``, ``preprocessing`` and ``evaluation`` of the configuration."""
+        """Of the configuration ``recording``, ``preprocessing``, ``evaluation`` and ``report``.
+
+        Of the last only ``lead``.
+        """
 
     @property
     def evaluation(self) -> Evaluation:

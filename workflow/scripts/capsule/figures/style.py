@@ -23,6 +23,8 @@ MUTED = "#6b6b6b"
 BLUE = "#0072b2"
 ORANGE = "#c34a00"
 GREEN = "#2a7f62"
+DARK_GREEN = "#0f5a42"
+GREY = "#8a8a8a"
 VIOLET = "#9b6fb0"
 # From white upwards in darkness: zero is the paper's white, in print too.
 COLOURS_OF_HEIGHT = "Blues"
@@ -34,9 +36,11 @@ DETECTOR_LOOKS = (
     {"color": ORANGE, "linestyle": (0, (5, 1.5)), "marker": "D"},
     {"color": INK, "linestyle": (0, (1.5, 1.2)), "marker": "s"},
     {"color": BLUE, "linestyle": "-", "marker": "o"},
-    {"color": GREEN, "linestyle": (0, (6, 1.5, 1.2, 1.5)), "marker": "^"},
+    {"color": DARK_GREEN, "linestyle": (0, (6, 1.5, 1.2, 1.5)), "marker": "^"},
     {"color": VIOLET, "linestyle": (0, (3, 1)), "marker": "v"},
 )
+# The numbers that the paper prints are no detector's: a hollow mark.
+PAPER_LOOK = {"color": GREY, "marker": "s", "markerfacecolor": "white"}
 
 _SETTINGS = {
     "font.family": "DejaVu Sans",
