@@ -16,7 +16,6 @@ from capsule.evaluation.learning import COLUMNS as LEARNING
 from capsule.evaluation.paper import printed_tables
 from capsule.evaluation.rates import tables
 from capsule.figures.contours import contour_levels
-from capsule.figures.draw_confusion import count_matrix, draw_confusion
 from capsule.figures.draw_learning import draw_learning
 from capsule.figures.draw_preprocessing import (
     draw_preprocessing,
@@ -177,19 +176,6 @@ def test_without_a_healthy_recording_the_figure_says_so():
     looks = rate_looks(["template"])
     figure = draw_rates(table, {"classified": "verdicts"}, SIZES, "predicted size (mm)", looks)
     assert "no recording to count" in texts(figure)
-
-
-@pytest.mark.parametrize("width", WIDTHS)
-def test_confusion_shows_the_counts(width):
-    confusion = judged(VERDICTS, SIZES)["confusion"]
-    assert count_matrix(confusion, "leave_one_out", SIZES).tolist() == [
-        [1, 1, 0],
-        [1, 1, 0],
-        [0, 1, 1],
-    ]
-    figure = draw_confusion(confusion, SCHEMES, SIZES, width)
-    assert len(figure.axes) == 2
-    assert texts(figure).count("1") == 2 * 6
 
 
 PRINTED = {

@@ -33,7 +33,6 @@ _ROWS = (
     Row("detection", "capsule.figures.draw_rates", "detection_drawing"),
     Row("sizing", "capsule.figures.draw_rates", "sizing_drawing"),
     Row("negatives", "capsule.figures.draw_rates", "negatives_drawing"),
-    Row("confusion", "capsule.figures.draw_confusion", "confusion_drawing"),
     Row("roc", "capsule.figures.draw_roc", "roc_drawing"),
     Row("learning", "capsule.figures.draw_learning", "learning_drawing"),
 )
