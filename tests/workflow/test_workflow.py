@@ -174,6 +174,20 @@ def test_a_changed_number_runs_again_only_the_rules_that_use_it(project):
     assert not run.jobs["preprocess"] + run.jobs["fit"] + run.jobs["average"]
 
 
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({"lead": "template"}, {"draw": 1, "report": 1}),
+        ({"reliable_rate": 0.9}, {"report": 1}),
+    ],
+    ids=["lead", "reliable_rate"],
+)
+def test_of_the_reports_settings_only_the_lead_changes_figures(project, change, expected):
+    project.configure(report=change)
+    jobs = project.snakemake("--dry-run").jobs
+    assert {name: count for name, count in jobs.items() if name != "all"} == expected
+
+
 def test_one_recording_more_costs_one_job_a_stage(project, finished):
     write_archive(project.raw, ["1mm/r03"])
     run = project.snakemake(*TABLES)
