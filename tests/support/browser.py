@@ -59,10 +59,11 @@ class Browser:
         self.driver.get_log("browser")
         self.driver.get(page.as_uri() + fragment)
 
-    def prefer(self, *, dark: bool) -> None:
-        """Choose the light or the dark theme, as a reader does in the system's settings."""
+    def prefer(self, *, dark: bool, on_paper: bool = False) -> None:
+        """Choose the theme, as a reader does in the system's settings, and screen or paper."""
         scheme = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
-        self._command("Emulation.setEmulatedMedia", features=scheme)
+        media = "print" if on_paper else ""
+        self._command("Emulation.setEmulatedMedia", media=media, features=scheme)
 
     def run(self, script: str, *arguments: object) -> object:
         """Run JavaScript in the page and give what it returns."""

@@ -6,8 +6,12 @@ from itertools import product
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
+from matplotlib.image import imread
 
 from capsule import words
+from capsule.figures.registry import FIGURES
+from capsule.page.dark_figures import PAPER
 from capsule.recording import read_recording
 from support.browser import DESKTOP, PHONE, missing_browser
 from support.project import ROOT
@@ -428,6 +432,29 @@ def test_the_dark_page_is_dark(browser, page):
     colour = browser.run("return getComputedStyle(document.body).backgroundColor")
     assert max(int(part) for part in re.findall(r"\d+", colour)[:3]) < 60
     browser.picture(PICTURES / "dark-1280.png")
+
+
+@pytest.mark.parametrize(
+    ("dark", "on_paper", "expected"),
+    [
+        (False, False, "#ffffff"),
+        (True, False, PAPER),
+        (True, True, "#ffffff"),
+    ],
+    ids=["light", "dark", "on paper"],
+)
+def test_figures_have_the_ground_of_the_page(browser, page, tmp_path, dark, on_paper, expected):
+    browser.open(page, dark=dark)
+    browser.prefer(dark=dark, on_paper=on_paper)
+    browser.picture(tmp_path / "page.png")
+    pixels = imread(tmp_path / "page.png")[..., :3]
+    corners = browser.run(
+        "return [...document.querySelectorAll('main figure img')].map((image) => {"
+        "const { left, top } = image.getBoundingClientRect();"
+        "return [Math.round(left) + 8, Math.round(top + scrollY) + 2]})"
+    )
+    assert len(corners) == len(FIGURES)
+    assert {to_hex(pixels[y, x]) for x, y in corners} == {expected}
 
 
 def test_it_can_be_printed(browser, page):

@@ -93,9 +93,14 @@ const Saving = ((Grid, Palette) => {
     picture.toBlob((blob) => save(blob, name), "image/png");
   }
 
+  /** Give the SVG file of a figure: without what the page adds for the dark, byte by byte. */
+  function svgFile(image) {
+    return atob(image.src.split(",")[1]).replace(/<style id="dark">.*?<\/style>/, "");
+  }
+
   /** Save a figure as the SVG that it is. */
   function saveSvg(image, name) {
-    const bytes = Uint8Array.from(atob(image.src.split(",")[1]), (character) => character.charCodeAt(0));
+    const bytes = Uint8Array.from(svgFile(image), (character) => character.charCodeAt(0));
     save(new Blob([bytes], { type: "image/svg+xml" }), `${name}.svg`);
   }
 
@@ -112,7 +117,7 @@ const Saving = ((Grid, Palette) => {
       context.drawImage(drawn, 0, 0, picture.width, picture.height);
       picture.toBlob((blob) => save(blob, `${name}.png`), "image/png");
     });
-    drawn.src = image.src;
+    drawn.src = `data:image/svg+xml;base64,${btoa(svgFile(image))}`;
   }
 
   return { withoutFormula, toCsv, tableRows, saveCsv, saveChart, saveSvg, saveFigure };

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from capsule.figures.registry import FIGURES
+from capsule.page.dark_figures import with_dark_colours
 from capsule.page.render import Frame, image_address
 from capsule.page.sections import Tables
 from edges import files
@@ -85,7 +86,7 @@ def read_figures(folder: Path) -> dict[str, dict[str, str]]:
     """Read each figure at the width of a page and of a column, as addresses of images."""
     return {
         name: {
-            width: image_address((folder / f"{name}{suffix}.svg").read_bytes())
+            width: image_address(with_dark_colours((folder / f"{name}{suffix}.svg").read_bytes()))
             for width, suffix in (("wide", ""), ("narrow", "_column"))
         }
         for name in FIGURES
