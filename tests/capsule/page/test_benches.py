@@ -18,7 +18,7 @@ ROWS = [
 def test_the_range_stands_in_one_sentence_and_in_a_table():
     page = page_values(ROWS, ["diagonal", "other"])
     assert page["on_other_benches"].endswith(
-        "each detector find: diagonal 40 % to 100 %; other 20 % to 70 %."
+        "nodules from 2 mm on: diagonal 40 % to 100 %; other 20 % to 70 %."
     )
     assert page["bench_rows"][0] == {
         "detector": "diagonal",

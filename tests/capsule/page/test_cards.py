@@ -89,8 +89,8 @@ def test_without_a_healthy_recording_nothing_is_called_reliably_found():
     answers = detector_sections.answers_of(evaluated(verdicts), "template", SETTINGS)
     text = cards.summary("recorded", 18, answers, "template")
     assert text.startswith(
-        "On 18 recordings, none of them without a nodule, it cannot be told how reliably the "
-        "paper's detector finds one"
+        "On 18 recordings it cannot be told how reliably the paper's detector finds a nodule: each "
+        "of them has one."
     )
     assert "reliably finds" not in text
     (smallest,) = [

@@ -40,10 +40,10 @@ def test_what_cannot_be_said_is_not_said(verdicts, sizes_mm, expected):
 def test_too_few_healthy_recordings_to_promise_a_specificity_are_told():
     assert detector_sections.few_healthy(19, 0.95) == detector_sections.few_healthy(9, 0.9) == ""
     assert detector_sections.few_healthy(0, 0.95) == ""  # then there is no threshold at all
-    assert "that takes 19" in detector_sections.few_healthy(18, 0.95)
-    assert detector_sections.few_healthy(1, 0.9).startswith(
-        "1 recording without a nodule cannot promise"
-    )
+    said = detector_sections.few_healthy(18, 0.95)
+    assert said.startswith("A specificity of 95 % takes 19 recordings without a nodule;")
+    assert "this archive has 18." in said
+    assert "90 % takes 9 " in detector_sections.few_healthy(1, 0.9)
 
 
 def test_an_unlabelled_recording_is_no_evidence():

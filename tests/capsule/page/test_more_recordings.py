@@ -39,8 +39,7 @@ def table(*curves):
         ),
         (
             (0.1, -0.05, 0.25),
-            "found at 1 mm 50 % and 60 %: no more than chance, and too few recordings to rule out "
-            "a gain.",
+            "found at 1 mm 50 % and 60 %: this can be chance; too few recordings to tell.",
         ),
         ((UNKNOWN, UNKNOWN, UNKNOWN), "nothing to compare yet."),
     ],

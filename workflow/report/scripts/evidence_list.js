@@ -17,13 +17,13 @@ const EvidenceList = ((Charts, ScoreChart, EvidenceCharts, Elements) => {
         ? "No threshold could be learned."
         : `The threshold is ${number(threshold)}: the score ${score > threshold ? "exceeds it" : "does not exceed it"}.`;
     const counted = marks.map((row) => (row.of > row.scores.length ? `${row.scores.length} of ${row.of}` : `${row.of}`));
-    const thinned = marks.some((row) => row.of > row.scores.length) ? ", evenly by rank," : "";
+    const thinned = marks.some((row) => row.of > row.scores.length) ? " Not all are drawn; those that are have evenly spaced ranks." : "";
     const sizes = marks.map((row, place) => `${sizeWords(row.size_mm)} (${counted[place]})`).join(", ");
     return {
       title: "Score",
       caption:
-        `This recording scores ${number(score)}. ${side} Each mark is a recording of the archive${thinned} by its true ` +
-        "size, with the score that its own training fold gives it.",
+        `This recording scores ${number(score)}. ${side} Each mark is the score of a recording of the archive, in the row of ` +
+        `its true size. The recordings that teach exclude the one that is scored.${thinned}`,
       description: `Score ${number(score)} among the scores of the archive. ${side} Marks: ${sizes || "none"}.`,
       draw: (canvas) => ScoreChart.draw(canvas, verdict, marks),
     };
@@ -49,8 +49,8 @@ const EvidenceList = ((Charts, ScoreChart, EvidenceCharts, Elements) => {
     return {
       title: "Score along the gut",
       caption:
-        "How much the beats of all sensors speak for a nodule at each place: the largest score over all mean speeds of " +
-        `the capsule. The dotted line is the threshold.${truth}`,
+        "Evidence from the beats of all sensors for a nodule at each place. Each value is the largest score over all mean " +
+        `speeds of the capsule. The dotted line is the threshold.${truth}`,
       description:
         `Score along the gut.${verdict.location_mm === null ? " No place exceeds the threshold." : ` The highest lies at ${verdict.location_mm.toFixed(1)} mm.`}` +
         `${evidence.nodule_at_mm === null ? "" : ` The nodule lies at ${evidence.nodule_at_mm.toFixed(1)} mm.`}`,
@@ -60,24 +60,24 @@ const EvidenceList = ((Charts, ScoreChart, EvidenceCharts, Elements) => {
 
   function stretchesChart(evidence, verdict) {
     const { score } = evidence.stretches;
-    const added = verdict.score === null ? "" : ` The archive’s adaptation changes it by ${number(verdict.score - score)}.`;
+    const added = verdict.score === null ? "" : ` The adaptation changes it by ${number(verdict.score - score)}.`;
     return {
       title: "What each stretch adds",
       caption:
-        "What the score taught beforehand loses where the beats of two waves are replaced by usual ones: high where " +
-        `they speak for a nodule. As taught beforehand, the score is ${number(score)}.${added}`,
+        "Each stretch of two waves in turn is replaced by usual beats. The line shows how much the score falls: a high " +
+        `value speaks for a nodule. The score before the archive adapts it is ${number(score)}.${added}`,
       description: "Loss of score without each stretch of the recording, over time.",
       draw: (canvas) => EvidenceCharts.drawStretches(canvas, evidence),
     };
   }
 
   function templateChart(evidence, verdict, template) {
-    const nearer = verdict.score !== null && verdict.score <= 0 ? " No nodule, the zero template, counts as nearer." : "";
+    const nearer = verdict.score !== null && verdict.score <= 0 ? " The template of no nodule, which is zero, is nearer." : "";
     return {
       title: "Nearest template",
       caption:
-        `The template of ${sizeWords(template.size_mm)} at its best lag (lines) over the matrix (shades). The score is its ` +
-        `margin: how much less of the matrix it leaves over than no template does.${nearer}`,
+        `The template of ${sizeWords(template.size_mm)} at its best lag (lines) over the matrix (shades). The score is the ` +
+        `margin: by how much this template reduces the squared difference from the matrix.${nearer}`,
       description: `Matrix with the contours of the template of ${sizeWords(template.size_mm)} over it.`,
       draw: (canvas) => Charts.drawMatrix(canvas, evidence, template),
     };

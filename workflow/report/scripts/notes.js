@@ -55,7 +55,7 @@ const Notes = ((Elements, Saving) => {
     const noted = new Set(names.filter((name) => read(name).note));
     const home = store.lasting
       ? "Kept in this browser only."
-      : "This browser keeps no notes for this page: save them before you close it.";
+      : "This browser keeps no notes for this page. Save them before you close it.";
 
     const mark = (line, name) => {
       const cell = line.cells[0];

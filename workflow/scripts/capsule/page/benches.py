@@ -52,6 +52,7 @@ def _in_one_sentence(ranges: Sequence[Mapping]) -> str:
     if not clauses:
         return ""
     return (
-        "Rates differ from bench to bench. Of the nodules from 2 mm on, simulated benches that "
-        f"explain the paper's table in other ways let each detector find: {'; '.join(clauses)}."
+        "Rates differ from bench to bench. On other simulated benches that also explain the "
+        "paper's table, the detectors find these shares of the nodules from 2 mm on: "
+        f"{'; '.join(clauses)}."
     )

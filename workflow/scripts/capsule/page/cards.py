@@ -91,8 +91,7 @@ def summary(origin: str, labelled: int, ours: Answers, detector: str) -> str:
         sentences = [f"{on}, {subject} reliably finds {nodules}."]
     elif ours.healthy_wanting:
         sentences = [
-            f"{on}, none of them without a nodule, it cannot be told how reliably {subject} finds "
-            "one."
+            f"{on} it cannot be told how reliably {subject} finds a nodule: each of them has one."
         ]
     elif ours.judged:
         sentences = [f"{on}, {subject} reliably finds no nodule size."]
@@ -126,9 +125,9 @@ def lead_words(lead: Lead, scheme: str) -> str:
         return "No other detector could be compared with it on this archive."
     return (
         f"Of {lead.compared} detectors it has the highest balanced accuracy on this archive, "
-        f"{reached} by {words.scheme(scheme)}. This is the mean of sensitivity and specificity; no "
-        "verdict counts as a wrong one. Of equals the first in the configuration leads. The same "
-        "recordings chose it, so its rates are somewhat too good."
+        f"{reached} by {words.scheme(scheme)}. A recording without a verdict counts as wrong. If "
+        "two detectors are equal, the first in the configuration leads. The same recordings chose "
+        "the detector, so its rates are slightly too good."
     )
 
 
@@ -158,8 +157,8 @@ def _reliable_words(ours: Answers) -> str:
         f"{words.percent(ours.reliable_rate)}, there and at every larger size."
     )
     no_precision = (
-        " With no recording without a nodule there is no false alarm to count, so precision says "
-        "nothing."
+        " There is no recording without a nodule, so there is no false alarm to count, and "
+        "precision says nothing."
     )
     return rates_there + reliable + ("" if ours.specificity.of else no_precision)
 
@@ -179,11 +178,11 @@ def _specificity_words(specificity: Estimate) -> str:
     if not specificity.of:
         return "There is no recording without a nodule."
     counts = words.count_of(specificity.hits, specificity.of)
-    return f"{_bounds(specificity)}; {counts} recordings without a nodule were called so."
+    return f"{_bounds(specificity)}; {counts} recordings without a nodule have this verdict."
 
 
 def _paper_specificity_words(specificity: Estimate) -> str:
-    return f"{_rate_words(specificity)}, worked out from its counts; it does not print it"
+    return f"{_rate_words(specificity)}, computed from its counts; the paper does not print it"
 
 
 def _within_words(within: Estimate) -> str:
@@ -209,7 +208,7 @@ def _error_words(size_error_mm: Estimate) -> str:
 def _error_detail(size_error_mm: Estimate) -> str:
     if not size_error_mm.of:
         return "There is no recording of a nodule."
-    mean = f"mean of {words.plural(size_error_mm.of, 'recording')}, a missed nodule counting as"
+    mean = f"mean of {words.plural(size_error_mm.of, 'recording')}; a missed nodule counts as"
     if not words.is_known(size_error_mm.low):
         return f"{mean} 0 mm."
     low, high = words.number(size_error_mm.low), words.number(size_error_mm.high)

@@ -16,7 +16,7 @@ class Row:
     Attributes
     ----------
     title : str
-        Its heading; ``{size}``, ``{tolerance}`` and ``{first}`` are filled in.
+        Its heading; ``{size}``, ``{tolerance}`` and ``{reference}`` are filled in.
     table : str
         Where its values stand, one of `capsule.evaluation.tables`.
     cell : callable
@@ -42,7 +42,7 @@ class Group:
     Attributes
     ----------
     title : str
-        The heading; ``{prevalence}`` and ``{first}`` are filled in.
+        The heading; ``{prevalence}`` and ``{reference}`` are filled in.
     rows : tuple of Row
         The rows.
     folded : bool
@@ -92,7 +92,7 @@ def chance(row: Mapping) -> dict:
 
 def brier(row: Mapping) -> dict:
     """Return the Brier score, and that of stating the prevalence every time."""
-    uninformed = f"knowing nothing: {words.number(row['brier_uninformed'], 3)}"
+    uninformed = f"always stating the prevalence: {words.number(row['brier_uninformed'], 3)}"
     return plain_cell(float(row["brier"]), words.number(row["brier"], 3), "", uninformed)
 
 
@@ -156,11 +156,16 @@ GROUPS = (
         folded=False,
     ),
     Group(
-        "Difference from {first}, on the same recordings",
+        "Difference from {reference}, on the same recordings",
         (
-            Row("Nodules found", "comparison", difference, measure="detection"),
-            Row("Healthy recordings called so", "comparison", difference, "healthy", "detection"),
-            Row("Within {tolerance}", "comparison", difference, measure="size_within_tolerance"),
+            Row("Sensitivity, difference", "comparison", difference, measure="detection"),
+            Row("Specificity, difference", "comparison", difference, "healthy", "detection"),
+            Row(
+                "Within {tolerance}, difference",
+                "comparison",
+                difference,
+                measure="size_within_tolerance",
+            ),
         ),
     ),
 )

@@ -16,7 +16,7 @@ REFERENCE = plain_cell(None, "reference")
 Judgements = Mapping[str, pd.DataFrame]
 
 
-def page_values(judgements: Judgements, settings: Mapping) -> dict:
+def page_values(judgements: Judgements, settings: Mapping, lead: str) -> dict:
     """Return the page's values that set the detectors side by side.
 
     Parameters
@@ -25,28 +25,30 @@ def page_values(judgements: Judgements, settings: Mapping) -> dict:
         The tables of `capsule.evaluation.tables`, by name.
     settings : mapping
         The configuration.
+    lead : str
+        The leading detector, whose column is the first.
 
     Returns
     -------
     dict
-        ``compared``, ``calibration``, ``silent``, ``in_short``, ``wanted_specificity`` and
-        ``prevalence``.
+        ``compared``, ``calibration``, ``silent``, ``wanted_specificity`` and ``prevalence``.
     """
     judged = settings["evaluation"]
     main = main_scheme(judged["schemes"])
     return {
         "compared": compared(
-            judgements, [main, *(group_scheme(key) for key in judged["groups"])], judged
+            judgements, [main, *(group_scheme(key) for key in judged["groups"])], judged, lead
         ),
         "calibration": calibration_rows(judgements["calibration"], main),
         "silent": silent(judgements, main, settings["detectors"]),
-        "in_short": in_short(judgements, main),
         "wanted_specificity": words.percent(judged["specificity"]),
         "prevalence": words.percent(judged["prevalence"]),
     }
 
 
-def compared(judgements: Judgements, schemes: Sequence[str], settings: Mapping) -> list[dict]:
+def compared(
+    judgements: Judgements, schemes: Sequence[str], settings: Mapping, lead: str
+) -> list[dict]:
     """Return what the tables say of every detector, ready to be laid out.
 
     Parameters
@@ -57,6 +59,8 @@ def compared(judgements: Judgements, schemes: Sequence[str], settings: Mapping) 
         The schemes wanted, in this order; one without a verdict is left out.
     settings : mapping
         Section ``evaluation`` of the configuration.
+    lead : str
+        The leading detector, whose column is the first.
 
     Returns
     -------
@@ -71,8 +75,10 @@ def compared(judgements: Judgements, schemes: Sequence[str], settings: Mapping) 
             for name, table in judgements.items()
             if "scheme" in table
         }
-        detectors = list(tables["summary"]["detector"])
-        if detectors:
+        judged = list(tables["summary"]["detector"])
+        detectors = sorted(judged, key=lambda name: name != lead)
+        if judged:
+            reference = judged[0]
             count = int(tables["summary"]["recordings"].max())
             compared_schemes.append(
                 {
@@ -80,21 +86,26 @@ def compared(judgements: Judgements, schemes: Sequence[str], settings: Mapping) 
                     "title": words.scheme(scheme),
                     "recordings": words.plural(count, "recording"),
                     "detectors": [{"name": name, "words": _sentence(name)} for name in detectors],
-                    "groups": _groups(tables, detectors, settings, folded=False),
-                    "folded_groups": _groups(tables, detectors, settings, folded=True),
+                    "groups": _groups(tables, detectors, reference, settings, folded=False),
+                    "folded_groups": _groups(tables, detectors, reference, settings, folded=True),
                 }
             )
     return compared_schemes
 
 
 def _groups(
-    tables: Judgements, detectors: Sequence[str], settings: Mapping, *, folded: bool
+    tables: Judgements,
+    detectors: Sequence[str],
+    reference: str,
+    settings: Mapping,
+    *,
+    folded: bool,
 ) -> list[dict]:
-    """Fill in the rows of `compared_rows.GROUPS`; the first detector is the one to differ from."""
+    """Fill in the rows of `compared_rows.GROUPS`; differences are from `reference`."""
     sizes_mm = sorted(tables["predictive_values"]["size_mm"].dropna().unique())
     sizes_of = {"all": [None], "healthy": [0.0], "each": sizes_mm, "smallest": sizes_mm[:1]}
     filled_in = {
-        "first": detectors[0],
+        "reference": reference,
         "tolerance": f"{settings['tolerance_mm']:g} mm",
         "prevalence": words.percent(settings["prevalence"]),
     }
@@ -104,7 +115,7 @@ def _groups(
             "rows": [
                 {
                     "title": row.title.format(**filled_in, size=words.size(size_mm)),
-                    "cells": _cells(tables[row.table], row, size_mm, detectors),
+                    "cells": _cells(tables[row.table], row, size_mm, detectors, reference),
                 }
                 for row in group.rows
                 for size_mm in sizes_of[row.sizes]
@@ -116,14 +127,18 @@ def _groups(
 
 
 def _cells(
-    table: pd.DataFrame, row: Row, size_mm: float | None, detectors: Sequence[str]
+    table: pd.DataFrame,
+    row: Row,
+    size_mm: float | None,
+    detectors: Sequence[str],
+    reference: str,
 ) -> list[dict]:
     """Make a row's cells, one a detector."""
     by_detector = {}
     if row.measure:
-        table = table[(table["first"] == detectors[0]) & (table["measure"] == row.measure)]
+        table = table[(table["first"] == reference) & (table["measure"] == row.measure)]
         table = table.rename(columns={"second": "detector"})
-        by_detector[detectors[0]] = REFERENCE
+        by_detector[reference] = REFERENCE
     for values in _of_size(table, size_mm):
         cell = row.cell(values)
         # The baseline has no score and no size.
@@ -151,9 +166,9 @@ def silent(judgements: Judgements, scheme: str, detectors: Sequence[str]) -> str
         f"; {row.name} also needs {row.needs}" for row in DETECTORS.values() if row.needs
     )
     return (
-        f"{words.enumerate_words(names)} {verb} given no verdict on a labelled recording. A "
-        "threshold is learned from other recordings without a nodule, and a size from others with "
-        f"one, so two of each are needed at least{needs}."
+        f"{words.enumerate_words(names)} {verb} given no verdict on a labelled recording. The "
+        "recording under test teaches nothing, so a threshold takes at least two recordings "
+        f"without a nodule, and a size at least two with one{needs}."
     )
 
 
@@ -183,17 +198,3 @@ def calibration_rows(calibration: pd.DataFrame, scheme: str) -> list[dict]:
         }
         for row in rows
     ]
-
-
-def in_short(judgements: Judgements, scheme: str) -> str:
-    """Return every detector's false alarms beside the nodules that it finds, in one sentence."""
-    table = judgements["summary"]
-    rows = table[(table["scheme"] == scheme) & (table["detector"] != ALWAYS)].to_dict("records")
-    if len(rows) < 2:
-        return ""
-    clauses = []
-    for row in rows:
-        alarms = 1 - row["specificity"] if words.is_known(row["specificity"]) else None
-        nodules = words.percent(row["sensitivity"])
-        clauses.append(f"{row['detector']} {words.percent(alarms)} and {nodules}")
-    return f"False alarms, and nodules found, by each detector: {'; '.join(clauses)}."

@@ -155,12 +155,12 @@ def scheme_note(scheme: str) -> str:
     """Return what the scheme of the results means, and how the paper's stands to it."""
     if scheme == RESUBSTITUTION:
         return (
-            "Results are resubstitution: a recording helps to teach the detector that judges it. A "
-            "new recording will be judged worse. The paper's own evaluation is probably "
+            "Results are resubstitution: the recording under test also teaches the detector. The "
+            "detector judges new recordings worse. The paper's own evaluation is probably "
             "resubstitution too."
         )
     return (
-        "Results are leave-one-out: a recording teaches nothing to the detector that judges it. "
+        "Results are leave-one-out: the recordings that teach exclude the one under test. "
         "The paper's own evaluation is probably resubstitution."
     )
 
@@ -184,7 +184,6 @@ def few_healthy(healthy: int, specificity: float) -> str:
     if healthy == 0 or healthy >= needed:
         return ""
     return (
-        f"{words.plural(healthy, 'recording')} without a nodule cannot promise a specificity of "
-        f"{words.percent(specificity)}: that takes {needed}. Until then the threshold is the "
-        "largest score among them."
+        f"A specificity of {words.percent(specificity)} takes {needed} recordings without a "
+        f"nodule; this archive has {healthy}. With so few, the threshold is their largest score."
     )

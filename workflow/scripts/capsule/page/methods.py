@@ -24,8 +24,10 @@ REFERENCES = {
     "uPlot": "uplot",
 }
 _SCHEMES = {
-    LEAVE_ONE_OUT: "by leave-one-out, so that a recording taught nothing to what judged it",
-    RESUBSTITUTION: "by resubstitution, so that each recording also taught what judged it",
+    LEAVE_ONE_OUT: (
+        "by leave-one-out: the recordings that taught a detector excluded the one under test"
+    ),
+    RESUBSTITUTION: "by resubstitution: the recording under test also taught the detector",
 }
 
 

@@ -181,7 +181,7 @@ def _advice(half: Mapping) -> str:
         return "more recordings are likely to help"
     if half["gain_high"] < LEAST_GAIN:
         return "more recordings are not likely to help"
-    return "no more than chance, and too few recordings to rule out a gain"
+    return "this can be chance; too few recordings to tell"
 
 
 def _sentence(curves: Mapping[str, Mapping[float, Mapping]]) -> str:

@@ -70,13 +70,16 @@ def _origin_words(origin: Origin) -> dict:
         case "simulated":
             headline = "Simulated recordings"
             text = (
-                f"Every one of the {words.plural(total, 'recording')} was made by a simulator. "
-                "These numbers show how the method behaves on simulated signals; they say nothing "
-                "about how well a real capsule finds nodules."
+                f"A simulator made all {words.plural(total, 'recording')}. The numbers show how "
+                "the method behaves on simulated signals. They say nothing about how well a real "
+                "capsule finds nodules."
             )
         case "recorded":
             headline = "Recorded data"
-            text = f"All {words.plural(total, 'recording')} name a source that is no simulator."
+            text = (
+                f"All {words.plural(total, 'recording')} name a source in their header, and no "
+                "source is a simulator."
+            )
         case "mixed":
             headline = "Mixed origin"
             parts = [
@@ -90,12 +93,13 @@ def _origin_words(origin: Origin) -> dict:
             ]
             text = (
                 f"Of the {words.plural(total, 'recording')}, {words.enumerate_words(parts)}. "
-                "Rates over such a mixture belong to neither; separate them to judge the capsule."
+                "Rates over such a mixture hold for no bench. To judge the capsule, keep each "
+                "source in an archive of its own."
             )
         case "unknown":
             headline = "Origin not stated"
             text = (
-                "No recording names its source; write a line such as “# source: bench 2” at the "
+                "No recording names its source. Write a line such as “# source: bench 2” at the "
                 "top of each file."
             )
         case _:

@@ -103,7 +103,7 @@ def page_values(
             load,
             settings["recording"]["rate_hz"],
         ),
-        **comparison.page_values(tables.judgements, settings),
+        **comparison.page_values(tables.judgements, settings, lead.detector),
         **benches.page_values(tables.benches, detectors),
         **more_recordings.page_values(evaluation, tables.learning, settings),
         "methods": methods.methods_sentences(

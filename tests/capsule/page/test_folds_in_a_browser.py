@@ -1,0 +1,107 @@
+"""What the page folds away and how a reader comes to it: by hand, by a link, on paper."""
+
+import re
+
+import pytest
+
+from support.browser import DESKTOP, PHONE, missing_browser
+
+pytestmark = [
+    pytest.mark.browser,
+    pytest.mark.skipif(bool(missing_browser()), reason=missing_browser() or "installed"),
+]
+FOLDS = "return [...document.querySelectorAll('main details:not(.columns)')]"
+TERMS = 15
+
+
+def pages(printed):
+    return len(re.findall(rb"/Type\s*/Page\b", printed))
+
+
+def test_most_of_the_page_is_folded_and_what_stays_is_short(browser, page):
+    browser.open(page, width=DESKTOP)
+    assert browser.run(f"{FOLDS}.filter((fold) => fold.open).length") == 0
+    # Rows scroll within the table of recordings: their number does not lengthen the page.
+    folded = browser.run("return document.documentElement.scrollHeight")
+    browser.run("document.querySelectorAll('details.fold').forEach((d) => { d.open = true; })")
+    opened = browser.run("return document.documentElement.scrollHeight")
+    assert folded <= 9200 and opened > 1.5 * folded
+
+
+@pytest.mark.parametrize(
+    "name", ["benches", "calibration", "glossary", "term-rmse", "all-settings"]
+)
+def test_a_link_opens_the_fold_that_it_leads_into(browser, page, name):
+    browser.open(page)
+    seen = f"return document.getElementById('{name}').checkVisibility()"
+    browser.run(f"location.hash = '{name}'; return new Promise((done) => setTimeout(done, 100))")
+    assert browser.run(seen)
+    within = f"return document.getElementById('{name}').closest('details').open"
+    assert browser.run(within) is True
+    browser.open(page, f"#{name}")
+    assert browser.run(within) is True
+
+
+def test_paper_shows_what_is_folded_and_the_screen_folds_it_again(browser, page, tmp_path):
+    browser.open(page)
+    closed = pages(browser.print(tmp_path / "closed.pdf"))
+    assert browser.run(f"{FOLDS}.filter((fold) => fold.open).length") == 0
+    browser.run("document.querySelectorAll('details').forEach((d) => { d.open = true; })")
+    assert pages(browser.print(tmp_path / "open.pdf")) == closed
+
+
+def test_charts_in_a_fold_of_the_viewer_are_drawn_when_it_opens(browser, page):
+    browser.open(page)
+    drawn = "return document.querySelectorAll('#viewer details canvas').length"
+    assert browser.run(drawn) == 0
+    browser.find("#viewer details > summary").click()
+    browser.run("return new Promise((done) => setTimeout(done, 200))")
+    assert browser.run(drawn) == 2
+    # It stays open for the next recording.
+    browser.run("document.getElementById('next').click()")
+    browser.run("return new Promise((done) => setTimeout(done, 200))")
+    assert browser.run(drawn) == 2
+    widths = browser.run(
+        "return [...document.querySelectorAll('#viewer canvas')].map((each) => each.clientWidth)"
+    )
+    assert len(set(widths)) == 1 and widths[0] > 500
+
+
+def test_each_term_of_the_glossary_is_linked_where_it_first_stands(browser, page):
+    browser.open(page)
+    linked = browser.run(
+        "return [...document.querySelectorAll('a.term')].map((each) => "
+        "[each.getAttribute('href').slice(1), each.textContent])"
+    )
+    named = browser.run(
+        "return [...document.querySelectorAll('.terms dt')].map((each) => "
+        "[each.id, each.dataset.words, each.nextElementSibling.textContent])"
+    )
+    assert len(named) == TERMS and all(meaning.strip() for _, _, meaning in named)
+    assert sorted(name for name, _ in linked) == sorted(name for name, _, _ in named)
+    before = browser.run(
+        "return [...document.querySelectorAll('a.term')].map((each) => {"
+        " const range = document.createRange();"
+        " range.setStart(document.querySelector('main'), 0); range.setEndBefore(each);"
+        " const part = range.cloneContents();"
+        " part.querySelectorAll('h1, h2, h3, a, button, code, pre, blockquote, .terms, #viewer, "
+        "#recordings-table, #configuration, summary, label, option, svg, script')"
+        ".forEach((apart) => apart.remove());"
+        " return part.textContent; })"
+    )
+    words = {name: wanted for name, wanted, _ in named}
+    for (name, text), earlier in zip(linked, before, strict=True):
+        assert re.fullmatch(words[name], text, re.IGNORECASE)
+        assert not re.search(rf"(?<![\w-])(?:{words[name]})(?![\w-])", earlier, re.IGNORECASE), name
+
+
+def test_on_a_phone_what_names_a_row_stays_in_view(browser, page):
+    browser.open(page, width=PHONE)
+    left = browser.run(
+        "const scroll = document.querySelector('#compared-table').closest('.scroll');"
+        "scroll.scrollLeft = 200;"
+        "return [scroll.getBoundingClientRect().left,"
+        " document.querySelector('#compared-table tbody tr:nth-child(2) th')"
+        ".getBoundingClientRect().left]"
+    )
+    assert left[1] == pytest.approx(left[0], abs=1)
