@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from capsule.converter import shares_at_ends
 from capsule.page.quality import quality_words
 
 HEADER = {"adc_bits": "10"}
@@ -11,15 +12,19 @@ def readings(samples=200):
     return 400.0 + np.arange(4 * samples).reshape(4, samples) % 37
 
 
+def quality(values):
+    return quality_words(values, shares_at_ends(values, HEADER), 10.0)
+
+
 def test_of_a_good_recording_nothing_is_said_but_that():
-    assert quality_words(readings(), HEADER, 10.0) == "no gap, no loose sensor"
+    assert quality(readings()) == "no gap, no loose sensor"
 
 
 def test_gaps_are_told_by_their_share_and_the_longest_one():
     values = readings()
     values[:, 10:14] = np.nan
     values[:, 50:62] = np.nan
-    text = quality_words(values, HEADER, 10.0)
+    text = quality(values)
     assert text == "gaps: 8 % of the samples, the longest 1.2 s"
 
 
@@ -28,7 +33,7 @@ def test_a_loose_sensor_is_named():
     values[2, :40] = 0.0
     values[3, :3] = 1023.0
     values[1, 0] = 1023.0
-    assert quality_words(values, HEADER, 10.0) == (
+    assert quality(values) == (
         "sensor 3 loose: at the end of its range in 20 % of the samples; "
         "sensor 4 loose: at the end of its range in 1.5 % of the samples"
     )
@@ -38,6 +43,6 @@ def test_missing_samples_are_no_loose_sensor():
     values = readings()
     values[2, :40] = 0.0
     values[:, 100:120] = np.nan
-    text = quality_words(values, HEADER, 10.0)
+    text = quality(values)
     assert text.startswith("gaps: 10 % of the samples, the longest 2.0 s; sensor 3 loose")
     assert "in 22.2 % of" in text

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from capsule.acceptance import accept
-from capsule.converter import on_full_scale
+from capsule.converter import on_full_scale, shares_at_ends
 from capsule.errors import RecordingError
 from capsule.naming import size_mm
 from capsule.preprocessing import preprocess
@@ -45,7 +45,7 @@ def check_recording(
     shape, sensors = settings["preprocessing"], settings["recording"]["sensors"]
     check = {"recording": name, "size_mm": size_mm(name), "header": {}}
     check |= {"samples": None, "duration_s": None, "status": "rejected", "reason": ""}
-    check |= {"sha256": None, "readings_sha256": None, "no_verdict": ""}
+    check |= {"sha256": None, "readings_sha256": None, "at_ends": [], "no_verdict": ""}
     values = matrix = np.full((sensors, shape["length"]), np.nan)
     try:
         if content is None:
@@ -56,6 +56,8 @@ def check_recording(
         check["samples"] = recording.time_s.size
         check["duration_s"] = float(recording.time_s[-1] - recording.time_s[0])
         values, check["no_verdict"] = readings_of(recording, settings)
+        # As recorded: on another full scale nobody can tell where the ADC's range ended.
+        check["at_ends"] = shares_at_ends(recording.values, recording.header)
         check["readings_sha256"] = readings_checksum(values)
         matrix = preprocess(values, **shape)
         check["status"] = "accepted"

@@ -97,7 +97,8 @@ def shares_at_ends(values: np.ndarray, header: Mapping[str, str]) -> list[float]
     Parameters
     ----------
     values : (S, K) array
-        The readings of an accepted recording; NaN where a sample is missing.
+        The readings of an accepted recording, in the unit that they were recorded in; NaN where a
+        sample is missing.
     header : mapping of str to str
         The lines above the readings.
     """

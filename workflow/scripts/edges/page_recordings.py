@@ -43,7 +43,7 @@ class StoredRecordings:
 
     def __call__(self, name: str) -> Stored:
         """Read what is stored of an accepted recording."""
-        header = files.read_json(self._results / "checks" / f"{name}.json")["header"]
+        check = files.read_json(self._results / "checks" / f"{name}.json")
         templates = {
             scheme: fold_particles(
                 self._totals,
@@ -53,10 +53,11 @@ class StoredRecordings:
         }
         return Stored(
             read_signal(self._results / "signals", name),
-            header,
+            check["header"],
             read_fit(self._results / "fits" / f"{name}.json"),
             templates,
             self._stretches.get(name),
+            check["at_ends"],
         )
 
 

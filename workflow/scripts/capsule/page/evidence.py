@@ -45,6 +45,8 @@ class Stored:
         size in mm.
     stretches : Stretches or None
         What the taught score loses without each stretch; None where it was not asked for.
+    at_ends : sequence of S floats
+        Of each sensor the largest share of its samples at one end of the ADC's range.
     """
 
     values: np.ndarray
@@ -52,6 +54,7 @@ class Stored:
     fit: tuple[Mapping, Particle] | None = None
     templates: Mapping[str, Mapping[float, Particle]] = field(default_factory=dict)
     stretches: Stretches | None = None
+    at_ends: Sequence[float] = ()
 
 
 def reading_step(total_readings: int) -> int:

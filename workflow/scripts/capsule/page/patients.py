@@ -74,7 +74,7 @@ def page_values(
 
     def quality(name: str) -> str:
         stored = load(name)
-        return quality_words(stored.values, stored.header, rate_hz)
+        return quality_words(stored.values, stored.at_ends, rate_hz)
 
     rows = [*_site_rows(index, sites, lead, quality)]
     of_sites = {each["name"] for row in rows for each in row["recordings"]}

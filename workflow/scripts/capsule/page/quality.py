@@ -1,25 +1,25 @@
 """How good a recording is: what is missing, and which sensors were loose."""
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 
 import numpy as np
 
 from capsule import words
-from capsule.converter import shares_at_ends
 
 # A sensor that touches an end of the range for less of a run is pressed hard rather than loose.
 _LOOSE_FROM = 0.01
 
 
-def quality_words(values: np.ndarray, header: Mapping[str, str], rate_hz: float) -> str:
+def quality_words(values: np.ndarray, at_ends: Sequence[float], rate_hz: float) -> str:
     """Return what is wrong with an accepted recording, or that nothing is.
 
     Parameters
     ----------
     values : (S, K) array
         The readings on an even grid in time; NaN where a sample is missing.
-    header : mapping of str to str
-        The lines above the readings.
+    at_ends : sequence of S floats
+        Of each sensor the largest share of its samples at one end of the ADC's range, from
+        `capsule.converter.shares_at_ends`.
     rate_hz : float
         Sampling rate.
     """
@@ -30,7 +30,7 @@ def quality_words(values: np.ndarray, header: Mapping[str, str], rate_hz: float)
             f"gaps: {words.percent(float(missing.mean()))} of the samples, the longest "
             f"{words.number(_longest(missing) / rate_hz, 1)} s"
         )
-    for sensor, share in enumerate(shares_at_ends(values, header), start=1):
+    for sensor, share in enumerate(at_ends, start=1):
         if share >= _LOOSE_FROM:
             faults.append(
                 f"sensor {sensor} loose: at the end of its range in {words.percent(share)} of the "
