@@ -176,3 +176,35 @@ def test_axe_finds_no_fault_in_the_evidence(browser, page, width, dark, detector
     assert browser.violations() == []
     assert browser.run("return document.documentElement.scrollWidth") <= width
     assert browser.messages() == []
+
+
+def test_numbers_have_a_minus_sign_and_zero_has_none(browser, page):
+    browser.open(page)
+    written = browser.run(
+        "const { number, significant } = Elements;"
+        "return [number(-0.004, 2), number(-0.25, 2), number(-0), number(-3), number(1.5, 0),"
+        "significant(-0.0012345), significant(1234.5), significant(-1e-9), number(1.25)]"
+    )
+    minus = "\u2212"
+    assert written == [
+        *("0.00", f"{minus}0.25", "0", f"{minus}3", "2"),
+        *(f"{minus}0.00123", "1230", f"{minus}1e{minus}9", "1.25"),
+    ]
+
+
+def test_charts_write_numbers_as_the_page_does(browser, page):
+    written = []
+    for detector in ("template", "diagonal", "taught"):
+        browser.open(page, f"#recording=0mm/r01&detector={detector}")
+        browser.run(
+            "window.written = [];"
+            "const fill = CanvasRenderingContext2D.prototype.fillText;"
+            "CanvasRenderingContext2D.prototype.fillText = function (text, ...where) {"
+            "window.written.push(String(text)); return fill.call(this, text, ...where); };"
+        )
+        # In the other theme all charts are drawn again, before the page's next frame.
+        browser.prefer(dark=True)
+        browser.run("return new Promise((done) => requestAnimationFrame(() => done()))")
+        written += browser.run("return window.written")
+    assert any(text.startswith("\u2212") for text in written)
+    assert [text for text in written if "-" in text or text == "\u22120"] == []

@@ -1,8 +1,9 @@
 // What all charts share: axes, time, a bar for the scale, lines across.
 
-const ChartFrame = ((Palette) => {
+const ChartFrame = ((Palette, Elements) => {
   "use strict";
 
+  const { number } = Elements;
   const { sensorLine, themeColour } = Palette;
   const FONT = "12px system-ui, sans-serif";
   // Room at the right for the bar of the scale; the same in all charts, so that their times stand in line.
@@ -16,6 +17,7 @@ const ChartFrame = ((Palette) => {
       ticks: { stroke: themeColour("rule"), width: 1 },
       font: FONT,
       labelFont: FONT,
+      values: (_, splits) => splits.map((value) => (value === null ? "" : number(value))),
     };
     return {
       width,
@@ -111,9 +113,9 @@ const ChartFrame = ((Palette) => {
     ctx.textBaseline = "top";
     ctx.translate(x + 5 * devicePixelRatio, bottom);
     ctx.rotate(-Math.PI / 2);
-    ctx.fillText(`${length} ${unit}`, 0, 0);
+    ctx.fillText(`${number(length)} ${unit}`, 0, 0);
     ctx.restore();
   }
 
   return { chartOptions, sensorSeries, evenly, overWholeRun, roundLength, strokeLine, writeBeside, drawScaleBar };
-})(Palette);
+})(Palette, Elements);

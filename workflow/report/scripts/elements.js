@@ -5,10 +5,21 @@ const Elements = (() => {
 
   const UNKNOWN = "not known";
 
+  /** Write a number, with so many decimals if told: a minus is a minus sign, and zero has none. */
+  function number(value, decimals = null) {
+    const text = decimals === null ? String(value) : value.toFixed(decimals);
+    return Number(text) === 0 ? text.replace("-", "") : text.replaceAll("-", "\u2212");
+  }
+
+  /** Write a number to three significant digits. */
+  function significant(value) {
+    return number(Number(value.toPrecision(3)));
+  }
+
   /** Write a size as the page does. */
   function sizeWords(size) {
     if (size === null) return UNKNOWN;
-    return size === 0 ? "no nodule" : `${size} mm`;
+    return size === 0 ? "no nodule" : `${number(size)} mm`;
   }
 
   /** Read what the page carries as JSON in an element. */
@@ -74,5 +85,5 @@ const Elements = (() => {
     return { figure, canvas };
   }
 
-  return { UNKNOWN, sizeWords, readData, element, svgElement, textTable, chartFigure };
+  return { UNKNOWN, number, significant, sizeWords, readData, element, svgElement, textTable, chartFigure };
 })();

@@ -1,10 +1,11 @@
 // What a detector judged by: beats, the score along the gut, what each stretch adds.
 
-const EvidenceCharts = ((uPlot, Signals, Palette, Charts, ChartFrame) => {
+const EvidenceCharts = ((uPlot, Signals, Palette, Charts, ChartFrame, Elements) => {
   "use strict";
 
   const { unpack } = Signals;
   const { themeColour } = Palette;
+  const { number } = Elements;
   const { chartOptions, evenly, overWholeRun, strokeLine, writeBeside } = ChartFrame;
 
   function duration(evidence) {
@@ -65,10 +66,10 @@ const EvidenceCharts = ((uPlot, Signals, Palette, Charts, ChartFrame) => {
             const found = { colour: themeColour("accent"), width: 2.5 };
             strokeLine(chart, [best, range[0]], [best, Math.max(...scores)], found);
             const words = verdict.predicted_mm ? "found" : "highest";
-            writeBeside(chart, `${words} ${best.toFixed(1)} mm`, best, 0, themeColour("accent"));
+            writeBeside(chart, `${words} ${number(best, 1)} mm`, best, 0, themeColour("accent"));
             if (truth !== null) {
               strokeLine(chart, [truth, range[0]], [truth, most], { colour: themeColour("good-rule"), width: 2.5, dash: [7, 4] });
-              writeBeside(chart, `true ${truth.toFixed(1)} mm`, truth, 1, themeColour("ink"));
+              writeBeside(chart, `true ${number(truth, 1)} mm`, truth, 1, themeColour("ink"));
             }
           },
         ],
@@ -103,4 +104,4 @@ const EvidenceCharts = ((uPlot, Signals, Palette, Charts, ChartFrame) => {
   }
 
   return { drawBeats, drawGut, drawStretches };
-})(uPlot, Signals, Palette, Charts, ChartFrame);
+})(uPlot, Signals, Palette, Charts, ChartFrame, Elements);

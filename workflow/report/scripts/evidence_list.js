@@ -3,11 +3,7 @@
 const EvidenceList = ((Charts, ScoreChart, EvidenceCharts, Elements) => {
   "use strict";
 
-  const { sizeWords } = Elements;
-
-  function number(value) {
-    return String(Number(value.toPrecision(3))).replace("-", "\u2212");
-  }
+  const { number, significant, sizeWords } = Elements;
 
   /** The score among those of the archive. */
   function scoreChart(verdict, marks) {
@@ -15,23 +11,23 @@ const EvidenceList = ((Charts, ScoreChart, EvidenceCharts, Elements) => {
     const side =
       threshold === null
         ? "No threshold could be learned."
-        : `The threshold is ${number(threshold)}: the score ${score > threshold ? "exceeds it" : "does not exceed it"}.`;
+        : `The threshold is ${significant(threshold)}: the score ${score > threshold ? "exceeds it" : "does not exceed it"}.`;
     const counted = marks.map((row) => (row.of > row.scores.length ? `${row.scores.length} of ${row.of}` : `${row.of}`));
     const thinned = marks.some((row) => row.of > row.scores.length) ? " Not all are drawn; those that are have evenly spaced ranks." : "";
     const sizes = marks.map((row, place) => `${sizeWords(row.size_mm)} (${counted[place]})`).join(", ");
     return {
       title: "Score",
       caption:
-        `This recording scores ${number(score)}. ${side} Each mark is the score of a recording of the archive, in the row of ` +
+        `This recording scores ${significant(score)}. ${side} Each mark is the score of a recording of the archive, in the row of ` +
         `its true size. The recordings that teach exclude the one that is scored.${thinned}`,
-      description: `Score ${number(score)} among the scores of the archive. ${side} Marks: ${sizes || "none"}.`,
+      description: `Score ${significant(score)} among the scores of the archive. ${side} Marks: ${sizes || "none"}.`,
       draw: (canvas) => ScoreChart.draw(canvas, verdict, marks),
     };
   }
 
   /** The depth of the beats; `passing` marks when each sensor passes the place. */
   function beatsChart(evidence, passing) {
-    const passed = evidence.beats.passed_s.map((at, s) => `sensor ${s + 1} ${at === null ? "never" : `at ${at.toFixed(1)} s`}`);
+    const passed = evidence.beats.passed_s.map((at, s) => `sensor ${s + 1} ${at === null ? "never" : `at ${number(at, 1)} s`}`);
     const marks = passing ? " Bars: when each sensor passes the place with the highest score." : "";
     return {
       title: "Beats",
@@ -52,20 +48,20 @@ const EvidenceList = ((Charts, ScoreChart, EvidenceCharts, Elements) => {
         "Evidence from the beats of all sensors for a nodule at each place. Each value is the largest score over all mean " +
         `speeds of the capsule. The dotted line is the threshold.${truth}`,
       description:
-        `Score along the gut.${verdict.location_mm === null ? " No place exceeds the threshold." : ` The highest lies at ${verdict.location_mm.toFixed(1)} mm.`}` +
-        `${evidence.nodule_at_mm === null ? "" : ` The nodule lies at ${evidence.nodule_at_mm.toFixed(1)} mm.`}`,
+        `Score along the gut.${verdict.location_mm === null ? " No place exceeds the threshold." : ` The highest lies at ${number(verdict.location_mm, 1)} mm.`}` +
+        `${evidence.nodule_at_mm === null ? "" : ` The nodule lies at ${number(evidence.nodule_at_mm, 1)} mm.`}`,
       draw: (canvas) => EvidenceCharts.drawGut(canvas, evidence, verdict),
     };
   }
 
   function stretchesChart(evidence, verdict) {
     const { score } = evidence.stretches;
-    const added = verdict.score === null ? "" : ` The adaptation changes it by ${number(verdict.score - score)}.`;
+    const added = verdict.score === null ? "" : ` The adaptation changes it by ${significant(verdict.score - score)}.`;
     return {
       title: "What each stretch adds",
       caption:
         "Each stretch of two waves in turn is replaced by usual beats. The line shows how much the score falls: a high " +
-        `value speaks for a nodule. The score before the archive adapts it is ${number(score)}.${added}`,
+        `value speaks for a nodule. The score before the archive adapts it is ${significant(score)}.${added}`,
       description: "Loss of score without each stretch of the recording, over time.",
       draw: (canvas) => EvidenceCharts.drawStretches(canvas, evidence),
     };

@@ -3,7 +3,7 @@
 const Tables = ((Elements) => {
   "use strict";
 
-  const { UNKNOWN, element, sizeWords, textTable } = Elements;
+  const { UNKNOWN, element, number, sizeWords, textTable } = Elements;
 
   /** Name the detector of a verdict, and what taught it. */
   function labelOf(verdict, data) {
@@ -20,7 +20,7 @@ const Tables = ((Elements) => {
   function distanceCell(value, nearest, longest) {
     if (value === null) return document.createTextNode(UNKNOWN);
     const cell = element("span", value === nearest ? "distance nearest" : "distance");
-    cell.append(element("span", "number", value.toFixed(4)));
+    cell.append(element("span", "number", number(value, 4)));
     const bar = element("span", "bar");
     bar.style.width = `${(6 * value) / (longest || 1)}rem`;
     bar.setAttribute("aria-hidden", "true");
@@ -58,11 +58,11 @@ const Tables = ((Elements) => {
   function peaks(evidence) {
     const rows = evidence.peaks.map(([value, at, above], sensor) => [
       `Sensor ${sensor + 1}`,
-      value.toFixed(2),
-      at.toFixed(1),
-      above.toFixed(1),
+      number(value, 2),
+      number(at, 1),
+      number(above, 1),
     ]);
-    const heads = ["Sensor", "Highest (SD)", "At (s)", `Above ${evidence.threshold} SD for (s)`];
+    const heads = ["Sensor", "Highest (SD)", "At (s)", `Above ${number(evidence.threshold)} SD for (s)`];
     return textTable("peaks", "envelopes", "The envelopes in numbers.", heads, rows);
   }
 

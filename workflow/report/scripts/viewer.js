@@ -3,7 +3,7 @@
 const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address) => {
   "use strict";
 
-  const { chartFigure, element, sizeWords, svgElement } = Elements;
+  const { chartFigure, element, number, sizeWords, svgElement } = Elements;
   const { sensorLine } = Palette;
 
   /** Name the lines: a sample of each sensor's line with its number. */
@@ -23,7 +23,7 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address
     const { every, rows: sensors } = evidence.readings;
     const thinned = every > 1 ? ` One reading in ${every} is shown.` : "";
     const strongest = evidence.peaks
-      .map(([value, at], sensor) => `sensor ${sensor + 1} ${value.toFixed(2)} SD at ${at.toFixed(1)} s`)
+      .map(([value, at], sensor) => `sensor ${sensor + 1} ${number(value, 2)} SD at ${number(at, 1)} s`)
       .join(", ");
     const fitted = evidence.fitted
       ? {
@@ -43,7 +43,7 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address
       {
         title: "Envelope",
         bySensor: true,
-        caption: `RMS envelope of the normalized readings; the dotted line is the threshold of ${evidence.threshold} SD.`,
+        caption: `RMS envelope of the normalized readings; the dotted line is the threshold of ${number(evidence.threshold)} SD.`,
         description: `RMS envelopes. Highest values: ${strongest}. The table below lists them.`,
         draw: (canvas) => Charts.drawEnvelopes(canvas, evidence),
       },
