@@ -8,6 +8,8 @@ import pytest
 
 AXE = Path(__file__).parents[1] / "vendor" / "axe-core" / "axe.min.js"
 PHONE, DESKTOP = 360, 1280
+# A4 between Chromium's margins, in CSS pixels.
+PAPER = 718
 
 
 def missing_browser() -> str:
@@ -52,8 +54,7 @@ class Browser:
 
     def open(self, page: Path, fragment: str = "", *, width: int = DESKTOP, dark: bool = False):
         """Open a page from disk at a width, light or dark."""
-        size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 600}
-        self._command("Emulation.setDeviceMetricsOverride", **size)
+        self._resize(width)
         self.prefer(dark=dark)
         self.driver.get("about:blank")
         self.driver.get_log("browser")
@@ -64,6 +65,12 @@ class Browser:
         scheme = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
         media = "print" if on_paper else ""
         self._command("Emulation.setEmulatedMedia", media=media, features=scheme)
+
+    def lay_on_paper(self, *, dark: bool = False) -> None:
+        """Lay the open page out as for printing, after telling it so as a browser does."""
+        self.run("window.dispatchEvent(new Event('beforeprint'))")
+        self._resize(PAPER)
+        self.prefer(dark=dark, on_paper=True)
 
     def run(self, script: str, *arguments: object) -> object:
         """Run JavaScript in the page and give what it returns."""
@@ -118,6 +125,10 @@ class Browser:
     def close(self) -> None:
         """End the browser."""
         self.driver.quit()
+
+    def _resize(self, width: int) -> None:
+        size = {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 600}
+        self._command("Emulation.setDeviceMetricsOverride", **size)
 
     def _command(self, name: str, **parameters: object) -> dict:
         return self.driver.execute_cdp_cmd(name, parameters)

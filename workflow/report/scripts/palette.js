@@ -13,21 +13,30 @@ const Palette = (() => {
   ];
   // The same condition as in the style, where all other colours of the theme stand.
   const dark = matchMedia("screen and (prefers-color-scheme: dark)");
+  // While the page is being printed: its charts are dark on white, and as wide as paper.
+  const PRINTING = "printing";
+  const root = document.documentElement;
 
   /** Read a colour of the page's theme. */
   function themeColour(name) {
-    return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+    return getComputedStyle(root).getPropertyValue(`--${name}`).trim();
   }
 
   /** Give colour and dash of a sensor's line; sensors count from 0. */
   function sensorLine(sensor) {
     const line = LINES[sensor % LINES.length];
-    return { colour: dark.matches ? line.dark : line.light, dash: line.dash };
+    return { colour: dark.matches && !root.classList.contains(PRINTING) ? line.dark : line.light, dash: line.dash };
   }
 
-  /** Call a function whenever the theme changes. */
+  /** Call a function whenever the theme changes, on paper too. */
   function onThemeChange(call) {
     dark.addEventListener("change", call);
+    for (const [event, printing] of [["beforeprint", true], ["afterprint", false]]) {
+      addEventListener(event, () => {
+        root.classList.toggle(PRINTING, printing);
+        call();
+      });
+    }
   }
 
   return { themeColour, sensorLine, onThemeChange };
