@@ -38,7 +38,7 @@ def test_the_table_of_recordings_is_let_out_of_its_box(browser, page):
         "const { maxHeight, overflowY } = getComputedStyle(document.querySelector('.tall'));"
         "return [maxHeight, overflowY]"
     )
-    assert browser.run(box) == ["432px", "auto"]
+    assert browser.run(box) == ["336px", "auto"]
     browser.lay_on_paper()
     assert browser.run(box) == ["none", "visible"]
     # A button would be missing in the heads that are repeated on every page.
