@@ -4,10 +4,11 @@
 #        results/fits/, results/features/<folder>.stretches.npz, results/templates.{json,npz},
 #        results/evaluation/, results/detections.csv, results/sites.csv, workflow/report/
 # gives: results/figures/<figure>{,_column}.svg, results/figures/<figure>.csv,
-#        results/report.html; on request (snakemake -c2 figures) the same figures for print,
-#        results/print/<figure>{,_column}.pdf
+#        results/report.html, of a large archive with results/report/ beside it; on request
+#        (snakemake -c2 figures) the same figures for print, results/print/<figure>{,_column}.pdf
 
 from capsule.figures.registry import FIGURES
+from capsule.page.beside import stands_beside
 from edges.durations import RULES
 
 DRAW_SETTINGS = {name: config[name] for name in ("recording", "preprocessing", "evaluation")}
@@ -41,6 +42,8 @@ PAGE = sorted(
     ]
     for path in Path(report_file("")).glob(pattern)
 )
+# Of a large archive what the page draws of each recording stands beside it.
+BESIDE = "results/report" if stands_beside(len(ARCHIVE.recordings), config) else ""
 
 
 rule draw:
@@ -118,6 +121,7 @@ rule report:
         code=sorted(map(os.path.relpath, CODE)),
     output:
         "results/report.html",
+        directory(BESIDE) if BESIDE else [],
     log:
         "results/logs/report.log",
     conda:
@@ -128,8 +132,9 @@ rule report:
             "report", section(*sorted(config)), modules=REGISTERED, members=ARCHIVE.recordings
         ),
         template=lambda wildcards, input: os.path.dirname(input.template),
+        beside=f"--beside {BESIDE}" if BESIDE else "",
     shell:
         "python {input.script:q} --results results --template {params.template:q}"
         " --schema {input.schema:q} --settings {params.settings:q}"
-        " --code {input.code:q} --output {output:q}"
+        " --code {input.code:q} --output {output[0]:q} {params.beside}"
         " --record {params.made_from:q} > {log:q} 2>&1"

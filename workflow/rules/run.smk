@@ -13,7 +13,7 @@ from edges.run_lock import hold
 
 # With less room than this no run gets far.
 FULL_DISK_BYTES = 1_000_000
-REPORT = Path(*rules.report.output)
+REPORT = Path(rules.report.output[0])
 # Kept open, and so locked, until this process ends.
 RUN_LOCK = []
 

@@ -13,6 +13,7 @@ from capsule.page.sections import page_values
 from edges import files, page_inputs
 from edges.config_files import read_schema
 from edges.durations import read_durations
+from edges.page_data_files import DataFiles
 from edges.page_recordings import StoredRecordings
 from edges.project_state import read_project_state
 from edges.results import read_printed
@@ -27,6 +28,7 @@ def main() -> None:
     parser.add_argument("--settings", type=json.loads, required=True, help="the config, JSON")
     parser.add_argument("--code", type=Path, nargs="+", required=True, help="the files of the code")
     parser.add_argument("--output", type=Path, required=True, help="output: the page")
+    parser.add_argument("--beside", type=Path, help="output: the folder of what stands beside it")
     arguments = parser.parse_args()
     results, settings = arguments.results, arguments.settings
     template, confidence = arguments.template, settings["evaluation"]["confidence"]
@@ -36,8 +38,9 @@ def main() -> None:
     load = StoredRecordings(results, settings, by_features=by_features)
     state = read_project_state(Path(__file__).resolve().parents[2])
     versions = page_inputs.read_versions(template)
+    put_beside = DataFiles(arguments.beside).write if arguments.beside else None
     page = {
-        **page_values(tables, load, settings, read_schema(schema), printed),
+        **page_values(tables, load, settings, read_schema(schema), printed, put_beside),
         "figures": page_inputs.read_figures(results / "figures"),
         **how_made(
             page_inputs.read_checksums(arguments.code),

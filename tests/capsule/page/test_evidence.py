@@ -8,6 +8,7 @@ import pytest
 from capsule.detectors.beat_series import WINDOWS_A_WAVE
 from capsule.detectors.stretches import STEP, Stretches
 from capsule.page import evidence
+from capsule.page.beside import stands_beside
 from capsule.particles import Particle
 from capsule.stages import preprocess_run
 from edges.config_files import read_config_file
@@ -42,15 +43,13 @@ def test_1200_recordings_of_full_length_stay_below_25_megabytes():
     stored = evidence.Stored(values, {}, (fit, PARTICLE), templates, stretches)
     judged = evidence.what_was_judged(run, stored, SETTINGS)
     assert None not in judged.values()
-    content = evidence.recording_evidence(run, 1.0, 1, judged, verdicts, {"SHA-256": "0" * 64})
+    content = evidence.recording_evidence(run, 1.0, judged, verdicts, {"SHA-256": "0" * 64})
     one = len(evidence.to_json(content))
     # The figures take 2.5 MB, a row of the table less than 1 kB.
     assert 1200 * (one + 1000) + 2.5e6 < 25e6
-
-
-def test_of_a_larger_archive_every_nth_reading_is_kept():
-    assert evidence.reading_step(1200 * 1000 * 4) == 1
-    assert evidence.reading_step(4800 * 1000 * 4) == 4
+    assert not stands_beside(1200, SETTINGS)
+    too_many = int((25e6 - 2.5e6) / (one + 1000)) + 1
+    assert stands_beside(too_many, SETTINGS)
 
 
 def test_of_an_archive_the_page_shows_every_accepted_recording_and_the_fit_where_there_is_one():

@@ -47,7 +47,7 @@ const Charts = ((uPlot, Signals, Palette, Matrix, ChartFrame) => {
       const known = row.filter((value) => value !== null).sort((a, b) => a - b);
       return known[Math.floor(known.length / 2)];
     });
-    const time = evenly(rows[0].length, 0, evidence.readings.every * evidence.interval_s);
+    const time = evenly(rows[0].length, 0, evidence.interval_s);
     return drawStacked(container, { time, rows, middles, unit: evidence.unit, height: 230 });
   }
 

@@ -1,25 +1,25 @@
 // Choosing one recording to look at: by its link, its address, or the next and the previous.
 
-const Chooser = ((Palette, Viewer, Elements) => {
+const Chooser = ((EvidenceStore, Palette, Viewer, Elements) => {
   "use strict";
 
-  const { readData } = Elements;
+  const { element } = Elements;
 
-  /** Let a reader choose from the table; `onChosen` hears of it. Gives what is to be called when its rows change. */
-  function setUp(table, shown, data, onChosen) {
+  /** Let a reader choose from the rows of the table; `onChosen` hears of it. Gives what is to be called when its rows change. */
+  function setUp(list, shown, data, onChosen) {
     const viewer = document.getElementById("viewer");
     if (!viewer) return () => {};
     const title = document.getElementById("viewer-title");
     const previous = document.getElementById("previous");
     const next = document.getElementById("next");
-    const carried = new Map(
-      [...document.querySelectorAll("script[data-evidence]")].map((node) => [node.dataset.evidence, node]),
-    );
+    const store = EvidenceStore.setUp(data);
     let chosen = null;
+    let asked = 0;
+    let marked = null;
     let redraw = () => {};
 
     const neighbours = () => {
-      const visible = [...table.tBodies[0].rows].filter((row) => !row.hidden && carried.has(row.dataset.recording));
+      const visible = list.fitting().filter((row) => store.has(row.dataset.recording));
       const current = visible.findIndex((row) => row.dataset.recording === chosen);
       return [visible[current - 1], current < 0 ? visible[0] : visible[current + 1]];
     };
@@ -28,22 +28,37 @@ const Chooser = ((Palette, Viewer, Elements) => {
       const [before, after] = neighbours();
       previous.disabled = !before;
       next.disabled = !after;
-      for (const row of table.tBodies[0].rows) {
-        if (row.dataset.recording === chosen) row.setAttribute("aria-current", "true");
-        else row.removeAttribute("aria-current");
-      }
+      marked?.removeAttribute("aria-current");
+      marked = list.of(chosen);
+      marked?.setAttribute("aria-current", "true");
     };
 
     const draw = () => {
       const current = shown.current();
       const wanted = current.recording ?? viewer.dataset.first;
-      if (!carried.has(wanted)) return;
+      if (!store.has(wanted)) return;
       if (wanted !== chosen) onChosen(wanted);
       chosen = wanted;
-      const evidence = readData(carried.get(chosen));
-      title.textContent = `${chosen}: ${Viewer.titleOf(evidence, current, data)}`;
-      redraw = Viewer.show(viewer, evidence, { ...current, recording: chosen }, data);
       update();
+      asked += 1;
+      const turn = asked;
+      const drawn = (change) => (content) => {
+        // Of several that were asked for in a row, the last one counts.
+        if (turn !== asked) return;
+        viewer.removeAttribute("aria-busy");
+        change(content);
+      };
+      const show = (evidence) => {
+        title.textContent = `${wanted}: ${Viewer.titleOf(evidence, current, data)}`;
+        redraw = Viewer.show(viewer, evidence, { ...current, recording: wanted }, data);
+      };
+      const explain = (why) => {
+        title.textContent = `${wanted}: no signals`;
+        viewer.replaceChildren(element("p", "note", why));
+        redraw = () => {};
+      };
+      viewer.setAttribute("aria-busy", "true");
+      store.read(wanted, drawn(show), drawn(explain));
     };
 
     const bringIntoView = () => {
@@ -77,4 +92,4 @@ const Chooser = ((Palette, Viewer, Elements) => {
   }
 
   return { setUp };
-})(Palette, Viewer, Elements);
+})(EvidenceStore, Palette, Viewer, Elements);

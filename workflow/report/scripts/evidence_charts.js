@@ -9,9 +9,9 @@ const EvidenceCharts = ((uPlot, Signals, Palette, Charts, ChartFrame, Elements) 
   const { chartOptions, evenly, overWholeRun, strokeLine, writeBeside } = ChartFrame;
 
   function duration(evidence) {
-    const { data, bits, rows, every } = evidence.readings;
+    const { data, bits, rows } = evidence.readings;
     const count = atob(data).length / (bits / 8) / rows;
-    return (count - 1) * every * evidence.interval_s;
+    return (count - 1) * evidence.interval_s;
   }
 
   /** Draw the depth of each sensor's beats about its usual depth, and when it passes the place. */

@@ -25,7 +25,7 @@ const Notes = ((Elements, Saving) => {
   }
 
   /** Set up the notes on the recordings of this report; gives what shows those on one recording. */
-  function setUp(table, { report, checksums }) {
+  function setUp(list, { report, checksums }) {
     const store = openStore();
     const keyOf = (name) => `${PREFIX}${report}:${name}:${checksums[name]}`;
     const read = (name) => {
@@ -78,8 +78,7 @@ const Notes = ((Elements, Saving) => {
       }
       if (note) noted.add(shown);
       else noted.delete(shown);
-      const line = [...table.tBodies[0].rows].find((each) => each.dataset.recording === shown);
-      if (line) mark(line, shown);
+      mark(list.of(shown), shown);
       count();
     };
     field.addEventListener("input", keepNote);
@@ -88,7 +87,7 @@ const Notes = ((Elements, Saving) => {
       const rows = names.filter((name) => noted.has(name)).map((name) => [name, read(name).note, read(name).written]);
       Saving.saveCsv([["recording", "note", "written"], ...rows], "notes.csv");
     });
-    for (const line of table.tBodies[0].rows) if (noted.has(line.dataset.recording)) mark(line, line.dataset.recording);
+    for (const name of noted) mark(list.of(name), name);
     count();
     return (name) => {
       shown = name;

@@ -3,10 +3,9 @@
 const RecordingsTable = (() => {
   "use strict";
 
-  /** Let a reader sort, filter and search the rows; `onChange` is called after each change. Gives what is to be called when outcomes change. */
-  function setUp(table, onChange) {
-    const body = table.tBodies[0];
-    const rows = [...body.rows];
+  /** Let a reader sort, filter and search the rows of `list`; `onChange` is called after each change. Gives what is to be called when outcomes change. */
+  function setUp(table, list, onChange) {
+    const rows = list.all;
     const search = document.getElementById("search");
     const size = document.getElementById("filter-size");
     const outcome = document.getElementById("filter-outcome");
@@ -23,7 +22,11 @@ const RecordingsTable = (() => {
         );
         if (!row.hidden) shown += 1;
       }
-      status.textContent = `${shown} of ${rows.length} shown`;
+      list.refresh();
+      const left = list.unlisted();
+      status.textContent = left
+        ? `${shown} of ${rows.length} fit, the first ${shown - left} are listed`
+        : `${shown} of ${rows.length} shown`;
       document.getElementById("none-shown").hidden = shown > 0;
       onChange();
     };
@@ -46,7 +49,8 @@ const RecordingsTable = (() => {
         if (a.value === null || b.value === null) return (a.value === null) - (b.value === null) || a.rank - b.rank;
         return (ascending ? 1 : -1) * compare(a.value, b.value) || a.rank - b.rank;
       });
-      body.append(...keyed.map((entry) => entry.row));
+      list.sort(keyed.map((entry) => entry.row));
+      list.refresh();
       onChange();
     };
 

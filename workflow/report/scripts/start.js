@@ -1,6 +1,6 @@
 // Set up what a reader can work with, where the page has it.
 
-((RecordingsTable, Chooser, Shown, Switches, Notes, Links, Tools, Folds, Glossary, Elements) => {
+((RecordingRows, RecordingsTable, Chooser, Shown, Switches, Notes, Links, Tools, Folds, Glossary, Elements) => {
   "use strict";
 
   Tools.setUp();
@@ -13,8 +13,9 @@
   const shown = Shown.setUp(data);
   document.getElementById("filters").hidden = false;
   // A report that is made again in its place keeps the notes on recordings that are still the same.
-  const noteOn = Notes.setUp(table, { report: location.pathname, checksums: data.checksums });
+  const list = RecordingRows.setUp(table);
+  const noteOn = Notes.setUp(list, { report: location.pathname, checksums: data.checksums });
   Links.setUp(new Set(Object.keys(data.checksums)));
-  const outcomesChanged = RecordingsTable.setUp(table, Chooser.setUp(table, shown, data, noteOn));
-  Switches.setUp(table, shown, data, outcomesChanged);
-})(RecordingsTable, Chooser, Shown, Switches, Notes, Links, Tools, Folds, Glossary, Elements);
+  const outcomesChanged = RecordingsTable.setUp(table, list, Chooser.setUp(list, shown, data, noteOn));
+  Switches.setUp(list, shown, data, outcomesChanged);
+})(RecordingRows, RecordingsTable, Chooser, Shown, Switches, Notes, Links, Tools, Folds, Glossary, Elements);

@@ -72,9 +72,9 @@ const Switches = ((Elements, Grid, Tools) => {
   }
 
   /** Write the chosen detector's verdicts into the table of all recordings. */
-  function showVerdicts(table, shown, data) {
+  function showVerdicts(list, shown, data) {
     const { predicted_mm: predicted, outcome } = data.verdicts[`${shown.detector}|${shown.scheme}`];
-    table.querySelectorAll("tbody tr[data-recording]").forEach((row) => {
+    list.all.forEach((row) => {
       const place = Number(row.dataset.place);
       const [, , verdict, judged] = row.cells;
       const size = predicted[place];
@@ -89,7 +89,7 @@ const Switches = ((Elements, Grid, Tools) => {
   }
 
   /** Set up the switch; `onVerdicts` is called when the table of recordings has others. */
-  function setUp(table, shown, data, onVerdicts) {
+  function setUp(list, shown, data, onVerdicts) {
     gather();
     const form = element("form", "switches");
     form.setAttribute("aria-label", "Whose verdicts are shown");
@@ -115,7 +115,7 @@ const Switches = ((Elements, Grid, Tools) => {
       showTables(current, data);
       // What the page was written with needs not be written again.
       if (before !== null || key !== `${data.detectors[0].name}|${data.main_scheme}`) {
-        showVerdicts(table, current, data);
+        showVerdicts(list, current, data);
         onVerdicts();
       }
       before = key;

@@ -56,6 +56,14 @@ const Tools = ((Elements, Grid, Saving) => {
     return choice;
   }
 
+  /** Give the rows of a table for a file; a table that lists some at a time is told before and after. */
+  function wholeTable(table) {
+    table.dispatchEvent(new Event("beforesave"));
+    const rows = Saving.tableRows(table);
+    table.dispatchEvent(new Event("aftersave"));
+    return rows;
+  }
+
   /** Give a table, in the box that it scrolls in, its tools; `name` is that of its file. */
   function forTable(scroll, name) {
     const table = scroll.querySelector("table");
@@ -64,7 +72,7 @@ const Tools = ((Elements, Grid, Saving) => {
     if (scroll.parentNode) scroll.replaceWith(block);
     const tools = element("div", "tools");
     if (Grid.columnTitles(table).length > 2) tools.append(columnChoice(table, label));
-    tools.append(button("CSV", `Save the table as CSV: ${label}`, () => Saving.saveCsv(Saving.tableRows(table), `${name}.csv`)));
+    tools.append(button("CSV", `Save the table as CSV: ${label}`, () => Saving.saveCsv(wholeTable(table), `${name}.csv`)));
     block.append(tools, scroll);
     return block;
   }

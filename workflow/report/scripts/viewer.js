@@ -20,8 +20,7 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address
 
   /** Give the charts of the signals in their order: title, caption, what they show in words, and how to draw them. */
   function signalCharts(evidence) {
-    const { every, rows: sensors } = evidence.readings;
-    const thinned = every > 1 ? ` One reading in ${every} is shown.` : "";
+    const { rows: sensors } = evidence.readings;
     const strongest = evidence.peaks
       .map(([value, at], sensor) => `sensor ${sensor + 1} ${number(value, 2)} SD at ${number(at, 1)} s`)
       .join(", ");
@@ -36,7 +35,7 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address
       {
         title: "Readings",
         bySensor: true,
-        caption: `As recorded, in ${unit}, one sensor below the other; the bar shows the scale of all.${thinned}`,
+        caption: `As recorded, in ${unit}, one sensor below the other; the bar shows the scale of all.`,
         description: `Readings of ${sensors} sensors over time, in ${unit}.`,
         draw: (canvas) => Charts.drawReadings(canvas, evidence),
       },

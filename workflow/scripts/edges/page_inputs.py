@@ -45,6 +45,8 @@ SCRIPTS = (
     "scripts/glossary.js",
     "scripts/links.js",
     "scripts/notes.js",
+    "scripts/recording_rows.js",
+    "scripts/evidence_store.js",
     "scripts/chooser.js",
     "scripts/recordings_table.js",
     "scripts/copy.js",

@@ -14,7 +14,7 @@ import json
 import os
 import secrets
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -166,9 +166,15 @@ def _fits(told: str, outputs: Sequence[str]) -> bool:
     if not path.exists() and not any(map(os.path.exists, outputs)):
         return True
     record = _read(path)
-    if record is None or record["made_from"] != told or not set(outputs) <= set(record["written"]):
+    if record is None or record["made_from"] != told or not _wrote_all(outputs, record["written"]):
         return False
     return not _changed(record, _checksum_at_start)
+
+
+def _wrote_all(outputs: Sequence[str], written: Iterable[str]) -> bool:
+    """Tell whether each output was written; of a folder, a file in it."""
+    parents = {name.rpartition("/")[0] for name in written}
+    return set(outputs) <= {*written, *parents}
 
 
 def _read(path: Path) -> dict | None:

@@ -20,8 +20,6 @@ from capsule.preprocessing import extend
 from capsule.sliding import SlidingComparison
 from capsule.stages import PreprocessedRun, preprocess_run
 
-# A page of this many readings stays below 25 MB; of larger archives every n-th reading is shown.
-MAX_READINGS = 5_000_000
 VERDICT_KEYS = ("detector", "scheme", "predicted_mm", "details", "distances")
 VERDICT_KEYS += ("score", "threshold", "location_mm")
 # Envelopes and matrices are smooth over the window of the envelope; more points show no more.
@@ -57,11 +55,6 @@ class Stored:
     at_ends: Sequence[float] = ()
 
 
-def reading_step(total_readings: int) -> int:
-    """Return n, such that every n-th reading of an archive fits the page."""
-    return max(1, -(-total_readings // MAX_READINGS))
-
-
 def peaks(envelope: np.ndarray, time_s: np.ndarray, threshold: float) -> list[list[float]]:
     """Return the highest value of each sensor's envelope, its time, and the time above threshold.
 
@@ -92,7 +85,6 @@ def peaks(envelope: np.ndarray, time_s: np.ndarray, threshold: float) -> list[li
 def recording_evidence(
     run: PreprocessedRun,
     threshold: float,
-    step: int,
     judged: Mapping,
     verdicts: Sequence[Mapping],
     facts: Mapping[str, str],
@@ -105,8 +97,6 @@ def recording_evidence(
         The recording on its way from readings to matrix.
     threshold : float
         c, in standard deviations.
-    step : int
-        Every n-th reading is kept, of n = step.
     judged : mapping
         From `what_was_judged`.
     verdicts : sequence of mapping
@@ -127,7 +117,7 @@ def recording_evidence(
         "title": run.title,
         "interval_s": interval,
         "threshold": threshold,
-        "readings": {"every": step, **pack(run.values[:, ::step])},
+        "readings": pack(run.values),
         "envelope": {"every": smooth, **pack(run.envelope[:, ::smooth], 8)},
         "matrix": {"every": smooth, **pack(run.matrix[:, ::smooth], 8)},
         **judged,
@@ -214,10 +204,6 @@ def archive_evidence(
     shape = settings["preprocessing"]
     stages = {key: shape[key] for key in ("window", "threshold")}
     stages["rate_hz"] = settings["recording"]["rate_hz"]
-    total = (
-        sum(row["samples"] for row in rows if row["accepted"]) * settings["recording"]["sensors"]
-    )
-    step = reading_step(total)
     for place, row in enumerate(rows):
         if not row["accepted"]:
             continue
@@ -230,9 +216,7 @@ def archive_evidence(
         facts |= {f"# {key}": text for key, text in stored.header.items()}
         judged = what_was_judged(run, stored, settings)
         judged |= {"row": place, "nodule_at_mm": row["nodule_at_mm"]}
-        content = recording_evidence(
-            run, shape["threshold"], step, judged, verdicts.get(name, []), facts
-        )
+        content = recording_evidence(run, shape["threshold"], judged, verdicts.get(name, []), facts)
         yield name, to_json(content)
 
 

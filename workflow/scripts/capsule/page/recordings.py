@@ -22,6 +22,8 @@ OUTCOMES = (
     "not judged",
     "rejected",
 )
+# A larger archive's table is begun with so many rows; a reader of its page lists further ones.
+MAX_ROWS, FIRST_ROWS = 2000, 500
 # What a verdict was drawn from, in the columns of the tables.
 EVIDENCE = ("score", "threshold", "location_mm")
 
@@ -45,7 +47,8 @@ def page_values(
     Returns
     -------
     dict
-        ``recordings`` (from `recording_rows`), ``recording_sizes`` and ``outcomes`` to filter them
+        ``recordings`` (from `recording_rows`), ``rows_listed`` (how many of them the table holds
+        before the page's script is at work), ``recording_sizes`` and ``outcomes`` to filter them
         by, ``first_shown`` and ``tolerance``.
     """
     scheme, tolerance_mm = main_scheme(settings["schemes"]), settings["tolerance_mm"]
@@ -56,6 +59,7 @@ def page_values(
     present = {row["outcome"] for row in rows}
     return {
         "recordings": rows,
+        "rows_listed": len(rows) if len(rows) <= MAX_ROWS else FIRST_ROWS,
         "recording_sizes": list(dict.fromkeys(row["size"] for row in rows)),
         "outcomes": [name for name in OUTCOMES if name in present],
         "first_shown": first["recording"] if first else "",
@@ -192,7 +196,6 @@ def recording_rows(
             {
                 "recording": row["recording"],
                 "accepted": accepted,
-                "samples": int(row["samples"]) if words.is_known(row["samples"]) else 0,
                 "size_mm": size_mm,
                 "size": words.size(size_mm) if size_mm is not None else "unlabelled",
                 "predicted_mm": predicted_mm,

@@ -9,6 +9,9 @@ from jinja2 import DictLoader, Environment, StrictUndefined
 from markupsafe import Markup
 
 PAGE = "report.html.j2"
+# A checksum in the policy would need `integrity`, which browsers refuse for files from disk.
+_READ_BY_SCRIPT = "'strict-dynamic'"
+_BESIDE = "'self' file:"
 
 
 @dataclass(frozen=True)
@@ -34,7 +37,10 @@ def render_page(frame: Frame, page: Mapping) -> str:
 
     The page's Content-Security-Policy allows this style and this script by their checksums, images
     inside the page, and nothing else: no network, no inline handler, no foreign script, even if
-    a text from a recording's header slipped through the escaping.
+    a text from a recording's header slipped through the escaping. Where evidence stands beside the
+    page, this script may also read files as scripts (`_READ_BY_SCRIPT`), and a second policy lets
+    these lie on the same disk or server alone (`_BESIDE`): no element that is written into the page
+    reads any.
 
     Parameters
     ----------
@@ -65,6 +71,7 @@ def render_page(frame: Frame, page: Mapping) -> str:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
+    beside = bool(page.get("beside"))
     if "evidence" in page:
         evidence = [(name, Markup(content)) for name, content in page["evidence"]]
         page = {**page, "data": Markup(page["data"]), "evidence": evidence}
@@ -72,17 +79,19 @@ def render_page(frame: Frame, page: Mapping) -> str:
         page=page,
         style=Markup(frame.style),
         script=Markup(frame.script),
-        policy=Markup(_policy(frame)),
+        policy=Markup(_policy(frame, beside=beside)),
+        policy_beside=Markup(f"script-src {_allowed(frame.script)} {_BESIDE}") if beside else "",
     )
 
 
-def _policy(frame: Frame) -> str:
+def _policy(frame: Frame, *, beside: bool) -> str:
+    script = f"{_allowed(frame.script)} {_READ_BY_SCRIPT}" if beside else _allowed(frame.script)
     return "; ".join(
         [
             "default-src 'none'",
             "img-src data:",
             f"style-src {_allowed(frame.style)}",
-            f"script-src {_allowed(frame.script)}",
+            f"script-src {script}",
             "base-uri 'none'",
             "form-action 'none'",
         ]

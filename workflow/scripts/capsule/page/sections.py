@@ -1,6 +1,6 @@
 """What the page says, put together from the tables of results."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import pandas as pd
@@ -65,6 +65,7 @@ def page_values(
     settings: Mapping,
     schema: Mapping,
     printed: Mapping,
+    put_beside: Callable[[Iterator[tuple[str, str]]], Mapping] | None = None,
 ) -> dict:
     """Return the page's values, but for the figures and how this run of the workflow went.
 
@@ -78,6 +79,10 @@ def page_values(
         The configuration and its JSON Schema.
     printed : mapping
         Content of paper.yaml.
+    put_beside : callable, optional
+        Where it is given, the evidence stands beside the page: it puts there what
+        `capsule.page.evidence.archive_evidence` yields, and returns what the page's scripts must
+        know to read it. Otherwise the evidence stands inside the page.
 
     Returns
     -------
@@ -90,6 +95,8 @@ def page_values(
     )
     detectors = detector_sections.lead_first(evaluation.detectors(), lead)
     listed = recordings.page_values(tables.index, verdicts, lead.detector, judged)
+    made = evidence.archive_evidence(listed["recordings"], verdicts, load, settings)
+    beside = put_beside(made) if put_beside else None
     return {
         **overview.overview(tables.index, tables.passed_over),
         **detector_sections.page_values(
@@ -125,7 +132,9 @@ def page_values(
                 evaluation.sizes_mm(),
                 judged,
             )
+            | {"beside": beside}
         ),
-        "evidence": list(evidence.archive_evidence(listed["recordings"], verdicts, load, settings)),
+        "beside": beside,
+        "evidence": [] if beside else list(made),
         **provenance.page_values(listed["recordings"], settings, schema, printed),
     }
