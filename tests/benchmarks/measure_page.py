@@ -1,0 +1,231 @@
+"""What the report page costs as the archive grows: to make, to hold, to open, to look further.
+
+    python tests/benchmarks/measure_page.py
+    python tests/benchmarks/measure_page.py --recordings 120 1200 --opened 9
+
+The results in results/ are those of a few recordings; every further one is a copy of one of them
+under another name, in every file that the report reads. The rates are those of the few.
+"""
+
+import argparse
+import csv
+import hashlib
+import json
+import os
+import platform
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+ROOT = Path(__file__).parents[2]
+sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
+
+from capsule.naming import folder_of
+from capsule.page.beside import stands_beside
+from edges.config_files import read_config_file
+from edges.files import read_csv
+from edges.scorer_files import read_stretches, write_stretches
+from support.browser import Browser, missing_browser
+
+# Tells when the first recording has been drawn, in ms since the page was asked for.
+WATCH = """
+new MutationObserver((_, observer) => {
+  if (!document.querySelector("#viewer canvas")) return;
+  observer.disconnect();
+  requestAnimationFrame(() => setTimeout(() => { window.drawnAt = performance.now(); }));
+}).observe(document, { childList: true, subtree: true });
+"""
+DRAWN = """
+const done = arguments[0];
+const wait = () => (window.drawnAt === undefined ? setTimeout(wait, 20) : done(window.drawnAt));
+wait();
+"""
+LOADED = "return performance.getEntriesByType('navigation')[0].loadEventEnd"
+ANOTHER = """
+const [name, done] = arguments;
+const title = document.getElementById("viewer-title");
+const start = performance.now();
+const wait = () => {
+  if (title.textContent.startsWith(`${name}:`)) setTimeout(() => done(performance.now() - start));
+  else requestAnimationFrame(wait);
+};
+location.hash = `#recording=${name}`;
+requestAnimationFrame(wait);
+"""
+
+
+@dataclass(frozen=True)
+class Made:
+    """What the job of the report took.
+
+    Attributes
+    ----------
+    seconds, cpu_seconds : float
+        From start to finish.
+    memory_mb : float
+        Largest memory.
+    """
+
+    seconds: float
+    cpu_seconds: float
+    memory_mb: float
+
+
+def copies(names: list[str], recordings: int) -> Iterator[tuple[str, str]]:
+    """Yield the names of an archive of so many recordings, each with that of its original."""
+    for number in range(recordings):
+        again, place = divmod(number, len(names))
+        yield (f"{names[place]}-{again:03d}" if again else names[place]), names[place]
+
+
+def replicate(results: Path, target: Path, recordings: int) -> None:
+    """Write the results of an archive of so many recordings, all copies of those in `results`."""
+    index = read_csv(results / "recordings.csv")
+    originals = dict(copies([row["recording"] for row in index], recordings))
+    for part in ("evaluation", "figures", "logs"):
+        shutil.copytree(results / part, target / part)
+    for path in results.iterdir():
+        if path.is_file() and path.suffix != ".html":
+            shutil.copy2(path, target)
+    _rewrite(target / "recordings.csv", index, originals)
+    predictions = target / "evaluation" / "predictions.csv"
+    _rewrite(predictions, read_csv(predictions), originals)
+    for part, suffix in (("signals", ".npy"), ("checks", ".json"), ("fits", ".json")):
+        for name, original in originals.items():
+            source = results / part / f"{original}{suffix}"
+            if source.exists():
+                link = target / part / f"{name}{suffix}"
+                link.parent.mkdir(parents=True, exist_ok=True)
+                os.link(source.resolve(), link)
+    stretches = read_stretches(results / "features", set(originals.values()))
+    for folder in sorted({folder_of(name) for name in originals}):
+        of_folder = {
+            name: stretches.get(original)
+            for name, original in originals.items()
+            if folder_of(name) == folder
+        }
+        write_stretches(target / "features" / f"{folder}.stretches.npz", of_folder)
+
+
+def _rewrite(path: Path, rows: list[dict[str, str]], originals: dict[str, str]) -> None:
+    """Write a table anew with the rows of each original under every copy's name."""
+    by_name: dict[str, list[dict[str, str]]] = {}
+    for row in rows:
+        by_name.setdefault(row["recording"], []).append(row)
+    with path.open("w", encoding="utf-8", newline="") as stream:
+        writer = csv.DictWriter(stream, list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        for name, original in sorted(originals.items()):
+            other = {"recording": name}
+            if "sha256" in rows[0]:
+                checksum = hashlib.sha256(name.encode()).hexdigest()
+                other |= {"sha256": checksum, "readings_sha256": checksum, "site": name}
+            writer.writerows({**row, **other} for row in by_name[original])
+
+
+def make_page(results: Path) -> Made:
+    """Run the job of the report."""
+    settings = read_config_file(ROOT / "config" / "config.yaml")
+    script = ROOT / "workflow" / "scripts" / "report.py"
+    command = [
+        sys.executable, str(script), "--results", str(results),
+        "--template", str(ROOT / "workflow" / "report"),
+        "--schema", str(ROOT / "workflow" / "schemas" / "config.schema.json"),
+        "--settings", json.dumps(settings), "--code", str(script),
+        "--output", str(results / "report.html"),
+    ]  # fmt: skip
+    if stands_beside(len(read_csv(results / "recordings.csv")), settings):
+        command += ["--beside", str(results / "report")]
+    start = time.perf_counter()
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    _, status, usage = os.wait4(process.pid, 0)
+    seconds = time.perf_counter() - start
+    if status != 0:
+        raise SystemExit("report.py failed")
+    return Made(seconds, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024)
+
+
+def open_browser(profile: Path) -> Browser:
+    """Open a browser that tells when a recording is drawn, and counts CPU time."""
+    browser = Browser(profile)
+    for command, parameters in (
+        ("Page.enable", {}),
+        ("Page.addScriptToEvaluateOnNewDocument", {"source": WATCH}),
+        ("Performance.enable", {"timeDomain": "threadTicks"}),
+    ):
+        browser.driver.execute_cdp_cmd(command, parameters)
+    return browser
+
+
+def open_page(browser: Browser, page: Path) -> tuple[float, float, float]:
+    """Open the page in a process of its own.
+
+    Returns
+    -------
+    loaded, drawn, cpu : float
+        Seconds until its load event, until the first recording is drawn, and the CPU time of the
+        thread that reads, lays out and draws, which bears a shared machine.
+    """
+    browser.open(page)
+    drawn = browser.driver.execute_async_script(DRAWN)
+    told = browser.driver.execute_cdp_cmd("Performance.getMetrics", {})["metrics"]
+    cpu = next(each["value"] for each in told if each["name"] == "ThreadTime")
+    return browser.run(LOADED) / 1000, drawn / 1000, cpu
+
+
+def show_another(browser: Browser, names: list[str]) -> float:
+    """Choose recordings all over the table; give the median of the seconds until each is drawn."""
+    took = [browser.driver.execute_async_script(ANOTHER, name) / 1000 for name in names]
+    return statistics.median(took)
+
+
+def size_mb(paths: list[Path]) -> float:
+    """Add up the sizes of files."""
+    return sum(path.stat().st_size for path in paths) / 1e6
+
+
+def main() -> None:
+    """Measure and print one row an archive."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--recordings", type=int, nargs="+", default=[120, 1200, 12000])
+    parser.add_argument("--results", type=Path, default=ROOT / "results", help="a finished run's")
+    parser.add_argument("--opened", type=int, default=5, help="times; the median counts")
+    arguments = parser.parse_args()
+    if missing := missing_browser():
+        raise SystemExit(missing)
+    print(f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}\n")
+    heads = ["recordings", "page", "beside it", "files", "job", "its CPU", "its memory"]
+    heads += ["loaded", "drawn", "CPU of opening", "another"]
+    print("| " + " | ".join(heads) + " |\n" + "|---:" * len(heads) + "|")
+    for recordings in arguments.recordings:
+        with tempfile.TemporaryDirectory(dir=arguments.results.resolve().parent) as temporary:
+            results = Path(temporary) / "results"
+            replicate(arguments.results, results, recordings)
+            made, page = make_page(results), results / "report.html"
+            beside = [path for path in (results / "report").glob("*") if path.is_file()]
+            names = [row["recording"] for row in read_csv(results / "recordings.csv")]
+            chosen = [names[place] for place in np.linspace(1, len(names) - 1, 7).astype(int)]
+            browser = open_browser(Path(temporary) / "browser")
+            try:
+                opened = [open_page(browser, page) for _ in range(arguments.opened)]
+                loaded, drawn, cpu = map(statistics.median, zip(*opened, strict=True))
+                another = show_another(browser, chosen)
+            finally:
+                browser.close()
+            cells = [f"{recordings:,}", f"{size_mb([page]):.1f} MB", f"{size_mb(beside):.1f} MB"]
+            cells += [f"{len(beside)}", f"{made.seconds:.1f} s", f"{made.cpu_seconds:.1f} s"]
+            cells += [f"{made.memory_mb:.0f} MB", f"{loaded:.2f} s", f"{drawn:.2f} s"]
+            cells += [f"{cpu:.2f} s", f"{another:.2f} s"]
+            print("| " + " | ".join(cells) + " |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
