@@ -33,10 +33,10 @@ def new(tmp_path_factory):
             None,
             "fit: {seed: 3}\nfit: {particles: 5}\n",
             ["--configfile", "mine.yaml"],
-            "mine.yaml, line 2: the key 'fit' stands twice",
+            "mine.yaml, line 2: the key 'fit' appears twice",
         ),
         ("", None, [], "config/config.yaml: this file is empty"),
-        ("- 1\n", None, [], "config/config.yaml: this file holds list, no keys"),
+        ("- 1\n", None, [], "config/config.yaml: this file holds a list instead of keys"),
         ("fit: [\n", None, [], "config/config.yaml, line 2: "),
     ],
 )

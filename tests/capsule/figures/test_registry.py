@@ -17,7 +17,9 @@ def test_a_row_leads_to_what_makes_the_figure(name):
 
 
 def test_an_unknown_name_is_refused_with_the_known_ones():
-    with pytest.raises(CapsuleError, match="no figure rock; known are: preprocessing, templates,"):
+    with pytest.raises(
+        CapsuleError, match="no figure rock; allowed are: preprocessing, templates,"
+    ):
         figure_row("rock")
 
 

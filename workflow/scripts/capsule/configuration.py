@@ -94,7 +94,7 @@ def _describe(
         known = sorted(error.schema["properties"])
         for name in sorted(map(str, set(error.instance) - set(known))):
             near = difflib.get_close_matches(name, known, n=1)
-            hint = f"did you mean {near[0]}?" if near else f"known here: {', '.join(known)}"
+            hint = f"did you mean {near[0]}?" if near else f"allowed here: {', '.join(known)}"
             yield prefix + name, f"{prefix}{name}: there is no such key; {hint}"
     elif error.validator == "required":
         for name in error.validator_value:
@@ -141,7 +141,7 @@ def allowed_values(part: Mapping, schema: Mapping) -> str:
         case "array":
             least, most = part.get("minItems", 0), part.get("maxItems")
             count = f" of {most}" if most == least else f" of at least {least}" if least else ""
-            unique = ", none twice" if part.get("uniqueItems") else ""
+            unique = ", no value twice" if part.get("uniqueItems") else ""
             return f"a list{count}, each {allowed_values(part['items'], schema)}{unique}"
         case "integer" | "number" as kind:
             return f"{'a whole number' if kind == 'integer' else 'a number'}{limits}"
@@ -163,7 +163,7 @@ def _contradictions(config: Mapping) -> Iterator[tuple[str, str]]:
     window, length = preprocessing["window"], preprocessing["length"]
     if window > length:
         key = "preprocessing.window"
-        yield key, f"{key}: {window} samples are more than preprocessing.length, {length}"
+        yield key, f"{key}: {window} samples are more than preprocessing.length, which is {length}"
     for part in ("diagonal", "fit"):
         for name in sorted(key for key in config[part] if key.endswith("_range")):
             low, high = config[part][name]
@@ -175,8 +175,8 @@ def _contradictions(config: Mapping) -> Iterator[tuple[str, str]]:
         key = "fit.peak_spacing_range" if fit["first_peak"] <= length else "fit.first_peak"
         yield (
             key,
-            f"{key}: with first_peak {fit['first_peak']} the last of {recording['sensors']} "
-            f"peaks could lie at column {last}, beyond preprocessing.length, {length}",
+            f"{key}: with first_peak {fit['first_peak']}, the last of {recording['sensors']} "
+            f"peaks could be at column {last}; preprocessing.length is only {length}",
         )
     bench = config["diagonal"]
     samples = bench["wavelength_mm"] / bench["wave_speed_mm_s"] * recording["rate_hz"]
@@ -185,16 +185,16 @@ def _contradictions(config: Mapping) -> Iterator[tuple[str, str]]:
         yield (
             key,
             f"{key}: at {bench['wave_speed_mm_s']:g} mm/s a wave of {bench['wavelength_mm']:g} mm "
-            f"lasts {samples:.2g} samples of {recording['rate_hz']:g} Hz; needed are at least "
-            f"{_LEAST_SAMPLES_A_WAVE}",
+            f"lasts {samples:.2g} samples at {recording['rate_hz']:g} Hz; at least "
+            f"{_LEAST_SAMPLES_A_WAVE} are needed",
         )
     if recording["max_gap_s"] * recording["rate_hz"] > window // 2:
         key = "recording.max_gap_s"
         yield (
             key,
             f"{key}: {recording['max_gap_s']:g} s are more than half the window "
-            f"of {window} samples at {recording['rate_hz']:g} Hz; allowed is at most "
-            f"{window // 2 / recording['rate_hz']:g} s",
+            f"of {window} samples at {recording['rate_hz']:g} Hz; at most "
+            f"{window // 2 / recording['rate_hz']:g} s are allowed",
         )
 
 

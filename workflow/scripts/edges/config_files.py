@@ -22,7 +22,7 @@ class _Loader(yaml.SafeLoader):
             raise yaml.composer.ComposerError(
                 None,
                 None,
-                f"*{event.anchor} stands for something else; write it out",
+                f"the alias *{event.anchor} is not allowed; write its value out",
                 event.start_mark,
             )
         return super().compose_node(parent, index)
@@ -34,7 +34,7 @@ class _Loader(yaml.SafeLoader):
             key = key_node.value if isinstance(key_node, yaml.ScalarNode) else None
             if key in seen:
                 raise yaml.constructor.ConstructorError(
-                    None, None, f"the key {key!r} stands twice", key_node.start_mark
+                    None, None, f"the key {key!r} appears twice", key_node.start_mark
                 )
             seen.add(key)
         return super().construct_mapping(node, deep)
@@ -67,14 +67,16 @@ def read_config_file(path: Path) -> dict:
         line = f", line {error.problem_mark.line + 1}" if error.problem_mark else ""
         raise CapsuleError(f"{path}{line}: {error.problem}") from None
     except yaml.YAMLError as error:
-        raise CapsuleError(f"{path}: this is no YAML: {error}") from None
+        raise CapsuleError(f"{path}: this is not valid YAML: {error}") from None
     except ValueError as error:
         # A whole number of thousands of digits.
         raise CapsuleError(f"{path}: a value cannot be read: {error}") from None
     except RecursionError:
-        raise CapsuleError(f"{path}: this is nested too deeply") from None
+        raise CapsuleError(f"{path}: the keys are nested too deeply") from None
     if not isinstance(content, dict):
-        what = "is empty" if content is None else f"holds {type(content).__name__}, no keys"
+        what = (
+            "is empty" if content is None else f"holds a {type(content).__name__} instead of keys"
+        )
         raise CapsuleError(f"{path}: this file {what}; config/README.md shows every key")
     return content
 

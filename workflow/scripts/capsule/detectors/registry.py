@@ -62,7 +62,7 @@ class Row:
 _ROWS = (
     Row(
         name=PAPER,
-        summary="the paper's, always the first",
+        summary="the paper's detector, always the first in the list",
         sentence="the paper's rule: the nearest template",
         module="capsule.detectors.template",
         built_by="NearestTemplate",
@@ -73,7 +73,7 @@ _ROWS = (
     ),
     Row(
         name="template_threshold",
-        summary="its margin against a threshold",
+        summary="the paper's margin with a learned threshold",
         sentence="the paper's margin against a threshold",
         module="capsule.detectors.template",
         built_by="TemplateMargin",
@@ -82,7 +82,7 @@ _ROWS = (
     ),
     Row(
         name="diagonal",
-        summary="our own",
+        summary="the detector of this project",
         sentence="beats that agree on one place, against a threshold",
         module="capsule.detectors.diagonal",
         built_by="DiagonalDetector",
@@ -92,7 +92,7 @@ _ROWS = (
     ),
     Row(
         name="taught",
-        summary="taught beforehand by simulated benches, adapted to the archive",
+        summary="a network trained on simulated benches and adapted to the archive",
         sentence="a scorer taught by many simulated benches and adapted to this one",
         module="capsule.detectors.taught",
         built_by="TaughtDetector",
@@ -114,5 +114,5 @@ def detector_row(name: str) -> Row:
         There is no such detector; the text lists those that there are.
     """
     if name not in DETECTORS:
-        raise CapsuleError(f"there is no detector {name}; known are: {', '.join(DETECTORS)}")
+        raise CapsuleError(f"there is no detector {name}; allowed are: {', '.join(DETECTORS)}")
     return DETECTORS[name]

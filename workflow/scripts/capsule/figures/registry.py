@@ -48,5 +48,5 @@ def figure_row(name: str) -> Row:
         There is no such figure; the text lists those that there are.
     """
     if name not in FIGURES:
-        raise CapsuleError(f"there is no figure {name}; known are: {', '.join(FIGURES)}")
+        raise CapsuleError(f"there is no figure {name}; allowed are: {', '.join(FIGURES)}")
     return FIGURES[name]
