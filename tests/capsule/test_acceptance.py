@@ -61,18 +61,21 @@ def changed_sensor(sensor, readings):
     [
         (changed_time(5, 0.2), "time runs backwards: 0.2 s follows 0.4 s"),
         (changed_time(5, 0.4), "time repeats: 0.4 s follows 0.4 s"),
-        ({"time_s": np.arange(300) * 0.05}, "at 20 Hz, configured is 10 Hz"),
+        ({"time_s": np.arange(300) * 0.05}, "rate is 20 Hz, but recording.rate_hz is 10"),
         ({"time_s": np.arange(300) * 100.0}, "is time_s in 1/1000 of a second"),
         (changed_time(299, 1e20), r"1e\+21 samples are more than the 1000 columns"),
-        ({"time_s": np.arange(300) * 1e-300}, "Hz, configured is 10 Hz"),
-        (changed_sensor(2, 512 + 1e-12 * np.arange(300)), "sensor_2 reads 512 throughout"),
-        (changed_sensor(2, 1e-200 * np.arange(300)), "sensor_2 reads 0 throughout"),
-        ({"header": {"adc_bits": "9" * 5000}}, "adc_bits: '9999999.*', which is no number"),
+        ({"time_s": np.arange(300) * 1e-300}, "Hz, but recording.rate_hz is 10"),
+        (changed_sensor(2, 512 + 1e-12 * np.arange(300)), "sensor_2 reads 512 in all samples"),
+        (changed_sensor(2, 1e-200 * np.arange(300)), "sensor_2 reads 0 in all samples"),
+        ({"header": {"adc_bits": "9" * 5000}}, "adc_bits: '9999999.*', which is not a number"),
         ({"header": {"adc_bits": "33"}}, "adc_bits: '33'; allowed is a whole number, 1 to 32"),
         ({"header": {"adc_bits": "10.5"}}, "allowed is a whole number"),
-        ({"time_s": np.arange(300) * 0.1 + 3.0 * (np.arange(300) > 50)}, "3 s of samples are"),
+        (
+            {"time_s": np.arange(300) * 0.1 + 3.0 * (np.arange(300) > 50)},
+            "samples are missing for 3 s, ",
+        ),
         (changed_time(299, 1e9), "more than the 1000 columns"),
-        (changed_sensor(2, 512), "sensor_2 reads 512 throughout"),
+        (changed_sensor(2, 512), "sensor_2 reads 512 in all samples"),
         (changed_sensor(3, np.where(np.arange(300) < 200, 1023, 500)), "sensor_3 is at 1023"),
         (changed_sensor(3, np.where(np.arange(300) < 2, 1024, 500)), "reads 1024, outside"),
     ],
@@ -127,7 +130,7 @@ def test_a_sensor_that_is_stuck_but_for_a_few_samples_is_refused():
     values[1] = 487
     values[1, ::9] = 488
     with pytest.raises(
-        RecordingError, match=r"sensor_2 reads 487 in 89 % of the samples: is it st"
+        RecordingError, match=r"sensor_2 reads 487 in 89 % of the samples, so it is stuck or loose"
     ):
         accept(recording(values=values), **SETTINGS)
 
@@ -138,6 +141,9 @@ def test_two_channels_that_show_one_sensor_are_refused_whatever_drifts():
     sensors = recording().values + drift
     accept(recording(values=sensors), **SETTINGS)
     sensors[3] = sensors[1] + numbers.integers(-1, 2, 300)
-    with pytest.raises(RecordingError, match=r"sensor_2 and sensor_4 read alike \(correlation 0\."):
+    with pytest.raises(
+        RecordingError,
+        match=r"sensor_2 and sensor_4 give nearly the same readings \(correlation 0\.",
+    ):
         accept(recording(values=sensors), **SETTINGS)
     accept(recording(values=sensors), **SETTINGS | {"max_sensor_correlation": 1.0})

@@ -61,8 +61,8 @@ def test_volts_and_kilo_ohms_without_a_header_are_taken_as_linear():
 @pytest.mark.parametrize(
     ("header", "reason"),
     [
-        ({"unit": "psi"}, "unit: 'psi'; known are counts, V, ohm and kohm"),
-        ({"unit": "ohm"}, "unit: ohm, and a reading is -1"),
+        ({"unit": "psi"}, "unit: 'psi'; allowed are counts, V, ohm and kohm"),
+        ({"unit": "ohm"}, "unit: ohm, but a reading is -1; every resistance must be above 0"),
     ],
 )
 def test_a_unit_that_cannot_be_is_refused(header, reason):

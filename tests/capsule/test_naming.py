@@ -54,9 +54,9 @@ def test_recordings_are_ordered_by_size_then_by_number():
     ("entry", "reason"),
     [
         (Entry("3mm/x.csv", "folder"), "a folder, not a file"),
-        (Entry("3mm/x.csv", "dead link"), "leads nowhere"),
+        (Entry("3mm/x.csv", "dead link"), "a link to a file that does not exist"),
         (Entry("3mm/x.csv", "device"), "a pipe or a device"),
-        (Entry("3mm/x.csv", "link out"), "leads out of raw/"),
+        (Entry("3mm/x.csv", "link out"), "a link to a place outside raw/"),
         (Entry("3mm/x.csv", "locked"), "no permission"),
         (Entry("3mm/run 1.csv"), "rename the file"),
         (Entry("3mm/" + "r" * 97 + ".csv"), "rename the file"),
@@ -77,13 +77,13 @@ def test_what_claims_to_be_a_recording_is_refused_by_name(entry, reason):
     ("entry", "path", "reason"),
     [
         (Entry("3mm/._r07.csv"), "3mm/._r07.csv", "hidden"),
-        (Entry("3mm/R07.CSV"), "3mm/R07.CSV", "rename the ending"),
-        (Entry("3mm/monday", "folder"), "3mm/monday", "a folder; recordings lie directly"),
+        (Entry("3mm/R07.CSV"), "3mm/R07.CSV", "write the ending in lower case"),
+        (Entry("3mm/monday", "folder"), "3mm/monday", "a folder; put recordings directly"),
         (Entry("4mm", "locked"), "4mm", "no permission"),
         (Entry("3mm/notes.txt"), "3mm/notes.txt", "not a .csv file"),
-        (Entry("3mm/r07.csv.part"), "3mm/r07.csv.part", "still being recorded"),
-        (Entry("r07.csv"), "r07.csv", "lies beside the folders"),
-        (Entry("3cm", "folder"), "3cm/", "names no size"),
+        (Entry("3mm/r07.csv.part"), "3mm/r07.csv.part", "an unfinished recording"),
+        (Entry("r07.csv"), "r07.csv", "directly in raw/; move it"),
+        (Entry("3cm", "folder"), "3cm/", "name is not a size"),
     ],
 )
 def test_what_is_no_recording_is_passed_over_by_name(entry, path, reason):
@@ -163,6 +163,6 @@ def test_what_lies_in_a_hidden_folder_is_named_where_it_claims_to_be_a_recording
     archive = classify([*entries, Entry(".DS_Store")])
     assert archive.recordings == ()
     assert archive.passed_over == {
-        ".5mm/x.csv": "in a hidden folder; move it into one such as 3mm/",
+        ".5mm/x.csv": "in a hidden folder; move it into a folder such as 3mm/",
         ".x.csv": "hidden file",
     }

@@ -74,7 +74,9 @@ def test_a_sensor_of_noise_beside_three_with_a_wave_passes_as_rarely_as_stated(n
 
 
 def test_what_reaches_all_sensors_at_once_is_no_wave():
-    assert reason_of(wave(numbers_of("hum"), behind=0.0)).startswith("all sensors beat at the same")
+    assert reason_of(wave(numbers_of("hum"), behind=0.0)).startswith(
+        "all sensors beat at the same time"
+    )
 
 
 def test_a_wave_passes_from_either_end_and_where_it_hardly_stands_out():

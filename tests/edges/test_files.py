@@ -53,9 +53,9 @@ def test_the_archive_is_listed_from_the_disk(tmp_path):
     assert archive.recordings == ("3mm/a",)
     assert archive.refused == {
         "3mm/d.csv": "a folder, not a file",
-        "3mm/gone.csv": "a link that leads nowhere",
-        "3mm/loop.csv": "a link that leads nowhere",
-        "3mm/zero.csv": "no file with content, but a pipe or a device",
+        "3mm/gone.csv": "a link to a file that does not exist",
+        "3mm/loop.csv": "a link to a file that does not exist",
+        "3mm/zero.csv": "a pipe or a device, not a file",
         "3mm/\\udcff.csv": archive.refused["3mm/\\udcff.csv"],
     }
     with pytest.raises(CapsuleError, match="does not exist"):
@@ -86,7 +86,8 @@ def test_a_full_disk_names_the_file_and_the_remedy(tmp_path, monkeypatch):
     with pytest.raises(SystemExit) as stop:
         files.run(lambda: files.write_json(target, {}))
     assert stop.value.code == (
-        f"error: {target}: No space left on device; make room and run again: what is finished stays"
+        f"error: {target}: No space left on device; free some space and run again: finished "
+        "results are kept"
     )
     assert list(tmp_path.iterdir()) == []
 
@@ -130,7 +131,7 @@ def test_links_that_lead_out_of_the_archive_are_refused_and_those_within_it_foll
     (raw / "5mm").symlink_to("3mm")
     archive = files.list_archive(raw)
     assert archive.recordings == ("3mm/a", "3mm/b", "5mm/a", "5mm/b")
-    out = "a link that leads out of raw/; put a copy of the file there"
+    out = "a link to a place outside raw/; replace it with a copy of the file"
     names = [
         f"{folder}/{name}.csv" for folder in ("3mm", "5mm") for name in ("dots", "out", "twice")
     ]

@@ -49,7 +49,7 @@ class Case:
     @property
     def refused_by_name(self) -> bool:
         """Tell whether it was refused without being opened."""
-        return self.reason.startswith(("rename the file", "a folder", "a link", "no file with"))
+        return self.reason.startswith(("rename the file", "a folder", "a link", "a pipe"))
 
 
 def recording(name: str) -> Recording:
@@ -104,7 +104,7 @@ INDEX = np.arange(SAMPLES)
 COLUMNS = b"time_s,sensor_1,sensor_2,sensor_3,sensor_4"
 RENAME = (
     "rename the file: only letters A-Z, digits and _ . + - are allowed in its name, "
-    "at most 100 of them, and it starts with a letter or digit"
+    "at most 100 of them, and the first is a letter or digit"
 )
 
 
@@ -142,20 +142,20 @@ UNREADABLE = [
         "3mm/column-missing.csv",
         write(b"time_s,sensor_1,sensor_2,sensor_3\n0,1,2,3\n"),
         "line 1: the column 'sensor_4' is missing; found: 'time_s,sensor_1,sensor_2,sensor_3', "
-        f"wanted: {COLUMNS.decode()}",
+        f"required: {COLUMNS.decode()}",
     ),
     Case(
         "a column stands twice",
         "3mm/column-doubled.csv",
         write(COLUMNS + b",sensor_2\n0,1,2,3,4,5\n"),
-        "line 1: the column 'sensor_2' stands more than once",
+        "line 1: the column 'sensor_2' appears more than once",
     ),
     Case(
         "a column has another name",
         "3mm/column-renamed.csv",
         write(bare("renamed").replace(b"sensor_3", b"Sensor3")),
         "line 1: the column 'sensor_3' is missing; found: "
-        f"'time_s,sensor_1,sensor_2,Sensor3,sensor_4', wanted: {COLUMNS.decode()}",
+        f"'time_s,sensor_1,sensor_2,Sensor3,sensor_4', required: {COLUMNS.decode()}",
     ),
     Case(
         "a fifth sensor",
@@ -210,7 +210,7 @@ UNREADABLE = [
         "decimal commas",
         "3mm/decimal-commas.csv",
         write(bare("commas").replace(b".", b",")),
-        "line 3 has 6 cells where 5 columns are named (a cut-off line, or decimal commas?)",
+        "line 3 has 6 cells, but there are 5 columns (a cut-off line, or decimal commas?)",
     ),
     Case(
         "UTF-16",
@@ -234,13 +234,13 @@ UNREADABLE = [
         "one endless line",
         "3mm/one-line.csv",
         write(b"a,b," * 500_000),
-        "line 1 holds 2000000 characters: this is no recording",
+        "line 1 has 2000000 characters; a line of a recording has at most 10000",
     ),
     Case(
         "more lines than any run has",
         "3mm/many-lines.csv",
         write(COLUMNS + b"\n" * 250_000),
-        "the file holds 250000 lines: no run is that long",
+        "the file has 250000 lines; a recording has at most 200000",
     ),
     Case(
         "cut off in mid-line",
@@ -252,20 +252,20 @@ UNREADABLE = [
         "a later format",
         "3mm/format-2.csv",
         write(content("format").replace(b"format_version: 1", b"format_version: 2")),
-        "the header says format_version '2'; this program knows 1",
+        "the header says format_version '2'; this program reads version 1 only",
     ),
     Case(
         "a header of 5 MB",
         "3mm/header-long.csv",
         write(b"# note: " + b"\n# note: ".join([b"x" * 9000] * 550) + b"\n" + bare("header")),
-        "line 2: the header lines hold more than 10000 characters; keep such notes in a file of "
-        "their own",
+        "line 2: the header lines hold more than 10000 characters; keep long notes in a separate "
+        "file",
     ),
     Case(
         "a header that is no number",
         "3mm/adc-bits.csv",
         write(content("bits").replace(b"adc_bits: 10", b"adc_bits: ten")),
-        "the header says adc_bits: 'ten', which is no number",
+        "the header says adc_bits: 'ten', which is not a number",
     ),
     Case(
         "1 GB",
@@ -280,14 +280,14 @@ UNUSABLE = [
         "a sensor that reads the same throughout",
         "3mm/constant.csv",
         changed("constant", values=sensor("constant", 2, 512)),
-        "sensor_2 reads 512 throughout: is it connected, and not shorted?",
+        "sensor_2 reads 512 in all samples; check its connection, and check it for a short circuit",
     ),
     Case(
         "a sensor at the end of the ADC's range for most of the run",
         "3mm/rail.csv",
         changed("rail", values=sensor("rail", 3, np.where(INDEX < 200, 1023, 500 + INDEX % 7))),
-        "sensor_3 is at 1023, the end of the ADC's range, in 67 % of the samples "
-        "(recording.max_rail_fraction)",
+        "sensor_3 is at 1023, the end of the ADC's range, in 67 % of the samples; "
+        "at most 20 % are allowed (recording.max_rail_fraction)",
     ),
     Case(
         "the same, without a header that tells the range",
@@ -297,8 +297,8 @@ UNUSABLE = [
             values=sensor("bare", 1, np.where(INDEX < 240, 1023, 512 + INDEX % 5)),
             header={},
         ),
-        "sensor_1 is at 1023, the end of the ADC's range, in 80 % of the samples "
-        "(recording.max_rail_fraction)",
+        "sensor_1 is at 1023, the end of the ADC's range, in 80 % of the samples; "
+        "at most 20 % are allowed (recording.max_rail_fraction)",
     ),
     Case(
         "the same, in volts",
@@ -308,41 +308,41 @@ UNUSABLE = [
             values=sensor("volts", 4, np.where(INDEX < 180, 1023, 512 + INDEX % 5)) * 5.0 / 1023,
             header={"vref_v": "5.0"},
         ),
-        "sensor_4 is at 4.99268 V, the end of the ADC's range, in 60 % of the samples "
-        "(recording.max_rail_fraction)",
+        "sensor_4 is at 4.99268 V, the end of the ADC's range, in 60 % of the samples; "
+        "at most 20 % are allowed (recording.max_rail_fraction)",
     ),
     Case(
         "a sensor at the end of the ADC's range for a third of the run",
         "3mm/rail-third.csv",
         changed("third", values=sensor("third", 2, np.where(INDEX < 99, 1023, 500 + INDEX % 7))),
-        "sensor_2 is at 1023, the end of the ADC's range, in 33 % of the samples "
-        "(recording.max_rail_fraction)",
+        "sensor_2 is at 1023, the end of the ADC's range, in 33 % of the samples; "
+        "at most 20 % are allowed (recording.max_rail_fraction)",
     ),
     Case(
         "a sensor that is stuck but for a few samples",
         "3mm/stuck.csv",
         changed("stuck", values=sensor("stuck", 4, np.where(INDEX % 10 == 0, 488, 487))),
-        "sensor_4 reads 487 in 90 % of the samples: is it stuck, or loose? "
-        "(recording.max_constant_fraction)",
+        "sensor_4 reads 487 in 90 % of the samples, so it is stuck or loose; "
+        "at most 80 % are allowed (recording.max_constant_fraction)",
     ),
     Case(
         "two channels that show one sensor",
         "3mm/shorted.csv",
         changed("shorted", values=recording("shorted").values[[0, 1, 1, 3]]),
-        "sensor_2 and sensor_3 read alike (correlation 1.000): are the channels shorted? "
-        "(recording.max_sensor_correlation)",
+        "sensor_2 and sensor_3 give nearly the same readings (correlation 1.000); "
+        "check the channels for a short circuit (recording.max_sensor_correlation)",
     ),
     Case(
         "resistances that are not positive",
         "3mm/ohm.csv",
         changed("ohm", header={"unit": "ohm"}, values=sensor("ohm", 1, INDEX % 7)),
-        "the header says unit: ohm, and a reading is 0",
+        "the header says unit: ohm, but a reading is 0; every resistance must be above 0",
     ),
     Case(
         "a unit that is not known",
         "3mm/unit.csv",
         changed("unit", header={"unit": "psi"}),
-        "the header says unit: 'psi'; known are counts, V, ohm and kohm",
+        "the header says unit: 'psi'; allowed are counts, V, ohm and kohm",
     ),
     Case(
         "readings that the ADC cannot give",
@@ -366,39 +366,41 @@ UNUSABLE = [
         "a gap longer than allowed",
         "3mm/gap.csv",
         changed("gap", time_s=np.round(TIMES + 3.0 * (INDEX > 100), 3)),
-        "3 s of samples are missing from 10.1 s on; allowed are 2 s (recording.max_gap_s)",
+        "samples are missing for 3 s, from 10.1 s on; at most 2 s are allowed "
+        "(recording.max_gap_s)",
     ),
     Case(
         "19 of 20 samples missing",
         "3mm/missing.csv",
         changed("missing", values=np.where(INDEX % 20 == 0, recording("missing").values, np.nan)),
-        "285 of 300 samples are missing, 95 %; allowed are 20 % (recording.max_missing_fraction)",
+        "285 of 300 samples (95 %) are missing; at most 20 % are allowed "
+        "(recording.max_missing_fraction)",
     ),
     Case(
         "a rate that changes within",
         "3mm/two-rates.csv",
         changed("two rates", time_s=np.round(TIMES - 0.05 * np.maximum(INDEX - 180, 0), 3)),
-        "the rate changes within: 20 Hz in the 84 samples from 19.75 s on, 10 Hz in most others "
-        "(recording.rate_tolerance); record it again at one rate, or cut it there",
+        "the sampling rate changes: 20 Hz in the 84 samples from 19.75 s on, 10 Hz in most others "
+        "(recording.rate_tolerance); record it again at one rate, or cut the file there",
     ),
     Case(
         "more samples than the time has room for",
         "3mm/too-many.csv",
         changed("too many", time_s=np.round(TIMES - 0.05 * np.clip(INDEX - 180, 0, 20), 3)),
-        "count and duration disagree: there are 184 samples up to 18.15 s, and 10 Hz make 183; "
-        "record it again, or mend time_s",
+        "too many samples for their time: 184 samples up to 18.15 s, but 10 Hz give 183; "
+        "record it again, or correct time_s",
     ),
     Case(
         "another sampling rate",
         "3mm/rate.csv",
         changed("rate", time_s=np.round(INDEX * 0.05, 3)),
-        "the samples come at 20 Hz, configured is 10 Hz (recording.rate_hz)",
+        "the sampling rate is 20 Hz, but recording.rate_hz is 10",
     ),
     Case(
         "time in milliseconds",
         "3mm/milliseconds.csv",
         changed("milliseconds", time_s=INDEX * 100.0),
-        "the samples come at 0.01 Hz, configured is 10 Hz (recording.rate_hz); "
+        "the sampling rate is 0.01 Hz, but recording.rate_hz is 10; "
         "is time_s in 1/1000 of a second?",
     ),
     Case(
@@ -411,7 +413,7 @@ UNUSABLE = [
         "a single sample",
         "3mm/single.csv",
         changed("single", time_s=TIMES[:1], values=recording("single").values[:, :1]),
-        "1 sample is too few",
+        "1 sample is too few for a recording",
     ),
     Case(
         "longer than the matrix",
@@ -465,37 +467,37 @@ NO_FILES = [
         "a broken link",
         "3mm/broken-link.csv",
         lambda path: path.symlink_to("nowhere.csv"),
-        "a link that leads nowhere",
+        "a link to a file that does not exist",
     ),
     Case(
         "a link to itself",
         "3mm/loop.csv",
         lambda path: path.symlink_to("loop.csv"),
-        "a link that leads nowhere",
+        "a link to a file that does not exist",
     ),
     Case(
         "a pipe",
         "3mm/pipe.csv",
         lambda path: os.mkfifo(path),
-        "no file with content, but a pipe or a device",
+        "a pipe or a device, not a file",
     ),
     Case(
         "an endless device",
         "3mm/zero.csv",
         lambda path: path.symlink_to("/dev/zero"),
-        "no file with content, but a pipe or a device",
+        "a pipe or a device, not a file",
     ),
     Case(
         "a link to a file elsewhere",
         "3mm/link-out.csv",
         lambda path: path.symlink_to("/etc/passwd"),
-        "a link that leads out of raw/; put a copy of the file there",
+        "a link to a place outside raw/; replace it with a copy of the file",
     ),
     Case(
         "a link to what the system makes up",
         "3mm/link-proc.csv",
         lambda path: path.symlink_to("/proc/self/status"),
-        "a link that leads out of raw/; put a copy of the file there",
+        "a link to a place outside raw/; replace it with a copy of the file",
     ),
 ]
 
@@ -530,31 +532,31 @@ PASSED_OVER = [
         "an ending in capitals",
         "3mm/R07.CSV",
         write(content("capitals")),
-        "not a .csv file: rename the ending to small letters",
+        "not a .csv file: write the ending in lower case",
     ),
     Case(
         "a recording that is still being made",
         "3mm/r07.csv.part",
         write(content("part")),
-        "still being recorded",
+        "an unfinished recording; if no recorder is running: acquire.py --recover",
     ),
     Case(
         "a folder inside a folder",
         "3mm/monday",
         Path.mkdir,
-        "a folder; recordings lie directly in the folder of their size",
+        "a folder; put recordings directly into the folder of their size",
     ),
     Case(
         "a recording beside the folders",
         "r07.csv",
         write(content("beside")),
-        "lies beside the folders; move it into one such as 3mm/",
+        "directly in raw/; move it into a folder such as 3mm/",
     ),
     Case(
         "a recording in a hidden folder",
         ".5mm/x.csv",
         write(content("hidden folder")),
-        "in a hidden folder; move it into one such as 3mm/",
+        "in a hidden folder; move it into a folder such as 3mm/",
     ),
     Case(
         "a hidden recording beside the folders",
@@ -566,26 +568,26 @@ PASSED_OVER = [
         "a name that is a formula",
         "=1+1.csv",
         write(content("formula")),
-        "lies beside the folders; move it into one such as 3mm/",
+        "directly in raw/; move it into a folder such as 3mm/",
     ),
     Case(
         "one with a full-width sign",
         "\uff1d1+1.csv",
         write(content("full-width formula")),
-        "lies beside the folders; move it into one such as 3mm/",
+        "directly in raw/; move it into a folder such as 3mm/",
     ),
     Case(
         "a folder elsewhere",
         "7mm",
         lambda path: path.symlink_to("/etc"),
-        "a link that leads out of raw/; put a copy of what it leads to there",
+        "a link to a place outside raw/; replace it with a copy of the linked folder",
     ),
     *(
         Case(
             what,
             name,
             Path.mkdir,
-            "a folder that names no size; call it such as 0mm, 2.5mm or unlabelled",
+            "a folder whose name is not a size; rename it, for example to 0mm, 2.5mm or unlabelled",
         )
         for what, name in [
             ("a folder of another unit", "3cm"),

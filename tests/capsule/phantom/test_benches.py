@@ -47,7 +47,7 @@ def test_a_wrong_bench_is_answered_with_name_and_remedy(bench, message):
 def test_an_unknown_bench_is_answered_with_the_nearest():
     with pytest.raises(CapsuleError, match=r"no bench uneven-wal .*did you mean uneven-wall\?"):
         read_phantom(DEFAULT_TABLE, [], "uneven-wal")
-    with pytest.raises(CapsuleError, match=r"known are .*uneven-wall"):
+    with pytest.raises(CapsuleError, match=r"allowed are .*uneven-wall"):
         read_phantom(DEFAULT_TABLE, [], "../phantom")
 
 

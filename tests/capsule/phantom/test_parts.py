@@ -262,8 +262,8 @@ def test_every_parameter_says_its_unit_and_source():
         (lambda t: t["wall"].update(lumen_m=t["wall"].pop("lumen_mm")), r"wall\.lumen_m.*lumen_mm"),
         (lambda t: t["wall"].pop("lumen_mm"), r"wall\.lumen_mm is missing"),
         (lambda t: t["wall"]["lumen_mm"].pop("unit"), r"wall\.lumen_mm: write it as"),
-        (lambda t: t["wall"]["lumen_mm"].update(value="wide"), r"'wide' is no number"),
-        (lambda t: t["wall"]["lumen_mm"].update(source="hearsay"), r"'hearsay' is none of"),
+        (lambda t: t["wall"]["lumen_mm"].update(value="wide"), r"'wide' is not a number"),
+        (lambda t: t["wall"]["lumen_mm"].update(source="hearsay"), r"'hearsay' is not one of"),
         (lambda t: t.update(wall=None), r"wall: needs parameters"),
     ],
 )

@@ -64,7 +64,7 @@ def accept(
         The recording cannot be used; the text says why.
     """
     if recording.time_s.size < 2:
-        raise RecordingError(f"{recording.time_s.size} sample is too few")
+        raise RecordingError(f"{recording.time_s.size} sample is too few for a recording")
     columns = columns_by_time(
         recording.time_s,
         rate_hz=rate_hz,
@@ -97,8 +97,8 @@ def _check_gaps(values: np.ndarray, time_s: np.ndarray, rate_hz: float, max_gap_
     if duration > max_gap_s:
         begin = time_s[0] + starts[longest] / rate_hz
         raise RecordingError(
-            f"{duration:g} s of samples are missing from {begin:g} s on; allowed are "
-            f"{max_gap_s:g} s (recording.max_gap_s)"
+            f"samples are missing for {duration:g} s, from {begin:g} s on; at most "
+            f"{max_gap_s:g} s are allowed (recording.max_gap_s)"
         )
 
 
@@ -107,8 +107,8 @@ def _check_missing(values: np.ndarray, max_missing_fraction: float) -> None:
     fraction = float(np.mean(missing))
     if fraction > max_missing_fraction:
         raise RecordingError(
-            f"{np.count_nonzero(missing)} of {missing.size} samples are missing, "
-            f"{100 * fraction:.0f} %; allowed are {100 * max_missing_fraction:g} % "
+            f"{np.count_nonzero(missing)} of {missing.size} samples ({100 * fraction:.0f} %) are "
+            f"missing; at most {100 * max_missing_fraction:g} % are allowed "
             "(recording.max_missing_fraction)"
         )
 
@@ -125,7 +125,8 @@ def _check_sensors(
         low, high = known.min(), known.max()
         if high - low <= max(_SMALLEST_VARIATION * max(abs(low), abs(high)), 1e-12):
             raise RecordingError(
-                f"sensor_{sensor} reads {low:g} throughout: is it connected, and not shorted?"
+                f"sensor_{sensor} reads {low:g} in all samples; check its connection, and check "
+                "it for a short circuit"
             )
         if counts and "adc_bits" in header and (low < 0 or high > ends[-1][1]):
             outside = low if low < 0 else high
@@ -139,14 +140,16 @@ def _check_sensors(
                 unit = "" if counts else " V"
                 raise RecordingError(
                     f"sensor_{sensor} is at {below:g}{unit}, the end of the ADC's range, in "
-                    f"{100 * fraction:.0f} % of the samples (recording.max_rail_fraction)"
+                    f"{100 * fraction:.0f} % of the samples; at most "
+                    f"{100 * max_rail_fraction:g} % are allowed (recording.max_rail_fraction)"
                 )
         levels, times = np.unique(known, return_counts=True)
         constant = times.max() / known.size
         if constant > max_constant_fraction:
             raise RecordingError(
                 f"sensor_{sensor} reads {levels[times.argmax()]:g} in {100 * constant:.0f} % of "
-                "the samples: is it stuck, or loose? (recording.max_constant_fraction)"
+                f"the samples, so it is stuck or loose; at most {100 * max_constant_fraction:g} % "
+                "are allowed (recording.max_constant_fraction)"
             )
 
 
@@ -165,7 +168,7 @@ def _check_alike(values: np.ndarray, window: int, max_sensor_correlation: float)
     first, second = np.unravel_index(alike.argmax(), alike.shape)
     if alike[first, second] > max_sensor_correlation:
         raise RecordingError(
-            f"sensor_{first + 1} and sensor_{second + 1} read alike (correlation "
-            f"{alike[first, second]:.3f}): are the channels shorted? "
+            f"sensor_{first + 1} and sensor_{second + 1} give nearly the same readings "
+            f"(correlation {alike[first, second]:.3f}); check the channels for a short circuit "
             "(recording.max_sensor_correlation)"
         )

@@ -43,7 +43,8 @@ def on_full_scale(
         ohms = values * _OHMS[unit]
         if np.nanmin(ohms) <= 0:
             raise RecordingError(
-                f"the header says unit: {unit}, and a reading is {np.nanmin(values):g}"
+                f"the header says unit: {unit}, but a reading is {np.nanmin(values):g}; "
+                "every resistance must be above 0"
             )
         # Without the resistor in series, its ratio to all of them is what remains unknown.
         series = _header_number(header, "series_ohm") or float(np.nanmedian(ohms))
@@ -51,7 +52,7 @@ def on_full_scale(
         return full_scale * across / (ohms + series)
     if unit not in ("", "counts", "v"):
         raise RecordingError(
-            f"the header says unit: {unit[:60]!r}; known are counts, V, ohm and kohm"
+            f"the header says unit: {unit[:60]!r}; allowed are counts, V, ohm and kohm"
         )
     bits, vref_v = _header_number(header, "adc_bits"), _header_number(header, "vref_v")
     counts = unit == "counts" or (not unit and adc_ends(header, values)[0])
@@ -117,5 +118,5 @@ def _header_number(header: Mapping[str, str], key: str) -> float | None:
     if not text:
         return None
     if not re.fullmatch(r"[0-9]{1,6}(\.[0-9]{1,6})?", text):
-        raise RecordingError(f"the header says {key}: {text[:60]!r}, which is no number")
+        raise RecordingError(f"the header says {key}: {text[:60]!r}, which is not a number")
     return float(text)

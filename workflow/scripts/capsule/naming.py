@@ -20,9 +20,9 @@ _FORMULA = re.compile(r"(^|[;,|\t])(?=[\"']*[=+\-@\uff1d\uff0b\uff0d\uff20])")
 _NUMBER = re.compile(r"[+-]?[0-9]+(\.[0-9]+)?([eE][+-]?[0-9]+)?|[+-]?inf")
 _NO_FILE = {
     "folder": "a folder, not a file",
-    "dead link": "a link that leads nowhere",
-    "link out": "a link that leads out of raw/; put a copy of the file there",
-    "device": "no file with content, but a pipe or a device",
+    "dead link": "a link to a file that does not exist",
+    "link out": "a link to a place outside raw/; replace it with a copy of the file",
+    "device": "a pipe or a device, not a file",
     "locked": "cannot be read: you have no permission",
 }
 
@@ -176,13 +176,15 @@ def classify(entries: Iterable[Entry]) -> Archive:
                 passed_over[shown + ("/" if entry.kind == "folder" else "")] = reason
         elif folder.startswith("."):
             if name.lower().endswith(".csv"):
-                passed_over[shown] = "in a hidden folder; move it into one such as 3mm/"
+                passed_over[shown] = "in a hidden folder; move it into a folder such as 3mm/"
         elif folder != UNLABELLED and folder_size_mm(folder) is None:
             continue  # its folder is named once, above
         elif name.startswith("."):
             passed_over[shown] = "hidden file"
         elif name.endswith(".part"):
-            passed_over[shown] = "still being recorded"
+            passed_over[shown] = (
+                "an unfinished recording; if no recorder is running: acquire.py --recover"
+            )
         elif not name.endswith(".csv"):
             passed_over[shown] = _other_file(entry, name)
         elif entry.kind != "file":
@@ -190,12 +192,12 @@ def classify(entries: Iterable[Entry]) -> Archive:
         elif not _PLAIN_NAME.fullmatch(name):
             refused[shown] = (
                 "rename the file: only letters A-Z, digits and _ . + - are allowed in its name, "
-                "at most 100 of them, and it starts with a letter or digit"
+                "at most 100 of them, and the first is a letter or digit"
             )
         elif repeated := repeated_end(name.removesuffix(".csv")):
             refused[shown] = (
-                f"rename the file: its name ends in {repeated!r} twenty times and more, "
-                "which Snakemake stops at"
+                f"rename the file: its name ends in {repeated!r} twenty times or more, "
+                "and Snakemake stops at such a name"
             )
         else:
             recordings.append(entry.path.removesuffix(".csv"))
@@ -205,9 +207,9 @@ def classify(entries: Iterable[Entry]) -> Archive:
 
 def _other_file(entry: Entry, name: str) -> str:
     if entry.kind == "folder":
-        return "a folder; recordings lie directly in the folder of their size"
+        return "a folder; put recordings directly into the folder of their size"
     if name.lower().endswith(".csv"):
-        return "not a .csv file: rename the ending to small letters"
+        return "not a .csv file: write the ending in lower case"
     return "not a .csv file"
 
 
@@ -215,9 +217,11 @@ def _fault_at_top(entry: Entry) -> str:
     if entry.path.startswith("."):
         return "hidden file" if entry.path.lower().endswith(".csv") else ""
     if entry.kind in ("locked", "link out"):
-        return _NO_FILE[entry.kind].replace("the file", "what it leads to")
+        return _NO_FILE[entry.kind].replace("the file", "the linked folder")
     if entry.kind != "folder":
-        return "lies beside the folders; move it into one such as 3mm/"
+        return "directly in raw/; move it into a folder such as 3mm/"
     if entry.path != UNLABELLED and folder_size_mm(entry.path) is None:
-        return "a folder that names no size; call it such as 0mm, 2.5mm or unlabelled"
+        return (
+            "a folder whose name is not a size; rename it, for example to 0mm, 2.5mm or unlabelled"
+        )
     return ""

@@ -94,7 +94,9 @@ def read_recording(stream: BinaryIO, sensors: int, max_bytes: int = 16_000_000) 
     # Not splitlines(): it also splits at form feeds and other characters that editors do not.
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     if text.count("\n") > _MOST_LINES:
-        raise RecordingError(f"the file holds {text.count(chr(10))} lines: no run is that long")
+        raise RecordingError(
+            f"the file has {text.count(chr(10))} lines; a recording has at most {_MOST_LINES}"
+        )
     lines = text.split("\n")
     complete = lines[-1] == ""
     if complete:
@@ -102,7 +104,8 @@ def read_recording(stream: BinaryIO, sensors: int, max_bytes: int = 16_000_000) 
     longest = max(range(len(lines)), key=lambda index: len(lines[index]))
     if len(lines[longest]) > _LONGEST_LINE:
         raise RecordingError(
-            f"line {longest + 1} holds {len(lines[longest])} characters: this is no recording"
+            f"line {longest + 1} has {len(lines[longest])} characters; a line of a recording "
+            f"has at most {_LONGEST_LINE}"
         )
     header, first_row = _split_header(lines)
     if first_row == len(lines):
@@ -116,7 +119,7 @@ def read_recording(stream: BinaryIO, sensors: int, max_bytes: int = 16_000_000) 
     if version not in (None, FORMAT_VERSION):
         raise RecordingError(
             f"the header says format_version {_shorten(version)!r}; "
-            f"this program knows {FORMAT_VERSION}"
+            f"this program reads version {FORMAT_VERSION} only"
         )
     # Flat and packed: lists of floats would take ten times the memory of a wrong file.
     cells = array.array("d")
@@ -165,7 +168,7 @@ def _split_header(lines: Sequence[str]) -> tuple[dict[str, str], int]:
         if characters > _MOST_HEADER_CHARACTERS:
             raise RecordingError(
                 f"line {index + 1}: the header lines hold more than {_MOST_HEADER_CHARACTERS} "
-                "characters; keep such notes in a file of their own"
+                "characters; keep long notes in a separate file"
             )
         if index >= _LONGEST_HEADER:
             raise RecordingError(f"the first {_LONGEST_HEADER} lines hold no column names")
@@ -184,13 +187,13 @@ def _column_order(line: str, sensors: int, number: int) -> list[int]:
     doubled = sorted(name for name, count in Counter(names).items() if count > 1 and name)
     if doubled:
         raise RecordingError(
-            f"line {number}: the column {_shorten(doubled[0])!r} stands more than once"
+            f"line {number}: the column {_shorten(doubled[0])!r} appears more than once"
         )
     missing = [name for name in wanted if name not in names]
     if missing:
         raise RecordingError(
             f"line {number}: the column {missing[0]!r} is missing; found: {_shorten(line)!r}, "
-            f"wanted: {','.join(wanted)}"
+            f"required: {','.join(wanted)}"
         )
     surplus = [
         name for name in names if re.fullmatch(r"sensor_[0-9]+", name) and name not in wanted
@@ -207,7 +210,7 @@ def _parse_row(line: str, order: Sequence[int], number: int) -> list[float]:
     cells = line.split(",")
     if len(cells) != order[-1]:
         raise RecordingError(
-            f"line {number} has {len(cells)} cells where {order[-1]} columns are named "
+            f"line {number} has {len(cells)} cells, but there are {order[-1]} columns "
             "(a cut-off line, or decimal commas?)"
         )
     picked = [cells[index].strip() for index in order[:-1]]

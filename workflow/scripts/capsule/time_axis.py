@@ -95,8 +95,8 @@ def _check_rate(interval_s: float, rate_hz: float, rate_tolerance: float) -> Non
         scale = next((s for s in (1e3, 1e6, 1e9) if 0.5 < rate_hz * interval_s / s < 2), None)
         hint = f"; is time_s in 1/{scale:.0f} of a second?" if scale else ""
         raise RecordingError(
-            f"the samples come at {1.0 / interval_s:.4g} Hz, configured is {rate_hz:g} Hz "
-            f"(recording.rate_hz){hint}"
+            f"the sampling rate is {1.0 / interval_s:.4g} Hz, but recording.rate_hz is "
+            f"{rate_hz:g}{hint}"
         )
 
 
@@ -120,9 +120,9 @@ def _check_stretches(
     worst = int(np.argmax(beyond))
     if beyond[worst] > 0:
         raise RecordingError(
-            f"the rate changes within: {1.0 / usual[worst, 0]:.4g} Hz in the {stretch} samples "
+            f"the sampling rate changes: {1.0 / usual[worst, 0]:.4g} Hz in the {stretch} samples "
             f"from {time_s[starts[worst]]:g} s on, {1.0 / interval_s:.4g} Hz in most others "
-            "(recording.rate_tolerance); record it again at one rate, or cut it there"
+            "(recording.rate_tolerance); record it again at one rate, or cut the file there"
         )
 
 
@@ -173,9 +173,9 @@ def _missing_before(surplus: np.ndarray, time_s: np.ndarray, interval_s: float) 
         elif value - current < -_TOO_MANY:
             room = round((time_s[index] - time_s[0]) / interval_s) + 1
             raise RecordingError(
-                f"count and duration disagree: there are {index + 1} samples up to "
-                f"{time_s[index]:g} s, and {1.0 / interval_s:.4g} Hz make {room}; "
-                "record it again, or mend time_s"
+                f"too many samples for their time: {index + 1} samples up to "
+                f"{time_s[index]:g} s, but {1.0 / interval_s:.4g} Hz give {room}; "
+                "record it again, or correct time_s"
             )
         missing[index] = current
     return missing

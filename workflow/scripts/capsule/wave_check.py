@@ -51,7 +51,7 @@ def missing_wave(values: np.ndarray, rate_hz: float, settings: Mapping, false_ra
     wavelength_mm, pitch_mm = settings["wavelength_mm"], settings["pitch_mm"]
     expected = 2 * np.pi * pitch_mm / wavelength_mm * (len(values) - 1)
     if pitch_mm < wavelength_mm / 2 and abs(travel) < _LEAST_TRAVEL * expected:
-        return "all sensors beat at the same moment: interference, not a wave that travels"
+        return "all sensors beat at the same time: interference, not a travelling wave"
     return ""
 
 

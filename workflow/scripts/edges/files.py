@@ -33,7 +33,9 @@ OUTDATED = (
 def list_archive(raw: Path) -> Archive:
     """List the recordings under raw/, without opening any."""
     if not raw.is_dir():
-        raise CapsuleError(f"{raw}/ does not exist; make it and put recordings into {raw}/3mm/")
+        raise CapsuleError(
+            f"{raw}/ does not exist; create it and put recordings into folders such as {raw}/3mm/"
+        )
     return classify(_entries(raw))
 
 
@@ -239,5 +241,5 @@ def run(main: Callable[[], None]) -> None:
     except OSError as error:
         remedy = ""
         if error.errno in (errno.ENOSPC, errno.EDQUOT):
-            remedy = "; make room and run again: what is finished stays"
+            remedy = "; free some space and run again: finished results are kept"
         sys.exit(f"error: {error.filename or 'disk'}: {error.strerror or error}{remedy}")

@@ -24,7 +24,7 @@ def read_limited(path: Path, max_bytes: int) -> bytes | None:
     # What was a file when it was listed may be a pipe by now, and opening one waits for ever.
     with open(path, "rb", opener=_open_without_waiting) as stream:
         if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
-            raise OSError(errno.EINVAL, "no file, but a pipe or a device", str(path))
+            raise OSError(errno.EINVAL, "a pipe or a device, not a file", str(path))
         content = stream.read(max_bytes + 1) if path.stat().st_size <= max_bytes else b""
         if len(content) > max_bytes or path.stat().st_size > max_bytes:
             return None

@@ -58,7 +58,7 @@ def why_unknown(verdict: Verdict) -> str:
     return (
         "no score: a wave, a sensor or labelled recordings are missing"
         if np.isnan(verdict.score)
-        else "nothing to learn from"
+        else "no threshold: labelled recordings to learn it from are missing"
     )
 
 

@@ -55,7 +55,7 @@ def phantom_from_table(table: Mapping[str, Any]) -> Phantom:
         A parameter is unknown, missing, without value, unit or source, or no number.
     """
     if not isinstance(table, Mapping):
-        raise CapsuleError("the phantom's table is empty; it needs parts with parameters")
+        raise CapsuleError("the table of the phantom is empty; it needs parts with parameters")
     values: dict[str, float] = {}
     for part, entries in table.items():
         if not isinstance(entries, Mapping):
@@ -99,7 +99,8 @@ def bench_table(table: Mapping[str, Any], bench: Any) -> dict[str, dict]:  # noq
     """
     if not isinstance(bench, Mapping) or not isinstance(bench.get(EXPLAINS), str):
         raise CapsuleError(
-            f"a bench begins with '{EXPLAINS}:' and a sentence: why the paper's table is as it is"
+            f"the file of a bench begins with '{EXPLAINS}:' and a sentence that explains the "
+            "paper's table"
         )
     changed = {part: dict(entries) for part, entries in table.items()}
     for part, entries in bench_parts(bench).items():
@@ -181,7 +182,7 @@ def _check_known(name: str) -> None:
     known = parameter_names()
     if name not in known:
         nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
-        hint = f"did you mean {nearest[0]}?" if nearest else f"known are {', '.join(known)}"
+        hint = f"did you mean {nearest[0]}?" if nearest else f"allowed are {', '.join(known)}"
         raise CapsuleError(f"the phantom has no parameter {name}; {hint}")
 
 
@@ -190,8 +191,8 @@ def _check_entry(name: str, entry: Any) -> None:  # noqa: ANN401 - whatever the 
         raise CapsuleError(f"{name}: write it as {{value: ..., unit: ..., source: ...}}")
     value = entry["value"]
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise CapsuleError(f"{name}: the value {value!r} is no number")
+        raise CapsuleError(f"{name}: the value {value!r} is not a number")
     if entry["source"] not in SOURCES:
         raise CapsuleError(
-            f"{name}: the source {entry['source']!r} is none of {', '.join(SOURCES)}"
+            f"{name}: the source {entry['source']!r} is not one of {', '.join(SOURCES)}"
         )
