@@ -55,28 +55,28 @@ def test_faults_end_the_program_plainly(monkeypatch, capsys):
 @pytest.mark.parametrize(
     ("words", "complaint"),
     [
-        ("", "--size MM or --unlabelled"),
-        ("--size 3 --unlabelled", "--size MM or --unlabelled"),
-        ("--size three", "no size in mm"),
-        ("--size -1", "no size in mm"),
-        ("--size nan", "no size in mm"),
-        ("--size 3 --duration 0", "no number above 0"),
-        ("--size 3 --name ../r01", "no plain name"),
-        ("--size 3 --name .r01", "no plain name"),
-        ("--size 3 --name r01.csv", "without .csv"),
+        ("", "exactly one of --size MM, --unlabelled and --recover"),
+        ("--size 3 --unlabelled", "exactly one of --size MM, --unlabelled and --recover"),
+        ("--size three", "not a size in mm"),
+        ("--size -1", "not a size in mm"),
+        ("--size nan", "not a size in mm"),
+        ("--size 3 --duration 0", "not a number above 0"),
+        ("--size 3 --name ../r01", "not allowed as a name"),
+        ("--size 3 --name .r01", "not allowed as a name"),
+        ("--size 3 --name r01.csv", "leave out .csv"),
         ("--size 3 --direction up", "invalid choice"),
-        ("--size 2.54321", "would pass 2.54321mm/ over; give at most four digits"),
-        ("--size 12.34567", "would pass 12.3457mm/ over"),
-        ("--size 99.99999", "finer than the workflow's folders"),
-        ("--size 0.0000001", "finer than the workflow's folders"),
-        ("--size=-0", "no size in mm"),
-        ("--size 3 --name=--", "argument --name: '--' is no value"),
-        ("--size 1_0", "no size in mm"),
-        ("--size 1e1", "no size in mm"),
-        ("--size \N{ARABIC-INDIC DIGIT THREE}", "no size in mm"),
+        ("--size 2.54321", "would ignore the folder 2.54321mm/; give at most four digits"),
+        ("--size 12.34567", "would ignore the folder 12.3457mm/"),
+        ("--size 99.99999", "too many digits"),
+        ("--size 0.0000001", "too many digits"),
+        ("--size=-0", "not a size in mm"),
+        ("--size 3 --name=--", "argument --name: '--' is not a value"),
+        ("--size 1_0", "not a size in mm"),
+        ("--size 1e1", "not a size in mm"),
+        ("--size \N{ARABIC-INDIC DIGIT THREE}", "not a size in mm"),
         ("--size 3 --name r" + "1" * 96, "at most 96"),
-        ("--size 3 --name r" + "x" * 20, "again and again, which Snakemake"),
-        ("--size 3 --name r" + "ab" * 20, "again and again, which Snakemake"),
+        ("--size 3 --name r" + "x" * 20, "twenty times or more; Snakemake"),
+        ("--size 3 --name r" + "ab" * 20, "twenty times or more; Snakemake"),
         ("--size 3 --site \udcff", "printable characters (UTF-8)"),
         ("--size 3 --session \x1b[2J", "printable characters (UTF-8)"),
         ("--size 3 --site " + "x" * 101, "1 to 100"),
@@ -145,7 +145,7 @@ def test_on_windows_denied_means_in_use(monkeypatch):
 @pytest.mark.parametrize(
     ("key", "value", "complaint"),
     [
-        ("adc_bits", None, "nothing of its adc_bits"),
+        ("adc_bits", None, "no adc_bits"),
         ("adc_bits", "9999", "adc_bits=9999"),
         ("rate_hz", "0", "rate_hz=0"),
         ("channels", "four", "channels=four"),
@@ -163,7 +163,7 @@ def test_a_logger_that_does_not_say_what_it_is_is_refused(key, value, complaint)
         receive=lambda: [line.Arrival(identity, 0.0)],
         send=lambda payload: None,
     )
-    with pytest.raises(WrongBoardError, match=f"logger at A says {complaint}; upload"):
+    with pytest.raises(WrongBoardError, match=f"logger at A reports {complaint}; upload"):
         boards.identify(talking, "logger")
 
 
@@ -200,7 +200,9 @@ def test_the_board_is_found_among_others(bench_of_boards):
 
 def test_two_boards_are_not_guessed_between(bench_of_boards):
     bench_of_boards(A="logger", B="logger")
-    with pytest.raises(BoardNotFoundError, match=r"2 boards fit: A, B; .*--port"):
+    with pytest.raises(
+        BoardNotFoundError, match=r"found 2 boards of the kind logger: A, B; .*--port"
+    ):
         boards.find("logger", 115200, lambda text: None, [usb_port("A"), usb_port("B")])
 
 

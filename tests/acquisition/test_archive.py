@@ -70,7 +70,7 @@ def test_a_name_is_never_taken_twice(final):
         part.finish()
     assert final.read_text() == "precious"
     assert part.path.exists()
-    with pytest.raises(NameExistsError, match="never overwritten"):
+    with pytest.raises(NameExistsError, match="never overwrites"):
         archive.check_free(final)
 
 
@@ -157,7 +157,9 @@ def finish_after(going_on, expected):
     with expected.open("rb") as stream:
         assert read_recording(stream, 4).values[0].tolist() == [0, 1, 2, 3]
     (text,) = told
-    assert f"recording goes on in {expected}.part" in text
+    assert (
+        f"copied all samples so far to {expected}.part, and the recording continues there" in text
+    )
 
 
 @pytest.mark.parametrize("what", ["file", "folder", "raw"])

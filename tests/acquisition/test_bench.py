@@ -92,7 +92,7 @@ def test_records_for_a_duration(logger_bench):
     assert "damaged" not in printed
     # The bench counts moments; there is no wave in it.
     assert printed.count("warning") == 1
-    assert "warning: no detector will judge it: no wave on sensor_1 and" in printed
+    assert "warning: no detector will judge this recording: no wave on sensor_1 and" in printed
     assert "00:30.0 of 00:30.0" in printed
     recording = recorder.recording()
     assert recording.time_s.size == 300
@@ -257,7 +257,7 @@ def test_killed_recorder_is_recovered(logger_bench):
     again = logger_bench.record("--name", "r01")
     again.expect(10, "acquire.py --recover")
     recover = Recorder(logger_bench.folder, "--recover")
-    recover.expect(0, "recovered", "8 bytes at its end were no whole line")
+    recover.expect(0, "recovered", "8 bytes at its end left out: not a whole line")
     recording = recorder.recording()
     assert recording.time_s.size >= 150
     check_times(recording)
@@ -335,7 +335,7 @@ def test_port_without_permission(logger_bench):
     command = [*prefix, sys.executable, str(ACQUIRE), *options]
     done = subprocess.run(command, capture_output=True, text=True, timeout=20)
     assert done.returncode == 6, done.stderr
-    assert "you may not open" in done.stderr
+    assert "you have no permission to open" in done.stderr
     assert "dialout" in done.stderr
     assert "Traceback" not in done.stderr
 
@@ -361,7 +361,7 @@ def test_a_name_that_exists(logger_bench):
     taken.parent.mkdir(parents=True)
     taken.write_text("precious")
     recorder = logger_bench.record("--name", "r01")
-    recorder.expect(10, "r01.csv exists", "never overwritten")
+    recorder.expect(10, "r01.csv exists", "never overwrites")
     assert taken.read_text() == "precious"
     assert not logger_bench.cable.opened
 
@@ -426,8 +426,8 @@ def test_running_verdict(logger_bench):
     logger_bench.run_to_end(recorder)
     said = recorder.expect(0)
     assert "verdict of template: n" in said and "verdict of template_threshold: n" in said
-    assert "verdict of diagonal: not known, no" in said
-    assert "verdict of taught: not known, no" in said
+    assert "verdict of diagonal: none (no score" in said
+    assert "verdict of taught: none (no score" in said
     assert said.index("archived") < said.index("verdict of template:")
 
 

@@ -74,7 +74,7 @@ def test_recovery_overwrites_nothing(final):
     with pytest.raises(NameExistsError):
         recovery.recover(final.with_name("r01.csv.part"), 4)
     assert final.read_text() == "precious"
-    with pytest.raises(AcquisitionError, match="no unfinished recording"):
+    with pytest.raises(AcquisitionError, match="not an unfinished recording"):
         recovery.recover(final, 4)
 
 
@@ -82,7 +82,7 @@ def test_a_running_recording_is_not_recovered(final):
     part = archive.PartFile(final, HEADER, 4)
     part.add(0.0, (1, 2, 3, 4))
     part.flush()
-    with pytest.raises(AcquisitionError, match="being recorded at this moment"):
+    with pytest.raises(AcquisitionError, match=r"a recorder is writing .* at this moment"):
         recovery.recover(part.path, 4)
     part.close()
     recovery.recover(part.path, 4)
@@ -161,6 +161,6 @@ def test_what_was_skipped_is_said(final):
     part.write_bytes(content[:start] + b"?" + content[end:] + b"5.0,1")
     summary = recovery.recover(part, 4).summary()
     assert "r01.csv: 49 samples" in summary
-    assert "could not be read: 1; 5 bytes at its end were no whole line" in summary
+    assert "could not be read: 1; 5 bytes at its end left out: not a whole line" in summary
     assert summary.endswith("the original is kept as r01.csv.part.recovered")
     assert archive.unfinished(final.parent.parent) == []

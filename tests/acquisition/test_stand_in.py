@@ -95,7 +95,7 @@ def test_a_folder_deleted_in_mid_run_is_noticed_within_seconds(tmp_path, cable, 
     bench.run(lambda: bool(recorder.parts()), limit_s=3)
     recorder.press_ctrl_c()
     bench.run(recorder.done)
-    recorder.expect(0, "was deleted", "recording goes on in")
+    recorder.expect(0, "was deleted", "the recording continues there")
     check_complete(recorder.recording(), cable, ended_early=True)
     assert recorder.recording().time_s.size >= 30
 
@@ -135,7 +135,7 @@ def test_a_log_whose_disk_is_full_holds_nothing_up(tmp_path, cable, bench):
     options = ("--size", "5", "--duration", "30", "--name", "r01")
     recorder = Recorder(tmp_path, "--port", cable.port, *options)
     bench.run(recorder.done)
-    recorder.expect(0, "goes on without its log", "No space left")
+    recorder.expect(0, "continues without its log", "No space left")
     assert recorder.recording().time_s.size == 300
 
 
@@ -151,7 +151,7 @@ def test_a_run_longer_than_the_matrix_is_told_when_it_passes(tmp_path, cable, be
     bench.run(recorder.done)
     log.close()
     recorder.expect(0)
-    assert printed.read_text().count("the workflow will refuse it (preprocessing.length)") == 1
+    assert printed.read_text().count("the workflow will reject it (preprocessing.length)") == 1
 
 
 @pytest.mark.skipif(os.name == "nt", reason="no SIGINT for one process")

@@ -121,8 +121,8 @@ def test_every_detector_judges_a_whole_run(verdict, tmp_path, configuration):
     assert by_threshold.startswith("verdict of template_threshold: n")
     found = re.fullmatch(
         r"verdict of diagonal: nodule of (\d\.\d) mm \((\d\.\d) to (\d\.\d)\), "
-        r"sensor 1 passes it: ([\d.]+) s, ([\d.]+) mm, "
-        r"probability of a nodule ([\d.]+) % where 10 % have one",
+        r"sensor 1 passes the nodule: ([\d.]+) s, ([\d.]+) mm, "
+        r"probability of a nodule ([\d.]+) % at a prevalence of 10 %",
         by_diagonal,
     )
     assert float(found[2]) <= float(found[1]) <= float(found[3])
@@ -133,9 +133,12 @@ def test_the_final_verdict_says_why_there_is_none(verdict, tmp_path, configurati
     final = final_verdict(tmp_path, configuration, taught_by(healthy_scores=()))
     noise = np.random.default_rng(1).normal(500, 2, (4, 700))
     _, by_threshold, by_diagonal, by_taught = final.judge(noise)
-    assert by_taught.startswith("verdict of taught: not known, no")
-    assert by_threshold == "verdict of template_threshold: not known, nothing to learn from"
-    assert by_diagonal.startswith("verdict of diagonal: not known, no")
+    assert by_taught.startswith("verdict of taught: none (no score")
+    assert by_threshold == (
+        "verdict of template_threshold: none "
+        "(no threshold: labelled recordings to learn it from are missing)"
+    )
+    assert by_diagonal.startswith("verdict of diagonal: none (no threshold")
 
 
 def test_what_was_learned_elsewhere_is_refused_with_the_remedy(verdict, tmp_path, configuration):
@@ -150,5 +153,5 @@ def test_what_was_learned_elsewhere_is_refused_with_the_remedy(verdict, tmp_path
 
 def test_an_unknown_detector_is_refused_with_the_known_ones(verdict, tmp_path, configuration):
     unknown = configuration | {"detectors": ["template", "nearest"]}
-    with pytest.raises(CapsuleError, match="no detector nearest; known are: template, "):
+    with pytest.raises(CapsuleError, match="no detector nearest; allowed are: template, "):
         final_verdict(tmp_path, unknown, taught_by())

@@ -135,8 +135,8 @@ class PartFile:
             self._descriptor, self.path = copy, path
             self.final = path.with_name(path.name.removesuffix(SUFFIX))
             self._tell(
-                f"warning: {lost} was deleted, renamed or replaced; every sample so far is written "
-                f"anew, and recording goes on in {path}"
+                f"warning: {lost} was deleted, renamed or replaced; the recorder has copied all "
+                f"samples so far to {path}, and the recording continues there"
             )
             return
         raise explain_write_fault(fault, lost) from fault
@@ -198,7 +198,7 @@ def check_free(final: Path) -> None:
     """Make sure that a recording's name is free; raises `NameExistsError`."""
     if final.exists():
         raise NameExistsError(
-            f"{final} exists, and a recording is never overwritten; choose another --name"
+            f"{final} exists; acquire.py never overwrites a recording, so choose another --name"
         )
     part = final.with_name(final.name + SUFFIX)
     if part.exists():
@@ -216,11 +216,15 @@ def publish(part: Path, final: Path) -> None:
         os.link(part, final)  # atomic, and fails where the name exists
     except FileExistsError as fault:
         raise NameExistsError(
-            f"{final} exists; the samples are kept in {part.name}: rename one, then --recover"
+            f"{final} exists, so the samples are kept in {part.name}; rename one of the two "
+            "files, then run: acquire.py --recover"
         ) from fault
     except OSError:  # a file system without links, such as a USB stick's
         if final.exists():
-            raise NameExistsError(f"{final} exists; the samples are kept in {part.name}") from None
+            raise NameExistsError(
+                f"{final} exists, so the samples are kept in {part.name}; rename one of the two "
+                "files, then run: acquire.py --recover"
+            ) from None
         part.rename(final)
     else:
         part.unlink()
@@ -237,13 +241,14 @@ def _sync_folder(folder: Path) -> None:
 
 
 def _unfinished_text(part: Path) -> str:
-    return f"{part} is unfinished; make a recording of it first: acquire.py --recover"
+    return f"{part} is an unfinished recording; complete it first: acquire.py --recover"
 
 
 def explain_write_fault(fault: OSError, path: Path) -> AcquisitionError:
     """Turn a failed write into a reason; a full disk has one of its own."""
     if fault.errno in _FULL:
         return DiskFullError(
-            f"the disk is full at {path}; what fitted is kept: make room, then acquire.py --recover"
+            f"the disk is full at {path}; the samples written so far are kept. Free some space, "
+            "then run: acquire.py --recover"
         )
     return AcquisitionError(f"{path} cannot be written: {fault.strerror}")

@@ -88,8 +88,8 @@ def _check_baud(line: Line, frames: int) -> None:
     printable = sum(32 <= byte < 127 or byte in b"\r\n\t" for byte in content)
     if frames == 0 and len(content) >= 20 and printable < 0.8 * len(content):
         raise WrongBaudError(
-            f"{line.bytes_read} bytes came from {line.port} and not one frame: wrong baud rate? "
-            f"(set: {line.baud}; the firmware uses {BAUD})"
+            f"{line.port} sent {line.bytes_read} bytes but no frame; this is probably the wrong "
+            f"baud rate (--baud is {line.baud}, the firmware uses {BAUD})"
         )
 
 
@@ -102,12 +102,12 @@ def _check(identity: Identity, wanted: str, port: str) -> None:
     protocol = identity.entries.get("protocol")
     if protocol != VERSION:
         raise WrongBoardError(
-            f"the {wanted} at {port} speaks protocol {protocol}, this program speaks {VERSION}; "
+            f"the {wanted} at {port} uses protocol {protocol}, this program needs {VERSION}; "
             "upload the firmware of this version (workflow/firmware)"
         )
     if wanted == "logger" and (fault := fault_of_logger(identity)):
         raise WrongBoardError(
-            f"the logger at {port} says {fault}; upload the firmware of this version "
+            f"the logger at {port} reports {fault}; upload the firmware of this version "
             "(workflow/firmware)"
         )
 
@@ -116,7 +116,7 @@ def fault_of_logger(identity: Identity) -> str:
     """Say what is wrong with what a logger says of itself; empty if nothing is."""
     for key in ("firmware", *_NUMBERS):
         if key not in identity.entries:
-            return f"nothing of its {key}"
+            return f"no {key}"
     for key, (least, most) in _NUMBERS.items():
         value = identity.entries[key]
         if not re.fullmatch(r"[0-9]{1,10}", value) or not least <= int(value) <= most:
@@ -138,13 +138,13 @@ def differences(identity: Identity, other: Identity) -> str:
 def _explain_silence(line: Line, frames: int) -> AcquisitionError:
     if line.bytes_read == 0:
         return NoAnswerError(
-            f"nothing answers at {line.port}; is the firmware on the board "
-            "(workflow/firmware), and is this the right port?"
+            f"nothing answers at {line.port}; check that this is the right port, and that the "
+            "firmware is on the board (workflow/firmware)"
         )
     if frames:
         return NoAnswerError(
             f"the board at {line.port} sends frames but does not answer 'identify'; "
-            "is the cable damaged? Try another one, or press the board's reset button"
+            "try another cable, or press the reset button of the board"
         )
     return WrongBoardError(
         f"the board at {line.port} runs another program: it sends {line.first_bytes[:40]!r}; "
@@ -186,7 +186,9 @@ def connect(port: str, baud: int, wanted: str) -> tuple[Line, Identity]:
     try:
         return line, identify(line, wanted)
     except LineLostError as fault:
-        raise NoAnswerError(f"{port} went away while the board was asked: {fault}") from fault
+        raise NoAnswerError(
+            f"the board at {port} was disconnected before it told what it is: {fault}"
+        ) from fault
     except AcquisitionError:
         line.close()
         raise
@@ -239,7 +241,9 @@ def find(
         line.close()
     if boards:
         names = ", ".join(line.port for line, _ in boards)
-        raise BoardNotFoundError(f"{len(boards)} boards fit: {names}; choose one with --port")
+        raise BoardNotFoundError(
+            f"found {len(boards)} boards of the kind {wanted}: {names}; choose one with --port"
+        )
     if len(answers) == 1:
         raise BoardNotFoundError(f"no {wanted} found: {answers[0]}")
     listed = "".join(f"\n  {answer}" for answer in answers)

@@ -53,7 +53,9 @@ class Drive:
             ):
                 request(self.line, setting)
         except LineLostError as fault:
-            raise AcquisitionError(f"the peristalsis board at {port} went away: {fault}") from fault
+            raise AcquisitionError(
+                f"the peristalsis board at {port} was disconnected: {fault}"
+            ) from fault
         except AcquisitionError:
             self.line.close()
             raise
@@ -64,7 +66,7 @@ class Drive:
             request(self.line, "start")
         except LineLostError as fault:
             raise AcquisitionError(
-                f"the peristalsis board at {self.port} went away: {fault}"
+                f"the peristalsis board at {self.port} was disconnected: {fault}"
             ) from fault
         self._heard_s = time.monotonic()
 
@@ -80,15 +82,18 @@ class Drive:
             arrivals = self.line.receive(timeout_s=0)
         except LineLostError:
             self._lost = True
-            return f"warning: the peristalsis board at {self.port} was unplugged: no wave"
+            return f"warning: the peristalsis board at {self.port} was unplugged, so no wave runs"
         for arrival in arrivals:
             self._note(arrival)
         if now_s - self._heard_s > SILENT_AFTER_S:
             self._lost = True
-            return f"warning: the peristalsis board at {self.port} is silent: is there a wave?"
+            return (
+                f"warning: the peristalsis board at {self.port} does not answer; check whether "
+                "the wave still runs"
+            )
         if self.position and self.position.state != "running":
             self._lost = True
-            return "warning: the peristalsis board was reset: no wave"
+            return "warning: the peristalsis board was reset, so no wave runs"
         return ""
 
     def _look_once_more(self) -> None:

@@ -44,10 +44,10 @@ class FrameLog:
         except OSError as reason:
             fault = str(reason.strerror)
         if not fault and self._room <= 0:
-            fault = f"{LARGEST_BYTES / 1e6:g} MB are enough"
+            fault = f"it has reached its limit of {LARGEST_BYTES / 1e6:g} MB"
         if fault:
             self._room = 0
-            self._tell(f"warning: recording goes on without its log {self.path}: {fault}")
+            self._tell(f"warning: recording continues without its log {self.path}: {fault}")
 
     def damaged(self, piece: Damaged) -> None:
         """Write bytes that are no whole frame, and why; they can be read back exactly."""

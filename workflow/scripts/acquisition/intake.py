@@ -64,10 +64,10 @@ class Intake:
         if self.ended:
             return
         if len(sample.counts) != self._sensors or max(sample.counts) > self._full_scale:
-            self.refuse(sample, "not this board's sensors")
+            self.refuse(sample, "other sensors or readings than those of this board")
             return
         if sample.device_ms >= CLOCK_ENDS_MS:
-            self.refuse(sample, "no board's clock goes so far")
+            self.refuse(sample, "a time beyond the end of the board's clock")
             return
         self._settle(self._sieve.sift(sample, moment_s))
 

@@ -127,13 +127,13 @@ def explain_open_fault(port: str, fault: Exception) -> AcquisitionError:
     in_use = number in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in text
     if in_use or (os.name == "nt" and "PermissionError" in text):
         return PortBusyError(
-            f"{port} is in use by another program; close the Arduino IDE's serial monitor, or "
-            "whatever else reads it, and start again"
+            f"{port} is in use by another program; close that program (such as the serial "
+            "monitor of the Arduino IDE), and start again"
         )
     if denied:
         return NoPermissionError(
-            f"you may not open {port}; on Linux: sudo usermod -aG dialout $USER, "
-            "then log out and in again"
+            f"you have no permission to open {port}; on Linux, run: "
+            "sudo usermod -aG dialout $USER, then log out and in again"
         )
     missing = number in (errno.ENOENT, errno.ENODEV, errno.ENXIO) or "FileNotFoundError" in text
     if missing:

@@ -17,7 +17,7 @@ examples:
   acquire.py --unlabelled --detect        record a run to be detected, and judge it
   acquire.py --size 0 --duration 90 --drive /dev/ttyACM1
                                           start the wave, record 90 s without a nodule, stop both
-  acquire.py --recover                    make recordings of what killed recorders have left
+  acquire.py --recover                    complete the recordings that killed recorders left
 
 exit status:
   0 archived            1 other fault        2 wrong option       3 no board, or several
@@ -43,43 +43,51 @@ def parse(arguments: list[str] | None = None) -> argparse.Namespace:
     for option, value in vars(options).items():
         # What argparse makes of an option whose value is two dashes.
         if value == []:
-            parser.error(f"argument --{option.replace('_', '-')}: '--' is no value")
+            parser.error(f"argument --{option.replace('_', '-')}: '--' is not a value")
     modes = [options.size is not None, options.unlabelled, options.recover is not None]
     if sum(modes) != 1:
-        parser.error("say what is recorded: --size MM or --unlabelled (or --recover)")
+        parser.error("give exactly one of --size MM, --unlabelled and --recover")
     return options
 
 
 def _add_run_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("the run")
-    group.add_argument("--size", type=_size, metavar="MM", help="nodule under the wall; 0 for none")
-    group.add_argument("--unlabelled", action="store_true", help="a run whose nodule is unknown")
+    group.add_argument(
+        "--size", type=_size, metavar="MM", help="record over a nodule of this size; 0: no nodule"
+    )
+    group.add_argument(
+        "--unlabelled", action="store_true", help="record a run whose nodule is unknown"
+    )
     group.add_argument(
         "--recover",
         nargs="?",
         const="all",
         metavar="FILE",
-        help="make a recording of an unfinished one (.part); of all under raw/ without FILE",
+        help="complete the unfinished recording FILE (.part); without FILE, all under raw/",
     )
-    group.add_argument("--duration", type=_positive, metavar="S", help="end after S seconds")
+    group.add_argument("--duration", type=_positive, metavar="S", help="stop after S seconds")
     group.add_argument("--name", type=_name, help="the recording's name (default: UTC time)")
     group.add_argument(
-        "--site", type=_entry, help="header: the place of the nodule, for several passes"
+        "--site",
+        type=_entry,
+        help="name of the place, written to the header; the report combines its passes",
     )
     group.add_argument(
-        "--session", type=_entry, help="header: what these recordings have in common"
+        "--session",
+        type=_entry,
+        help="name of the session, written to the header, such as a date or an assembly",
     )
-    group.add_argument("--plot", action="store_true", help="open a live window")
+    group.add_argument("--plot", action="store_true", help="show the sensors in a window")
     group.add_argument(
         "--detect",
         action="store_true",
-        help="show the running verdict, and in the end every detector's",
+        help="show the paper's verdict during the run, and every detector's at its end",
     )
 
 
 def _add_board_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("the logger board")
-    group.add_argument("--port", help="its port (default: found among the USB ports)")
+    group.add_argument("--port", help="serial port (default: search the USB ports)")
     group.add_argument(
         "--baud", type=int, default=BAUD, help="bits per second (default: %(default)s)"
     )
@@ -88,13 +96,14 @@ def _add_board_options(parser: argparse.ArgumentParser) -> None:
         type=_positive,
         default=60.0,
         metavar="S",
-        help="wait so long for the next sample, of an unplugged board too (default: %(default)g)",
+        help="longest wait for the next sample, also while the board is unplugged "
+        "(default: %(default)g)",
     )
 
 
 def _add_wave_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("the peristalsis board")
-    group.add_argument("--drive", metavar="PORT", help="start and stop the wave too")
+    group.add_argument("--drive", metavar="PORT", help="serial port; start and stop the wave")
     group.add_argument(
         "--speed",
         type=_positive,
@@ -107,13 +116,13 @@ def _add_wave_options(parser: argparse.ArgumentParser) -> None:
         type=_positive,
         default=25.0,
         metavar="MM_S2",
-        help="its acceleration (default: %(default)g)",
+        help="acceleration of the wave (default: %(default)g)",
     )
     group.add_argument(
         "--direction",
         choices=("forward", "backward"),
         default="forward",
-        help="of the wave (default: %(default)s)",
+        help="direction of the wave (default: %(default)s)",
     )
 
 
@@ -124,13 +133,14 @@ def _add_place_options(parser: argparse.ArgumentParser) -> None:
         "--logs",
         type=Path,
         default=PROJECT / "logs" / "acquisition",
-        help="where damaged frames are kept (default: logs/acquisition/)",
+        help="logs, with all damaged frames (default: logs/acquisition/)",
     )
     group.add_argument(
         "--templates",
         type=Path,
         default=PROJECT / "results" / "templates.npz",
-        help="for --detect, with detectors.json beside it (default: results/templates.npz)",
+        help="templates for --detect; detectors.json must be in the same folder "
+        "(default: results/templates.npz)",
     )
     group.add_argument(
         "--config",
@@ -144,12 +154,12 @@ def _size(text: str) -> str:
     """Read a size and give its folder: 3mm, 2.5mm."""
     # ASCII alone: float() would also read -0, 1_0 and digits of other scripts.
     if not re.fullmatch(r"[0-9]{1,9}(\.[0-9]{1,9})?|\.[0-9]{1,9}", text) or float(text) >= 100:
-        raise argparse.ArgumentTypeError(f"{text!r} is no size in mm from 0 to 100")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a size in mm from 0 to below 100")
     label = size_label(float(text))
     if folder_size_mm(label) != float(text):
         raise argparse.ArgumentTypeError(
-            f"{text!r} is finer than the workflow's folders, which would pass {label}/ over; "
-            "give at most four digits, three of them behind the point"
+            f"{text!r} has too many digits: the workflow would ignore the folder {label}/; "
+            "give at most four digits, at most three of them after the decimal point"
         )
     return label
 
@@ -160,7 +170,7 @@ def _positive(text: str) -> float:
     except ValueError:
         number = 0.0
     if not 0 < number < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text!r} is no number above 0")
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number above 0")
     return number
 
 
@@ -168,13 +178,13 @@ def _name(text: str) -> str:
     repeated = len(text) <= _LONGEST_NAME and repeated_end(text)
     if repeated:
         raise argparse.ArgumentTypeError(
-            f"{text!r} ends in {repeated!r} again and again, which Snakemake takes for a mistake "
-            "and stops at"
+            f"{text!r} ends in {repeated!r} twenty times or more; Snakemake takes such a name "
+            "for a mistake and stops, so choose another"
         )
     if not classify([Entry(f"{UNLABELLED}/{text}.csv")]).recordings or text.endswith(".csv"):
         raise argparse.ArgumentTypeError(
-            f"{text!r} is no plain name: letters, digits, '_', '-', '.', '+', at most "
-            f"{_LONGEST_NAME} of them; without .csv"
+            f"{text!r} is not allowed as a name: use at most {_LONGEST_NAME} letters, digits, "
+            "'_', '-', '.' and '+', begin with a letter or digit, and leave out .csv"
         )
     return text
 
@@ -183,7 +193,7 @@ def _entry(text: str) -> str:
     """Read an entry of the header; what the workflow could not read is refused."""
     if not text.strip() or not text.isprintable() or len(text) > LONGEST_ENTRY:
         raise argparse.ArgumentTypeError(
-            f"{text[:LONGEST_ENTRY]!r} cannot stand in a header: printable characters (UTF-8), "
-            f"1 to {LONGEST_ENTRY} of them"
+            f"{text[:LONGEST_ENTRY]!r} is not allowed in a header: use 1 to {LONGEST_ENTRY} "
+            "printable characters (UTF-8)"
         )
     return text

@@ -152,14 +152,14 @@ def decode(frame: bytes) -> Event:
     """
     match = _FRAME.fullmatch(frame)
     if not match:
-        return Damaged(frame, "no frame")
+        return Damaged(frame, "not a frame")
     payload, digits = match.groups()
     if int(digits, 16) != checksum(payload):
         return Damaged(frame, "failed its check")
     kind, *fields = payload.decode("ascii").split(",")
     read = _READERS.get(kind)
     event = read(fields) if read else None
-    return event or Damaged(frame, "of unknown form")
+    return event or Damaged(frame, "a frame of unknown form")
 
 
 def _read_sample(fields: list[str]) -> Sample | None:

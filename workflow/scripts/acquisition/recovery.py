@@ -51,7 +51,7 @@ class Rescued:
         if self.skipped:
             parts.append(f"lines skipped because they could not be read: {self.skipped}")
         if self.dropped:
-            parts.append(f"{self.dropped} bytes at its end were no whole line")
+            parts.append(f"{self.dropped} bytes at its end left out: not a whole line")
         return "; ".join([*parts, f"the original is kept as {self.original.name}"])
 
 
@@ -86,12 +86,16 @@ def recover(part: Path, sensors: int) -> Rescued:
         There is a recording of that name, or an original that was kept before.
     """
     if part.suffix != SUFFIX:
-        raise AcquisitionError(f"{part} is no unfinished recording: those end in {SUFFIX}")
+        raise AcquisitionError(
+            f"{part} is not an unfinished recording: the name of one ends in {SUFFIX}"
+        )
     final = part.with_name(part.name.removesuffix(SUFFIX))
     original = part.with_name(part.name + KEPT_AS)
     for taken in (final, original):
         if taken.exists():
-            raise NameExistsError(f"{taken} exists; rename it or {part.name}, and recover again")
+            raise NameExistsError(
+                f"{taken} exists; rename it or {part.name}, then run --recover again"
+            )
     with _opened(part):
         content = part.read_bytes()
         recording, rescued = rescue(content, sensors, final, original)
@@ -127,7 +131,10 @@ def rescue(content: bytes, sensors: int, final: Path, original: Path) -> tuple[b
     readable = [line for line in samples if line.time_s is not None]
     kept = _longest_run([line.time_s for line in readable])
     if not kept:
-        raise AcquisitionError(f"{original.with_suffix('')} holds no sample; it is left as it is")
+        raise AcquisitionError(
+            f"{original.with_suffix('')} holds no sample; there is nothing to recover, and the "
+            "file is unchanged"
+        )
     taken = [readable[index] for index in kept]
     end = taken[-1].end
     skipped = damaged + sum(line.end < end for line in samples) - (len(taken) - 1)
@@ -220,13 +227,13 @@ def _opened(part: Path) -> Iterator[None]:
     try:
         descriptor = os.open(part, os.O_RDWR | getattr(os, "O_BINARY", 0))
     except FileNotFoundError as fault:
-        raise AcquisitionError(f"there is no {part}") from fault
+        raise AcquisitionError(f"{part} does not exist") from fault
     try:
         lock_file(descriptor)
         yield
     except BlockingIOError as fault:
         raise AcquisitionError(
-            f"{part} is being recorded at this moment; stop that recorder first"
+            f"a recorder is writing {part} at this moment; stop that recorder first"
         ) from fault
     finally:
         os.close(descriptor)

@@ -76,7 +76,7 @@ def record(options: argparse.Namespace) -> None:
         return
     values, no_verdict = checked
     if no_verdict:
-        terminal.note(f"warning: no detector will judge it: {no_verdict}")
+        terminal.note(f"warning: no detector will judge this recording: {no_verdict}")
     elif judge_all:
         for line in judge_all(values):
             terminal.note(line)
@@ -113,7 +113,10 @@ def _settings(config: Path) -> dict:
 def _tell_of_unfinished(raw: Path) -> None:
     parts = archive.unfinished(raw)
     if parts:
-        print(f"{len(parts)} unfinished under {raw} (acquire.py --recover): {parts[0]}")
+        print(
+            f"unfinished recordings under {raw}: {len(parts)}, such as {parts[0]}; to complete "
+            "them: acquire.py --recover"
+        )
 
 
 def _judges(
@@ -193,8 +196,9 @@ def _watchers(
         if progress.places > length and not told_of_length:
             told_of_length = True
             terminal.note(
-                f"warning: the run passed {length} samples ({length * progress.period_s:g} s): "
-                "the workflow will refuse it (preprocessing.length); recording goes on"
+                f"warning: the run is longer than {length} samples "
+                f"({length * progress.period_s:g} s), so the workflow will reject it "
+                "(preprocessing.length); recording continues"
             )
         if drive:
             if warning := drive.watch():
@@ -228,10 +232,10 @@ def _run(session: Session, part: archive.PartFile, terminal: Terminal, log: Fram
     terminal.clear()
     if not session.progress.places:
         part.discard()
-        raise lost or AcquisitionError("ended before the first sample; nothing is archived")
+        raise lost or AcquisitionError("the run ended before the first sample; nothing is archived")
     part.finish()
     if lost:
-        raise BoardLostError(f"{lost}; what came before is archived in {part.final}")
+        raise BoardLostError(f"{lost}; the samples before that are archived in {part.final}")
 
 
 def _tell_outcome(
@@ -246,7 +250,7 @@ def _tell_outcome(
     try:
         return _accepted(final, settings)
     except RecordingError as reason:
-        terminal.note(f"warning: the workflow will refuse it: {reason}")
+        terminal.note(f"warning: the workflow will reject this recording: {reason}")
         return None
 
 

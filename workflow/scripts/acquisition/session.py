@@ -153,7 +153,7 @@ class Session:
                 case Damaged() as piece:
                     self._intake.note_damaged(piece)
                 case Sample() as sample if self._foreign:
-                    self._intake.refuse(sample, "of another board")
+                    self._intake.refuse(sample, "sent by another board")
                 case Sample() as sample:
                     self._intake.take(sample, arrival.moment_s)
                 case Identity() as identity:
@@ -173,8 +173,8 @@ class Session:
         ):
             if self._running or (running and fresh):
                 self._tell(
-                    "the board was reset, or it is another one: its clock began elsewhere; going "
-                    "on in the same recording, by this computer's clock"
+                    "the board was reset or exchanged: its clock started again. The recording "
+                    "continues in the same file; this computer's clock gives the length of the gap"
                 )
             self._running = False
             self._started_s = -START_AGAIN_S
@@ -185,8 +185,9 @@ class Session:
         self._foreign = differences(self._identity, identity)
         if self._foreign and self._foreign != before:
             self._tell(
-                f"the board at {self._line.port} is another one ({self._foreign}); its samples do "
-                "not belong into this recording: plug the first one back in, or end it with Ctrl-C"
+                f"the board at {self._line.port} is another one ({self._foreign}), so the "
+                "recorder ignores its samples; plug the first board back in, or end the recording "
+                "with Ctrl-C"
             )
         return bool(self._foreign)
 
@@ -227,7 +228,7 @@ class Session:
                 self._close_line()
                 self._wait_a_little()
                 continue
-            self._tell("the board is back; going on in the same recording")
+            self._tell("the board is back; the recording continues in the same file")
             self._heard_s = AWAKE.now_s()
             if not self._granted:  # once; then a sample must come
                 self._sampled_s = self._heard_s

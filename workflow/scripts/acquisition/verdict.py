@@ -119,7 +119,7 @@ class FinalVerdict:
             same = False
         if not same:
             raise AcquisitionError(
-                f"{learned} was made by another configuration or version; make it again: "
+                f"{learned} was made with another configuration or version; make it again: "
                 f"snakemake -c2 {learned}"
             )
 
@@ -142,7 +142,7 @@ class FinalVerdict:
     def _line(self, detector: str, verdict: Verdict) -> str:
         recording = self._settings["recording"]
         if np.isnan(verdict.predicted_mm):
-            return f"verdict of {detector}: not known, {why_unknown(verdict)}"
+            return f"verdict of {detector}: none ({why_unknown(verdict)})"
         parts = ["no nodule"]
         if verdict.predicted_mm > 0:
             where = words.place(
@@ -150,12 +150,12 @@ class FinalVerdict:
             )
             parts = [
                 f"nodule of {words.estimated_size(vars(verdict))}",
-                f"sensor 1 passes it: {where}",
+                f"sensor 1 passes the nodule: {where}",
             ]
         if not np.isnan(verdict.probability):
             prevalence = words.percent(self._settings["evaluation"]["prevalence"])
             parts.append(
-                f"probability of a nodule {words.percent(verdict.probability)} where {prevalence} "
-                "have one"
+                f"probability of a nodule {words.percent(verdict.probability)} at a prevalence "
+                f"of {prevalence}"
             )
         return f"verdict of {detector}: {', '.join(parts)}"
