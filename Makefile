@@ -2,13 +2,13 @@
 
 PYTHON ?= python3
 CORES ?= 2
-# One more than the cores: some tests mostly wait, for a cluster or for emulated boards.
+# One more than the cores: some tests spend their time waiting for a cluster or an emulated board.
 TEST_WORKERS ?= $(shell expr $(CORES) + 1)
 ENVIRONMENT := .venv
 BIN := $(ENVIRONMENT)/bin
 
-# Snakemake and matplotlib keep notes in the user's home; where it cannot be written, they keep them
-# here instead of stopping with a traceback.
+# Snakemake and matplotlib keep caches in the user's home folder. If that folder cannot be written,
+# they keep them here instead of stopping with a traceback.
 ifneq ($(shell mkdir -p "$${XDG_CACHE_HOME:-$$HOME/.cache}/snakemake" 2>&1),)
 export XDG_CACHE_HOME := $(CURDIR)/.snakemake/cache
 $(info note: the home folder cannot be written; caches are kept in .snakemake/cache)
@@ -33,7 +33,7 @@ lint: $(ENVIRONMENT)/ready  ## check the style of Python and Snakemake files
 
 environment: $(ENVIRONMENT)/ready  ## set up the environment in .venv
 
-# The lock pins every package with its hash; a changed lock sets up anew.
+# The lock pins every package with its hash. If it changes, make sets up the environment again.
 $(ENVIRONMENT)/ready: requirements.lock
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
 	  echo "error: $(PYTHON) is too old, Python 3.11 or newer is needed; try: make report PYTHON=python3.12" >&2; exit 1; }

@@ -1,4 +1,4 @@
-# Recordings in raw/, one report out: snakemake -c2 results/report.html
+# From the recordings in raw/ to one report: snakemake -c2 results/report.html
 
 
 include: "workflow/rules/common.smk"

@@ -51,7 +51,10 @@ def test_an_interrupted_search_goes_on_and_ends_the_same(tmp_path, monkeypatch, 
     options += ["--finalists", "1", "--final-archives", "1"]
     log = tmp_path / "log.csv"
     winner = run(monkeypatch, log, tmp_path / "winner.yaml", *options, "--jobs", "2")
-    assert "generation 1 of 1: off by" in capsys.readouterr().out
+    assert (
+        "generation 1 of 1: difference from the paper, in spreads: median"
+        in capsys.readouterr().out
+    )
     rows, paper = read_csv(log), read_paper_table()
     assert [row["stage"] for row in rows] == ["generation 1", "generation 1", "final 1 candidate 1"]
     assert all(np.isfinite(trials.mean_distance([row], paper)) for row in rows)

@@ -32,7 +32,7 @@ def test_faults_spoil_one_sensor_only():
     for spoilt, sensor in ((dead, 1), (saturated, 2)):
         np.testing.assert_array_equal(np.delete(spoilt, sensor, 0), np.delete(counts, sensor, 0))
     np.testing.assert_array_equal(sensitivity.with_fault(counts, "none", 0, numbers), counts)
-    with pytest.raises(ValueError, match="'wet' is none of none, dead, saturated"):
+    with pytest.raises(ValueError, match="'wet' is not one of none, dead, saturated"):
         sensitivity.with_fault(counts, "wet", 0, numbers)
 
 

@@ -82,5 +82,5 @@ def test_trials_of_other_candidates_are_refused(tmp_path, candidates, seeds):
 def test_another_table_is_no_log(tmp_path):
     path = tmp_path / "cells.csv"
     path.write_text("cell,paper\nspecificity,30\n", encoding="utf-8")
-    with pytest.raises(CapsuleError, match=r"cells\.csv: this is no log of trials"):
+    with pytest.raises(CapsuleError, match=r"cells\.csv: this is not a log of trials"):
         TrialLog(path, make)

@@ -20,7 +20,7 @@ def test_without_torch_it_tells_what_to_install(tmp_path):
     )
     assert done.returncode == 1
     assert done.stderr.splitlines() == [
-        "error: teaching needs torch; "
-        "pip install -r workflow/scripts/scorer_teaching/requirements.txt"
+        "error: the training needs torch; "
+        "run: pip install -r workflow/scripts/scorer_teaching/requirements.txt"
     ]
     assert (ROOT / "workflow" / "scripts" / "scorer_teaching" / "requirements.txt").exists()

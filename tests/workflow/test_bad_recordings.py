@@ -201,7 +201,10 @@ def test_without_any_usable_nodule_the_run_says_so(tmp_path, recordings):
 def test_a_folder_that_snakemake_cannot_work_in_is_refused(good, tmp_path):
     run = good.copy(tmp_path / "{x}").snakemake()
     assert run.status != 0
-    assert "rename this folder; Snakemake cannot work where a name holds { or }" in run.output
+    assert (
+        "rename this folder; Snakemake cannot work in a folder whose name holds { or }"
+        in run.output
+    )
     assert "Traceback" not in run.output
 
 

@@ -154,7 +154,7 @@ def test_two_runs_in_one_folder_exclude_each_other(new, tmp_path):
             os.killpg(first.pid, signal.SIGKILL)
     assert second.status != 0
     assert not second.jobs["preprocess"]
-    told = f"another run is at work in this folder (process {first.pid} on"
+    told = f"another run uses this folder (process {first.pid} on"
     assert told in second.output
     assert "wait until it has ended" in second.output
     assert project.snakemake("results/checks/3mm/r02.json").status == 0
@@ -215,9 +215,10 @@ def test_a_full_disk_is_named_and_the_run_goes_on_when_there_is_room(new, tmp_pa
         run = project.snakemake(*TABLES)
         assert run.status != 0
         assert re.search(
-            r"error: results/[\w/.-]+: No space left on device; make room and run again", run.output
+            r"error: results/[\w/.-]+: No space left on device; free some space and run again",
+            run.output,
         )
-        assert "run the same command again: what is finished stays" in run.output
+        assert "run the same command again: finished results are kept" in run.output
         expected = results_of(plain)
         assert half_written(project, expected) == []
         done_before = run.output.count("Finished jobid")
@@ -238,6 +239,6 @@ def test_on_a_disk_that_is_full_from_the_start_nothing_is_started(new, tmp_path)
         assert run.status != 0
         assert not run.jobs
         assert "no space left on device, nothing was started" in run.output
-        assert "MB are free on the disk" in run.output
+        assert "MB are free. Free some space" in run.output
         enlarge(project.results)
         assert project.snakemake("results/checks/3mm/r01.json").status == 0

@@ -78,7 +78,7 @@ def test_near_copies_are_named(projects):
         "3mm/patient": "unlabelled/patient",
         "unlabelled/patient": "3mm/patient",
     }
-    assert "  nearly the same: raw/3mm/r02: as 3mm/later\n" in run.output
+    assert "  nearly the same as 3mm/later: raw/3mm/r02\n" in run.output
     page = (project.results / "report.html").read_text(encoding="utf-8")
     assert '<ul class="problems" id="near-copies-list">' in page
     assert "<code>3mm/later</code>, <code>3mm/r02</code>" in page

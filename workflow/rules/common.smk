@@ -38,8 +38,8 @@ for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 try:
     if set("{}") & set(str(workflow.basedir)):
         raise CapsuleError(
-            f"{workflow.basedir}: rename this folder; Snakemake cannot work where a name holds "
-            "{ or }"
+            f"{workflow.basedir}: rename this folder; Snakemake cannot work in a folder whose "
+            "name holds { or }"
         )
     main_settings = read_config_file(Path("config/config.yaml"))
 except CapsuleError as error:

@@ -1,4 +1,4 @@
-# Every recording is searched for its best candidate, and the unlabelled ones are judged.
+# Search every recording for its best candidate, and apply the detectors to the unlabelled ones.
 #
 # takes: results/signals/, results/matrices/, results/recordings.csv, results/templates.npz
 # gives: results/passages/<folder>.csv, results/detections.csv, results/detectors.json

@@ -1,4 +1,4 @@
-# How good the detectors are: their verdicts on labelled recordings, judged.
+# Evaluate the detectors: compare their verdicts on labelled recordings with the labels.
 #
 # takes: results/matrices/, results/fits/, results/passages/, results/recordings.csv,
 #        results/detections.csv

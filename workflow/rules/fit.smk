@@ -1,4 +1,4 @@
-# A particle is fitted to each recording of a nodule; those of a size are averaged to a template.
+# Fit a particle to each recording of a nodule, and average the fits of each size to a template.
 #
 # takes: results/matrices/<size>mm/<run>.npy, results/signals/<size>mm/<run>.npy,
 #        results/recordings.csv
@@ -9,7 +9,7 @@ rule fit:
     input:
         matrix=rules.preprocess.output.matrix,
         signal=rules.preprocess.output.signal,
-        # A stop on a rejected recording comes before any fit; otherwise fits wait for nobody.
+        # With on_rejected: fail, the run stops before any fit; otherwise fits need not wait.
         index=ancient(rules.index.output.recordings) if config["on_rejected"] == "fail" else [],
         script=script("fit.py"),
     output:

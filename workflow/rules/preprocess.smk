@@ -1,4 +1,4 @@
-# Recordings are checked and made into matrices, and all of them are listed.
+# Check each recording and compute its matrix, then list all recordings.
 #
 # takes: raw/<size>mm/<run>.csv
 # gives: results/signals/<size>mm/<run>.npy, results/matrices/<size>mm/<run>.npy,

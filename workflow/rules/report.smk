@@ -1,4 +1,4 @@
-# What people look at: the figures, and one page with everything.
+# Draw the figures, and write the report as one page.
 #
 # takes: results/recordings.csv, results/passed_over.csv, results/signals/, results/checks/,
 #        results/fits/, results/features/<folder>.stretches.npz, results/templates.{json,npz},

@@ -1,5 +1,5 @@
-# A run from its start to its end: what does not fit is made again, one run at a time in a folder,
-# with room on the disk, and a summary.
+# Start and end of a run: allow one run at a time in a folder, check the free disk space, mark an
+# outdated report, and print a summary.
 #
 # takes: results/records/; results/recordings.csv and results/passed_over.csv, when a run has ended
 # gives: the lock .snakemake/run.lock, and what is said on the terminal
@@ -36,8 +36,8 @@ def explain_full_disk():
     """Say that the disk is full: a job's log, or Snakemake's, may have found no room for it."""
     if free_bytes() < FULL_DISK_BYTES:
         print(
-            f"{free_bytes() / 1e6:.1f} MB are free on the disk: no space left to work with. "
-            "Make room and run the same command again: what is finished stays.",
+            f"The disk is full: only {free_bytes() / 1e6:.1f} MB are free. Free some space and run "
+            "the same command again: finished results are kept.",
             file=sys.stderr,
         )
 
@@ -58,7 +58,7 @@ def summarize_recordings():
     for row in rows:
         if row["near_copies"]:
             alike = row["near_copies"].replace(" ", ", ")
-            print(f"  nearly the same: raw/{row['recording']}: as {alike}", file=sys.stderr)
+            print(f"  nearly the same as {alike}: raw/{row['recording']}", file=sys.stderr)
     for row in read_csv(others):
         print(f"  passed over: raw/{row['path']}: {row['reason']}", file=sys.stderr)
 
@@ -72,7 +72,7 @@ def tell_whether_the_report_fits():
     if REPORT.exists() and (changed := files_that_do_not_fit(REPORT.as_posix())):
         mark_outdated(REPORT, outdated=True)
         print(
-            f"{REPORT} is out of date ({changed[0]} has changed since); to make it again: "
+            f"{REPORT} is out of date, because {changed[0]} has changed; to make it again: "
             f"snakemake -c2 {REPORT}",
             file=sys.stderr,
         )
@@ -84,7 +84,9 @@ onstart:
     # Not onerror: where Snakemake itself finds no room, it ends without calling that.
     atexit.register(explain_full_disk)
     if free_bytes() < FULL_DISK_BYTES:
-        raise WorkflowError("no space left on device, nothing was started")
+        raise WorkflowError(
+            "no space left on device, nothing was started; free some space and run again"
+        )
     mark_outdated(REPORT, outdated=True)
 
 

@@ -1,4 +1,4 @@
-"""Judge every place that was passed several times by all its recordings together."""
+"""Combine the recordings of each site that has several passes to one verdict."""
 
 import argparse
 import json
@@ -29,7 +29,7 @@ def main() -> None:
     every = labelled + files.read_csv(arguments.detections)
     rows = site_rows(every, sites, rules["specificity"])
     files.write_csv(arguments.output, COLUMNS, rows)
-    print(f"{len({row['site'] for row in rows})} places were passed several times")
+    print(f"{len({row['site'] for row in rows})} sites have several passes")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Let every detector judge the unlabelled recordings, and keep what all labelled ones teach it."""
+"""Apply every detector to the unlabelled recordings, and save the trained detectors."""
 
 import argparse
 import json

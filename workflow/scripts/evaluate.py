@@ -1,4 +1,4 @@
-"""Let every detector judge the labelled recordings by what the other recordings teach."""
+"""Apply every detector to each labelled recording, trained on the other recordings."""
 
 import argparse
 import json
@@ -23,7 +23,9 @@ def main() -> None:
     parser.add_argument("--passages", type=Path, required=True, help="the folder of passages")
     parser.add_argument("--features", type=Path, help="the folder of features, where needed")
     parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
-    parser.add_argument("--template-settings", type=json.loads, required=True, help="S, L, u")
+    parser.add_argument(
+        "--template-settings", type=json.loads, required=True, help="S, L and u, JSON"
+    )
     parser.add_argument("--output", type=Path, required=True, help="output: the folder of tables")
     arguments = parser.parse_args()
     settings, folder = arguments.settings, arguments.output
@@ -44,7 +46,7 @@ def main() -> None:
     learned = learning.learning_rows(detectors.learners(), archive, made)
     files.write_csv(folder / "learning.csv", learning.COLUMNS, learned)
     for key in [key for key, folds in folds_by_group.items() if folds is None]:
-        print(f"the headers do not name several recordings a {key}: no group is left out")
+        print(f"no two recordings share a {key} in their headers, so no group is left out")
     counted = {key: rules[key] for key in ("schemes", "tolerance_mm", "confidence")}
     for name, table in rates.tables(made, templates.sizes_mm, **counted).items():
         files.write_csv(folder / f"{name}.csv", rates.COLUMNS[name], table)

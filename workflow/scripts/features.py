@@ -1,4 +1,4 @@
-"""Score every usable recording of a folder by the taught scorer, whole and by stretches."""
+"""Score every usable recording of a folder, whole and by stretches, with the trained scorer."""
 
 import argparse
 from pathlib import Path

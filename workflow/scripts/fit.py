@@ -1,4 +1,4 @@
-"""Fit a particle to one recording's matrix; that of a rejected recording has no parameters."""
+"""Fit a particle to one recording's matrix; a rejected recording gets a fit without parameters."""
 
 import argparse
 import json

@@ -25,7 +25,7 @@ def main() -> None:
     archive = files.list_archive(arguments.raw)
     paths = {name: arguments.checks / f"{name}.json" for name in archive.recordings}
     for name in [name for name, path in paths.items() if not path.exists()]:
-        print(f"{name}: came while the workflow ran; run it again to take it in")
+        print(f"{name}: added while the workflow ran; run the workflow again to include it")
         del paths[name]
     checks = {name: files.read_json(path) for name, path in paths.items()}
     rows = list(list_rows(archive, checks))

@@ -1,4 +1,4 @@
-"""Make the tables by which a reader judges the detectors, from their predictions."""
+"""Make the tables that assess the detectors, from their predictions."""
 
 import argparse
 import json

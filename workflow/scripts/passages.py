@@ -1,4 +1,4 @@
-"""Find in every usable recording of a folder the passage over a candidate for a nodule."""
+"""Find the best candidate for a nodule in every usable recording of a folder."""
 
 import argparse
 from dataclasses import asdict, fields

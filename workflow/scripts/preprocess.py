@@ -1,4 +1,4 @@
-"""Check one recording, lay its readings on an even grid and make its matrix V.
+"""Check one recording, put its readings on an even time grid, and compute its matrix V.
 
 A rejected recording gets arrays of NaN.
 """

@@ -1,4 +1,4 @@
-"""Make simulated recordings: an archive as raw/ holds it, from the model of the paper's phantom."""
+"""Simulate recordings with the model of the paper's phantom, and write an archive like raw/."""
 
 import argparse
 import sys
@@ -25,11 +25,13 @@ def read_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__, parents=[phantom_arguments()])
     add = parser.add_argument
     sizes = {"type": size, "nargs": "+", "metavar": "MM", "default": [0, 1, 2, 3, 4, 5]}
-    add("--out", type=Path, default=Path("raw"), metavar="FOLDER", help="folder (default: raw)")
-    add("--seed", type=int, default=1, metavar="N", help="same seed, same bytes (default: 1)")
-    add("--runs", type=natural, default=20, metavar="N", help="runs a size (default: 20)")
-    add("--sizes", **sizes, help="nodule diameters in mm, 0: none (default: 0 1 2 3 4 5)")
-    add("--passes", type=natural, default=1, metavar="N", help="over each nodule (default: 1)")
+    seed = {"type": int, "metavar": "N", "default": 1}
+    output = {"type": Path, "metavar": "FOLDER", "default": Path("raw")}
+    add("--out", **output, help="output: the archive (default: raw)")
+    add("--seed", **seed, help="random seed; the same seed gives the same files (default: 1)")
+    add("--runs", type=natural, default=20, metavar="N", help="runs of each size (default: 20)")
+    add("--sizes", **sizes, help="nodule diameters in mm; 0: no nodule (default: 0 1 2 3 4 5)")
+    add("--passes", type=natural, default=1, metavar="N", help="passes per nodule (default: 1)")
     configured = "recording.sensors of config/config.yaml"
     add("--sensors", type=natural, metavar="S", help=f"number of sensors (default: {configured})")
     add("--force", action="store_true", help="overwrite files that exist")

@@ -1,4 +1,4 @@
-"""Study the phantom: find its parameters, judge it by the paper's table, draw its figures."""
+"""Study the phantom: find its parameters, compare it with the paper's table, draw its figures."""
 
 import argparse
 

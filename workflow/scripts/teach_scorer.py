@@ -1,6 +1,6 @@
-"""Teach the scorer of the detector ``taught`` by simulated recordings of many random benches.
+"""Train the scorer of the detector ``taught`` on simulated recordings of many random benches.
 
-Needs torch (workflow/scripts/scorer_teaching/requirements.txt). No recorded bench is read.
+Needs torch (workflow/scripts/scorer_teaching/requirements.txt). It reads no real recording.
 """
 
 import argparse
@@ -23,7 +23,7 @@ except ModuleNotFoundError as error:
     if error.name != "torch":
         raise
     needs = "workflow/scripts/scorer_teaching/requirements.txt"
-    raise SystemExit(f"error: teaching needs torch; pip install -r {needs}") from None
+    raise SystemExit(f"error: the training needs torch; run: pip install -r {needs}") from None
 
 HELD_OUT = 40
 BENCHES_A_PHANTOM = 10
@@ -34,14 +34,15 @@ def read_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__)
     add = parser.add_argument
     output = Path("workflow/weights/scorer.npz")
-    add("--output", type=Path, default=output, metavar="FILE", help=f"(default: {output})")
-    add("--benches", type=natural, default=3600, metavar="N", help="benches (default: 3600)")
-    add("--epochs", type=natural, default=9, metavar="N", help="rounds (default: 9)")
-    add("--seed", type=int, default=1, metavar="N", help="same seed, same weights (default: 1)")
+    add("--output", type=Path, default=output, metavar="FILE", help=f"weights (default: {output})")
+    add("--benches", type=natural, default=3600, metavar="N", help="random benches (default: 3600)")
+    add("--epochs", type=natural, default=9, metavar="N", help="training epochs (default: 9)")
+    seed = {"type": int, "metavar": "N", "default": 1}
+    add("--seed", **seed, help="random seed; the same seed gives the same weights (default: 1)")
     add(
         "--leave-out-phantom",
         action="store_true",
-        help="teach without the phantom; else it is a bench in eleven, its parameters random",
+        help="train without the phantom (default: one bench in eleven is a random phantom)",
     )
     return parser.parse_args()
 

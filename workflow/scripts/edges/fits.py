@@ -40,8 +40,8 @@ def read_particles(recordings: Path, folder: Path) -> dict[str, Particle]:
     if not particles:
         rows = [(row["recording"], _why_not(row)) for row in files.read_csv(recordings)]
         raise CapsuleError(
-            "no recording of a nodule can be used, so there is no template to compare with; put "
-            "some into raw/, in folders such as 3mm/"
+            "no recording of a nodule can be used, so no template can be made; put recordings of "
+            "nodules into folders such as raw/3mm/"
             + "".join(f"\n  {why[0]}: raw/{name}: {why[1]}" for name, why in rows if why)
         )
     return particles

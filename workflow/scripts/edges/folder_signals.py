@@ -13,8 +13,8 @@ from edges import files
 def folder_arguments() -> argparse.ArgumentParser:
     """Return a parser of what every job of a folder takes."""
     parser = argparse.ArgumentParser(add_help=False)
-    parser.add_argument("--raw", type=Path, required=True, help="the folder of recordings")
-    parser.add_argument("--folder", required=True, help="the one below it, such as 3mm")
+    parser.add_argument("--raw", type=Path, required=True, help="the folder raw")
+    parser.add_argument("--folder", required=True, help="a folder of recordings, such as 3mm")
     parser.add_argument("--signals", type=Path, required=True, help="the folder of signals")
     parser.add_argument("--rate-hz", type=float, required=True, help="sampling rate")
     parser.add_argument("--settings", type=json.loads, required=True, help="config section, JSON")
@@ -48,7 +48,7 @@ def usable_signals(
     for name in files.list_archive(raw).by_folder().get(folder, []):
         signal = signals / f"{name}.npy"
         if not signal.exists():
-            print(f"{name}: came while the workflow ran; run it again to take it in")
+            print(f"{name}: added while the workflow ran; run the workflow again to include it")
             continue
         values = np.load(signal)
         if np.isnan(values).all():

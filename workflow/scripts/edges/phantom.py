@@ -18,7 +18,7 @@ def natural(text: str) -> int:
     """Read a whole number of at least 1."""
     value = int(text)
     if value < 1:
-        raise argparse.ArgumentTypeError(f"{text} is less than 1")
+        raise argparse.ArgumentTypeError(f"{text} is below 1")
     return value
 
 
@@ -27,7 +27,7 @@ def bench_file(name: str) -> Path:
     benches = {path.stem: path for path in sorted(BENCHES.glob("*.yaml"))}
     if name not in benches:
         nearest = difflib.get_close_matches(name, benches, n=1, cutoff=0.4)
-        hint = f"did you mean {nearest[0]}?" if nearest else f"known are {', '.join(benches)}"
+        hint = f"did you mean {nearest[0]}?" if nearest else f"allowed are {', '.join(benches)}"
         raise CapsuleError(f"there is no bench {name} in {BENCHES}; {hint}")
     return benches[name]
 
@@ -85,7 +85,7 @@ def phantom_arguments() -> argparse.ArgumentParser:
     parser.add_argument(
         "--bench",
         metavar="NAME",
-        help="another bench: what config/benches/NAME.yaml changes (docs/benches.md)",
+        help="simulate the bench of config/benches/NAME.yaml (docs/benches.md)",
     )
     parser.add_argument(
         "--set",

@@ -43,12 +43,13 @@ def hold(path: Path) -> IO[bytes]:
     except BlockingIOError:
         stream.close()
         raise CapsuleError(
-            f"another run is at work in this folder ({_holder(path)}); wait until it has ended"
+            f"another run uses this folder ({_holder(path)}), and only one can use it at a time; "
+            "wait until it has ended"
         ) from None
     except OSError as error:
         print(
-            f"warning: {path}: this file system knows no locks ({error.strerror}); "
-            "see to it that only one run at a time works here",
+            f"warning: {path}: this file system does not support locks ({error.strerror}); "
+            "make sure that only one run at a time uses this folder",
             file=sys.stderr,
         )
     stream.truncate(0)
@@ -79,4 +80,4 @@ def _holder(path: Path) -> str:
     text = ""
     with contextlib.suppress(OSError):
         text = path.read_text(encoding="utf-8", errors="replace").strip()
-    return text or "unknown which"
+    return text or "unknown process"

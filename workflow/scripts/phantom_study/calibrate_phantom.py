@@ -1,12 +1,12 @@
 """Search for the phantom's free parameters, so that the paper's detector gives the paper's table.
 
-Every parameter with a range in the table is searched for, from the middle of its range on; its
-present value plays no part. One trial is one simulated archive of 120 runs with cheap fits. All
-candidates of a generation meet the same archives; where the search ends, finalists are drawn and
-meet on further ones. All trials are appended to the log; what it holds already is not simulated
-again, so a search that was interrupted goes on. The same seed gives the same winner. The defaults
-settle a range that is narrow already; for wide ones ask for a dozen generations. Then let
-study_phantom.py judge try the winner on archives that it has never met.
+The search covers every parameter with a range in the table. It starts in the middle of each range
+and does not use the present values. One trial is one simulated archive of 120 runs with short fits.
+All candidates of a generation use the same archives. After the last generation, the search draws
+finalists and tries them on further archives. The log keeps all trials: the search simulates none of
+them again, so an interrupted search continues. The same seed gives the same winner. The defaults
+suit narrow ranges; wide ranges need about twelve generations. Check the winner on new archives with
+study_phantom.py judge.
 """
 
 import argparse
@@ -33,19 +33,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = functools.partial(parser.add_argument, metavar="N", type=natural)
     add("--generations", default=1, help="number of generations (default: 1)")
     add("--candidates", default=24, help="candidates in a generation (default: 24)")
-    add("--archives", default=3, help="archives that each candidate meets (default: 3)")
+    add("--archives", default=3, help="simulated archives for each candidate (default: 3)")
     add("--finalists", default=10, help="candidates in the final (default: 10)")
-    add("--final-archives", default=20, help="archives that each finalist meets (default: 20)")
-    add("--jobs", default=1, help="processes that work at the same time (default: 1)")
+    add("--final-archives", default=20, help="simulated archives for each finalist (default: 20)")
+    add("--jobs", default=1, help="parallel processes (default: 1)")
     add = functools.partial(parser.add_argument, metavar="X", type=float)
-    add("--spread", default=0.2, help="of the first cloud, in parts of the ranges (default: 0.2)")
-    add("--rate", default=0.5, help="of a generation towards its best, 0..1 (default: 0.5)")
+    add("--spread", default=0.2, help="first spread, as a part of each range (default: 0.2)")
+    add("--rate", default=0.5, help="move of each generation towards its best, 0..1 (default: 0.5)")
     add = functools.partial(parser.add_argument, metavar="FILE", type=Path, required=True)
-    add("--log", help="CSV file of the trials; it is made, or gone on with")
+    add("--log", help="CSV file of the trials; an existing file is continued")
     add("--output", help="output: the table with the winner's values")
-    parser.add_argument(
-        "--seed", metavar="N", type=int, default=1, help="of all that is drawn (default: 1)"
-    )
+    parser.add_argument("--seed", metavar="N", type=int, default=1, help="random seed (default: 1)")
 
 
 def run(arguments: argparse.Namespace) -> None:
@@ -64,17 +62,17 @@ def run(arguments: argparse.Namespace) -> None:
         calibration = Calibration(free, log, paper, plan)
         for number, generation in enumerate(calibration.generations(), start=1):
             print(
-                f"generation {number} of {plan.generations}: off by"
-                f" {np.median(generation.losses):.2f} spreads in the middle,"
-                f" {generation.losses[0]:.2f} at the centre",
+                f"generation {number} of {plan.generations}: difference from the paper, in spreads:"
+                f" median {np.median(generation.losses):.2f},"
+                f" centre {generation.losses[0]:.2f}",
                 flush=True,
             )
         finalists = []
         for finalist in calibration.finalists(generation.cloud):
             finalists.append(finalist)
             print(
-                f"{finalist.stage}: the worst cell off by {finalist.worst:.2f} spreads, all by"
-                f" {finalist.difference:.1f} points",
+                f"{finalist.stage}: difference from the paper: worst cell {finalist.worst:.2f}"
+                f" spreads, mean of all cells {finalist.difference:.1f} points",
                 flush=True,
             )
     with files.write_whole(arguments.output) as stream:

@@ -1,8 +1,8 @@
 """Draw the figures of the phantom's documentation, and measure what they show.
 
-Makes three figures, as SVG: phantom-signals shows simulated runs, phantom-table what
-study_phantom.py judge has measured, and phantom-sensitivity how the rates move when the bench
-changes. What is measured for the first and the last is also written as CSV.
+It makes three figures, as SVG. phantom-signals shows simulated runs. phantom-table shows the output
+of study_phantom.py judge. phantom-sensitivity shows how the rates change with the bench. The data
+of the first and the last figure are also written as CSV.
 """
 
 import argparse
@@ -24,13 +24,21 @@ SHOWN_MM = (0, 2, 3, 4, 5)
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add what this study takes."""
     parser.add_argument(
-        "--table", type=Path, required=True, metavar="FILE", help="the cells that judge has written"
+        "--table",
+        type=Path,
+        required=True,
+        metavar="FILE",
+        help="the cells, from the output of judge",
     )
     add = functools.partial(parser.add_argument, metavar="N", type=natural)
     add("--archives", default=5, help="archives at each level of a disturbance (default: 5)")
     add("--runs", default=20, help="runs of each size in such an archive (default: 20)")
     parser.add_argument(
-        "--seed", metavar="N", type=int, default=1, help="of the signals shown (default: 1)"
+        "--seed",
+        metavar="N",
+        type=int,
+        default=1,
+        help="random seed of the signals shown (default: 1)",
     )
     parser.add_argument(
         "--output", type=Path, required=True, metavar="FOLDER", help="output: folder of the figures"

@@ -1,4 +1,4 @@
-"""Judge the phantom: the paper's table over independent archives, with the paper's full fit."""
+"""Compare the phantom with the paper's table, over independent archives and with the full fit."""
 
 import argparse
 import functools
@@ -20,16 +20,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add = functools.partial(parser.add_argument, metavar="N", type=natural)
     add("--archives", default=20, help="number of simulated archives (default: 20)")
     add("--runs", default=20, help="runs of each size in an archive (default: 20)")
-    add("--jobs", default=1, help="processes that work at the same time (default: 1)")
+    add("--jobs", default=1, help="parallel processes (default: 1)")
     parser.add_argument(
         "--first-seed",
         metavar="N",
         type=int,
         default=10_001,
-        help="of the archives (default: 10001)",
+        help="random seed of the first archive (default: 10001)",
     )
-    parser.add_argument("--quick", action="store_true", help="fit as cheaply as calibrate does")
-    parser.add_argument("--output", type=Path, metavar="FILE", help="output: the cells, CSV")
+    parser.add_argument("--quick", action="store_true", help="use the short fits of calibrate")
+    parser.add_argument(
+        "--output", type=Path, metavar="FILE", help="output: the cells of the table, CSV"
+    )
 
 
 def run(arguments: argparse.Namespace) -> None:

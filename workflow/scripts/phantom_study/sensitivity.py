@@ -92,7 +92,7 @@ def with_fault(
         The fault is none of `FAULTS`.
     """
     if fault not in FAULTS:
-        raise ValueError(f"{fault!r} is none of {', '.join(FAULTS)}")
+        raise ValueError(f"{fault!r} is not one of {', '.join(FAULTS)}")
     changed = counts.copy()
     middle = int(np.median(counts[sensor]))
     if fault == "dead":

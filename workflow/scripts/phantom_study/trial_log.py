@@ -30,7 +30,7 @@ class TrialLog:
         self._path, self._make = path, make
         self._rows = files.read_csv(path) if path.exists() else []
         if self._rows and not {"stage", "archive_seed"} <= set(self._rows[0]):
-            raise CapsuleError(f"{path}: this is no log of trials; choose another --log")
+            raise CapsuleError(f"{path}: this is not a log of trials; choose another --log")
 
     def trials(self, stage: str, values: Sequence[Mapping], seeds: Sequence[int]) -> list[dict]:
         """Return the trials of one stage; each that is made is in the file before the next.
@@ -48,7 +48,7 @@ class TrialLog:
         ):
             raise CapsuleError(
                 f"{self._path}: {stage} has other candidates than this search; choose another"
-                " --log, or the seed, numbers and ranges that it was made with"
+                " --log, or use the seed, numbers and ranges of that log"
             )
         made = self._make(values[len(known) :], seeds[len(known) :])
         return known + [self._append({"stage": stage} | trial) for trial in made]

@@ -154,7 +154,7 @@ def teach(
             losses.append(loss.item())
             shares[batch] = told_apart(adapted.numpy())
             text = (
-                f"round {round_ + 1} of {rounds}, loss {np.mean(losses):.3f}, {kept.size} benches"
+                f"epoch {round_ + 1} of {rounds}, loss {np.mean(losses):.3f}, {kept.size} benches"
             )
             tell(done, text)
         if round_ + 1 == _SIFT_AFTER:

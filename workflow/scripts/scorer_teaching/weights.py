@@ -54,6 +54,6 @@ def _compare(network: Network, series: np.ndarray, score: float, gradient: np.nd
     off = np.linalg.norm(gradient - true_gradient) / np.linalg.norm(true_gradient)
     if not max(off_score, off) < _TOLERANCE:
         raise CapsuleError(
-            f"the detector's scorer is not the network that was taught: scores {score:.6g} and "
-            f"{true_score:.6g}, gradients differ by {off:.2g} of their length"
+            "the scorer of the detector does not reproduce the trained network: its score is "
+            f"{score:.6g} instead of {true_score:.6g}, its gradient differs by {off:.2g}, relative"
         )
