@@ -248,7 +248,7 @@ def test_killed_recorder_is_recovered(logger_bench):
     (part,) = recorder.parts()
     wait_for(lambda: part.read_text().count("\n") >= 150)  # on disk while it records
     recover = Recorder(logger_bench.folder, "--recover")
-    recover.expect(1, "is being recorded at this moment")
+    recover.expect(1, "a recorder is writing", "r01.csv.part at this moment")
     logger_bench.run_until_samples(170)
     recorder.process.kill()
     recorder.process.wait()
@@ -426,7 +426,7 @@ def test_running_verdict(logger_bench):
     logger_bench.run_to_end(recorder)
     said = recorder.expect(0)
     assert "verdict of template: n" in said and "verdict of template_threshold: n" in said
-    assert "verdict of diagonal: none (no score" in said
+    assert "verdict of diagonal: none (no threshold" in said
     assert "verdict of taught: none (no score" in said
     assert said.index("archived") < said.index("verdict of template:")
 

@@ -145,7 +145,7 @@ def test_a_run_longer_than_the_matrix_is_told_when_it_passes(tmp_path, cable, be
     bench.run(lambda: len(samples_in(cable.whole)) >= 900)
     bench.speed = 20
     printed = tmp_path / "printed"
-    bench.run(lambda: "passed 1000 samples (100 s)" in printed.read_text(), limit_s=10)
+    bench.run(lambda: "longer than 1000 samples (100 s)" in printed.read_text(), limit_s=10)
     assert not recorder.done()
     recorder.press_ctrl_c()
     bench.run(recorder.done)
