@@ -41,3 +41,16 @@ def test_fewer_than_two_teach_nothing():
 def test_features_that_do_not_vary_teach_the_mean():
     regression, _ = RidgeWithout(np.ones((4, 3)), np.arange(4.0), 1.0).without(np.array([], int))
     assert regression.of(np.ones(3)) == pytest.approx(1.5)
+
+
+def test_one_after_the_other_is_left_out_of_a_large_archive_in_any_order():
+    numbers = generator(1, "ridge", "large")
+    features, targets = numbers.normal(size=(300, 7)), numbers.normal(size=300)
+    ridge = RidgeWithout(features, targets, 2.0)
+    for left_out in (299, 0, 128, 127, 1, 256, 0):
+        others = np.delete(np.arange(300), left_out)
+        coefficients, intercept = fitted(features[others], targets[others], 2.0)
+        regression, predictions = ridge.without(np.array([left_out]))
+        np.testing.assert_allclose(regression.coefficients, coefficients, atol=1e-12)
+        assert regression.intercept == pytest.approx(intercept, abs=1e-12)
+        assert predictions.shape == (299,)
