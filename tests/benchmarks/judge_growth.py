@@ -63,7 +63,7 @@ def main() -> None:
     text = (
         "# What larger archives teach the taught detector\n\nMade by "
         "`tests/benchmarks/judge_growth.py`; docs/detection.md explains it. Means over archives of "
-        f"simulated recordings, seeds from {FIRST_SEED} on, leave-one-out. Seconds: CPU of one core "
+        f"simulated recordings, seeds from {FIRST_SEED} on, leave-one-out. Seconds: of one core "
         f"to judge an archive.\n\n{table(rows)}"
     )
     if arguments.output:
