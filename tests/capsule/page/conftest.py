@@ -1,5 +1,7 @@
-"""One report and one browser for all tests that look at the page."""
+"""One report for all tests that look at the page, and one browser in each of their processes."""
 
+import fcntl
+import os
 import re
 
 import pytest
@@ -11,8 +13,23 @@ from support.report_page import EVIL, RECORDINGS
 
 @pytest.fixture(scope="session")
 def project(tmp_path_factory):
-    """Run the workflow on an archive that holds what a careless or malicious hand may leave."""
-    folder = tmp_path_factory.mktemp("report") / "project"
+    """Run the workflow on an archive that holds what a careless or malicious hand may leave.
+
+    The processes of a test run share it: the first one makes it, and no test changes it.
+    """
+    shared = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        shared = shared.parent
+    folder, finished = shared / "report" / "project", shared / "report.finished"
+    with (shared / "report.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not finished.exists():
+            run_project(folder)
+            finished.touch()
+    return Project(folder)
+
+
+def run_project(folder):
     project = Project.create(folder, RECORDINGS, particles=200, iterations=200)
     path = project.raw / "1mm" / "r03.csv"
     content = path.read_text(encoding="utf-8")
@@ -22,7 +39,6 @@ def project(tmp_path_factory):
     (project.raw / "1mm" / "<b>.txt").write_text("notes", encoding="utf-8")
     run = project.snakemake()
     assert run.status == 0, run.output
-    return project
 
 
 @pytest.fixture(scope="session")
