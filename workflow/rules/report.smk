@@ -120,8 +120,8 @@ rule report:
         script=script("report.py"),
         code=sorted(map(os.path.relpath, CODE)),
     output:
-        "results/report.html",
-        directory(BESIDE) if BESIDE else [],
+        page="results/report.html",
+        beside=directory(BESIDE) if BESIDE else [],
     log:
         "results/logs/report.log",
     conda:
@@ -136,5 +136,5 @@ rule report:
     shell:
         "python {input.script:q} --results results --template {params.template:q}"
         " --schema {input.schema:q} --settings {params.settings:q}"
-        " --code {input.code:q} --output {output[0]:q} {params.beside}"
+        " --code {input.code:q} --output {output.page:q} {params.beside}"
         " --record {params.made_from:q} > {log:q} 2>&1"
