@@ -4,6 +4,9 @@ from collections import Counter
 
 import pytest
 
+from support.preloaded import PreloadedSnakemake
+from support.project import Project
+
 # Marks of tests that take seconds each; those that mostly wait leave the processors to others.
 SLOW = {"workflow", "packages", "browser", "slow"}
 WAITING = "waits"
@@ -30,3 +33,12 @@ def pytest_collection_modifyitems(items):
     waiting = {item.path for item in items if WAITING in marks[item]}
     slow = Counter(item.path for item in items if SLOW & marks[item])
     items.sort(key=lambda item: (item.path not in waiting, -slow[item.path]))
+
+
+@pytest.fixture(scope="session", autouse=True)
+def preloaded_snakemake():
+    """Import Snakemake once for all its calls; `make` and the plain command start it anew."""
+    with PreloadedSnakemake() as preloaded:
+        Project.preloaded_for_all = preloaded
+        yield
+        Project.preloaded_for_all = None

@@ -9,7 +9,7 @@ import sys
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import yaml
 
@@ -28,11 +28,18 @@ class Project:
     folder : Path
         Where it lies.
     preloaded : PreloadedSnakemake, optional
-        By which it, and its copies, call snakemake.
+        By which it, and its copies, call snakemake; that of the test run if not given.
+
+    Attributes
+    ----------
+    preloaded_for_all : PreloadedSnakemake or None
+        That of the test run; without it each call starts snakemake anew.
     """
 
+    preloaded_for_all: ClassVar[PreloadedSnakemake | None] = None
+
     def __init__(self, folder: Path, preloaded: PreloadedSnakemake | None = None) -> None:
-        self.folder, self.preloaded = folder, preloaded
+        self.folder, self.preloaded = folder, preloaded or self.preloaded_for_all
         self.raw = folder / "raw"
         self.results = folder / "results"
 

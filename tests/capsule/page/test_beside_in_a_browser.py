@@ -113,7 +113,7 @@ def test_without_the_files_the_page_says_so_and_all_else_works(browser, large, t
     assert browser.run(NAMES) == ["2.5mm/r02"]
     browser.find("#recordings-table a[href='#recording=2.5mm/r02']").click()
     wait_for_title(browser, "2.5mm/r02: no signals")
-    assert browser.texts("#detection-table tbody td.rate")
+    assert browser.texts("#rates-table tbody td.rate")
     # The files are found when they come.
     shutil.copytree(large.parent / "report", tmp_path / "report")
     browser.run("location.hash = '#recording=6mm/r01'")
