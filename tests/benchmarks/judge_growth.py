@@ -2,14 +2,15 @@
 
     python tests/benchmarks/judge_growth.py --output docs/detection-growth.md
 
-Archives of several sizes are simulated on benches that had no part in teaching or designing the
-detector, and judged leave-one-out. The seeds are those of no other benchmark.
+Archives are simulated on benches that had no part in teaching or designing the detector. Their
+first runs, and then more of them, are judged leave-one-out. No other benchmark uses these seeds.
 """
 
 import argparse
 import functools
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "workflow" / "scripts"))
@@ -18,6 +19,7 @@ import judge_unseen
 from judge_rates import mean_row
 from judge_report import table
 
+from capsule.naming import size_mm
 from edges.config_files import read_config_file
 from edges.phantom import CONFIG, natural
 from edges.scorer_files import read_scorer
@@ -26,16 +28,33 @@ FIRST_SEED = 150_000
 SHOWN = ("specificity", "recall at 1 mm", "recall from 2 mm")
 
 
-def judged(bench: str, runs: int, archives: int, config: dict, scorer: object) -> dict:
-    """Judge archives of one size of one bench; return the means."""
-    judge_unseen.FIRST_SEED, judge_unseen.RUNS = FIRST_SEED, runs
-    rows = []
+def judged(
+    bench: str, several_runs: list[int], archives: int, config: dict, scorer: object
+) -> list[dict]:
+    """Judge the first runs of the same archives, fewer and more of them; return the means.
+
+    All runs of an archive share its nodules, so archives of different sizes can be compared only
+    if they are parts of each other.
+    """
+    judge_unseen.FIRST_SEED, judge_unseen.RUNS = FIRST_SEED, max(several_runs)
+    rows: dict[int, list[dict]] = {runs: [] for runs in several_runs}
     for readings in judge_unseen.simulated(bench, archives):
-        archive = judge_unseen.training_archive(readings, config, scorer, 0)
-        rows.append(judge_unseen.judge(archive, "taught"))
-    size = {"bench": bench, "recordings": str(len(judge_unseen.SIZES_MM) * runs)}
-    row = mean_row(size | {"archives": str(archives)}, rows)
-    return {key: row[key] for key in (*size, "archives", *SHOWN, "seconds")}
+        whole = judge_unseen.training_archive(readings, config, scorer, 0)
+        for runs in several_runs:
+            names = [name for name in readings if int(name.rpartition("r")[2]) <= runs]
+            part = replace(
+                whole,
+                sizes_mm={name: size_mm(name) for name in names},
+                no_verdict={name: whole.no_verdict[name] for name in names},
+                _made={},
+            )
+            rows[runs].append(judge_unseen.judge(part, "taught"))
+    means = []
+    for runs, each in rows.items():
+        size = {"bench": bench, "recordings": str(len(judge_unseen.SIZES_MM) * runs)}
+        row = mean_row(size | {"archives": str(archives)}, each)
+        means.append({key: row[key] for key in (*size, "archives", *SHOWN, "seconds")})
+    return means
 
 
 def main() -> None:
@@ -47,19 +66,16 @@ def main() -> None:
     parser.add_argument("--benches", nargs="+", default=benches, help=f"(default: {benches})")
     add = functools.partial(parser.add_argument, metavar="N", type=natural)
     add("--runs", nargs="+", default=[20, 80, 320], help="of each size (default: 20 80 320)")
-    add("--recordings", default=2400, help="of each row, over its archives (default: 2400)")
+    add("--archives", default=6, help="of each bench (default: 6)")
     parser.add_argument("--output", type=Path, metavar="PATH", help="output: the table, Markdown")
     arguments = parser.parse_args()
     config = read_config_file(CONFIG / "config.yaml")
     scorer = read_scorer(judge_unseen.WEIGHTS)
     rows = []
     for bench in arguments.benches:
-        for runs in arguments.runs:
-            archives = max(arguments.recordings // (runs * len(judge_unseen.SIZES_MM)), 1)
-            started = time.monotonic()
-            rows.append(judged(bench, runs, archives, config, scorer))
-            seconds = time.monotonic() - started
-            print(f"{bench}, {runs} runs a size: {seconds:.0f} s", file=sys.stderr, flush=True)
+        started = time.monotonic()
+        rows += judged(bench, arguments.runs, arguments.archives, config, scorer)
+        print(f"{bench}: {time.monotonic() - started:.0f} s", file=sys.stderr, flush=True)
     text = (
         "# What larger archives teach the taught detector\n\nMade by "
         "`tests/benchmarks/judge_growth.py`; docs/detection.md explains it. Means over archives of "
