@@ -18,6 +18,7 @@ from capsule.phantom.contact import (
     bulge_profile,
     compression,
     height_factor,
+    looseness,
     pressed_bulge,
     seat_wander,
     sphere_stiffness,
@@ -31,7 +32,7 @@ from capsule.phantom.parameters import (
     with_values,
 )
 from capsule.phantom.sensor import counts, resistance
-from capsule.phantom.wall import overlap, roughness, uneven_height
+from capsule.phantom.wall import draw_unevenness, overlap, roughness, uneven_height
 from edges.phantom import DEFAULT_TABLE, read_phantom
 
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
@@ -68,7 +69,10 @@ def test_the_wave_touches_the_capsule_only_when_it_narrows_the_gut():
 def test_the_wall_is_uneven_by_as_much_as_is_set():
     places = np.linspace(0, 2000, 4000)
     heights = [
-        uneven_height(PHANTOM.wall, np.random.default_rng(seed), places) for seed in range(20)
+        uneven_height(
+            PHANTOM.wall, draw_unevenness(PHANTOM.wall, np.random.default_rng(seed)), places
+        )
+        for seed in range(20)
     ]
     assert np.std(heights) == pytest.approx(PHANTOM.wall.unevenness_mm, rel=0.1)
 
@@ -126,10 +130,13 @@ def test_the_capsule_bears_on_a_nodule_at_its_middle_and_misses_one_beyond_its_s
 
 
 def test_seat_wander_has_the_spread_that_is_set():
-    contact = dataclasses.replace(PHANTOM.contact, wander_spread=0.0)
-    wander = seat_wander(contact, np.random.default_rng(3), 4, 100_000, 10.0)
+    wander = seat_wander(PHANTOM.contact, np.random.default_rng(3), 4, 100_000, 10.0)
     assert wander.shape == (4, 100_000)
-    assert wander.std() == pytest.approx(contact.wander_mm, rel=0.05)
+    assert wander.std() == pytest.approx(1.0, rel=0.05)
+    numbers = np.random.default_rng(4)
+    loose_mm = np.log([looseness(PHANTOM.contact, numbers) for _ in range(2000)])
+    assert np.exp(loose_mm.mean()) == pytest.approx(PHANTOM.contact.wander_mm, rel=0.05)
+    assert loose_mm.std() == pytest.approx(PHANTOM.contact.wander_spread, rel=0.05)
 
 
 def test_as_many_runs_stray_as_is_set_and_a_small_nodule_is_then_passed_without_touch():

@@ -13,6 +13,7 @@ from capsule.phantom.response import (
     crosstalk,
     hysteresis,
     low_pass,
+    play,
     release_peak,
 )
 
@@ -29,7 +30,7 @@ def test_low_pass_is_the_response_of_a_first_order_lag():
 
 @given(LOADS, st.integers(0, 2**32))
 def test_at_strength_0_each_is_absent(load, seed):
-    np.testing.assert_array_equal(hysteresis(load, 0.0, 0.5), load)
+    np.testing.assert_array_equal(hysteresis(load, play(load, 0.5), 0.0), load)
     np.testing.assert_array_equal(release_peak(load, 0.0, 0.5, 10.0), np.zeros_like(load))
     np.testing.assert_array_equal(crosstalk(load, 0.0), load)
     numbers = np.random.default_rng(seed)
@@ -42,15 +43,16 @@ def test_at_strength_0_each_is_absent(load, seed):
 
 @given(LOADS, st.floats(0.1, 1.0), st.floats(0.1, 2.0))
 def test_hysteresis_keeps_within_half_its_width_and_does_not_depend_on_speed(load, share, width):
-    held = hysteresis(load, share, width)
+    held = hysteresis(load, play(load, width), share)
     assert np.abs(held - load).max() <= share * width / 2 + 1e-12
-    slower = hysteresis(np.repeat(load, 3, axis=1), share, width)
+    slow = np.repeat(load, 3, axis=1)
+    slower = hysteresis(slow, play(slow, width), share)
     np.testing.assert_array_equal(slower[:, 2::3], held)
 
 
 def test_loading_and_unloading_take_ways_that_lie_apart_by_the_width():
     load = np.concatenate([np.arange(0, 3.01, 0.1), np.arange(3, -0.01, -0.1)])[np.newaxis]
-    held = hysteresis(load, 1.0, 0.6)[0]
+    held = play(load, 0.6)[0]
     up, down = held[:31], held[31:][::-1]
     np.testing.assert_allclose((down - up)[6:25], 0.6, atol=1e-9)
     np.testing.assert_allclose(up[6:], load[0, 6:31] - 0.3, atol=1e-9)

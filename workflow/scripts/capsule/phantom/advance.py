@@ -59,6 +59,85 @@ class Advance:
     longest_samples: int
 
 
+@dataclass(frozen=True)
+class Strokes:
+    """What chance makes of the strokes of one journey.
+
+    Attributes
+    ----------
+    stroke_mm
+        Stroke of a usual wave.
+    factors
+        Factor on it, from wave to wave, shape (waves,).
+    moves
+        Whether a wave moves the capsule where nothing holds it, shape (waves,).
+    """
+
+    stroke_mm: float
+    factors: np.ndarray
+    moves: np.ndarray
+
+
+def draw_strokes(
+    advance: Advance,
+    generator: np.random.Generator,
+    period_s: float,
+    waves: int,
+    carried: np.ndarray | bool = True,
+) -> Strokes:
+    """Draw the strokes of one journey.
+
+    Parameters
+    ----------
+    period_s
+        Time from wave to wave.
+    waves
+        Number of waves.
+    carried
+        Whether there is a wave to carry the capsule, shape (waves,).
+    """
+    run_factor = np.exp(generator.normal(0.0, advance.speed_spread))
+    factors = np.exp(generator.normal(0.0, advance.stroke_spread, waves))
+    chances = generator.random(waves)
+    # The mean over sticking and slipping waves is the speed that is set, slips back included.
+    mean_factor = np.exp(advance.stroke_spread**2 / 2) * (1 - advance.stick_probability)
+    regained = 1 + advance.slip_probability * advance.slip_back
+    stroke = advance.speed_mm_s * period_s * run_factor * regained / mean_factor
+    return Strokes(stroke, factors, carried & (chances >= advance.stick_probability))
+
+
+def draw_holds(advance: Advance, generator: np.random.Generator, awns: int) -> np.ndarray:
+    """Draw for how many waves each awn will hold the capsule once it catches: shape (awns,).
+
+    Where several nodules lie along the way, an awn has a chance of its own at each.
+    """
+    catches = generator.random(awns) < advance.catch_probability
+    return np.rint(catches * advance.hold_waves * generator.uniform(0.0, 2.0, awns))
+
+
+def one_stroke(
+    advance: Advance, strokes: Strokes, wave: int, climbs_mm: np.ndarray, holds: np.ndarray
+) -> tuple[float, np.ndarray]:
+    """Return how far a wave carries the capsule, in mm, and the waves that its awns still hold.
+
+    Parameters
+    ----------
+    wave
+        Number of the wave.
+    climbs_mm
+        By how much each awn would climb during a usual stroke, shape (awns,).
+    holds
+        For how many waves each awn still holds the capsule once it catches, shape (awns,).
+    """
+    slopes = climbs_mm / strokes.stroke_mm
+    caught = (holds > 0) & (slopes > advance.catch_slope)
+    left = holds - caught
+    if caught.any() or not strokes.moves[wave]:
+        return 0.0, left
+    factor = strokes.factors[wave] * np.exp(-advance.snag * slopes.sum())
+    return float(strokes.stroke_mm * factor), left
+
+
 def slips_back(
     advance: Advance, generator: np.random.Generator, period_s: float, waves: int
 ) -> np.ndarray:
@@ -101,24 +180,14 @@ def stroke_positions(
     carried
         Whether there is a wave to carry the capsule, shape (waves,).
     """
-    slips_mm, carried = np.broadcast_to(slips_mm, waves), np.broadcast_to(carried, waves)
-    run_factor = np.exp(generator.normal(0.0, advance.speed_spread))
-    stroke_factors = np.exp(generator.normal(0.0, advance.stroke_spread, waves))
-    chances = generator.random(waves)
-    catches = generator.random(sensors) < advance.catch_probability
-    holds = np.rint(catches * advance.hold_waves * generator.uniform(0.0, 2.0, sensors))
-    # The mean over sticking and slipping waves is the speed that is set, slips back included.
-    mean_factor = np.exp(advance.stroke_spread**2 / 2) * (1 - advance.stick_probability)
-    regained = 1 + advance.slip_probability * advance.slip_back
-    stroke = advance.speed_mm_s * period_s * run_factor * regained / mean_factor
+    slips_mm = np.broadcast_to(slips_mm, waves)
+    strokes = draw_strokes(advance, generator, period_s, waves, carried)
+    holds = draw_holds(advance, generator, sensors)
     positions = np.zeros(waves + 1)
     for wave in range(waves):
-        slopes = rise(positions[wave], stroke) / stroke
-        caught = (holds > 0) & (slopes > advance.catch_slope)
-        holds -= caught
-        moves = carried[wave] and chances[wave] >= advance.stick_probability and not caught.any()
-        moved = stroke * stroke_factors[wave] * np.exp(-advance.snag * slopes.sum())
-        positions[wave + 1] = positions[wave] + (moved if moves else 0.0) - slips_mm[wave]
+        climbs_mm = rise(positions[wave], strokes.stroke_mm)
+        moved_mm, holds = one_stroke(advance, strokes, wave, climbs_mm, holds)
+        positions[wave + 1] = positions[wave] + moved_mm - slips_mm[wave]
     return positions
 
 
@@ -145,12 +214,27 @@ def head_position(
     slips_mm = np.broadcast_to(slips_mm, positions_mm.size - 1)
     wave, part = np.divmod(time_s / period_s, 1.0)
     wave = wave.astype(int)
-    carried = _smooth_step(part / advance.grip_fraction)
-    rest = max(1 - advance.grip_fraction, np.finfo(float).eps)
-    slipped = _smooth_step((part - advance.grip_fraction) / rest)
+    carried, slipped = carried_part(advance, part), slipped_part(advance, part)
     farthest_mm = positions_mm[wave + 1] + slips_mm[wave]
     advanced_mm = carried * (farthest_mm - positions_mm[wave])
     return positions_mm[wave] + advanced_mm - slipped * slips_mm[wave]
+
+
+def carried_part(advance: Advance, part: np.ndarray) -> np.ndarray:
+    """Return how much of its stroke a wave has carried the capsule by then, 0..1.
+
+    Parameters
+    ----------
+    part
+        Part of the wave's period that is over, 0..1.
+    """
+    return _smooth_step(part / advance.grip_fraction)
+
+
+def slipped_part(advance: Advance, part: np.ndarray) -> np.ndarray:
+    """Return how much of the way back after a wave the capsule has slipped by then, 0..1."""
+    rest = max(1 - advance.grip_fraction, np.finfo(float).eps)
+    return _smooth_step((part - advance.grip_fraction) / rest)
 
 
 def first_arrival(head_mm: np.ndarray, position_mm: np.ndarray | float) -> np.ndarray:

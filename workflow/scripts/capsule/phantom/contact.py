@@ -158,13 +158,16 @@ def compression(
 def seat_wander(
     contact: Contact, generator: np.random.Generator, sensors: int, samples: int, rate_hz: float
 ) -> np.ndarray:
-    """Return the slow shift of each substructure in its seat, in mm: shape (S, K).
+    """Return the slow shift of each substructure in its seat, of deviation 1: shape (S, K).
 
-    White noise smoothed by a Gaussian of the correlation time, scaled to ``wander_mm`` and the
-    run's looseness.
+    White noise smoothed by a Gaussian of the correlation time. How far the seat shifts in mm, each
+    run's `looseness` says.
     """
     frequencies = np.fft.rfftfreq(2 * samples, 1 / rate_hz)
     gain = np.exp(-0.5 * (np.pi * frequencies * contact.wander_time_s) ** 2)
-    wander = shaped_noise(generator, gain, sensors, samples)
-    looseness = np.exp(generator.normal(0.0, contact.wander_spread))
-    return contact.wander_mm * looseness * wander
+    return shaped_noise(generator, gain, sensors, samples)
+
+
+def looseness(contact: Contact, generator: np.random.Generator) -> float:
+    """Return how far the substructures shift in their seats in one run, as a deviation in mm."""
+    return float(contact.wander_mm * np.exp(generator.normal(0.0, contact.wander_spread)))

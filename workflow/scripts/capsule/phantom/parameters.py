@@ -9,6 +9,7 @@ from typing import Any, get_type_hints
 from capsule.errors import CapsuleError
 from capsule.phantom.advance import Advance
 from capsule.phantom.contact import Contact
+from capsule.phantom.folding import Folding
 from capsule.phantom.geometry import Origami
 from capsule.phantom.seat import Seat
 from capsule.phantom.sensor import Electronics, Sensor
@@ -32,6 +33,7 @@ class Phantom:
     advance: Advance
     sensor: Sensor
     electronics: Electronics
+    folding: Folding
 
 
 def parameter_names() -> list[str]:

@@ -8,48 +8,67 @@ from itertools import accumulate
 import numpy as np
 
 
-def low_pass(signal: np.ndarray, time_constant_s: float, rate_hz: float) -> np.ndarray:
-    """Return the first-order response to a signal (S, K) that rested at its first value before."""
+def low_pass(
+    signal: np.ndarray, time_constant_s: float, rate_hz: float, before: np.ndarray | None = None
+) -> np.ndarray:
+    """Return the first-order response to a signal (S, K).
+
+    Parameters
+    ----------
+    before
+        Response at the sample before, shape (S, 1); without it the signal rested at its first
+        value.
+    """
     samples = signal.shape[-1]
     if time_constant_s <= 0:
         return signal
     decay = np.exp(-1 / (rate_hz * time_constant_s))
     kernel = (1 - decay) * decay ** np.arange(samples)
-    rest = signal[..., :1]
+    rest = signal[..., :1] if before is None else before
     length = 2 * samples
     spectrum = np.fft.rfft(signal - rest, length) * np.fft.rfft(kernel, length)
     return rest + np.fft.irfft(spectrum, length)[..., :samples]
 
 
-def hysteresis(compression_mm: np.ndarray, share: float, width_mm: float) -> np.ndarray:
-    """Return the compression as a sensor with play follows it, in mm: shape (S, K).
+def play(
+    compression_mm: np.ndarray, width_mm: float, before: np.ndarray | None = None
+) -> np.ndarray:
+    """Return what a play operator (backlash) holds while it follows a load, in mm: shape (S, K).
 
-    A share of the response is carried by a play operator (backlash): it follows only once the
-    load has turned back by the whole width, so loading and unloading take different ways, at any
-    speed (M. A. Krasnosel'skii and A. V. Pokrovskii, Systems with Hysteresis, 1989).
+    It follows only once the load has turned back by the whole width, so loading and unloading take
+    different ways, at any speed (M. A. Krasnosel'skii and A. V. Pokrovskii, Systems with
+    Hysteresis, 1989).
 
     Parameters
     ----------
     compression_mm
         Compression, shape (S, K).
-    share
-        Part of the response that has play, 0..1.
     width_mm
         Width of the play: the loop's width along the load.
+    before
+        What it held at the sample before, shape (S, 1); without it, the first compression.
     """
-    if share == 0:
-        return compression_mm
     half = width_mm / 2
 
     def follow(held: float, load: float) -> float:
         return max(load - half, min(load + half, held))
 
-    held = [list(accumulate(row, follow)) for row in compression_mm.tolist()]
-    return (1 - share) * compression_mm + share * np.array(held)
+    begin = compression_mm[:, :1] if before is None else before
+    rows = zip(compression_mm.tolist(), begin[:, 0].tolist(), strict=True)
+    return np.array([list(accumulate(row, follow, initial=held))[1:] for row, held in rows])
+
+
+def hysteresis(compression_mm: np.ndarray, held_mm: np.ndarray, share: float) -> np.ndarray:
+    """Return the compression of which a share, 0..1, has the play that `play` follows it with."""
+    return (1 - share) * compression_mm + share * held_mm
 
 
 def release_peak(
-    compression_mm: np.ndarray, strength: float, time_s: float, rate_hz: float
+    compression_mm: np.ndarray,
+    strength: float,
+    time_s: float,
+    rate_hz: float,
+    before: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> np.ndarray:
     """Return what a sensor shows beside its load as it is released, in mm: shape (S, K).
 
@@ -66,13 +85,17 @@ def release_peak(
         Time in which it decays.
     rate_hz
         Sampling rate.
+    before
+        Compression and second peak at the sample before, each of shape (S, 1).
     """
     if strength == 0:
         return np.zeros_like(compression_mm)
-    released = np.maximum(-np.diff(compression_mm, prepend=compression_mm[:, :1]), 0.0)
-    decay = np.exp(-1 / (rate_hz * time_s))
+    load, peak = (compression_mm[:, :1], None) if before is None else before
+    released = np.maximum(-np.diff(compression_mm, prepend=load), 0.0)
     # The low-pass gives a sudden release the height 1 - decay.
-    return strength * low_pass(released, time_s, rate_hz) / (1 - decay)
+    height = 1 - np.exp(-1 / (rate_hz * time_s))
+    rest = None if peak is None else peak * height / strength
+    return strength * low_pass(released, time_s, rate_hz, rest) / height
 
 
 def crosstalk(signal: np.ndarray, share: float) -> np.ndarray:

@@ -9,6 +9,7 @@ from capsule.phantom.response import (
     crosstalk,
     hysteresis,
     low_pass,
+    play,
     release_peak,
 )
 
@@ -109,34 +110,86 @@ class Electronics:
     rate_hz: float
 
 
-def resistance(
-    sensor: Sensor,
-    generator: np.random.Generator,
-    compression_mm: np.ndarray,
-    rate_hz: float,
-) -> np.ndarray:
-    """Return the resistance of each sensor over time, in ohm.
+class Polymer:
+    """What the sensors' polymer makes of its load; it remembers what it has felt.
 
-    Compression brings the carbon particles closer and lowers the resistance, up to saturation;
-    the polymer follows quickly in part and slowly in part; mounting, temperature and wear make
-    the rest value drift. Play, a second peak on release, crosstalk and jumps of the base line come
-    on top where they are switched on.
+    Compression brings the carbon particles closer, up to saturation; the polymer follows quickly
+    in part and slowly in part. Play, a second peak on release and crosstalk come on top where they
+    are switched on.
 
     Parameters
     ----------
-    compression_mm
-        Compression of the substructure, both halves together, shape (S, K).
+    sensor
+        Its parameters.
+    rate_hz
+        Sampling rate.
     """
-    sensors, samples = compression_mm.shape
-    strained = crosstalk(compression_mm, sensor.crosstalk)
-    felt = sensor.saturation_mm * np.tanh(strained / sensor.saturation_mm)
-    felt = hysteresis(felt, sensor.hysteresis, sensor.hysteresis_mm) + release_peak(
-        felt, sensor.release_peak, sensor.release_s, rate_hz
-    )
-    quick = low_pass(felt, sensor.lag_s, rate_hz)
-    slow = low_pass(felt, sensor.creep_s, rate_hz)
-    followed = (1 - sensor.creep_fraction) * quick + sensor.creep_fraction * slow
 
+    def __init__(self, sensor: Sensor, rate_hz: float) -> None:
+        self._sensor, self._rate_hz = sensor, rate_hz
+        self._felt = self._held = self._peak = self._quick = self._slow = None
+
+    def follow(self, compression_mm: np.ndarray) -> np.ndarray:
+        """Return what the sensors follow of the next samples, in mm: shape (S, K).
+
+        Parameters
+        ----------
+        compression_mm
+            Compression of the substructure, both halves together, shape (S, K).
+        """
+        sensor, rate_hz = self._sensor, self._rate_hz
+        strained = crosstalk(compression_mm, sensor.crosstalk)
+        felt = sensor.saturation_mm * np.tanh(strained / sensor.saturation_mm)
+        before = None if self._felt is None else (self._felt, self._peak)
+        peak = release_peak(felt, sensor.release_peak, sensor.release_s, rate_hz, before)
+        load = felt
+        if sensor.hysteresis:
+            held = play(felt, sensor.hysteresis_mm, self._held)
+            load, self._held = hysteresis(felt, held, sensor.hysteresis), held[:, -1:]
+        load = load + peak
+        quick = low_pass(load, sensor.lag_s, rate_hz, self._quick)
+        slow = low_pass(load, sensor.creep_s, rate_hz, self._slow)
+        self._felt, self._peak = felt[:, -1:], peak[:, -1:]
+        self._quick, self._slow = quick[:, -1:], slow[:, -1:]
+        return (1 - sensor.creep_fraction) * quick + sensor.creep_fraction * slow
+
+
+@dataclass(frozen=True)
+class Unloaded:
+    """How the sensors read without load, over one journey.
+
+    Attributes
+    ----------
+    rest_ohm
+        Resistance at rest, shape (S, 1).
+    change
+        Relative change of it: drift, settling, noise and jumps, shape (S, K).
+    """
+
+    rest_ohm: np.ndarray
+    change: np.ndarray
+
+
+def draw_unloaded(
+    sensor: Sensor,
+    generator: np.random.Generator,
+    shape: tuple[int, int],
+    rate_hz: float,
+    drift_return_s: float = 0.0,
+) -> Unloaded:
+    """Draw how the sensors read without load: mounting, temperature and wear make them drift.
+
+    Parameters
+    ----------
+    shape
+        Sensors S and samples K.
+    rate_hz
+        Sampling rate.
+    drift_return_s
+        Time constant with which the drift returns to 0; with 0 it is a random walk, as within the
+        minute or two of a run.
+    """
+    sensors, samples = shape
     time_s = np.arange(samples) / rate_hz
     rest = sensor.resistance_ohm * np.exp(
         generator.normal(0.0, sensor.resistance_spread, (sensors, 1))
@@ -151,9 +204,47 @@ def resistance(
     jumps = base_line_jumps(
         generator, (sensors, samples), sensor.jumps_per_s, size, sensor.jump_s, rate_hz
     )
-    change = -sensor.gauge_per_mm * followed + settling + np.cumsum(steps, axis=1) + noise + jumps
+    if drift_return_s > 0:
+        # The low-pass gives a step the height 1 - decay, and no step came before the first.
+        height = 1 - np.exp(-1 / (drift_return_s * rate_hz))
+        drift = low_pass(steps, drift_return_s, rate_hz, np.zeros((sensors, 1))) / height
+    else:
+        drift = np.cumsum(steps, axis=1)
+    return Unloaded(rest, settling + drift + noise + jumps)
+
+
+def loaded_resistance(
+    sensor: Sensor, rest_ohm: np.ndarray, change: np.ndarray, followed_mm: np.ndarray
+) -> np.ndarray:
+    """Return the resistance of each sensor, in ohm: compression lowers it.
+
+    Parameters
+    ----------
+    rest_ohm, change
+        As in `Unloaded`, shapes (S, 1) and (S, K).
+    followed_mm
+        From `Polymer.follow`, shape (S, K).
+    """
     # No resistance can fall below zero, however wild the parameters.
-    return rest * np.maximum(1 + change, 0.0)
+    return rest_ohm * np.maximum(1 + (change - sensor.gauge_per_mm * followed_mm), 0.0)
+
+
+def resistance(
+    sensor: Sensor,
+    generator: np.random.Generator,
+    compression_mm: np.ndarray,
+    rate_hz: float,
+) -> np.ndarray:
+    """Return the resistance of each sensor over one run, in ohm.
+
+    Parameters
+    ----------
+    compression_mm
+        Compression of the substructure, both halves together, shape (S, K).
+    """
+    unloaded = draw_unloaded(sensor, generator, compression_mm.shape, rate_hz)
+    followed_mm = Polymer(sensor, rate_hz).follow(compression_mm)
+    return loaded_resistance(sensor, unloaded.rest_ohm, unloaded.change, followed_mm)
 
 
 def counts(electronics: Electronics, resistance_ohm: np.ndarray) -> np.ndarray:

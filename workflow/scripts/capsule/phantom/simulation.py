@@ -12,12 +12,14 @@ from capsule.phantom.advance import (
     slips_back,
     stroke_positions,
 )
+from capsule.phantom.bulge import bulge_of, climbs
 from capsule.phantom.geometry import half_width, pitch, sensor_offsets
 from capsule.phantom.parameters import Phantom
+from capsule.phantom.pressing import Pressing, UnevenWalls
 from capsule.phantom.seat import reseated_strength, wandering_strength
 from capsule.phantom.sensor import counts, resistance
-from capsule.phantom.wall import overlap, roughness, uneven_height, wave_period
-from capsule.phantom.wave import cam_time, wave_height, wave_train
+from capsule.phantom.wall import draw_unevenness, roughness, wave_period
+from capsule.phantom.wave import cam_time, wave_train
 from capsule.recording import Recording
 from capsule.seeding import generator
 
@@ -127,15 +129,13 @@ def simulate_run(
     )
     phase = seat.uniform(0.0, 2 * np.pi)
     height_offset_mm += touch.stray_offset(contact, draw("stray"))
-    # What lies above or below the capsule neither lifts its tips nor carries them.
-    touched = touch.height_factor(contact, nodule_mm, height_offset_mm)
-    bulge_mm = touch.pressed_bulge(contact, wall, nodule_mm) * touched
-    width_mm = touch.bulge_width(contact, wall, origami, nodule_mm)
+    bulge = bulge_of(
+        contact, wall, origami, nodule_mm=nodule_mm, at_mm=nodule_at_mm,
+        height_offset_mm=height_offset_mm, coupling=coupling,
+    )  # fmt: skip
 
     def climb(position_mm: float, stroke_mm: float) -> np.ndarray:
-        distance = position_mm - offsets - nodule_at_mm
-        ahead = touch.bulge_profile(bulge_mm, width_mm, distance + stroke_mm)
-        return ahead - touch.bulge_profile(bulge_mm, width_mm, distance)
+        return climbs([bulge], position_mm - offsets, stroke_mm)
 
     period_s = wave_period(wall)
     longest = int(phantom.advance.longest_samples)
@@ -154,23 +154,19 @@ def simulate_run(
     time_s, head_mm = time_s[:samples], head_mm[:samples]
 
     position_mm = head_mm - offsets[:, np.newaxis]
-    wave_mm = wave_height(wall, phantom.wave, train, position_mm, time_s, phase)
-    wander_mm = touch.seat_wander(contact, draw("wander"), sensors, longest, rate_hz)[:, :samples]
+    shifts = draw("wander")
+    wander = touch.seat_wander(contact, shifts, sensors, longest, rate_hz)[:, :samples]
+    wander_mm = touch.looseness(contact, shifts) * wander
     strength = wandering_strength(phantom.seat, draw("strength"), sensors, longest, rate_hz)
     strength = strength[:, :samples] * reseated_strength(
         phantom.seat, draw("reseat"), sensors, slips_mm, (cams_s[:samples] / period_s).astype(int)
     )
     rough = roughness(wall, generator(seed, "phantom", site, "roughness"))
-    nodule_side = rough * uneven_height(wall, place, position_mm)
-    other_side = rough * uneven_height(wall, place, position_mm)
-    profile = touch.bulge_profile(1.0, width_mm, position_mm - nodule_at_mm)
-    heights = bulge_mm * coupling[:, np.newaxis] * profile
-    sphere = touch.sphere_stiffness(wall, nodule_mm) * touched * profile
-    reach = half_width(origami)
-    # A seat that shifts towards one wall moves away from the other.
-    near = strength * overlap(wall, reach, wave_mm + nodule_side + heights + wander_mm)
-    far = strength * overlap(wall, reach, wave_mm + other_side - wander_mm)
-    pressed = touch.compression(contact, wall, near, sphere) + touch.compression(contact, wall, far)
+    walls = UnevenWalls(rough, draw_unevenness(wall, place), draw_unevenness(wall, place))
+    pressing = Pressing(wall, phantom.wave, contact, walls, train, phase)
+    pressed = pressing.compression(
+        [bulge], position_mm, time_s, half_width(origami), wander_mm, strength
+    )
     ohms = resistance(phantom.sensor, draw("sensor"), pressed, rate_hz)
     readings = counts(phantom.electronics, ohms)
     return Run(nodule_mm, time_s, head_mm, nodule_at_mm, pressed, readings)

@@ -60,19 +60,38 @@ def overlap(wall: Wall, half_width_mm: float, height_mm: np.ndarray) -> np.ndarr
     return np.maximum(height_mm + half_width_mm - wall.lumen_mm / 2, 0.0)
 
 
-def uneven_height(
-    wall: Wall, generator: np.random.Generator, position_mm: np.ndarray, waves: int = 24
-) -> np.ndarray:
-    """Return the unevenness of one wall at the given places, in mm.
+@dataclass(frozen=True)
+class Unevenness:
+    """One uneven wall: sinusoids along the gut.
+
+    Attributes
+    ----------
+    wave_numbers
+        In radians a mm, shape (waves,).
+    phases
+        In radians, shape (waves,).
+    """
+
+    wave_numbers: np.ndarray
+    phases: np.ndarray
+
+
+def draw_unevenness(wall: Wall, generator: np.random.Generator, waves: int = 24) -> Unevenness:
+    """Draw one uneven wall.
 
     A sum of sinusoids of random phase whose wave numbers follow a normal distribution: a Gaussian
     random field with a Gaussian correlation of the length ``unevenness_length_mm``. It belongs to
     the place, so a second pass with a generator in the same state feels the same wall.
     """
     wave_numbers = generator.normal(0.0, 1.0 / wall.unevenness_length_mm, waves)
-    phases = generator.uniform(0.0, 2 * np.pi, waves)
-    angles = position_mm[..., np.newaxis] * wave_numbers + phases
-    return wall.unevenness_mm * np.sqrt(2.0 / waves) * np.cos(angles).sum(axis=-1)
+    return Unevenness(wave_numbers, generator.uniform(0.0, 2 * np.pi, waves))
+
+
+def uneven_height(wall: Wall, uneven: Unevenness, position_mm: np.ndarray) -> np.ndarray:
+    """Return the unevenness of one wall at the given places, in mm."""
+    angles = position_mm[..., np.newaxis] * uneven.wave_numbers + uneven.phases
+    scale = wall.unevenness_mm * np.sqrt(2.0 / uneven.phases.size)
+    return scale * np.cos(angles).sum(axis=-1)
 
 
 def roughness(wall: Wall, generator: np.random.Generator) -> float:

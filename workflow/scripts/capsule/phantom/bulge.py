@@ -1,0 +1,105 @@
+"""What a buried nodule does to a passing capsule: a bulge with a height, width and stiffness."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from capsule.phantom import contact as touch
+from capsule.phantom.contact import Contact
+from capsule.phantom.geometry import Origami
+from capsule.phantom.wall import Wall
+
+
+@dataclass(frozen=True)
+class Bulge:
+    """One nodule as a capsule meets it in one pass.
+
+    Attributes
+    ----------
+    at_mm
+        Its place along the gut.
+    height_mm
+        Height that is left under the pressing capsule.
+    width_mm
+        Standard deviation along the gut.
+    sphere_n_mm
+        Stiffness that it adds to the wall's.
+    coupling
+        Each sensor's touch on it, shape (S,).
+    """
+
+    at_mm: float
+    height_mm: float
+    width_mm: float
+    sphere_n_mm: float
+    coupling: np.ndarray
+
+
+def bulge_of(
+    contact: Contact,
+    wall: Wall,
+    origami: Origami,
+    *,
+    nodule_mm: float,
+    at_mm: float,
+    height_offset_mm: float,
+    coupling: np.ndarray,
+) -> Bulge:
+    """Return the bulge of a nodule.
+
+    Parameters
+    ----------
+    nodule_mm
+        Its diameter; 0 for none.
+    at_mm, coupling
+        As in `Bulge`.
+    height_offset_mm
+        How far it lies above or below the capsule's middle plane.
+    """
+    # What lies above or below the capsule neither lifts its tips nor carries them.
+    touched = touch.height_factor(contact, nodule_mm, height_offset_mm)
+    return Bulge(
+        at_mm,
+        touch.pressed_bulge(contact, wall, nodule_mm) * touched,
+        touch.bulge_width(contact, wall, origami, nodule_mm),
+        touch.sphere_stiffness(wall, nodule_mm) * touched,
+        coupling,
+    )
+
+
+def climbs(bulges: Sequence[Bulge], position_mm: np.ndarray, stroke_mm: float) -> np.ndarray:
+    """Return by how much each awn would climb each bulge during a stroke: shape (N S,), in mm.
+
+    Parameters
+    ----------
+    position_mm
+        Where the awns stand, shape (S,).
+    """
+    rises = [np.empty(0)]
+    for bulge in bulges:
+        distance = position_mm - bulge.at_mm
+        ahead = touch.bulge_profile(bulge.height_mm, bulge.width_mm, distance + stroke_mm)
+        rises.append(ahead - touch.bulge_profile(bulge.height_mm, bulge.width_mm, distance))
+    return np.concatenate(rises)
+
+
+def bulge_heights(bulges: Sequence[Bulge], position_mm: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return height, in mm, and stiffness, in N/mm, of all bulges under the sensors.
+
+    Parameters
+    ----------
+    position_mm
+        Where the sensors stand, shape (S, K).
+
+    Returns
+    -------
+    heights, spheres
+        Each of shape (S, K).
+    """
+    heights, spheres = np.zeros_like(position_mm), np.zeros_like(position_mm)
+    for bulge in bulges:
+        profile = touch.bulge_profile(1.0, bulge.width_mm, position_mm - bulge.at_mm)
+        heights += bulge.height_mm * bulge.coupling[:, np.newaxis] * profile
+        spheres += bulge.sphere_n_mm * profile
+    return heights, spheres

@@ -1,0 +1,197 @@
+"""A capsule that travels along a gut, wave by wave, and folds and unfolds when it is told to."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from capsule.phantom.advance import Strokes, carried_part, one_stroke, slipped_part
+from capsule.phantom.bulge import climbs
+from capsule.phantom.chance import Pass
+from capsule.phantom.folding import reach, shown
+from capsule.phantom.geometry import half_width, sensor_offsets
+from capsule.phantom.parameters import Phantom
+from capsule.phantom.pressing import Pressing
+from capsule.phantom.sensor import Polymer, Unloaded, counts, loaded_resistance
+from capsule.phantom.wall import wave_period
+from capsule.phantom.wave import cam_time
+
+
+class Fate(Protocol):
+    """What chance brings over a journey, as `capsule.phantom.chance.Chance` draws it."""
+
+    pressing: Pressing
+    strokes: Strokes
+    folded_mm: np.ndarray
+    slips_mm: np.ndarray
+    wander: np.ndarray
+    strength: np.ndarray
+    unloaded: Unloaded
+
+    def draw_pass(self, number: int) -> Pass:
+        """Draw a pass, numbered from 1."""
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Some samples of a journey.
+
+    Attributes
+    ----------
+    time_s
+        Times of the samples, shape (K,).
+    counts
+        Readings of the converter, integers, shape (S, K).
+    wave_mm
+        How far the drive has carried the wave, shape (K,).
+    folded
+        Part of the way to folded, 0..1, shape (K,).
+    head_mm
+        Way of sensor 1 from the start: the truth that no controller sees, shape (K,).
+    """
+
+    time_s: np.ndarray
+    counts: np.ndarray
+    wave_mm: np.ndarray
+    folded: np.ndarray
+    head_mm: np.ndarray
+
+
+class Journey:
+    """A capsule between two walls.
+
+    Unfolded, each wave carries it forward by a stroke; folded, by a stroke of another length,
+    usually backward; while it folds or unfolds no wave moves it. It cannot leave the gut at its
+    start. At its end it stops.
+
+    Parameters
+    ----------
+    phantom
+        The bench.
+    fate
+        What chance brings.
+    length_mm
+        Where the gut ends.
+    """
+
+    def __init__(self, phantom: Phantom, fate: Fate, length_mm: float) -> None:
+        self._phantom, self._fate, self._length_mm = phantom, fate, length_mm
+        sensors = fate.wander.shape[0]
+        self._offsets = sensor_offsets(phantom.origami, sensors)
+        self._period_s = wave_period(phantom.wall)
+        self._polymer = Polymer(phantom.sensor, phantom.electronics.rate_hz)
+        self._sample = 0
+        self._folding, self._folded = False, 0.0
+        self._passes = 1
+        self._pass = fate.draw_pass(1)
+        self._holds = self._pass.holds
+        # Of the present leg: its wave and way of moving, where it began, and how far it goes.
+        self._leg: tuple[int, float] | None = None
+        self._from_mm = self._head_mm = self._moved_mm = self._slip_mm = self._part = 0.0
+
+    @property
+    def samples_left(self) -> int:
+        """How many more samples chance was drawn for."""
+        return self._fate.wander.shape[1] - self._sample
+
+    @property
+    def at_end(self) -> bool:
+        """Whether the capsule has arrived at the end of the gut."""
+        return self._head_mm >= self._length_mm
+
+    def fold(self) -> None:
+        """Begin to fold."""
+        self._folding = True
+
+    def unfold(self) -> None:
+        """Begin to unfold; the capsule takes a new seat, and so begins a new pass."""
+        if self._folding:
+            self._passes += 1
+            self._pass = self._fate.draw_pass(self._passes)
+            self._holds = self._pass.holds
+        self._folding = False
+
+    def advance(self, samples: int) -> Stretch:
+        """Let some time pass.
+
+        Parameters
+        ----------
+        samples
+            Number of samples K, at most `samples_left`.
+        """
+        phantom, fate = self._phantom, self._fate
+        some = slice(self._sample, self._sample + samples)
+        rate_hz = phantom.electronics.rate_hz
+        time_s = np.round(np.arange(some.start, some.stop) / rate_hz, 6)
+        cams_s = cam_time(fate.pressing.train, time_s)
+        folded = self._fold_on(samples, rate_hz)
+        head_mm = self._move_on(cams_s, folded)
+        compression_mm = fate.pressing.compression(
+            self._pass.bulges,
+            head_mm - self._offsets[:, np.newaxis],
+            time_s,
+            reach(phantom.folding, half_width(phantom.origami), folded),
+            self._pass.looseness_mm * fate.wander[:, some],
+            fate.strength[:, some],
+        )
+        followed_mm = self._polymer.follow(compression_mm * shown(phantom.folding, folded))
+        unloaded = fate.unloaded
+        ohms = loaded_resistance(
+            phantom.sensor, unloaded.rest_ohm, unloaded.change[:, some], followed_mm
+        )
+        self._sample = some.stop
+        readings = counts(phantom.electronics, ohms)
+        return Stretch(time_s, readings, phantom.wall.speed_mm_s * cams_s, folded, head_mm)
+
+    def _fold_on(self, samples: int, rate_hz: float) -> np.ndarray:
+        """Return how far the origami is folded at each sample: at a constant speed."""
+        step = 1.0 / (self._phantom.folding.fold_s * rate_hz)
+        way = (1.0 if self._folding else -1.0) * step * np.arange(1, samples + 1)
+        folded = np.clip(self._folded + way, 0.0, 1.0)
+        self._folded = float(folded[-1])
+        return folded
+
+    def _move_on(self, cams_s: np.ndarray, folded: np.ndarray) -> np.ndarray:
+        """Return where the head stands at each sample, in mm."""
+        number, part = np.divmod(cams_s / self._period_s, 1.0)
+        number = number.astype(int)
+        # Only wholly unfolded, 0, and wholly folded, 1, it is moved.
+        way = np.where((folded > 0) & (folded < 1), 0.5, folded)
+        begins = np.flatnonzero((np.diff(number) != 0) | (np.diff(way) != 0)) + 1
+        head_mm = np.empty(cams_s.size)
+        for some in np.split(np.arange(cams_s.size), begins):
+            leg = int(number[some[0]]), float(way[some[0]])
+            if leg != self._leg:
+                self._begin_leg(leg, float(part[some[0]]))
+            advance = self._phantom.advance
+            carried = carried_part(advance, part[some]) - carried_part(advance, self._part)
+            slipped = slipped_part(advance, part[some])
+            here_mm = self._from_mm + carried * self._moved_mm - slipped * self._slip_mm
+            head_mm[some] = np.clip(here_mm, None, self._length_mm)
+            self._head_mm = float(head_mm[some[-1]])
+        return head_mm
+
+    def _begin_leg(self, leg: tuple[int, float], part: float) -> None:
+        """Begin a wave, or another way of moving in the middle of one."""
+        wave, folded = leg
+        same_wave = self._leg is not None and self._leg[0] == wave
+        # Where the leg before would have ended with its wave, whatever moment a sample shows.
+        self._from_mm = self._head_mm if same_wave else self._from_mm + self._rest_mm()
+        self._leg, self._part = leg, part if same_wave else 0.0
+        self._moved_mm = self._slip_mm = 0.0
+        if folded == 0:
+            fate = self._fate
+            climbs_mm = climbs(
+                self._pass.bulges, self._from_mm - self._offsets, fate.strokes.stroke_mm
+            )
+            self._moved_mm, self._holds = one_stroke(
+                self._phantom.advance, fate.strokes, wave, climbs_mm, self._holds
+            )
+            self._slip_mm = float(fate.slips_mm[wave])
+        elif folded == 1:
+            self._moved_mm = max(float(self._fate.folded_mm[wave]), -self._from_mm)
+
+    def _rest_mm(self) -> float:
+        """Return how far the present leg leads by the end of its wave, in mm."""
+        begun = float(carried_part(self._phantom.advance, np.float64(self._part)))
+        return (1 - begun) * self._moved_mm - self._slip_mm
