@@ -19,6 +19,7 @@ FLOORS = (
     "capsule",
     "capsule.phantom",
     "capsule.detectors",
+    "capsule.survey",
     "capsule.evaluation",
     "capsule.figures",
     "capsule.page",
@@ -28,7 +29,7 @@ FLOORS = (
     "acquisition",
     "scripts",
 )
-FRONTS = {"acquire", "simulate", "study_phantom", "teach_scorer"}
+FRONTS = {"acquire", "simulate", "study_phantom", "survey", "teach_scorer"}
 # Each folder that has one lists its own rows there.
 SAME_SUBJECT = {"registry"}
 

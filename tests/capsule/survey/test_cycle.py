@@ -1,0 +1,157 @@
+"""The cycle under any order of events: folded only with feedback and a lease, few retests."""
+
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
+
+from capsule.survey.cycle import (
+    EVENTS,
+    FOLD,
+    HOLD,
+    MOST_RETESTS,
+    MOST_TRIES,
+    STATES,
+    UNFOLD,
+    Cycle,
+    after,
+)
+
+LEASE = 6  # ticks of a judgement, 0.8 s each: five seconds
+
+
+def lead(*events):
+    cycle, commands = Cycle(), []
+    for event in events:
+        cycle, given = after(cycle, event)
+        commands += given
+    return cycle, commands
+
+
+TO_A_SUSPICION = ("placed", "suspected", "passed")
+THERE_AND_BACK = ("folded", "tick", "far_enough", "unfolded", "placed")
+
+
+def test_a_place_is_passed_again_and_decided():
+    cycle, commands = lead(*TO_A_SUSPICION, *THERE_AND_BACK, "confirmed")
+    assert cycle == Cycle("exploring", retests=1)
+    assert commands == [FOLD, HOLD, HOLD, UNFOLD]
+
+
+def test_a_third_pass_again_is_not_made():
+    cycle, _ = lead(*TO_A_SUSPICION, *THERE_AND_BACK, "again", *THERE_AND_BACK, "again")
+    assert cycle == Cycle("exploring", retests=MOST_RETESTS)
+
+
+def test_the_next_place_has_all_its_retests():
+    cycle, _ = lead(*TO_A_SUSPICION, *THERE_AND_BACK, "again", *THERE_AND_BACK, "dismissed")
+    cycle, _ = after(cycle, "suspected")
+    assert cycle.retests == 0
+
+
+def test_after_three_ways_back_that_lead_nowhere_it_goes_on_with_single_passes():
+    there = ("folded", "far_enough", "unfolded", "not_back")
+    cycle, commands = lead(*TO_A_SUSPICION, *there * MOST_TRIES)
+    assert cycle == Cycle("exploring", tries=MOST_TRIES, no_return=True)
+    assert commands.count(FOLD) == MOST_TRIES
+    cycle, commands = after(after(cycle, "suspected")[0], "passed")
+    assert cycle.state == "exploring"
+    assert commands == ()
+
+
+def test_a_lease_that_ran_out_ends_in_an_unfolded_origami():
+    cycle, commands = lead(*TO_A_SUSPICION, "folded", "let_go")
+    assert cycle.state == "unfolding"
+    assert commands[-1] == UNFOLD
+
+
+class Capsule(RuleBasedStateMachine):
+    """Any events in any order, beside a fold board that obeys but for its feedback."""
+
+    def __init__(self):
+        super().__init__()
+        self.cycle = Cycle()
+        self.feedback_since_fold = False
+        self.lease = 0
+        self.retests_of_place = 0
+        self.ended = False
+
+    def happen(self, event):
+        """Let an event happen, and check what it leads to."""
+        before = self.cycle
+        self.cycle, commands = after(before, event)
+        if FOLD in commands:
+            assert before.state not in ("returning", "closing", "ended")
+            assert not before.no_return
+            self.feedback_since_fold = False
+        if event == "folded" and before.state == "folding":
+            self.feedback_since_fold = True
+        if event == "suspected" and before.state == "exploring":
+            self.retests_of_place = 0
+        if self.cycle.state == "passing" and before.state != "passing":
+            self.retests_of_place += 1
+        for command in commands:
+            self.lease = {FOLD: LEASE, HOLD: LEASE, UNFOLD: 0}.get(command, self.lease)
+        # Whoever leaves the folded states says so to the board.
+        if before.state in ("folding", "returning") and self.cycle.state not in (
+            "folding", "returning",
+        ):  # fmt: skip
+            assert UNFOLD in commands
+
+    @rule(event=st.sampled_from(EVENTS))
+    def anything(self, event):
+        """Any event, also one that makes no sense."""
+        self.happen(event)
+
+    @rule(
+        path=st.sampled_from(
+            [TO_A_SUSPICION, THERE_AND_BACK, ("again",), ("not_back",), ("folded", "let_go")]
+        )
+    )
+    def usual(self, path):
+        """Let events happen in their usual order, so that deep states are reached."""
+        for event in path:
+            self.happen(event)
+
+    @rule(ticks=st.integers(1, 10))
+    def time_passes(self, ticks):
+        """Let the pilot tick, and the lease run."""
+        for _ in range(ticks):
+            self.lease = max(self.lease - 1, 0)
+            self.happen("tick")
+
+    @invariant()
+    def state_is_known(self):
+        """No event leads out of the table."""
+        assert self.cycle.state in STATES
+
+    @invariant()
+    def never_folded_without_feedback(self):
+        """Take it for folded only after the board has said so."""
+        if self.cycle.state == "returning":
+            assert self.feedback_since_fold
+
+    @invariant()
+    def never_folded_without_a_lease(self):
+        """Renew the lease with each tick in the folded states, and nowhere else."""
+        if self.cycle.state in ("folding", "returning"):
+            assert self.lease > 0
+            assert HOLD in after(self.cycle, "tick")[1]
+        else:
+            assert self.lease == 0
+            assert HOLD not in after(self.cycle, "tick")[1]
+
+    @invariant()
+    def never_more_passes_again_than_allowed(self):
+        """Hold the limit however often a place asks for another one."""
+        assert self.retests_of_place <= MOST_RETESTS
+
+    @invariant()
+    def an_end_is_an_end(self):
+        """Nothing folds a capsule whose survey is over."""
+        self.ended |= self.cycle.state in ("closing", "ended")
+        if self.ended:
+            assert self.cycle.state in ("closing", "ended")
+
+
+Capsule.TestCase.settings = settings(max_examples=200, stateful_step_count=40, deadline=None)
+TestCapsule = Capsule.TestCase

@@ -1,0 +1,84 @@
+"""Suspicion, decision and the way back, each by itself."""
+
+import numpy as np
+import pytest
+
+from capsule.survey.decision import decide
+from capsule.survey.survey_settings import SurveySettings
+from capsule.survey.suspicion import AdaptiveThreshold
+from capsule.survey.way_back import WayBack
+
+NAN = float("nan")
+LIMITS = {"confirm": 4.0, "dismiss": 1.5, "most": 2}
+
+
+@pytest.mark.parametrize(
+    ("heights", "outcome"),
+    [
+        ([9.0], "confirmed"),
+        ([0.5], "dismissed"),
+        ([3.0], "again"),
+        ([NAN], "again"),
+        ([3.0, 6.0], "confirmed"),
+        ([3.9, 3.9], "undecided"),
+        ([3.0, 1.0], "dismissed"),
+        ([NAN, NAN], "undecided"),
+        ([NAN, 3.0], "undecided"),
+        ([3.9, NAN], "undecided"),
+    ],
+)
+def test_what_passes_again_say(heights, outcome):
+    assert decide(heights, **LIMITS) == outcome
+
+
+def threshold(**changes):
+    settings = SurveySettings()
+    names = ("budget", "block_mm", "prior", "prior_blocks", "memory", "gain")
+    return AdaptiveThreshold(**{name: getattr(settings, name) for name in names} | changes)
+
+
+@pytest.mark.parametrize("noise", [0.5, 1.0, 2.0])
+@pytest.mark.parametrize("tail", ["gumbel", "heavy"])
+def test_the_budget_is_kept_whatever_the_noise_and_its_tail(noise, tail):
+    numbers = np.random.default_rng(1)
+    suspicions = metres = 0
+    for _ in range(20):
+        adaptive = threshold()
+        for block in range(200):
+            largest = noise * 0.07 + noise * 0.0166 * (
+                numbers.gumbel() if tail == "gumbel" else numbers.standard_t(3) * 2
+            )
+            if largest > adaptive.threshold:
+                adaptive.suspected()
+                suspicions += block >= 40
+            adaptive.passed(25.0)
+            adaptive.learn(largest)
+            metres += 0.025 * (block >= 40)
+    assert suspicions / metres == pytest.approx(1.5, rel=0.3)
+
+
+def test_a_suspicion_raises_the_threshold_until_it_proves_right():
+    adaptive = threshold()
+    before = adaptive.threshold
+    adaptive.suspected()
+    assert adaptive.threshold > before
+    adaptive.was_right()
+    assert adaptive.threshold == pytest.approx(before)
+    adaptive.passed(1000.0)
+    assert adaptive.threshold < before
+    assert adaptive.height(adaptive.usual[0]) == 0
+
+
+@pytest.mark.parametrize("speed_mm_s", [-0.9, -0.4, -0.2, 0.3])
+def test_no_leg_is_so_long_that_the_odometer_could_be_a_wavelength_off(speed_mm_s):
+    back = WayBack(80.0)
+    for _ in range(5):
+        seconds = back.leg_s(200.0)
+        moved_mm = speed_mm_s * seconds
+        assert abs(moved_mm - back.expected_mm(seconds)) < 40
+        back = back.learned(moved_mm, seconds)
+    assert back.speed_mm_s == pytest.approx(speed_mm_s)
+    assert back.went_back(moved_mm) == (speed_mm_s < 0)
+    if speed_mm_s < 0:
+        # Now it knows, and goes back by a way of 30 mm at once.
+        assert back.leg_s(30.0) == pytest.approx(30.0 / -speed_mm_s)

@@ -1,0 +1,1 @@
+"""A survey: the capsule goes back to what it suspects and looks again."""

@@ -1,0 +1,93 @@
+"""The diagonal detector's evidence at places along the gut, while the capsule travels.
+
+The same beats, weights and averages as in `capsule.detectors.candidates`. Only the capsule's way is
+not searched among mean speeds: the odometer measures it.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from capsule.detectors.beats import CHANNELS
+from capsule.detectors.candidates import averages, standardised_beats
+from capsule.detectors.passage import beats_of
+
+
+@dataclass(frozen=True)
+class GutEvidence:
+    """What the last samples say of the places that the capsule passed.
+
+    Attributes
+    ----------
+    place_mm : (P,) array
+        Places along the gut, on a grid that stays the same.
+    evidence : (P,) array
+        How much speaks for a nodule at each.
+    """
+
+    place_mm: np.ndarray
+    evidence: np.ndarray
+
+    def within(self, low_mm: float, high_mm: float) -> "GutEvidence":
+        """Take the places from `low_mm` to `high_mm`."""
+        some = (self.place_mm >= low_mm) & (self.place_mm <= high_mm)
+        return GutEvidence(self.place_mm[some], self.evidence[some])
+
+    def without(self, places_mm: list[float], reach_mm: float) -> "GutEvidence":
+        """Leave out whatever is within reach of some places."""
+        off = np.ones(self.place_mm.size, dtype=bool)
+        for place_mm in places_mm:
+            off &= np.abs(self.place_mm - place_mm) > reach_mm
+        return GutEvidence(self.place_mm[off], self.evidence[off])
+
+    def best(self) -> tuple[float, float]:
+        """Return the place with the most evidence, and its evidence; NaN without any place."""
+        if self.place_mm.size == 0:
+            return float("nan"), float("nan")
+        best = int(self.evidence.argmax())
+        return float(self.place_mm[best]), float(self.evidence[best])
+
+
+def evidence_along(
+    values: np.ndarray,
+    rate_hz: float,
+    settings: Mapping,
+    way: Callable[[np.ndarray], np.ndarray],
+) -> GutEvidence | None:
+    """Return the evidence at all places that at least half the sensors have passed.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        The last readings on an even grid in time; NaN where a sample is missing.
+    rate_hz : float
+        Sampling rate.
+    settings : mapping
+        Section ``diagonal`` of the configuration.
+    way : callable
+        Gives the head's position in mm at samples of `values`, counted from the first.
+
+    Returns
+    -------
+    GutEvidence or None
+        None without a peristaltic wave on every sensor.
+    """
+    if np.any(np.isnan(values).all(axis=1)):
+        return None
+    beats, options = beats_of(values, rate_hz, settings)
+    if beats is None:
+        return None
+    weights = {name: options[f"{name}_weight"] for name in CHANNELS}
+    weighted = standardised_beats(beats, weights, options["least_spread"], options["limit"])
+    behind_mm = options["pitch_mm"] * np.arange(weighted.shape[0])
+    head_mm = way(beats.centre)
+    step_mm = options["step_mm"]
+    farthest_mm = head_mm.max() - behind_mm[behind_mm.size // 2]
+    numbers = np.arange(np.ceil(head_mm.min() / step_mm), np.floor(farthest_mm / step_mm) + 1)
+    place_mm = step_mm * numbers
+    unit_mm = float(np.sqrt(2) * options["width_mm"])
+    beyond = (head_mm - place_mm[:, np.newaxis]) / unit_mm
+    dwell = options["dwell"] / float(beats.centre[1] - beats.centre[0])
+    evidence = averages(weighted[np.newaxis], beyond, behind_mm / unit_mm, dwell)[0]
+    return GutEvidence(place_mm, evidence)

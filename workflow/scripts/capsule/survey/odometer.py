@@ -1,0 +1,142 @@
+"""Where the capsule is: the sensors demodulated by the drive's own phase.
+
+The wave under a sensor at x reads ``cos(2 pi (x - w) / lambda)`` when the drive has carried the
+wave by w. Times ``exp(2 pi i w / lambda)`` and averaged, what stays turns with x alone: the place
+modulo one wavelength. Which wavelength, the last known position tells.
+
+This needs the drive's phase. A gut offers none.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from capsule.sensed_wave import fill_missing
+
+# A sensor whose readings stay within this is not pressed by any wave, in units of R / R_series.
+_STILL = 1e-6
+# A sensor with more of its samples missing does not count.
+_MOST_MISSING = 0.25
+
+
+def place_in_wave(
+    pressed: np.ndarray, wave_mm: np.ndarray, pitch_mm: float, wavelength_mm: float
+) -> float:
+    """Return the head's place modulo one wavelength, in mm; NaN without a wave on two sensors.
+
+    It holds for the middle of the samples.
+
+    Parameters
+    ----------
+    pressed : (S, K) array
+        How hard each sensor is pressed, in any unit; NaN where a sample is missing. K should span
+        two waves.
+    wave_mm : (K,) array
+        How far the drive has carried the wave.
+    pitch_mm : float
+        Distance from sensor to sensor; each is so far behind the one before.
+    wavelength_mm : float
+        Length of the wave.
+
+    Returns
+    -------
+    float
+        From -wavelength_mm / 2 to wavelength_mm / 2, from an origin that stays the same.
+    """
+    sensors, count = pressed.shape
+    turn = 2 * np.pi / wavelength_mm
+    known = np.isnan(pressed).mean(axis=1) <= _MOST_MISSING
+    if np.count_nonzero(known) < 2:
+        return float("nan")
+    values = fill_missing(pressed[known])
+    # Over whole waves this taper hides the level, and nearly hides one that drifts.
+    taper = 1 - np.cos(2 * np.pi * (np.arange(count) + 0.5) / count)
+    values = values - (values @ taper / taper.sum())[:, np.newaxis]
+    phasors = (values * taper) @ np.exp(1j * turn * wave_mm)
+    size = np.abs(phasors)
+    moving = size > _STILL
+    if np.count_nonzero(moving) < 2:
+        return float("nan")
+    behind_mm = pitch_mm * np.arange(sensors)[known][moving]
+    common = (phasors[moving] / size[moving]) @ np.exp(1j * turn * behind_mm)
+    return float(np.angle(common) / turn)
+
+
+def nearest_turn(place_mm: float, expected_mm: float, wavelength_mm: float) -> float:
+    """Return a place that is known modulo one wavelength, the one nearest to where it should be."""
+    return place_mm + wavelength_mm * round((expected_mm - place_mm) / wavelength_mm)
+
+
+class Odometer:
+    """Follows the head along the gut.
+
+    Parameters
+    ----------
+    settings : mapping
+        Section ``diagonal`` of the configuration, which tells of wave and sensors.
+    rate_hz : float
+        Sampling rate.
+    start_mm : float
+        Position at the first fix; it may be set until then.
+    """
+
+    def __init__(self, settings: Mapping, rate_hz: float, start_mm: float) -> None:
+        self._wavelength_mm = float(settings["wavelength_mm"])
+        self._pitch_mm = float(settings["pitch_mm"])
+        wave = rate_hz * self._wavelength_mm / settings["wave_speed_mm_s"]
+        self.span = 2 * round(wave)
+        self.start_mm = start_mm
+        self._origin_mm: float | None = None
+        self._samples: list[int] = []
+        self._fixes_mm: list[float] = []
+
+    @property
+    def delay(self) -> int:
+        """By how many samples a fix lags behind the newest sample."""
+        return self.span // 2
+
+    @property
+    def position_mm(self) -> float:
+        """The newest fix; NaN before the first."""
+        return self._fixes_mm[-1] if self._fixes_mm else float("nan")
+
+    @property
+    def fixes(self) -> int:
+        """How many fixes there are since the capsule unfolded."""
+        return len(self._fixes_mm)
+
+    def fix(self, last: int, pressed: np.ndarray, wave_mm: np.ndarray, expected_mm: float) -> float:
+        """Find the position; NaN where no wave is felt.
+
+        Parameters
+        ----------
+        last : int
+            Number of the newest sample.
+        pressed, wave_mm
+            As in `place_in_wave`: the newest `span` samples.
+        expected_mm : float
+            Where the capsule should be; off by less than half a wavelength.
+        """
+        place_mm = place_in_wave(pressed, wave_mm, self._pitch_mm, self._wavelength_mm)
+        if np.isnan(place_mm):
+            return place_mm
+        if self._origin_mm is None:
+            self._origin_mm = place_mm - self.start_mm
+        position_mm = nearest_turn(place_mm - self._origin_mm, expected_mm, self._wavelength_mm)
+        self._samples.append(last - self.delay)
+        self._fixes_mm.append(position_mm)
+        return position_mm
+
+    def forget(self) -> None:
+        """Begin anew after the capsule has moved unseen; the origin stays."""
+        self._samples.clear()
+        self._fixes_mm.clear()
+
+    def way(self, samples: np.ndarray) -> np.ndarray:
+        """Return the position at some samples (N,), by straight lines between the fixes."""
+        return np.interp(samples, self._samples, self._fixes_mm)
+
+    def settled(self, fixes: int, spread_mm: float) -> bool:
+        """Say whether so many last fixes agree with a capsule that moves slowly."""
+        last = self._fixes_mm[-fixes:]
+        return len(last) == fixes and float(np.ptp(np.diff(last))) <= spread_mm

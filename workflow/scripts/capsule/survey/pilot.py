@@ -1,0 +1,280 @@
+"""Decides what the capsule does: readings in, commands and a log of reasons out."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from capsule.survey import cycle as cycles
+from capsule.survey.cycle import Cycle
+from capsule.survey.sensing import Sensing
+from capsule.survey.survey_log import FOLDED, UNFOLDED, Event, Readings
+from capsule.survey.survey_settings import SurveySettings
+from capsule.survey.suspects import Suspects
+from capsule.survey.way_back import WayBack
+
+_UNKNOWN = float("nan")
+_SENSORS = 4
+
+
+@dataclass
+class _Leg:
+    """The present way back: where it began, and how long it was to last, and lasted."""
+
+    from_mm: float = _UNKNOWN
+    begun_s: float = _UNKNOWN
+    planned_s: float = 0.0
+    lasted_s: float = 0.0
+
+
+class Pilot:
+    """Leads a capsule along a gut.
+
+    Parameters
+    ----------
+    detector : mapping
+        Section ``diagonal`` of the configuration.
+    rate_hz : float
+        Sampling rate.
+    settings : SurveySettings
+        What the survey goes by.
+    targets_mm : sequence of float
+        Places to go to, one after the other, instead of a survey.
+    start_mm : float
+        Where the head stands.
+
+    Attributes
+    ----------
+    cycle : Cycle
+        Where the capsule is in its cycle.
+    suspects : Suspects
+        What was suspected so far.
+    log : list of Event
+        All that happened.
+    """
+
+    def __init__(
+        self,
+        detector: Mapping,
+        rate_hz: float,
+        settings: SurveySettings | None = None,
+        targets_mm: Sequence[float] = (),
+        start_mm: float = 0.0,
+    ) -> None:
+        self._settings = settings or SurveySettings()
+        self.cycle = Cycle()
+        self.log: list[Event] = []
+        self.sensing = Sensing(detector, rate_hz, self._settings, start_mm)
+        self.suspects = Suspects(self._settings, (_SENSORS - 1) * detector["pitch_mm"])
+        self._rate_hz = rate_hz
+        self._targets_mm = list(targets_mm)
+        self._way_back = WayBack(float(detector["wavelength_mm"]))
+        self._leg = _Leg()
+        self._since_s = self._now_s = 0.0
+
+    def tick(self, readings: Readings) -> tuple[str, ...]:
+        """Take the newest samples; give the commands for the boards."""
+        self._now_s = float(readings.time_s[-1])
+        self.sensing.take(readings)
+        return getattr(self, f"_in_{self.cycle.state}")(readings.fold)
+
+    def tell(self, event: str, reason: str) -> tuple[str, ...]:
+        """Tell of what no reading shows: ``stopped``, ``gut_ended`` or ``fault``."""
+        self.suspects.close("undecided")
+        return self._happen(event, reason)
+
+    @property
+    def _too_late(self) -> bool:
+        """Whether a move of the origami has taken too long."""
+        return self._now_s - self._since_s > self._settings.latest_s
+
+    # One method a state; each is given what the fold board says.
+
+    def _in_starting(self, fold: str) -> tuple[str, ...]:
+        if fold != UNFOLDED:
+            if self._too_late:
+                return self._happen("fault", f"the origami is {fold}")
+            return (cycles.UNFOLD,)
+        self.sensing.follow(0.0)
+        if not self.sensing.settled:
+            return ()
+        if self._targets_mm:
+            return self._towards_target()
+        return self._happen("placed", "the wave is felt")
+
+    def _in_exploring(self, fold: str) -> tuple[str, ...]:
+        if fold != UNFOLDED:
+            return self._happen("fault", f"the origami is {fold}, and nobody has folded it")
+        if self._targets_mm:
+            if self.cycle.no_return:
+                return self._happen("cannot_arrive", "folding does not bring the capsule back")
+            return self._towards_target()
+        if not self.sensing.follow(_UNKNOWN) or (evidence := self.sensing.evidence()) is None:
+            return ()
+        place = self.suspects.look(evidence, self.sensing.fix_mm)
+        if place is None:
+            return ()
+        score = self.suspects.best_score
+        reason = f"place {place.number}: evidence at {place.first_mm:.0f} mm"
+        return self._happen("suspected", reason, score, place.threshold)
+
+    def _in_finishing(self, fold: str) -> tuple[str, ...]:
+        followed = self.sensing.follow(_UNKNOWN)
+        if followed and (evidence := self.sensing.evidence()) is not None:
+            self.suspects.look_closer(evidence, self.sensing.fix_mm)
+        if not self.suspects.is_beyond(self.sensing.position_mm):
+            return ()
+        place = self.suspects.present
+        self.suspects.end_first_pass()
+        if self.cycle.no_return:
+            self.suspects.close("undecided")
+        reason = f"place {place.number} at {place.first_mm:.0f} mm was passed"
+        return self._fold("passed", reason, place.evidence[-1])
+
+    def _in_folding(self, fold: str) -> tuple[str, ...]:
+        if fold == FOLDED:
+            self._leg.begun_s = self._now_s
+            return self._happen("folded", f"for {self._leg.planned_s:.0f} s")
+        if not self._too_late:
+            return self._quietly("tick")
+        commands = self._happen("late", "the origami does not fold")
+        self._give_up_without_return()
+        return commands
+
+    def _in_returning(self, fold: str) -> tuple[str, ...]:
+        self._leg.lasted_s = self._now_s - self._leg.begun_s
+        if fold != FOLDED:
+            return self._happen("let_go", f"the origami is {fold}")
+        if self._leg.lasted_s >= self._leg.planned_s:
+            return self._happen("far_enough", "the planned time is over")
+        return self._quietly("tick")
+
+    def _in_unfolding(self, fold: str) -> tuple[str, ...]:
+        if fold == UNFOLDED:
+            return self._happen("unfolded", "finding the position")
+        if self._too_late:
+            return self._happen("late", "the origami does not unfold")
+        return (cycles.UNFOLD,)
+
+    def _in_finding(self, fold: str) -> tuple[str, ...]:
+        expected_mm = self._leg.from_mm + self._way_back.expected_mm(self._leg.lasted_s)
+        self.sensing.follow(expected_mm)
+        if not self.sensing.settled:
+            if self._now_s - self._since_s <= self._settings.longest_finding_s:
+                return ()
+            self.suspects.close("undecided")
+            return self._happen("lost", "the position is not found")
+        # It has travelled forward since it unfolded.
+        ticks = (self._now_s - self._since_s) * self._rate_hz / self._settings.every
+        back_at_mm = self.sensing.position_mm - ticks * self.sensing.step_mm
+        moved_mm = back_at_mm - self._leg.from_mm
+        if self._leg.lasted_s > 0:
+            self._way_back = self._way_back.learned(moved_mm, self._leg.lasted_s)
+        return self._after_leg(moved_mm)
+
+    def _in_passing(self, fold: str) -> tuple[str, ...]:
+        followed = self.sensing.follow(_UNKNOWN)
+        if followed and (evidence := self.sensing.evidence()) is not None:
+            self.suspects.look_again(evidence)
+        if not self.suspects.is_beyond(self.sensing.position_mm):
+            if self._now_s - self._since_s <= self._settings.longest_pass_s:
+                return ()
+            self.suspects.close("undecided")
+            return self._happen("lost", "the capsule does not pass the place again")
+        place = self.suspects.present
+        outcome = self.suspects.end_pass(cycles.MOST_RETESTS)
+        reason = f"place {place.number}: {place.heights[-1]:.1f} spreads above the usual evidence"
+        if outcome == "again":
+            return self._fold("again", reason, place.evidence[-1])
+        return self._happen(outcome, reason, place.evidence[-1], self.suspects.threshold.threshold)
+
+    def _in_approaching(self, fold: str) -> tuple[str, ...]:
+        self.sensing.follow(_UNKNOWN)
+        return self._towards_target()
+
+    def _in_arrived(self, fold: str) -> tuple[str, ...]:
+        return self._happen("tick", "the wave is stopped")
+
+    def _in_closing(self, fold: str) -> tuple[str, ...]:
+        if fold == UNFOLDED:
+            return self._happen("unfolded", "the survey is over")
+        if self._too_late:
+            return self._happen("late", "the origami does not unfold")
+        return self._quietly("tick")
+
+    def _in_ended(self, fold: str) -> tuple[str, ...]:
+        return ()
+
+    # What several states need.
+
+    def _after_leg(self, moved_mm: float) -> tuple[str, ...]:
+        """Say what comes after a way back."""
+        if self.cycle.no_return and not self._targets_mm:
+            return self._happen("gone_on", "the place was given up")
+        position_mm, goal_mm = self.sensing.position_mm, self._goal_mm()
+        reason = f"moved by {moved_mm:.1f} mm, {position_mm - goal_mm:.1f} mm from the goal"
+        # The start of the gut holds the capsule up: nearer it will not come.
+        start_mm = self._leg.from_mm + self._way_back.expected_mm(self._leg.lasted_s)
+        if position_mm <= goal_mm + self._tolerance_mm() or min(start_mm, goal_mm) < 0:
+            if self._targets_mm:
+                return self._happen("goal_ahead", reason)
+            self.suspects.begin_pass()
+            return self._happen("placed", reason)
+        if self._way_back.went_back(moved_mm):
+            return self._fold("short", reason)
+        commands = self._fold("not_back", reason)
+        self._give_up_without_return()
+        return commands
+
+    def _towards_target(self) -> tuple[str, ...]:
+        """Go on to the present target, or to the next."""
+        # It moves by strokes: half a stroke before is as near as half a stroke beyond.
+        half_mm = 2 * self.sensing.step_mm
+        off_mm = self._targets_mm[0] - self.sensing.position_mm
+        while abs(off_mm) <= 2 * half_mm and len(self._targets_mm) > 1:
+            self._happen("reached", f"target {self._targets_mm.pop(0):.0f} mm")
+            off_mm = self._targets_mm[0] - self.sensing.position_mm
+        reason = f"target {self._targets_mm[0]:.0f} mm is {off_mm:.1f} mm ahead"
+        if off_mm < -2 * half_mm:
+            return self._fold("goal_behind", reason)
+        if self.cycle.state != "approaching":
+            return self._happen("goal_ahead", reason)
+        return self._happen("arrived", reason) if off_mm <= half_mm else ()
+
+    def _goal_mm(self) -> float:
+        """Where a way back should end."""
+        if self._targets_mm:
+            return self._targets_mm[0]
+        return self.suspects.present.first_mm - self._settings.run_up_mm
+
+    def _tolerance_mm(self) -> float:
+        """By how much it may end too early."""
+        return 2 * self.sensing.step_mm if self._targets_mm else self._settings.run_up_mm / 2
+
+    def _fold(self, event: str, reason: str, score: float = _UNKNOWN) -> tuple[str, ...]:
+        """Let an event lead to folding, and plan the leg."""
+        # It travels on while the position is found, as far as it then comes in so many judgements.
+        found_mm = self._settings.finding_ticks * self.sensing.step_mm
+        way_mm = self.sensing.position_mm - self._goal_mm() + found_mm
+        self._leg = _Leg(self.sensing.position_mm, planned_s=self._way_back.leg_s(way_mm))
+        return self._happen(event, reason, score)
+
+    def _give_up_without_return(self) -> None:
+        if self.cycle.no_return and not self._targets_mm:
+            self.suspects.close("undecided")
+
+    def _quietly(self, event: str) -> tuple[str, ...]:
+        self.cycle, commands = cycles.after(self.cycle, event)
+        return commands
+
+    def _happen(
+        self, event: str, reason: str, score: float = _UNKNOWN, threshold: float = _UNKNOWN
+    ) -> tuple[str, ...]:
+        before = self.cycle.state
+        self.cycle, commands = cycles.after(self.cycle, event)
+        if self.cycle.state != before:
+            self._since_s = self._now_s
+        position_mm = float(np.round(self.sensing.position_mm, 3))
+        states = before, event, self.cycle.state
+        self.log.append(Event(self._now_s, *states, reason, position_mm, score, threshold))
+        return commands

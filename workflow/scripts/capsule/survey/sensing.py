@@ -1,0 +1,129 @@
+"""What the unfolded capsule feels: where it is, and what the last samples say of the gut."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from capsule.divider import pressed_and_period
+from capsule.survey.gut_evidence import GutEvidence, evidence_along
+from capsule.survey.odometer import Odometer
+from capsule.survey.survey_log import UNFOLDED, Readings
+from capsule.survey.survey_settings import SurveySettings
+
+# Fixes, a judgement apart, that must agree before a position counts, and how well, in mm.
+_AGREEING = 4
+_AGREE_MM = 3.0
+# A usual way from judgement to judgement, in mm, until the odometer shows how the capsule moves.
+_USUAL_STEP_MM = 0.44
+_FASTEST_STEP_MM = 2.0
+# How much the newest step counts.
+_STEP_SHARE = 0.1
+
+
+class Sensing:
+    """The last samples since the capsule unfolded, and what they say.
+
+    Parameters
+    ----------
+    detector : mapping
+        Section ``diagonal`` of the configuration.
+    rate_hz : float
+        Sampling rate.
+    settings : SurveySettings
+        What the survey goes by.
+    start_mm : float
+        Where the head stands.
+
+    Attributes
+    ----------
+    step_mm : float
+        Way of the unfolded capsule from judgement to judgement, of late.
+    """
+
+    def __init__(
+        self, detector: Mapping, rate_hz: float, settings: SurveySettings, start_mm: float
+    ) -> None:
+        self._detector, self._rate_hz, self._settings = detector, rate_hz, settings
+        self._odometer = Odometer(detector, rate_hz, start_mm)
+        self._keep = max(settings.window, self._odometer.span)
+        self._count = 0
+        self._values: np.ndarray | None = None
+        self._wave_mm = np.empty(0)
+        self.step_mm = _USUAL_STEP_MM
+        # The first fix holds for a moment before now.
+        self._odometer.start_mm = start_mm + self._since_fix_mm()
+
+    def _since_fix_mm(self) -> float:
+        return self.step_mm * self._odometer.delay / self._settings.every
+
+    @property
+    def position_mm(self) -> float:
+        """Where the head stands now, as far as is known; NaN before the first fix."""
+        return self._odometer.position_mm + self._since_fix_mm()
+
+    @property
+    def fix_mm(self) -> float:
+        """The newest fix, which holds for a moment before now; NaN before the first."""
+        return self._odometer.position_mm
+
+    @property
+    def settled(self) -> bool:
+        """Whether the last fixes agree with each other."""
+        return self._odometer.settled(_AGREEING, _AGREE_MM)
+
+    def take(self, readings: Readings) -> None:
+        """Take the newest samples; those of a capsule that is not unfolded say nothing."""
+        self._count += readings.time_s.size
+        if readings.fold != UNFOLDED:
+            self._values = None
+            return
+        if self._values is None:
+            self._odometer.forget()
+            self._values, self._wave_mm = readings.values[:, :0], readings.wave_mm[:0]
+        self._values = np.concatenate([self._values, readings.values], axis=1)[:, -self._keep :]
+        self._wave_mm = np.concatenate([self._wave_mm, readings.wave_mm])[-self._keep :]
+
+    def follow(self, expected_mm: float) -> bool:
+        """Find the position; say whether it is found.
+
+        Parameters
+        ----------
+        expected_mm : float
+            Where the capsule should be, off by less than half a wavelength; it counts only before
+            the first fix.
+        """
+        span, before_mm = self._odometer.span, self._odometer.position_mm
+        if self._values is None or self._values.shape[1] < span:
+            return False
+        wave_mm = self._wave_mm[-span:]
+        if np.isnan(wave_mm).any():
+            return False
+        if not np.isnan(before_mm):
+            expected_mm = before_mm + self.step_mm
+        pressed, _ = pressed_and_period(self._values[:, -span:], self._rate_hz, self._detector)
+        fix_mm = self._odometer.fix(self._count - 1, pressed, wave_mm, expected_mm)
+        if np.isnan(fix_mm):
+            return False
+        if not np.isnan(before_mm):
+            step_mm = float(np.clip(fix_mm - before_mm, 0.0, _FASTEST_STEP_MM))
+            self.step_mm += _STEP_SHARE * (step_mm - self.step_mm)
+        return True
+
+    def evidence(self) -> GutEvidence | None:
+        """Judge the last samples; None where they say nothing."""
+        values, window = self._values, self._settings.window
+        if values is None or values.shape[1] < window or self._odometer.fixes < 2:
+            return None
+        values = values[:, -window:]
+        if self._any_still(values[:, -self._odometer.span :]):
+            return None
+        first = self._count - window
+        return evidence_along(
+            values, self._rate_hz, self._detector, lambda at: self._odometer.way(first + at)
+        )
+
+    @staticmethod
+    def _any_still(values: np.ndarray) -> bool:
+        """Say whether a sensor has died: it would look as if nothing pressed it."""
+        highest = np.nanmax(values, axis=1, initial=-np.inf)
+        return bool(np.any(highest <= np.nanmin(values, axis=1, initial=np.inf)))

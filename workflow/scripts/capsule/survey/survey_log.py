@@ -1,0 +1,58 @@
+"""What goes into a survey and what comes out: readings of the boards, and a log of events."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+# What a fold board says of the origami.
+UNFOLDED, FOLDING, FOLDED, UNFOLDING = "unfolded", "folding", "folded", "unfolding"
+UNKNOWN_FOLD = "unknown"
+
+
+@dataclass(frozen=True)
+class Readings:
+    """What the boards said since the last judgement.
+
+    Attributes
+    ----------
+    time_s : (K,) array
+        Times of the samples.
+    values : (S, K) array
+        Readings; NaN where a sample is missing.
+    wave_mm : (K,) array
+        How far the drive has carried the wave; NaN where that is not known.
+    fold : str
+        What the fold board says of the origami: ``unfolded``, ``folding``, ``folded``,
+        ``unfolding``, or ``unknown`` where it says nothing.
+    """
+
+    time_s: np.ndarray
+    values: np.ndarray
+    wave_mm: np.ndarray
+    fold: str
+
+
+@dataclass(frozen=True)
+class Event:
+    """A line of the log.
+
+    Attributes
+    ----------
+    time_s : float
+        When.
+    before, event, after : str
+        State, what happened, and state.
+    reason : str
+        Why, in words.
+    position_mm, score, threshold : float
+        NaN where they play no part.
+    """
+
+    time_s: float
+    before: str
+    event: str
+    after: str
+    reason: str
+    position_mm: float = float("nan")
+    score: float = float("nan")
+    threshold: float = float("nan")

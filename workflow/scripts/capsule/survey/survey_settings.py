@@ -1,0 +1,55 @@
+"""What a survey goes by, beside the diagonal detector's settings."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class SurveySettings:
+    """Numbers of a survey; those of the evidence were found on simulated guts (docs/survey.md).
+
+    Attributes
+    ----------
+    window : int
+        Samples that the evidence is taken from.
+    every : int
+        Samples from one judgement to the next.
+    budget : float
+        Suspicions wanted a metre of healthy gut.
+    block_mm, prior, prior_blocks, memory, gain
+        As `capsule.survey.suspicion.AdaptiveThreshold` takes them.
+    beyond_mm : float
+        A pass is over when the last sensor is so far beyond the place.
+    run_up_mm : float
+        How far before the place the first sensor begins to pass it again.
+    reach_mm : float
+        Evidence counts for a place within this.
+    apart_mm : float
+        Nearer to a place that was judged nothing is suspected.
+    confirm, dismiss : float
+        As `capsule.survey.decision.decide` takes them.
+    latest_s : float
+        A move of the origami that takes longer has failed.
+    longest_finding_s, longest_pass_s : float
+        A position that is not found, a place that is not passed again by then is given up.
+    finding_ticks : int
+        Judgements until a position is found after unfolding.
+    """
+
+    window: int = 400
+    every: int = 8
+    budget: float = 1.5
+    block_mm: float = 25.0
+    prior: tuple[float, float] = (0.07, 0.0166)
+    prior_blocks: int = 10
+    memory: int = 80
+    gain: float = 0.5
+    beyond_mm: float = 5.0
+    run_up_mm: float = 9.0
+    reach_mm: float = 6.0
+    apart_mm: float = 8.0
+    confirm: float = 3.0
+    dismiss: float = 1.5
+    latest_s: float = 10.0
+    longest_finding_s: float = 60.0
+    longest_pass_s: float = 600.0
+    finding_ticks: int = 12

@@ -1,0 +1,69 @@
+"""How long to stay folded: the folded capsule's speed is learned, and nothing is taken for granted.
+
+The odometer knows a place modulo one wavelength. So the capsule stays folded no longer than it
+takes to come half a wavelength away from where it should be, however wrong the speed is.
+"""
+
+from dataclasses import dataclass
+
+# Nothing slower or faster is tried before a speed was learned; above 0 it is carried forward.
+_PLAUSIBLE_MM_S = (-0.9, 0.4)
+_USUAL_MM_S = -0.4
+# A way, in mm, that no odometer mistakes.
+_SURE_MM = 2.0
+_SHORTEST_S = 10.0
+
+
+@dataclass(frozen=True)
+class WayBack:
+    """What is known of the folded capsule's speed.
+
+    Attributes
+    ----------
+    wavelength_mm : float
+        Within which the odometer knows a place.
+    seconds, moved_mm : float
+        Time folded, and the way in it, of all legs so far.
+    """
+
+    wavelength_mm: float
+    seconds: float = 0.0
+    moved_mm: float = 0.0
+
+    @property
+    def speed_mm_s(self) -> float:
+        """Mean speed; before the first leg an unfounded guess."""
+        return self.moved_mm / self.seconds if self.seconds else _USUAL_MM_S
+
+    def expected_mm(self, seconds: float) -> float:
+        """Return how far the capsule should have moved in that time; below 0 backward."""
+        if not self.seconds:
+            return sum(_PLAUSIBLE_MM_S) / 2 * seconds
+        return self.speed_mm_s * seconds
+
+    def longest_s(self) -> float:
+        """Return how long a leg may be for the odometer to know the place afterwards."""
+        low, high = _PLAUSIBLE_MM_S
+        error_mm_s = (high - low) / 2
+        if self.seconds:
+            share = 0.5 if self.seconds < 2 * self.wavelength_mm else 0.25
+            error_mm_s = min(error_mm_s, share * abs(self.speed_mm_s) + 0.1)
+        return (self.wavelength_mm / 2 - _SURE_MM) / error_mm_s
+
+    def leg_s(self, way_mm: float) -> float:
+        """Return for how long to stay folded to go back by a way."""
+        # A capsule that did not go back is given the same time again: a wave may have slipped.
+        speed = max(-self.speed_mm_s, 0.1)
+        return min(max(way_mm / speed, _SHORTEST_S), self.longest_s())
+
+    def learned(self, moved_mm: float, seconds: float) -> "WayBack":
+        """Return what is known after a leg."""
+        # The last legs count most: the gut need not be the same everywhere.
+        kept = 0.7
+        return WayBack(
+            self.wavelength_mm, kept * self.seconds + seconds, kept * self.moved_mm + moved_mm
+        )
+
+    def went_back(self, moved_mm: float) -> bool:
+        """Say whether a leg led back at all."""
+        return moved_mm < -_SURE_MM
