@@ -9,22 +9,23 @@ from capsule.survey.suspicion import AdaptiveThreshold
 from capsule.survey.way_back import WayBack
 
 NAN = float("nan")
-LIMITS = {"confirm": 4.0, "dismiss": 1.5, "most": 2}
+LIMITS = {"confirm": 4.0, "dismiss": 2.0, "at_last": 3.0, "most": 2}
 
 
 @pytest.mark.parametrize(
     ("heights", "outcome"),
     [
-        ([9.0], "confirmed"),
-        ([0.5], "dismissed"),
-        ([3.0], "again"),
-        ([NAN], "again"),
-        ([3.0, 6.0], "confirmed"),
-        ([3.9, 3.9], "undecided"),
-        ([3.0, 1.0], "dismissed"),
-        ([NAN, NAN], "undecided"),
-        ([NAN, 3.0], "undecided"),
-        ([3.9, NAN], "undecided"),
+        ([9.0, 9.0], "confirmed"),
+        ([3.0, 0.5], "dismissed"),
+        ([3.0, 3.0], "again"),
+        ([3.0, NAN], "again"),
+        ([3.0, 3.0, 6.0], "confirmed"),
+        ([3.5, 3.0, 3.0], "confirmed"),
+        ([3.0, 3.0, 2.0], "undecided"),
+        ([3.0, 1.5, 1.0], "dismissed"),
+        ([9.0, NAN, NAN], "undecided"),
+        ([3.0, NAN, 2.0], "undecided"),
+        ([5.0, 4.0, NAN], "confirmed"),
     ],
 )
 def test_what_passes_again_say(heights, outcome):
@@ -66,7 +67,7 @@ def test_a_suspicion_raises_the_threshold_until_it_proves_right():
     assert adaptive.threshold == pytest.approx(before)
     adaptive.passed(1000.0)
     assert adaptive.threshold < before
-    assert adaptive.height(adaptive.usual[0]) == 0
+    assert adaptive.height(2 * adaptive.usual[0]) == 2
 
 
 @pytest.mark.parametrize("speed_mm_s", [-0.9, -0.4, -0.2, 0.3])
@@ -79,6 +80,8 @@ def test_no_leg_is_so_long_that_the_odometer_could_be_a_wavelength_off(speed_mm_
         back = back.learned(moved_mm, seconds)
     assert back.speed_mm_s == pytest.approx(speed_mm_s)
     assert back.went_back(moved_mm) == (speed_mm_s < 0)
-    if speed_mm_s < 0:
+    if speed_mm_s > 0:
+        assert back.leg_s(30.0) < 30
+    else:
         # Now it knows, and goes back by a way of 30 mm at once.
         assert back.leg_s(30.0) == pytest.approx(30.0 / -speed_mm_s)

@@ -6,7 +6,7 @@ INTERRUPTED = "interrupted before the recording began; nothing is archived"
 
 
 class AcquisitionError(CapsuleError):
-    """A fault at the bench; `status` is the exit status of acquire.py."""
+    """A fault at the bench; `status` is the exit status of acquire.py and survey.py."""
 
     status = 1
 
@@ -69,6 +69,18 @@ class RefusedError(AcquisitionError):
     """A board will not do what it was asked."""
 
     status = 12
+
+
+class CannotArriveError(AcquisitionError):
+    """Folding does not bring the capsule back to where it should go."""
+
+    status = 13
+
+
+class SurveyFaultError(AcquisitionError):
+    """The origami did not fold or unfold as it was told."""
+
+    status = 14
 
 
 class LineLostError(Exception):

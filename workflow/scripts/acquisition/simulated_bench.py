@@ -2,13 +2,22 @@
 
 import numpy as np
 
+from capsule.phantom.chance import Chance, Nodule
 from capsule.phantom.journey import Journey
+from capsule.phantom.parameters import Phantom
+from capsule.phantom.simulation import SIMULATOR_VERSION, STARTED
+from capsule.seeding import generator
 from capsule.survey import cycle as cycles
 from capsule.survey.survey_log import FOLDED, FOLDING, UNFOLDED, UNFOLDING, Readings
 
 # A fold is granted for so long, and each `hold` renews it.
 LEASE_S = 5.0
 _FULL = 1 - 1e-9
+# Numbers are drawn for a journey that takes so many times as long as the straight way.
+_DETOURS = 2.5
+_AT_LEAST = 5000
+# Nodules keep off the ends of the gut, and of each other where there is room.
+_FREE_MM = 60.0
 
 
 class SimulatedBench:
@@ -25,10 +34,13 @@ class SimulatedBench:
     ----------
     head_mm : list of arrays
         The truth: where the head stood at each sample.
+    header : dict of str to str
+        What is to be said of its recordings.
     """
 
-    def __init__(self, journey: Journey, rate_hz: float) -> None:
+    def __init__(self, journey: Journey, rate_hz: float, header: dict[str, str]) -> None:
         self._journey, self._rate_hz = journey, rate_hz
+        self.header = header
         self._lease_s = 0.0
         self._folding = False
         self.stopped = False
@@ -76,3 +88,45 @@ class SimulatedBench:
         if self._folding:
             return FOLDED if last >= _FULL else FOLDING
         return UNFOLDED if max(first, last) <= 0 else UNFOLDING
+
+
+def simulated_bench(
+    phantom: Phantom, *, seed: int, length_mm: float, nodules_mm: list[float], sensors: int
+) -> SimulatedBench:
+    """Return a bench with a gut of that length, with nodules of those diameters in it."""
+    places_mm = nodule_places(seed, length_mm, len(nodules_mm))
+    nodules = [Nodule(at, size) for at, size in zip(places_mm, nodules_mm, strict=True)]
+    return bench_with(phantom, seed=seed, length_mm=length_mm, nodules=nodules, sensors=sensors)
+
+
+def bench_with(
+    phantom: Phantom, *, seed: int, length_mm: float, nodules: list[Nodule], sensors: int
+) -> SimulatedBench:
+    """Return a bench with a gut of that length, with nodules at known places."""
+    electronics = phantom.electronics
+    straight_s = length_mm / phantom.advance.speed_mm_s
+    samples = int(_DETOURS * straight_s * electronics.rate_hz) + _AT_LEAST
+    chance = Chance(phantom, seed, "survey", nodules, sensors, samples)
+    header = {
+        "source": "simulated survey",
+        "simulator_version": SIMULATOR_VERSION,
+        "simulator_seed": str(seed),
+        "rate_hz": f"{electronics.rate_hz:g}",
+        "adc_bits": f"{electronics.adc_bits:g}",
+        "vref_v": f"{electronics.vref_v:g}",
+        "series_ohm": f"{electronics.series_ohm:g}",
+        "started": STARTED,
+    }
+    return SimulatedBench(Journey(phantom, chance, length_mm), electronics.rate_hz, header)
+
+
+def nodule_places(seed: int, length_mm: float, count: int) -> list[float]:
+    """Draw where nodules lie, in mm from the start, in their order."""
+    if count == 0:
+        return []
+    numbers = generator(seed, "survey", "nodules")
+    room_mm = length_mm - _FREE_MM * (count + 1)
+    if room_mm < 0:
+        return np.linspace(0, length_mm, count + 2)[1:-1].tolist()
+    gaps_mm = np.sort(numbers.uniform(0, room_mm, count))
+    return (gaps_mm + _FREE_MM * np.arange(1, count + 1)).tolist()

@@ -8,7 +8,7 @@ import numpy as np
 from capsule.survey import cycle as cycles
 from capsule.survey.cycle import Cycle
 from capsule.survey.sensing import Sensing
-from capsule.survey.survey_log import FOLDED, UNFOLDED, Event, Readings
+from capsule.survey.survey_log import FOLDED, FOLDING, UNFOLDED, Event, Readings
 from capsule.survey.survey_settings import SurveySettings
 from capsule.survey.suspects import Suspects
 from capsule.survey.way_back import WayBack
@@ -84,6 +84,11 @@ class Pilot:
         return self._happen(event, reason)
 
     @property
+    def every(self) -> int:
+        """How many samples a tick should hold."""
+        return self._settings.every
+
+    @property
     def _too_late(self) -> bool:
         """Whether a move of the origami has taken too long."""
         return self._now_s - self._since_s > self._settings.latest_s
@@ -95,7 +100,7 @@ class Pilot:
             if self._too_late:
                 return self._happen("fault", f"the origami is {fold}")
             return (cycles.UNFOLD,)
-        self.sensing.follow(0.0)
+        self.sensing.follow()
         if not self.sensing.settled:
             return ()
         if self._targets_mm:
@@ -103,13 +108,13 @@ class Pilot:
         return self._happen("placed", "the wave is felt")
 
     def _in_exploring(self, fold: str) -> tuple[str, ...]:
-        if fold != UNFOLDED:
+        if fold in (FOLDING, FOLDED):
             return self._happen("fault", f"the origami is {fold}, and nobody has folded it")
         if self._targets_mm:
             if self.cycle.no_return:
                 return self._happen("cannot_arrive", "folding does not bring the capsule back")
             return self._towards_target()
-        if not self.sensing.follow(_UNKNOWN) or (evidence := self.sensing.evidence()) is None:
+        if not self.sensing.follow() or (evidence := self.sensing.evidence()) is None:
             return ()
         place = self.suspects.look(evidence, self.sensing.fix_mm)
         if place is None:
@@ -119,7 +124,7 @@ class Pilot:
         return self._happen("suspected", reason, score, place.threshold)
 
     def _in_finishing(self, fold: str) -> tuple[str, ...]:
-        followed = self.sensing.follow(_UNKNOWN)
+        followed = self.sensing.follow()
         if followed and (evidence := self.sensing.evidence()) is not None:
             self.suspects.look_closer(evidence, self.sensing.fix_mm)
         if not self.suspects.is_beyond(self.sensing.position_mm):
@@ -173,7 +178,7 @@ class Pilot:
         return self._after_leg(moved_mm)
 
     def _in_passing(self, fold: str) -> tuple[str, ...]:
-        followed = self.sensing.follow(_UNKNOWN)
+        followed = self.sensing.follow()
         if followed and (evidence := self.sensing.evidence()) is not None:
             self.suspects.look_again(evidence)
         if not self.suspects.is_beyond(self.sensing.position_mm):
@@ -183,13 +188,13 @@ class Pilot:
             return self._happen("lost", "the capsule does not pass the place again")
         place = self.suspects.present
         outcome = self.suspects.end_pass(cycles.MOST_RETESTS)
-        reason = f"place {place.number}: {place.heights[-1]:.1f} spreads above the usual evidence"
+        reason = f"place {place.number}: evidence {place.heights[-1]:.1f} times the usual"
         if outcome == "again":
             return self._fold("again", reason, place.evidence[-1])
         return self._happen(outcome, reason, place.evidence[-1], self.suspects.threshold.threshold)
 
     def _in_approaching(self, fold: str) -> tuple[str, ...]:
-        self.sensing.follow(_UNKNOWN)
+        self.sensing.follow()
         return self._towards_target()
 
     def _in_arrived(self, fold: str) -> tuple[str, ...]:
@@ -213,6 +218,8 @@ class Pilot:
             return self._happen("gone_on", "the place was given up")
         position_mm, goal_mm = self.sensing.position_mm, self._goal_mm()
         reason = f"moved by {moved_mm:.1f} mm, {position_mm - goal_mm:.1f} mm from the goal"
+        if moved_mm > 0:
+            self.suspects.jump()
         # The start of the gut holds the capsule up: nearer it will not come.
         start_mm = self._leg.from_mm + self._way_back.expected_mm(self._leg.lasted_s)
         if position_mm <= goal_mm + self._tolerance_mm() or min(start_mm, goal_mm) < 0:

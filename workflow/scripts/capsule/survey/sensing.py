@@ -49,6 +49,7 @@ class Sensing:
         self._count = 0
         self._values: np.ndarray | None = None
         self._wave_mm = np.empty(0)
+        self._last_mm = start_mm
         self.step_mm = _USUAL_STEP_MM
         # The first fix holds for a moment before now.
         self._odometer.start_mm = start_mm + self._since_fix_mm()
@@ -83,14 +84,14 @@ class Sensing:
         self._values = np.concatenate([self._values, readings.values], axis=1)[:, -self._keep :]
         self._wave_mm = np.concatenate([self._wave_mm, readings.wave_mm])[-self._keep :]
 
-    def follow(self, expected_mm: float) -> bool:
+    def follow(self, expected_mm: float | None = None) -> bool:
         """Find the position; say whether it is found.
 
         Parameters
         ----------
-        expected_mm : float
-            Where the capsule should be, off by less than half a wavelength; it counts only before
-            the first fix.
+        expected_mm : float, optional
+            Where the capsule should be, off by less than half a wavelength; without it, near where
+            it was. It counts only before the first fix.
         """
         span, before_mm = self._odometer.span, self._odometer.position_mm
         if self._values is None or self._values.shape[1] < span:
@@ -100,10 +101,13 @@ class Sensing:
             return False
         if not np.isnan(before_mm):
             expected_mm = before_mm + self.step_mm
+        elif expected_mm is None:
+            expected_mm = self._last_mm
         pressed, _ = pressed_and_period(self._values[:, -span:], self._rate_hz, self._detector)
         fix_mm = self._odometer.fix(self._count - 1, pressed, wave_mm, expected_mm)
         if np.isnan(fix_mm):
             return False
+        self._last_mm = fix_mm
         if not np.isnan(before_mm):
             step_mm = float(np.clip(fix_mm - before_mm, 0.0, _FASTEST_STEP_MM))
             self.step_mm += _STEP_SHARE * (step_mm - self.step_mm)

@@ -25,7 +25,7 @@ class SurveySettings:
         Evidence counts for a place within this.
     apart_mm : float
         Nearer to a place that was judged nothing is suspected.
-    confirm, dismiss : float
+    confirm, dismiss, at_last : float
         As `capsule.survey.decision.decide` takes them.
     latest_s : float
         A move of the origami that takes longer has failed.
@@ -40,15 +40,16 @@ class SurveySettings:
     budget: float = 1.5
     block_mm: float = 25.0
     prior: tuple[float, float] = (0.07, 0.0166)
-    prior_blocks: int = 10
+    prior_blocks: int = 20
     memory: int = 80
-    gain: float = 0.5
+    gain: float = 1.0
     beyond_mm: float = 5.0
     run_up_mm: float = 9.0
     reach_mm: float = 6.0
     apart_mm: float = 8.0
-    confirm: float = 3.0
-    dismiss: float = 1.5
+    confirm: float = 2.05
+    dismiss: float = 1.7
+    at_last: float = 2.0
     latest_s: float = 10.0
     longest_finding_s: float = 60.0
     longest_pass_s: float = 600.0

@@ -20,7 +20,7 @@ class Place:
     evidence : list of float
         The largest evidence of each pass, the first included; NaN for a pass that is no evidence.
     heights : list of float
-        The same of each pass again, above the usual evidence in its spreads.
+        The same in parts of the usual evidence; empty before it is passed again.
     again_mm : list of float
         Where each pass again has it.
     threshold : float

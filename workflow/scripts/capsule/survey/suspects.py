@@ -95,6 +95,10 @@ class Suspects:
         if self._front_mm is not None:
             self._open_from_mm = self._front_mm
 
+    def jump(self) -> None:
+        """Take note that the capsule has passed gut folded: that was not judged."""
+        self._front_mm = None
+
     def begin_pass(self) -> None:
         """Take note that the present place is about to be passed again."""
         self._best = (_UNKNOWN, -np.inf)
@@ -119,10 +123,15 @@ class Suspects:
         place_mm, score = self._best
         seen, place = np.isfinite(score), self.present
         place.evidence.append(score if seen else _UNKNOWN)
-        place.heights.append(self.threshold.height(score) if seen else _UNKNOWN)
         place.again_mm.append(place_mm)
+        # By the present noise, all of them.
+        place.heights = [self.threshold.height(evidence) for evidence in place.evidence]
         outcome = decide(
-            place.heights, confirm=self._settings.confirm, dismiss=self._settings.dismiss, most=most
+            place.heights,
+            confirm=self._settings.confirm,
+            dismiss=self._settings.dismiss,
+            at_last=self._settings.at_last,
+            most=most,
         )
         if outcome != "again":
             self.close(outcome)

@@ -13,15 +13,14 @@ import numpy as np
 
 # Of a Gumbel distribution of scale 1: largest values of many.
 _MEDIAN = -np.log(np.log(2.0))
-_QUARTILES_APART = np.log(np.log(4.0) / np.log(4.0 / 3.0))
+_BELOW_MEDIAN = _MEDIAN + np.log(np.log(4.0))
 
 
 class AdaptiveThreshold:
     """What evidence is suspicious.
 
     The gut is cut into blocks of a few centimetres, of which each gives its largest evidence. What
-    is usual, median and spread, comes from the last blocks, and at first from a prior that counts
-    as a few blocks.
+    is usual, median and spread, comes from the last blocks, and at first from a prior.
 
     Parameters
     ----------
@@ -32,7 +31,7 @@ class AdaptiveThreshold:
     prior : pair of float
         Median and scale of the blocks' largest evidence, as designed.
     prior_blocks : int
-        How many blocks that counts as.
+        After how many blocks the prior is given up, little by little.
     memory : int
         How many blocks are remembered.
     gain : float
@@ -58,18 +57,20 @@ class AdaptiveThreshold:
         self._gain = gain
         self._prior, self._prior_blocks = prior, prior_blocks
         self._blocks: deque[float] = deque(maxlen=memory)
+        self._learned = 0
         self.usual = prior
         # For a Gumbel distribution this level is passed as often as wanted.
         rate = -np.log1p(-budget * block_mm / 1000)
-        self._level = float(-np.log(rate) - _MEDIAN)
+        self._begin = self._level = float(-np.log(rate) - _MEDIAN)
 
     def _usual(self) -> tuple[float, float]:
         count = len(self._blocks)
         if count < 2:
             return self._prior
-        share = count / (count + self._prior_blocks)
-        low, middle, high = np.quantile(list(self._blocks), (0.25, 0.5, 0.75))
-        scale = (high - low) / _QUARTILES_APART
+        share = min(count / self._prior_blocks, 1.0)
+        # A nodule that was not suspected raises the upper half.
+        low, middle = np.quantile(list(self._blocks), (0.25, 0.5))
+        scale = (middle - low) / _BELOW_MEDIAN
         median, spread = self._prior
         return share * middle + (1 - share) * median, share * scale + (1 - share) * spread
 
@@ -80,9 +81,8 @@ class AdaptiveThreshold:
         return float(median + self._level * scale)
 
     def height(self, evidence: float) -> float:
-        """Return how far an evidence is above the usual one, in its spreads."""
-        median, scale = self.usual
-        return float((evidence - median) / scale)
+        """Return an evidence in parts of the largest that a block of healthy gut usually has."""
+        return float(evidence / self.usual[0])
 
     def passed(self, way_mm: float) -> None:
         """Take note that so much new gut was judged: without a suspicion the level sinks."""
@@ -100,3 +100,7 @@ class AdaptiveThreshold:
         """Take note of the largest evidence of a block without a nodule."""
         self._blocks.append(largest)
         self.usual = self._usual()
+        self._learned += 1
+        if self._learned == self._prior_blocks:
+            # What a wrong prior has done to the level is undone.
+            self._level = self._begin

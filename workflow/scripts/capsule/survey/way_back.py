@@ -12,6 +12,9 @@ _USUAL_MM_S = -0.4
 # A way, in mm, that no odometer mistakes.
 _SURE_MM = 2.0
 _SHORTEST_S = 10.0
+# Slower it is not worth the time.
+_SLOWEST_MM_S = -0.08
+_TRY_S = 25.0
 
 
 @dataclass(frozen=True)
@@ -52,9 +55,10 @@ class WayBack:
 
     def leg_s(self, way_mm: float) -> float:
         """Return for how long to stay folded to go back by a way."""
-        # A capsule that did not go back is given the same time again: a wave may have slipped.
-        speed = max(-self.speed_mm_s, 0.1)
-        return min(max(way_mm / speed, _SHORTEST_S), self.longest_s())
+        if self.speed_mm_s > _SLOWEST_MM_S:
+            # It did not go back. It may have slipped, but no more gut is to be passed unfelt.
+            return _TRY_S
+        return min(max(way_mm / -self.speed_mm_s, _SHORTEST_S), self.longest_s())
 
     def learned(self, moved_mm: float, seconds: float) -> "WayBack":
         """Return what is known after a leg."""

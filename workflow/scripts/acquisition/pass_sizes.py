@@ -1,0 +1,62 @@
+"""The size of the nodule at a place, from its passes, as the diagonal detector has learned it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from capsule.detectors.diagonal import DiagonalModel, size_features
+from capsule.detectors.intervals import size_interval
+from capsule.detectors.passage import passage_of
+from edges.files import read_json
+
+_UNKNOWN = float("nan")
+
+
+@dataclass(frozen=True)
+class PassSizes:
+    """Sizes passes; without what the workflow has learned, it says nothing.
+
+    Attributes
+    ----------
+    model : DiagonalModel or None
+        What the detector has learned.
+    detector : mapping
+        Section ``diagonal`` of the configuration.
+    rate_hz : float
+        Sampling rate.
+    """
+
+    model: DiagonalModel | None
+    detector: Mapping
+    rate_hz: float
+
+    def of(self, passes: Sequence[np.ndarray]) -> tuple[float, float, float]:
+        """Return a size and the ends of its interval, in mm; NaN where it is not known.
+
+        Parameters
+        ----------
+        passes : sequence of (S, K) arrays
+            Readings of the passes over one place. The size is the mean over them; its interval
+            does not shrink, since the nodule's height against the capsule is the same in all.
+        """
+        if self.model is None or self.model.sizes is None:
+            return _UNKNOWN, _UNKNOWN, _UNKNOWN
+        found = [passage_of(values, self.rate_hz, self.detector) for values in passes]
+        known = [passage for passage in found if not np.isnan(passage.evidence)]
+        if not known:
+            return _UNKNOWN, _UNKNOWN, _UNKNOWN
+        size_mm = float(np.mean(self.model.sizes.estimate(size_features(known))))
+        return size_mm, *size_interval(size_mm, self.model.size_reach_mm, self.model.known_mm)
+
+
+def pass_sizes(results: Path, detector: Mapping, rate_hz: float) -> PassSizes:
+    """Read what the workflow has learned, where it has; parameters as in `PassSizes`."""
+    path, model = results / "detectors.json", None
+    if path.exists():
+        content = read_json(path)
+        # Learned with other settings, it would take these passes for something else.
+        if content.get("settings", {}).get("diagonal") == dict(detector):
+            model = DiagonalModel.restored(content, None)
+    return PassSizes(model, detector, rate_hz)

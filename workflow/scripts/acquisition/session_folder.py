@@ -1,0 +1,233 @@
+"""The folder of a survey: every line on disk as it comes, the final names only for whole files."""
+
+import json
+import math
+import os
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+
+from acquisition.archive import SUFFIX, SYNC_EVERY_S, explain_write_fault, publish
+from acquisition.bench_errors import AcquisitionError, NameExistsError
+from capsule.recording import Recording, column_names, format_recording
+from capsule.survey.survey_log import Event, Readings
+from edges.file_lock import lock_file
+from edges.files import read_json, write_csv, write_json, write_whole
+
+STREAM, EVENTS, PLACES, ABOUT = "stream.csv", "events.jsonl", "places.csv", "session.json"
+RECORDINGS = "recordings"
+PLACE_COLUMNS = (
+    "place",
+    "status",
+    "place_mm",
+    "passes",
+    "size_mm",
+    "size_low_mm",
+    "size_high_mm",
+    "evidence",
+    "height",
+    "threshold",
+    "recordings",
+)
+
+
+class GrowingFile:
+    """A text file that grows line by line, ``<name>.part`` until it is whole.
+
+    Lines that are there already, because an earlier session was killed, are compared with those
+    that are added, and not written again.
+
+    Parameters
+    ----------
+    final : Path
+        Its name when it is whole.
+
+    Raises
+    ------
+    AcquisitionError
+        Another program is writing it, or it cannot be written.
+    """
+
+    def __init__(self, final: Path) -> None:
+        self._final = final
+        self._path = final.with_name(final.name + SUFFIX)
+        flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0)
+        try:
+            self._descriptor = os.open(self._path, flags, 0o666)
+            lock_file(self._descriptor)
+        except BlockingIOError as fault:
+            raise AcquisitionError(f"{self._path} is being written by another program") from fault
+        except OSError as fault:
+            raise explain_write_fault(fault, self._path) from fault
+        content = self._path.read_bytes()
+        # A line that a power cut has cut off was never whole, and comes again.
+        whole = content.rfind(b"\n") + 1
+        os.ftruncate(self._descriptor, whole)
+        os.lseek(self._descriptor, whole, os.SEEK_SET)
+        self._known = content[:whole].splitlines(keepends=True)
+        self._compared = 0
+        self._pending: list[bytes] = []
+
+    @property
+    def caught_up(self) -> bool:
+        """Whether all that was there has come again."""
+        return self._compared == len(self._known)
+
+    def add(self, text: str) -> None:
+        """Add one line, which ends in a line feed; it is written by the next `flush`.
+
+        Raises
+        ------
+        AcquisitionError
+            It differs from the one that is there.
+        """
+        line = text.encode("utf-8")
+        if self.caught_up:
+            self._pending.append(line)
+            return
+        if line != self._known[self._compared]:
+            raise AcquisitionError(
+                f"{self._path}: line {self._compared + 1} would differ if the session were taken "
+                "up again; it was made by another version or with other parameters. It is left as "
+                "it is"
+            )
+        self._compared += 1
+
+    def flush(self) -> None:
+        """Hand what was added to the operating system."""
+        content = b"".join(self._pending)
+        self._pending.clear()
+        try:
+            while content:
+                content = content[os.write(self._descriptor, content) :]
+        except OSError as fault:
+            raise explain_write_fault(fault, self._path) from fault
+
+    def sync(self) -> None:
+        """Have the disk keep what was flushed."""
+        try:
+            os.fsync(self._descriptor)
+        except OSError as fault:
+            raise explain_write_fault(fault, self._path) from fault
+
+    def finish(self) -> None:
+        """Give it its name."""
+        self.flush()
+        self.sync()
+        self.close()
+        publish(self._path, self._final)
+
+    def close(self) -> None:
+        """Leave it as it is."""
+        os.close(self._descriptor)
+
+
+class SessionFolder:
+    """What a survey leaves on disk.
+
+    Parameters
+    ----------
+    folder : Path
+        The session's folder.
+    about : mapping
+        What the session was begun with, kept as ``session.json``.
+    sensors : int
+        Number of sensors S.
+    resumed : bool
+        Whether the folder was left by a session that was killed.
+
+    Raises
+    ------
+    NameExistsError
+        There is such a session.
+    """
+
+    def __init__(self, folder: Path, about: Mapping, sensors: int, *, resumed: bool) -> None:
+        if not resumed:
+            if folder.exists():
+                raise NameExistsError(
+                    f"{folder} exists, and a session is never overwritten; choose another --out, "
+                    "or take it up again with --resume"
+                )
+            write_json(folder / ABOUT, about)
+        self.folder = folder
+        self._stream = GrowingFile(folder / STREAM)
+        self._events = GrowingFile(folder / EVENTS)
+        self._synced_s = time.monotonic()
+        columns = ",".join([*column_names(sensors), "wave_mm", "fold"])
+        self._stream.add(columns + "\n")
+
+    @property
+    def caught_up(self) -> bool:
+        """Whether a session that was taken up again has come to where it was killed."""
+        return self._stream.caught_up
+
+    def add_readings(self, readings: Readings) -> None:
+        """Add samples to the stream; the cells of what is missing stay empty."""
+        for time_s, values, wave_mm in zip(
+            readings.time_s.tolist(), readings.values.T, readings.wave_mm.tolist(), strict=True
+        ):
+            cells = [f"{time_s:.3f}", *(_cell(value, 0) for value in values), _cell(wave_mm, 2)]
+            self._stream.add(",".join([*cells, readings.fold]) + "\n")
+
+    def add_events(self, events: Iterable[Event]) -> None:
+        """Add events to the log."""
+        for event in events:
+            content = {
+                key: None if isinstance(value, float) and not math.isfinite(value) else value
+                for key, value in asdict(event).items()
+            }
+            self._events.add(json.dumps(content) + "\n")
+
+    def keep(self) -> None:
+        """Hand everything to the operating system, and once a second to the disk."""
+        for file in (self._stream, self._events):
+            file.flush()
+        if time.monotonic() - self._synced_s >= SYNC_EVERY_S:
+            for file in (self._stream, self._events):
+                file.sync()
+            self._synced_s = time.monotonic()
+
+    def add_recording(self, name: str, recording: Recording) -> str:
+        """Keep a whole pass as an ordinary recording; give its name within the folder."""
+        path = self.folder / RECORDINGS / f"{name}.csv"
+        if not path.exists():
+            with write_whole(path, "wb") as stream:
+                stream.write(format_recording(recording))
+        return f"{RECORDINGS}/{path.name}"
+
+    def write_places(self, rows: Sequence[Mapping]) -> None:
+        """Write the table of places anew."""
+        write_csv(self.folder / PLACES, PLACE_COLUMNS, rows)
+
+    def finish(self) -> None:
+        """Give the files their names."""
+        self._stream.finish()
+        self._events.finish()
+
+    def close(self) -> None:
+        """Leave the files as they are."""
+        self._stream.close()
+        self._events.close()
+
+
+def read_about(folder: Path) -> dict:
+    """Read what a session that was killed was begun with.
+
+    Raises
+    ------
+    AcquisitionError
+        There is no such session, or it is finished.
+    """
+    if not (folder / ABOUT).exists():
+        raise AcquisitionError(f"{folder} holds no session: there is no {ABOUT}")
+    if (folder / STREAM).exists():
+        raise AcquisitionError(f"the session in {folder} is finished; there is nothing to resume")
+    return read_json(folder / ABOUT)
+
+
+def _cell(value: float, digits: int) -> str:
+    return "" if np.isnan(value) else f"{value:.{digits}f}"
