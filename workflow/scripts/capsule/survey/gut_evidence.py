@@ -14,6 +14,10 @@ from capsule.detectors.candidates import averages, standardised_beats
 from capsule.detectors.passage import beats_of
 
 
+# Half the width of what counts as the top of the evidence.
+_TOP_MM = 4.0
+
+
 @dataclass(frozen=True)
 class GutEvidence:
     """What the last samples say of the places that the capsule passed.
@@ -45,8 +49,14 @@ class GutEvidence:
         """Return the place with the most evidence, and its evidence; NaN without any place."""
         if self.place_mm.size == 0:
             return float("nan"), float("nan")
-        best = int(self.evidence.argmax())
-        return float(self.place_mm[best]), float(self.evidence[best])
+        largest = float(self.evidence.max())
+        top_mm = float(self.place_mm[self.evidence.argmax()])
+        if largest <= 0:
+            return top_mm, largest
+        # The middle of the top: the place is between those tried, and a flank may be the highest.
+        top = (np.abs(self.place_mm - top_mm) <= _TOP_MM) & (self.evidence > largest / 2)
+        weights = np.where(top, self.evidence, 0.0)
+        return float(np.average(self.place_mm, weights=weights)), largest
 
 
 def evidence_along(

@@ -136,6 +136,11 @@ class Odometer:
         """Return the position at some samples (N,), by straight lines between the fixes."""
         return np.interp(samples, self._samples, self._fixes_mm)
 
+    def last_before(self, position_mm: float) -> int:
+        """Return the last sample at which the head was before a position, or the first fix."""
+        before = np.flatnonzero(np.array(self._fixes_mm) < position_mm)
+        return self._samples[before[-1] if before.size else 0]
+
     def settled(self, fixes: int, spread_mm: float) -> bool:
         """Say whether so many last fixes agree with a capsule that moves slowly."""
         last = self._fixes_mm[-fixes:]

@@ -16,6 +16,8 @@ _AGREE_MM = 3.0
 # A usual way from judgement to judgement, in mm, until the odometer shows how the capsule moves.
 _USUAL_STEP_MM = 0.44
 _FASTEST_STEP_MM = 2.0
+# Of the first two strokes, how much the mean over the first two waves holds.
+_FIRST_STROKES = 1.3
 # How much the newest step counts.
 _STEP_SHARE = 0.1
 
@@ -45,14 +47,14 @@ class Sensing:
     ) -> None:
         self._detector, self._rate_hz, self._settings = detector, rate_hz, settings
         self._odometer = Odometer(detector, rate_hz, start_mm)
-        self._keep = max(settings.window, self._odometer.span)
+        self._keep = max(settings.longest_window, self._odometer.span)
         self._count = 0
         self._values: np.ndarray | None = None
         self._wave_mm = np.empty(0)
         self._last_mm = start_mm
         self.step_mm = _USUAL_STEP_MM
-        # The first fix holds for a moment before now.
-        self._odometer.start_mm = start_mm + self._since_fix_mm()
+        # The first fix holds for the end of the first stroke; the next one has part in it.
+        self._odometer.start_mm = start_mm + _FIRST_STROKES * self._since_fix_mm()
 
     def _since_fix_mm(self) -> float:
         return self.step_mm * self._odometer.delay / self._settings.every
@@ -118,10 +120,12 @@ class Sensing:
         values, window = self._values, self._settings.window
         if values is None or values.shape[1] < window or self._odometer.fixes < 2:
             return None
-        values = values[:, -window:]
+        # A capsule that is held has not passed enough gut in the usual time.
+        since = self._count - self._odometer.last_before(self.fix_mm - self._settings.window_mm)
+        values = values[:, -min(max(window, since), values.shape[1]) :]
         if self._any_still(values[:, -self._odometer.span :]):
             return None
-        first = self._count - window
+        first = self._count - values.shape[1]
         return evidence_along(
             values, self._rate_hz, self._detector, lambda at: self._odometer.way(first + at)
         )

@@ -9,8 +9,10 @@ class SurveySettings:
 
     Attributes
     ----------
-    window : int
-        Samples that the evidence is taken from.
+    window, longest_window : int
+        Samples that the evidence is taken from, at least and at most.
+    window_mm : float
+        Way that they should hold.
     every : int
         Samples from one judgement to the next.
     budget : float
@@ -36,6 +38,8 @@ class SurveySettings:
     """
 
     window: int = 400
+    longest_window: int = 1500
+    window_mm: float = 21.0
     every: int = 8
     budget: float = 1.5
     block_mm: float = 25.0
@@ -46,7 +50,7 @@ class SurveySettings:
     beyond_mm: float = 5.0
     run_up_mm: float = 9.0
     reach_mm: float = 6.0
-    apart_mm: float = 8.0
+    apart_mm: float = 10.0
     confirm: float = 2.05
     dismiss: float = 1.7
     at_last: float = 2.0
