@@ -156,7 +156,7 @@ def _counted(cycle: Cycle, event: str) -> Cycle:
             return replace(cycle, retests=cycle.retests + 1, tries=0)
         case "short" | "goal_ahead":
             return replace(cycle, tries=0)
-        case "not_back" | "late" if cycle.state in ("finding", "folding"):
+        case "not_back":
             tries = cycle.tries + 1
             return replace(cycle, tries=tries, no_return=tries >= MOST_TRIES)
     return cycle

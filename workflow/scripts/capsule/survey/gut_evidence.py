@@ -13,7 +13,6 @@ from capsule.detectors.beats import CHANNELS
 from capsule.detectors.candidates import averages, standardised_beats
 from capsule.detectors.passage import beats_of
 
-
 # Half the width of what counts as the top of the evidence.
 _TOP_MM = 4.0
 

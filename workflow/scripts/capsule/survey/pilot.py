@@ -8,7 +8,7 @@ import numpy as np
 from capsule.survey import cycle as cycles
 from capsule.survey.cycle import Cycle
 from capsule.survey.sensing import Sensing
-from capsule.survey.survey_log import FOLDED, FOLDING, UNFOLDED, Event, Readings
+from capsule.survey.survey_log import FOLDED, FOLDING, UNFOLDED, UNKNOWN_FOLD, Event, Readings
 from capsule.survey.survey_settings import SurveySettings
 from capsule.survey.suspects import Suspects
 from capsule.survey.way_back import WayBack
@@ -80,7 +80,6 @@ class Pilot:
 
     def tell(self, event: str, reason: str) -> tuple[str, ...]:
         """Tell of what no reading shows: ``stopped``, ``gut_ended`` or ``fault``."""
-        self.suspects.close("undecided")
         return self._happen(event, reason)
 
     @property
@@ -89,9 +88,14 @@ class Pilot:
         return self._settings.every
 
     @property
+    def _waited_s(self) -> float:
+        """How long the present state has lasted."""
+        return self._now_s - self._since_s
+
+    @property
     def _too_late(self) -> bool:
         """Whether a move of the origami has taken too long."""
-        return self._now_s - self._since_s > self._settings.latest_s
+        return self._waited_s > self._settings.latest_s
 
     # One method a state; each is given what the fold board says.
 
@@ -157,20 +161,22 @@ class Pilot:
     def _in_unfolding(self, fold: str) -> tuple[str, ...]:
         if fold == UNFOLDED:
             return self._happen("unfolded", "finding the position")
-        if self._too_late:
-            return self._happen("late", "the origami does not unfold")
+        # A board that says nothing unfolds by itself: its link may come back.
+        silent = fold == UNKNOWN_FOLD
+        if self._too_late and not (silent and self._waited_s <= self._settings.patience_s):
+            return self._happen("late", f"the origami does not unfold: it is {fold}")
         return (cycles.UNFOLD,)
 
     def _in_finding(self, fold: str) -> tuple[str, ...]:
         expected_mm = self._leg.from_mm + self._way_back.expected_mm(self._leg.lasted_s)
         self.sensing.follow(expected_mm)
         if not self.sensing.settled:
-            if self._now_s - self._since_s <= self._settings.longest_finding_s:
+            if self._waited_s <= self._settings.longest_finding_s:
                 return ()
             self.suspects.close("undecided")
             return self._happen("lost", "the position is not found")
         # It has travelled forward since it unfolded.
-        ticks = (self._now_s - self._since_s) * self._rate_hz / self._settings.every
+        ticks = self._waited_s * self._rate_hz / self._settings.every
         back_at_mm = self.sensing.position_mm - ticks * self.sensing.step_mm
         moved_mm = back_at_mm - self._leg.from_mm
         if self._leg.lasted_s > 0:
@@ -182,7 +188,7 @@ class Pilot:
         if followed and (evidence := self.sensing.evidence()) is not None:
             self.suspects.look_again(evidence)
         if not self.suspects.is_beyond(self.sensing.position_mm):
-            if self._now_s - self._since_s <= self._settings.longest_pass_s:
+            if self._waited_s <= self._settings.longest_pass_s:
                 return ()
             self.suspects.close("undecided")
             return self._happen("lost", "the capsule does not pass the place again")
@@ -227,7 +233,7 @@ class Pilot:
                 return self._happen("goal_ahead", reason)
             self.suspects.begin_pass()
             return self._happen("placed", reason)
-        if self._way_back.went_back(moved_mm):
+        if self._leg.lasted_s > 0 and self._way_back.went_back(moved_mm):
             return self._fold("short", reason)
         commands = self._fold("not_back", reason)
         self._give_up_without_return()
@@ -281,6 +287,8 @@ class Pilot:
         self.cycle, commands = cycles.after(self.cycle, event)
         if self.cycle.state != before:
             self._since_s = self._now_s
+        if self.cycle.state in ("closing", "ended"):
+            self.suspects.close("undecided")
         position_mm = float(np.round(self.sensing.position_mm, 3))
         states = before, event, self.cycle.state
         self.log.append(Event(self._now_s, *states, reason, position_mm, score, threshold))

@@ -31,6 +31,8 @@ class SurveySettings:
         As `capsule.survey.decision.decide` takes them.
     latest_s : float
         A move of the origami that takes longer has failed.
+    patience_s : float
+        For how long a fold board may say nothing while the origami unfolds.
     longest_finding_s, longest_pass_s : float
         A position that is not found, a place that is not passed again by then is given up.
     finding_ticks : int
@@ -55,6 +57,7 @@ class SurveySettings:
     dismiss: float = 1.7
     at_last: float = 2.0
     latest_s: float = 10.0
+    patience_s: float = 60.0
     longest_finding_s: float = 60.0
     longest_pass_s: float = 600.0
     finding_ticks: int = 12

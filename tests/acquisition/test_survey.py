@@ -1,0 +1,154 @@
+"""survey.py as a user runs it: what a session leaves, and what is left of one that was killed."""
+
+import csv
+import io
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from capsule.recording import read_recording
+from support.project import ROOT
+
+SURVEY = [sys.executable, str(ROOT / "workflow" / "scripts" / "survey.py")]
+GUT = ["--simulate", "--metres", "0.35", "--nodules", "3", "--seed", "5"]
+
+
+def run(*arguments, cwd, **options):
+    return subprocess.run(
+        [*SURVEY, *map(str, arguments)], capture_output=True, text=True, cwd=cwd, **options
+    )
+
+
+def content(folder):
+    """Give the bytes of all files of a session."""
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file()
+    }
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """Make a session that nobody has disturbed."""
+    folder = tmp_path_factory.mktemp("sessions") / "whole"
+    done = run(*GUT, "--out", folder, cwd=folder.parent)
+    assert done.returncode == 0, done.stderr
+    return folder, done.stdout
+
+
+def test_a_session_holds_stream_events_places_and_recordings(whole):
+    folder, said = whole
+    places = list(csv.DictReader((folder / "places.csv").read_text().splitlines()))
+    confirmed = [place for place in places if place["status"] == "confirmed"]
+    assert len(confirmed) == 1
+    assert "1 confirmed" in said
+    lines = (folder / "stream.csv").read_text().splitlines()
+    assert lines[0] == "time_s,sensor_1,sensor_2,sensor_3,sensor_4,wave_mm,fold"
+    assert {line.rpartition(",")[2] for line in lines[1:]} == {
+        "unfolded", "folding", "folded", "unfolding",
+    }  # fmt: skip
+    events = [json.loads(line) for line in (folder / "events.jsonl").read_text().splitlines()]
+    confirming = next(event for event in events if event["event"] == "confirmed")
+    assert confirming["before"] == "passing"
+    assert confirming["score"] > confirming["threshold"]
+    assert events[-1]["after"] == "ended"
+    for name in confirmed[0]["recordings"].split():
+        recording = read_recording(io.BytesIO((folder / name).read_bytes()), 4)
+        assert recording.header["site"] == f"whole/place-{int(confirmed[0]['place']):02d}"
+        assert recording.header["source"] == "simulated survey"
+        assert 300 < recording.time_s.size < 1000
+
+
+@pytest.mark.parametrize("share", [0.3, 0.7])
+@pytest.mark.skipif(os.name != "posix", reason="kills as POSIX does")
+def test_a_killed_session_is_taken_up_and_ends_as_if_nothing_had_happened(whole, tmp_path, share):
+    folder = tmp_path / "whole"
+    part = folder / "stream.csv.part"
+    enough = share * (whole[0] / "stream.csv").stat().st_size
+    process = subprocess.Popen([*SURVEY, *GUT, "--out", str(folder)], stdout=subprocess.PIPE)
+    deadline = time.monotonic() + 120
+    while not part.exists() or part.stat().st_size < enough:
+        assert process.poll() is None
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+    process.kill()
+    process.communicate()
+    assert not (folder / "stream.csv").exists()
+    # A power cut takes what the disk had not yet kept, in the middle of a line.
+    with part.open("r+b") as stream:
+        stream.truncate(part.stat().st_size - 25)
+    done = run("--resume", folder, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert content(folder) == content(whole[0])
+
+
+def test_what_cannot_be_taken_up_is_left_as_it_is(whole, tmp_path):
+    done = run("--resume", whole[0], cwd=tmp_path)
+    assert done.returncode == 1
+    assert "finished" in done.stderr
+    done = run(*GUT, "--out", whole[0], cwd=tmp_path)
+    assert done.returncode == 10
+    assert "--resume" in done.stderr
+    assert run("--resume", tmp_path, cwd=tmp_path).returncode == 1
+
+
+def test_a_session_of_other_parameters_is_not_mixed_with_this_one(whole, tmp_path):
+    folder = tmp_path / "other"
+    folder.mkdir()
+    about = json.loads((whole[0] / "session.json").read_text())
+    (folder / "session.json").write_text(json.dumps(about | {"seed": 6}))
+    first = (whole[0] / "stream.csv").read_bytes()[:2000]
+    (folder / "stream.csv.part").write_bytes(first)
+    done = run("--resume", folder, cwd=tmp_path)
+    assert done.returncode == 1
+    assert "would differ" in done.stderr
+    assert (folder / "stream.csv.part").read_bytes() == first[: first.rfind(b"\n") + 1]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="interrupts as POSIX does")
+def test_ctrl_c_ends_a_session_with_an_unfolded_origami(tmp_path):
+    folder = tmp_path / "stopped"
+    process = subprocess.Popen(
+        [*SURVEY, *GUT, "--out", str(folder)],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    for line in process.stdout:
+        if " returning " in line:
+            process.send_signal(signal.SIGINT)
+            break
+    said = process.communicate(timeout=60)[1]
+    assert process.returncode == 130, said
+    assert (folder / "stream.csv").read_text().splitlines()[-1].endswith("unfolded")
+
+
+def test_a_target_that_cannot_be_reached_has_its_own_status(tmp_path):
+    out = ["--simulate", "--metres", "0.3", "--out", tmp_path / "there"]
+    reached = run(*out, "--goto", 60, cwd=tmp_path)
+    assert reached.returncode == 0, reached.stderr
+    out[-1] = tmp_path / "back"
+    done = run(*out, "--goto", 60, 20, "--set", "folding.speed_mm_s=0.2", cwd=tmp_path)
+    assert done.returncode == 13
+    assert "cannot go back" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--out", "x"], "not built yet"),
+        (["--simulate"], "--out FOLDER"),
+        (["--simulate", "--out", "x", "--goto", "1500"], "the gut is 1000 mm long"),
+        (["--simulate", "--out", "x", "--metres", "50"], "not within 0.2 to 10 m"),
+        (["--simulate", "--out", "x", "--nodules", "9"], "not within 0 to 5 mm"),
+    ],
+)
+def test_a_wrong_command_line_is_answered_with_what_is_wrong(tmp_path, arguments, said):
+    done = run(*arguments, cwd=tmp_path)
+    assert done.returncode == 2
+    assert said in done.stderr
+    assert not any(tmp_path.iterdir())
