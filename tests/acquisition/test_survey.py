@@ -37,7 +37,7 @@ def content(folder):
 def whole(tmp_path_factory):
     """Make a session that nobody has disturbed."""
     folder = tmp_path_factory.mktemp("sessions") / "whole"
-    done = run(*GUT, "--out", folder, cwd=folder.parent)
+    done = run(*GUT, "--out", folder, "--raw", "raw", cwd=folder.parent)
     assert done.returncode == 0, done.stderr
     return folder, done.stdout
 
@@ -62,7 +62,9 @@ def test_a_session_holds_stream_events_places_and_recordings(whole):
         recording = read_recording(io.BytesIO((folder / name).read_bytes()), 4)
         assert recording.header["site"] == f"whole/place-{int(confirmed[0]['place']):02d}"
         assert recording.header["source"] == "simulated survey"
-        assert 300 < recording.time_s.size < 1000
+        copy = folder.parent / "raw" / "unlabelled" / f"whole-{name.rpartition('/')[2]}"
+        assert copy.read_bytes() == (folder / name).read_bytes()
+        assert 300 <= recording.time_s.size < 1000
 
 
 @pytest.mark.parametrize("share", [0.3, 0.7])
@@ -71,7 +73,9 @@ def test_a_killed_session_is_taken_up_and_ends_as_if_nothing_had_happened(whole,
     folder = tmp_path / "whole"
     part = folder / "stream.csv.part"
     enough = share * (whole[0] / "stream.csv").stat().st_size
-    process = subprocess.Popen([*SURVEY, *GUT, "--out", str(folder)], stdout=subprocess.PIPE)
+    process = subprocess.Popen(
+        [*SURVEY, *GUT, "--out", str(folder), "--raw", "raw"], stdout=subprocess.PIPE, cwd=tmp_path
+    )
     deadline = time.monotonic() + 120
     while not part.exists() or part.stat().st_size < enough:
         assert process.poll() is None
@@ -86,6 +90,22 @@ def test_a_killed_session_is_taken_up_and_ends_as_if_nothing_had_happened(whole,
     done = run("--resume", folder, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert content(folder) == content(whole[0])
+    assert content(tmp_path / "raw") == content(whole[0].parent / "raw")
+
+
+def test_no_two_passes_hold_the_same_samples(whole):
+    recordings = [
+        read_recording(io.BytesIO(path.read_bytes()), 4)
+        for path in sorted((whole[0] / "recordings").iterdir())
+    ]
+    assert len(recordings) >= 2
+    stretches = [
+        {tuple(recording.values[:, start : start + 20].ravel()) for start in range(250)}
+        for recording in recordings
+    ]
+    for number, stretch in enumerate(stretches):
+        for other in stretches[number + 1 :]:
+            assert not stretch & other
 
 
 def test_what_cannot_be_taken_up_is_left_as_it_is(whole, tmp_path):

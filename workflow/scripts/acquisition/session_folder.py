@@ -12,6 +12,7 @@ import numpy as np
 
 from acquisition.archive import SUFFIX, SYNC_EVERY_S, explain_write_fault, publish
 from acquisition.bench_errors import AcquisitionError, NameExistsError
+from capsule.naming import UNLABELLED
 from capsule.recording import Recording, column_names, format_recording
 from capsule.survey.survey_log import Event, Readings
 from edges.file_lock import lock_file
@@ -138,6 +139,8 @@ class SessionFolder:
         Number of sensors S.
     resumed : bool
         Whether the folder was left by a session that was killed.
+    raw : Path or None
+        The workflow's ``raw/``, where the passes are wanted as well.
 
     Raises
     ------
@@ -145,7 +148,9 @@ class SessionFolder:
         There is such a session.
     """
 
-    def __init__(self, folder: Path, about: Mapping, sensors: int, *, resumed: bool) -> None:
+    def __init__(
+        self, folder: Path, about: Mapping, sensors: int, *, resumed: bool, raw: Path | None = None
+    ) -> None:
         if not resumed:
             if folder.exists():
                 raise NameExistsError(
@@ -153,7 +158,7 @@ class SessionFolder:
                     "or take it up again with --resume"
                 )
             write_json(folder / ABOUT, about)
-        self.folder = folder
+        self.folder, self._raw = folder, raw
         self._stream = GrowingFile(folder / STREAM)
         self._events = GrowingFile(folder / EVENTS)
         self._synced_s = time.monotonic()
@@ -193,11 +198,14 @@ class SessionFolder:
 
     def add_recording(self, name: str, recording: Recording) -> str:
         """Keep a whole pass as an ordinary recording; give its name within the folder."""
-        path = self.folder / RECORDINGS / f"{name}.csv"
-        if not path.exists():
-            with write_whole(path, "wb") as stream:
-                stream.write(format_recording(recording))
-        return f"{RECORDINGS}/{path.name}"
+        wanted = [self.folder / RECORDINGS / f"{name}.csv"]
+        if self._raw is not None:
+            wanted.append(self._raw / UNLABELLED / f"{self.folder.name}-{name}.csv")
+        for path in wanted:
+            if not path.exists():
+                with write_whole(path, "wb") as stream:
+                    stream.write(format_recording(recording))
+        return f"{RECORDINGS}/{name}.csv"
 
     def write_places(self, rows: Sequence[Mapping]) -> None:
         """Write the table of places anew."""

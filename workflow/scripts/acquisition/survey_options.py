@@ -41,6 +41,8 @@ def parse(arguments: list[str] | None = None) -> argparse.Namespace:
     add("--seed", type=natural, default=1, metavar="N", help="same seed, same session (default: 1)")
     add("--goto", type=float, nargs="+", default=[], metavar="MM", help="go there, one by one")
     add("--out", type=Path, metavar="FOLDER", help="the session's new folder")
+    raw = "put each pass into FOLDER/unlabelled/ as well, for the workflow to judge"
+    add("--raw", type=Path, metavar="FOLDER", help=raw)
     add("--resume", type=Path, metavar="FOLDER", help="take up a session that was killed")
     results = "where the workflow has put detectors.json, for sizes (default: results)"
     add("--results", type=Path, default=Path("results"), metavar="FOLDER", help=results)

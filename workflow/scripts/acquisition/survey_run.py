@@ -14,13 +14,14 @@ from acquisition.session_folder import SessionFolder, read_about
 from acquisition.simulated_bench import SimulatedBench, simulated_bench
 from capsule.recording import Recording
 from capsule.survey.pilot import Pilot
-from capsule.survey.survey_log import Event, Readings
+from capsule.survey.survey_log import UNFOLDED, Event, Readings
 from capsule.survey.suspected_place import Place
 from edges.config_files import read_config_file
 from edges.phantom import CONFIG, read_phantom
 
-# A recording of one pass is shorter than the paper's matrix.
-_LONGEST_PASS = 990
+# A recording of one pass is shorter than the paper's matrix. No two hold the same samples, and what
+# is left of a pass must show the sensors' usual beats.
+_LONGEST_PASS, _SHORTEST_PASS = 990, 300
 
 
 def survey(options: argparse.Namespace) -> None:
@@ -45,7 +46,8 @@ def survey(options: argparse.Namespace) -> None:
         sensors=sensors,
     )
     pilot = Pilot(settings["diagonal"], rate_hz, targets_mm=about["goto"])
-    disk = SessionFolder(folder, about, sensors, resumed=resumed)
+    raw = None if about["raw"] is None else Path(about["raw"])
+    disk = SessionFolder(folder, about, sensors, resumed=resumed, raw=raw)
     sizes = pass_sizes(options.results, settings["diagonal"], rate_hz)
     run = SurveyRun(pilot, bench, disk, sizes, header=bench.header | {"session": folder.name})
     stop = StopRequest()
@@ -64,6 +66,7 @@ def _about(options: argparse.Namespace) -> dict:
         "nodules": options.nodules,
         "seed": options.seed,
         "goto": options.goto,
+        "raw": None if options.raw is None else str(options.raw),
         "parameters": str(options.parameters),
         "bench": options.bench,
         "changes": options.changes,
@@ -98,7 +101,7 @@ class SurveyRun:
         self._pilot, self._bench, self._disk, self._sizes = pilot, bench, disk, sizes
         self._header = header
         self._heard: list[Readings] = []
-        self._told = 0
+        self._told = self._kept = 0
         self._passes: dict[int, list[tuple[str, np.ndarray]]] = {}
 
     def go_on(self, stop: StopRequest) -> None:
@@ -139,15 +142,16 @@ class SurveyRun:
     def _keep_pass(self) -> None:
         """Make a recording of the pass that has just ended."""
         place = self._pilot.suspects.present
-        stretch: list[Readings] = []
-        for readings in reversed(self._heard):
-            if readings.fold != "unfolded" or len(stretch) * self._pilot.every >= _LONGEST_PASS:
-                break
-            stretch.insert(0, readings)
-        values = np.concatenate([readings.values for readings in stretch], axis=1)[
-            :, -_LONGEST_PASS:
-        ]
-        time_s = np.concatenate([readings.time_s for readings in stretch])[-_LONGEST_PASS:]
+        last = first = len(self._heard)
+        least = max(self._kept, last - _LONGEST_PASS // self._pilot.every)
+        while first > least and self._heard[first - 1].fold == UNFOLDED:
+            first -= 1
+        self._kept = last
+        stretch = self._heard[first:last]
+        if len(stretch) * self._pilot.every < _SHORTEST_PASS:
+            return
+        values = np.concatenate([readings.values for readings in stretch], axis=1)
+        time_s = np.concatenate([readings.time_s for readings in stretch])
         passes = self._passes.setdefault(place.number, [])
         name = f"place-{place.number:02d}-pass-{len(passes) + 1}"
         header = {**self._header, "site": f"{self._header['session']}/place-{place.number:02d}"}
