@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+import yaml
 
 from capsule.phantom import contact as touch
 from capsule.phantom.advance import Strokes, draw_holds, draw_strokes, slips_back
@@ -115,6 +116,14 @@ def test_always_unfolded_over_one_run_it_gives_the_archives_readings(nodule_mm, 
         np.testing.assert_allclose(head_mm, run.head_mm, atol=1e-9)
         readings = np.concatenate([stretch.counts for stretch in stretches], axis=1)
         np.testing.assert_array_equal(readings, run.counts)
+
+
+def test_all_of_the_folding_is_assumed_within_a_plausible_range():
+    table = yaml.safe_load(DEFAULT_TABLE.read_text(encoding="utf-8"))["folding"]
+    for name, entry in table.items():
+        low, high = entry["plausible"]
+        assert entry["source"] == "assumed", name
+        assert low <= entry["value"] <= high, name
 
 
 def journey_over(nodules, length_mm=300.0, samples=9000, seed=1, **changes):
