@@ -49,10 +49,15 @@ def place_in_wave(
     if np.count_nonzero(known) < 2:
         return float("nan")
     values = fill_missing(pressed[known])
-    # Over whole waves this taper hides the level, and nearly hides one that drifts.
-    taper = 1 - np.cos(2 * np.pi * (np.arange(count) + 0.5) / count)
-    values = values - (values @ taper / taper.sum())[:, np.newaxis]
-    phasors = (values * taper) @ np.exp(1j * turn * wave_mm)
+    time = np.linspace(-1, 1, count)
+    turns = np.exp(1j * turn * wave_mm)
+    # Sensors that have just been unfolded creep, and others drift: the level is a parabola.
+    columns = [np.ones(count), time, time**2, turns.real, turns.imag]
+    columns += [(turns**2).real, (turns**2).imag]
+    taper = np.sin(np.pi * (np.arange(count) + 0.5) / count)
+    basis = np.stack(columns, axis=1) * taper[:, np.newaxis]
+    fitted = np.linalg.lstsq(basis, (values * taper).T)[0]
+    phasors = fitted[3] + 1j * fitted[4]
     size = np.abs(phasors)
     moving = size > _STILL
     if np.count_nonzero(moving) < 2:

@@ -1,7 +1,6 @@
 """Decides what the capsule does: readings in, commands and a log of reasons out."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,20 +10,12 @@ from capsule.survey.sensing import Sensing
 from capsule.survey.survey_log import FOLDED, FOLDING, UNFOLDED, UNKNOWN_FOLD, Event, Readings
 from capsule.survey.survey_settings import SurveySettings
 from capsule.survey.suspects import Suspects
-from capsule.survey.way_back import WayBack
+from capsule.survey.way_back import Leg, WayBack
 
 _UNKNOWN = float("nan")
 _SENSORS = 4
-
-
-@dataclass
-class _Leg:
-    """The present way back: where it began, and how long it was to last, and lasted."""
-
-    from_mm: float = _UNKNOWN
-    begun_s: float = _UNKNOWN
-    planned_s: float = 0.0
-    lasted_s: float = 0.0
+# Where the gut begins; nothing pushes the capsule out of it.
+_START_MM = 0.0
 
 
 class Pilot:
@@ -69,7 +60,7 @@ class Pilot:
         self._rate_hz = rate_hz
         self._targets_mm = list(targets_mm)
         self._way_back = WayBack(float(detector["wavelength_mm"]))
-        self._leg = _Leg()
+        self._leg = Leg()
         self._since_s = self._now_s = 0.0
 
     def tick(self, readings: Readings) -> tuple[str, ...]:
@@ -86,6 +77,12 @@ class Pilot:
     def every(self) -> int:
         """How many samples a tick should hold."""
         return self._settings.every
+
+    @property
+    def _fixes(self) -> int:
+        """How many fixes are enough: who is about to stop must know it better."""
+        to_stop = bool(self._targets_mm)
+        return self._settings.fixes_to_stop if to_stop else self._settings.fixes_to_pass
 
     @property
     def _waited_s(self) -> float:
@@ -105,7 +102,7 @@ class Pilot:
                 return self._happen("fault", f"the origami is {fold}")
             return (cycles.UNFOLD,)
         self.sensing.follow()
-        if not self.sensing.settled:
+        if not self.sensing.settled(self._fixes):
             return ()
         if self._targets_mm:
             return self._towards_target()
@@ -168,9 +165,8 @@ class Pilot:
         return (cycles.UNFOLD,)
 
     def _in_finding(self, fold: str) -> tuple[str, ...]:
-        expected_mm = self._leg.from_mm + self._way_back.expected_mm(self._leg.lasted_s)
-        self.sensing.follow(expected_mm)
-        if not self.sensing.settled:
+        self.sensing.follow(max(self._way_back.end_mm(self._leg), _START_MM))
+        if not self.sensing.settled(self._fixes):
             if self._waited_s <= self._settings.longest_finding_s:
                 return ()
             self.suspects.close("undecided")
@@ -227,8 +223,8 @@ class Pilot:
         if moved_mm > 0:
             self.suspects.jump()
         # The start of the gut holds the capsule up: nearer it will not come.
-        start_mm = self._leg.from_mm + self._way_back.expected_mm(self._leg.lasted_s)
-        if position_mm <= goal_mm + self._tolerance_mm() or min(start_mm, goal_mm) < 0:
+        held_up = min(self._way_back.end_mm(self._leg), goal_mm) < _START_MM
+        if position_mm <= goal_mm + self._tolerance_mm() or held_up:
             if self._targets_mm:
                 return self._happen("goal_ahead", reason)
             self.suspects.begin_pass()
@@ -262,14 +258,18 @@ class Pilot:
 
     def _tolerance_mm(self) -> float:
         """By how much it may end too early."""
-        return 2 * self.sensing.step_mm if self._targets_mm else self._settings.run_up_mm / 2
+        return (
+            2 * self.sensing.step_mm
+            if self._targets_mm
+            else (self._settings.run_up_mm - self._settings.too_near_mm)
+        )
 
     def _fold(self, event: str, reason: str, score: float = _UNKNOWN) -> tuple[str, ...]:
         """Let an event lead to folding, and plan the leg."""
         # It travels on while the position is found, as far as it then comes in so many judgements.
-        found_mm = self._settings.finding_ticks * self.sensing.step_mm
+        found_mm = (self._settings.first_fix_ticks + self._fixes) * self.sensing.step_mm
         way_mm = self.sensing.position_mm - self._goal_mm() + found_mm
-        self._leg = _Leg(self.sensing.position_mm, planned_s=self._way_back.leg_s(way_mm))
+        self._leg = Leg(self.sensing.position_mm, planned_s=self._way_back.leg_s(way_mm))
         return self._happen(event, reason, score)
 
     def _give_up_without_return(self) -> None:

@@ -69,10 +69,9 @@ class Sensing:
         """The newest fix, which holds for a moment before now; NaN before the first."""
         return self._odometer.position_mm
 
-    @property
-    def settled(self) -> bool:
-        """Whether the last fixes agree with each other."""
-        return self._odometer.settled(_AGREEING, _AGREE_MM)
+    def settled(self, fixes: int) -> bool:
+        """Say whether there are so many fixes since the capsule unfolded, and the last agree."""
+        return self._odometer.fixes >= fixes and self._odometer.settled(_AGREEING, _AGREE_MM)
 
     def take(self, readings: Readings) -> None:
         """Take the newest samples; those of a capsule that is not unfolded say nothing."""

@@ -23,6 +23,8 @@ class SurveySettings:
         A pass is over when the last sensor is so far beyond the place.
     run_up_mm : float
         How far before the place the first sensor begins to pass it again.
+    too_near_mm : float
+        Nearer to the place a pass again cannot begin.
     reach_mm : float
         Evidence counts for a place within this.
     apart_mm : float
@@ -35,8 +37,10 @@ class SurveySettings:
         For how long a fold board may say nothing while the origami unfolds.
     longest_finding_s, longest_pass_s : float
         A position that is not found, a place that is not passed again by then is given up.
-    finding_ticks : int
-        Judgements until a position is found after unfolding.
+    first_fix_ticks : int
+        Judgements until there is a first fix after unfolding.
+    fixes_to_pass, fixes_to_stop : int
+        Fixes that are enough to pass a place again, and to stop at a target.
     """
 
     window: int = 400
@@ -50,14 +54,17 @@ class SurveySettings:
     memory: int = 80
     gain: float = 1.0
     beyond_mm: float = 5.0
-    run_up_mm: float = 9.0
+    run_up_mm: float = 7.0
+    too_near_mm: float = 3.0
     reach_mm: float = 6.0
     apart_mm: float = 10.0
     confirm: float = 2.05
-    dismiss: float = 1.7
+    dismiss: float = 1.8
     at_last: float = 2.0
     latest_s: float = 10.0
     patience_s: float = 60.0
     longest_finding_s: float = 60.0
     longest_pass_s: float = 600.0
-    finding_ticks: int = 12
+    first_fix_ticks: int = 8
+    fixes_to_pass: int = 4
+    fixes_to_stop: int = 12

@@ -6,8 +6,9 @@ takes to come half a wavelength away from where it should be, however wrong the 
 
 from dataclasses import dataclass
 
-# Nothing slower or faster is tried before a speed was learned; above 0 it is carried forward.
-_PLAUSIBLE_MM_S = (-0.9, 0.4)
+# No leg is slower or faster before a speed was learned; above 0 it is carried forward. Waves
+# differ, so a short leg may be a third faster than the capsule is on average.
+_PLAUSIBLE_MM_S = (-1.1, 0.4)
 _USUAL_MM_S = -0.4
 # A way, in mm, that no odometer mistakes.
 _SURE_MM = 2.0
@@ -15,6 +16,26 @@ _SHORTEST_S = 10.0
 # Slower it is not worth the time.
 _SLOWEST_MM_S = -0.08
 _TRY_S = 25.0
+
+
+@dataclass
+class Leg:
+    """A stretch of the way back.
+
+    Attributes
+    ----------
+    from_mm : float
+        Where it begins.
+    begun_s : float
+        When the origami was folded.
+    planned_s, lasted_s : float
+        For how long it was to stay folded, and stayed.
+    """
+
+    from_mm: float = float("nan")
+    begun_s: float = float("nan")
+    planned_s: float = 0.0
+    lasted_s: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -43,6 +64,10 @@ class WayBack:
         if not self.seconds:
             return sum(_PLAUSIBLE_MM_S) / 2 * seconds
         return self.speed_mm_s * seconds
+
+    def end_mm(self, leg: Leg) -> float:
+        """Return where a leg should have led."""
+        return leg.from_mm + self.expected_mm(leg.lasted_s)
 
     def longest_s(self) -> float:
         """Return how long a leg may be for the odometer to know the place afterwards."""
