@@ -331,10 +331,10 @@ def rendered(rows: Sequence[Mapping]) -> str:
     return (
         "# Surveys on unseen seeds\n\n"
         "Made by `tests/benchmarks/judge_survey.py`; [survey.md](survey.md) explains it. "
-        f"{len(rows)} simulated surveys, seeds from {seeds[0]} on. The survey was designed on seeds "
-        "below 1000, and improved after a first judgement on seeds from 500000 and 600000 on, "
-        "which had missed the limits of `--goto`, of the extra time and of 3 to 5 mm. Guts of 4 m; "
-        "those with nodules hold one every 150 mm. Nothing of the folding was measured.\n\n"
+        f"{len(rows)} simulated surveys, seeds from {seeds[0]} on. The survey was designed on "
+        "seeds below 1000, and improved after a first judgement on seeds from 500000 and 600000 "
+        "on, which had missed the limits of `--goto`, of the extra time and of 3 to 5 mm. Guts of "
+        "4 m; those with nodules hold one every 150 mm. Nothing of the folding was measured.\n\n"
         + table(cells)
     )
 
