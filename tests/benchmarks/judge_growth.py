@@ -66,7 +66,7 @@ def main() -> None:
     parser.add_argument("--benches", nargs="+", default=benches, help=f"(default: {benches})")
     add = functools.partial(parser.add_argument, metavar="N", type=natural)
     add("--runs", nargs="+", default=[20, 80, 320], help="of each size (default: 20 80 320)")
-    add("--archives", default=6, help="of each bench (default: 6)")
+    add("--archives", default=5, help="of each bench (default: 5)")
     parser.add_argument("--output", type=Path, metavar="PATH", help="output: the table, Markdown")
     arguments = parser.parse_args()
     config = read_config_file(CONFIG / "config.yaml")
