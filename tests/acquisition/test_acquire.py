@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import acquire
-from acquisition import bench_errors, boards, line, options
+from acquisition import bench_errors, boards, line, options, survey_options
 from acquisition.bench_errors import (
     AcquisitionError,
     BoardNotFoundError,
@@ -30,14 +30,20 @@ from support.bench.scripted import ENTRIES
 
 
 def test_every_fault_has_a_status_of_its_own():
-    page = (Path(__file__).parents[2] / "docs" / "bench.md").read_text(encoding="utf-8")
+    docs = Path(__file__).parents[2] / "docs"
+    # What goes wrong on the way back can happen to a survey alone.
+    of_surveys = {bench_errors.CannotArriveError, bench_errors.SurveyFaultError}
+    pages = {name: (docs / name).read_text(encoding="utf-8") for name in ("bench.md", "survey.md")}
     kinds = AcquisitionError.__subclasses__()
     statuses = [kind.status for kind in kinds]
     assert len(set(statuses)) == len(kinds) >= 9
     assert not {0, 1, 2} & set(statuses)
-    for status in statuses:
-        assert f" {status} " in options.EXAMPLES
-        assert f"\n| {status} | " in page
+    for kind in kinds:
+        page, command = (
+            ("survey.md", survey_options) if kind in of_surveys else ("bench.md", options)
+        )
+        assert f" {kind.status} " in command.EXAMPLES
+        assert f"\n| {kind.status} | " in pages[page]
 
 
 def test_faults_end_the_program_plainly(monkeypatch, capsys):

@@ -7,6 +7,7 @@ can be killed like any other. Not on Windows, which knows no forks.
 import contextlib
 import json
 import os
+import select
 import signal
 import socket
 import subprocess
@@ -52,6 +53,11 @@ class ForkedCall:
             self._replies.close()
             self._server.take_back(self._connection)
         return self.returncode
+
+    def poll(self) -> int | None:
+        """Give its exit status, None while it is at work."""
+        ended = self.returncode is None and select.select([self._connection], [], [], 0)[0]
+        return self.wait() if ended else self.returncode
 
     def kill(self) -> None:
         """Kill Snakemake alone."""
