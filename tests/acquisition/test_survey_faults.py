@@ -9,6 +9,7 @@ from acquisition.simulated_bench import LEASE_S, bench_with
 from capsule.phantom.chance import Nodule
 from capsule.phantom.parameters import with_values
 from capsule.survey.cycle import FOLD, UNFOLD
+from capsule.survey.odometer import mean_origin
 from capsule.survey.pilot import Pilot
 from edges.config_files import read_config_file
 from edges.phantom import CONFIG, DEFAULT_TABLE, read_phantom
@@ -23,7 +24,7 @@ SEED = 7
 class Bench:
     """A simulated bench that a fault changes; remembers commands and what the board truly says."""
 
-    def __init__(self, fault=None, nodules=(3.0,), length_mm=300.0, **changes):
+    def __init__(self, fault=None, nodules=(3.0,), length_mm=300.0, seed=SEED, **changes):
         phantom = with_values(PHANTOM, {name.replace("__", "."): v for name, v in changes.items()})
         places = [Nodule(AT_MM + 45 * number, size) for number, size in enumerate(nodules)]
         self.bench = bench_with(phantom, seed=SEED, length_mm=length_mm, nodules=places, sensors=4)
@@ -176,9 +177,37 @@ def test_a_capsule_that_folding_carries_forward_goes_on_with_single_passes():
 @pytest.mark.parametrize("speed_mm_s", [-0.2, -0.8])
 def test_it_goes_back_to_a_target(speed_mm_s):
     bench = Bench(folding__speed_mm_s=speed_mm_s, nodules=())
-    bench.lead(targets_mm=[160.0, 60.0])
-    assert bench.bench.stopped
+    pilot = bench.lead(targets_mm=[160.0, 60.0])
+    assert happened(pilot)[-2:] == ["arrived", "tick"]
     assert bench.bench.head_mm[-1][-1] == pytest.approx(60.0, abs=5)
+    # The wave is stopped, so the capsule stays.
+    wave_mm, head_mm = bench.bench.read(8).wave_mm[-1], bench.bench.head_mm[-1][-1]
+    assert bench.bench.read(80).wave_mm[-1] == wave_mm
+    assert bench.bench.head_mm[-1][-1] == head_mm
+
+
+def test_a_target_at_the_start_is_reckoned_from_the_start():
+    bench = Bench(nodules=())
+    pilot = bench.lead(targets_mm=[60.0, 1.0])
+    arrival = pilot.log[-2]
+    assert (arrival.before, arrival.event) == ("finding", "arrived")
+    assert bench.bench.head_mm[-1][-1] == pytest.approx(1.0, abs=3)
+
+
+def test_the_map_of_an_earlier_session_holds_for_a_later_one():
+    # Where the first stroke led is another chance in each session; the drive's index is not.
+    places_mm, origins_mm = [], []
+    for seed in (7, 8, 9, 10):
+        bench = Bench(nodules=(), seed=seed)
+        pilot = bench.lead(targets_mm=[40.0])
+        places_mm.append(pilot.sensing.fix_mm - bench.bench.head_mm[-6][-1])
+        origins_mm.append(pilot.sensing.origin_mm)
+    origin_mm = mean_origin(origins_mm, DETECTOR["wavelength_mm"])
+    bench = Bench(nodules=(), seed=11)
+    pilot = bench.lead(targets_mm=[40.0], origin_mm=origin_mm)
+    off_mm = pilot.sensing.fix_mm - bench.bench.head_mm[-6][-1]
+    assert pilot.sensing.origin_mm == origin_mm
+    assert off_mm == pytest.approx(np.mean(places_mm), abs=1.0)
 
 
 def test_a_target_behind_a_capsule_that_cannot_go_back_is_given_up():

@@ -70,9 +70,18 @@ def test_a_suspicion_raises_the_threshold_until_it_proves_right():
     assert adaptive.height(2 * adaptive.usual[0]) == 2
 
 
+def test_a_leg_is_short_enough_where_the_speed_was_badly_guessed():
+    # Of sixteen waves several did not push the capsule: it is more than twice as fast.
+    back = WayBack(80.0, 3.2).learned(-12.0, 51.2)
+    seconds = back.leg_s(200.0)
+    assert abs(-0.56 * seconds - back.expected_mm(seconds)) < 40
+    # The better the speed is known, the longer a leg may be.
+    assert back.longest_s() < back.learned(-60.0, 256.0).longest_s()
+
+
 @pytest.mark.parametrize("speed_mm_s", [-0.9, -0.4, -0.2, 0.3])
 def test_no_leg_is_so_long_that_the_odometer_could_be_a_wavelength_off(speed_mm_s):
-    back = WayBack(80.0)
+    back = WayBack(80.0, 3.2)
     for _ in range(5):
         seconds = back.leg_s(200.0)
         moved_mm = speed_mm_s * seconds

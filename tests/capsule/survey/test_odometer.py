@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from capsule.survey.odometer import Odometer, nearest_turn, place_in_wave
+from capsule.survey.odometer import Odometer, mean_origin, nearest_turn, newest_place, place_in_wave
 
 SETTINGS = {"wavelength_mm": 80.0, "wave_speed_mm_s": 25.0, "pitch_mm": 6.3}
 SPAN = 64
@@ -46,6 +46,32 @@ def test_it_follows_a_noisy_capsule_over_several_wavelengths():
         errors.append(fix - head_mm[end - SPAN // 2])
     assert np.std(errors) < 0.3
     assert np.ptp(odometer.way(np.arange(100, 5900)) - head_mm[100:5900]) < 2
+
+
+def test_the_newest_wave_alone_gives_a_newer_position():
+    numbers = np.random.default_rng(2)
+    wave_mm = 2.5 * np.arange(SPAN)
+    # A jump in the newer half, which the fix over two waves knows half of.
+    head_mm = np.where(np.arange(SPAN) < SPAN // 2, 10.0, 13.0)
+    pressed = felt(head_mm, wave_mm, numbers, noise=0.02) + 0.001 * np.arange(SPAN)
+    still = felt(np.full(SPAN, 10.0), wave_mm)
+    origin_mm = place_in_wave(still, wave_mm, 6.3, 80.0)
+    older_mm = place_in_wave(pressed, wave_mm, 6.3, 80.0) - origin_mm
+    newer_mm = newest_place(pressed, wave_mm, 6.3, 80.0) - origin_mm
+    assert older_mm == pytest.approx(1.5, abs=0.4)
+    assert newer_mm == pytest.approx(3.0, abs=0.4)
+    odometer = Odometer(SETTINGS, 10.0, 10.0, origin_mm - 10.0)
+    assert np.isnan(odometer.newest(pressed, wave_mm))
+    assert odometer.fix(63, pressed, wave_mm, 10.0) == pytest.approx(11.5, abs=0.4)
+    assert odometer.newest(pressed, wave_mm) == pytest.approx(13.0, abs=0.4)
+    assert np.isnan(odometer.newest(np.zeros_like(pressed), wave_mm))
+
+
+@given(st.floats(-40, 40), st.lists(st.floats(-3, 3), min_size=1, max_size=9))
+def test_the_mean_of_origins_is_one_wherever_the_wavelength_begins(origin_mm, off_mm):
+    mean_mm = mean_origin([nearest_turn(origin_mm + off, 0.0, 80.0) for off in off_mm], 80.0)
+    expected_mm = origin_mm + np.mean(off_mm)
+    assert nearest_turn(mean_mm, expected_mm, 80.0) == pytest.approx(expected_mm, abs=0.05)
 
 
 def test_a_dead_sensor_is_left_out_and_three_dead_ones_say_nothing():

@@ -43,7 +43,6 @@ class SimulatedBench:
         self.header = header
         self._lease_s = 0.0
         self._folding = False
-        self.stopped = False
         self.head_mm: list[np.ndarray] = []
 
     @property
@@ -63,7 +62,7 @@ class SimulatedBench:
             case cycles.UNFOLD:
                 self._let_go()
             case cycles.STOP_WAVE:
-                self.stopped = True
+                self._journey.stop_wave()
 
     def read(self, samples: int) -> Readings:
         """Wait for the next samples."""

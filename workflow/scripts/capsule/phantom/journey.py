@@ -16,6 +16,9 @@ from capsule.phantom.sensor import Polymer, Unloaded, counts, loaded_resistance
 from capsule.phantom.wall import wave_period
 from capsule.phantom.wave import cam_time
 
+# In this time the peristalsis board's steepest ramp, 100 mm/s^2, brings a wave of 25 mm/s to rest.
+_RAMP_S = 0.25
+
 
 class Fate(Protocol):
     """What chance brings over a journey, as `capsule.phantom.chance.Chance` draws it."""
@@ -43,7 +46,7 @@ class Stretch:
     counts
         Readings of the converter, integers, shape (S, K).
     wave_mm
-        How far the drive has carried the wave, shape (K,).
+        How far the drive has carried the wave, from where a crest stands at place 0: shape (K,).
     folded
         Part of the way to folded, 0..1, shape (K,).
     head_mm
@@ -62,7 +65,7 @@ class Journey:
 
     Unfolded, each wave carries it forward by a stroke; folded, by a stroke of another length,
     usually backward; while it folds or unfolds no wave moves it. It cannot leave the gut at its
-    start. At its end it stops.
+    start. At its end it stops. Where the wave is stopped, it stays.
 
     Parameters
     ----------
@@ -79,8 +82,10 @@ class Journey:
         sensors = fate.wander.shape[0]
         self._offsets = sensor_offsets(phantom.origami, sensors)
         self._period_s = wave_period(phantom.wall)
+        self._crest_mm = phantom.wall.wavelength_mm * fate.pressing.phase / (2 * np.pi)
         self._polymer = Polymer(phantom.sensor, phantom.electronics.rate_hz)
         self._sample = 0
+        self._stopped_s = np.inf
         self._folding, self._folded = False, 0.0
         self._passes = 1
         self._pass = fate.draw_pass(1)
@@ -111,6 +116,10 @@ class Journey:
             self._holds = self._pass.holds
         self._folding = False
 
+    def stop_wave(self) -> None:
+        """Begin to stop the wave, for good."""
+        self._stopped_s = min(self._stopped_s, self._sample / self._phantom.electronics.rate_hz)
+
     def advance(self, samples: int) -> Stretch:
         """Let some time pass.
 
@@ -123,13 +132,14 @@ class Journey:
         some = slice(self._sample, self._sample + samples)
         rate_hz = phantom.electronics.rate_hz
         time_s = np.round(np.arange(some.start, some.stop) / rate_hz, 6)
-        cams_s = cam_time(fate.pressing.train, time_s)
+        drive_s = self._drive_time(time_s)
+        cams_s = cam_time(fate.pressing.train, drive_s)
         folded = self._fold_on(samples, rate_hz)
         head_mm = self._move_on(cams_s, folded)
         compression_mm = fate.pressing.compression(
             self._pass.bulges,
             head_mm - self._offsets[:, np.newaxis],
-            time_s,
+            drive_s,
             reach(phantom.folding, half_width(phantom.origami), folded),
             self._pass.looseness_mm * fate.wander[:, some],
             fate.strength[:, some],
@@ -141,7 +151,14 @@ class Journey:
         )
         self._sample = some.stop
         readings = counts(phantom.electronics, ohms)
-        return Stretch(time_s, readings, phantom.wall.speed_mm_s * cams_s, folded, head_mm)
+        wave_mm = phantom.wall.speed_mm_s * cams_s - self._crest_mm
+        return Stretch(time_s, readings, wave_mm, folded, head_mm)
+
+    def _drive_time(self, time_s: np.ndarray) -> np.ndarray:
+        """Return for how long a drive that never stops would have run, in seconds: shape (K,)."""
+        ramping_s = np.clip(time_s - self._stopped_s, 0.0, _RAMP_S)
+        slower_s = ramping_s - ramping_s**2 / (2 * _RAMP_S)
+        return np.minimum(time_s, self._stopped_s) + slower_s
 
     def _fold_on(self, samples: int, rate_hz: float) -> np.ndarray:
         """Return how far the origami is folded at each sample: at a constant speed."""

@@ -73,6 +73,7 @@ _TABLE: dict[tuple[str, str], Step] = {
     ("approaching", "reached"): Step("approaching"),
     ("exploring", "reached"): Step("exploring"),
     ("approaching", "arrived"): Step("arrived", (STOP_WAVE,)),
+    ("finding", "arrived"): Step("arrived", (STOP_WAVE,)),
     ("arrived", "tick"): Step("ended"),
     ("closing", "unfolded"): Step("ended"),
     ("closing", "tick"): Step("closing", (UNFOLD,)),

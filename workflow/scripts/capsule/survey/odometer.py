@@ -7,7 +7,7 @@ modulo one wavelength. Which wavelength, the last known position tells.
 This needs the drive's phase. A gut offers none.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -43,33 +43,94 @@ def place_in_wave(
     float
         From -wavelength_mm / 2 to wavelength_mm / 2, from an origin that stays the same.
     """
-    sensors, count = pressed.shape
-    turn = 2 * np.pi / wavelength_mm
-    known = np.isnan(pressed).mean(axis=1) <= _MOST_MISSING
-    if np.count_nonzero(known) < 2:
-        return float("nan")
-    values = fill_missing(pressed[known])
+    known, values = _known(pressed)
+    count = wave_mm.size
     time = np.linspace(-1, 1, count)
-    turns = np.exp(1j * turn * wave_mm)
     # Sensors that have just been unfolded creep, and others drift: the level is a parabola.
-    columns = [np.ones(count), time, time**2, turns.real, turns.imag]
-    columns += [(turns**2).real, (turns**2).imag]
+    level = np.stack([np.ones(count), time, time**2])
     taper = np.sin(np.pi * (np.arange(count) + 0.5) / count)
-    basis = np.stack(columns, axis=1) * taper[:, np.newaxis]
-    fitted = np.linalg.lstsq(basis, (values * taper).T)[0]
-    phasors = fitted[3] + 1j * fitted[4]
+    basis = np.vstack([level, _harmonics(wave_mm, wavelength_mm)])
+    fitted = np.linalg.lstsq((basis * taper).T, (values * taper).T)[0]
+    return _common_place(fitted[3] + 1j * fitted[4], pitch_mm * known, wavelength_mm)
+
+
+def newest_place(
+    pressed: np.ndarray, wave_mm: np.ndarray, pitch_mm: float, wavelength_mm: float
+) -> float:
+    """Return the head's place as `place_in_wave` does, for the middle of the newer half.
+
+    It lags behind by half a wave instead of a whole one. Sensors that creep disturb it more.
+
+    Parameters
+    ----------
+    pressed, wave_mm, pitch_mm, wavelength_mm
+        As `place_in_wave` takes them; K must span two waves.
+    """
+    known, values = _known(pressed)
+    count = wave_mm.size
+    level = np.stack([np.ones(count), np.linspace(-1, 1, count)])
+    waves = _harmonics(wave_mm, wavelength_mm)
+    basis = np.vstack([level, waves[2:], waves[:2]])
+    fitted = np.linalg.lstsq(basis.T, values.T)[0]
+    remaining = values - fitted[:4].T @ basis[:4]
+    newer = slice(count // 2, None)
+    cosine, sine = np.linalg.lstsq(waves[:2, newer].T, remaining[:, newer].T)[0]
+    return _common_place(cosine + 1j * sine, pitch_mm * known, wavelength_mm)
+
+
+def _known(pressed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return which sensors have enough samples, (N,), and those without their gaps, (N, K)."""
+    known = np.flatnonzero(np.isnan(pressed).mean(axis=1) <= _MOST_MISSING)
+    return known, fill_missing(pressed[known])
+
+
+def _harmonics(wave_mm: np.ndarray, wavelength_mm: float) -> np.ndarray:
+    """Return the wave under place 0 and its double frequency, cosine and sine: shape (4, K)."""
+    turns = np.exp(2j * np.pi / wavelength_mm * wave_mm)
+    return np.stack([turns.real, turns.imag, (turns**2).real, (turns**2).imag])
+
+
+def _common_place(phasors: np.ndarray, behind_mm: np.ndarray, wavelength_mm: float) -> float:
+    """Return the place that the phases of several sensors agree on; NaN of fewer than two.
+
+    Parameters
+    ----------
+    phasors : (N,) complex array
+        Size and phase of the wave on each sensor.
+    behind_mm : (N,) array
+        How far each sensor is behind the head.
+    """
     size = np.abs(phasors)
     moving = size > _STILL
     if np.count_nonzero(moving) < 2:
         return float("nan")
-    behind_mm = pitch_mm * np.arange(sensors)[known][moving]
-    common = (phasors[moving] / size[moving]) @ np.exp(1j * turn * behind_mm)
+    turn = 2 * np.pi / wavelength_mm
+    common = (phasors[moving] / size[moving]) @ np.exp(1j * turn * behind_mm[moving])
     return float(np.angle(common) / turn)
 
 
 def nearest_turn(place_mm: float, expected_mm: float, wavelength_mm: float) -> float:
     """Return a place that is known modulo one wavelength, the one nearest to where it should be."""
     return place_mm + wavelength_mm * round((expected_mm - place_mm) / wavelength_mm)
+
+
+def mean_origin(origins_mm: Sequence[float], wavelength_mm: float) -> float:
+    """Return the mean of the origins of several journeys, which are known modulo one wavelength.
+
+    Parameters
+    ----------
+    origins_mm : sequence of float
+        Place in the wave of position 0, of each journey.
+    wavelength_mm : float
+        Length of the wave.
+
+    Returns
+    -------
+    float
+        From -wavelength_mm / 2 to wavelength_mm / 2.
+    """
+    turn = 2 * np.pi / wavelength_mm
+    return float(np.angle(np.exp(1j * turn * np.array(origins_mm)).mean()) / turn)
 
 
 class Odometer:
@@ -83,15 +144,20 @@ class Odometer:
         Sampling rate.
     start_mm : float
         Position at the first fix; it may be set until then.
+    origin_mm : float, optional
+        Place in the wave, as `place_in_wave` gives it, of position 0, from an earlier journey on
+        the same bench. Without it the first fix is taken to be at `start_mm`.
     """
 
-    def __init__(self, settings: Mapping, rate_hz: float, start_mm: float) -> None:
+    def __init__(
+        self, settings: Mapping, rate_hz: float, start_mm: float, origin_mm: float | None = None
+    ) -> None:
         self._wavelength_mm = float(settings["wavelength_mm"])
         self._pitch_mm = float(settings["pitch_mm"])
         wave = rate_hz * self._wavelength_mm / settings["wave_speed_mm_s"]
         self.span = 2 * round(wave)
         self.start_mm = start_mm
-        self._origin_mm: float | None = None
+        self.origin_mm = origin_mm
         self._samples: list[int] = []
         self._fixes_mm: list[float] = []
 
@@ -125,12 +191,29 @@ class Odometer:
         place_mm = place_in_wave(pressed, wave_mm, self._pitch_mm, self._wavelength_mm)
         if np.isnan(place_mm):
             return place_mm
-        if self._origin_mm is None:
-            self._origin_mm = place_mm - self.start_mm
-        position_mm = nearest_turn(place_mm - self._origin_mm, expected_mm, self._wavelength_mm)
+        if self.origin_mm is None:
+            self.origin_mm = place_mm - self.start_mm
+        position_mm = nearest_turn(place_mm - self.origin_mm, expected_mm, self._wavelength_mm)
         self._samples.append(last - self.delay)
         self._fixes_mm.append(position_mm)
         return position_mm
+
+    def newest(self, pressed: np.ndarray, wave_mm: np.ndarray) -> float:
+        """Find the position half a wave ago; it is not kept.
+
+        NaN where no wave is felt, or without a fix before.
+
+        Parameters
+        ----------
+        pressed, wave_mm
+            As in `newest_place`: the newest `span` samples.
+        """
+        if not self._fixes_mm:
+            return float("nan")
+        place_mm = newest_place(pressed, wave_mm, self._pitch_mm, self._wavelength_mm)
+        if np.isnan(place_mm):
+            return place_mm
+        return nearest_turn(place_mm - self.origin_mm, self.position_mm, self._wavelength_mm)
 
     def forget(self) -> None:
         """Begin anew after the capsule has moved unseen; the origin stays."""

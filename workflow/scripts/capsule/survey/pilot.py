@@ -33,6 +33,8 @@ class Pilot:
         Places to go to, one after the other, instead of a survey.
     start_mm : float
         Where the head stands.
+    origin_mm : float, optional
+        Place in the wave of position 0 (`Odometer`), to take over an earlier session's map.
 
     Attributes
     ----------
@@ -51,15 +53,17 @@ class Pilot:
         settings: SurveySettings | None = None,
         targets_mm: Sequence[float] = (),
         start_mm: float = 0.0,
+        origin_mm: float | None = None,
     ) -> None:
         self._settings = settings or SurveySettings()
         self.cycle = Cycle()
         self.log: list[Event] = []
-        self.sensing = Sensing(detector, rate_hz, self._settings, start_mm)
+        self.sensing = Sensing(detector, rate_hz, self._settings, start_mm, origin_mm)
         self.suspects = Suspects(self._settings, (_SENSORS - 1) * detector["pitch_mm"])
         self._rate_hz = rate_hz
         self._targets_mm = list(targets_mm)
-        self._way_back = WayBack(float(detector["wavelength_mm"]))
+        wavelength_mm = float(detector["wavelength_mm"])
+        self._way_back = WayBack(wavelength_mm, wavelength_mm / detector["wave_speed_mm_s"])
         self._leg = Leg()
         self._since_s = self._now_s = 0.0
 
@@ -79,12 +83,6 @@ class Pilot:
         return self._settings.every
 
     @property
-    def _fixes(self) -> int:
-        """How many fixes are enough: who is about to stop must know it better."""
-        to_stop = bool(self._targets_mm)
-        return self._settings.fixes_to_stop if to_stop else self._settings.fixes_to_pass
-
-    @property
     def _waited_s(self) -> float:
         """How long the present state has lasted."""
         return self._now_s - self._since_s
@@ -102,7 +100,7 @@ class Pilot:
                 return self._happen("fault", f"the origami is {fold}")
             return (cycles.UNFOLD,)
         self.sensing.follow()
-        if not self.sensing.settled(self._fixes):
+        if not self.sensing.settled():
             return ()
         if self._targets_mm:
             return self._towards_target()
@@ -166,14 +164,14 @@ class Pilot:
 
     def _in_finding(self, fold: str) -> tuple[str, ...]:
         self.sensing.follow(max(self._way_back.end_mm(self._leg), _START_MM))
-        if not self.sensing.settled(self._fixes):
+        if not self.sensing.settled():
+            if self._reckons_to_have_arrived():
+                return self._happen("arrived", "reckoned from the start of the gut")
             if self._waited_s <= self._settings.longest_finding_s:
                 return ()
             self.suspects.close("undecided")
             return self._happen("lost", "the position is not found")
-        # It has travelled forward since it unfolded.
-        ticks = self._waited_s * self._rate_hz / self._settings.every
-        back_at_mm = self.sensing.position_mm - ticks * self.sensing.step_mm
+        back_at_mm = self.sensing.position_mm - self.sensing.on_mm(self._waited_s)
         moved_mm = back_at_mm - self._leg.from_mm
         if self._leg.lasted_s > 0:
             self._way_back = self._way_back.learned(moved_mm, self._leg.lasted_s)
@@ -237,18 +235,25 @@ class Pilot:
 
     def _towards_target(self) -> tuple[str, ...]:
         """Go on to the present target, or to the next."""
-        # It moves by strokes: half a stroke before is as near as half a stroke beyond.
-        half_mm = 2 * self.sensing.step_mm
-        off_mm = self._targets_mm[0] - self.sensing.position_mm
+        half_mm = self.sensing.half_stroke_mm
+        off_mm = self._targets_mm[0] - self.sensing.newest_mm
         while abs(off_mm) <= 2 * half_mm and len(self._targets_mm) > 1:
             self._happen("reached", f"target {self._targets_mm.pop(0):.0f} mm")
-            off_mm = self._targets_mm[0] - self.sensing.position_mm
+            off_mm = self._targets_mm[0] - self.sensing.newest_mm
         reason = f"target {self._targets_mm[0]:.0f} mm is {off_mm:.1f} mm ahead"
         if off_mm < -2 * half_mm:
             return self._fold("goal_behind", reason)
         if self.cycle.state != "approaching":
             return self._happen("goal_ahead", reason)
         return self._happen("arrived", reason) if off_mm <= half_mm else ()
+
+    def _reckons_to_have_arrived(self) -> bool:
+        """Say whether it must be at a target that is too near to the start to be found by fixes."""
+        surely = self._way_back.end_mm(self._leg) <= _START_MM - self._settings.surely_mm
+        if not self._targets_mm or self._leg.lasted_s == 0 or not surely:
+            return False
+        on_mm = self.sensing.on_mm(self._waited_s)
+        return self._goal_mm() - _START_MM - on_mm <= self.sensing.half_stroke_mm
 
     def _goal_mm(self) -> float:
         """Where a way back should end."""
@@ -259,16 +264,16 @@ class Pilot:
     def _tolerance_mm(self) -> float:
         """By how much it may end too early."""
         return (
-            2 * self.sensing.step_mm
+            self.sensing.half_stroke_mm
             if self._targets_mm
             else (self._settings.run_up_mm - self._settings.too_near_mm)
         )
 
     def _fold(self, event: str, reason: str, score: float = _UNKNOWN) -> tuple[str, ...]:
         """Let an event lead to folding, and plan the leg."""
-        # It travels on while the position is found, as far as it then comes in so many judgements.
-        found_mm = (self._settings.first_fix_ticks + self._fixes) * self.sensing.step_mm
-        way_mm = self.sensing.position_mm - self._goal_mm() + found_mm
+        way_mm = self.sensing.position_mm - self._goal_mm() + self.sensing.blind_mm
+        if self._targets_mm and self._goal_mm() - _START_MM < self.sensing.blind_mm:
+            way_mm += 1.5 * self._settings.surely_mm
         self._leg = Leg(self.sensing.position_mm, planned_s=self._way_back.leg_s(way_mm))
         return self._happen(event, reason, score)
 

@@ -10,8 +10,7 @@ from capsule.survey.odometer import Odometer
 from capsule.survey.survey_log import UNFOLDED, Readings
 from capsule.survey.survey_settings import SurveySettings
 
-# Fixes, a judgement apart, that must agree before a position counts, and how well, in mm.
-_AGREEING = 4
+# How well fixes, a judgement apart, must agree before a position counts, in mm.
 _AGREE_MM = 3.0
 # A usual way from judgement to judgement, in mm, until the odometer shows how the capsule moves.
 _USUAL_STEP_MM = 0.44
@@ -35,6 +34,8 @@ class Sensing:
         What the survey goes by.
     start_mm : float
         Where the head stands.
+    origin_mm : float, optional
+        As `Odometer` takes it.
 
     Attributes
     ----------
@@ -43,10 +44,15 @@ class Sensing:
     """
 
     def __init__(
-        self, detector: Mapping, rate_hz: float, settings: SurveySettings, start_mm: float
+        self,
+        detector: Mapping,
+        rate_hz: float,
+        settings: SurveySettings,
+        start_mm: float,
+        origin_mm: float | None = None,
     ) -> None:
         self._detector, self._rate_hz, self._settings = detector, rate_hz, settings
-        self._odometer = Odometer(detector, rate_hz, start_mm)
+        self._odometer = Odometer(detector, rate_hz, start_mm, origin_mm)
         self._keep = max(settings.longest_window, self._odometer.span)
         self._count = 0
         self._values: np.ndarray | None = None
@@ -65,13 +71,52 @@ class Sensing:
         return self._odometer.position_mm + self._since_fix_mm()
 
     @property
+    def newest_mm(self) -> float:
+        """Where the head stands now, by the newest wave alone; as `position_mm` where that fails.
+
+        It errs less than `position_mm`, unless the sensors creep.
+        """
+        span = self._odometer.span
+        if self._values is None or self._values.shape[1] < span:
+            return self.position_mm
+        wave_mm = self._wave_mm[-span:]
+        if np.isnan(wave_mm).any() or np.isnan(self.fix_mm):
+            return self.position_mm
+        newest_mm = self._odometer.newest(self._pressed(), wave_mm)
+        return newest_mm + self._since_fix_mm() / 2 if np.isfinite(newest_mm) else self.position_mm
+
+    def _pressed(self) -> np.ndarray:
+        """Return how hard the newest samples are pressed."""
+        newest = self._values[:, -self._odometer.span :]
+        return pressed_and_period(newest, self._rate_hz, self._detector)[0]
+
+    @property
     def fix_mm(self) -> float:
         """The newest fix, which holds for a moment before now; NaN before the first."""
         return self._odometer.position_mm
 
-    def settled(self, fixes: int) -> bool:
-        """Say whether there are so many fixes since the capsule unfolded, and the last agree."""
-        return self._odometer.fixes >= fixes and self._odometer.settled(_AGREEING, _AGREE_MM)
+    @property
+    def origin_mm(self) -> float | None:
+        """Place in the wave of position 0; None before the first fix."""
+        return self._odometer.origin_mm
+
+    def settled(self) -> bool:
+        """Say whether there are enough fixes since the capsule unfolded, and they agree."""
+        return self._odometer.settled(self._settings.fixes, _AGREE_MM)
+
+    def on_mm(self, seconds: float) -> float:
+        """Return how far the unfolded capsule travels in some time."""
+        return seconds * self._rate_hz / self._settings.every * self.step_mm
+
+    @property
+    def half_stroke_mm(self) -> float:
+        """Half a stroke, one a wave: so much before a place is as near as so much beyond."""
+        return self.on_mm(self._detector["wavelength_mm"] / self._detector["wave_speed_mm_s"]) / 2
+
+    @property
+    def blind_mm(self) -> float:
+        """How far the capsule travels from when it is unfolded until its position is known."""
+        return (self._settings.first_fix_ticks + self._settings.fixes) * self.step_mm
 
     def take(self, readings: Readings) -> None:
         """Take the newest samples; those of a capsule that is not unfolded say nothing."""
@@ -104,8 +149,7 @@ class Sensing:
             expected_mm = before_mm + self.step_mm
         elif expected_mm is None:
             expected_mm = self._last_mm
-        pressed, _ = pressed_and_period(self._values[:, -span:], self._rate_hz, self._detector)
-        fix_mm = self._odometer.fix(self._count - 1, pressed, wave_mm, expected_mm)
+        fix_mm = self._odometer.fix(self._count - 1, self._pressed(), wave_mm, expected_mm)
         if np.isnan(fix_mm):
             return False
         self._last_mm = fix_mm

@@ -39,8 +39,10 @@ class SurveySettings:
         A position that is not found, a place that is not passed again by then is given up.
     first_fix_ticks : int
         Judgements until there is a first fix after unfolding.
-    fixes_to_pass, fixes_to_stop : int
-        Fixes that are enough to pass a place again, and to stop at a target.
+    fixes : int
+        So many fixes that agree are enough to know the position.
+    surely_mm : float
+        A way back that should lead so far beyond the start of the gut surely ends at the start.
     """
 
     window: int = 400
@@ -66,5 +68,5 @@ class SurveySettings:
     longest_finding_s: float = 60.0
     longest_pass_s: float = 600.0
     first_fix_ticks: int = 8
-    fixes_to_pass: int = 4
-    fixes_to_stop: int = 12
+    fixes: int = 4
+    surely_mm: float = 10.0

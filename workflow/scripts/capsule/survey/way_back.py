@@ -4,7 +4,8 @@ The odometer knows a place modulo one wavelength. So the capsule stays folded no
 takes to come half a wavelength away from where it should be, however wrong the speed is.
 """
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 
 # No leg is slower or faster before a speed was learned; above 0 it is carried forward. Waves
 # differ, so a short leg may be a third faster than the capsule is on average.
@@ -12,6 +13,10 @@ _PLAUSIBLE_MM_S = (-1.1, 0.4)
 _USUAL_MM_S = -0.4
 # A way, in mm, that no odometer mistakes.
 _SURE_MM = 2.0
+# Waves push a folded capsule by ways that differ by so much, in parts of their mean (some do not
+# push it at all); so many standard deviations are allowed for.
+_WAVE_SPREAD = 0.65
+_DEVIATIONS = 2.5
 _SHORTEST_S = 10.0
 # Slower it is not worth the time.
 _SLOWEST_MM_S = -0.08
@@ -46,11 +51,14 @@ class WayBack:
     ----------
     wavelength_mm : float
         Within which the odometer knows a place.
+    period_s : float
+        Time from wave to wave.
     seconds, moved_mm : float
         Time folded, and the way in it, of all legs so far.
     """
 
     wavelength_mm: float
+    period_s: float
     seconds: float = 0.0
     moved_mm: float = 0.0
 
@@ -72,11 +80,21 @@ class WayBack:
     def longest_s(self) -> float:
         """Return how long a leg may be for the odometer to know the place afterwards."""
         low, high = _PLAUSIBLE_MM_S
-        error_mm_s = (high - low) / 2
-        if self.seconds:
-            share = 0.5 if self.seconds < 2 * self.wavelength_mm else 0.25
-            error_mm_s = min(error_mm_s, share * abs(self.speed_mm_s) + 0.1)
-        return (self.wavelength_mm / 2 - _SURE_MM) / error_mm_s
+        room_mm = self.wavelength_mm / 2 - _SURE_MM
+        if not self.seconds:
+            return room_mm / ((high - low) / 2)
+        # The mean over some waves differs from the true speed, and the next leg's from it as well.
+        spread = _DEVIATIONS * _WAVE_SPREAD
+        known = spread * math.sqrt(self.period_s / self.seconds)
+        fastest_mm_s = abs(low)
+        if known < 1:
+            off_mm_s = _DEVIATIONS * _SURE_MM / self.seconds
+            fastest_mm_s = min(fastest_mm_s, (abs(self.speed_mm_s) + off_mm_s) / (1 - known))
+        error_mm_s = fastest_mm_s - abs(self.speed_mm_s)
+        by_chance = spread * fastest_mm_s * math.sqrt(self.period_s)
+        # The longest t with error t + chance sqrt(t) = room.
+        root = math.sqrt(by_chance**2 + 4 * error_mm_s * room_mm)
+        return ((root - by_chance) / (2 * error_mm_s)) ** 2
 
     def leg_s(self, way_mm: float) -> float:
         """Return for how long to stay folded to go back by a way."""
@@ -89,8 +107,8 @@ class WayBack:
         """Return what is known after a leg."""
         # The last legs count most: the gut need not be the same everywhere.
         kept = 0.7
-        return WayBack(
-            self.wavelength_mm, kept * self.seconds + seconds, kept * self.moved_mm + moved_mm
+        return replace(
+            self, seconds=kept * self.seconds + seconds, moved_mm=kept * self.moved_mm + moved_mm
         )
 
     def went_back(self, moved_mm: float) -> bool:
