@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import matplotlib
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 # Widths of one and of two columns of an IEEE journal, in inches.
@@ -101,11 +102,14 @@ def render_figure(figure: Figure, kind: str, name: str) -> bytes:
     metadata = {"svg": {"Date": None, "Title": name}, "pdf": {"CreationDate": None, "Title": name}}
     stream = io.BytesIO()
     with figure_style(), matplotlib.rc_context({"svg.hashsalt": name}):
-        if figure.get_layout_engine() is not None:
-            # Laid out once: saving would do it twice for every format.
-            figure.draw_without_rendering()
+        if (layout := figure.get_layout_engine()) is not None:
+            layout.execute(figure)
             figure.set_layout_engine("none")
-        figure.savefig(stream, format=kind, metadata=metadata[kind])
+        if kind == "svg":
+            # `savefig` would first draw everything without writing it.
+            FigureCanvasSVG(figure).print_svg(stream, metadata=metadata[kind])
+        else:
+            figure.savefig(stream, format=kind, metadata=metadata[kind])
     content = stream.getvalue()
     return _shorten_coordinates(content) if kind == "svg" else content
 
