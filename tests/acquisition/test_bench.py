@@ -18,7 +18,13 @@ from capsule.seeding import generator
 from edges.config_files import read_config_file
 from support.bench import emulated
 from support.bench.cable import TerminalCable
-from support.bench.recorder import ACQUIRE, Recorder, check_complete, check_times, samples_in
+from support.bench.recorder import (
+    ACQUIRE,
+    Recorder,
+    check_complete,
+    check_times,
+    count_samples,
+)
 from support.bench.stand_in import StandInLogger
 from support.bench.workbench import Workbench
 from support.bench.world import Clock
@@ -62,7 +68,7 @@ class LoggerBench:
 
     def run_until_samples(self, count, limit_s=30.0):
         """Run the bench until that many samples have been handed over."""
-        self.bench.run(lambda: len(samples_in(self.cable.whole)) >= count, limit_s)
+        self.bench.run(lambda: count_samples(self.cable.whole) >= count, limit_s)
 
 
 def wait_for(condition, limit_s=5.0):

@@ -11,7 +11,7 @@ import pytest
 
 from acquisition.protocol import encode
 from support.bench.cable import SocketCable
-from support.bench.recorder import Recorder, check_complete, check_times, samples_in
+from support.bench.recorder import Recorder, check_complete, check_times, count_samples, samples_in
 from support.bench.stand_in import StandInLogger
 from support.bench.workbench import Workbench
 from support.bench.world import Clock
@@ -50,12 +50,12 @@ def test_records_into_the_archive(tmp_path, cable, bench):
 def test_unplugged_and_plugged_back_in(tmp_path, cable, bench):
     recorder = Recorder(tmp_path, "--port", cable.port, "--size", "2.5", "--duration", "15")
     bench.speed = 20
-    bench.run(lambda: len(samples_in(cable.whole)) >= 50)
+    bench.run(lambda: count_samples(cable.whole) >= 50)
     cable.unplug()
     bench.speed = 1
     bench.run_for(0.5)
     cable.plug()
-    bench.run(lambda: len(samples_in(cable.whole)) >= 52)
+    bench.run(lambda: count_samples(cable.whole) >= 52)
     bench.speed = 20
     bench.run(recorder.done)
     recorder.expect(0, "was unplugged", "is back", "1 gaps")
@@ -69,7 +69,7 @@ def test_unplugged_and_plugged_back_in(tmp_path, cable, bench):
 def test_killed_recorder_is_recovered(tmp_path, cable, bench):
     recorder = Recorder(tmp_path, "--port", cable.port, "--size", "0", "--name", "r01")
     bench.speed = 50
-    bench.run(lambda: len(samples_in(cable.whole)) >= 100)
+    bench.run(lambda: count_samples(cable.whole) >= 100)
     (part,) = recorder.parts()
     bench.run(lambda: part.read_bytes().count(b"\n") >= 100)
     recorder.process.kill()
@@ -81,7 +81,7 @@ def test_killed_recorder_is_recovered(tmp_path, cable, bench):
 
 def test_end_stop(tmp_path, cable, bench):
     recorder = Recorder(tmp_path, "--port", cable.port, "--size", "5")
-    bench.run(lambda: len(samples_in(cable.whole)) >= 30)
+    bench.run(lambda: count_samples(cable.whole) >= 30)
     cable.board.set_end_stop(True)
     bench.run(recorder.done)
     recorder.expect(0, "the capsule reached the end stop")
@@ -90,7 +90,7 @@ def test_end_stop(tmp_path, cable, bench):
 def test_a_folder_deleted_in_mid_run_is_noticed_within_seconds(tmp_path, cable, bench):
     recorder = Recorder(tmp_path, "--port", cable.port, "--size", "5", "--name", "r01")
     bench.speed = 20
-    bench.run(lambda: len(samples_in(cable.whole)) >= 30)
+    bench.run(lambda: count_samples(cable.whole) >= 30)
     shutil.rmtree(tmp_path / "raw")
     bench.run(lambda: bool(recorder.parts()), limit_s=3)
     recorder.press_ctrl_c()
@@ -120,7 +120,7 @@ def test_standard_output_that_is_closed_holds_nothing_up(tmp_path, cable, bench,
     options = ("--size", "5", "--duration", "30")
     recorder = Recorder(tmp_path, "--port", cable.port, *options, **settings)
     if closed == "meanwhile":
-        bench.run(lambda: len(samples_in(cable.whole)) >= 30)
+        bench.run(lambda: count_samples(cable.whole) >= 30)
         recorder.process.stdout.close()
     bench.run(recorder.done)
     recorder.expect(0)
@@ -142,7 +142,7 @@ def test_a_log_whose_disk_is_full_holds_nothing_up(tmp_path, cable, bench):
 def test_a_run_longer_than_the_matrix_is_told_when_it_passes(tmp_path, cable, bench):
     log = (tmp_path / "printed").open("w+")
     recorder = Recorder(tmp_path, "--port", cable.port, "--size", "5", stdout=log)
-    bench.run(lambda: len(samples_in(cable.whole)) >= 900)
+    bench.run(lambda: count_samples(cable.whole) >= 900)
     bench.speed = 20
     printed = tmp_path / "printed"
     bench.run(lambda: "longer than 1000 samples (100 s)" in printed.read_text(), limit_s=10)
@@ -172,7 +172,7 @@ def test_a_recorder_that_was_stopped_loses_nothing(tmp_path, cable, bench):
     options = ("--size", "5", "--duration", "60", "--patience", "1")
     recorder = Recorder(tmp_path, "--port", cable.port, *options)
     bench.speed = 10
-    bench.run(lambda: len(samples_in(cable.whole)) >= 100)
+    bench.run(lambda: count_samples(cable.whole) >= 100)
     recorder.process.send_signal(signal.SIGSTOP)
     bench.run_for(20)
     recorder.process.send_signal(signal.SIGCONT)
@@ -201,7 +201,7 @@ def test_a_false_frame_that_passed_its_check_costs_no_sample(tmp_path, cable, be
 def test_garbage_for_ever_ends_by_patience(tmp_path, cable, bench):
     options = ("--size", "5", "--patience", "2")
     recorder = Recorder(tmp_path, "--port", cable.port, *options)
-    bench.run(lambda: len(samples_in(cable.whole)) >= 100)
+    bench.run(lambda: count_samples(cable.whole) >= 100)
     cable.spoil = lambda frame: b"static" * 5 + b"\n"
     bench.run(recorder.done, limit_s=15)
     recorder.expect(11, "sent no sample for 2 s (--patience)", "archived in")
