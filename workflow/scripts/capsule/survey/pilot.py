@@ -62,8 +62,7 @@ class Pilot:
         self.suspects = Suspects(self._settings, (_SENSORS - 1) * detector["pitch_mm"])
         self._rate_hz = rate_hz
         self._targets_mm = list(targets_mm)
-        wavelength_mm = float(detector["wavelength_mm"])
-        self._way_back = WayBack(wavelength_mm, wavelength_mm / detector["wave_speed_mm_s"])
+        self._way_back = WayBack(float(detector["wavelength_mm"]), self.sensing.period_s)
         self._leg = Leg()
         self._since_s = self._now_s = 0.0
 
@@ -235,17 +234,17 @@ class Pilot:
 
     def _towards_target(self) -> tuple[str, ...]:
         """Go on to the present target, or to the next."""
-        half_mm = self.sensing.half_stroke_mm
+        half_mm = self.sensing.half_stroke_mm  # the parts below leave no bias on simulated guts
         off_mm = self._targets_mm[0] - self.sensing.newest_mm
         while abs(off_mm) <= 2 * half_mm and len(self._targets_mm) > 1:
             self._happen("reached", f"target {self._targets_mm.pop(0):.0f} mm")
             off_mm = self._targets_mm[0] - self.sensing.newest_mm
         reason = f"target {self._targets_mm[0]:.0f} mm is {off_mm:.1f} mm ahead"
-        if off_mm < -2 * half_mm:
+        if off_mm < -1.5 * half_mm:
             return self._fold("goal_behind", reason)
         if self.cycle.state != "approaching":
             return self._happen("goal_ahead", reason)
-        return self._happen("arrived", reason) if off_mm <= half_mm else ()
+        return self._happen("arrived", reason) if off_mm <= 0.75 * half_mm else ()
 
     def _reckons_to_have_arrived(self) -> bool:
         """Say whether it must be at a target that is too near to the start to be found by fixes."""
@@ -266,14 +265,15 @@ class Pilot:
         return (
             self.sensing.half_stroke_mm
             if self._targets_mm
-            else (self._settings.run_up_mm - self._settings.too_near_mm)
+            else self._settings.run_up_mm - self._settings.too_near_mm
         )
 
     def _fold(self, event: str, reason: str, score: float = _UNKNOWN) -> tuple[str, ...]:
         """Let an event lead to folding, and plan the leg."""
         way_mm = self.sensing.position_mm - self._goal_mm() + self.sensing.blind_mm
-        if self._targets_mm and self._goal_mm() - _START_MM < self.sensing.blind_mm:
-            way_mm += 1.5 * self._settings.surely_mm
+        if self._targets_mm:
+            near = self._goal_mm() - _START_MM < self.sensing.blind_mm
+            way_mm += 1.5 * self._settings.surely_mm if near else self._settings.approach_mm
         self._leg = Leg(self.sensing.position_mm, planned_s=self._way_back.leg_s(way_mm))
         return self._happen(event, reason, score)
 

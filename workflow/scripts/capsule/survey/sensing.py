@@ -111,7 +111,12 @@ class Sensing:
     @property
     def half_stroke_mm(self) -> float:
         """Half a stroke, one a wave: so much before a place is as near as so much beyond."""
-        return self.on_mm(self._detector["wavelength_mm"] / self._detector["wave_speed_mm_s"]) / 2
+        return self.on_mm(self.period_s) / 2
+
+    @property
+    def period_s(self) -> float:
+        """Time from wave to wave."""
+        return float(self._detector["wavelength_mm"] / self._detector["wave_speed_mm_s"])
 
     @property
     def blind_mm(self) -> float:

@@ -41,6 +41,9 @@ class SurveySettings:
         Judgements until there is a first fix after unfolding.
     fixes : int
         So many fixes that agree are enough to know the position.
+    approach_mm : float
+        So far before a target a way back should end, beside what is travelled until the position
+        is known: the capsule stops best where it has watched itself come nearer.
     surely_mm : float
         A way back that should lead so far beyond the start of the gut surely ends at the start.
     """
@@ -69,4 +72,5 @@ class SurveySettings:
     longest_pass_s: float = 600.0
     first_fix_ticks: int = 8
     fixes: int = 4
+    approach_mm: float = 10.0
     surely_mm: float = 10.0
