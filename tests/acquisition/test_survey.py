@@ -42,6 +42,32 @@ def whole(tmp_path_factory):
     return folder, done.stdout
 
 
+def test_the_stream_tells_where_the_survey_had_the_head_and_why_it_was_suspicious(whole):
+    folder, _ = whole
+    rows = list(csv.DictReader((folder / "stream.csv").read_text().splitlines()))
+    assert all(row["threshold"] for row in rows[7::8])
+    judged = {float(row["time_s"]): row for row in rows[7::8]}
+    assert not any(
+        row["head_mm"] + row["score"] + row["threshold"]
+        for row in rows
+        if float(row["time_s"]) not in judged
+    )
+    assert all(row["head_mm"] == "" for row in rows if row["fold"] != "unfolded")
+    events = [json.loads(line) for line in (folder / "events.jsonl").read_text().splitlines()]
+    placed = [event for event in events if event["event"] in ("placed", "suspected", "passed")]
+    assert len(placed) >= 4
+    for event in placed:
+        assert float(judged[event["time_s"]]["head_mm"]) == pytest.approx(
+            event["position_mm"], abs=0.01
+        )
+    suspected = [event for event in placed if event["event"] == "suspected"]
+    assert suspected
+    for event in suspected:
+        score = float(judged[event["time_s"]]["score"])
+        assert score == pytest.approx(event["score"], abs=1e-5)
+        assert score > event["threshold"]
+
+
 def test_a_session_holds_stream_events_places_and_recordings(whole):
     folder, said = whole
     places = list(csv.DictReader((folder / "places.csv").read_text().splitlines()))
@@ -49,7 +75,9 @@ def test_a_session_holds_stream_events_places_and_recordings(whole):
     assert len(confirmed) == 1
     assert "1 confirmed" in said
     lines = (folder / "stream.csv").read_text().splitlines()
-    assert lines[0] == "time_s,sensor_1,sensor_2,sensor_3,sensor_4,wave_mm,fold"
+    assert lines[0] == (
+        "time_s,sensor_1,sensor_2,sensor_3,sensor_4,wave_mm,head_mm,score,threshold,fold"
+    )
     assert {line.rpartition(",")[2] for line in lines[1:]} == {
         "unfolded", "folding", "folded", "unfolding",
     }  # fmt: skip

@@ -14,7 +14,7 @@ from acquisition.archive import SUFFIX, SYNC_EVERY_S, explain_write_fault, publi
 from acquisition.bench_errors import AcquisitionError, NameExistsError
 from capsule.naming import UNLABELLED
 from capsule.recording import Recording, column_names, format_recording
-from capsule.survey.survey_log import Event, Readings
+from capsule.survey.survey_log import Event, Judgement, Readings
 from edges.file_lock import lock_file
 from edges.files import read_json, write_csv, write_json, write_whole
 
@@ -162,20 +162,30 @@ class SessionFolder:
         self._stream = GrowingFile(folder / STREAM)
         self._events = GrowingFile(folder / EVENTS)
         self._synced_s = time.monotonic()
-        columns = ",".join([*column_names(sensors), "wave_mm", "fold"])
-        self._stream.add(columns + "\n")
+        columns = [*column_names(sensors), "wave_mm", "head_mm", "score", "threshold", "fold"]
+        self._stream.add(",".join(columns) + "\n")
 
     @property
     def caught_up(self) -> bool:
         """Whether a session that was taken up again has come to where it was killed."""
         return self._stream.caught_up
 
-    def add_readings(self, readings: Readings) -> None:
-        """Add samples to the stream; the cells of what is missing stay empty."""
-        for time_s, values, wave_mm in zip(
-            readings.time_s.tolist(), readings.values.T, readings.wave_mm.tolist(), strict=True
+    def add_readings(self, readings: Readings, judgement: Judgement) -> None:
+        """Add samples to the stream, and to the last of them what the survey made of them.
+
+        The cells of what is missing stay empty.
+        """
+        judged = [
+            _cell(judgement.head_mm, 2),
+            _cell(judgement.score, 5),
+            _cell(judgement.threshold, 5),
+        ]
+        last = readings.time_s.size - 1
+        for number, (time_s, values, wave_mm) in enumerate(
+            zip(readings.time_s.tolist(), readings.values.T, readings.wave_mm.tolist(), strict=True)
         ):
             cells = [f"{time_s:.3f}", *(_cell(value, 0) for value in values), _cell(wave_mm, 2)]
+            cells += judged if number == last else [""] * len(judged)
             self._stream.add(",".join([*cells, readings.fold]) + "\n")
 
     def add_events(self, events: Iterable[Event]) -> None:

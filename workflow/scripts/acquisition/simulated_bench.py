@@ -10,6 +10,7 @@ from capsule.seeding import generator
 from capsule.survey import cycle as cycles
 from capsule.survey.survey_log import FOLDED, FOLDING, UNFOLDED, UNFOLDING, Readings
 
+SOURCE = "simulated survey"
 # A fold is granted for so long, and each `hold` renews it.
 LEASE_S = 5.0
 _FULL = 1 - 1e-9
@@ -107,7 +108,7 @@ def bench_with(
     samples = int(_DETOURS * straight_s * electronics.rate_hz) + _AT_LEAST
     chance = Chance(phantom, seed, "survey", nodules, sensors, samples)
     header = {
-        "source": "simulated survey",
+        "source": SOURCE,
         "simulator_version": SIMULATOR_VERSION,
         "simulator_seed": str(seed),
         "rate_hz": f"{electronics.rate_hz:g}",

@@ -11,10 +11,10 @@ from acquisition.bench_errors import CannotArriveError, SurveyFaultError
 from acquisition.limits import StopRequest
 from acquisition.pass_sizes import PassSizes, pass_sizes
 from acquisition.session_folder import SessionFolder, read_about
-from acquisition.simulated_bench import SimulatedBench, simulated_bench
+from acquisition.simulated_bench import SOURCE, SimulatedBench, simulated_bench
 from capsule.recording import Recording
 from capsule.survey.pilot import Pilot
-from capsule.survey.survey_log import UNFOLDED, Event, Readings
+from capsule.survey.survey_log import UNFOLDED, Event, Judgement, Readings
 from capsule.survey.suspected_place import Place
 from edges.config_files import read_config_file
 from edges.phantom import CONFIG, read_phantom
@@ -62,6 +62,7 @@ def survey(options: argparse.Namespace) -> None:
 
 def _about(options: argparse.Namespace) -> dict:
     return {
+        "source": SOURCE,
         "metres": options.metres,
         "nodules": options.nodules,
         "seed": options.seed,
@@ -114,11 +115,19 @@ class SurveyRun:
                 self._obey(pilot.tell("gut_ended", "the end of the gut"))
             readings = bench.read(pilot.every)
             self._heard.append(readings)
-            self._disk.add_readings(readings)
-            self._obey(pilot.tick(readings))
+            commands = pilot.tick(readings)
+            self._disk.add_readings(readings, self._judgement())
+            self._obey(commands)
             self._note_events()
             self._disk.keep()
         self._disk.write_places([self._row(place) for place in pilot.suspects.places])
+
+    def _judgement(self) -> Judgement:
+        """Return what the pilot made of the newest readings."""
+        suspects = self._pilot.suspects
+        return Judgement(
+            self._pilot.sensing.head_mm, suspects.newest_score, suspects.threshold.threshold
+        )
 
     def _obey(self, commands: tuple[str, ...]) -> None:
         for command in commands:

@@ -70,6 +70,7 @@ class Pilot:
         """Take the newest samples; give the commands for the boards."""
         self._now_s = float(readings.time_s[-1])
         self.sensing.take(readings)
+        self.suspects.newest_score = _UNKNOWN
         return getattr(self, f"_in_{self.cycle.state}")(readings.fold)
 
     def tell(self, event: str, reason: str) -> tuple[str, ...]:

@@ -58,6 +58,7 @@ class Sensing:
         self._values: np.ndarray | None = None
         self._wave_mm = np.empty(0)
         self._last_mm = start_mm
+        self._fixed_at: int | None = None
         self.step_mm = _USUAL_STEP_MM
         # The first fix holds for the end of the first stroke; the next one has part in it.
         self._odometer.start_mm = start_mm + _FIRST_STROKES * self._since_fix_mm()
@@ -89,6 +90,11 @@ class Sensing:
         """Return how hard the newest samples are pressed."""
         newest = self._values[:, -self._odometer.span :]
         return pressed_and_period(newest, self._rate_hz, self._detector)[0]
+
+    @property
+    def head_mm(self) -> float:
+        """Where the newest samples have the head; NaN where they do not tell."""
+        return self.position_mm if self._fixed_at == self._count else float("nan")
 
     @property
     def fix_mm(self) -> float:
@@ -157,7 +163,7 @@ class Sensing:
         fix_mm = self._odometer.fix(self._count - 1, self._pressed(), wave_mm, expected_mm)
         if np.isnan(fix_mm):
             return False
-        self._last_mm = fix_mm
+        self._last_mm, self._fixed_at = fix_mm, self._count
         if not np.isnan(before_mm):
             step_mm = float(np.clip(fix_mm - before_mm, 0.0, _FASTEST_STEP_MM))
             self.step_mm += _STEP_SHARE * (step_mm - self.step_mm)

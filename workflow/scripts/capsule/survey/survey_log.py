@@ -33,6 +33,24 @@ class Readings:
 
 
 @dataclass(frozen=True)
+class Judgement:
+    """What the survey made of the samples up to the newest.
+
+    Attributes
+    ----------
+    head_mm : float
+        Where they have the head; NaN where they do not tell.
+    score, threshold : float
+        The largest evidence that counts in the present state, NaN where there is none, and what is
+        suspicious.
+    """
+
+    head_mm: float
+    score: float
+    threshold: float
+
+
+@dataclass(frozen=True)
 class Event:
     """A line of the log.
 

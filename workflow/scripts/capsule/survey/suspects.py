@@ -29,11 +29,14 @@ class Suspects:
         What evidence is suspicious.
     judged_mm : float
         How much gut all sensors have passed and the survey has judged.
+    newest_score : float
+        The largest evidence of the newest judgement; NaN where it gave none.
     """
 
     def __init__(self, settings: SurveySettings, length_mm: float) -> None:
         self.places: list[Place] = []
         self.judged_mm = 0.0
+        self.newest_score = _UNKNOWN
         self.threshold = AdaptiveThreshold(
             budget=settings.budget,
             block_mm=settings.block_mm,
@@ -74,6 +77,7 @@ class Suspects:
         """
         self._go_on(evidence, fix_mm - self._length_mm)
         place_mm, score = self._unjudged(evidence).best()
+        self.newest_score = score
         threshold = self.threshold.threshold
         if not score > threshold:
             return None
@@ -147,6 +151,7 @@ class Suspects:
 
     def _keep_best(self, evidence: GutEvidence) -> None:
         place_mm, score = evidence.best()
+        self.newest_score = score
         if score > self._best[1]:
             self._best = (place_mm, score)
 
