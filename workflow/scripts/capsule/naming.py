@@ -83,6 +83,11 @@ class Archive:
         return [name for name in self.recordings if size_mm(name) is None]
 
 
+def is_plain(name: str) -> bool:
+    """Tell whether a name reaches a shell, a report and any file system unharmed."""
+    return _PLAIN_NAME.fullmatch(name) is not None
+
+
 def displayed(name: str) -> str:
     r"""Write an untrusted name on one line, so that it neither moves a cursor nor breaks a table.
 
@@ -189,7 +194,7 @@ def classify(entries: Iterable[Entry]) -> Archive:
             passed_over[shown] = _other_file(entry, name)
         elif entry.kind != "file":
             refused[shown] = _NO_FILE[entry.kind]
-        elif not _PLAIN_NAME.fullmatch(name):
+        elif not is_plain(name):
             refused[shown] = (
                 "rename the file: only letters A-Z, digits and _ . + - are allowed in its name, "
                 "at most 100 of them, and the first is a letter or digit"

@@ -1,0 +1,127 @@
+"""The space-time picture of a survey holds the numbers of the survey's files."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from matplotlib.colors import to_hex
+from matplotlib.text import Text
+
+from capsule.figures.draw_survey import frames, survey_drawing, unreadable_drawing
+from capsule.figures.style import BLUE, COLUMN_WIDTH_IN, INK, ORANGE, PAGE_WIDTH_IN, render_figure
+from capsule.figures.survey_panels import spread_out
+from capsule.survey.stored_session import parse_session
+from capsule.survey.track import crest_at_mm, pins_of, track_of
+from support import surveys
+from support.surveys import DETECTOR, WAVELENGTH_MM
+
+
+@pytest.fixture(scope="module")
+def drawing():
+    session = parse_session("demo", surveys.session_contents())
+    wave = WAVELENGTH_MM, crest_at_mm(session, DETECTOR)
+    track = track_of(session)
+    return survey_drawing(session, "demo, simulated", track, pins_of(session), wave)
+
+
+def lines_of(axes, colour, dashed):
+    """Give the lines of a colour that have more than a marker, as [distance, time] points."""
+    return [
+        np.column_stack(line.get_data())
+        for line in axes.get_lines()
+        if to_hex(line.get_color()) == colour
+        and line.get_zorder() == 3
+        and line.is_dashed() == dashed
+    ]
+
+
+def test_the_table_is_the_stream_from_judgement_to_judgement(drawing):
+    table = drawing[0]
+    head, rows = surveys.stream_rows()
+    judged = [dict(zip(head, row, strict=True)) for row in rows if row[head.index("threshold")]]
+    assert table["time_s"].tolist() == [float(row["time_s"]) for row in judged]
+    measured = [row["head_mm"] != "" for row in judged]
+    assert table["measured"].tolist() == measured
+    for name in ("head_mm", "score"):
+        told = [float(row[name]) for row in judged if row[name]]
+        assert table.loc[table["measured"], name].tolist() == told
+
+
+@pytest.mark.parametrize("width_in", [COLUMN_WIDTH_IN, PAGE_WIDTH_IN])
+def test_the_path_lies_where_the_head_was(drawing, width_in):
+    figure = drawing[1](width_in)
+    space = figure.axes[0]
+    explored, (again,) = lines_of(space, BLUE, False), lines_of(space, INK, False)
+    assert len(explored) == 2
+    for line in (*explored, again):
+        np.testing.assert_allclose(line[:, 0], surveys.head_mm(60 * line[:, 1]), atol=0.1)
+    assert again[-1, 1] == pytest.approx(280 / 60)
+    # The way back was not measured: it is dashed, from where it was left to where it was found.
+    (back,), (found,) = lines_of(space, ORANGE, True), lines_of(space, INK, True)
+    assert back[0] == pytest.approx([60, 2.0])
+    assert back[-1] == pytest.approx(found[0])
+    assert found[-1] == pytest.approx(again[0])
+
+
+def test_the_evidence_stands_beside_it_at_the_same_times(drawing):
+    figure = drawing[1](PAGE_WIDTH_IN)
+    space, evidence = figure.axes[:2]
+    assert evidence.get_ylim() == space.get_ylim() == (344 / 60, 0)
+    (threshold,) = evidence.get_lines()
+    assert set(threshold.get_xdata()) == {0.15}
+    assert evidence.get_xlim()[1] > drawing[0]["score"].max()
+
+
+def test_crests_run_forward_at_the_speed_of_the_wave(drawing):
+    place = drawing[1](PAGE_WIDTH_IN).axes[2]
+    (crests,) = [line for line in place.get_lines() if line.get_zorder() == 1]
+    at_mm, time_s = crests.get_data()
+    ends = np.flatnonzero(np.isnan(at_mm)) - 1
+    speed = (at_mm[ends] - at_mm[ends - 1]) / (time_s[ends] - time_s[ends - 1])
+    assert ends.size > 5
+    np.testing.assert_allclose(speed, surveys.WAVE_MM_S, rtol=1e-3)
+    stood_mm = (at_mm[ends] - surveys.WAVE_MM_S * time_s[ends] - surveys.CREST_MM) / WAVELENGTH_MM
+    assert np.abs(stood_mm - np.rint(stood_mm)).max() < 0.02
+
+
+def test_verdicts_and_sizes_are_written_and_the_title_says_simulated(drawing):
+    texts = [text.get_text() for text in drawing[1](PAGE_WIDTH_IN).findobj(Text)]
+    assert "demo, simulated" in texts
+    assert "1 confirmed, 3.1 mm (2.4 to 3.9)" in texts
+    assert "2 undecided" in texts
+    assert "position not measured" in texts
+    assert {"time (min)", "distance along the gut (mm)", "score"} <= set(texts)
+
+
+def test_the_frame_tells_where_a_place_and_a_time_are(drawing):
+    figure = drawing[1](PAGE_WIDTH_IN)
+    assert render_figure(figure, "svg", "demo", outlines=False)
+    told = frames(figure)
+    left, top, width, height = told["map"]["box"]
+    low, high = told["map"]["x"]
+    end, start = told["map"]["y"]
+    dots = figure.axes[0].transData.transform([[50.0, 3.0]])[0] * 72 / figure.dpi
+    assert dots[0] == pytest.approx(left + (50 - low) / (high - low) * width, abs=0.05)
+    assert told["size"][1] - dots[1] == pytest.approx(
+        top + (3 - start) / (end - start) * height, abs=0.05
+    )
+    assert told["evidence"]["box"][0] > left + width
+
+
+def test_a_survey_that_cannot_be_read_says_why(drawing):
+    table, draw = unreadable_drawing("broken", "stream.csv: there is no column time_s")
+    figure = draw(COLUMN_WIDTH_IN)
+    assert "no column time_s" in " ".join(
+        " ".join(map(Text.get_text, figure.findobj(Text))).split()
+    )
+    assert list(frames(figure)) == ["size"]
+    assert table["problem"].tolist() == ["stream.csv: there is no column time_s"]
+
+
+@given(st.lists(st.floats(0, 100), max_size=10).map(sorted))
+def test_labels_are_moved_apart_and_stay_in_the_map(places):
+    moved = spread_out(places, 9.0, 100.0)
+    assert all(0 <= place <= 100 for place in moved)
+    assert all(there - here >= 9 - 1e-9 for here, there in pairwise(moved))

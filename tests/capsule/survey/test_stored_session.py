@@ -1,0 +1,84 @@
+"""A session's files, read as they are, and refused where they are damaged."""
+
+import numpy as np
+import pytest
+
+from capsule.survey.session_names import classify_sessions
+from capsule.survey.stored_session import SessionError, parse_session
+from support.surveys import EVENTS, PLACES, session_contents, stream_rows
+
+FILES = {"stream.csv", "events.jsonl", "places.csv", "session.json"}
+
+
+def test_everything_that_the_files_hold_is_read():
+    session = parse_session("demo", session_contents())
+    head, rows = stream_rows()
+    for name in ("time_s", "wave_mm", "head_mm", "score", "threshold"):
+        cells = [row[head.index(name)] for row in rows]
+        expected = [float(cell) if cell else np.nan for cell in cells]
+        np.testing.assert_array_equal(getattr(session, name), expected)
+    assert session.values.tolist() == [[row[at] for row in rows] for at in range(1, 5)]
+    assert list(session.fold) == [row[-1] for row in rows]
+    assert [event.after for event in session.events] == [event[3] for event in EVENTS]
+    assert np.isnan(session.events[0].score)
+    assert session.events[1].score == 0.31
+    first, second = session.places
+    assert (first.status, first.size_mm, first.passes) == ("confirmed", *PLACES[0][4:3:-1], 2)
+    assert np.isnan(second.size_mm)
+    assert session.source == "simulated survey"
+
+
+@pytest.mark.parametrize(
+    ("file", "before", "after", "said"),
+    [
+        ("stream.csv", b"head_mm", b"heed_mm", "no column head_mm"),
+        ("stream.csv", b"0.800,", b"0.8oo,", "line 10: time_s is '0.8oo'"),
+        ("stream.csv", b"0.800,", b"nan,", "line 10: time_s is 'nan'"),
+        ("stream.csv", b"0.800,", b"0.600,", "times do not rise"),
+        ("stream.csv", b"0.800,", b"0.800,7,", "line 10 has 11 cells instead of 10"),
+        ("stream.csv", b"unfolded\n", b"up\x1b\n", r"fold is 'up\\x1b'"),
+        ("stream.csv", b"0.15000", b"", "judged nothing"),
+        ("stream.csv", b"time", b"\xff", "byte 0 is no UTF-8"),
+        ("events.jsonl", b"}\n", b"\n", "line 1 is no event"),
+        ("events.jsonl", b'"suspected"', b"7", "line 2: event is '7'"),
+        ("places.csv", b"confirmed", b"perhaps", "line 2 is no place with a verdict"),
+        ("places.csv", b"3.1", b"big", "line 2: size_mm is 'big'"),
+        ("session.json", b"{", b"[", "no JSON"),
+    ],
+)
+def test_what_is_damaged_is_named(file, before, after, said):
+    contents = session_contents()
+    assert before in contents[file]
+    # All places, where one is not enough to be noticed.
+    contents[file] = contents[file].replace(before, after)
+    with pytest.raises(SessionError) as fault:
+        parse_session("demo", contents)
+    assert said in str(fault.value)
+
+
+@pytest.mark.parametrize("file", sorted(FILES - {"events.jsonl"}))
+def test_an_empty_file_is_no_session(file):
+    with pytest.raises(SessionError):
+        parse_session("demo", session_contents() | {file: b""})
+
+
+def test_a_survey_may_have_ended_before_anything_happened():
+    assert parse_session("demo", session_contents() | {"events.jsonl": b""}).events == []
+
+
+def test_finished_surveys_are_told_from_the_others():
+    listed = classify_sessions(
+        {
+            "b": FILES,
+            "a.1": FILES | {"recordings"},
+            "running": {"session.json", "stream.csv.part", "events.jsonl.part"},
+            "a b": FILES,
+            "half": FILES - {"places.csv"},
+            ".hidden": FILES,
+        }
+    )
+    assert listed.names == ("a.1", "b")
+    assert set(listed.passed_over) == {"running", "a b", "half"}
+    assert "--resume" in listed.passed_over["running"]
+    assert "rename" in listed.passed_over["a b"]
+    assert listed.passed_over["half"] == "there is no places.csv"

@@ -1,0 +1,91 @@
+"""Where the head was, as the survey knew it."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from capsule.survey.stored_session import parse_session
+from capsule.survey.track import (
+    AGAIN,
+    AHEAD,
+    BACK,
+    crest_at_mm,
+    folded_part,
+    pins_of,
+    runs_of,
+    simplified,
+    track_of,
+)
+from support.surveys import CREST_MM, DETECTOR, head_mm, session_contents
+
+
+@pytest.fixture(scope="module")
+def session():
+    return parse_session("demo", session_contents())
+
+
+def test_the_path_holds_what_the_survey_knew_and_joins_it_by_straight_lines(session):
+    track = track_of(session)
+    assert np.all(np.diff(track.time_s) == pytest.approx(0.8))
+    np.testing.assert_allclose(
+        track.head_mm[track.known], head_mm(track.time_s[track.known]), atol=0.006
+    )
+    unknown = track.time_s[~track.known]
+    assert (unknown[0], unknown[-1]) == (pytest.approx(120.8), pytest.approx(211.2))
+    between = track.head_mm[(track.time_s >= 120) & (track.time_s <= 212)]
+    assert np.allclose(np.diff(between, 2), 0, atol=1e-9)
+
+
+def test_each_stretch_has_the_look_of_its_states(session):
+    track = track_of(session)
+    looks = [(run.group, run.known) for run in runs_of(track)]
+    assert looks == [
+        (AHEAD, True),
+        (BACK, False),
+        (AGAIN, False),
+        (AGAIN, True),
+        (AHEAD, True),
+    ]
+    runs = runs_of(track)
+    assert [run.first for run in runs[1:]] == [run.last for run in runs[:-1]]
+    assert track.time_s[runs[1].first] == pytest.approx(120)
+    assert track.time_s[runs[3].last] == pytest.approx(280)
+
+
+def test_a_survey_that_never_knew_its_position_has_no_path(session):
+    contents = session_contents()
+    lines = contents["stream.csv"].decode().splitlines()
+    cells = [line.split(",") for line in lines]
+    contents["stream.csv"] = "\n".join(
+        ",".join([*row[:6], "head_mm" if row[6] == "head_mm" else "", *row[7:]]) for row in cells
+    ).encode()
+    lost = parse_session("lost", contents)
+    assert runs_of(track_of(lost)) == []
+    assert np.isnan(crest_at_mm(lost, DETECTOR))
+
+
+def test_a_place_is_pinned_from_its_suspicion_to_its_verdict(session):
+    first, second = pins_of(session)
+    assert (first.number, first.suspected_s, first.decided_s) == (1, 96.0, 280.0)
+    assert (second.number, second.suspected_s, second.decided_s) == (2, 320.0, 340.0)
+
+
+def test_the_origami_folds_evenly_between_two_reports_and_silence_stays_unknown():
+    fold = np.array(["unfolded", "folding", "folding", "folding", "folded", "unknown", "unfolded"])
+    part = folded_part(np.arange(7.0), fold)
+    np.testing.assert_allclose(part, [0, 0.25, 0.5, 0.75, 1, np.nan, 0])
+
+
+def test_crests_stand_where_the_sensors_felt_them(session):
+    assert crest_at_mm(session, DETECTOR) == pytest.approx(CREST_MM, abs=0.5)
+
+
+@given(arrays(float, st.integers(2, 60), elements=st.floats(-100, 100)), st.floats(0.001, 50))
+def test_a_simplified_line_stays_within_its_tolerance(values, tolerance):
+    time_s = np.arange(values.size) * 0.8
+    enough = simplified(time_s, values, tolerance)
+    straight = np.interp(time_s, time_s[enough], values[enough])
+    assert np.abs(straight - values).max() <= tolerance + 1e-9
+    assert (enough[0], enough[-1]) == (0, values.size - 1)

@@ -1,0 +1,247 @@
+"""The panels of a survey's picture: map, evidence, and a place from near by."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
+
+from capsule import words
+from capsule.figures.style import BLUE, GREY, INK, MUTED, ORANGE
+from capsule.survey.stored_session import StoredPlace
+from capsule.survey.track import AGAIN, AHEAD, BACK, Pin, Track, runs_of, simplified
+
+# One look a group of states; what was not measured is dashed.
+LOOKS = {
+    AHEAD: {"color": BLUE, "linewidth": 1.1, "label": "explores"},
+    BACK: {"color": ORANGE, "linewidth": 1.1, "label": "folds, is pushed back, unfolds"},
+    AGAIN: {"color": INK, "linewidth": 1.9, "label": "finds its position, passes again"},
+}
+THRESHOLD = {"color": INK, "linewidth": 0.8, "linestyle": (0, (1, 1))}
+UNMEASURED = (0, (2.2, 1.4))
+_PIN = {"color": INK, "markersize": 5, "markeredgewidth": 0.9, "linestyle": "none"}
+PIN_LOOKS = {
+    "confirmed": {**_PIN, "marker": "o", "markerfacecolor": INK},
+    "dismissed": {**_PIN, "marker": "o", "markerfacecolor": "#ffffff"},
+    "undecided": {**_PIN, "marker": "D", "markerfacecolor": "#ffffff"},
+}
+_WAVE = "#b9c2cc"
+# More waves than these are a grey area.
+_WAVES = 24
+# What a panel of a place shows beside it.
+_BEFORE_MM, _BEHIND_MM, _BEFORE_S, _BEHIND_S = 27.0, 36.0, 25.0, 20.0
+_POINTS_ACROSS, _PATH_MM = 1500, 0.3
+_POINTS_OF_EVIDENCE = 300
+# Labels of the map are at least so far from each other, in points; about how high the map is.
+_LABEL_PT, _MAP_PT = 9.5, 220
+
+
+@dataclass(frozen=True)
+class SurveyPicture:
+    """What the picture of a survey shows.
+
+    Attributes
+    ----------
+    title : str
+        Its name; of a simulated one it says so.
+    track : Track
+        The survey from judgement to judgement.
+    places, pins : sequence of StoredPlace and Pin
+        The suspected places; when the survey was busy with each.
+    length_mm : float
+        How long the gut is, or how far the capsule came.
+    wavelength_mm, crest_mm : float
+        Length of the wave, and where a crest stood when the drive had not carried it yet; NaN where
+        no wave was felt.
+    """
+
+    title: str
+    track: Track
+    places: Sequence[StoredPlace]
+    pins: Sequence[Pin]
+    length_mm: float
+    wavelength_mm: float
+    crest_mm: float
+
+
+def _draw_path(
+    axes: Axes, track: Track, within_s: tuple, per_s: float, tolerance_mm: float
+) -> None:
+    """Draw the head's path, each stretch in the look of its states."""
+    for run in runs_of(track):
+        some = slice(run.first, run.last + 1)
+        time_s, head_mm = track.time_s[some], track.head_mm[some]
+        if time_s[-1] < within_s[0] or time_s[0] > within_s[1]:
+            continue
+        enough = simplified(time_s, head_mm, tolerance_mm)
+        look = {key: value for key, value in LOOKS[run.group].items() if key != "label"}
+        style = "-" if run.known else UNMEASURED
+        axes.plot(
+            head_mm[enough],
+            time_s[enough] / per_s,
+            linestyle=style,
+            solid_capstyle="round",
+            dash_capstyle="butt",
+            zorder=3,
+            **look,
+        )
+
+
+def _draw_waves(
+    axes: Axes,
+    picture: SurveyPicture,
+    within_mm: tuple[float, float],
+    within_s: tuple,
+    per_s: float,
+) -> int:
+    """Draw crests of the wave as faint diagonals; gives the how-manieth each is."""
+    track, wavelength_mm = picture.track, picture.wavelength_mm
+    known = ~np.isnan(track.wave_mm)
+    if not np.isfinite(picture.crest_mm) or np.count_nonzero(known) < 2:
+        return 0
+    # Fine enough for the edges of a panel: the wave runs evenly from judgement to judgement.
+    time_s = np.linspace(*within_s, 2000)
+    wave_mm = np.interp(time_s, track.time_s[known], track.wave_mm[known]) + picture.crest_mm
+    numbers = np.arange(
+        np.floor((within_mm[0] - wave_mm.max()) / wavelength_mm),
+        np.ceil((within_mm[1] - wave_mm.min()) / wavelength_mm) + 1,
+    )
+    every = max(1, -(-numbers.size // _WAVES))
+    drawn: list[tuple[float, float]] = []
+    for number in numbers[numbers % every == 0]:
+        at_mm = wave_mm + number * wavelength_mm
+        inside = np.flatnonzero((at_mm >= within_mm[0]) & (at_mm <= within_mm[1]))
+        if inside.size > 1:
+            drawn += [(at_mm[end], time_s[end] / per_s) for end in inside[[0, -1]]]
+            drawn.append((np.nan, np.nan))
+    if drawn:
+        axes.plot(*np.array(drawn).T, color=_WAVE, linewidth=0.5, zorder=1)
+    return every
+
+
+def draw_map(axes: Axes, picture: SurveyPicture, *, narrow: bool) -> None:
+    """Draw the path over the whole survey, some waves, and a pin for each place."""
+    track = picture.track
+    span_s = (0.0, float(track.time_s[-1]))
+    margin_mm = 0.02 * picture.length_mm
+    within_mm = (-margin_mm, picture.length_mm + margin_mm)
+    every = _draw_waves(axes, picture, (0.0, picture.length_mm), span_s, 60.0)
+    _draw_path(axes, track, span_s, 60.0, picture.length_mm / _POINTS_ACROSS)
+    _draw_pins(axes, picture, narrow=narrow)
+    axes.set(xlim=within_mm, ylim=(span_s[1] / 60, 0), xlabel="distance along the gut (mm)")
+    axes.set_ylabel("time (min)")
+    axes.set_title("where the head was", color=MUTED)
+    if every:
+        axes.plot([], [], color=_WAVE, linewidth=0.8, label=_nth_wave(every))
+
+
+def _nth_wave(every: int) -> str:
+    return "crest of the wave" if every == 1 else f"crest of one wave in {every}"
+
+
+def _draw_pins(axes: Axes, picture: SurveyPicture, *, narrow: bool) -> None:
+    """Mark each place at its side of the path that is free, with its number and its size."""
+    pairs = list(zip(picture.places, picture.pins, strict=False))
+    # Above the path all to the right is free, and below it all to the left.
+    for right in (True, False):
+        some = [each for each in pairs if (each[0].place_mm < picture.length_mm / 2) == right]
+        middles = [(pin.suspected_s + pin.decided_s) / 120 for _, pin in some]
+        span = float(picture.track.time_s[-1]) / 60
+        labels = spread_out(middles, _LABEL_PT / _MAP_PT * span, span)
+        reach_mm = (0.075 if right else -0.075) * picture.length_mm
+        for (place, _), middle, label in zip(some, middles, labels, strict=True):
+            at_mm = place.place_mm + reach_mm
+            axes.plot(
+                [place.place_mm, at_mm], [middle, label], color=MUTED, linewidth=0.5, zorder=2
+            )
+            axes.plot([at_mm], [label], zorder=4, **PIN_LOOKS[place.status])
+            axes.annotate(
+                f"{place.number}" if narrow else f"{place.number} {verdict_words(place)}",
+                (at_mm, label),
+                xytext=(5 if right else -5, 0),
+                textcoords="offset points",
+                ha="left" if right else "right",
+                va="center",
+                fontsize=7,
+                bbox={"facecolor": "#ffffff", "edgecolor": "none", "pad": 0.6},
+                zorder=5,
+            )
+
+
+def spread_out(places: Sequence[float], least: float, end: float) -> list[float]:
+    """Move ascending places apart so that no two are nearer than `least`, none beyond `end`.
+
+    Where there is no room for all of them they run together at the start.
+    """
+    moved: list[float] = []
+    for place in places:
+        moved.append(max(place, moved[-1] + least) if moved else place)
+    limit = end
+    for number in range(len(moved) - 1, -1, -1):
+        moved[number] = max(min(moved[number], limit), 0.0)
+        limit = moved[number] - least
+    return moved
+
+
+def verdict_words(place: StoredPlace) -> str:
+    """Write a verdict on a place with its size: ``confirmed, 3.1 mm (2.4 to 3.8)``."""
+    if place.status != "confirmed" or not words.is_known(place.size_mm):
+        return place.status
+    names = ("size_mm", "size_low_mm", "size_high_mm")
+    size = {f"estimate_{name.removeprefix('size_')}": getattr(place, name) for name in names}
+    return f"{place.status}, {words.estimated_size(size)}"
+
+
+def draw_evidence(axes: Axes, picture: SurveyPicture) -> None:
+    """Draw the score against the threshold of suspicion, over the time of the map."""
+    track = picture.track
+    some = _highest_of_each(track.score, _POINTS_OF_EVIDENCE)
+    minutes = track.time_s[some] / 60
+    score, level = (np.clip(values, 0, None) for values in (track.score[some], track.threshold))
+    axes.fill_betweenx(minutes, 0, score, facecolor=GREY, edgecolor=MUTED, linewidth=0.4)
+    enough = simplified(track.time_s, level, 0.02 * float(level.max()))
+    axes.plot(level[enough], track.time_s[enough] / 60, **THRESHOLD)
+    # Scores of nodules are many times the threshold; the others are to be held against it.
+    axes.set_xscale("function", functions=(np.sqrt, np.square))
+    top = 1.08 * max(float(np.nanmax(score, initial=0.0)), float(level.max()))
+    axes.set(xlim=(0, top), xlabel="score", xticks=_round_ticks(top))
+    axes.set_title("evidence", color=MUTED)
+    axes.tick_params(labelleft=False)
+
+
+def _round_ticks(top: float) -> list[float]:
+    """Return 0, and of a square-root scale one tick near its middle and one near its end."""
+    steps = [digit * 10.0**power for power in range(-4, 3) for digit in (1, 2, 5)]
+    return [0, *(max(step for step in steps if step <= share * top) for share in (0.25, 1.0))]
+
+
+def _highest_of_each(values: np.ndarray, most: int) -> np.ndarray:
+    """Return of each piece of a long series its highest value, at most so many; where it stands."""
+    pieces = np.array_split(np.arange(values.size), min(most, values.size))
+    return np.array(
+        [
+            piece[np.nanargmax(values[piece])] if not np.isnan(values[piece]).all() else piece[0]
+            for piece in pieces
+        ]
+    )
+
+
+def draw_place(axes: Axes, picture: SurveyPicture, place: StoredPlace, pin: Pin) -> None:
+    """Draw the path about a place, large enough for its sawtooth to be seen."""
+    within_mm = (place.place_mm - _BEFORE_MM, place.place_mm + _BEHIND_MM)
+    within_s = (
+        max(pin.suspected_s - _BEFORE_S, 0.0),
+        min(pin.decided_s + _BEHIND_S, float(picture.track.time_s[-1])),
+    )
+    _draw_waves(axes, picture, within_mm, within_s, 1.0)
+    axes.axvline(place.place_mm, color=MUTED, linewidth=0.6, zorder=2)
+    _draw_path(axes, picture.track, within_s, 1.0, _PATH_MM)
+    axes.plot([place.place_mm], [within_s[0]], clip_on=False, zorder=4, **PIN_LOOKS[place.status])
+    axes.set(xlim=within_mm, ylim=(within_s[1], within_s[0]), xlabel="distance (mm)")
+    axes.xaxis.set_major_locator(MaxNLocator(3, integer=True))
+    axes.yaxis.set_major_locator(MaxNLocator(5, integer=True))
+    size = place.status if place.status != "confirmed" else verdict_words(place)
+    axes.set_title(
+        f"{place.number}  {size.replace(', ', ',' + chr(10) + '    ')}", fontsize=7.5, pad=7
+    )

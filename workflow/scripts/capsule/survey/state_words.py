@@ -1,0 +1,16 @@
+"""The states of `capsule.survey.cycle` as a person reads them."""
+
+STATE_WORDS = {
+    "starting": "waits until it feels the wave",
+    "exploring": "explores",
+    "finishing": "passes what it suspects",
+    "folding": "folds",
+    "returning": "is folded; the waves push it back",
+    "unfolding": "unfolds",
+    "finding": "finds its position",
+    "passing": "passes the place again",
+    "approaching": "travels to its target",
+    "arrived": "has reached its target",
+    "closing": "unfolds for the end",
+    "ended": "the survey is over",
+}

@@ -1,0 +1,233 @@
+"""A survey as it lies on disk, read from the content of its files."""
+
+import csv
+import io
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from capsule.errors import CapsuleError
+from capsule.naming import displayed
+from capsule.survey.session_names import ABOUT, EVENTS, PLACES, STREAM
+from capsule.survey.survey_log import FOLDED, FOLDING, UNFOLDED, UNFOLDING, UNKNOWN_FOLD, Event
+from capsule.survey.suspected_place import STATUSES
+
+FOLDS = (UNFOLDED, FOLDING, FOLDED, UNFOLDING, UNKNOWN_FOLD)
+_TEXTS = ("before", "event", "after", "reason")
+_NUMBERS_OF_PLACE = ("place_mm", "size_mm", "size_low_mm", "size_high_mm", "height", "threshold")
+_SHOWN = 60
+
+
+class SessionError(CapsuleError):
+    """A session that cannot be read; its text says in which file and why."""
+
+
+@dataclass(frozen=True)
+class StoredPlace:
+    """A row of places.csv; NaN where a cell is empty.
+
+    Attributes
+    ----------
+    number, passes : int
+        From 1, and how many passes were evidence.
+    status : str
+        One of `capsule.survey.suspected_place.STATUSES`.
+    place_mm : float
+        Where it is.
+    size_mm, size_low_mm, size_high_mm : float
+        How big, with its interval.
+    height : float
+        Mean evidence in parts of the usual.
+    threshold : float
+        Above which the first pass was suspicious.
+    """
+
+    number: int
+    passes: int
+    status: str
+    place_mm: float
+    size_mm: float
+    size_low_mm: float
+    size_high_mm: float
+    height: float
+    threshold: float
+
+
+@dataclass(frozen=True)
+class Session:
+    """A whole survey.
+
+    Attributes
+    ----------
+    name : str
+        Of its folder.
+    about : mapping
+        What it was begun with.
+    time_s, wave_mm, head_mm, score, threshold : (K,) arrays
+        Of each sample; NaN where a cell is empty.
+    values : (S, K) array
+        The readings.
+    fold : (K,) array of str
+        What the fold board says of the origami.
+    events : sequence of Event
+        All that happened.
+    places : sequence of StoredPlace
+        The suspected places.
+    """
+
+    name: str
+    about: Mapping
+    time_s: np.ndarray
+    values: np.ndarray
+    wave_mm: np.ndarray
+    head_mm: np.ndarray
+    score: np.ndarray
+    threshold: np.ndarray
+    fold: np.ndarray
+    events: Sequence[Event]
+    places: Sequence[StoredPlace]
+
+    @property
+    def source(self) -> str:
+        """Where it comes from, as it says itself; empty where it does not."""
+        return str(self.about.get("source", ""))
+
+
+def parse_session(name: str, contents: Mapping[str, bytes]) -> Session:
+    """Return the session that some files hold.
+
+    Parameters
+    ----------
+    name : str
+        Of its folder.
+    contents : mapping of str to bytes
+        By `capsule.survey.session_names.FILES`.
+
+    Raises
+    ------
+    SessionError
+        A file is damaged, or was written by an earlier version.
+    """
+    texts = {file: _text(file, content) for file, content in contents.items()}
+    return Session(
+        name,
+        _parse_about(texts[ABOUT]),
+        **_parse_stream(texts[STREAM]),
+        events=_parse_events(texts[EVENTS]),
+        places=_parse_places(texts[PLACES]),
+    )
+
+
+def _text(file: str, content: bytes) -> str:
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise SessionError(f"{file}: byte {error.start} is no UTF-8") from error
+
+
+def _parse_about(text: str) -> Mapping:
+    try:
+        about = json.loads(text)
+    except ValueError as error:
+        raise SessionError(f"{ABOUT}: no JSON: {error}") from error
+    if not isinstance(about, dict):
+        raise SessionError(f"{ABOUT}: no table of names and values")
+    return about
+
+
+def _rows(file: str, text: str, columns: Sequence[str]) -> tuple[list[str], list[list[str]]]:
+    """Return the head and the rows of a table that has some columns."""
+    try:
+        head, *rows = list(csv.reader(io.StringIO(text), strict=True)) or [[]]
+    except csv.Error as error:
+        raise SessionError(f"{file}: {error}") from error
+    missing = [name for name in columns if name not in head]
+    if missing:
+        raise SessionError(
+            f"{file}: there is no column {missing[0]}; another version may have written it"
+        )
+    for number, row in enumerate(rows, start=2):
+        if len(row) != len(head):
+            raise SessionError(f"{file}: line {number} has {len(row)} cells instead of {len(head)}")
+    return head, rows
+
+
+def _number(file: str, line: int, name: str, cell: str) -> float:
+    """Return the number in a cell; NaN of an empty one."""
+    if cell == "":
+        return math.nan
+    try:
+        value = float(cell)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise SessionError(f"{file}: line {line}: {name} is {displayed(cell)[:_SHOWN]!r}")
+    return value
+
+
+def _parse_stream(text: str) -> dict[str, np.ndarray]:
+    named = ("wave_mm", "head_mm", "score", "threshold")
+    head, rows = _rows(STREAM, text, ("time_s", "sensor_1", *named, "fold"))
+    if len(rows) < 2:
+        raise SessionError(f"{STREAM}: there are no samples")
+
+    def column(name: str) -> np.ndarray:
+        at = head.index(name)
+        cells = [_number(STREAM, line, name, row[at]) for line, row in enumerate(rows, start=2)]
+        return np.array(cells)
+
+    time_s = column("time_s")
+    if not np.all(np.diff(time_s) > 0):
+        raise SessionError(f"{STREAM}: the times do not rise")
+    if np.count_nonzero(~np.isnan(column("threshold"))) < 2:
+        raise SessionError(f"{STREAM}: the survey judged nothing")
+    sensors = [name for name in head if name.startswith("sensor_")]
+    at = head.index("fold")
+    fold = np.array([row[at] for row in rows])
+    if unknown := set(fold) - set(FOLDS):
+        raise SessionError(f"{STREAM}: fold is {displayed(min(unknown))[:_SHOWN]!r}")
+    values = np.array([column(name) for name in sensors])
+    return {
+        "time_s": time_s,
+        "values": values,
+        **{name: column(name) for name in named},
+        "fold": fold,
+    }
+
+
+def _parse_events(text: str) -> list[Event]:
+    return [_event(number, line) for number, line in enumerate(text.splitlines(), start=1)]
+
+
+def _event(number: int, line: str) -> Event:
+    try:
+        content = json.loads(line)
+        cells = {each.name: content[each.name] for each in fields(Event)}
+    except (ValueError, KeyError, TypeError) as error:
+        raise SessionError(f"{EVENTS}: line {number} is no event") from error
+    for name, value in cells.items():
+        wanted = isinstance(value, str) if name in _TEXTS else value is None or _is_number(value)
+        if not wanted or (name == "time_s" and value is None):
+            raise SessionError(f"{EVENTS}: line {number}: {name} is {displayed(str(value))[:60]!r}")
+    return Event(**{name: math.nan if value is None else value for name, value in cells.items()})
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _parse_places(text: str) -> list[StoredPlace]:
+    head, rows = _rows(PLACES, text, ("place", "status", "passes", *_NUMBERS_OF_PLACE))
+    places = []
+    for line, row in enumerate(rows, start=2):
+        cells = dict(zip(head, row, strict=True))
+        numbers = {name: _number(PLACES, line, name, cells[name]) for name in _NUMBERS_OF_PLACE}
+        counts = [_number(PLACES, line, name, cells[name]) for name in ("place", "passes")]
+        if cells["status"] not in STATUSES or math.isnan(sum(counts)):
+            raise SessionError(f"{PLACES}: line {line} is no place with a verdict")
+        number, passes = map(int, counts)
+        places.append(StoredPlace(number, passes, cells["status"], **numbers))
+    return places

@@ -1,0 +1,251 @@
+"""Where the head was, in which state, and why: a survey as the survey itself knew it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from capsule.divider import pressed_and_period
+from capsule.survey.stored_session import Session
+from capsule.survey.survey_log import FOLDED, FOLDING, UNFOLDED, UNFOLDING, Event
+
+# What the states of `capsule.survey.cycle` have in common, as a picture shows them.
+AHEAD, BACK, AGAIN = "ahead", "back", "again"
+_GROUPS = {
+    "folding": BACK,
+    "returning": BACK,
+    "unfolding": BACK,
+    "finding": AGAIN,
+    "passing": AGAIN,
+}
+
+
+@dataclass(frozen=True)
+class Track:
+    """A survey from judgement to judgement.
+
+    Attributes
+    ----------
+    time_s : (J,) array
+        When the survey judged.
+    head_mm : (J,) array
+        Where the head was; straight on from one known position to the next.
+    known : (J,) array of bool
+        Whether the survey knew it then.
+    state : (J,) array of str
+        In which state that judgement left the capsule.
+    score, threshold : (J,) arrays
+        The largest evidence, and what was suspicious; NaN where there is none.
+    wave_mm : (J,) array
+        How far the drive had carried the wave; NaN where that is not known.
+    """
+
+    time_s: np.ndarray
+    head_mm: np.ndarray
+    known: np.ndarray
+    state: np.ndarray
+    score: np.ndarray
+    threshold: np.ndarray
+    wave_mm: np.ndarray
+
+
+@dataclass(frozen=True)
+class Run:
+    """A stretch of a track of which all looks the same.
+
+    Attributes
+    ----------
+    first, last : int
+        Its judgements; the last is the first of the next one.
+    group : str
+        `AHEAD`, `BACK` or `AGAIN`.
+    known : bool
+        Whether the survey knew the position at both ends of each of its steps.
+    """
+
+    first: int
+    last: int
+    group: str
+    known: bool
+
+
+@dataclass(frozen=True)
+class Pin:
+    """A suspected place, and when the survey was busy with it.
+
+    Attributes
+    ----------
+    number : int
+        From 1, in the order of suspicion.
+    suspected_s, decided_s : float
+        When it was suspected and when its verdict fell.
+    """
+
+    number: int
+    suspected_s: float
+    decided_s: float
+
+
+def track_of(session: Session) -> Track:
+    """Return what a session holds of its judgements."""
+    judged = np.flatnonzero(~np.isnan(session.threshold))
+    time_s, head_mm = session.time_s[judged], session.head_mm[judged]
+    known = ~np.isnan(head_mm)
+    if known.any():
+        head_mm = np.interp(time_s, time_s[known], head_mm[known])
+    return Track(
+        time_s,
+        head_mm,
+        known,
+        states_at(session.events, time_s),
+        session.score[judged],
+        session.threshold[judged],
+        session.wave_mm[judged],
+    )
+
+
+def states_at(events: Sequence[Event], time_s: np.ndarray) -> np.ndarray:
+    """Return the state after whatever had happened by some times (J,); a state a time."""
+    states = np.array(["starting", *(event.after for event in events)])
+    when_s = np.array([event.time_s for event in events])
+    # A millisecond for what is written to three decimals.
+    return states[np.searchsorted(when_s, time_s + 1e-3, side="right")]
+
+
+def group_of(state: str) -> str:
+    """Return what a state counts as in a picture: `AHEAD`, `BACK` or `AGAIN`."""
+    return _GROUPS.get(state, AHEAD)
+
+
+def runs_of(track: Track) -> list[Run]:
+    """Cut a track into stretches of one look; without any known position there is none."""
+    if not track.known.any():
+        return []
+    # The state that a judgement leads to lasts until the next judgement.
+    looks = [
+        (group_of(state), bool(here and there))
+        for state, here, there in zip(
+            track.state[:-1], track.known[:-1], track.known[1:], strict=True
+        )
+    ]
+    changes = [at for at in range(1, len(looks)) if looks[at] != looks[at - 1]]
+    bounds = [0, *changes, len(looks)]
+    return [Run(first, last, *looks[first]) for first, last in pairwise(bounds) if last > first]
+
+
+def pins_of(session: Session) -> list[Pin]:
+    """Return when each suspected place was suspected and decided."""
+    suspected = [event.time_s for event in session.events if event.event == "suspected"]
+    end_s = float(session.time_s[-1])
+    pins = []
+    for number, since_s in enumerate(suspected, start=1):
+        until_s = suspected[number] if number < len(suspected) else end_s
+        explored = [
+            event.time_s
+            for event in session.events
+            if since_s < event.time_s <= until_s and event.after in ("exploring", "closing")
+        ]
+        pins.append(Pin(number, since_s, explored[0] if explored else until_s))
+    return pins
+
+
+def folded_part(time_s: np.ndarray, fold: np.ndarray) -> np.ndarray:
+    """Return how far an origami is folded, 0 to 1: evenly from one report to the other.
+
+    Parameters
+    ----------
+    time_s : (K,) array
+        Times.
+    fold : (K,) array of str
+        What the fold board says at each.
+
+    Returns
+    -------
+    (K,) array
+        NaN where the board says nothing.
+    """
+    part = np.select(
+        [fold == UNFOLDED, fold == FOLDED, np.isin(fold, (FOLDING, UNFOLDING))],
+        [0.0, 1.0, np.nan],
+        np.inf,
+    )
+    moving, known = np.isnan(part), np.isfinite(part)
+    if known.any():
+        part[moving] = np.interp(time_s[moving], time_s[known], part[known])
+    part[np.isinf(part)] = np.nan
+    return part
+
+
+def crest_at_mm(session: Session, detector: Mapping) -> float:
+    """Return where a crest of the wave stood when the drive had not carried it yet, as it was felt.
+
+    Parameters
+    ----------
+    session : Session
+        The survey.
+    detector : mapping
+        Section ``diagonal`` of the configuration, which tells of wave and sensors.
+
+    Returns
+    -------
+    float
+        From -wavelength / 2 to wavelength / 2; NaN where no position or no wave is known.
+    """
+    wavelength_mm = float(detector["wavelength_mm"])
+    known = np.flatnonzero(~np.isnan(session.head_mm))
+    if known.size < 2:
+        return float("nan")
+    head_mm = np.interp(session.time_s, session.time_s[known], session.head_mm[known])
+    every = int(np.median(np.diff(known)))
+    # Only samples that lie between two positions known one after the other.
+    after = np.searchsorted(known, np.arange(head_mm.size))
+    inside = (after > 0) & (after < known.size)
+    gap = known[np.minimum(after, known.size - 1)] - known[np.maximum(after - 1, 0)]
+    usable = inside & (gap <= every) & ~np.isnan(session.wave_mm)
+    rate_hz = 1 / float(np.median(np.diff(session.time_s)))
+    pressed, _ = pressed_and_period(session.values, rate_hz, detector)
+    behind_mm = detector["pitch_mm"] * np.arange(len(pressed))[:, np.newaxis]
+    ahead_mm = head_mm - behind_mm - session.wave_mm
+    counts = usable & ~np.isnan(pressed)
+    felt = np.where(counts, pressed, 0.0)
+    rest = felt.sum(axis=1, keepdims=True) / np.maximum(counts.sum(axis=1, keepdims=True), 1)
+    turns = np.exp(-2j * np.pi * np.where(counts, ahead_mm, 0.0) / wavelength_mm)
+    turned = np.sum(np.where(counts, felt - rest, 0.0) * turns)
+    if turned == 0:
+        return float("nan")
+    return float(-np.angle(turned) / (2 * np.pi) * wavelength_mm)
+
+
+def simplified(time_s: np.ndarray, values: np.ndarray, tolerance: float) -> np.ndarray:
+    """Return which points are enough for straight lines that stay within a tolerance.
+
+    After Ramer (1972) and Douglas and Peucker (1973), with distances along `values`.
+
+    Parameters
+    ----------
+    time_s, values : (N,) arrays
+        The points, all known.
+    tolerance : float
+        In the unit of `values`.
+
+    Returns
+    -------
+    array of int
+        Ascending; the first and the last point among them.
+    """
+    kept = {0, len(values) - 1}
+    waiting = [(0, len(values) - 1)]
+    while waiting:
+        first, last = waiting.pop()
+        if last - first < 2:
+            continue
+        inner = slice(first + 1, last)
+        share = (time_s[inner] - time_s[first]) / (time_s[last] - time_s[first])
+        straight = values[first] + share * (values[last] - values[first])
+        off = np.abs(values[inner] - straight)
+        farthest = first + 1 + int(off.argmax())
+        if off[farthest - first - 1] > tolerance:
+            kept.add(farthest)
+            waiting += [(first, farthest), (farthest, last)]
+    return np.array(sorted(kept))
