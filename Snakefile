@@ -6,6 +6,7 @@ include: "workflow/rules/preprocess.smk"
 include: "workflow/rules/fit.smk"
 include: "workflow/rules/detect.smk"
 include: "workflow/rules/evaluate.smk"
+include: "workflow/rules/survey.smk"
 include: "workflow/rules/report.smk"
 include: "workflow/rules/run.smk"
 

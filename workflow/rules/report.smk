@@ -2,7 +2,8 @@
 #
 # takes: results/recordings.csv, results/passed_over.csv, results/signals/, results/checks/,
 #        results/fits/, results/features/<folder>.stretches.npz, results/templates.{json,npz},
-#        results/evaluation/, results/detections.csv, results/sites.csv, workflow/report/
+#        results/evaluation/, results/detections.csv, results/sites.csv, results/surveys/,
+#        workflow/report/
 # gives: results/figures/<figure>{,_column}.svg, results/figures/<figure>.csv,
 #        results/report.html, of a large archive with results/report/ beside it; on request
 #        (snakemake -c2 figures) the same figures for print, results/print/<figure>{,_column}.pdf
@@ -42,6 +43,7 @@ PAGE = sorted(
     ]
     for path in Path(report_file("")).glob(pattern)
 )
+LISTED_SURVEYS = as_parameter({"names": SURVEYS.names, "passed_over": SURVEYS.passed_over})
 # Of a large archive what the page draws of each recording stands beside it.
 BESIDE = "results/report" if stands_beside(len(ARCHIVE.recordings), config) else ""
 
@@ -110,6 +112,7 @@ rule report:
         detections=rules.detect.output.detections,
         sites=rules.combine.output,
         figures=rules.draw.output,
+        surveys=expand(rules.chart_survey.output, survey=SURVEYS.names),
         signals=expand(rules.preprocess.output.signal, recording=ARCHIVE.recordings),
         checks=expand(rules.preprocess.output.check, recording=ARCHIVE.recordings),
         fits=expand(rules.fit.output, recording=ARCHIVE.of_nodules()),
@@ -128,13 +131,18 @@ rule report:
         "../../environment.yml"
     params:
         settings=section(*sorted(config)),
+        surveys=LISTED_SURVEYS,
         made_from=made_from(
-            "report", section(*sorted(config)), modules=REGISTERED, members=ARCHIVE.recordings
+            "report",
+            section(*sorted(config)),
+            LISTED_SURVEYS,
+            modules=REGISTERED,
+            members=ARCHIVE.recordings,
         ),
         template=lambda wildcards, input: os.path.dirname(input.template),
         beside=f"--beside {BESIDE}" if BESIDE else "",
     shell:
         "python {input.script:q} --results results --template {params.template:q}"
-        " --schema {input.schema:q} --settings {params.settings:q}"
+        " --schema {input.schema:q} --settings {params.settings:q} --surveys {params.surveys:q}"
         " --code {input.code:q} --output {output.page:q} {params.beside}"
         " --record {params.made_from:q} > {log:q} 2>&1"

@@ -7,7 +7,7 @@
 import atexit
 import shutil
 
-from edges.files import mark_outdated, read_csv, remove_unfinished
+from edges.files import mark_outdated, read_csv, read_json, remove_unfinished
 from edges.records import files_that_do_not_fit
 from edges.run_lock import hold
 
@@ -63,6 +63,17 @@ def summarize_recordings():
         print(f"  passed over: raw/{row['path']}: {row['reason']}", file=sys.stderr)
 
 
+def summarize_surveys():
+    """Say on the terminal which surveys are not in the report, and why."""
+    problems = dict(SURVEYS.passed_over)
+    for name in SURVEYS.names:
+        values = Path("results/surveys") / name / "survey.json"
+        if values.exists() and (problem := read_json(values).get("problem")):
+            problems[name] = f"cannot be read: {problem}"
+    for name, problem in sorted(problems.items()):
+        print(f"  survey passed over: sessions/{name}: {problem}", file=sys.stderr)
+
+
 def tell_whether_the_report_fits():
     """Take the mark off a report that is up to date; otherwise name what has changed.
 
@@ -92,4 +103,5 @@ onstart:
 
 onsuccess:
     summarize_recordings()
+    summarize_surveys()
     tell_whether_the_report_fits()

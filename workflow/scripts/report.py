@@ -26,29 +26,27 @@ def main() -> None:
     parser.add_argument("--template", type=Path, required=True, help="the folder of the template")
     parser.add_argument("--schema", type=Path, required=True, help="the schema of the config")
     parser.add_argument("--settings", type=json.loads, required=True, help="the config, JSON")
+    parser.add_argument("--surveys", type=json.loads, required=True, help="the surveys, JSON")
     parser.add_argument("--code", type=Path, nargs="+", required=True, help="the files of the code")
     parser.add_argument("--output", type=Path, required=True, help="output: the page")
     parser.add_argument("--beside", type=Path, help="output: the folder of what stands beside it")
     arguments = parser.parse_args()
     results, settings = arguments.results, arguments.settings
     template, confidence = arguments.template, settings["evaluation"]["confidence"]
-    printed, schema = read_printed(template / "paper.yaml"), arguments.schema
+    printed, versions = read_printed(template / "paper.yaml"), page_inputs.read_versions(template)
     tables = page_inputs.read_tables(results, template, printed, confidence)
     by_features = any(detector_row(name).by_features for name in settings["detectors"])
     load = StoredRecordings(results, settings, by_features=by_features)
     state = read_project_state(Path(__file__).resolve().parents[2])
-    versions = page_inputs.read_versions(template)
+    checksums = page_inputs.read_checksums(arguments.code)
+    names = tables.index["recording"], arguments.surveys["names"]
+    durations = read_durations(results / "logs", *names)
     put_beside = DataFiles(arguments.beside).write if arguments.beside else None
     page = {
-        **page_values(tables, load, settings, read_schema(schema), printed, put_beside),
+        **page_values(tables, load, settings, read_schema(arguments.schema), printed, put_beside),
         "figures": page_inputs.read_figures(results / "figures"),
-        **how_made(
-            page_inputs.read_checksums(arguments.code),
-            versions,
-            read_durations(results / "logs", list(tables.index["recording"])),
-            datetime.datetime.now(datetime.UTC),
-            state,
-        ),
+        "surveys": page_inputs.read_surveys(results / "surveys", **arguments.surveys),
+        **how_made(checksums, versions, durations, datetime.datetime.now(datetime.UTC), state),
         "software": software_sentence(state, versions),
     }
     with files.write_whole(arguments.output) as stream:

@@ -9,6 +9,7 @@ import pytest
 from support.browser import Browser
 from support.project import Project
 from support.report_page import EVIL, RECORDINGS
+from support.surveys import write_session
 
 
 @pytest.fixture(scope="session")
@@ -37,6 +38,8 @@ def run_project(folder):
     (project.raw / "1mm" / "empty.csv").write_bytes(b"")
     (project.raw / "1mm" / "wrong.csv").write_text(f"time_s,{EVIL}\n0,1\n", encoding="utf-8")
     (project.raw / "1mm" / "<b>.txt").write_text("notes", encoding="utf-8")
+    write_session(folder / "sessions" / "demo")
+    write_session(folder / "sessions" / "running", {"stream.csv.part": b"time_s"})
     run = project.snakemake()
     assert run.status == 0, run.output
 

@@ -453,7 +453,7 @@ def test_figures_have_the_ground_of_the_page(browser, page, tmp_path, dark, on_p
         "const { left, top } = image.getBoundingClientRect();"
         "return [Math.round(left) + 8, Math.round(top + scrollY) + 2]})"
     )
-    assert len(corners) == len(FIGURES)
+    assert len(corners) == len(FIGURES) + len(browser.texts("#surveys article"))
     assert {to_hex(pixels[y, x]) for x, y in corners} == {expected}
 
 

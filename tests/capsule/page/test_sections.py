@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from capsule.evaluation import columns, learning, sites
-from capsule.page import evidence, methods, provenance, sections
+from capsule.page import evidence, methods, provenance, sections, surveys
 from capsule.page.render import render_page
 from edges import files, page_inputs
 from support.evaluated import DETECTIONS, UNKNOWN, evaluated, index_of, read_paper
@@ -50,7 +50,8 @@ def filled(page):
     made = provenance.how_made({"report.py": "00"}, versions, times, moment, state)
     made |= {"software": methods.software_sentence(state, versions)}
     frame = page_inputs.read_frame(ROOT / "workflow" / "report")
-    return render_page(frame, {**page, "figures": figures, **made})
+    none = surveys.page_values([], {})
+    return render_page(frame, {**page, "figures": figures, "surveys": none, **made})
 
 
 @pytest.fixture(scope="module")
@@ -121,3 +122,9 @@ def test_of_an_empty_archive_the_page_says_so():
     assert "There are no recordings under <code>raw/</code>." in text
     assert "There is no recording to judge by yet." in text
     assert 'id="viewer"' not in text
+
+
+def test_without_a_survey_the_page_has_no_section_on_surveys(small):
+    text = filled(small)
+    assert 'id="surveys"' not in text
+    assert 'href="#surveys"' not in text

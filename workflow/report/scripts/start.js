@@ -1,11 +1,12 @@
 // Set up what a reader can work with, where the page has it.
 
-((RecordingRows, RecordingsTable, Chooser, Shown, Switches, Notes, Links, Tools, Folds, Glossary, Elements) => {
+((RecordingRows, RecordingsTable, Chooser, Shown, Switches, Notes, Links, Tools, Folds, Glossary, Surveys, Elements) => {
   "use strict";
 
   Tools.setUp();
   Folds.setUp();
   Glossary.setUp();
+  Surveys.setUp();
   const carried = document.getElementById("page-data");
   const table = document.getElementById("recordings-table");
   if (!carried || !table) return;
@@ -18,4 +19,4 @@
   Links.setUp(new Set(Object.keys(data.checksums)));
   const outcomesChanged = RecordingsTable.setUp(table, list, Chooser.setUp(list, shown, data, noteOn));
   Switches.setUp(list, shown, data, outcomesChanged);
-})(RecordingRows, RecordingsTable, Chooser, Shown, Switches, Notes, Links, Tools, Folds, Glossary, Elements);
+})(RecordingRows, RecordingsTable, Chooser, Shown, Switches, Notes, Links, Tools, Folds, Glossary, Surveys, Elements);

@@ -3,6 +3,7 @@
 Imports nothing heavy: the Snakefile takes the list of rules from here.
 """
 
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from capsule.naming import folder_of
@@ -21,29 +22,34 @@ RULES = (
     "detect",
     "combine",
     "draw",
+    "chart_survey",
 )
 
 
-def read_durations(logs: Path, names: list[str]) -> list[dict]:
+def read_durations(logs: Path, names: Iterable[str], surveys: Sequence[str] = ()) -> list[dict]:
     """Add up how long each rule's scripts took, from the last lines of their logs.
 
     Parameters
     ----------
     logs : Path
         results/logs: a rule's log, or the folder of the logs of its jobs.
-    names : list of str
+    names : iterable of str
         The recordings: each has its own jobs, and so has each of their folders.
+    surveys : sequence of str
+        The surveys, which have a job each.
 
     Returns
     -------
     list of dict
         ``rule``, ``jobs`` and ``seconds`` of each rule that has run.
     """
-    jobs = [*names, *sorted(set(map(folder_of, names)))]
+    recordings = list(names)
+    jobs = [*recordings, *sorted(set(map(folder_of, recordings)))]
     rows = []
     for rule in RULES:
         single = logs / f"{rule}.log"
-        paths = [single] if single.exists() else [logs / rule / f"{name}.log" for name in jobs]
+        of_rule = surveys if rule == "chart_survey" else jobs
+        paths = [single] if single.exists() else [logs / rule / f"{name}.log" for name in of_rule]
         read = [path.read_text(encoding="utf-8") for path in paths if path.exists()]
         seconds = [s for s in map(seconds_in_log, read) if s is not None]
         if seconds:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from capsule.figures.registry import FIGURES
+from capsule.page import surveys
 from capsule.page.dark_figures import with_dark_colours
 from capsule.page.render import Frame, image_address
 from capsule.page.sections import Tables
@@ -50,6 +51,12 @@ SCRIPTS = (
     "scripts/chooser.js",
     "scripts/recordings_table.js",
     "scripts/copy.js",
+    "scripts/survey_time.js",
+    "scripts/survey_capsule.js",
+    "scripts/survey_closeup.js",
+    "scripts/survey_signals.js",
+    "scripts/survey_overlay.js",
+    "scripts/surveys.js",
     "scripts/start.js",
 )
 TEMPLATES = ("report.html.j2", "macros.html.j2", "sections/[!.]*.html.j2")
@@ -92,6 +99,32 @@ def read_figures(folder: Path) -> dict[str, dict[str, str]]:
             for width, suffix in (("wide", ""), ("narrow", "_column"))
         }
         for name in FIGURES
+    }
+
+
+def read_surveys(folder: Path, names: Iterable[str], passed_over: Mapping[str, str]) -> dict:
+    """Read what the page shows of the surveys, with their pictures at both widths.
+
+    Parameters
+    ----------
+    folder : Path
+        results/surveys.
+    names : iterable of str
+        The surveys.
+    passed_over : mapping of str to str
+        Folders that are no finished survey, and why.
+    """
+    drawn = [
+        files.read_json(folder / name / "survey.json") | {"pictures": _pictures(folder / name)}
+        for name in names
+    ]
+    return surveys.page_values(drawn, passed_over)
+
+
+def _pictures(folder: Path) -> dict[str, str]:
+    return {
+        width: image_address(with_dark_colours((folder / f"picture{suffix}.svg").read_bytes()))
+        for width, suffix in (("wide", ""), ("narrow", "_column"))
     }
 
 

@@ -24,8 +24,8 @@ from edges.reading import read_limited
 FORMAT = 1
 # Of a larger file only the size counts; no such file is ever read whole.
 _LARGEST_BYTES = 100_000_000
-# What a job's results depend on: recordings, other results, and what ships beside the code.
-_FOLLOWED = ("raw", "results", "workflow")
+# What a job's results depend on: recordings, surveys, other results, what ships beside the code.
+_FOLLOWED = ("raw", "results", "sessions", "workflow")
 _NOT_FOLLOWED = ("results/logs", "results/records")
 
 

@@ -5,15 +5,13 @@ it has a sawtooth. Beside it stands the evidence, below it some suspected places
 """
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
-import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from capsule import words
-from capsule.figures.inputs import Drawing
 from capsule.figures.style import (
     COLUMN_WIDTH_IN,
     MUTED,
@@ -34,23 +32,24 @@ from capsule.figures.survey_panels import (
 from capsule.survey.stored_session import Session, StoredPlace
 from capsule.survey.track import Pin, Track
 
+# The rows of a figure's data, and what draws it: it takes the width in inches.
+SurveyDrawing = tuple[list[dict], Callable[[float], Figure]]
 # More panels of places than these are no picture.
 _PLACES_ACROSS, _PLACES_ACROSS_NARROW = 4, 2
 
 
-def picture_table(track: Track) -> pd.DataFrame:
+def picture_table(track: Track) -> list[dict]:
     """Return the data of the picture, a row a judgement."""
-    return pd.DataFrame(
-        {
-            "time_s": track.time_s,
-            "head_mm": np.round(track.head_mm, 2),
-            "measured": track.known,
-            "state": track.state,
-            "score": track.score,
-            "threshold": track.threshold,
-            "wave_mm": track.wave_mm,
-        }
-    )
+    columns = {
+        "time_s": track.time_s.tolist(),
+        "head_mm": np.round(track.head_mm, 2).tolist(),
+        "measured": track.known.tolist(),
+        "state": track.state.tolist(),
+        "score": track.score.tolist(),
+        "threshold": track.threshold.tolist(),
+        "wave_mm": track.wave_mm.tolist(),
+    }
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
 
 
 def survey_drawing(
@@ -59,7 +58,7 @@ def survey_drawing(
     track: Track,
     pins: Sequence[Pin],
     wave: tuple[float, float],
-) -> Drawing:
+) -> SurveyDrawing:
     """Give the data of a survey's picture, and what draws it.
 
     Parameters
@@ -83,7 +82,7 @@ def survey_drawing(
     return picture_table(track), lambda width_in: draw_survey(picture, width_in)
 
 
-def unreadable_drawing(name: str, problem: str) -> Drawing:
+def unreadable_drawing(name: str, problem: str) -> SurveyDrawing:
     """Give the picture of a survey that cannot be read: it says why."""
 
     def draw(width_in: float) -> Figure:
@@ -94,7 +93,7 @@ def unreadable_drawing(name: str, problem: str) -> Drawing:
             say_nothing_to_show(axes, text)
         return figure
 
-    return pd.DataFrame({"problem": [problem]}), draw
+    return [{"problem": problem}], draw
 
 
 def frames(figure: Figure) -> dict:

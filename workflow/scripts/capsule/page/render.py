@@ -75,6 +75,9 @@ def render_page(frame: Frame, page: Mapping) -> str:
     if "evidence" in page:
         evidence = [(name, Markup(content)) for name, content in page["evidence"]]
         page = {**page, "data": Markup(page["data"]), "evidence": evidence}
+    if "surveys" in page:
+        shown = [each | {"data": Markup(each["data"])} for each in page["surveys"]["shown"]]
+        page = {**page, "surveys": {**page["surveys"], "shown": shown}}
     return environment.get_template(PAGE).render(
         page=page,
         style=Markup(frame.style),

@@ -1,0 +1,160 @@
+"""What the page says of surveys, and what it carries to move the capsule through them."""
+
+import base64
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from capsule.figures.draw_survey import survey_drawing
+from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
+from capsule.page.dark_figures import with_dark_colours
+from capsule.page.survey_player import capsule_outline, player
+from capsule.page.survey_words import survey_values, title_of
+from capsule.page.surveys import page_values
+from capsule.phantom.geometry import pitch, sensor_offsets, vertices
+from capsule.survey.cycle import STATES
+from capsule.survey.state_words import STATE_WORDS
+from capsule.survey.stored_session import parse_session
+from capsule.survey.track import crest_at_mm, pins_of, track_of
+from edges.phantom import DEFAULT_TABLE, read_phantom
+from support.surveys import CREST_MM, DETECTOR, PLACES, head_mm, session_contents
+
+PHANTOM = read_phantom(DEFAULT_TABLE, [])
+
+
+@pytest.fixture(scope="module")
+def session():
+    return parse_session("demo", session_contents())
+
+
+@pytest.fixture(scope="module")
+def played(session):
+    return player(session, track_of(session), crest_at_mm(session, DETECTOR), PHANTOM)
+
+
+def unpacked(packed):
+    numbers = np.frombuffer(base64.b64decode(packed["data"]), f"<u{packed['bits'] // 8}")
+    missing = numbers == 2 ** packed["bits"] - 1
+    return np.where(missing, np.nan, packed["low"] + packed["scale"] * numbers)
+
+
+def test_every_state_has_words():
+    assert set(STATE_WORDS) == set(STATES)
+
+
+@pytest.mark.parametrize(
+    ("source", "title"),
+    [
+        ("simulated survey", "demo, simulated"),
+        ("survey on bench 2", "demo"),
+        ("", "demo, of unknown origin"),
+    ],
+)
+def test_a_simulated_survey_is_called_simulated(source, title):
+    assert title_of(parse_session("demo", session_contents(source=source))) == title
+
+
+def test_the_places_are_those_of_the_file_in_words(session):
+    values = survey_values(session, track_of(session), pins_of(session))
+    first, second = values["places"]
+    assert first["status"] == "confirmed"
+    assert first["size"] == "3.1 mm (2.4 to 3.9)"
+    assert first["where"] == "36.4 mm"
+    assert (first["passes"], first["height"]) == (2, "6.00")
+    assert (second["status"], second["size"]) == ("undecided", "n/a")
+    assert "2 suspected places: 1 confirmed and 1 undecided" in values["summary"]
+    assert values["simulated"] is True
+    json.dumps(values, allow_nan=False)
+
+
+def test_the_player_knows_where_the_head_was_and_when_nobody_knew(played):
+    time_s, at_mm = np.array(played["head"]).T
+    known = np.arange(10, 120, 5.0)
+    np.testing.assert_allclose(np.interp(known, time_s, at_mm), head_mm(known), atol=0.5)
+    (unknown,) = played["unknown"]
+    assert unknown == [pytest.approx(120.8), pytest.approx(211.2)]
+    np.testing.assert_allclose(played["wave"][-1], [344.0, 8600.0])
+    folded = {tuple(point) for point in played["folded"]}
+    assert {(120.0, 0.0), (200.0, 1.0)} <= folded
+    assert played["wall"]["crest_mm"] == pytest.approx(CREST_MM, abs=0.5)
+    assert [96.0, "finishing", "suspected, since suspected"] in played["states"]
+
+
+def test_the_signals_of_the_player_are_those_of_the_stream(session, played):
+    signals = played["signals"]
+    assert signals["every_s"] == pytest.approx(0.2)
+    for packed, row in zip(signals["rows"], session.values, strict=True):
+        pairs = row[: row.size // 2 * 2].reshape(-1, 2).mean(axis=1)
+        np.testing.assert_allclose(unpacked(packed)[: pairs.size], pairs, atol=0.5)
+
+
+def test_a_gap_in_the_stream_is_a_gap_in_the_player(session):
+    contents = session_contents()
+    lines = contents["stream.csv"].decode().splitlines()
+    for at in range(501, 561):
+        cells = lines[at].split(",")
+        lines[at] = ",".join([cells[0], "", "", "", "", "", *cells[6:]])
+    contents["stream.csv"] = "\n".join(lines).encode()
+    gap = parse_session("gap", contents)
+    played = player(gap, track_of(gap), crest_at_mm(gap, DETECTOR), PHANTOM)
+    assert any(value is None for _, value in played["wave"])
+    times = played["signals"]["every_s"] * np.arange(len(unpacked(played["signals"]["rows"][0])))
+    missing = times[np.isnan(unpacked(played["signals"]["rows"][0]))]
+    assert (missing[0], missing[-1]) == (pytest.approx(50), pytest.approx(55.8))
+
+
+def test_the_capsule_has_the_true_geometry(played):
+    capsule = capsule_outline(PHANTOM.origami, PHANTOM.folding.half_width_mm, 4)
+    assert capsule == played["capsule"]
+    corners = vertices(PHANTOM.origami)
+    expected = [corners[name] for name in "ACB"] + [corners[name] * [1, -1] for name in "BCA"]
+    np.testing.assert_allclose(capsule["hexagon"], expected, atol=1e-3)
+    upper, lower = capsule["awns"]
+    np.testing.assert_allclose(upper, [corners["C"], corners["D"]], atol=1e-3)
+    np.testing.assert_allclose(lower, np.array(upper) * [1, -1])
+    assert capsule["half_width_mm"] == 10
+    assert capsule["folded_half_mm"] == PHANTOM.folding.half_width_mm
+    assert capsule["pitch_mm"] == pytest.approx(pitch(PHANTOM.origami), abs=1e-4)
+    assert sensor_offsets(PHANTOM.origami, 2)[1] == pytest.approx(capsule["pitch_mm"], abs=1e-4)
+
+
+def test_what_is_not_shown_is_named(session):
+    values = page_values(
+        [{"name": "broken", "problem": "places.csv: line 2", "frames": {}}], {"a b": "rename"}
+    )
+    assert values["shown"] == []
+    assert values["problems"] == [("broken", "places.csv: line 2"), ("a b", "rename")]
+
+
+def long_survey():
+    """Give a survey of two metres: 50,000 samples, and the places and events of a usual one."""
+    count, numbers = 50_000, np.random.default_rng(1)
+    time_s = np.arange(count) / 10
+    judged = np.arange(count) % 8 == 7
+    return replace(
+        parse_session("two", session_contents()),
+        time_s=time_s,
+        values=np.rint(512 + 40 * np.sin(2 * time_s) + numbers.normal(0, 3, (4, count))),
+        wave_mm=25 * time_s,
+        head_mm=np.where(judged, np.cumsum(numbers.lognormal(-3.3, 0.8, count)), np.nan),
+        score=np.where(judged, numbers.gumbel(0.07, 0.02, count), np.nan),
+        threshold=np.where(judged, 0.15 + time_s / 1e5, np.nan),
+        fold=np.full(count, "unfolded"),
+    )
+
+
+def test_a_survey_of_two_metres_adds_less_than_300_kilobytes_to_the_page():
+    session = long_survey()
+    track, crest_mm, pins = track_of(session), crest_at_mm(session, DETECTOR), pins_of(session)
+    content = survey_values(session, track, pins)
+    content["player"] = player(session, track, crest_mm, PHANTOM)
+    _, draw = survey_drawing(session, "two", track, pins, (80.0, crest_mm))
+    pictures = [
+        with_dark_colours(render_figure(draw(width_in), "svg", "two", outlines=False))
+        for width_in in (PAGE_WIDTH_IN, COLUMN_WIDTH_IN)
+    ]
+    (shown,) = page_values([content | {"frames": {}, "pictures": {}}], {})["shown"]
+    assert len(session.places) == len(PLACES)
+    assert len(shown["data"]) + sum(4 * len(picture) / 3 for picture in pictures) < 300_000

@@ -1,0 +1,40 @@
+# Draw each finished survey under sessions/, where there are any.
+#
+# takes: sessions/<survey>/, config/phantom.yaml
+# gives: results/surveys/<survey>/picture{,_column}.{svg,pdf}, picture.csv, survey.json
+
+from edges.survey_list import list_surveys, survey_content
+
+SURVEYS = list_surveys(Path("sessions"))
+
+
+rule chart_survey:
+    input:
+        phantom=os.path.relpath(SCRIPTS.parents[1] / "config" / "phantom.yaml"),
+        script=script("chart_survey.py"),
+    output:
+        # What the report shows of it.
+        values="results/surveys/{survey}/survey.json",
+        pictures=expand(
+            "results/surveys/{{survey}}/picture{width}.{kind}",
+            width=["", "_column"],
+            kind=["svg", "pdf"],
+        ),
+        table="results/surveys/{survey}/picture.csv",
+    log:
+        "results/logs/chart_survey/{survey}.log",
+    wildcard_constraints:
+        survey="[^/]+",
+    conda:
+        "../../environment.yml"
+    params:
+        settings=section("diagonal"),
+        # No inputs: their content counts, not their time stamps.
+        session=lambda wildcards: f"sessions/{wildcards.survey}",
+        content=lambda wildcards: survey_content(Path("sessions") / wildcards.survey),
+        made_from=made_from("chart_survey", section("diagonal")),
+        folder=lambda wildcards: f"results/surveys/{wildcards.survey}",
+    shell:
+        "python {input.script:q} --session {params.session:q} --phantom {input.phantom:q}"
+        " --settings {params.settings:q} --output {params.folder:q}"
+        " --record {params.made_from:q} > {log:q} 2>&1"

@@ -1,0 +1,162 @@
+"""What the page's scripts know of a survey: enough to move the capsule through it.
+
+Signals are thinned and packed (`capsule.page.packing`), paths are straight lines between the points
+that matter.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from capsule.page.packing import pack, rounded
+from capsule.phantom.geometry import Origami, half_width, pitch, vertices
+from capsule.phantom.parameters import Phantom
+from capsule.survey.state_words import STATE_WORDS
+from capsule.survey.stored_session import Session
+from capsule.survey.track import Track, folded_part, simplified
+
+# So many samples of each sensor, a byte each, show the waves of a survey of 4 m.
+MOST_SAMPLES = 16_000
+MOST_JUDGEMENTS = 6000
+# A wave of 3.2 s is still one at this rate.
+_LEAST_S = 0.2
+_WAVE_MM, _FOLDED, _THRESHOLD = 0.5, 0.02, 0.001
+# The head to within this, and to so many parts of the whole way.
+_HEAD_MM, _HEAD_PARTS = 0.4, 5000
+
+
+def player(session: Session, track: Track, crest_mm: float, phantom: Phantom) -> dict:
+    """Return what moves the capsule through a survey.
+
+    Parameters
+    ----------
+    session : Session
+        The survey.
+    track : Track
+        Its judgements.
+    crest_mm : float
+        From `capsule.survey.track.crest_at_mm`.
+    phantom : Phantom
+        Whose geometry is drawn.
+
+    Returns
+    -------
+    dict
+        ``from_s``, ``until_s`` and ``step_s`` of the slider; ``head``, ``wave``, ``folded`` and
+        ``threshold`` as points [s, value], a gap where the value is None; ``unknown``, stretches
+        [s, s] in which the survey did not know the position; ``states``, as [s, state, reason];
+        ``words`` for them; ``score``, packed, a value each ``judged_s``; ``signals``; ``capsule``
+        and ``wall``, in mm.
+    """
+    time_s = session.time_s
+    step_s = float(np.median(np.diff(track.time_s)))
+    judged_s = max(step_s, float(np.ptp(track.time_s)) / MOST_JUDGEMENTS)
+    head_mm = max(_HEAD_MM, float(np.ptp(track.head_mm)) / _HEAD_PARTS)
+    wall = phantom.wall
+    return {
+        "from_s": float(track.time_s[0]),
+        "step_s": round(step_s, 3),
+        "until_s": float(time_s[-1]),
+        "head": _points(track.time_s, track.head_mm, head_mm),
+        "unknown": _stretches(track.time_s, ~track.known),
+        "wave": _points(track.time_s, track.wave_mm, _WAVE_MM),
+        "folded": _points(time_s, folded_part(time_s, session.fold), _FOLDED),
+        "states": _states(session, track),
+        "words": STATE_WORDS,
+        "judged_s": judged_s,
+        "score": _on_grid(track, track.score, judged_s),
+        "threshold": _points(track.time_s, track.threshold, _THRESHOLD, digits=4),
+        "signals": _signals(session),
+        "capsule": capsule_outline(
+            phantom.origami, phantom.folding.half_width_mm, len(session.values)
+        ),
+        "wall": {
+            "lumen_mm": wall.lumen_mm,
+            "amplitude_mm": wall.amplitude_mm,
+            "wavelength_mm": wall.wavelength_mm,
+            "crest_mm": None if np.isnan(crest_mm) else round(crest_mm, 2),
+        },
+    }
+
+
+def capsule_outline(origami: Origami, folded_half_mm: float, sensors: int) -> dict:
+    """Return the outline of the capsule in mm; x runs to the head, from the first shoulder.
+
+    Returns
+    -------
+    dict
+        ``hexagon``, the six corners of one substructure; ``awns``, the two lines from shoulder to
+        tip; ``pitch_mm`` from one substructure to the next behind it; ``sensors``, how many;
+        ``half_width_mm`` and ``folded_half_mm``, from the axis to the tips.
+    """
+    corners = {name: rounded(at, 4) for name, at in vertices(origami).items()}
+    mirrored = {name: [x, -y] for name, (x, y) in corners.items()}
+    upper = [corners[name] for name in "ACB"]
+    lower = [mirrored[name] for name in "BCA"]
+    return {
+        "hexagon": upper + lower,
+        "awns": [[each["C"], each["D"]] for each in (corners, mirrored)],
+        "pitch_mm": round(pitch(origami), 4),
+        "sensors": sensors,
+        "half_width_mm": half_width(origami),
+        "folded_half_mm": folded_half_mm,
+    }
+
+
+def _points(
+    time_s: np.ndarray, values: np.ndarray, tolerance: float, digits: int = 2
+) -> list[list[float | None]]:
+    """Return the points of a line that matter; where it has a gap, a point without a value."""
+    points: list[list[float | None]] = []
+    known = np.flatnonzero(~np.isnan(values))
+    for piece in np.split(known, np.flatnonzero(np.diff(known) > 1) + 1):
+        if piece.size == 0:
+            continue
+        if points:
+            points.append([points[-1][0], None])
+        enough = piece[simplified(time_s[piece], values[piece], tolerance)]
+        points += [[round(float(time_s[at]), 2), round(float(values[at]), digits)] for at in enough]
+    return points
+
+
+def _stretches(time_s: np.ndarray, true: np.ndarray) -> list[list[float]]:
+    """Return where something was true, as [first, last] time."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], true, [False]]).astype(int)))
+    return [
+        [round(float(time_s[first]), 2), round(float(time_s[after - 1]), 2)]
+        for first, after in edges.reshape(-1, 2)
+    ]
+
+
+def _states(session: Session, track: Track) -> Sequence[list]:
+    """Return when the state changed, and to which; a reason goes with it."""
+    states: list[list] = [[round(float(track.time_s[0]), 2), "starting", ""]]
+    for event in session.events:
+        what = event.event.replace("_", " ")
+        states.append([round(event.time_s, 2), event.after, f"{what}, {event.reason}"])
+    return states
+
+
+def _signals(session: Session) -> dict:
+    """Return the readings, thinned: means of neighbouring samples, a scale of its own a sensor."""
+    step_s = float(np.median(np.diff(session.time_s)))
+    from_s, whole_s = float(session.time_s[0]), float(np.ptp(session.time_s))
+    every_s = max(_LEAST_S, step_s, whole_s / MOST_SAMPLES)
+    # By time, not by number: a survey that was taken up again has a jump in it.
+    bins = np.floor((session.time_s - from_s) / every_s + 1e-6).astype(int)
+    rows = []
+    for row in session.values:
+        known = ~np.isnan(row)
+        counts = np.bincount(bins[known], minlength=bins[-1] + 1)
+        sums = np.bincount(bins[known], row[known], minlength=bins[-1] + 1)
+        means = np.where(counts > 0, sums / np.maximum(counts, 1), np.nan)
+        rows.append(pack(means[np.newaxis], 8))
+    return {"from_s": from_s, "every_s": every_s, "rows": rows}
+
+
+def _on_grid(track: Track, values: np.ndarray, every_s: float) -> dict:
+    """Return values of judgements on an even grid in time, packed; unknown where none is near."""
+    grid_s = np.arange(track.time_s[0], track.time_s[-1] + every_s / 2, every_s)
+    at = np.searchsorted(track.time_s, grid_s + every_s / 2, side="right") - 1
+    near = np.abs(track.time_s[at] - grid_s) <= every_s
+    return pack(np.where(near, values[at], np.nan)[np.newaxis], 8)

@@ -1,0 +1,69 @@
+"""What the page says of one survey, in words."""
+
+from collections.abc import Sequence
+
+from capsule import words
+from capsule.page.provenance import is_simulated
+from capsule.survey.stored_session import Session, StoredPlace
+from capsule.survey.suspected_place import STATUSES
+from capsule.survey.track import AGAIN, BACK, Pin, Track, group_of
+
+
+def title_of(session: Session) -> str:
+    """Return how a survey is called: a simulated one is never called otherwise."""
+    if is_simulated(session.source):
+        return f"{session.name}, simulated"
+    return session.name if session.source else f"{session.name}, of unknown origin"
+
+
+def survey_values(session: Session, track: Track, pins: Sequence[Pin]) -> dict:
+    """Return what the page says of one survey, ready for JSON.
+
+    Returns
+    -------
+    dict
+        ``name``, ``title``, ``simulated``, ``summary`` (a sentence), and ``places`` with
+        ``number``, ``status``, ``where``, ``passes``, ``size``, ``height``, ``place_mm``,
+        ``suspected_s`` and ``decided_s``.
+    """
+    return {
+        "name": session.name,
+        "title": title_of(session),
+        "simulated": is_simulated(session.source),
+        "summary": _summary(session, track),
+        "places": [_place(place, pin) for place, pin in zip(session.places, pins, strict=False)],
+    }
+
+
+def _summary(session: Session, track: Track) -> str:
+    known = track.head_mm[track.known]
+    way = f"{words.number(float(known.max()), 0)} mm of gut" if known.size else "no known way"
+    whole_s = float(session.time_s[-1] - session.time_s[0])
+    groups = [group_of(state) for state in track.state]
+    share = sum(group in (BACK, AGAIN) for group in groups) / len(groups)
+    counts = {
+        status: sum(place.status == status for place in session.places) for status in STATUSES
+    }
+    said = words.enumerate_words([f"{count} {status}" for status, count in counts.items() if count])
+    places = words.plural(len(session.places), "suspected place")
+    return (
+        f"{way} in {words.duration(whole_s)}, of which {words.percent(share)} to go back and look "
+        f"again; {places}{': ' + said if said else ''}."
+    )
+
+
+def _place(place: StoredPlace, pin: Pin) -> dict:
+    names = ("size_mm", "size_low_mm", "size_high_mm")
+    size = {f"estimate_{name.removeprefix('size_')}": getattr(place, name) for name in names}
+    confirmed = place.status == "confirmed"
+    return {
+        "number": place.number,
+        "status": place.status,
+        "place_mm": place.place_mm,
+        "where": f"{words.number(place.place_mm, 1)} mm",
+        "passes": place.passes,
+        "size": words.estimated_size(size) if confirmed else words.NOT_APPLICABLE,
+        "height": words.number(place.height, 2),
+        "suspected_s": pin.suspected_s,
+        "decided_s": pin.decided_s,
+    }

@@ -1,0 +1,40 @@
+"""The page's section on surveys, put together from what a job has written of each."""
+
+from collections.abc import Mapping, Sequence
+
+from capsule.page.evidence import to_json
+
+
+def page_values(surveys: Sequence[Mapping], passed_over: Mapping[str, str]) -> dict:
+    """Return the page's section on surveys.
+
+    Parameters
+    ----------
+    surveys : sequence of mapping
+        What a job has written of each survey (``survey.json``) and its ``pictures``; of one that
+        cannot be read ``name`` and ``problem``.
+    passed_over : mapping of str to str
+        Folders that are no finished survey, and why.
+
+    Returns
+    -------
+    dict
+        ``shown``, of each survey what
+        `capsule.page.survey_words.survey_values` gives, ``pictures`` and ``data`` (JSON for
+        the page's scripts); ``problems``, pairs of a name and a reason; ``any_simulated``.
+    """
+    readable = [survey for survey in surveys if "problem" not in survey]
+    problems = [(each["name"], each["problem"]) for each in surveys if "problem" in each]
+    return {
+        "shown": [_shown(survey) for survey in readable],
+        "problems": [*problems, *passed_over.items()],
+        "any_simulated": any(survey["simulated"] for survey in readable),
+    }
+
+
+def _shown(survey: Mapping) -> dict:
+    carried = ("title", "places", "frames", "player")
+    return {
+        **{name: value for name, value in survey.items() if name not in ("player", "frames")},
+        "data": to_json({name: survey[name] for name in carried}),
+    }

@@ -1,0 +1,28 @@
+"""What the files of a survey hold."""
+
+from pathlib import Path
+
+from capsule.survey.session_names import FILES
+from capsule.survey.stored_session import Session, SessionError, parse_session
+from edges.reading import read_limited
+from edges.survey_list import LARGEST_BYTES
+
+
+def read_session(folder: Path) -> Session:
+    """Read a survey.
+
+    Raises
+    ------
+    SessionError
+        A file cannot be read; the text says which and why.
+    """
+    contents = {}
+    for file in FILES:
+        try:
+            content = read_limited(folder / file, LARGEST_BYTES)
+        except OSError as error:
+            raise SessionError(f"{file}: {error.strerror}") from error
+        if content is None:
+            raise SessionError(f"{file}: larger than {LARGEST_BYTES / 1e6:g} MB")
+        contents[file] = content
+    return parse_session(folder.name, contents)
