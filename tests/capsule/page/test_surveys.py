@@ -45,15 +45,16 @@ def test_every_state_has_words():
 
 
 @pytest.mark.parametrize(
-    ("source", "title"),
+    ("about", "title"),
     [
-        ("simulated survey", "demo, simulated"),
-        ("survey on bench 2", "demo"),
-        ("", "demo, of unknown origin"),
+        ({"source": "simulated survey"}, "demo, simulated"),
+        ({"source": "survey on bench 2"}, "demo"),
+        ({"source": "", "header": {"source": "recorded by the logger board"}}, "demo"),
+        ({"source": ""}, "demo, of unknown origin"),
     ],
 )
-def test_a_simulated_survey_is_called_simulated(source, title):
-    assert title_of(parse_session("demo", session_contents(source=source))) == title
+def test_a_simulated_survey_is_called_simulated(about, title):
+    assert title_of(parse_session("demo", session_contents(**about))) == title
 
 
 def test_the_places_are_those_of_the_file_in_words(session):

@@ -12,9 +12,11 @@ from acquisition.limits import StopRequest
 from acquisition.pass_sizes import PassSizes, pass_sizes
 from acquisition.session_folder import SessionFolder, read_about
 from acquisition.simulated_bench import SOURCE, SimulatedBench, simulated_bench
+from acquisition.survey_view import SurveyView
+from capsule import words
 from capsule.recording import Recording
 from capsule.survey.pilot import Pilot
-from capsule.survey.survey_log import UNFOLDED, Event, Judgement, Readings
+from capsule.survey.survey_log import UNFOLDED, Judgement, Readings
 from capsule.survey.suspected_place import Place
 from edges.config_files import read_config_file
 from edges.phantom import CONFIG, read_phantom
@@ -49,7 +51,9 @@ def survey(options: argparse.Namespace) -> None:
     raw = None if about["raw"] is None else Path(about["raw"])
     disk = SessionFolder(folder, about, sensors, resumed=resumed, raw=raw)
     sizes = pass_sizes(options.results, settings["diagonal"], rate_hz)
-    run = SurveyRun(pilot, bench, disk, sizes, header=bench.header | {"session": folder.name})
+    view = SurveyView(sys.stdout, f"{folder.name}, simulated", 1000 * about["metres"])
+    header = bench.header | {"session": folder.name}
+    run = SurveyRun(pilot, bench, disk, sizes, view, header=header)
     stop = StopRequest()
     try:
         run.go_on(stop)
@@ -87,6 +91,8 @@ class SurveyRun:
         Where everything goes.
     sizes : PassSizes
         Sizes the passes.
+    view : SurveyView
+        Shows the survey to a person.
     header : mapping of str to str
         Of the recordings.
     """
@@ -97,10 +103,12 @@ class SurveyRun:
         bench: SimulatedBench,
         disk: SessionFolder,
         sizes: PassSizes,
+        view: SurveyView,
         header: Mapping[str, str],
     ) -> None:
         self._pilot, self._bench, self._disk, self._sizes = pilot, bench, disk, sizes
-        self._header = header
+        self._header, self._view = header, view
+        self._size_words: dict[int, str] = {}
         self._heard: list[Readings] = []
         self._told = self._kept = 0
         self._passes: dict[int, list[tuple[str, np.ndarray]]] = {}
@@ -120,6 +128,9 @@ class SurveyRun:
             self._obey(commands)
             self._note_events()
             self._disk.keep()
+            if self._disk.caught_up:
+                self._view.show(float(readings.time_s[-1]), pilot, self._size_words)
+        self._view.end(float(self._heard[-1].time_s[-1]), pilot, self._size_words)
         self._disk.write_places([self._row(place) for place in pilot.suspects.places])
 
     def _judgement(self) -> Judgement:
@@ -140,7 +151,7 @@ class SurveyRun:
         self._disk.add_events(events)
         for event in events:
             if self._disk.caught_up:
-                print(_line(event), flush=True)
+                self._view.tell(event)
             if event.before == "finishing" and event.event == "passed":
                 self._keep_pass()
             elif event.before == "passing" and event.event != "lost":
@@ -172,6 +183,10 @@ class SurveyRun:
         size = [float("nan")] * 3
         if place.status == "confirmed":
             size = self._sizes.of([values for _, values in passes])
+            names = ("estimate_mm", "estimate_low_mm", "estimate_high_mm")
+            estimate = dict(zip(names, size, strict=True))
+            if words.is_known(size[0]):
+                self._size_words[place.number] = words.estimated_size(estimate)
         heights = [height for height in place.heights if not np.isnan(height)]
         return {
             "place": place.number,
@@ -184,10 +199,6 @@ class SurveyRun:
             "threshold": place.threshold,
             "recordings": " ".join(name for name, _ in passes),
         }
-
-
-def _line(event: Event) -> str:
-    return f"{event.time_s:8.1f} s {event.position_mm:7.1f} mm  {event.after:<11} {event.reason}"
 
 
 def _tell_outcome(pilot: Pilot, folder: Path, stop: StopRequest) -> None:

@@ -1,11 +1,10 @@
 """What a person sees in the terminal while recording."""
 
-import shutil
-import sys
-import time
 from collections import deque
 from dataclasses import dataclass, field
 from typing import TextIO
+
+from acquisition.live_panel import LivePanel
 
 REDRAW_EVERY_S = 0.2
 LINE_EVERY_S = 10.0  # where the terminal cannot redraw: a log file, a pipe
@@ -78,42 +77,28 @@ class Terminal:
     """
 
     def __init__(self, stream: TextIO, full_scale: int) -> None:
-        self._stream = stream
+        self._panel = LivePanel(stream)
         self._full_scale = full_scale
-        self._redraws = stream.isatty() and _can_redraw()
-        encoding = (getattr(stream, "encoding", None) or "ascii").lower()
-        self._bars = _BARS if encoding.startswith("utf") else _PLAIN_BARS
-        self._drawn_lines = 0
-        self._shown_s = 0.0
+        self._bars = _PLAIN_BARS if self._panel.plain else _BARS
 
     def note(self, text: str) -> None:
         """Say something that stays."""
-        self._erase()
-        print(text, file=self._stream, flush=True)
+        self._panel.note(text)
 
     def show(self, progress: Progress) -> None:
         """Show the state, not more often than an eye can follow."""
-        now_s = time.monotonic()
-        if now_s - self._shown_s < (REDRAW_EVERY_S if self._redraws else LINE_EVERY_S):
+        panel = self._panel
+        if not panel.is_due(REDRAW_EVERY_S if panel.redraws else LINE_EVERY_S):
             return
-        self._shown_s = now_s
-        if not self._redraws:
-            print(progress.summary(), file=self._stream, flush=True)
+        if not panel.redraws:
+            panel.note(progress.summary())
             return
-        width = shutil.get_terminal_size().columns - 1
-        lines = [progress.summary()[:width], *self._sensor_lines(progress, width)]
-        self._erase()
-        print("\n".join(lines), file=self._stream, flush=True)
-        self._drawn_lines = len(lines)
+        width = panel.width
+        panel.draw([progress.summary()[:width], *self._sensor_lines(progress, width)])
 
     def clear(self) -> None:
         """Take the state away, so that what follows stands alone."""
-        self._erase()
-
-    def _erase(self) -> None:
-        if self._drawn_lines:
-            self._stream.write(f"\x1b[{self._drawn_lines}A\x1b[J")
-            self._drawn_lines = 0
+        self._panel.clear()
 
     def _sensor_lines(self, progress: Progress, width: int) -> list[str]:
         known = [sample for sample in progress.recent if sample is not None]
@@ -137,13 +122,3 @@ class Terminal:
         return "".join(
             " " if count is None else self._bars[(count - low) * top // span] for count in counts
         )
-
-
-def _can_redraw() -> bool:
-    if sys.platform != "win32":
-        return True
-    import ctypes
-
-    # Windows 10 and later understand escape sequences once they are switched on.
-    kernel = ctypes.windll.kernel32
-    return bool(kernel.SetConsoleMode(kernel.GetStdHandle(-11), 7))

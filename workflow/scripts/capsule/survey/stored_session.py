@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 
@@ -12,10 +13,10 @@ import numpy as np
 from capsule.errors import CapsuleError
 from capsule.naming import displayed
 from capsule.survey.session_names import ABOUT, EVENTS, PLACES, STREAM
-from capsule.survey.survey_log import FOLDED, FOLDING, UNFOLDED, UNFOLDING, UNKNOWN_FOLD, Event
+from capsule.survey.survey_log import Event
 from capsule.survey.suspected_place import STATUSES
 
-FOLDS = (UNFOLDED, FOLDING, FOLDED, UNFOLDING, UNKNOWN_FOLD)
+_WORD = re.compile("[a-z]{1,20}")
 _TEXTS = ("before", "event", "after", "reason")
 _NUMBERS_OF_PLACE = ("place_mm", "size_mm", "size_low_mm", "size_high_mm", "height", "threshold")
 _SHOWN = 60
@@ -93,7 +94,9 @@ class Session:
     @property
     def source(self) -> str:
         """Where it comes from, as it says itself; empty where it does not."""
-        return str(self.about.get("source", ""))
+        header = self.about.get("header")
+        told = header if isinstance(header, dict) and "source" in header else self.about
+        return str(told.get("source", ""))
 
 
 def parse_session(name: str, contents: Mapping[str, bytes]) -> Session:
@@ -187,7 +190,8 @@ def _parse_stream(text: str) -> dict[str, np.ndarray]:
     sensors = [name for name in head if name.startswith("sensor_")]
     at = head.index("fold")
     fold = np.array([row[at] for row in rows])
-    if unknown := set(fold) - set(FOLDS):
+    # A board of another version may say more than this one knows.
+    if unknown := {each for each in set(fold) if not _WORD.fullmatch(each)}:
         raise SessionError(f"{STREAM}: fold is {displayed(min(unknown))[:_SHOWN]!r}")
     values = np.array([column(name) for name in sensors])
     return {
