@@ -27,14 +27,17 @@ def drawing():
 
 
 def lines_of(axes, colour, dashed):
-    """Give the lines of a colour that have more than a marker, as [distance, time] points."""
-    return [
-        np.column_stack(line.get_data())
+    """Give the stretches of the path of a colour, as [distance, time] points."""
+    (line,) = [
+        line
         for line in axes.get_lines()
         if to_hex(line.get_color()) == colour
         and line.get_zorder() == 3
         and line.is_dashed() == dashed
     ]
+    points = np.column_stack(line.get_data())
+    breaks = np.flatnonzero(np.isnan(points[:, 0]))
+    return [points[first:last] for first, last in zip([0, *breaks + 1], breaks, strict=False)]
 
 
 def test_the_table_is_the_stream_from_judgement_to_judgement(drawing):

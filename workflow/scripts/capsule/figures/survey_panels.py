@@ -14,7 +14,7 @@ from capsule.survey.track import AGAIN, AHEAD, BACK, Pin, Track, runs_of, simpli
 
 # One look a group of states; what was not measured is dashed.
 LOOKS = {
-    AHEAD: {"color": BLUE, "linewidth": 1.1, "label": "explores"},
+    AHEAD: {"color": BLUE, "linewidth": 1.1, "label": "travels ahead"},
     BACK: {"color": ORANGE, "linewidth": 1.1, "label": "folds, is pushed back, unfolds"},
     AGAIN: {"color": INK, "linewidth": 1.9, "label": "finds its position, passes again"},
 }
@@ -30,9 +30,12 @@ _WAVE = "#b9c2cc"
 # More waves than these are a grey area.
 _WAVES = 24
 # What a panel of a place shows beside it.
-_BEFORE_MM, _BEHIND_MM, _BEFORE_S, _BEHIND_S = 27.0, 36.0, 25.0, 20.0
+_BEFORE_MM, _BEHIND_MM, _BEFORE_S, _BEHIND_S = 22.0, 30.0, 25.0, 20.0
+_MARGIN_MM, _FARTHEST_MM = 3.0, 90.0
 _POINTS_ACROSS, _PATH_MM = 1500, 0.3
 _POINTS_OF_EVIDENCE = 300
+# Between two stretches of one line.
+_BREAK = np.full((1, 2), np.nan)
 # Labels of the map are at least so far from each other, in points; about how high the map is.
 _LABEL_PT, _MAP_PT = 9.5, 220
 
@@ -68,19 +71,21 @@ class SurveyPicture:
 def _draw_path(
     axes: Axes, track: Track, within_s: tuple, per_s: float, tolerance_mm: float
 ) -> None:
-    """Draw the head's path, each stretch in the look of its states."""
+    """Draw the head's path, each stretch in the look of its states; a line for each look."""
+    lines: dict[tuple[str, bool], list[np.ndarray]] = {}
     for run in runs_of(track):
         some = slice(run.first, run.last + 1)
         time_s, head_mm = track.time_s[some], track.head_mm[some]
         if time_s[-1] < within_s[0] or time_s[0] > within_s[1]:
             continue
         enough = simplified(time_s, head_mm, tolerance_mm)
-        look = {key: value for key, value in LOOKS[run.group].items() if key != "label"}
-        style = "-" if run.known else UNMEASURED
+        points = np.column_stack([head_mm[enough], time_s[enough] / per_s])
+        lines.setdefault((run.group, run.known), []).extend([points, _BREAK])
+    for (group, known), points in lines.items():
+        look = {key: value for key, value in LOOKS[group].items() if key != "label"}
         axes.plot(
-            head_mm[enough],
-            time_s[enough] / per_s,
-            linestyle=style,
+            *np.concatenate(points).T,
+            linestyle="-" if known else UNMEASURED,
             solid_capstyle="round",
             dash_capstyle="butt",
             zorder=3,
@@ -227,13 +232,21 @@ def _highest_of_each(values: np.ndarray, most: int) -> np.ndarray:
     )
 
 
+def _around(track: Track, place_mm: float, within_s: tuple) -> tuple[float, float]:
+    """Return the stretch of gut that a panel of a place shows: all of its path, within reason."""
+    inside = (track.time_s >= within_s[0]) & (track.time_s <= within_s[1])
+    head_mm = np.clip(track.head_mm[inside], place_mm - _FARTHEST_MM, place_mm + _FARTHEST_MM)
+    low, high = place_mm - _BEFORE_MM, place_mm + _BEHIND_MM
+    return min(low, *(head_mm - _MARGIN_MM)), max(high, *(head_mm + _MARGIN_MM))
+
+
 def draw_place(axes: Axes, picture: SurveyPicture, place: StoredPlace, pin: Pin) -> None:
     """Draw the path about a place, large enough for its sawtooth to be seen."""
-    within_mm = (place.place_mm - _BEFORE_MM, place.place_mm + _BEHIND_MM)
     within_s = (
         max(pin.suspected_s - _BEFORE_S, 0.0),
         min(pin.decided_s + _BEHIND_S, float(picture.track.time_s[-1])),
     )
+    within_mm = _around(picture.track, place.place_mm, within_s)
     _draw_waves(axes, picture, within_mm, within_s, 1.0)
     axes.axvline(place.place_mm, color=MUTED, linewidth=0.6, zorder=2)
     _draw_path(axes, picture.track, within_s, 1.0, _PATH_MM)

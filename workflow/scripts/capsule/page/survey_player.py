@@ -15,12 +15,12 @@ from capsule.survey.state_words import STATE_WORDS
 from capsule.survey.stored_session import Session
 from capsule.survey.track import Track, folded_part, simplified
 
-# So many samples of each sensor, a byte each, show the waves of a survey of 4 m.
-MOST_SAMPLES = 16_000
+# So many values of each sensor, a byte each; a survey of more than 47 minutes is thinned further.
+MOST_SAMPLES = 14_000
 MOST_JUDGEMENTS = 6000
 # A wave of 3.2 s is still one at this rate.
 _LEAST_S = 0.2
-_WAVE_MM, _FOLDED, _THRESHOLD = 0.5, 0.02, 0.001
+_WAVE_MM, _FOLDED, _THRESHOLD = 0.5, 0.02, 0.002
 # The head to within this, and to so many parts of the whole way.
 _HEAD_MM, _HEAD_PARTS = 0.4, 5000
 
