@@ -18,6 +18,8 @@ from edges.page_recordings import StoredRecordings
 from edges.project_state import read_project_state
 from edges.results import read_printed
 
+NO_SURVEYS = '{"names": [], "passed_over": {}}'
+
 
 def main() -> None:
     """Read everything that was made, write the page."""
@@ -26,7 +28,7 @@ def main() -> None:
     parser.add_argument("--template", type=Path, required=True, help="the folder of the template")
     parser.add_argument("--schema", type=Path, required=True, help="the schema of the config")
     parser.add_argument("--settings", type=json.loads, required=True, help="the config, JSON")
-    parser.add_argument("--surveys", type=json.loads, required=True, help="the surveys, JSON")
+    parser.add_argument("--surveys", type=json.loads, default=NO_SURVEYS, help="which, JSON")
     parser.add_argument("--code", type=Path, nargs="+", required=True, help="the files of the code")
     parser.add_argument("--output", type=Path, required=True, help="output: the page")
     parser.add_argument("--beside", type=Path, help="output: the folder of what stands beside it")

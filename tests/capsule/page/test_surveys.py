@@ -70,6 +70,15 @@ def test_the_places_are_those_of_the_file_in_words(session):
     json.dumps(values, allow_nan=False)
 
 
+def test_of_a_way_to_targets_the_page_says_where_to():
+    session = replace(parse_session("there", session_contents(goto=[500.0, 140.5])), places=[])
+    values = survey_values(session, track_of(session), pins_of(session))
+    assert values["summary"].endswith("it was told to go to 500 mm, then 140.5 mm.")
+    nothing = replace(parse_session("none", session_contents()), places=[])
+    values = survey_values(nothing, track_of(nothing), pins_of(nothing))
+    assert values["summary"].endswith("; no suspected place.")
+
+
 def test_the_player_knows_where_the_head_was_and_when_nobody_knew(played):
     time_s, at_mm = np.array(played["head"]).T
     known = np.arange(10, 120, 5.0)

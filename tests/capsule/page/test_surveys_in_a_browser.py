@@ -28,7 +28,7 @@ CORNERS = (
 )
 
 
-def hexagons(browser, where=".closeup"):
+def hexagons(browser, where="#surveys > article .closeup"):
     """Give of each sensor the corners of its hexagon, (6, 2), in pixels of the drawing."""
     return {
         int(sensor): np.array(numbers).reshape(6, 2)
@@ -39,14 +39,15 @@ def hexagons(browser, where=".closeup"):
 def test_the_section_shows_each_survey_with_its_places(browser, page):
     browser.open(page)
     assert browser.find("nav a[href='#surveys']").is_displayed()
-    assert browser.texts("#surveys article h3") == ["demo, simulated"]
+    assert browser.texts("#surveys > article h3") == ["demo, simulated"]
+    assert browser.texts("#surveys summary")[-1] == "second, simulated"
     rows = browser.run(
         "return [...document.querySelectorAll('#survey-demo-table tbody tr')]"
         ".map((row) => [...row.cells].map((cell) => cell.textContent))"
     )
     assert rows == [
-        ["1", "confirmed", "36.4 mm", "2", "3.1 mm (2.4 to 3.9)", "6.00"],
-        ["2", "undecided", "71.0 mm", "1", "n/a", "not known"],
+        ["1", "confirmed", "3.1 mm (2.4 to 3.9)", "36.4 mm", "2", "6.00"],
+        ["2", "undecided", "n/a", "71.0 mm", "1", "not known"],
     ]
     assert browser.run(
         "const image = document.querySelector('#surveys img'); return image.naturalWidth > 400"
@@ -87,7 +88,8 @@ def test_it_says_in_words_what_the_capsule_does(browser, page, project):
 def pixels_of(browser):
     """Give a function from places in mm to pixels, from the ticks of the axis."""
     ticks = browser.run(
-        "return [...document.querySelectorAll('.closeup text[text-anchor=middle]')]"
+        "return [...document.querySelector('#surveys > article .closeup').querySelectorAll('text')]"
+        ".filter((text) => text.getAttribute('text-anchor') === 'middle')"
         ".map((text) => [Number(text.textContent), Number(text.getAttribute('x'))])"
         ".filter(([mm]) => !Number.isNaN(mm))"
     )
@@ -122,7 +124,7 @@ def test_the_capsule_moves_through_the_picture_itself(browser, page, project):
     browser.open(page)
     frame = json.loads((project.results / "surveys/demo/survey.json").read_text())["frames"]["wide"]
     browser.run(MOVE, 60.0)
-    drawn = hexagons(browser, ".overlay")[1]
+    drawn = hexagons(browser, "#surveys > article .overlay")[1]
     left, top, width, height = frame["map"]["box"]
     low, high = frame["map"]["x"]
     end, start = frame["map"]["y"]
@@ -150,6 +152,18 @@ def test_buttons_lead_to_places_and_events(browser, page):
     assert "Last event: suspected" in browser.find("output.moment").text
 
 
+def test_a_survey_that_was_folded_away_is_drawn_when_it_is_opened(browser, page):
+    browser.open(page)
+    browser.find("#survey-second summary").click()
+    browser.run("return new Promise((done) => setTimeout(done, 100))")
+    wide = "return document.querySelector(`#survey-second ${arguments[0]}`).clientWidth"
+    shown = browser.run("return document.querySelector('article .closeup').clientWidth")
+    assert shown > 600
+    assert browser.run(wide, ".closeup") == pytest.approx(shown, abs=2)
+    assert browser.run(wide, ".uplot") > 600
+    assert browser.messages() == []
+
+
 def test_it_fits_a_phone_and_stays_within_it(browser, page):
     browser.open(page, width=PHONE, dark=True)
     browser.run(MOVE, 160.0)
@@ -158,7 +172,7 @@ def test_it_fits_a_phone_and_stays_within_it(browser, page):
         "const image = document.querySelector('#surveys img');"
         "return image.currentSrc === document.querySelector('#surveys source').srcset"
     )
-    assert hexagons(browser, ".overlay")
+    assert hexagons(browser, "#surveys > article .overlay")
     assert browser.messages() == []
 
 

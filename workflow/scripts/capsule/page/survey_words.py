@@ -1,5 +1,6 @@
 """What the page says of one survey, in words."""
 
+from collections import Counter
 from collections.abc import Sequence
 
 from capsule import words
@@ -41,15 +42,23 @@ def _summary(session: Session, track: Track) -> str:
     whole_s = float(session.time_s[-1] - session.time_s[0])
     groups = [group_of(state) for state in track.state]
     share = sum(group in (BACK, AGAIN) for group in groups) / len(groups)
-    counts = {
-        status: sum(place.status == status for place in session.places) for status in STATUSES
-    }
-    said = words.enumerate_words([f"{count} {status}" for status, count in counts.items() if count])
-    places = words.plural(len(session.places), "suspected place")
     return (
         f"{way} in {words.duration(whole_s)}, of which {words.percent(share)} to go back and look "
-        f"again; {places}{': ' + said if said else ''}."
+        f"again; {_outcome(session)}."
     )
+
+
+def _outcome(session: Session) -> str:
+    """Say what the survey was to reach, or how many places it suspected."""
+    targets = session.about.get("goto")
+    if isinstance(targets, list) and targets:
+        told = ", then ".join(f"{words.setting(target)} mm" for target in targets)
+        return f"it was told to go to {told}"
+    if not session.places:
+        return "no suspected place"
+    counts = Counter(place.status for place in session.places)
+    said = words.enumerate_words([f"{counts[name]} {name}" for name in STATUSES if counts[name]])
+    return f"{words.plural(len(session.places), 'suspected place')}: {said}"
 
 
 def _place(place: StoredPlace, pin: Pin) -> dict:
