@@ -40,7 +40,7 @@ def test_the_section_shows_each_survey_with_its_places(browser, page):
     browser.open(page)
     assert browser.find("nav a[href='#surveys']").is_displayed()
     assert browser.texts("#surveys > article h3") == ["demo, simulated"]
-    assert browser.texts("#surveys summary")[-1] == "second, simulated"
+    assert browser.texts("#survey-second > summary") == ["second, simulated"]
     rows = browser.run(
         "return [...document.querySelectorAll('#survey-demo-table tbody tr')]"
         ".map((row) => [...row.cells].map((cell) => cell.textContent))"
