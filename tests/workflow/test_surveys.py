@@ -47,10 +47,3 @@ def test_each_survey_is_drawn_and_only_what_changed_is_drawn_again(project):
     )
     values = json.loads((project.folder / target("second")).read_text())
     assert "no column status" in values["problem"]
-
-
-def test_without_surveys_nothing_is_asked_of_them(project, tmp_path):
-    plan = Project.create(tmp_path / "project", ["3mm/r01"]).snakemake("-n")
-    assert plan.status == 0, plan.output
-    assert "rule chart_survey:" not in plan.output
-    assert "rule report:" in plan.output
