@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from capsule.evaluation import columns, learning, sites
-from capsule.page import evidence, methods, provenance, sections, surveys
+from capsule.page import evidence, methods, provenance, sections, survey_section
 from capsule.page.render import render_page
 from edges import files, page_inputs
 from support.evaluated import DETECTIONS, UNKNOWN, evaluated, index_of, read_paper
@@ -50,7 +50,7 @@ def filled(page):
     made = provenance.how_made({"report.py": "00"}, versions, times, moment, state)
     made |= {"software": methods.software_sentence(state, versions)}
     frame = page_inputs.read_frame(ROOT / "workflow" / "report")
-    none = surveys.page_values([], {})
+    none = survey_section.page_values([], {})
     return render_page(frame, {**page, "figures": figures, "surveys": none, **made})
 
 

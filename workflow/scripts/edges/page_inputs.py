@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from capsule.figures.registry import FIGURES
-from capsule.page import surveys
+from capsule.page import survey_section
 from capsule.page.dark_figures import with_dark_colours
 from capsule.page.render import Frame, image_address
 from capsule.page.sections import Tables
@@ -118,7 +118,7 @@ def read_surveys(folder: Path, names: Iterable[str], passed_over: Mapping[str, s
         files.read_json(folder / name / "survey.json") | {"pictures": _pictures(folder / name)}
         for name in names
     ]
-    return surveys.page_values(drawn, passed_over)
+    return survey_section.page_values(drawn, passed_over)
 
 
 def _pictures(folder: Path) -> dict[str, str]:
