@@ -10,6 +10,7 @@ from acquisition.protocol import (
     LONGEST_FRAME,
     Acknowledgement,
     Damaged,
+    FoldState,
     FrameParser,
     Identity,
     Position,
@@ -90,6 +91,15 @@ def test_events():
     assert decode(encode("P,402,-2,-0.117,-3.87,running")[:-1]) == Position(
         402, -2, -0.117, -3.87, "running"
     )
+    assert decode(encode("P,402,-2,-0.117,-3.87,running,")[:-1]) == Position(
+        402, -2, -0.117, -3.87, "running", None
+    )
+    assert decode(encode("P,402,-2,-0.117,-3.87,running,-1359")[:-1]) == Position(
+        402, -2, -0.117, -3.87, "running", -1359
+    )
+    assert decode(encode("F,5310,-4,none,unfolding")[:-1]) == FoldState(
+        5310, -4, "none", "unfolding"
+    )
     assert decode(encode("I,logger,protocol=1,state=paused")[:-1]) == Identity(
         "logger", {"protocol": "1", "state": "paused"}
     )
@@ -100,7 +110,8 @@ def test_events():
     [
         *("", "X", "D", "D,1,2", "D,1,2,3,-4,0", "D,1,2,3,4.5,0", "D,1,2,3,4,2", "D,1,2,0x1,4,0"),
         *("D,1,2,99999999999,4,0", "P,1,2,3,4", "P,1.5,2,3,4,x", "I", "I,logger,running", "A"),
-        "E,x",
+        *("E,x", "P,1,2,3,4,x,5.5", "P,1,2,3,4,x,5,6", "F,1,2,none", "F,1,2,none,folded,0"),
+        *("F,-1,2,none,folded", "F,1,2.5,none,folded", "F,1,2,open,folded", "F,1,2,none,lost"),
     ],
 )
 def test_a_checked_frame_of_unknown_form_is_not_used(payload):

@@ -34,7 +34,11 @@ _NUMBERS = {
     "vref_mv": (1, 100_000),
     "series_ohm": (1, 1_000_000_000),
 }
-PURPOSES = {"logger": "record with it (--port)", "peristalsis": "drive the wave with it (--drive)"}
+PURPOSES = {
+    "logger": "record with it (--port)",
+    "peristalsis": "drive the wave with it (--drive)",
+    "fold": "fold the origami with it (survey.py --fold)",
+}
 
 
 def identify(line: Line, wanted: str) -> Identity:
@@ -44,7 +48,7 @@ def identify(line: Line, wanted: str) -> Identity:
     ----------
     line : Line
         An open line.
-    wanted : {"logger", "peristalsis"}
+    wanted : {"logger", "peristalsis", "fold"}
         The board it should be.
 
     Raises
@@ -205,7 +209,7 @@ def find(
 
     Parameters
     ----------
-    wanted : {"logger", "peristalsis"}
+    wanted : {"logger", "peristalsis", "fold"}
         The board to find.
     baud : int
         Bits per second.
