@@ -98,7 +98,7 @@ class Pilot:
 
     def _in_starting(self, fold: str) -> tuple[str, ...]:
         if fold != UNFOLDED:
-            if self._too_late:
+            if self._too_late and fold != UNKNOWN_FOLD:
                 return self._happen("fault", f"the origami is {fold}")
             return (cycles.UNFOLD,)
         self.sensing.follow()
