@@ -10,7 +10,7 @@ import pytest
 from capsule.phantom.chance import Nodule
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs pseudo-terminals")
-AT_MM = 60.0
+AT_MM = 45.0
 THERE_AND_BACK = "--goto", 25, 12
 
 

@@ -16,7 +16,7 @@ from pathlib import Path
 
 ASK, ANSWER, ENDED = struct.Struct("dQ"), struct.Struct("d"), struct.Struct("i")
 # How often the boards are looked at; more often only takes longer.
-LOOK_EVERY_S = 0.1
+LOOK_EVERY_S = 0.2
 
 
 class BenchClock:

@@ -37,7 +37,7 @@ class Rig:
         self,
         folder: Path,
         *,
-        length_mm: float = 120.0,
+        length_mm: float = 80.0,
         nodules: Sequence[Nodule] = (),
         indexed: bool = True,
         seed: int = 7,
