@@ -78,6 +78,7 @@ def test_host_understands_every_answer_of_the_page():
     assert not [event for event in events if isinstance(event, Damaged)]
     assert Sample(0, 100, (204, 512, 819, 1023), at_end=False) in events
     assert Refusal("direction", "wants forward or backward") in events
+    assert Position(172, 0, 0, 0, "stopped", None) in events
     assert {event.device for event in events if isinstance(event, Identity)} == {
         "logger",
         "peristalsis",
