@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from acquisition.protocol import Acknowledgement, Position, Sample, decode, encode
+from acquisition.protocol import Acknowledgement, Position, Sample, encode
 from support.bench import emulated
 from support.bench.page import PAGE as PROTOCOL_PAGE
-from support.bench.page import VOLTAGES_MV, conversation, hold
+from support.bench.page import board_of_the_page, conversation, hold
+from support.bench.talk import Talk
 
 pytestmark = pytest.mark.skipif(
     bool(emulated.missing_tools()), reason=f"no emulator: {emulated.missing_tools()}"
@@ -19,26 +20,6 @@ pytestmark = pytest.mark.skipif(
 
 # docs/bench.md: 28BYJ-48 with its real gear, belted 60:20 to a cam shaft of one wave a turn.
 HALF_STEPS_PER_MM = 64 * (32 / 9) * (22 / 11) * (26 / 9) * (31 / 10) / (3 * 80)
-
-
-class Talk:
-    """A conversation with a board whose firmware runs between the sentences."""
-
-    def __init__(self, board):
-        self.board = emulated.EmulatedBoard(board)
-        self._now_us = 0
-        self.wait(0.05)
-
-    def wait(self, seconds):
-        """Let time pass; gives what the board says meanwhile."""
-        self._now_us += round(seconds * 1e6)
-        self.board.advance(self._now_us)
-        return [decode(line) for line in self.board.take_sent().splitlines()]
-
-    def say(self, payload, seconds=0.03):
-        """Send a command; gives the answers."""
-        self.board.deliver(encode(payload))
-        return self.wait(seconds)
 
 
 @pytest.fixture
@@ -337,7 +318,11 @@ def test_a_damaged_command_is_not_obeyed(motor):
 
 
 ARDUINO = Path("/usr/share/arduino/hardware")
-BOARDS = {"logger": "arduino:avr:mega:cpu=atmega2560", "peristalsis": "arduino:avr:uno"}
+BOARDS = {
+    "logger": "arduino:avr:mega:cpu=atmega2560",
+    "peristalsis": "arduino:avr:uno",
+    "fold": "arduino:avr:uno",
+}
 
 
 def build_with_arduino(name, folder, *options):
@@ -365,14 +350,13 @@ needs_arduino = pytest.mark.skipif(
 
 
 @needs_arduino
-@pytest.mark.parametrize("board", [emulated.LOGGER, emulated.PERISTALSIS], ids=lambda b: b[0])
+@pytest.mark.parametrize("board", emulated.BOARDS, ids=lambda board: board[0])
 def test_the_arduino_ide_builds_the_same_behaviour(board, tmp_path):
     name = board[0]
     libraries = str(emulated.FIRMWARE / "libraries")
     built = build_with_arduino(name, tmp_path / "build", "-libraries", libraries)
     assert built.returncode == 0, built.stderr
-    firmware = emulated.EmulatedBoard(board, tmp_path / "build" / f"{name}.ino.elf")
-    firmware.set_voltages(VOLTAGES_MV, VOLTAGES_MV)
+    firmware = board_of_the_page(board, tmp_path / "build" / f"{name}.ino.elf")
     assert hold(firmware, conversation(name)) == conversation(name)
 
 

@@ -21,7 +21,7 @@ from acquisition.protocol import (
     encode,
 )
 from support.bench import emulated
-from support.bench.page import PAGE, VOLTAGES_MV, conversation, hold
+from support.bench.page import PAGE, VOLTAGES_MV, board_of_the_page, conversation, hold
 from support.bench.stand_in import StandInLogger
 
 CHECKSUMS = re.findall(r"^\| `([^`]+)` \| `([0-9A-F]{4})` \| `([^`]+)` \|$", PAGE, re.MULTILINE)
@@ -57,12 +57,10 @@ def test_firmware_accepts_the_frames_of_the_page_and_no_others():
 
 
 @needs_emulator
-@pytest.mark.parametrize("board", [emulated.LOGGER, emulated.PERISTALSIS], ids=lambda b: b[0])
+@pytest.mark.parametrize("board", emulated.BOARDS, ids=lambda board: board[0])
 def test_firmware_holds_the_conversation_of_the_page(board):
     lines = conversation(board[0])
-    firmware = emulated.EmulatedBoard(board)
-    firmware.set_voltages(VOLTAGES_MV, VOLTAGES_MV)
-    assert hold(firmware, lines) == lines
+    assert hold(board_of_the_page(board), lines) == lines
 
 
 def test_stand_in_holds_the_conversation_of_the_page():
@@ -73,16 +71,15 @@ def test_stand_in_holds_the_conversation_of_the_page():
 
 
 def test_host_understands_every_answer_of_the_page():
-    answers = [line for name in ("logger", "peristalsis") for line in conversation(name)]
+    names = {name for name, _ in emulated.BOARDS}
+    answers = [line for name in names for line in conversation(name)]
     events = [decode(line.encode()) for _, direction, line in answers if direction == "<"]
     assert not [event for event in events if isinstance(event, Damaged)]
     assert Sample(0, 100, (204, 512, 819, 1023), at_end=False) in events
     assert Refusal("direction", "wants forward or backward") in events
     assert Position(172, 0, 0, 0, "stopped", None) in events
-    assert {event.device for event in events if isinstance(event, Identity)} == {
-        "logger",
-        "peristalsis",
-    }
+    assert FoldState(190, 8, "unfolded", "unfolding") in events
+    assert {event.device for event in events if isinstance(event, Identity)} == names
 
 
 def test_events():

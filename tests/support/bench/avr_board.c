@@ -5,6 +5,7 @@
  * cam that it may turn.
  * Built as a shared library and called from emulated.py. */
 #include <simavr/avr_adc.h>
+#include <simavr/avr_extint.h>
 #include <simavr/avr_ioport.h>
 #include <simavr/avr_uart.h>
 #include <simavr/sim_avr.h>
@@ -45,7 +46,9 @@ typedef struct {
     unsigned long illegal_steps; /* patterns or jumps that no half-step makes */
     int closed[SWITCHES];
     double cam_half_steps, cam_index, cam_closed; /* a turn, where it closes, and for how long */
-    unsigned long resets;                         /* by the watchdog */
+    void (*reset_processor)(avr_t *avr);
+    int restarted;
+    unsigned long watchdog_resets;
     unsigned long long cycles_asleep;
     stamps_t samples, steps;
 } board_t;
@@ -172,11 +175,22 @@ static avr_cycle_count_t on_tick(avr_t *avr, avr_cycle_count_t when, void *conte
     return when + 1000 * MHZ;
 }
 
-/* After a start, of the cycles too. */
+static void on_reset(avr_t *avr) {
+    board_t *board = avr->custom.data;
+    board->restarted = 1;
+    board->reset_processor(avr);
+}
+
+/* After a start simavr has forgotten the pins and the ticks. */
 static void settle(board_t *board) {
-    avr_cycle_timer_register(board->avr, 1000 * MHZ, on_tick, board);
+    board->restarted = 0;
+    /* Off the whole ms: heard on one, a command would be answered with either of two times. */
+    avr_cycle_timer_register(board->avr, 370 * MHZ, on_tick, board);
     board->uart_full = board->receive_length = board->receive_done = 0;
     board->coils = 0;
+    for (int i = 0; i < 2; i++) { /* else simavr looks at a closed switch at every cycle */
+        avr_extint_set_strict_lvl_trig(board->avr, (uint8_t)i, 0);
+    }
     for (int i = 0; i < SWITCHES; i++) {
         drive_switch(board, i);
     }
@@ -199,6 +213,8 @@ board_t *board_new(const char *mcu, const char *elf) {
     avr->vcc = avr->avcc = avr->aref = 5000;
     avr->custom.data = board; /* simavr hands on_sleep() the AVR only */
     avr->sleep = on_sleep;
+    board->reset_processor = avr->reset;
+    avr->reset = on_reset;
     uint32_t flags = 0; /* neither standard output nor waiting on the wall clock */
     avr_ioctl(avr, AVR_IOCTL_UART_SET_FLAGS('0'), &flags);
     board->adc_pins = avr_io_getirq(avr, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0);
@@ -279,11 +295,9 @@ int board_run(board_t *board, unsigned long long until_us) {
     board->stretch_start = avr->cycle;
     board->stretch_end = until_us * MHZ;
     while (avr->cycle < board->stretch_end) {
-        avr_cycle_count_t before = avr->cycle;
         int state = avr_run(avr);
-        if (avr->cycle < before) { /* simavr's watchdog starts the cycles anew too */
-            avr->cycle = before;
-            board->resets++;
+        if (board->restarted) {
+            board->watchdog_resets++;
             settle(board);
         }
         if (state == cpu_Done || state == cpu_Crashed) {
@@ -325,7 +339,7 @@ long board_baud(board_t *board) {
 long board_half_steps(board_t *board) { return board->half_steps; }
 unsigned long board_illegal_steps(board_t *board) { return board->illegal_steps; }
 int board_coils(board_t *board) { return board->avr->data[0x25] & 0xF; } /* PORTB */
-unsigned long board_watchdog_resets(board_t *board) { return board->resets; }
+unsigned long board_watchdog_resets(board_t *board) { return board->watchdog_resets; }
 unsigned long long board_cycles(board_t *board) { return board->avr->cycle; }
 unsigned long long board_cycles_asleep(board_t *board) { return board->cycles_asleep; }
 

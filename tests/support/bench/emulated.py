@@ -15,6 +15,7 @@ FIRMWARE = HERE.parents[2] / "workflow" / "firmware"
 LOGGER = "logger", "atmega2560"
 PERISTALSIS = "peristalsis", "atmega328p"
 FOLD = "fold", "atmega328p"
+BOARDS = LOGGER, PERISTALSIS, FOLD
 END_STOP, PIN_2, PIN_3 = range(3)  # the logger's switch, and those at an UNO's digital pins
 MHZ = 16
 
@@ -29,11 +30,17 @@ def missing_tools() -> str:
     return ""
 
 
+def temporary_folder() -> Path:
+    """Make a folder that lasts as long as the test run."""
+    folder = Path(tempfile.mkdtemp(prefix="capsule-bench-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
+
+
 @functools.cache
 def build_folder() -> Path:
     """Build the firmware and the emulator's library, once a test run."""
-    folder = Path(tempfile.mkdtemp(prefix="capsule-bench-"))
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    folder = temporary_folder()
     _run("make", "-s", "-C", FIRMWARE, f"BUILD={folder}")
     library = folder / "libavrboard.so"
     warnings = ("-Wall", "-Wextra", "-Werror")

@@ -9,7 +9,7 @@
 
 #define INDEX_PIN PD3 /* digital pin 3: the switch connects it to ground once a turn of the cam */
 #define INDEX_BEFORE 16 /* half-steps that the index must lie ahead before it can be passed */
-#define INDEX_AFTER 4   /* half-steps for which the switch must have changed: a spike does not count */
+#define INDEX_AFTER 4   /* half-steps for which the switch must stay changed: no spike counts */
 
 /* Rates are signed thousandths of a half-step/s, negative backward. */
 #define START_RATE_MILLI (START_RATE * 1000L)

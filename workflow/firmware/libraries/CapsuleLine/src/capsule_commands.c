@@ -22,8 +22,10 @@ void obey_one_of(const command_t *commands, uint8_t count, char *command, const 
 
 void receive_commands(void (*obey)(char *command), void (*send_identity)(void)) {
     static receiver_t receiver;
-    while (serial_available()) {
-        switch (receive_byte(&receiver, serial_read())) {
+    received_t received = RECEIVED_NOTHING;
+    while (received == RECEIVED_NOTHING && serial_available()) {
+        received = receive_byte(&receiver, serial_read());
+        switch (received) {
         case RECEIVED_COMMAND:
             obey(receiver.text);
             break;

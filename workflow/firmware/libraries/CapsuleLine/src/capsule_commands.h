@@ -16,8 +16,8 @@ typedef struct {
 /* Let the board obey one of the commands that it knows; `unknown` answers any other. */
 void obey_one_of(const command_t *commands, uint8_t count, char *command, const char *unknown);
 
-/* Let the board obey each command that has come in whole, and answer whatever else has come in;
- * `send_identity` answers a bare "?". */
+/* Let the board obey the next command that has come in whole, or answer whatever else has come in;
+ * `send_identity` answers a bare "?". One line a call: many do not keep a board from its work. */
 void receive_commands(void (*obey)(char *command), void (*send_identity)(void));
 
 /* Begin the frame by which a board says who it is; the board adds its own numbers. */
