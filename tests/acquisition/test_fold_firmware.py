@@ -1,6 +1,8 @@
 """The fold board's firmware in the emulator: what it does with the thread, and in each fault."""
 
+import math
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +17,7 @@ pytestmark = pytest.mark.skipif(
 )
 
 HALF_STEPS_PER_S = 400
+HALF_STEPS_PER_TURN = 64 * (32 / 9) * (22 / 11) * (26 / 9) * (31 / 10)  # of a 28BYJ-48
 RELEASE, SLACK = 500, 250  # half-steps, as docs/protocol.md has them
 DEBOUNCED = 6  # half-steps that the motor makes until a switch counts
 
@@ -390,3 +393,41 @@ def test_the_motor_is_on_for_a_quarter_of_each_minute_at_most(fold):
     most = (minute_later - np.arange(steps_s.size)).max()
     assert most + 4 * SWITCH_TRAVEL > 2 * TRAVEL
     assert most / HALF_STEPS_PER_S <= 15
+
+
+def test_the_pages_have_the_firmwares_numbers():
+    docs = Path(__file__).parents[2] / "docs"
+    bench, protocol = (
+        (docs / name).read_text(encoding="utf-8") for name in ("bench.md", "protocol.md")
+    )
+    header = (emulated.FIRMWARE / "fold" / "origami.h").read_text(encoding="utf-8")
+    number = {name: int(value) for name, value in re.findall(r"#define (\w+) (\d+)\b", header)}
+    per_s = 1e6 / number["TICK_US"]
+    mm = math.pi * 10 / HALF_STEPS_PER_TURN  # of thread on the spool, a half-step
+    move_s, longest_s = number["MOVE_MS"] / 1000, number["LONGEST_MS"] / 1000
+    on_s, window_s = number["DUTY_ON_MS"] / 1000, number["DUTY_S"]
+    release, slack = number["RELEASE_HALF_STEPS"], number["SLACK_HALF_STEPS"]
+    assert (per_s, release, slack) == (HALF_STEPS_PER_S, RELEASE, SLACK)
+    for statement in (
+        f"| speed | {per_s:g} half-steps/s |",
+        f"| {move_s * per_s * mm:.1f} mm of thread in {move_s:g} s,",
+        f"with at most {34 / 5:.1f} N |",
+        f"| longest move | {longest_s:g} s | {longest_s * per_s * mm:.1f} mm of thread |",
+        f"| {release} half-steps | {release * mm:.1f} mm of thread |",
+        f"more than {release * mm:.1f} mm of it",
+        f"| {slack} half-steps | {slack * mm:.1f} mm of thread |",
+        f"| duty | {on_s:g} s in {window_s} s | {on_s / window_s:.0%}".replace("%", " %"),
+        f"of {move_s:g} s each must fit in",
+        f"| lease | {number['LEASE_MS'] / 1000:g} s |",
+    ):
+        assert statement in bench, statement
+    for statement in (
+        f"renews the lease for {number['LEASE_MS'] / 1000:g} s",
+        f"within {release} half-steps",
+        f"does not close its switch within {longest_s:g} s",
+        f"{slack} half-steps more are let out",
+        f"in the last {window_s} s",
+        f"unfolding of {move_s:g} s each would make it more than {on_s:g} s",
+    ):
+        assert statement in protocol, statement
+    assert longest_s * per_s / HALF_STEPS_PER_TURN < 1  # "almost a turn"
