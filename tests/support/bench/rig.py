@@ -33,6 +33,9 @@ class Rig:
         Parameters of the phantom, such as ``folding__speed_mm_s``.
     """
 
+    # How long the boards run before the world moves on.
+    stretch_us = 200_000
+
     def __init__(
         self,
         folder: Path,
@@ -44,9 +47,8 @@ class Rig:
         **changes: float,
     ) -> None:
         self.folder = folder
-        self.logger, self.wave = StandInLogger(), StandInPeristalsis(indexed=indexed)
-        self.fold = StandInFold()
-        boards = {"logger": self.logger, "wave": self.wave, "fold": self.fold}
+        self._make_boards(indexed)
+        boards = {"logger": self.logger, "wave": self.wave_board, "fold": self.fold_board}
         self.cables = SimpleNamespace(
             **{
                 name: SteppedCable(board, folder / name, sticks=name == "logger")
@@ -65,7 +67,17 @@ class Rig:
             seed=seed,
         )
         self._all = list(vars(self.cables).values())
-        self.bench = Workbench(*self._all, world=self.gut)
+        self.bench = Workbench(*self._all, world=self._go_on)
+
+    def _make_boards(self, indexed: bool) -> None:
+        """Make the boards, and what their motors move."""
+        self.logger = StandInLogger()
+        self.wave = self.wave_board = StandInPeristalsis(indexed=indexed)
+        self.fold = self.fold_board = StandInFold()
+
+    def _go_on(self, start_s: float, end_s: float) -> None:
+        """Move everything by what the motors have done."""
+        self.gut(start_s, end_s)
 
     @property
     def now_s(self) -> float:
@@ -76,16 +88,20 @@ class Rig:
         """Start survey.py on these boards."""
         ports = ("--drive", self.cables.wave.port, "--fold", self.cables.fold.port)
         where = ("--port", self.cables.logger.port, "--out", self.folder / session)
-        return Surveyor(self.folder, self.bench, self._all, *ports, *where, *options)
+        return Surveyor(
+            self.folder, self.bench, self._all, self.stretch_us, *ports, *where, *options
+        )
 
     def resume(self, *options: object, session: str = "tuesday") -> Surveyor:
         """Start survey.py to take a session up again."""
-        where = ("--resume", self.folder / session)
-        return Surveyor(self.folder, self.bench, self._all, *where, *options)
+        return self._start("--resume", self.folder / session, *options)
+
+    def _start(self, *options: object) -> Surveyor:
+        return Surveyor(self.folder, self.bench, self._all, self.stretch_us, *options)
 
     def pass_by(self, seconds: float) -> None:
         """Let time pass without any program."""
-        self.bench.run_for(seconds, stretch_us=50_000)
+        self.bench.run_for(seconds, stretch_us=self.stretch_us)
 
     def at_rest(self) -> bool:
         """Say whether a survey that has ended has left an unfolded origami and no wave."""

@@ -1,18 +1,20 @@
 """The two boards with motors, imitated in plain Python; docs/protocol.md describes both."""
 
+from collections import deque
+
 from support.bench.closed_loop import HALF_STEPS_PER_MM
+from support.bench.folding import SWITCH_TRAVEL, TRAVEL
 from support.bench.stand_in import StandIn
 
 WAVELENGTH_MM = 80.0
 FASTEST_MM_S = 47.107
-# The thread of the fold board: half-steps from one end switch to the other, and a second.
-FOLD_STEPS = 2500
-FOLD_STEPS_S = 500.0
-_SWITCH_STEPS = 20
+FOLD_STEPS_S = 400.0
 # A move whose first switch has not opened after so many half-steps has failed.
-_RELEASE_STEPS = 400
+_RELEASE_STEPS = 500
 _LEASE_S = 5.0
 _LONGEST_MOVE_S = 10.0
+_DUTY, _DUTY_S = 0.25, 60.0
+_FOLD_AND_UNFOLD_S = 10.0
 _STATE_EVERY_S = {True: 1.0, False: 0.2}
 
 
@@ -126,8 +128,6 @@ class StandInFold(StandIn):
         What an end switch that is stuck says, whatever the origami does.
     stalled : bool
         The motor hums, and the thread does not move.
-    refuses_until_s : float
-        Until then it refuses to fold, because its motor would grow too warm.
     said : list of str
         All states that it was in.
     """
@@ -139,21 +139,22 @@ class StandInFold(StandIn):
         self.wound = 0.0
         self.stuck: dict[str, bool] = {}
         self.stalled = False
-        self.refuses_until_s = 0.0
+        # When the motor was on, and for how long.
+        self._on: deque[tuple[int, float]] = deque()
         self.said: list[str] = []
         super().__init__()
 
     @property
     def folded(self) -> float:
         """Part of the way to folded, 0..1."""
-        way = (self.wound - _SWITCH_STEPS) / (FOLD_STEPS - 2 * _SWITCH_STEPS)
+        way = (self.wound - SWITCH_TRAVEL) / (TRAVEL - 2 * SWITCH_TRAVEL)
         return min(max(way, 0.0), 1.0)
 
     @property
     def closed(self) -> set[str]:
         """The end switches that are closed."""
-        truly = {"unfolded": self.wound <= _SWITCH_STEPS}
-        truly["folded"] = self.wound >= FOLD_STEPS - _SWITCH_STEPS
+        truly = {"unfolded": self.wound <= SWITCH_TRAVEL}
+        truly["folded"] = self.wound >= TRAVEL - SWITCH_TRAVEL
         return {name for name, closed in (truly | self.stuck).items() if closed}
 
     def begin(self) -> None:
@@ -174,8 +175,10 @@ class StandInFold(StandIn):
         self._now_us = until_us
         moves = {"folding": 1.0, "unfolding": -1.0}.get(self._state, 0.0)
         if moves and not self.stalled:
-            self.wound = min(max(self.wound + moves * FOLD_STEPS_S * passed_s, 0), FOLD_STEPS)
+            self.wound = min(max(self.wound + moves * FOLD_STEPS_S * passed_s, 0), TRAVEL)
         self._steps += abs(moves) * FOLD_STEPS_S * passed_s
+        if moves:
+            self._on.append((until_us, passed_s))
         self._decide()
         if until_us >= self._state_at_us or self.closed != self._switches:
             self._send_state()
@@ -191,9 +194,8 @@ class StandInFold(StandIn):
             self.send(f"E,hold,the origami is {self._state}")
             return
         if command == "fold" and not busy:
-            wait_s = self.refuses_until_s - self._now_us / 1e6
-            if wait_s > 0:
-                self.send(f"E,fold,wait {wait_s:.0f} s: the motor must cool")
+            if wait_s := self._has_to_rest_s():
+                self.send(f"E,fold,the motor has to rest for {wait_s:.0f} s")
                 return
             if self.closed != {"unfolded"}:
                 self.send("E,fold,the switch unfolded is not closed alone")
@@ -205,6 +207,20 @@ class StandInFold(StandIn):
         if command in ("fold", "hold"):
             self._lease_until_us = self._now_us + int(_LEASE_S * 1e6)
         self.send(f"A,{command}")
+
+    def _has_to_rest_s(self) -> float:
+        """Say how long the motor has to rest until it may fold and unfold again."""
+        while self._on and self._now_us - self._on[0][0] > _DUTY_S * 1e6:
+            self._on.popleft()
+        too_much_s = sum(on_s for _, on_s in self._on) + _FOLD_AND_UNFOLD_S - _DUTY * _DUTY_S
+        for at_us, on_s in self._on:
+            if too_much_s <= 0:
+                return 0.0
+            too_much_s -= on_s
+            wait_s = _DUTY_S - (self._now_us - at_us) / 1e6
+            if too_much_s <= 0:
+                return max(wait_s, 1.0)
+        return 0.0
 
     def _decide(self) -> None:
         """Go on to the next state, if it is time."""

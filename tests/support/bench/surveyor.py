@@ -87,6 +87,8 @@ class Surveyor:
         Boards and world.
     cables : sequence of SteppedCable
         The boards' cables.
+    stretch_us : int
+        For how long the boards run, at most, before the world moves on.
     *options : str
         The command line.
     """
@@ -94,9 +96,14 @@ class Surveyor:
     started: ClassVar[list["Surveyor"]] = []
 
     def __init__(
-        self, folder: Path, bench: Workbench, cables: Sequence[SteppedCable], *options: object
+        self,
+        folder: Path,
+        bench: Workbench,
+        cables: Sequence[SteppedCable],
+        stretch_us: int,
+        *options: object,
     ) -> None:
-        self._bench, self._cables = bench, cables
+        self._bench, self._cables, self._stretch_us = bench, cables, stretch_us
         self._asked, ask = os.pipe()
         answer, self._answering = os.pipe()
         number = len(list(folder.glob("printed-*")))
@@ -154,7 +161,8 @@ class Surveyor:
             seconds, sent = ASK.unpack(content)
             self._take_all(sent)
             if seconds:
-                self._bench.run_for(seconds, stretch_us=round(seconds * 1e6))
+                stretch_us = min(self._stretch_us, round(seconds * 1e6))
+                self._bench.run_for(seconds, stretch_us=stretch_us)
             for cable in self._cables:
                 cable.settle()
             if until():
@@ -186,7 +194,8 @@ class Surveyor:
             self._wait()
 
     def _wait(self) -> None:
-        (self.returncode,) = ENDED.unpack(self._server.recv(ENDED.size))
+        if self.returncode is None:
+            (self.returncode,) = ENDED.unpack(self._server.recv(ENDED.size))
 
     def _answer(self) -> None:
         self._unanswered = False

@@ -9,7 +9,7 @@ from acquisition.errands import Errands
 from acquisition.frame_log import FrameLog
 from acquisition.protocol import Damaged, FoldState, Refusal
 from capsule.survey import cycle as cycles
-from capsule.survey.survey_log import UNFOLDED, UNKNOWN_FOLD
+from capsule.survey.survey_log import RESTING, UNFOLDED, UNKNOWN_FOLD
 
 # The board speaks once a second when nothing moves.
 SILENT_AFTER_S = 1.5
@@ -17,6 +17,8 @@ ASK_EVERY_S = 1.0
 # A fault lasts: the board has tried to unfold, and was told to try again, for so long.
 FAULT_LASTS_S = 30.0
 _FAULT = "fault"
+# How the board begins to say that its motor would grow too warm; then follow the seconds.
+HAS_TO_REST = "the motor has to rest"
 LOOK_EVERY_S = 0.02
 # Times in which an origami that is told to unfold at the very end should have done so.
 UNFOLDS_WITHIN_S = 12.0
@@ -57,7 +59,8 @@ class FoldBoard:
         silent = AWAKE.now_s() - self._heard_s > SILENT_AFTER_S
         if self.last is None or silent or self.last.state == _FAULT:
             return UNKNOWN_FOLD
-        return self.last.state
+        waits = self._told.startswith(HAS_TO_REST) and self._errands.open == (cycles.FOLD,)
+        return RESTING if waits and self.last.state == UNFOLDED else self.last.state
 
     def command(self, command: str) -> None:
         """Pass a pilot's command on; returns at once."""
@@ -67,6 +70,8 @@ class FoldBoard:
                 self._link.send(command)
         else:
             self._errands.want(command)
+            if command == cycles.UNFOLD:
+                self._told = ""
 
     def serve(self, timeout_s: float = 0.0) -> None:
         """Take what the board has said, waiting up to the timeout, and send what is due."""
@@ -78,7 +83,9 @@ class FoldBoard:
                 case Damaged() as piece:
                     self._log.damaged(piece)
                 case Refusal(command=command, reason=reason):
-                    self._log.note(f"the fold board refuses {command!r}: {reason}")
+                    self._log.note(f"the fold board at {command!r}: {reason}")
+                    if command == cycles.FOLD:
+                        self._note_reason(reason)
         self._errands.serve()
         now_s = AWAKE.now_s()
         if now_s - max(self._heard_s, self._asked_s) > ASK_EVERY_S + 0.2:
@@ -126,10 +133,15 @@ class FoldBoard:
             self._tell(f"the fold board reports a fault; its end switches: {state.switches}")
         self.last = state
 
-    def _note_refusal(self, command: str, reason: str) -> bool:
-        """Have a fold or unfold tried again until the pilot thinks of something else."""
-        text = f"the fold board refuses to {command}: {reason}"
-        if reason != self._told:
-            self._tell(text)
+    def _note_reason(self, reason: str) -> None:
+        """Tell, once, why the board does not fold: refused, or a fault in mid-move."""
+        rests = reason.startswith(HAS_TO_REST) and self._told.startswith(HAS_TO_REST)
+        if reason != self._told and not rests:
+            self._tell(f"the fold board does not fold: {reason}")
         self._told = reason
+
+    @staticmethod
+    def _note_refusal(command: str, reason: str) -> bool:
+        """Have a command tried again until the pilot thinks of something else."""
+        del command, reason
         return True

@@ -64,10 +64,11 @@ class LoggerFeed:
             self._attendance.take_identity(
                 self._link.identity, elapsed_s(), self._link.port, fresh=True
             )
-        self._attendance.take(arrivals, self._link.port)
-        if self._intake.ended:
-            # More samples come: the survey ends when the origami is unfolded.
-            self.at_end, self._intake.ended = True, ""
+        for arrival in arrivals:
+            self._attendance.take([arrival], self._link.port)
+            if self._intake.ended:
+                # More samples come: the survey ends when the origami is unfolded.
+                self.at_end, self._intake.ended = True, ""
         if command := self._attendance.command(AWAKE.now_s()):
             self._link.send(command)
 

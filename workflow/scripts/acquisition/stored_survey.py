@@ -9,9 +9,17 @@ import numpy as np
 
 from acquisition.archive import SUFFIX
 from acquisition.session_folder import EVENTS, STREAM, stream_columns
-from capsule.survey.survey_log import FOLDED, FOLDING, UNFOLDED, UNFOLDING, UNKNOWN_FOLD, Readings
+from capsule.survey.survey_log import (
+    FOLDED,
+    FOLDING,
+    RESTING,
+    UNFOLDED,
+    UNFOLDING,
+    UNKNOWN_FOLD,
+    Readings,
+)
 
-_FOLDS = {UNFOLDED, FOLDING, FOLDED, UNFOLDING, UNKNOWN_FOLD}
+_FOLDS = {UNFOLDED, FOLDING, FOLDED, UNFOLDING, RESTING, UNKNOWN_FOLD}
 # What a pilot is told from outside; no reading shows it.
 _TOLD = {"stopped", "gut_ended", "fault"}
 

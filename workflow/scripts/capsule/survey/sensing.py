@@ -7,7 +7,7 @@ import numpy as np
 from capsule.divider import pressed_and_period
 from capsule.survey.gut_evidence import GutEvidence, evidence_along
 from capsule.survey.odometer import Odometer
-from capsule.survey.survey_log import UNFOLDED, Readings
+from capsule.survey.survey_log import RESTING, UNFOLDED, Readings
 from capsule.survey.survey_settings import SurveySettings
 
 # Fixes, a judgement apart, that must agree before a position counts, and how well, in mm.
@@ -40,6 +40,8 @@ class Sensing:
     ----------
     step_mm : float
         Way of the unfolded capsule from judgement to judgement, of late.
+    resting : bool
+        Whether the fold board's motor has to rest, so that the capsule travels on unfolded.
     """
 
     def __init__(
@@ -53,6 +55,7 @@ class Sensing:
         self._wave_mm = np.empty(0)
         self._last_mm = start_mm
         self.step_mm = _USUAL_STEP_MM
+        self.resting = False
         # The first fix holds for the end of the first stroke; the next one has part in it.
         self._odometer.start_mm = start_mm + _FIRST_STROKES * self._since_fix_mm()
 
@@ -76,7 +79,8 @@ class Sensing:
     def take(self, readings: Readings) -> None:
         """Take the newest samples; those of a capsule that is not unfolded say nothing."""
         self._count += readings.time_s.size
-        if readings.fold != UNFOLDED:
+        self.resting = readings.fold == RESTING
+        if readings.fold != UNFOLDED and not self.resting:
             self._values = None
             return
         if self._values is None:
