@@ -67,7 +67,7 @@ def test_a_disk_that_is_full_ends_it_unfolded(rig):
     surveyor = bench.survey(*THERE_AND_BACK)
     surveyor.run(lambda: bench.fold.folded == 1.0)
     surveyor.limit_files(2000)
-    surveyor.expect(9, "the disk is full")
+    surveyor.expect(9, "the disk is full", "survey.py --resume")
     assert bench.at_rest()
     assert (bench.folder / "tuesday" / "stream.csv.part").exists()
 

@@ -20,6 +20,7 @@ from edges.files import read_json, write_csv, write_json, write_whole
 
 STREAM, EVENTS, PLACES, ABOUT = "stream.csv", "events.jsonl", "places.csv", "session.json"
 RECORDINGS = "recordings"
+REMEDY = "survey.py --resume"
 # The entry of the phase at the cam shaft's index.
 INDEX = "index_mm"
 PLACE_COLUMNS = (
@@ -64,7 +65,7 @@ class GrowingFile:
         except BlockingIOError as fault:
             raise AcquisitionError(f"{self._path} is being written by another program") from fault
         except OSError as fault:
-            raise explain_write_fault(fault, self._path) from fault
+            raise explain_write_fault(fault, self._path, REMEDY) from fault
         content = self._path.read_bytes()
         # A line that a power cut has cut off was never whole, and comes again.
         whole = content.rfind(b"\n") + 1
@@ -114,14 +115,14 @@ class GrowingFile:
             while content:
                 content = content[os.write(self._descriptor, content) :]
         except OSError as fault:
-            raise explain_write_fault(fault, self._path) from fault
+            raise explain_write_fault(fault, self._path, REMEDY) from fault
 
     def sync(self) -> None:
         """Have the disk keep what was flushed."""
         try:
             os.fsync(self._descriptor)
         except OSError as fault:
-            raise explain_write_fault(fault, self._path) from fault
+            raise explain_write_fault(fault, self._path, REMEDY) from fault
 
     def finish(self) -> None:
         """Give it its name."""

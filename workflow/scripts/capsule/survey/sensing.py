@@ -77,10 +77,15 @@ class Sensing:
         return self._odometer.fixes >= fixes and self._odometer.settled(_AGREEING, _AGREE_MM)
 
     def take(self, readings: Readings) -> None:
-        """Take the newest samples; those of a capsule that is not unfolded say nothing."""
+        """Take the newest samples.
+
+        Those of a capsule that is not unfolded say nothing. Where all samples or the wave are
+        missing, what came before says nothing of what comes now.
+        """
         self._count += readings.time_s.size
         self.resting = readings.fold == RESTING
-        if readings.fold != UNFOLDED and not self.resting:
+        missing = np.isnan(readings.values).all() or np.isnan(readings.wave_mm).all()
+        if missing or (readings.fold != UNFOLDED and not self.resting):
             self._values = None
             return
         if self._values is None:
