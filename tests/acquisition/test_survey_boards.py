@@ -82,3 +82,4 @@ def test_a_speed_that_the_motor_cannot_follow_is_refused(rig):
     bench = rig()
     bench.survey("--speed", 60).expect(12, "needs 1019 half-steps/s")
     assert bench.wave.state == "stopped"
+    assert not (bench.folder / "tuesday").exists()

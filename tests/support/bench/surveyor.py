@@ -5,7 +5,6 @@ import contextlib
 import functools
 import json
 import os
-import resource
 import select
 import signal
 import socket
@@ -185,6 +184,8 @@ class Surveyor:
 
     def limit_files(self, size: int) -> None:
         """Let no file of it grow beyond so many bytes: for it, the disk is full."""
+        import resource  # not on Windows, where these tests are skipped
+
         resource.prlimit(self._pid, resource.RLIMIT_FSIZE, (size, size))
 
     def kill(self) -> None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from acquisition.bench_errors import AcquisitionError
+from acquisition.bench_errors import AcquisitionError, SurveyFaultError
 from acquisition.board_link import BoardLink, linked
 from acquisition.boards import find
 from acquisition.drive import Wave
@@ -114,11 +114,13 @@ class BoardBench:
 
         Raises
         ------
+        SurveyFaultError
+            The origami does not unfold.
         AcquisitionError
-            The origami does not unfold, or the wave does not start.
+            The wave does not start.
         """
         if warning := self._fold.leave_unfolded():
-            raise AcquisitionError(warning.removeprefix("warning: "))
+            raise SurveyFaultError(warning.removeprefix("warning: "))
         self._drive.start()
 
     def leave(self) -> list[str]:

@@ -19,7 +19,7 @@ from edges.file_lock import lock_file
 from edges.files import read_json, write_csv, write_json, write_whole
 
 STREAM, EVENTS, PLACES, ABOUT = "stream.csv", "events.jsonl", "places.csv", "session.json"
-RECORDINGS = "recordings"
+RECORDINGS, BOARDS_LOG = "recordings", "boards.log"
 REMEDY = "survey.py --resume"
 # The entry of the phase at the cam shaft's index.
 INDEX = "index_mm"
@@ -236,6 +236,13 @@ class SessionFolder:
         """Leave the files as they are."""
         self._stream.close()
         self._events.close()
+
+    def discard(self) -> None:
+        """Remove a session that has not begun: it holds no sample."""
+        self.close()
+        for name in (STREAM + SUFFIX, EVENTS + SUFFIX, BOARDS_LOG, ABOUT):
+            (self.folder / name).unlink(missing_ok=True)
+        self.folder.rmdir()
 
 
 def check_new(folder: Path) -> None:

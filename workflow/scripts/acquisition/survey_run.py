@@ -68,6 +68,11 @@ class SurveyRun:
         self.trouble: AcquisitionError | None = None
 
     @property
+    def begun(self) -> bool:
+        """Whether there are samples."""
+        return bool(self._heard)
+
+    @property
     def next_s(self) -> float:
         """Time of the next sample that comes from the boards, by the pilot's clock."""
         # The judgement that stands for the interruption comes before it.

@@ -15,7 +15,7 @@ from acquisition.frame_log import FrameLog
 from acquisition.limits import StopRequest
 from acquisition.logger_board import check_fits, header_of
 from acquisition.pass_sizes import pass_sizes
-from acquisition.session_folder import INDEX, SessionFolder, check_new, read_about
+from acquisition.session_folder import BOARDS_LOG, INDEX, SessionFolder, check_new, read_about
 from acquisition.simulated_bench import simulated_bench
 from acquisition.stored_survey import read_stored
 from acquisition.survey_run import SurveyRun
@@ -23,8 +23,6 @@ from capsule.survey.pilot import Pilot
 from capsule.survey.suspected_place import STATUSES
 from edges.config_files import read_config_file
 from edges.phantom import CONFIG, read_phantom
-
-BOARDS_LOG = "boards.log"
 
 
 def survey(options: argparse.Namespace) -> None:
@@ -129,10 +127,10 @@ def _on_boards(
         rate_hz, sensors = settings["recording"]["rate_hz"], settings["recording"]["sensors"]
         pilot = Pilot(detector, rate_hz, targets_mm=about["goto"])
         disk = SessionFolder(folder, about, sensors, resumed=resumed, raw=_raw(about))
+        sizes = pass_sizes(options.results, settings["diagonal"], rate_hz)
+        length_mm = math.inf if about["metres"] is None else 1000 * about["metres"]
+        run = SurveyRun(pilot, disk, sizes, about["header"], rate_hz, length_mm)
         try:
-            sizes = pass_sizes(options.results, settings["diagonal"], rate_hz)
-            length_mm = math.inf if about["metres"] is None else 1000 * about["metres"]
-            run = SurveyRun(pilot, disk, sizes, about["header"], rate_hz, length_mm)
             if resumed:
                 run.repeat(read_stored(folder, sensors, rate_hz, pilot.every))
             if not pilot.cycle.over:
@@ -140,7 +138,10 @@ def _on_boards(
                 _lead(run, links, wave, about, folder, options.patience, stop)
             disk.finish()
         except BaseException:
-            disk.close()
+            if run.begun or resumed:
+                disk.close()
+            else:
+                disk.discard()
             raise
     finally:
         for link in links.values():
@@ -170,7 +171,7 @@ def _lead(
     )
     try:
         bench.start()
-        begun = datetime.fromisoformat(about["begun"]) if run.next_s else None
+        begun = datetime.fromisoformat(about["begun"]) if run.begun else None
         run.go_on(bench, stop, begun)
     finally:
         for warning in bench.leave():
