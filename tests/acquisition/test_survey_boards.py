@@ -49,6 +49,12 @@ def test_it_goes_to_targets_and_stops_the_wave_there(rig):
     assert "folded" in bench.fold.said
 
 
+def test_a_target_beyond_the_end_stop_is_not_reached(rig):
+    bench = rig(length_mm=20.0)
+    bench.survey("--goto", 60).expect(13, "before the capsule reached the target")
+    assert bench.at_rest()
+
+
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_whoever_ends_it_leaves_an_unfolded_origami(rig, number):
     bench = rig()

@@ -108,7 +108,7 @@ def test_killed_while_it_was_ending_it_ends(rig):
     surveyor.run(lambda: "stopped" in events_so_far(bench))
     surveyor.kill()
     bench.pass_by(30)
-    bench.resume().expect(0)
+    bench.resume().expect(130)
     assert bench.at_rest()
     assert bench.events()[-1]["after"] == "ended"
     assert [event["event"] for event in bench.events()].count("stopped") == 1

@@ -157,6 +157,10 @@ class StandInFold(StandIn):
         truly["folded"] = self.wound >= TRAVEL - SWITCH_TRAVEL
         return {name for name, closed in (truly | self.stuck).items() if closed}
 
+    def has_run(self, seconds: float, ago_s: float) -> None:
+        """Have the motor warm: it was on for so many seconds, so long ago."""
+        self._on.append((self._now_us - round(ago_s * 1e6), seconds))
+
     def begin(self) -> None:
         """Begin as after power-on: what is not unfolded unfolds."""
         self._lease_until_us = self._state_at_us = 0

@@ -139,7 +139,7 @@ class Surveyor:
         """What it has printed as errors."""
         return self._errors.read_text(encoding="utf-8")
 
-    def run(self, until: Callable[[], bool] = lambda: False, limit_s: float = 30.0) -> None:
+    def run(self, until: Callable[[], bool] = lambda: False, limit_s: float = 120.0) -> None:
         """Let it run until something holds, or until it has ended.
 
         Raises

@@ -25,7 +25,7 @@ exit status:
   3 no board       4 no answer         5 port in use        6 no permission for the port
   7 wrong baud rate                    8 wrong board        9 disk full      10 name exists
  11 a board was lost for longer than --patience            12 a board refuses
- 13 the capsule cannot go back to the target               14 the origami did not obey
+ 13 the target was not reached       14 the origami did not obey
 130 ended by Ctrl-C
 """
 # Room for a pass before the first nodule and behind the last.

@@ -105,7 +105,7 @@ def _simulated(
         disk.close()
         raise
     disk.finish()
-    _tell_outcome(pilot, folder, run, stop)
+    _tell_outcome(pilot, folder, run, to_targets=bool(about["goto"]))
 
 
 def _on_boards(
@@ -146,7 +146,7 @@ def _on_boards(
     finally:
         for link in links.values():
             link.close()
-    _tell_outcome(pilot, folder, run, stop)
+    _tell_outcome(pilot, folder, run, to_targets=bool(about["goto"]))
 
 
 def _lead(
@@ -205,7 +205,7 @@ def _tell(text: str) -> None:
     print(text, flush=True)
 
 
-def _tell_outcome(pilot: Pilot, folder: Path, run: SurveyRun, stop: StopRequest) -> None:
+def _tell_outcome(pilot: Pilot, folder: Path, run: SurveyRun, *, to_targets: bool) -> None:
     places = pilot.suspects.places
     counts = {
         status: sum((place.status or "undecided") == status for place in places)
@@ -224,5 +224,7 @@ def _tell_outcome(pilot: Pilot, folder: Path, run: SurveyRun, stop: StopRequest)
         event.event == "late" and event.after in ("closing", "ended") for event in pilot.log
     ):
         raise SurveyFaultError(f"the origami did not obey: {pilot.log[-1].reason}")
-    if stop.reason:
+    if "stopped" in happened:
         raise KeyboardInterrupt
+    if to_targets and "arrived" not in happened:
+        raise CannotArriveError("the survey ended before the capsule reached the target")
