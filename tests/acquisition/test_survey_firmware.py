@@ -70,7 +70,7 @@ def test_an_end_switch_that_never_says_unfolded_ends_the_survey(rig):
     surveyor = bench.survey(*BACK_SOON)
     surveyor.run(lambda: bench.fold.folded == 1.0)
     bench.fold.origami.stuck["unfolded"] = False
-    surveyor.expect(14, "reports a fault", "look before you pull the capsule out")
+    surveyor.expect(14, "the switch unfolded did not close", "look before you pull the capsule out")
     # Unfolded it is: only nobody can say so.
     assert bench.at_rest()
     assert bench.events()[-1]["after"] == "ended"

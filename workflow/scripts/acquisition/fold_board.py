@@ -20,7 +20,7 @@ _FAULT = "fault"
 # How the board begins to say that its motor would grow too warm; then follow the seconds.
 HAS_TO_REST = "the motor has to rest"
 LOOK_EVERY_S = 0.02
-# Times in which an origami that is told to unfold at the very end should have done so.
+# An origami that is told to unfold at the very end should have done so by then.
 UNFOLDS_WITHIN_S = 12.0
 
 
@@ -45,7 +45,7 @@ class FoldBoard:
     def __init__(self, link: BoardLink, log: FrameLog, tell: Callable[[str], None]) -> None:
         self._link, self._log, self._tell = link, log, tell
         self._errands = Errands(link.send, self._note_refusal)
-        self._told = ""
+        self._told, self._rests = "", False
         self._heard_s = self._sound_s = self._asked_s = AWAKE.now_s()
         self.last: FoldState | None = None
 
@@ -59,7 +59,7 @@ class FoldBoard:
         silent = AWAKE.now_s() - self._heard_s > SILENT_AFTER_S
         if self.last is None or silent or self.last.state == _FAULT:
             return UNKNOWN_FOLD
-        waits = self._told.startswith(HAS_TO_REST) and self._errands.open == (cycles.FOLD,)
+        waits = self._rests and self._errands.open == (cycles.FOLD,)
         return RESTING if waits and self.last.state == UNFOLDED else self.last.state
 
     def command(self, command: str) -> None:
@@ -71,7 +71,7 @@ class FoldBoard:
         else:
             self._errands.want(command)
             if command == cycles.UNFOLD:
-                self._told = ""
+                self._rests = False
 
     def serve(self, timeout_s: float = 0.0) -> None:
         """Take what the board has said, waiting up to the timeout, and send what is due."""
@@ -135,10 +135,11 @@ class FoldBoard:
 
     def _note_reason(self, reason: str) -> None:
         """Tell, once, why the board does not fold: refused, or a fault in mid-move."""
-        rests = reason.startswith(HAS_TO_REST) and self._told.startswith(HAS_TO_REST)
-        if reason != self._told and not rests:
+        rests = reason.startswith(HAS_TO_REST)
+        # The seconds that it has to rest become fewer.
+        if reason != self._told and not (rests and self._rests):
             self._tell(f"the fold board does not fold: {reason}")
-        self._told = reason
+        self._told, self._rests = reason, rests
 
     @staticmethod
     def _note_refusal(command: str, reason: str) -> bool:
