@@ -8,9 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from acquisition.protocol import Acknowledgement, Position, Sample, decode, encode
+from acquisition.protocol import Acknowledgement, Position, Sample, encode
 from support.bench import emulated
-from support.bench.page import VOLTAGES_MV, conversation, hold
+from support.bench.page import PAGE as PROTOCOL_PAGE
+from support.bench.page import board_of_the_page, conversation, hold
+from support.bench.talk import Talk
 
 pytestmark = pytest.mark.skipif(
     bool(emulated.missing_tools()), reason=f"no emulator: {emulated.missing_tools()}"
@@ -18,26 +20,6 @@ pytestmark = pytest.mark.skipif(
 
 # docs/bench.md: 28BYJ-48 with its real gear, belted 60:20 to a cam shaft of one wave a turn.
 HALF_STEPS_PER_MM = 64 * (32 / 9) * (22 / 11) * (26 / 9) * (31 / 10) / (3 * 80)
-
-
-class Talk:
-    """A conversation with a board whose firmware runs between the sentences."""
-
-    def __init__(self, board):
-        self.board = emulated.EmulatedBoard(board)
-        self._now_us = 0
-        self.wait(0.05)
-
-    def wait(self, seconds):
-        """Let time pass; gives what the board says meanwhile."""
-        self._now_us += round(seconds * 1e6)
-        self.board.advance(self._now_us)
-        return [decode(line) for line in self.board.take_sent().splitlines()]
-
-    def say(self, payload, seconds=0.03):
-        """Send a command; gives the answers."""
-        self.board.deliver(encode(payload))
-        return self.wait(seconds)
 
 
 @pytest.fixture
@@ -201,6 +183,9 @@ def test_whole_range_of_speeds(motor, speed):
         ("ramp,0.5", r"wants 1\.000 to 100\.000 mm/s\^2"),
         ("ramp,101", "wants"),
         ("direction,up", "wants forward or backward"),
+        ("lease,0.999", r"wants 1\.000 to 60\.000 s, or 0 for none"),
+        ("lease,60.001", "wants"),
+        ("lease,-1", "wants"),
         ("start,now", "takes no argument"),
         ("dance", "unknown; peristalsis knows"),
     ],
@@ -215,6 +200,114 @@ def test_what_cannot_be_is_refused_with_a_reason(motor, command, reason):
     assert position(motor).speed_mm_s == pytest.approx(10, abs=0.01)
 
 
+def test_without_a_lease_the_wave_runs_on(motor):
+    motor.say("lease,2")
+    motor.say("lease,0")
+    motor.say("start")
+    motor.wait(10)
+    assert position(motor).state == "running"
+
+
+def test_a_lease_that_nobody_renews_stops_the_wave(motor):
+    assert motor.say("lease,2") == [Acknowledgement("lease", "2")]
+    motor.say("ramp,50")
+    motor.say("start")
+    renewing = ["position", "identify", "speed,20", "speed,99", "start"]  # even where it is refused
+    for command in renewing:
+        motor.wait(1.8)
+        assert position(motor).state == "running"
+        motor.wait(1.8)
+        motor.say(command)
+    motor.wait(1.8)
+    motor.board.deliver(encode("position").replace(b"n*", b"m*"))  # damaged, it renews nothing
+    motor.wait(0.3)
+    assert position(motor).state == "stopping"
+    motor.wait(2)
+    stopped = position(motor)
+    assert (stopped.state, motor.board.coils) == ("stopped", 0)
+    motor.wait(5)
+    assert position(motor).half_steps == stopped.half_steps
+    motor.say("start")
+    motor.wait(1)
+    assert position(motor).state == "running"
+
+
+INDEX_AT, INDEX_CLOSED = 300.3, 120.0  # half-steps: where the cam closes its switch, how long
+HALF_STEPS_PER_WAVE = 80 * HALF_STEPS_PER_MM
+
+
+def phase_error(talk, where):
+    """Give by how many half-steps the phase that the index tells is off."""
+    told = (where.half_steps - where.index_half_steps) % HALF_STEPS_PER_WAVE
+    true = (talk.board.half_steps - INDEX_AT) % HALF_STEPS_PER_WAVE
+    return (told - true + HALF_STEPS_PER_WAVE / 2) % HALF_STEPS_PER_WAVE - HALF_STEPS_PER_WAVE / 2
+
+
+def stand_still(talk):
+    """Stop the wave; gives where it is."""
+    talk.say("stop")
+    talk.wait(1.5)
+    where = position(talk)
+    assert where.state == "stopped"
+    return where
+
+
+def test_the_index_tells_the_phase_again_after_a_reset(motor):
+    motor.board.set_cam(HALF_STEPS_PER_WAVE, INDEX_AT, INDEX_CLOSED)
+    assert position(motor).index_half_steps is None
+    motor.say("start")
+    motor.wait(8)
+    before = stand_still(motor)
+    assert before.index_half_steps > HALF_STEPS_PER_WAVE
+    assert abs(phase_error(motor, before)) <= 1
+    motor.board.reset()
+    (identity,) = motor.wait(0.05)
+    assert identity.entries["index"] == "none"
+    assert (position(motor).half_steps, position(motor).index_half_steps) == (0, None)
+    motor.say("start")
+    motor.wait(4)
+    after = stand_still(motor)
+    assert abs(phase_error(motor, after)) <= 1
+    (identity,) = motor.say("identify")
+    assert identity.entries["index"] == str(after.index_half_steps)
+    # Backward, the same edge of the cam counts.
+    motor.say("direction,backward")
+    motor.say("start")
+    motor.wait(6)
+    backward = stand_still(motor)
+    assert backward.index_half_steps < 0
+    assert abs(phase_error(motor, backward)) <= 1
+    assert motor.board.illegal_steps == 0
+
+
+def test_a_board_that_starts_on_its_index_has_not_passed_it(motor):
+    motor.board.set_cam(HALF_STEPS_PER_WAVE, -20, INDEX_CLOSED)
+    motor.say("start")
+    motor.wait(2)
+    assert position(motor).index_half_steps is None
+    motor.wait(2)
+    assert position(motor).index_half_steps == pytest.approx(HALF_STEPS_PER_WAVE - 20, abs=1)
+
+
+def test_the_index_is_where_a_bouncing_switch_first_closed(motor):
+    motor.say("start")
+    motor.wait(2)
+    motor.board.set_switch(emulated.PIN_3, True)  # a spike
+    motor.wait(0.004)
+    motor.board.set_switch(emulated.PIN_3, False)
+    motor.wait(0.2)
+    assert position(motor).index_half_steps is None
+    closed_at = motor.board.half_steps
+    for closed in (True, False, True, False, True):
+        motor.board.set_switch(emulated.PIN_3, closed)
+        motor.wait(0.005)
+    motor.wait(0.3)
+    for closed in (False, True, False, True, False):
+        motor.board.set_switch(emulated.PIN_3, closed)
+        motor.wait(0.005)
+    assert position(motor).index_half_steps == pytest.approx(closed_at, abs=1)
+
+
 def test_a_damaged_command_is_not_obeyed(motor):
     damaged = encode("start").replace(b"a", b"o")
     motor.board.deliver(damaged)
@@ -225,7 +318,11 @@ def test_a_damaged_command_is_not_obeyed(motor):
 
 
 ARDUINO = Path("/usr/share/arduino/hardware")
-BOARDS = {"logger": "arduino:avr:mega:cpu=atmega2560", "peristalsis": "arduino:avr:uno"}
+BOARDS = {
+    "logger": "arduino:avr:mega:cpu=atmega2560",
+    "peristalsis": "arduino:avr:uno",
+    "fold": "arduino:avr:uno",
+}
 
 
 def build_with_arduino(name, folder, *options):
@@ -253,14 +350,13 @@ needs_arduino = pytest.mark.skipif(
 
 
 @needs_arduino
-@pytest.mark.parametrize("board", [emulated.LOGGER, emulated.PERISTALSIS], ids=lambda b: b[0])
+@pytest.mark.parametrize("board", emulated.BOARDS, ids=lambda board: board[0])
 def test_the_arduino_ide_builds_the_same_behaviour(board, tmp_path):
     name = board[0]
     libraries = str(emulated.FIRMWARE / "libraries")
     built = build_with_arduino(name, tmp_path / "build", "-libraries", libraries)
     assert built.returncode == 0, built.stderr
-    firmware = emulated.EmulatedBoard(board, tmp_path / "build" / f"{name}.ino.elf")
-    firmware.set_voltages(VOLTAGES_MV, VOLTAGES_MV)
+    firmware = board_of_the_page(board, tmp_path / "build" / f"{name}.ino.elf")
     assert hold(firmware, conversation(name)) == conversation(name)
 
 
@@ -293,3 +389,4 @@ def test_the_page_on_the_bench_has_the_firmwares_numbers():
         f"| ramp | {number['DEFAULT_RAMP_UM_S2'] / 1000:g} mm/s² |",
     ):
         assert statement in page, statement
+    assert f"half-steps of a wave ({per_mm * wavelength_mm:.2f})" in PROTOCOL_PAGE

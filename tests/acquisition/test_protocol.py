@@ -10,6 +10,7 @@ from acquisition.protocol import (
     LONGEST_FRAME,
     Acknowledgement,
     Damaged,
+    FoldState,
     FrameParser,
     Identity,
     Position,
@@ -20,7 +21,7 @@ from acquisition.protocol import (
     encode,
 )
 from support.bench import emulated
-from support.bench.page import PAGE, VOLTAGES_MV, conversation, hold
+from support.bench.page import PAGE, VOLTAGES_MV, board_of_the_page, conversation, hold
 from support.bench.stand_in import StandInLogger
 
 CHECKSUMS = re.findall(r"^\| `([^`]+)` \| `([0-9A-F]{4})` \| `([^`]+)` \|$", PAGE, re.MULTILINE)
@@ -56,12 +57,10 @@ def test_firmware_accepts_the_frames_of_the_page_and_no_others():
 
 
 @needs_emulator
-@pytest.mark.parametrize("board", [emulated.LOGGER, emulated.PERISTALSIS], ids=lambda b: b[0])
+@pytest.mark.parametrize("board", emulated.BOARDS, ids=lambda board: board[0])
 def test_firmware_holds_the_conversation_of_the_page(board):
     lines = conversation(board[0])
-    firmware = emulated.EmulatedBoard(board)
-    firmware.set_voltages(VOLTAGES_MV, VOLTAGES_MV)
-    assert hold(firmware, lines) == lines
+    assert hold(board_of_the_page(board), lines) == lines
 
 
 def test_stand_in_holds_the_conversation_of_the_page():
@@ -72,15 +71,15 @@ def test_stand_in_holds_the_conversation_of_the_page():
 
 
 def test_host_understands_every_answer_of_the_page():
-    answers = [line for name in ("logger", "peristalsis") for line in conversation(name)]
+    names = {name for name, _ in emulated.BOARDS}
+    answers = [line for name in names for line in conversation(name)]
     events = [decode(line.encode()) for _, direction, line in answers if direction == "<"]
     assert not [event for event in events if isinstance(event, Damaged)]
     assert Sample(0, 100, (204, 512, 819, 1023), at_end=False) in events
     assert Refusal("direction", "wants forward or backward") in events
-    assert {event.device for event in events if isinstance(event, Identity)} == {
-        "logger",
-        "peristalsis",
-    }
+    assert Position(172, 0, 0, 0, "stopped", None) in events
+    assert FoldState(190, 8, "unfolded", "unfolding") in events
+    assert {event.device for event in events if isinstance(event, Identity)} == names
 
 
 def test_events():
@@ -89,6 +88,15 @@ def test_events():
     assert decode(encode("E,speed,too fast, sorry")[:-1]) == Refusal("speed", "too fast, sorry")
     assert decode(encode("P,402,-2,-0.117,-3.87,running")[:-1]) == Position(
         402, -2, -0.117, -3.87, "running"
+    )
+    assert decode(encode("P,402,-2,-0.117,-3.87,running,")[:-1]) == Position(
+        402, -2, -0.117, -3.87, "running", None
+    )
+    assert decode(encode("P,402,-2,-0.117,-3.87,running,-1359")[:-1]) == Position(
+        402, -2, -0.117, -3.87, "running", -1359
+    )
+    assert decode(encode("F,5310,-4,none,unfolding")[:-1]) == FoldState(
+        5310, -4, "none", "unfolding"
     )
     assert decode(encode("I,logger,protocol=1,state=paused")[:-1]) == Identity(
         "logger", {"protocol": "1", "state": "paused"}
@@ -100,7 +108,8 @@ def test_events():
     [
         *("", "X", "D", "D,1,2", "D,1,2,3,-4,0", "D,1,2,3,4.5,0", "D,1,2,3,4,2", "D,1,2,0x1,4,0"),
         *("D,1,2,99999999999,4,0", "P,1,2,3,4", "P,1.5,2,3,4,x", "I", "I,logger,running", "A"),
-        "E,x",
+        *("E,x", "P,1,2,3,4,x,5.5", "P,1,2,3,4,x,5,6", "F,1,2,none", "F,1,2,none,folded,0"),
+        *("F,-1,2,none,folded", "F,1,2.5,none,folded", "F,1,2,open,folded", "F,1,2,none,lost"),
     ],
 )
 def test_a_checked_frame_of_unknown_form_is_not_used(payload):

@@ -188,7 +188,8 @@ def test_a_target_that_cannot_be_reached_has_its_own_status(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--out", "x"], "not built yet"),
+        (["--out", "x"], "say --simulate, or where the boards are"),
+        (["--drive", "p", "--out", "x"], "needs --fold PORT"),
         (["--simulate"], "--out FOLDER"),
         (["--simulate", "--out", "x", "--goto", "1500"], "the gut is 1000 mm long"),
         (["--simulate", "--out", "x", "--metres", "50"], "not within 0.2 to 10 m"),

@@ -93,6 +93,25 @@ def test_a_sensor_that_dies_before_the_pass_again_gives_no_verdict(value):
     assert np.isnan(place.evidence[1:]).all()
 
 
+@pytest.mark.parametrize("missing", ["wave", "samples"])
+def test_a_pass_in_which_wave_or_samples_were_away_is_no_evidence_and_comes_again(missing):
+    def away(readings, state):
+        beyond_mm = bench.bench.head_mm[-1][-1] - AT_MM
+        away.judgements += state == "passing" and beyond_mm > 2
+        if not 0 < away.judgements <= 5:
+            return readings
+        if missing == "wave":
+            return replace(readings, wave_mm=np.full_like(readings.wave_mm, np.nan))
+        return replace(readings, values=np.full_like(readings.values, np.nan))
+
+    away.judgements = 0
+    bench = Bench(away)
+    pilot = bench.lead()
+    place = next(place for place in pilot.suspects.places if abs(place.first_mm - AT_MM) < 8)
+    assert [np.isnan(evidence) for evidence in place.evidence] == [False, True, False]
+    assert place.status == "confirmed"
+
+
 def test_a_fold_board_that_never_folds_is_given_up_after_three_tries():
     def stuck(readings, state):
         return replace(readings, fold="folding") if state == "folding" else readings

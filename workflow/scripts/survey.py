@@ -2,7 +2,7 @@
 
 import sys
 
-from acquisition import output, survey_options, survey_run
+from acquisition import output, survey_options, surveys
 from acquisition.bench_errors import AcquisitionError
 from edges import files
 
@@ -10,7 +10,7 @@ from edges import files
 def main() -> None:
     """Survey; each fault has its own exit status."""
     try:
-        survey_run.survey(survey_options.parse())
+        surveys.survey(survey_options.parse())
     except AcquisitionError as error:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(error.status)

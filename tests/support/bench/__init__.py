@@ -1,6 +1,7 @@
-"""A bench without hardware: the boards' real firmware in an emulator, or a stand-in in Python.
+"""A bench without hardware: the boards' real firmware in an emulator, or stand-ins in Python.
 
-`emulated` runs the firmware in libsimavr, `stand_in` imitates the logger in plain Python where
-there is no emulator; `cable` joins either to a port that a program opens as it opens a USB port;
-`workbench` lets time pass for all of them.
+`emulated` runs the firmware in libsimavr, `stand_in` and `stand_in_motors` imitate the boards in
+plain Python; `cable` joins either to a port that a program opens as it opens a USB port;
+`workbench` lets time pass for all of them. For surveys, `gut` is the capsule in its gut, `surveyor`
+runs survey.py in step with the bench, and `rig` and `emulated_rig` are all of it.
 """

@@ -1,14 +1,17 @@
 /* One AVR board as a passive object: the caller owns time, the line and the pins.
  *
  * libsimavr runs the board's real firmware, cycle by cycle. This file joins it to the bench: the
- * UART as two byte queues, voltages at the ADC, the end stop, the coils of the stepper motor.
+ * UART as two byte queues, voltages at the ADC, switches, the coils of the stepper motor and the
+ * cam that it may turn.
  * Built as a shared library and called from emulated.py. */
 #include <simavr/avr_adc.h>
+#include <simavr/avr_extint.h>
 #include <simavr/avr_ioport.h>
 #include <simavr/avr_uart.h>
 #include <simavr/sim_avr.h>
 #include <simavr/sim_elf.h>
 #include <simavr/sim_io.h>
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -16,6 +19,13 @@
 #define CHANNELS 8
 #define QUEUE 65536
 #define STAMPS 8192
+
+/* Inputs with a switch to ground: the logger's end stop; the UNO's digital pins 2 and 3. */
+static const struct {
+    char port;
+    int bit;
+} SWITCH_PINS[] = {{'E', 4}, {'D', 2}, {'D', 3}};
+#define SWITCHES (int)(sizeof SWITCH_PINS / sizeof *SWITCH_PINS)
 
 /* Cycle counts of the last events; `count` goes on beyond the size. */
 typedef struct {
@@ -25,19 +35,58 @@ typedef struct {
 
 typedef struct {
     avr_t *avr;
-    avr_irq_t *adc_pins, *uart_in, *end_stop_pin;
+    avr_irq_t *adc_pins, *uart_in;
     int transmit_length, receive_length, receive_done;
     int uart_full;
     unsigned char transmit[QUEUE], receive[QUEUE];
     double from_mv[CHANNELS], to_mv[CHANNELS]; /* over the stretch being run */
     avr_cycle_count_t stretch_start, stretch_end;
-    unsigned char coils;
+    unsigned char coils; /* the last pattern; none since a reset */
     long half_steps;
     unsigned long illegal_steps; /* patterns or jumps that no half-step makes */
-    int end_stop_closed;
+    int closed[SWITCHES];
+    double cam_half_steps, cam_index, cam_closed; /* a turn, where it closes, and for how long */
+    void (*reset_processor)(avr_t *avr);
+    int restarted;
+    unsigned long watchdog_resets;
     unsigned long long cycles_asleep;
     stamps_t samples, steps;
 } board_t;
+
+/* Open, the firmware's pull-up holds the pin high. simavr passes on changes only, and would let a
+ * pull-up win over a closed switch. */
+static void drive_switch(board_t *board, int number) {
+    char port = SWITCH_PINS[number].port;
+    int bit = SWITCH_PINS[number].bit, high = !board->closed[number];
+    avr_irq_t *pin = avr_io_getirq(board->avr, AVR_IOCTL_IOPORT_GETIRQ(port), bit);
+    if (!pin) {
+        return; /* this processor has no such port */
+    }
+    avr_ioport_external_t outside = {.name = (unsigned long)port};
+    for (int i = 0; i < SWITCHES; i++) {
+        if (SWITCH_PINS[i].port == port) {
+            outside.mask |= 1 << SWITCH_PINS[i].bit;
+            outside.value |= !board->closed[i] << SWITCH_PINS[i].bit;
+        }
+    }
+    avr_ioctl(board->avr, AVR_IOCTL_IOPORT_SET_EXTERNAL(port), &outside);
+    avr_raise_irq(pin, !high);
+    avr_raise_irq(pin, high);
+}
+
+/* The cam's index closes the switch at digital pin 3. */
+static void turn_cam(board_t *board) {
+    if (board->cam_half_steps <= 0) {
+        return;
+    }
+    double beyond = fmod(board->half_steps - board->cam_index, board->cam_half_steps);
+    beyond += beyond < 0 ? board->cam_half_steps : 0;
+    int closed = beyond < board->cam_closed;
+    if (closed != board->closed[2]) {
+        board->closed[2] = closed;
+        drive_switch(board, 2);
+    }
+}
 
 static void stamp(stamps_t *stamps, avr_cycle_count_t cycle) {
     stamps->cycles[stamps->count++ % STAMPS] = cycle;
@@ -99,7 +148,10 @@ static void on_coils(avr_irq_t *irq, uint32_t value, void *context) {
         board->illegal_steps++;
         return;
     }
-    if (board->coils) {
+    if (!board->coils) { /* after a reset the rotor jumps to the nearest place that fits */
+        int turn = (place[coils] - board->half_steps) & 7;
+        board->half_steps += turn <= 4 ? turn : turn - 8;
+    } else {
         int turn = (place[coils] - place[board->coils]) & 7;
         if (turn == 1 || turn == 7) {
             board->half_steps += turn == 1 ? 1 : -1;
@@ -109,6 +161,7 @@ static void on_coils(avr_irq_t *irq, uint32_t value, void *context) {
         }
     }
     board->coils = coils;
+    turn_cam(board);
 }
 
 /* simavr would sleep on the wall clock; here sleeping costs nothing. */
@@ -122,17 +175,25 @@ static avr_cycle_count_t on_tick(avr_t *avr, avr_cycle_count_t when, void *conte
     return when + 1000 * MHZ;
 }
 
-/* Open, the firmware's pull-up holds the pin high. simavr passes on changes only. */
-static void drive_end_stop(board_t *board) {
-    if (board->end_stop_pin) {
-        avr_raise_irq(board->end_stop_pin, board->end_stop_closed);
-        avr_raise_irq(board->end_stop_pin, !board->end_stop_closed);
-    }
+static void on_reset(avr_t *avr) {
+    board_t *board = avr->custom.data;
+    board->restarted = 1;
+    board->reset_processor(avr);
 }
 
-static void settle_pins(board_t *board) {
-    avr_cycle_timer_register(board->avr, 1000 * MHZ, on_tick, board);
-    drive_end_stop(board);
+/* After a start simavr has forgotten the pins and the ticks. */
+static void settle(board_t *board) {
+    board->restarted = 0;
+    /* Off the whole ms: heard on one, a command would be answered with either of two times. */
+    avr_cycle_timer_register(board->avr, 370 * MHZ, on_tick, board);
+    board->uart_full = board->receive_length = board->receive_done = 0;
+    board->coils = 0;
+    for (int i = 0; i < 2; i++) { /* else simavr looks at a closed switch at every cycle */
+        avr_extint_set_strict_lvl_trig(board->avr, (uint8_t)i, 0);
+    }
+    for (int i = 0; i < SWITCHES; i++) {
+        drive_switch(board, i);
+    }
 }
 
 board_t *board_new(const char *mcu, const char *elf) {
@@ -152,11 +213,12 @@ board_t *board_new(const char *mcu, const char *elf) {
     avr->vcc = avr->avcc = avr->aref = 5000;
     avr->custom.data = board; /* simavr hands on_sleep() the AVR only */
     avr->sleep = on_sleep;
+    board->reset_processor = avr->reset;
+    avr->reset = on_reset;
     uint32_t flags = 0; /* neither standard output nor waiting on the wall clock */
     avr_ioctl(avr, AVR_IOCTL_UART_SET_FLAGS('0'), &flags);
     board->adc_pins = avr_io_getirq(avr, AVR_IOCTL_ADC_GETIRQ, ADC_IRQ_ADC0);
     board->uart_in = avr_io_getirq(avr, AVR_IOCTL_UART_GETIRQ('0'), UART_IRQ_INPUT);
-    board->end_stop_pin = avr_io_getirq(avr, AVR_IOCTL_IOPORT_GETIRQ('E'), 4);
     const struct {
         uint32_t kind;
         int index;
@@ -172,7 +234,7 @@ board_t *board_new(const char *mcu, const char *elf) {
         avr_irq_register_notify(avr_io_getirq(avr, outputs[i].kind, outputs[i].index),
                                 outputs[i].notify, board);
     }
-    settle_pins(board);
+    settle(board);
     return board;
 }
 
@@ -180,8 +242,7 @@ void board_reset(board_t *board) {
     avr_cycle_count_t cycle = board->avr->cycle;
     avr_reset(board->avr);
     board->avr->cycle = cycle;
-    board->uart_full = board->receive_length = board->receive_done = 0;
-    settle_pins(board);
+    settle(board);
 }
 
 /* Let time pass without the firmware: the boot loader waits, or the board has no power. */
@@ -194,9 +255,38 @@ void board_set_voltage(board_t *board, int channel, double from_mv, double to_mv
     board->to_mv[channel] = to_mv;
 }
 
-void board_set_end_stop(board_t *board, int closed) {
-    board->end_stop_closed = closed;
-    drive_end_stop(board);
+void board_set_switch(board_t *board, int number, int closed) {
+    if (board->closed[number] != closed) {
+        board->closed[number] = closed;
+        drive_switch(board, number);
+    }
+}
+
+/* Let the motor turn a cam: half-steps a turn, where its index is, and for which that lasts. */
+void board_set_cam(board_t *board, double turn, double index, double closed) {
+    board->cam_half_steps = turn;
+    board->cam_index = index;
+    board->cam_closed = closed;
+    turn_cam(board);
+}
+
+/* Let the program hang in the loop behind main, with its interrupts or without. */
+int board_hang(board_t *board, int interrupts) {
+    avr_t *avr = board->avr;
+    for (avr_flashaddr_t pc = 0; pc + 1 < avr->codeend; pc += 2) {
+        if (avr->flash[pc] == 0xFF && avr->flash[pc + 1] == 0xCF) { /* rjmp to itself */
+            avr->pc = pc;
+            avr->state = cpu_Running;
+            avr->sreg[S_I] = interrupts;
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* Let Timer1 no longer interrupt, as a flipped bit would. */
+void board_stop_timer(board_t *board) {
+    board->avr->data[0x6F] = 0; /* TIMSK1 */
 }
 
 /* Run to a point in time; 0, or 1 if the processor stopped. */
@@ -206,6 +296,10 @@ int board_run(board_t *board, unsigned long long until_us) {
     board->stretch_end = until_us * MHZ;
     while (avr->cycle < board->stretch_end) {
         int state = avr_run(avr);
+        if (board->restarted) {
+            board->watchdog_resets++;
+            settle(board);
+        }
         if (state == cpu_Done || state == cpu_Crashed) {
             return 1;
         }
@@ -245,6 +339,7 @@ long board_baud(board_t *board) {
 long board_half_steps(board_t *board) { return board->half_steps; }
 unsigned long board_illegal_steps(board_t *board) { return board->illegal_steps; }
 int board_coils(board_t *board) { return board->avr->data[0x25] & 0xF; } /* PORTB */
+unsigned long board_watchdog_resets(board_t *board) { return board->watchdog_resets; }
 unsigned long long board_cycles(board_t *board) { return board->avr->cycle; }
 unsigned long long board_cycles_asleep(board_t *board) { return board->cycles_asleep; }
 

@@ -59,6 +59,8 @@ class Cable:
         Makes from one frame of the board what arrives of it.
     resets : bool
         Opening the port resets the board, and the port feeds it.
+    sticks : bool
+        A byte that comes too early leaves its boot loader stuck, as on a Mega.
 
     Attributes
     ----------
@@ -69,11 +71,16 @@ class Cable:
     """
 
     def __init__(
-        self, board: Board, spoil: Callable[[bytes], bytes] | None = None, resets: bool = True
+        self,
+        board: Board,
+        spoil: Callable[[bytes], bytes] | None = None,
+        resets: bool = True,
+        sticks: bool = True,
     ) -> None:
         self.board = board
         self.spoil = spoil
         self.resets = resets
+        self.sticks = sticks
         self.whole: list[bytes] = []
         self.spoilt = 0
         self.plugged = False
@@ -136,7 +143,7 @@ class Cable:
         self._pass_on(self.board.take_sent())
 
     def _wait_in_boot_loader(self, received: bytes, until_us: int) -> None:
-        if received and not self.boot_loader_stuck:
+        if received and self.sticks and not self.boot_loader_stuck:
             self.boot_loader_stuck = True
             self._boot_ends_us += STUCK_BOOT_LOADER_US
         self.board.skip(until_us)
@@ -233,15 +240,20 @@ class TerminalCable(Cable):
         tcgets2 = 0x802C542A
         return struct.unpack("4I20B2I", fcntl.ioctl(self._master, tcgets2, bytes(44)))[-1]
 
+    @staticmethod
+    def waiting(end: int) -> int:
+        """Count the bytes that lie in the port, of which this is an open end."""
+        count_waiting = 0x541B
+        return struct.unpack("i", fcntl.ioctl(end, count_waiting, bytes(4)))[0]
+
     def wait_until_read(self, limit_s: float = 5.0) -> None:
         """Wait until the program has read what lies in the port."""
         # Closing a pseudo-terminal throws away what has not been read. The kernel passes bytes on
         # in its own time, so "empty" counts once it has lasted.
-        count_waiting = 0x541B
         end = os.open(self._name, os.O_RDWR | os.O_NOCTTY)
         empty_since = started = time.monotonic()
         while (now := time.monotonic()) - empty_since < 0.05:
-            if struct.unpack("i", fcntl.ioctl(end, count_waiting, bytes(4)))[0]:
+            if self.waiting(end):
                 empty_since = now
             if now - started > limit_s:
                 raise RuntimeError("the program does not read its port")

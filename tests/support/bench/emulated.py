@@ -14,6 +14,9 @@ HERE = Path(__file__).resolve().parent
 FIRMWARE = HERE.parents[2] / "workflow" / "firmware"
 LOGGER = "logger", "atmega2560"
 PERISTALSIS = "peristalsis", "atmega328p"
+FOLD = "fold", "atmega328p"
+BOARDS = LOGGER, PERISTALSIS, FOLD
+END_STOP, PIN_2, PIN_3 = range(3)  # the logger's switch, and those at an UNO's digital pins
 MHZ = 16
 
 
@@ -27,16 +30,22 @@ def missing_tools() -> str:
     return ""
 
 
+def temporary_folder() -> Path:
+    """Make a folder that lasts as long as the test run."""
+    folder = Path(tempfile.mkdtemp(prefix="capsule-bench-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
+
+
 @functools.cache
 def build_folder() -> Path:
     """Build the firmware and the emulator's library, once a test run."""
-    folder = Path(tempfile.mkdtemp(prefix="capsule-bench-"))
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    folder = temporary_folder()
     _run("make", "-s", "-C", FIRMWARE, f"BUILD={folder}")
     library = folder / "libavrboard.so"
     warnings = ("-Wall", "-Wextra", "-Werror")
     source = HERE / "avr_board.c"
-    _run("gcc", "-O2", *warnings, "-shared", "-fPIC", source, "-o", library, "-lsimavr")
+    _run("gcc", "-O2", *warnings, "-shared", "-fPIC", source, "-o", library, "-lsimavr", "-lm")
     return folder
 
 
@@ -57,13 +66,17 @@ def _library() -> ctypes.CDLL:
         ("skip", None, (board, moment)),
         ("run", number, (board, moment)),
         ("set_voltage", None, (board, number, real, real)),
-        ("set_end_stop", None, (board, number)),
+        ("set_switch", None, (board, number, number)),
+        ("set_cam", None, (board, real, real, real)),
+        ("hang", number, (board, number)),
+        ("stop_timer", None, (board,)),
         ("take_sent", number, (board, board, number)),
         ("deliver", number, (board, text, number)),
         ("baud", ctypes.c_long, (board,)),
         ("half_steps", ctypes.c_long, (board,)),
         ("illegal_steps", ctypes.c_ulong, (board,)),
         ("coils", number, (board,)),
+        ("watchdog_resets", ctypes.c_ulong, (board,)),
         ("cycles", moment, (board,)),
         ("cycles_asleep", moment, (board,)),
         ("sample_cycles", number, (board, board, number)),
@@ -80,7 +93,7 @@ class EmulatedBoard:
     Parameters
     ----------
     board : tuple of str
-        `LOGGER` or `PERISTALSIS`: the firmware's name and the processor's.
+        `LOGGER`, `PERISTALSIS` or `FOLD`: the firmware's name and the processor's.
     image : Path, optional
         The firmware, where it was built in another way.
     """
@@ -115,6 +128,11 @@ class EmulatedBoard:
         return self._library.board_coils(self._board)
 
     @property
+    def watchdog_resets(self) -> int:
+        """How often the watchdog has restarted the board."""
+        return self._library.board_watchdog_resets(self._board)
+
+    @property
     def fraction_asleep(self) -> float:
         """The part of all cycles in which the processor slept."""
         cycles = self._library.board_cycles(self._board)
@@ -139,7 +157,30 @@ class EmulatedBoard:
 
     def set_end_stop(self, closed: bool) -> None:
         """Press or release the end stop."""
-        self._library.board_set_end_stop(self._board, int(closed))
+        self.set_switch(END_STOP, closed)
+
+    def set_switch(self, switch: int, closed: bool) -> None:
+        """Close or open a switch: `END_STOP` of the logger, `PIN_2` or `PIN_3` of an UNO."""
+        self._library.board_set_switch(self._board, switch, int(closed))
+
+    def set_cam(self, turn: float, index: float, closed: float) -> None:
+        """Let the motor turn a cam whose index closes the switch at digital pin 3.
+
+        Parameters
+        ----------
+        turn, index, closed : float
+            Half-steps of the rotor: of a turn, at the index, and for which the switch stays closed.
+        """
+        self._library.board_set_cam(self._board, turn, index, closed)
+
+    def hang(self, interrupts: bool) -> None:
+        """Let the program run astray into an endless loop; interrupts may go on."""
+        if not self._library.board_hang(self._board, int(interrupts)):
+            raise RuntimeError("the firmware has no endless loop behind main")
+
+    def stop_timer(self) -> None:
+        """Let Timer1 no longer interrupt."""
+        self._library.board_stop_timer(self._board)
 
     def advance(self, until_us: int) -> None:
         """Run the firmware to a point in time."""

@@ -4,9 +4,20 @@ import re
 from pathlib import Path
 
 from support.bench.cable import Board
+from support.bench.emulated import FOLD, LOGGER, PIN_2, EmulatedBoard
 
 PAGE = (Path(__file__).parents[3] / "docs" / "protocol.md").read_text(encoding="utf-8")
 VOLTAGES_MV = [1000, 2500, 4000, 5000]  # at the logger's inputs, as the page says
+
+
+def board_of_the_page(board: tuple[str, str], image: Path | None = None) -> EmulatedBoard:
+    """Start a board, its inputs as the page says for its conversation."""
+    started = EmulatedBoard(board, image)
+    if board == LOGGER:
+        started.set_voltages(VOLTAGES_MV, VOLTAGES_MV)
+    if board == FOLD:
+        started.set_switch(PIN_2, closed=True)
+    return started
 
 
 def conversation(board: str) -> list[tuple[int, str, str]]:

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from types import SimpleNamespace
 
-from acquisition import clock, session
+from acquisition import attendance, clock, session
 from acquisition.archive import PartFile
 from acquisition.frame_log import FrameLog
 from acquisition.limits import Limits
@@ -68,6 +68,7 @@ class ScriptedBench:
         monkeypatch.setattr(clock, "time", SimpleNamespace(monotonic=lambda: self.now_s))
         self._awake = clock.AwakeClock()
         monkeypatch.setattr(session, "AWAKE", self._awake)
+        monkeypatch.setattr(attendance, "AWAKE", self._awake)
         monkeypatch.setattr(session, "elapsed_s", lambda: self.now_s)
         final = folder / "raw" / "3mm" / "r01.csv"
         self.log = FrameLog(folder / "logs" / "r01.log", self.told.append)

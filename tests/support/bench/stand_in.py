@@ -1,4 +1,4 @@
-"""The logger imitated in plain Python, for systems without the emulator."""
+"""Boards imitated in plain Python, for systems without the emulator and for hours in seconds."""
 
 import re
 
@@ -7,36 +7,31 @@ from acquisition.protocol import checksum, encode
 PERIOD_US = 100_000
 
 
-class StandInLogger:
-    """Answers and samples as the logger's firmware does; docs/protocol.md describes both."""
+class StandIn:
+    """What all boards have in common: a line, a clock that a reset sets back, and commands."""
 
     baud = 115200
+    device = ""
+    commands: tuple[str, ...] = ()
 
     def __init__(self) -> None:
-        self._voltages_mv = [0.0] * 4
-        self._end_stop_closed = False
         self._now_us = 0
+        self.resets = -1
         self.reset()
 
     def reset(self) -> None:
         """Press the reset button."""
+        self.resets += 1
         self._started_us = self._now_us
-        self._periods = 0
-        self._sequence = 0
-        self._running = False
-        self._closed_before = False
         self._line = b""
         self._sent = b""
-        self._send_identity()
+        self.begin()
+        self.send_identity()
 
-    def set_voltages(self, from_mv: list[float], to_mv: list[float]) -> None:
-        """Set the analogue inputs; they stay at the end of the stretch."""
-        del from_mv
-        self._voltages_mv = [float(voltage) for voltage in to_mv]
-
-    def set_end_stop(self, closed: bool) -> None:
-        """Press or release the end stop."""
-        self._end_stop_closed = closed
+    @property
+    def uptime_ms(self) -> int:
+        """Milliseconds since the board started."""
+        return (self._now_us - self._started_us) // 1000
 
     def skip(self, until_us: int) -> None:
         """Let time pass without the firmware."""
@@ -44,11 +39,6 @@ class StandInLogger:
 
     def advance(self, until_us: int) -> None:
         """Run to a point in time."""
-        while (moment := self._started_us + (self._periods + 1) * PERIOD_US) <= until_us:
-            self._now_us = moment
-            self._periods += 1
-            if self._running:
-                self._send_sample()
         self._now_us = until_us
 
     def take_sent(self) -> bytes:
@@ -67,40 +57,101 @@ class StandInLogger:
     def _obey(self, line: bytes) -> None:
         match = re.fullmatch(rb"\$([^*]*)\*([0-9A-F]{4})", line)
         if line == b"?":
-            self._send_identity()
+            self.send_identity()
         elif not match or int(match[2], 16) != checksum(match[1]):
             if line:
-                self._send("E,line,failed its check")
+                self.send("E,line,failed its check")
         else:
-            self._answer(match[1].decode("ascii"))
+            command, _, argument = match[1].decode("ascii").partition(",")
+            if command == "identify":
+                self.send_identity()
+            elif command in self.commands:
+                self.answer(command, argument)
+            else:
+                self.send(f"E,{command},unknown; the {self.device} knows {self.known()}")
 
-    def _answer(self, payload: str) -> None:
-        command, _, argument = payload.partition(",")
-        if argument:
-            self._send(f"E,{command},takes no argument")
-        elif command == "identify":
-            self._send_identity()
-        elif command in ("start", "pause"):
-            self._running = command == "start"
-            self._send(f"A,{command}")
-        else:
-            self._send(f"E,{command},unknown; the logger knows identify start pause")
+    def known(self) -> str:
+        """List what it obeys."""
+        return " ".join(("identify", *self.commands))
 
-    def _send(self, payload: str) -> None:
+    def send(self, payload: str) -> None:
+        """Send a frame."""
         self._sent += encode(payload)
 
-    def _send_identity(self) -> None:
-        state = "running" if self._running else "paused"
-        uptime_ms = (self._now_us - self._started_us) // 1000
-        self._send(
-            "I,logger,protocol=1,firmware=1.0,rate_hz=10,channels=4,adc_bits=10,vref_mv=5000,"
-            f"series_ohm=12000,state={state},uptime_ms={uptime_ms}"
+    def send_identity(self) -> None:
+        """Say what it is."""
+        entries = (
+            {"protocol": 1, "firmware": "1.0"} | self.entries() | {"uptime_ms": self.uptime_ms}
         )
+        self.send(f"I,{self.device}," + ",".join(f"{key}={entries[key]}" for key in entries))
+
+    def begin(self) -> None:
+        """Begin as after power-on."""
+        raise NotImplementedError
+
+    def entries(self) -> dict[str, object]:
+        """Give what it says of itself."""
+        raise NotImplementedError
+
+    def answer(self, command: str, argument: str) -> None:
+        """Obey a command that it knows."""
+        raise NotImplementedError
+
+
+class StandInLogger(StandIn):
+    """Answers and samples as the logger's firmware does; docs/protocol.md describes both."""
+
+    device = "logger"
+    commands = ("start", "pause")
+
+    def __init__(self) -> None:
+        self._voltages_mv = [0.0] * 4
+        self._end_stop_closed = False
+        super().__init__()
+
+    def begin(self) -> None:
+        """Begin as after power-on."""
+        self._periods = 0
+        self._sequence = 0
+        self._running = False
+        self._closed_before = False
+
+    def entries(self) -> dict[str, object]:
+        """Give what it says of itself."""
+        electronics = {"rate_hz": 10, "channels": 4, "adc_bits": 10, "vref_mv": 5000}
+        state = "running" if self._running else "paused"
+        return {**electronics, "series_ohm": 12000, "state": state}
+
+    def set_voltages(self, from_mv: list[float], to_mv: list[float]) -> None:
+        """Set the analogue inputs; they stay at the end of the stretch."""
+        del from_mv
+        self._voltages_mv = [float(voltage) for voltage in to_mv]
+
+    def set_end_stop(self, closed: bool) -> None:
+        """Press or release the end stop."""
+        self._end_stop_closed = closed
+
+    def advance(self, until_us: int) -> None:
+        """Run to a point in time."""
+        while (moment := self._started_us + (self._periods + 1) * PERIOD_US) <= until_us:
+            self._now_us = moment
+            self._periods += 1
+            if self._running:
+                self._send_sample()
+        self._now_us = until_us
+
+    def answer(self, command: str, argument: str) -> None:
+        """Obey a command that it knows."""
+        if argument:
+            self.send(f"E,{command},takes no argument")
+        else:
+            self._running = command == "start"
+            self.send(f"A,{command}")
 
     def _send_sample(self) -> None:
         counts = [min(max(int(mv * 1024 / 5000), 0), 1023) for mv in self._voltages_mv]
         at_end = self._end_stop_closed and self._closed_before
         self._closed_before = self._end_stop_closed
         cells = [self._sequence, self._periods * 100, *counts, int(at_end)]
-        self._send("D," + ",".join(map(str, cells)))
+        self.send("D," + ",".join(map(str, cells)))
         self._sequence += 1

@@ -2,14 +2,14 @@
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
+#include <capsule_motor.h>
 #include <stdlib.h>
 
 #define TICK_HZ (F_CPU / 64) /* of Timer1: 4 us */
 
-/* Coils at PB0..PB3 (digital pins 8..11), through the ULN2003 to the motor's blue, pink, yellow
- * and orange wires. */
-#define COILS 0x0F
-static const uint8_t HALF_STEP_COILS[8] = {0x1, 0x3, 0x2, 0x6, 0x4, 0xC, 0x8, 0x9};
+#define INDEX_PIN PD3 /* digital pin 3: the switch connects it to ground once a turn of the cam */
+#define INDEX_BEFORE 16 /* half-steps that the index must lie ahead before it can be passed */
+#define INDEX_AFTER 4   /* half-steps for which the switch must stay changed: no spike counts */
 
 /* Rates are signed thousandths of a half-step/s, negative backward. */
 #define START_RATE_MILLI (START_RATE * 1000L)
@@ -18,6 +18,8 @@ static volatile int32_t rate;      /* now; 0 at rest */
 static volatile int32_t wanted;    /* where the ramp leads */
 static volatile uint16_t ramp;     /* half-steps/s^2 */
 static volatile int32_t half_steps;
+static volatile int32_t last_index; /* half-steps where the cam shaft last passed its index */
+static volatile bool has_index;
 static volatile uint32_t overflows; /* of Timer1: 0.262 s each */
 static uint32_t remainder_ticks;    /* of the division in step_ticks(): no step is ever late */
 
@@ -36,12 +38,37 @@ static int32_t wave_um(int32_t steps, int32_t per_step) {
                      WAVELENGTH_UM / ((int64_t)HALF_STEPS_PER_TURN_NUMERATOR * per_step));
 }
 
-static void energize(void) {
-    PORTB = (PORTB & (uint8_t)~COILS) | HALF_STEP_COILS[half_steps & 7];
-}
-
-static void release(void) {
-    PORTB &= (uint8_t)~COILS; /* the gear holds the cam; the coils stay cool */
+/* Look for the edge of the index switch, at each half-step.
+ *
+ * Forward the switch closes there, backward it opens: the same edge of the cam both ways. Contacts
+ * bounce, so the edge counts once the switch has stayed so, and where it changed first. */
+static void watch_index(bool forward) {
+    static uint8_t before, after;
+    static bool last_forward, passing;
+    static int32_t candidate;
+    bool closed = !(PIND & 1 << INDEX_PIN);
+    if (forward != last_forward) {
+        last_forward = forward;
+        passing = false;
+        before = 0;
+    }
+    if (closed != forward) { /* the index lies ahead */
+        after = 0;
+        before += before < INDEX_BEFORE;
+        passing = passing && before < INDEX_BEFORE;
+        return;
+    }
+    if (before == INDEX_BEFORE) {
+        candidate = half_steps;
+        passing = true;
+    }
+    before = 0;
+    after += after < INDEX_AFTER;
+    if (passing && after == INDEX_AFTER) {
+        last_index = candidate;
+        has_index = true;
+        passing = false;
+    }
 }
 
 static uint16_t step_ticks(uint32_t magnitude) {
@@ -69,13 +96,15 @@ static int32_t ramped(int32_t now, int32_t target, uint16_t ticks) {
 }
 
 ISR(TIMER1_COMPA_vect) {
-    half_steps += rate > 0 ? 1 : -1;
-    energize();
+    bool forward = rate > 0;
+    half_steps += forward ? 1 : -1;
+    motor_hold((uint8_t)half_steps);
+    watch_index(forward);
     uint16_t ticks = step_ticks((uint32_t)labs(rate));
     rate = ramped(rate, wanted, ticks);
     if (rate == 0) {
         TIMSK1 &= (uint8_t) ~(1 << OCIE1A);
-        release();
+        motor_release();
     } else {
         OCR1A += ticks;
     }
@@ -86,7 +115,8 @@ ISR(TIMER1_OVF_vect) {
 }
 
 void motion_begin(void) {
-    DDRB |= COILS;
+    motor_begin();
+    PORTD |= 1 << INDEX_PIN; /* pull-up */
     TCCR1A = 0;
     TCCR1B = 1 << CS11 | 1 << CS10; /* counts freely, F_CPU / 64 */
     TIMSK1 = 1 << TOIE1;
@@ -102,7 +132,8 @@ motion_t motion_read(void) {
         count = TCNT1;
     }
     int32_t now = rate, target = wanted;
-    motion_t motion = {.half_steps = half_steps};
+    motion_t motion = {
+        .half_steps = half_steps, .has_index = has_index, .index = last_index};
     sei();
     motion.state = now == 0 ? STOPPED : target == 0 ? STOPPING : RUNNING;
     motion.uptime_ms = (uint32_t)(((uint64_t)elapsed << 16 | count) / (TICK_HZ / 1000));
@@ -126,7 +157,7 @@ static void lead_to(int32_t target) {
     if (rate == 0 && target != 0) { /* from rest: the interrupt is off */
         rate = ramped(0, target, 0);
         remainder_ticks = 0;
-        energize();
+        motor_hold((uint8_t)half_steps);
         OCR1A = TCNT1 + step_ticks((uint32_t)labs(rate));
         TIFR1 = 1 << OCF1A; /* forget matches from before */
         TIMSK1 |= 1 << OCIE1A;

@@ -35,6 +35,8 @@ typedef struct {
     int32_t position_um; /* of the wave */
     int32_t speed_um_s;  /* now, negative backward */
     motion_state_t state;
+    bool has_index; /* the cam shaft has passed its index since the board started */
+    int32_t index;  /* half-steps where it last did */
 } motion_t;
 
 void motion_begin(void);

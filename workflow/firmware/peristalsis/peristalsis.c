@@ -15,9 +15,15 @@
 
 #include "motion.h"
 
-#define FIRMWARE_VERSION "1.0"
+#define FIRMWARE_VERSION "1.1"
+#define MIN_LEASE_MS 1000
+#define MAX_LEASE_MS 60000
 
 static const char *const STATE_NAMES[] = {"stopped", "running", "stopping"};
+
+/* The wave stops by itself after so long without a command; 0: never. */
+static int32_t lease_ms;
+static uint32_t heard_ms; /* when the last command came */
 
 static void send_identity(void) {
     motion_t motion = motion_read();
@@ -29,6 +35,12 @@ static void send_identity(void) {
     frame_add_thousandths(&frame, motion_max_speed_um_s());
     frame_add_key(&frame, "state");
     frame_append(&frame, STATE_NAMES[motion.state]);
+    frame_add_key(&frame, "index");
+    if (motion.has_index) {
+        frame_add_signed(&frame, motion.index);
+    } else {
+        frame_append(&frame, "none");
+    }
     frame_add_key(&frame, "uptime_ms");
     frame_add_count(&frame, motion.uptime_ms);
     serial_send(&frame);
@@ -43,6 +55,11 @@ static void send_position(void) {
     frame_add_thousandths(&frame, motion.position_um);
     frame_add_thousandths(&frame, motion.speed_um_s);
     frame_add_text(&frame, STATE_NAMES[motion.state]);
+    if (motion.has_index) {
+        frame_add_signed(&frame, motion.index);
+    } else {
+        frame_add_text(&frame, "");
+    }
     serial_send(&frame);
 }
 
@@ -112,6 +129,17 @@ static bool set_direction(const char *argument) {
     return true;
 }
 
+static bool set_lease(const char *argument) {
+    int32_t wanted_ms;
+    if (!parse_thousandths(argument, &wanted_ms) ||
+        (wanted_ms != 0 && (wanted_ms < MIN_LEASE_MS || wanted_ms > MAX_LEASE_MS))) {
+        refuse_range("lease", MIN_LEASE_MS, MAX_LEASE_MS, " s, or 0 for none");
+        return false;
+    }
+    lease_ms = wanted_ms;
+    return true;
+}
+
 static bool start(const char *argument) {
     (void)argument;
     motion_start();
@@ -136,31 +164,29 @@ static bool position(const char *argument) {
     return false;
 }
 
-static const struct {
-    const char *name;
-    bool takes_argument;
-    bool (*obey)(const char *argument);
-} COMMANDS[] = {
+static const command_t COMMANDS[] = {
     {"identify", false, identify}, {"position", false, position},
     {"start", false, start},       {"stop", false, stop},
     {"speed", true, set_speed},    {"direction", true, set_direction},
-    {"ramp", true, set_ramp},
+    {"ramp", true, set_ramp},      {"lease", true, set_lease},
 };
 
 static void obey(char *command) {
-    char *argument = split_argument(command);
-    for (uint8_t i = 0; i < sizeof COMMANDS / sizeof *COMMANDS; i++) {
-        if (strcmp(command, COMMANDS[i].name) != 0) {
-            continue;
-        }
-        if (*argument && !COMMANDS[i].takes_argument) {
-            refuse(command, "takes no argument");
-        } else if (COMMANDS[i].obey(argument)) {
-            acknowledge(command, argument);
-        }
+    heard_ms = motion_read().uptime_ms;
+    obey_one_of(
+        COMMANDS, sizeof COMMANDS / sizeof *COMMANDS, command,
+        "unknown; peristalsis knows identify position start stop speed direction ramp lease");
+}
+
+/* Timer1 wakes the processor every 0.26 s at the latest, each half-step sooner. */
+static void stop_without_lease(void) {
+    if (!lease_ms) {
         return;
     }
-    refuse(command, "unknown; peristalsis knows identify position start stop speed direction ramp");
+    motion_t motion = motion_read();
+    if (motion.state == RUNNING && motion.uptime_ms - heard_ms > (uint32_t)lease_ms) {
+        motion_stop();
+    }
 }
 
 int main(void) {
@@ -171,6 +197,7 @@ int main(void) {
     send_identity();
     for (;;) {
         receive_commands(obey, send_identity);
+        stop_without_lease();
         cli();
         if (!serial_available()) {
             sleep_enable();

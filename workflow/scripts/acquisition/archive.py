@@ -244,11 +244,13 @@ def _unfinished_text(part: Path) -> str:
     return f"{part} is an unfinished recording; complete it first: acquire.py --recover"
 
 
-def explain_write_fault(fault: OSError, path: Path) -> AcquisitionError:
-    """Turn a failed write into a reason; a full disk has one of its own."""
+def explain_write_fault(
+    fault: OSError, path: Path, remedy: str = "acquire.py --recover"
+) -> AcquisitionError:
+    """Turn a failed write into a reason; a full disk has one of its own, with what to run later."""
     if fault.errno in _FULL:
         return DiskFullError(
             f"the disk is full at {path}; the samples written so far are kept. Free some space, "
-            "then run: acquire.py --recover"
+            f"then run: {remedy}"
         )
     return AcquisitionError(f"{path} cannot be written: {fault.strerror}")

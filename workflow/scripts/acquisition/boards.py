@@ -34,7 +34,11 @@ _NUMBERS = {
     "vref_mv": (1, 100_000),
     "series_ohm": (1, 1_000_000_000),
 }
-PURPOSES = {"logger": "record with it (--port)", "peristalsis": "drive the wave with it (--drive)"}
+PURPOSES = {
+    "logger": "record with it (--port)",
+    "peristalsis": "drive the wave with it (--drive)",
+    "fold": "fold the origami with it (survey.py --fold)",
+}
 
 
 def identify(line: Line, wanted: str) -> Identity:
@@ -44,7 +48,7 @@ def identify(line: Line, wanted: str) -> Identity:
     ----------
     line : Line
         An open line.
-    wanted : {"logger", "peristalsis"}
+    wanted : {"logger", "peristalsis", "fold"}
         The board it should be.
 
     Raises
@@ -54,32 +58,64 @@ def identify(line: Line, wanted: str) -> Identity:
     LineLostError
         The port went away.
     """
-    quiet_until = time.monotonic() + QUIET_S
-    deadline = ask_at = identity = None
-    frames = 0
-    others: list[Arrival] = []
-    while deadline is None or time.monotonic() < deadline:
-        if deadline and time.monotonic() > deadline - ANSWER_S + GARBLED_S:
-            if line.bytes_read == 0:
-                break
-            _check_baud(line, frames)
-        for arrival in line.receive():
-            frames += not isinstance(arrival.event, Damaged)
+    introduction = Introduction(line, wanted)
+    while True:
+        if identity := introduction.step(line.receive()):
+            return identity
+
+
+class Introduction:
+    """A board that is asked what it is, step by step, so that others need not wait for it.
+
+    Parameters
+    ----------
+    line : Line
+        A line that has just been opened.
+    wanted : str
+        The board it should be.
+    """
+
+    def __init__(self, line: Line, wanted: str) -> None:
+        self._line, self._wanted = line, wanted
+        self._quiet_until = time.monotonic() + QUIET_S
+        self._asked_from: float | None = None
+        self._ask_at = 0.0
+        self._frames = 0
+        self._others: list[Arrival] = []
+
+    def step(self, arrivals: Iterable[Arrival]) -> Identity | None:
+        """Take what has come in, and ask if it is time; None while the board has not answered.
+
+        Raises
+        ------
+        AcquisitionError, LineLostError
+            As `identify`.
+        """
+        line, identity = self._line, None
+        for arrival in arrivals:
+            self._frames += not isinstance(arrival.event, Damaged)
             if isinstance(arrival.event, Identity):
-                _check(arrival.event, wanted, line.port)
+                _check(arrival.event, self._wanted, line.port)
                 identity = arrival.event
             else:
-                others.append(arrival)
+                self._others.append(arrival)
         if identity:
-            line.put_back(others)  # a board that runs already sends samples meanwhile
+            line.put_back(self._others)  # a board that runs already sends samples meanwhile
             return identity
-        if deadline is None and (line.bytes_read or time.monotonic() > quiet_until):
-            deadline = time.monotonic() + ANSWER_S
-            ask_at = time.monotonic()
-        if ask_at is not None and time.monotonic() >= ask_at:
+        now_s = time.monotonic()
+        if self._asked_from is None:
+            if not line.bytes_read and now_s <= self._quiet_until:
+                return None
+            self._asked_from = self._ask_at = now_s
+        asked_s = now_s - self._asked_from
+        if asked_s > ANSWER_S or (asked_s > GARBLED_S and line.bytes_read == 0):
+            raise _explain_silence(line, self._frames)
+        if asked_s > GARBLED_S:
+            _check_baud(line, self._frames)
+        if now_s >= self._ask_at:
             line.send("identify")
-            ask_at += ASK_EVERY_S
-    raise _explain_silence(line, frames)
+            self._ask_at += ASK_EVERY_S
+        return None
 
 
 def _check_baud(line: Line, frames: int) -> None:
@@ -205,7 +241,7 @@ def find(
 
     Parameters
     ----------
-    wanted : {"logger", "peristalsis"}
+    wanted : {"logger", "peristalsis", "fold"}
         The board to find.
     baud : int
         Bits per second.

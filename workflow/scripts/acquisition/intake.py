@@ -1,8 +1,9 @@
 """What becomes of a sample: checked, placed in time, and written with the gap before it."""
 
 import math
+from collections.abc import Sequence
+from typing import Protocol
 
-from acquisition.archive import PartFile
 from acquisition.frame_log import FrameLog
 from acquisition.protocol import Damaged, Identity, Sample
 from acquisition.sieve import Sieve, Sifted
@@ -12,6 +13,16 @@ from acquisition.timeline import CLOCK_ENDS_MS, Place, Timeline
 FLUSH_EVERY = 1000  # samples: a gap of days is written in pieces, never held in memory
 
 
+class Rows(Protocol):
+    """Where samples go, such as the file of a recording."""
+
+    def add(self, time_s: float, values: Sequence[float] | None) -> None:
+        """Add a sample; None is a missing one."""
+
+    def flush(self) -> None:
+        """Hand on what was added."""
+
+
 class Intake:
     """Takes the samples of one recording.
 
@@ -19,7 +30,7 @@ class Intake:
     ----------
     identity : Identity
         What the logger says of itself.
-    part : PartFile
+    rows : Rows
         Where the samples go.
     log : FrameLog
         Where everything else goes.
@@ -39,12 +50,12 @@ class Intake:
     """
 
     def __init__(
-        self, identity: Identity, part: PartFile, log: FrameLog, limit: int | None, kept: int
+        self, identity: Identity, rows: Rows, log: FrameLog, limit: int | None, kept: int
     ) -> None:
         rate_hz = float(identity.entries["rate_hz"])
         self._sensors = int(identity.entries["channels"])
         self._full_scale = 2 ** int(identity.entries["adc_bits"]) - 1
-        self._part = part
+        self._rows = rows
         self._log = log
         self._limit = math.inf if limit is None else limit
         self._kept = kept
@@ -58,6 +69,11 @@ class Intake:
     def received(self) -> int:
         """How many samples were accepted."""
         return self.progress.places - self.progress.missing
+
+    @property
+    def taken_s(self) -> float:
+        """The computer's clock when the last sample was taken, rather too early."""
+        return self._timeline.taken_s
 
     def take(self, sample: Sample, moment_s: float) -> None:
         """Take a sample that was read at that moment of the computer's clock."""
@@ -122,13 +138,13 @@ class Intake:
 
     def _keep(self, index: int, counts: tuple[int, ...] | None) -> None:
         # Rounded: 3 * 0.1 would be written 0.30000000000000004.
-        self._part.add(round(index * self.progress.period_s, 6), counts)
+        self._rows.add(round(index * self.progress.period_s, 6), counts)
         if len(self.samples) < self._kept:
             self.samples.append(counts)
         self.progress.recent.append(counts)
         self.progress.places = index + 1
         if index % FLUSH_EVERY == 0:
-            self._part.flush()
+            self._rows.flush()
 
     def _note_gap(self, place: Place) -> None:
         self.progress.gaps += 1

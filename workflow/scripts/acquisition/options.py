@@ -36,8 +36,8 @@ def parse(arguments: list[str] | None = None) -> argparse.Namespace:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     _add_run_options(parser)
-    _add_board_options(parser)
-    _add_wave_options(parser)
+    add_board_options(parser)
+    add_wave_options(parser)
     _add_place_options(parser)
     options = parser.parse_args(arguments)
     for option, value in vars(options).items():
@@ -85,7 +85,8 @@ def _add_run_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _add_board_options(parser: argparse.ArgumentParser) -> None:
+def add_board_options(parser: argparse.ArgumentParser) -> None:
+    """Add what says where the logger is, and for how long to wait for it."""
     group = parser.add_argument_group("the logger board")
     group.add_argument("--port", help="serial port (default: search the USB ports)")
     group.add_argument(
@@ -101,7 +102,8 @@ def _add_board_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _add_wave_options(parser: argparse.ArgumentParser) -> None:
+def add_wave_options(parser: argparse.ArgumentParser) -> None:
+    """Add what says where the peristalsis board is, and how the wave travels."""
     group = parser.add_argument_group("the peristalsis board")
     group.add_argument("--drive", metavar="PORT", help="serial port; start and stop the wave")
     group.add_argument(

@@ -14,7 +14,10 @@ LONGEST_FRAME = 256
 _PIECE = re.compile(rb"(\$?[^$\n]*)(\n|(?=\$))")
 _FRAME = re.compile(rb"\$([ -~]*)\*([0-9A-F]{4})")
 _COUNT = re.compile(r"\d{1,10}")
+_WHOLE = re.compile(r"-?\d{1,10}")
 _NUMBER = re.compile(r"-?\d{1,10}(\.\d{1,6})?")
+_SWITCHES = ("none", "unfolded", "folded", "both")
+_FOLD_STATES = ("unfolded", "folding", "folded", "unfolding", "fault")
 
 
 @dataclass(frozen=True)
@@ -41,7 +44,7 @@ class Sample:
 
 @dataclass(frozen=True)
 class Identity:
-    """What a board says of itself: its kind (``logger``, ``peristalsis``) and its entries."""
+    """What a board says of itself: its kind (such as ``logger``) and its entries."""
 
     device: str
     entries: Mapping[str, str]
@@ -49,12 +52,42 @@ class Identity:
 
 @dataclass(frozen=True)
 class Position:
-    """Where the wave of the peristalsis board is; speed is negative backward."""
+    """Where the wave of the peristalsis board is; speed is negative backward.
+
+    Attributes
+    ----------
+    index_half_steps : int, optional
+        The half-steps at which the cam shaft last passed its index; None where it has not since
+        the board started, or where the firmware is older than the index.
+    """
 
     device_ms: int
     half_steps: int
     position_mm: float
     speed_mm_s: float
+    state: str
+    index_half_steps: int | None = None
+
+
+@dataclass(frozen=True)
+class FoldState:
+    """What the fold board says of the origami.
+
+    Attributes
+    ----------
+    device_ms : int
+        Milliseconds since the board started.
+    half_steps : int
+        Half-steps that the thread is wound since the switch "unfolded" last closed.
+    switches : {"none", "unfolded", "folded", "both"}
+        The end switches that are closed.
+    state : {"unfolded", "folding", "folded", "unfolding", "fault"}
+        What the board makes of it.
+    """
+
+    device_ms: int
+    half_steps: int
+    switches: str
     state: str
 
 
@@ -82,7 +115,7 @@ class Damaged:
     reason: str
 
 
-Event = Sample | Identity | Position | Acknowledgement | Refusal | Damaged
+Event = Sample | Identity | Position | FoldState | Acknowledgement | Refusal | Damaged
 
 
 def checksum(payload: bytes) -> int:
@@ -176,12 +209,31 @@ def _read_identity(fields: list[str]) -> Identity | None:
 
 
 def _read_position(fields: list[str]) -> Position | None:
-    if len(fields) != 5 or not all(map(_NUMBER.fullmatch, fields[:4])):
+    if len(fields) not in (5, 6) or not all(map(_NUMBER.fullmatch, fields[:4])):
         return None
     if "." in fields[0] + fields[1]:
         return None
-    device_ms, half_steps, position_mm, speed_mm_s, state = fields
-    return Position(int(device_ms), int(half_steps), float(position_mm), float(speed_mm_s), state)
+    device_ms, half_steps, position_mm, speed_mm_s, state = fields[:5]
+    index = "".join(fields[5:])
+    if index and not _WHOLE.fullmatch(index):
+        return None
+    return Position(
+        int(device_ms),
+        int(half_steps),
+        float(position_mm),
+        float(speed_mm_s),
+        state,
+        int(index) if index else None,
+    )
+
+
+def _read_fold_state(fields: list[str]) -> FoldState | None:
+    if len(fields) != 4 or not _COUNT.fullmatch(fields[0]) or not _WHOLE.fullmatch(fields[1]):
+        return None
+    device_ms, half_steps, switches, state = fields
+    if switches not in _SWITCHES or state not in _FOLD_STATES:
+        return None
+    return FoldState(int(device_ms), int(half_steps), switches, state)
 
 
 def _read_acknowledgement(fields: list[str]) -> Acknowledgement | None:
@@ -196,6 +248,7 @@ _READERS = {
     "D": _read_sample,
     "I": _read_identity,
     "P": _read_position,
+    "F": _read_fold_state,
     "A": _read_acknowledgement,
     "E": _read_refusal,
 }

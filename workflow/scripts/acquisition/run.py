@@ -17,6 +17,7 @@ from acquisition.drive import Drive, Wave
 from acquisition.frame_log import FrameLog
 from acquisition.limits import Limits, StopRequest
 from acquisition.line import Line
+from acquisition.logger_board import check_fits, header_of
 from acquisition.options import PROJECT
 from acquisition.protocol import Identity
 from acquisition.session import Session
@@ -51,10 +52,12 @@ def record(options: argparse.Namespace) -> None:
         full_scale = 2 ** int(identity.entries["adc_bits"]) - 1
         terminal = Terminal(sys.stdout, full_scale)
         sensors = int(identity.entries["channels"])
-        _check_fits(identity, settings["recording"])
+        check_fits(identity, settings["recording"])
         length = settings["preprocessing"]["length"]
         watchers = _watchers(options, drive, judge, terminal, f"{folder}/{name}", sensors, length)
-        header = _header(identity, started, options, wave if drive else None)
+        header = header_of(identity, started, wave if drive else None)
+        header |= {"site": options.site} if options.site else {}
+        header |= {"session": options.session} if options.session else {}
         if drive:
             drive.start()
         stop = StopRequest()
@@ -141,36 +144,6 @@ def _logger(options: argparse.Namespace) -> tuple[Line, Identity]:
 
 def _period_s(identity: Identity) -> float:
     return 1.0 / float(identity.entries["rate_hz"])
-
-
-def _check_fits(identity: Identity, settings: dict) -> None:
-    """Refuse to record what the workflow would refuse to read."""
-    for entry, key in (("channels", "sensors"), ("rate_hz", "rate_hz")):
-        if float(identity.entries[entry]) != settings[key]:
-            raise AcquisitionError(
-                f"the board has {entry} = {identity.entries[entry]}, but the workflow is "
-                f"configured for {settings[key]:g} (config/config.yaml: recording.{key})"
-            )
-
-
-def _header(
-    identity: Identity, started: datetime, options: argparse.Namespace, wave: Wave | None
-) -> dict[str, str]:
-    entries = identity.entries
-    header = {
-        "source": f"recorded by the {identity.device} board, firmware {entries['firmware']}",
-        "rate_hz": entries["rate_hz"],
-        "adc_bits": entries["adc_bits"],
-        "vref_v": f"{int(entries['vref_mv']) / 1000:g}",
-        "series_ohm": entries["series_ohm"],
-        "started": started.isoformat(timespec="seconds").replace("+00:00", "Z"),
-    }
-    if wave:
-        header["wave_speed_mm_s"] = f"{wave.speed_mm_s:g}"
-        header["wave_direction"] = wave.direction
-    header |= {"site": options.site} if options.site else {}
-    header |= {"session": options.session} if options.session else {}
-    return header
 
 
 def _watchers(

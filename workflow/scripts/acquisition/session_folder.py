@@ -19,7 +19,12 @@ from edges.file_lock import lock_file
 from edges.files import read_json, write_csv, write_json, write_whole
 
 STREAM, EVENTS, PLACES, ABOUT = "stream.csv", "events.jsonl", "places.csv", "session.json"
-RECORDINGS = "recordings"
+RECORDINGS, BOARDS_LOG = "recordings", "boards.log"
+REMEDY = "survey.py --resume"
+# What the survey made of the readings; only the last of a judgement has them.
+JUDGED = ("head_mm", "score", "threshold")
+# The entry of the phase at the cam shaft's index.
+INDEX = "index_mm"
 PLACE_COLUMNS = (
     "place",
     "status",
@@ -62,7 +67,7 @@ class GrowingFile:
         except BlockingIOError as fault:
             raise AcquisitionError(f"{self._path} is being written by another program") from fault
         except OSError as fault:
-            raise explain_write_fault(fault, self._path) from fault
+            raise explain_write_fault(fault, self._path, REMEDY) from fault
         content = self._path.read_bytes()
         # A line that a power cut has cut off was never whole, and comes again.
         whole = content.rfind(b"\n") + 1
@@ -97,6 +102,13 @@ class GrowingFile:
             )
         self._compared += 1
 
+    def cut(self) -> None:
+        """Drop the lines that were there and have not come again; what follows is new."""
+        kept = b"".join(self._known[: self._compared])
+        os.ftruncate(self._descriptor, len(kept))
+        os.lseek(self._descriptor, len(kept), os.SEEK_SET)
+        self._known = self._known[: self._compared]
+
     def flush(self) -> None:
         """Hand what was added to the operating system."""
         content = b"".join(self._pending)
@@ -105,14 +117,14 @@ class GrowingFile:
             while content:
                 content = content[os.write(self._descriptor, content) :]
         except OSError as fault:
-            raise explain_write_fault(fault, self._path) from fault
+            raise explain_write_fault(fault, self._path, REMEDY) from fault
 
     def sync(self) -> None:
         """Have the disk keep what was flushed."""
         try:
             os.fsync(self._descriptor)
         except OSError as fault:
-            raise explain_write_fault(fault, self._path) from fault
+            raise explain_write_fault(fault, self._path, REMEDY) from fault
 
     def finish(self) -> None:
         """Give it its name."""
@@ -152,23 +164,24 @@ class SessionFolder:
         self, folder: Path, about: Mapping, sensors: int, *, resumed: bool, raw: Path | None = None
     ) -> None:
         if not resumed:
-            if folder.exists():
-                raise NameExistsError(
-                    f"{folder} exists, and a session is never overwritten; choose another --out, "
-                    "or take it up again with --resume"
-                )
+            check_new(folder)
             write_json(folder / ABOUT, about)
-        self.folder, self._raw = folder, raw
+        self.folder, self._raw, self._about = folder, raw, dict(about)
         self._stream = GrowingFile(folder / STREAM)
         self._events = GrowingFile(folder / EVENTS)
         self._synced_s = time.monotonic()
-        columns = [*column_names(sensors), "wave_mm", "head_mm", "score", "threshold", "fold"]
-        self._stream.add(",".join(columns) + "\n")
+        self._stream.add(stream_columns(sensors) + "\n")
 
     @property
     def caught_up(self) -> bool:
         """Whether a session that was taken up again has come to where it was killed."""
         return self._stream.caught_up
+
+    def note_index(self, index_mm: float | None) -> None:
+        """Keep the phase of the wave at the cam shaft's index, as soon as it is known."""
+        if index_mm is not None and self._about.get(INDEX) is None:
+            self._about[INDEX] = round(index_mm, 3)
+            write_json(self.folder / ABOUT, self._about)
 
     def add_readings(self, readings: Readings, judgement: Judgement) -> None:
         """Add samples to the stream, and to the last of them what the survey made of them.
@@ -196,6 +209,11 @@ class SessionFolder:
                 for key, value in asdict(event).items()
             }
             self._events.add(json.dumps(content) + "\n")
+
+    def go_on_from_here(self) -> None:
+        """Drop what was there and has not come again: a survey on boards goes on differently."""
+        self._stream.cut()
+        self._events.cut()
 
     def keep(self) -> None:
         """Hand everything to the operating system, and once a second to the disk."""
@@ -230,6 +248,27 @@ class SessionFolder:
         """Leave the files as they are."""
         self._stream.close()
         self._events.close()
+
+    def discard(self) -> None:
+        """Remove a session that has not begun: it holds no sample."""
+        self.close()
+        for name in (STREAM + SUFFIX, EVENTS + SUFFIX, BOARDS_LOG, ABOUT):
+            (self.folder / name).unlink(missing_ok=True)
+        self.folder.rmdir()
+
+
+def check_new(folder: Path) -> None:
+    """Make sure that there is no such session; raises `NameExistsError`."""
+    if folder.exists():
+        raise NameExistsError(
+            f"{folder} exists, and a session is never overwritten; choose another --out, "
+            "or take it up again with --resume"
+        )
+
+
+def stream_columns(sensors: int) -> str:
+    """Return the first line of a stream of so many sensors."""
+    return ",".join([*column_names(sensors), "wave_mm", *JUDGED, "fold"])
 
 
 def read_about(folder: Path) -> dict:

@@ -1,4 +1,7 @@
-"""A simulated bench for surveys: the phantom's journey, and a fold board that grants leases."""
+"""A simulated bench for surveys: the phantom's journey, and a fold board that grants leases.
+
+It is a `acquisition.survey_bench.SurveyBench` on which nothing ever fails.
+"""
 
 import numpy as np
 
@@ -37,7 +40,12 @@ class SimulatedBench:
         The truth: where the head stood at each sample.
     header : dict of str to str
         What is to be said of its recordings.
+    trouble, index_mm
+        None: it has no trouble, and its sessions are simulated again instead of being taken up.
     """
+
+    trouble = None
+    index_mm = None
 
     def __init__(self, journey: Journey, rate_hz: float, header: dict[str, str]) -> None:
         self._journey, self._rate_hz = journey, rate_hz
@@ -79,6 +87,12 @@ class SimulatedBench:
             stretch.wave_mm,
             self._state(float(stretch.folded[0]), float(stretch.folded[-1])),
         )
+
+    def leave(self) -> list[str]:
+        """Unfold the origami and stop the wave; there is nothing to warn of."""
+        self._let_go()
+        self._journey.stop_wave()
+        return []
 
     def _let_go(self) -> None:
         self._folding = False

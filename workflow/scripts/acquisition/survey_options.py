@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from acquisition.options import add_board_options, add_wave_options
 from edges.phantom import natural, phantom_arguments
 
 EXAMPLES = """
@@ -12,13 +13,20 @@ examples:
   survey.py --resume sessions/demo take up a session that was killed
   survey.py --simulate --metres 1 --goto 500 140 --out sessions/there
                                    go to 500 mm, then back to 140 mm, and stop
+  survey.py --drive /dev/ttyACM1 --fold /dev/ttyACM2 --out sessions/tuesday
+                                   on the bench, until the end stop or Ctrl-C
+  survey.py --resume sessions/tuesday --fold /dev/ttyACM3
+                                   go on with it; the fold board has another port now
 
 Nothing of the folding was measured: docs/survey.md.
 
 exit status:
   0 the gut was surveyed, or the target reached     1 other fault        2 wrong option
-  9 disk full      10 name exists     13 the capsule cannot go back to the target
- 14 the origami did not obey          130 ended by Ctrl-C
+  3 no board       4 no answer         5 port in use        6 no permission for the port
+  7 wrong baud rate                    8 wrong board        9 disk full      10 name exists
+ 11 a board was lost for longer than --patience            12 a board refuses
+ 13 the target was not reached       14 the origami did not obey
+130 ended by Ctrl-C
 """
 # Room for a pass before the first nodule and behind the last.
 SHORTEST_M = 0.2
@@ -34,8 +42,9 @@ def parse(arguments: list[str] | None = None) -> argparse.Namespace:
         parents=[phantom_arguments()],
     )
     add = parser.add_argument
-    add("--simulate", action="store_true", help="in a simulated gut; no boards can do it yet")
-    add("--metres", type=_length, default=1.0, metavar="M", help="length of the gut (default: 1)")
+    add("--simulate", action="store_true", help="in a simulated gut, without boards")
+    metres = "length of the gut (default: 1 if simulated, else to the end stop)"
+    add("--metres", type=_length, metavar="M", help=metres)
     nodules = "diameters of nodules, which lie at places drawn from the seed"
     add("--nodules", type=_diameter, nargs="+", default=[], metavar="MM", help=nodules)
     add("--seed", type=natural, default=1, metavar="N", help="same seed, same session (default: 1)")
@@ -46,16 +55,33 @@ def parse(arguments: list[str] | None = None) -> argparse.Namespace:
     add("--resume", type=Path, metavar="FOLDER", help="take up a session that was killed")
     results = "where the workflow has put detectors.json, for sizes (default: results)"
     add("--results", type=Path, default=Path("results"), metavar="FOLDER", help=results)
+    add_board_options(parser)
+    add_wave_options(parser)
+    parser.add_argument_group("the fold board").add_argument(
+        "--fold", metavar="PORT", help="serial port; fold and unfold the origami"
+    )
     options = parser.parse_args(arguments)
     if options.resume is None:
-        if not options.simulate:
-            parser.error("say --simulate: the boards of a real survey are not built yet")
-        if options.out is None:
-            parser.error("say where the session goes: --out FOLDER")
-        outside = [target for target in options.goto if not 0 <= target <= options.metres * 1000]
-        if outside:
-            parser.error(f"--goto {outside[0]:g}: the gut is {options.metres * 1000:g} mm long")
+        _check_new(options, parser)
     return options
+
+
+def _check_new(options: argparse.Namespace, parser: argparse.ArgumentParser) -> None:
+    """Check what a new session needs, and fill in what was left out."""
+    boards = {"--drive": options.drive, "--fold": options.fold}
+    if options.simulate == any(boards.values()):
+        parser.error("say --simulate, or where the boards are: --drive PORT --fold PORT")
+    missing = [option for option, port in boards.items() if not options.simulate and not port]
+    if missing:
+        parser.error(f"a survey needs {missing[0]} PORT too")
+    if options.out is None:
+        parser.error("say where the session goes: --out FOLDER")
+    if options.simulate and options.metres is None:
+        options.metres = 1.0
+    length_mm = float("inf") if options.metres is None else options.metres * 1000
+    outside = [target for target in options.goto if not 0 <= target <= length_mm]
+    if outside:
+        parser.error(f"--goto {outside[0]:g}: the gut is {length_mm:g} mm long")
 
 
 def _length(text: str) -> float:

@@ -1,92 +1,39 @@
-"""What survey.py does: lead a capsule along a gut, and keep everything that it felt."""
+"""One survey, from its first sample to its last: who decides, who obeys, and what is kept."""
 
-import argparse
-import sys
+import math
 from collections.abc import Mapping
-from pathlib import Path
+from dataclasses import replace
+from datetime import UTC, datetime
 
 import numpy as np
 
-from acquisition.bench_errors import CannotArriveError, SurveyFaultError
+from acquisition.bench_errors import AcquisitionError
 from acquisition.limits import StopRequest
-from acquisition.pass_sizes import PassSizes, pass_sizes
-from acquisition.session_folder import SessionFolder, read_about
-from acquisition.simulated_bench import SOURCE, SimulatedBench, simulated_bench
+from acquisition.pass_sizes import PassSizes
+from acquisition.session_folder import SessionFolder
+from acquisition.stored_survey import StoredSurvey
+from acquisition.survey_bench import SurveyBench
 from acquisition.survey_view import SurveyView
 from capsule import words
 from capsule.recording import Recording
 from capsule.survey.pilot import Pilot
-from capsule.survey.survey_log import UNFOLDED, Judgement, Readings
+from capsule.survey.survey_log import UNFOLDED, UNKNOWN_FOLD, Judgement, Readings
 from capsule.survey.suspected_place import Place
-from edges.config_files import read_config_file
-from edges.phantom import CONFIG, read_phantom
 
 # A recording of one pass is shorter than the paper's matrix. No two hold the same samples, and what
 # is left of a pass must show the sensors' usual beats.
 _LONGEST_PASS, _SHORTEST_PASS = 990, 300
-
-
-def survey(options: argparse.Namespace) -> None:
-    """Survey a gut, or go to targets in it.
-
-    Raises
-    ------
-    CannotArriveError, SurveyFaultError
-        The capsule did not come where it should, or the origami did not obey.
-    """
-    resumed = options.resume is not None
-    folder = options.resume if resumed else options.out
-    about = read_about(folder) if resumed else _about(options)
-    settings = read_config_file(CONFIG / "config.yaml")
-    phantom = read_phantom(Path(about["parameters"]), about["changes"], about["bench"])
-    sensors, rate_hz = settings["recording"]["sensors"], phantom.electronics.rate_hz
-    bench = simulated_bench(
-        phantom,
-        seed=about["seed"],
-        length_mm=1000 * about["metres"],
-        nodules_mm=about["nodules"],
-        sensors=sensors,
-    )
-    pilot = Pilot(settings["diagonal"], rate_hz, targets_mm=about["goto"])
-    raw = None if about["raw"] is None else Path(about["raw"])
-    disk = SessionFolder(folder, about, sensors, resumed=resumed, raw=raw)
-    sizes = pass_sizes(options.results, settings["diagonal"], rate_hz)
-    view = SurveyView(sys.stdout, f"{folder.name}, simulated", 1000 * about["metres"])
-    header = bench.header | {"session": folder.name}
-    run = SurveyRun(pilot, bench, disk, sizes, view, header=header)
-    stop = StopRequest()
-    try:
-        run.go_on(stop)
-    except BaseException:
-        disk.close()
-        raise
-    disk.finish()
-    _tell_outcome(pilot, folder, stop)
-
-
-def _about(options: argparse.Namespace) -> dict:
-    return {
-        "source": SOURCE,
-        "metres": options.metres,
-        "nodules": options.nodules,
-        "seed": options.seed,
-        "goto": options.goto,
-        "raw": None if options.raw is None else str(options.raw),
-        "parameters": str(options.parameters),
-        "bench": options.bench,
-        "changes": options.changes,
-    }
+# Times are written with so many seconds.
+_CLOCK_STEP_S = 0.001
 
 
 class SurveyRun:
-    """One survey, from its first sample to its last.
+    """One survey.
 
     Parameters
     ----------
     pilot : Pilot
         Who decides.
-    bench : SimulatedBench
-        Boards and capsule.
     disk : SessionFolder
         Where everything goes.
     sizes : PassSizes
@@ -95,43 +42,138 @@ class SurveyRun:
         Shows the survey to a person.
     header : mapping of str to str
         Of the recordings.
+    rate_hz : float
+        Sampling rate.
+    length_mm : float
+        Where the gut ends, if no end stop says so before.
+
+    Attributes
+    ----------
+    trouble : AcquisitionError or None
+        Why the bench had to end the survey.
     """
 
     def __init__(
         self,
         pilot: Pilot,
-        bench: SimulatedBench,
         disk: SessionFolder,
         sizes: PassSizes,
         view: SurveyView,
         header: Mapping[str, str],
+        rate_hz: float,
+        length_mm: float = math.inf,
     ) -> None:
-        self._pilot, self._bench, self._disk, self._sizes = pilot, bench, disk, sizes
-        self._header, self._view = header, view
+        self._pilot, self._disk, self._sizes, self._view = pilot, disk, sizes, view
+        self._header, self._rate_hz, self._length_mm = header, rate_hz, length_mm
         self._size_words: dict[int, str] = {}
         self._heard: list[Readings] = []
         self._told = self._kept = 0
         self._passes: dict[int, list[tuple[str, np.ndarray]]] = {}
+        # For how long the survey was interrupted; the pilot's clock stood still meanwhile.
+        self._away_s = 0.0
+        self.trouble: AcquisitionError | None = None
 
-    def go_on(self, stop: StopRequest) -> None:
-        """Lead the capsule until the survey is over."""
-        pilot, bench = self._pilot, self._bench
+    @property
+    def begun(self) -> bool:
+        """Whether there are samples."""
+        return bool(self._heard)
+
+    @property
+    def next_s(self) -> float:
+        """Time of the next sample that comes from the boards, by the pilot's clock."""
+        # The judgement that stands for the interruption comes before it.
+        judged = len(self._heard) + bool(self._heard)
+        return round(judged * self._pilot.every / self._rate_hz, 3)
+
+    def go_on(self, bench: SurveyBench, stop: StopRequest, begun: datetime | None = None) -> None:
+        """Lead the capsule until the survey is over.
+
+        Parameters
+        ----------
+        bench : SurveyBench
+            Boards and capsule.
+        stop : StopRequest
+            Ctrl-C.
+        begun : datetime, optional
+            When a survey began that was interrupted; the computer's clock then tells for how long.
+        """
+        pilot = self._pilot
         while not pilot.cycle.over:
-            if stop.reason:
-                self._obey(pilot.tell("stopped", stop.reason))
-            elif bench.at_end:
-                self._obey(pilot.tell("gut_ended", "the end of the gut"))
+            for event, reason in self._outside(bench, stop):
+                self._obey(bench, pilot.tell(event, reason))
             readings = bench.read(pilot.every)
-            self._heard.append(readings)
-            commands = pilot.tick(readings)
-            self._disk.add_readings(readings, self._judgement())
-            self._obey(commands)
-            self._note_events()
+            if begun is not None:
+                self._obey(bench, self._interrupt(begun))
+                begun = None
+            self._obey(bench, self._take(readings))
             self._disk.keep()
+            self._disk.note_index(bench.index_mm)
             if self._disk.caught_up:
-                self._view.show(float(readings.time_s[-1]), pilot, self._size_words)
-        self._view.end(float(self._heard[-1].time_s[-1]), pilot, self._size_words)
+                self._view.show(self._now_s, pilot, self._size_words)
+        self._view.end(self._now_s, pilot, self._size_words)
         self._disk.write_places([self._row(place) for place in pilot.suspects.places])
+
+    def repeat(self, stored: StoredSurvey) -> None:
+        """Let the pilot see again what is stored, so that it knows what it knew.
+
+        Raises
+        ------
+        AcquisitionError
+            It decides differently from what is stored.
+        """
+        pilot, told, now_s = self._pilot, list(stored.told), 0.0
+        for readings, away_s in zip(stored.readings, stored.away_s, strict=True):
+            while told and told[0].number <= len(pilot.log):
+                if told[0].number == len(pilot.log):
+                    # The pilot's own events have the time of the readings that come now.
+                    if told[0].time_s > now_s + away_s + _CLOCK_STEP_S:
+                        break
+                    pilot.tell(told[0].event, told[0].reason)
+                del told[0]
+            self._away_s = away_s
+            self._take(readings)
+            now_s = float(readings.time_s[-1])
+        self._disk.go_on_from_here()
+
+    def _outside(self, bench: SurveyBench, stop: StopRequest) -> list[tuple[str, str]]:
+        """Say what happened that no reading shows, once."""
+        if self._pilot.cycle.state == "closing":
+            return []
+        if self.trouble is None and (trouble := bench.trouble):
+            self.trouble = trouble
+            return [("fault", str(trouble))]
+        if stop.reason:
+            return [("stopped", stop.reason)]
+        if bench.at_end or self._pilot.sensing.position_mm >= self._length_mm:
+            return [("gut_ended", "the end of the gut")]
+        return []
+
+    def _interrupt(self, begun: datetime) -> tuple[str, ...]:
+        """Take note that nobody looked for a while; a judgement without readings stands for it."""
+        if not self._heard:
+            return ()
+        pilot, last = self._pilot, self._heard[-1]
+        time_s = np.round(last.time_s + pilot.every / self._rate_hz, 3)
+        # What has come meanwhile was read after it.
+        unread_s = (2 * pilot.every) / self._rate_hz
+        now_s = (datetime.now(UTC) - begun).total_seconds()
+        self._away_s = round(max(self._away_s, now_s - unread_s - float(last.time_s[-1])), 3)
+        nothing = np.full(last.values.shape, np.nan)
+        return self._take(Readings(time_s, nothing, nothing[0], UNKNOWN_FOLD))
+
+    def _take(self, readings: Readings) -> tuple[str, ...]:
+        """Keep readings and let the pilot judge them; gives its commands."""
+        self._heard.append(readings)
+        commands = self._pilot.tick(readings)
+        kept = replace(readings, time_s=readings.time_s + self._away_s)
+        self._disk.add_readings(kept, self._judgement())
+        self._note_events()
+        return commands
+
+    @property
+    def _now_s(self) -> float:
+        """Time of the newest sample, interruptions included."""
+        return float(self._heard[-1].time_s[-1]) + self._away_s
 
     def _judgement(self) -> Judgement:
         """Return what the pilot made of the newest readings."""
@@ -140,14 +182,19 @@ class SurveyRun:
             self._pilot.sensing.head_mm, suspects.newest_score, suspects.threshold.threshold
         )
 
-    def _obey(self, commands: tuple[str, ...]) -> None:
+    @staticmethod
+    def _obey(bench: SurveyBench, commands: tuple[str, ...]) -> None:
         for command in commands:
-            self._bench.tell(command)
+            bench.tell(command)
 
     def _note_events(self) -> None:
         """Write what has happened since, and keep the passes that are complete."""
         events = self._pilot.log[self._told :]
         self._told = len(self._pilot.log)
+        if self._away_s:
+            events = [
+                replace(event, time_s=round(event.time_s + self._away_s, 3)) for event in events
+            ]
         self._disk.add_events(events)
         for event in events:
             if self._disk.caught_up:
@@ -199,24 +246,3 @@ class SurveyRun:
             "threshold": place.threshold,
             "recordings": " ".join(name for name, _ in passes),
         }
-
-
-def _tell_outcome(pilot: Pilot, folder: Path, stop: StopRequest) -> None:
-    places = pilot.suspects.places
-    counts = {
-        status: sum((place.status or "undecided") == status for place in places)
-        for status in ("confirmed", "dismissed", "undecided")
-    }
-    said = ", ".join(f"{count} {status}" for status, count in counts.items())
-    print(f"{folder}: {len(places)} places suspected ({said})")
-    if pilot.cycle.no_return:
-        print("the capsule cannot go back: folding does not bring it back", file=sys.stderr)
-    happened = {event.event for event in pilot.log}
-    if "cannot_arrive" in happened:
-        raise CannotArriveError("the capsule cannot go back to the target")
-    if "fault" in happened or any(
-        event.event == "late" and event.after in ("closing", "ended") for event in pilot.log
-    ):
-        raise SurveyFaultError(f"the origami did not obey: {pilot.log[-1].reason}")
-    if stop.reason:
-        raise KeyboardInterrupt

@@ -90,7 +90,7 @@ class Timeline:
             return running and uptime_ms >= self._last.device_ms
         # Modulo: a clock that runs backwards would have passed its end weeks ahead.
         passed_s = (uptime_ms - self._last.device_ms) % CLOCK_ENDS_MS / 1000.0
-        ahead_s = passed_s - (moment_s - self._taken_s())
+        ahead_s = passed_s - (moment_s - self.taken_s)
         lowest_s = -CLOCKS_DIFFER_S if fresh else -math.inf
         return running and lowest_s <= ahead_s <= CLOCKS_DIFFER_S
 
@@ -146,7 +146,8 @@ class Timeline:
             return str(reason)
         return ""
 
-    def _taken_s(self) -> float:
+    @property
+    def taken_s(self) -> float:
         """Give the computer's clock when the last sample was taken, rather too early."""
         return self._board_s + self._least_delay_s
 
@@ -156,7 +157,7 @@ class Timeline:
         if self._restarted:
             last_arrived_s = self._board_s + min(self._delays)
             return max(1, round((arrived_s - last_arrived_s) * 1000.0 / self._period_ms))
-        return steps_between(self._last, sample, self._period_ms, arrived_s - self._taken_s())
+        return steps_between(self._last, sample, self._period_ms, arrived_s - self.taken_s)
 
 
 def steps_between(earlier: Sample, later: Sample, period_ms: float, passed_s: float) -> int:

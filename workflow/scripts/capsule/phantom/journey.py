@@ -87,6 +87,7 @@ class Journey:
         self._sample = 0
         self._stopped_s = np.inf
         self._folding, self._folded = False, 0.0
+        self._bent: float | None = None
         self._passes = 1
         self._pass = fate.draw_pass(1)
         self._holds = self._pass.holds
@@ -119,6 +120,20 @@ class Journey:
     def stop_wave(self) -> None:
         """Begin to stop the wave, for good."""
         self._stopped_s = min(self._stopped_s, self._sample / self._phantom.electronics.rate_hz)
+
+    def bend(self, folded: float) -> None:
+        """Have the origami folded so far by the next samples: a motor outside moves it.
+
+        Parameters
+        ----------
+        folded
+            Part of the way to folded, 0..1.
+        """
+        if folded > self._folded:
+            self.fold()
+        elif folded < self._folded:
+            self.unfold()
+        self._bent = folded
 
     def advance(self, samples: int) -> Stretch:
         """Let some time pass.
@@ -162,6 +177,10 @@ class Journey:
 
     def _fold_on(self, samples: int, rate_hz: float) -> np.ndarray:
         """Return how far the origami is folded at each sample: at a constant speed."""
+        if self._bent is not None:
+            folded = np.linspace(self._folded, self._bent, samples + 1)[1:]
+            self._folded = self._bent
+            return folded
         step = 1.0 / (self._phantom.folding.fold_s * rate_hz)
         way = (1.0 if self._folding else -1.0) * step * np.arange(1, samples + 1)
         folded = np.clip(self._folded + way, 0.0, 1.0)

@@ -66,6 +66,7 @@ _TABLE: dict[tuple[str, str], Step] = {
     ("passing", "lost"): Step("exploring"),
     # On the way to a target nothing is suspected.
     ("starting", "goal_ahead"): Step("approaching"),
+    ("starting", "goal_behind"): Step("folding", (FOLD,)),
     ("exploring", "goal_ahead"): Step("approaching"),
     ("exploring", "goal_behind"): Step("folding", (FOLD,)),
     ("approaching", "goal_behind"): Step("folding", (FOLD,)),

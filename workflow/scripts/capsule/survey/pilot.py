@@ -96,7 +96,7 @@ class Pilot:
 
     def _in_starting(self, fold: str) -> tuple[str, ...]:
         if fold != UNFOLDED:
-            if self._too_late:
+            if self._too_late and fold != UNKNOWN_FOLD:
                 return self._happen("fault", f"the origami is {fold}")
             return (cycles.UNFOLD,)
         self.sensing.follow()
@@ -139,6 +139,8 @@ class Pilot:
         if fold == FOLDED:
             self._leg.begun_s = self._now_s
             return self._happen("folded", f"for {self._leg.planned_s:.0f} s")
+        if self.sensing.resting and self.sensing.follow():
+            self._since_s, self._leg = self._now_s, self._next_leg()
         if not self._too_late:
             return self._quietly("tick")
         commands = self._happen("late", "the origami does not fold")
@@ -263,20 +265,22 @@ class Pilot:
 
     def _tolerance_mm(self) -> float:
         """By how much it may end too early."""
-        return (
-            self.sensing.half_stroke_mm
-            if self._targets_mm
-            else self._settings.run_up_mm - self._settings.too_near_mm
-        )
+        if self._targets_mm:
+            return self.sensing.half_stroke_mm
+        return self._settings.run_up_mm - self._settings.too_near_mm
 
     def _fold(self, event: str, reason: str, score: float = _UNKNOWN) -> tuple[str, ...]:
         """Let an event lead to folding, and plan the leg."""
+        self._leg = self._next_leg()
+        return self._happen(event, reason, score)
+
+    def _next_leg(self) -> Leg:
+        """Plan a way back from here."""
         way_mm = self.sensing.position_mm - self._goal_mm() + self.sensing.blind_mm
         if self._targets_mm:
             near = self._goal_mm() - _START_MM < self.sensing.blind_mm
             way_mm += 1.5 * self._settings.surely_mm if near else self._settings.approach_mm
-        self._leg = Leg(self.sensing.position_mm, planned_s=self._way_back.leg_s(way_mm))
-        return self._happen(event, reason, score)
+        return Leg(self.sensing.position_mm, planned_s=self._way_back.leg_s(way_mm))
 
     def _give_up_without_return(self) -> None:
         if self.cycle.no_return and not self._targets_mm:

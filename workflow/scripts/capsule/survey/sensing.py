@@ -7,7 +7,7 @@ import numpy as np
 from capsule.divider import pressed_and_period
 from capsule.survey.gut_evidence import GutEvidence, evidence_along
 from capsule.survey.odometer import Odometer
-from capsule.survey.survey_log import UNFOLDED, Readings
+from capsule.survey.survey_log import RESTING, UNFOLDED, Readings
 from capsule.survey.survey_settings import SurveySettings
 
 # How well fixes, a judgement apart, must agree before a position counts, in mm.
@@ -41,6 +41,8 @@ class Sensing:
     ----------
     step_mm : float
         Way of the unfolded capsule from judgement to judgement, of late.
+    resting : bool
+        Whether the fold board's motor has to rest, so that the capsule travels on unfolded.
     """
 
     def __init__(
@@ -60,6 +62,7 @@ class Sensing:
         self._last_mm = start_mm
         self._fixed_at: int | None = None
         self.step_mm = _USUAL_STEP_MM
+        self.resting = False
         # The first fix holds for the end of the first stroke; the next one has part in it.
         self._odometer.start_mm = start_mm + _FIRST_STROKES * self._since_fix_mm()
 
@@ -130,9 +133,15 @@ class Sensing:
         return (self._settings.first_fix_ticks + self._settings.fixes) * self.step_mm
 
     def take(self, readings: Readings) -> None:
-        """Take the newest samples; those of a capsule that is not unfolded say nothing."""
+        """Take the newest samples.
+
+        Those of a capsule that is not unfolded say nothing. Where all samples or the wave are
+        missing, what came before says nothing of what comes now.
+        """
         self._count += readings.time_s.size
-        if readings.fold != UNFOLDED:
+        self.resting = readings.fold == RESTING
+        missing = np.isnan(readings.values).all() or np.isnan(readings.wave_mm).all()
+        if missing or (readings.fold != UNFOLDED and not self.resting):
             self._values = None
             return
         if self._values is None:

@@ -7,6 +7,8 @@ import numpy as np
 # What a fold board says of the origami.
 UNFOLDED, FOLDING, FOLDED, UNFOLDING = "unfolded", "folding", "folded", "unfolding"
 UNKNOWN_FOLD = "unknown"
+# Unfolded and told to fold, but its motor has to rest first.
+RESTING = "resting"
 
 
 @dataclass(frozen=True)
@@ -23,7 +25,7 @@ class Readings:
         How far the drive has carried the wave; NaN where that is not known.
     fold : str
         What the fold board says of the origami: ``unfolded``, ``folding``, ``folded``,
-        ``unfolding``, or ``unknown`` where it says nothing.
+        ``unfolding``, ``resting``, or ``unknown`` where it says nothing.
     """
 
     time_s: np.ndarray

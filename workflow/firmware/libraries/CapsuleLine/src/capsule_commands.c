@@ -1,11 +1,31 @@
 #include "capsule_commands.h"
 
+#include <string.h>
+
 #include "capsule_serial.h"
+
+void obey_one_of(const command_t *commands, uint8_t count, char *command, const char *unknown) {
+    char *argument = split_argument(command);
+    for (uint8_t i = 0; i < count; i++) {
+        if (strcmp(command, commands[i].name) != 0) {
+            continue;
+        }
+        if (*argument && !commands[i].takes_argument) {
+            refuse(command, "takes no argument");
+        } else if (commands[i].obey(argument)) {
+            acknowledge(command, argument);
+        }
+        return;
+    }
+    refuse(command, unknown);
+}
 
 void receive_commands(void (*obey)(char *command), void (*send_identity)(void)) {
     static receiver_t receiver;
-    while (serial_available()) {
-        switch (receive_byte(&receiver, serial_read())) {
+    received_t received = RECEIVED_NOTHING;
+    while (received == RECEIVED_NOTHING && serial_available()) {
+        received = receive_byte(&receiver, serial_read());
+        switch (received) {
         case RECEIVED_COMMAND:
             obey(receiver.text);
             break;

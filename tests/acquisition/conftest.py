@@ -1,0 +1,22 @@
+"""What the tests of surveys on boards share."""
+
+import pytest
+
+from support.bench.rig import Rig
+from support.bench.surveyor import Surveyor
+
+
+@pytest.fixture
+def rig(tmp_path):
+    """Give what makes a bench of boards; at the end its cables are pulled."""
+    made = []
+
+    def make(**settings):
+        made.append(Rig(tmp_path, **settings))
+        return made[-1]
+
+    yield make
+    Surveyor.end_all()
+    for each in made:
+        assert not each.cables.logger.boot_loader_stuck
+        each.end()

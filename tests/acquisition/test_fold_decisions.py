@@ -1,0 +1,173 @@
+"""What the fold board decides, in any order of commands and faults: origami.c on this computer."""
+
+import ctypes
+import functools
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+from hypothesis import settings
+from hypothesis import strategies as st
+from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
+
+from support.bench import emulated
+from support.bench.folding import SWITCH_TRAVEL, TRAVEL
+
+pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="no compiler: gcc")
+
+STATES = ("unfolding", "unfolded", "folding", "folded", "fault")  # as origami.h numbers them
+FREE, STUCK_OPEN, STUCK_CLOSED = range(3)
+LEASE_S, LONGEST_S, FAULT_PAUSE_S = 5, 10, 0.5
+
+
+@functools.cache
+def library():
+    """Build the decisions with the thread around them."""
+    folder = emulated.temporary_folder()
+    fold = emulated.FIRMWARE / "fold"
+    sources = (fold / "origami.c", Path(emulated.__file__).parent / "origami_host.c")
+    built = folder / "liborigami.so"
+    options = ["-std=c11", "-O2", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC", f"-I{fold}"]
+    options += [f"-DTRAVEL={TRAVEL}", f"-DSWITCH_TRAVEL={SWITCH_TRAVEL}"]
+    command = ["gcc", *options, *sources, "-o", built]
+    subprocess.run([str(word) for word in command], check=True)
+    loaded = ctypes.CDLL(str(built))
+    loaded.bench_new.restype = ctypes.c_void_p
+    return loaded
+
+
+class Bench:
+    """The decisions, the thread and its switches."""
+
+    def __init__(self, wound=0):
+        self._bench = ctypes.c_void_p(library().bench_new(wound))
+
+    def __getattr__(self, name):
+        return functools.partial(getattr(library(), f"bench_{name}"), self._bench)
+
+    def __del__(self):
+        library().bench_free(self._bench)
+
+    def wait(self, seconds):
+        """Let time pass."""
+        self.run(round(1000 * seconds))
+
+    def name(self):
+        """Name the state."""
+        return STATES[self.state()]
+
+    def command(self, name):
+        """Say a command; gives whether the board obeys."""
+        return bool(self.say(ctypes.c_char(name[0].encode())))
+
+
+def test_a_fold_and_its_unfolding_in_their_usual_times():
+    bench = Bench()
+    bench.wait(1)
+    assert bench.command("fold")
+    bench.wait(4.5)
+    assert bench.name() == "folding"
+    bench.command("hold")
+    bench.wait(0.5)
+    assert (bench.name(), bench.coils()) == ("folded", 0)
+    assert bench.command("unfold")
+    bench.wait(5)
+    assert (bench.name(), bench.coils(), bench.half_steps()) == ("unfolded", 0, 0)
+    assert 0 <= bench.wound() < SWITCH_TRAVEL
+
+
+def test_the_wait_that_is_told_is_no_longer_than_needed_and_enough():
+    bench = Bench()
+    bench.wait(1)
+    for _ in range(3):
+        assert bench.command("fold")
+        bench.wait(4)
+        bench.command("unfold")
+        bench.wait(5)
+        wait_s = bench.wait_s()
+        assert 30 < wait_s < 60
+        bench.wait(wait_s - 3)
+        assert not bench.command("fold")
+        bench.wait(3)
+
+
+class AnyOrder(RuleBasedStateMachine):
+    """Any commands and any faults, in any order and at any time."""
+
+    @initialize(wound=st.integers(0, TRAVEL))
+    def start(self, wound):
+        """Start the board, wherever the origami is."""
+        self.bench = Bench(wound)
+        self.broken = False
+
+    @rule(command=st.sampled_from(["fold", "hold", "unfold"]))
+    def command(self, command):
+        """Let the computer, or noise, command."""
+        self.bench.command(command)
+
+    @rule(milliseconds=st.integers(1, 12_000))
+    def wait(self, milliseconds):
+        """Let time pass."""
+        self.bench.run(milliseconds)
+
+    @rule()
+    def fold_and_hold(self):
+        """Do as a survey does."""
+        self.bench.command("fold")
+        for _ in range(3):
+            self.bench.wait(4)
+            self.bench.command("hold")
+
+    @rule(switch=st.integers(0, 1), how=st.sampled_from([FREE, STUCK_OPEN, STUCK_CLOSED]))
+    def stick(self, switch, how):
+        """Let a switch stick, or come free."""
+        self.bench.stick(switch, how)
+        self.broken = self.broken or how != FREE
+
+    @rule(stalled=st.booleans())
+    def stall(self, stalled):
+        """Let the motor stall, or turn again."""
+        self.bench.stall(int(stalled))
+        self.broken = self.broken or stalled
+
+    @rule()
+    def silence(self):
+        """Say nothing: whatever is wrong, the board unfolds or gives up, and rests."""
+        self.bench.wait(LEASE_S + 3 * (LONGEST_S + FAULT_PAUSE_S))
+        assert self.bench.name() in ("unfolded", "fault")
+        assert not self.bench.coils()
+
+    @precondition(lambda self: not self.broken)
+    @rule()
+    def silence_of_a_whole_bench(self):
+        """Say nothing where nothing was ever wrong: it unfolds, and not too far."""
+        self.bench.wait(LEASE_S + LONGEST_S)
+        assert self.bench.name() == "unfolded"
+        assert -SWITCH_TRAVEL < self.bench.wound() < SWITCH_TRAVEL
+
+    @rule()
+    def repair(self):
+        """Whatever was wrong: with switches and motor in order, it unfolds when it is told so."""
+        self.bench.stick(0, FREE)
+        self.bench.stick(1, FREE)
+        self.bench.stall(0)
+        self.bench.wait(0.1)
+        for _ in range(3):  # a deceived board learns first that it is not unfolded
+            assert self.bench.command("unfold")
+            self.bench.wait(LONGEST_S + 2 * FAULT_PAUSE_S)
+        assert self.bench.name() == "unfolded"
+        assert self.bench.wound() < SWITCH_TRAVEL
+
+    @invariant()
+    def nothing_forbidden_has_happened(self):
+        """No move with both switches closed or without a lease, no coils at rest, no long move."""
+        if hasattr(self, "bench"):
+            assert self.bench.forbidden() == 0
+            assert self.bench.longest_move_ms() <= 1000 * LONGEST_S
+
+
+class TestAnyOrder(AnyOrder.TestCase):
+    """Run it."""
+
+    settings = settings(max_examples=150, stateful_step_count=30, deadline=None)

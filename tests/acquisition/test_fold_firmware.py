@@ -1,0 +1,433 @@
+"""The fold board's firmware in the emulator: what it does with the thread, and in each fault."""
+
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from acquisition.protocol import Acknowledgement, FoldState, Identity, Refusal
+from support.bench import emulated
+from support.bench.folding import SWITCH_TRAVEL, TRAVEL, FoldingOrigami
+from support.bench.talk import Talk
+
+pytestmark = pytest.mark.skipif(
+    bool(emulated.missing_tools()), reason=f"no emulator: {emulated.missing_tools()}"
+)
+
+HALF_STEPS_PER_S = 400
+HALF_STEPS_PER_TURN = 64 * (32 / 9) * (22 / 11) * (26 / 9) * (31 / 10)  # of a 28BYJ-48
+RELEASE, SLACK = 500, 250  # half-steps, as docs/protocol.md has them
+DEBOUNCED = 6  # half-steps that the motor makes until a switch counts
+
+
+def start(wound=0):
+    """Start a board whose thread is wound by so many half-steps."""
+    return Talk(emulated.FOLD, lambda board: FoldingOrigami(board, wound))
+
+
+@pytest.fixture
+def fold():
+    return start()
+
+
+@pytest.fixture
+def folded():
+    """Start a board and let it fold; its lease of 5 s has 4 s left."""
+    talk = start()
+    assert talk.say("fold")[0] == Acknowledgement("fold", "")
+    talk.wait(4)
+    talk.say("hold", seconds=1)
+    assert state(talk) == ("folded", "folded")
+    return talk
+
+
+def reports(events):
+    return [event for event in events if isinstance(event, FoldState)]
+
+
+def states(events):
+    """List the states that follow each other in what a board said."""
+    names = [report.state for report in reports(events)]
+    return [name for name, before in zip(names, [None, *names], strict=False) if name != before]
+
+
+def answer(talk, command):
+    """Say a command; gives its answer."""
+    (answered,) = [event for event in talk.say(command) if getattr(event, "command", "") == command]
+    return answered
+
+
+def reason(talk, command):
+    refusal = answer(talk, command)
+    assert isinstance(refusal, Refusal), refusal
+    return refusal.reason
+
+
+def state(talk):
+    report = reports(talk.say("state"))[-1]
+    return report.state, report.switches
+
+
+def faults(events):
+    """Give the reasons of the faults in what a board said."""
+    return [event.reason for event in events if isinstance(event, Refusal)]
+
+
+def is_at_rest(talk):
+    """Say whether the coils are off and the motor does not turn, for a second."""
+    before = talk.board.half_steps
+    talk.wait(1)
+    return talk.board.coils == 0 and talk.board.half_steps == before
+
+
+def is_unfolded(talk):
+    return talk.world.wound < SWITCH_TRAVEL and is_at_rest(talk)
+
+
+def test_folds_holds_and_unfolds(fold):
+    heard = fold.say("fold")
+    for _ in range(5):
+        heard += fold.wait(4) + fold.say("hold")
+    assert fold.world.wound == pytest.approx(TRAVEL - SWITCH_TRAVEL, abs=2 * DEBOUNCED)
+    assert is_at_rest(fold)
+    heard += fold.say("unfold") + fold.wait(7)
+    assert is_unfolded(fold)
+    assert states(heard) == ["folding", "folded", "unfolding", "unfolded"]
+    seen = {(report.state, report.switches) for report in reports(heard)}
+    assert {("folding", "none"), ("folded", "folded"), ("unfolded", "unfolded")} <= seen
+    assert not faults(heard)
+    assert fold.board.illegal_steps == 0
+    within_moves_us = np.diff(fold.board.step_times_us())
+    within_moves_us = within_moves_us[within_moves_us < 100_000]
+    assert np.abs(within_moves_us - 1e6 / HALF_STEPS_PER_S).max() < 50
+    assert fold.board.watchdog_resets == 0
+
+
+def test_says_where_it_is_five_times_a_second_and_once_at_rest(fold):
+    (greeting, first) = fold.greeting
+    assert greeting == Identity(
+        "fold",
+        {
+            "protocol": "1",
+            "firmware": "1.0",
+            "lease_ms": "5000",
+            "longest_ms": "10000",
+            "state": "unfolded",
+            "uptime_ms": "12",
+        },
+    )
+    assert (first.switches, first.state, first.half_steps) == ("unfolded", "unfolded", 0)
+    quiet_ms = np.diff([report.device_ms for report in reports(fold.wait(5))])
+    assert set(quiet_ms) == {1000}
+    busy = reports(fold.say("fold") + fold.wait(4))
+    assert np.diff([report.device_ms for report in busy]).max() <= 203
+    # What the board believes is what the thread did.
+    fold.wait(0.3)
+    last = reports(fold.say("state", seconds=0.005) + fold.wait(0.005))[-1]
+    assert last.half_steps == pytest.approx(fold.world.wound, abs=DEBOUNCED)
+
+
+@pytest.mark.parametrize("seconds_held", [0, 2, 8])
+def test_a_lease_that_nobody_renews_unfolds(fold, seconds_held):
+    fold.say("fold")
+    for _ in range(seconds_held // 2):
+        fold.wait(2)
+        assert answer(fold, "hold") == Acknowledgement("hold", "")
+    heard = fold.wait(5.1)
+    turned = next(report for report in reports(heard) if report.state == "unfolding")
+    assert turned.device_ms == pytest.approx(1000 * seconds_held + 5050, abs=200)
+    fold.wait(6)
+    assert is_unfolded(fold)
+    assert state(fold) == ("unfolded", "unfolded")
+
+
+def test_a_lease_runs_out_in_the_middle_of_a_fold(fold):
+    fold.say("fold")
+    fold.wait(2)
+    fold.world.stalled = True
+    fold.wait(2.5)
+    assert state(fold) == ("folding", "none")
+    fold.world.stalled = False
+    heard = fold.wait(8)
+    assert states(heard)[-2:] == ["unfolding", "unfolded"]
+    assert is_unfolded(fold)
+
+
+def test_what_it_refuses_and_what_changes_nothing(fold):
+    assert "nothing is folded" in reason(fold, "hold")
+    assert answer(fold, "unfold") == Acknowledgement("unfold", "")
+    assert is_at_rest(fold)
+    fold.say("fold")
+    fold.wait(1)
+    assert answer(fold, "fold") == Acknowledgement("fold", "")
+    assert state(fold) == ("folding", "none")
+    assert answer(fold, "unfold") == Acknowledgement("unfold", "")
+    assert answer(fold, "unfold") == Acknowledgement("unfold", "")
+    assert "wait until the origami is unfolded" in reason(fold, "fold")
+    assert "nothing is folded" in reason(fold, "hold")
+    assert "takes no argument" in fold.say("fold,now")[0].reason
+    assert "fold knows identify state fold hold unfold" in reason(fold, "tuck")
+    fold.wait(1.5)
+    assert is_unfolded(fold)
+
+
+def reset(talk):
+    talk.board.reset()
+
+
+def hang(talk):
+    talk.board.hang(interrupts=False)
+
+
+def hang_in_the_main_program(talk):
+    talk.board.hang(interrupts=True)
+
+
+def stop_the_timer(talk):
+    talk.board.stop_timer()
+
+
+@pytest.mark.parametrize("wound", [900, TRAVEL])
+@pytest.mark.parametrize("mishap", [reset, hang, hang_in_the_main_program, stop_the_timer])
+def test_a_board_that_starts_anew_unfolds(mishap, wound):
+    talk = start(wound)
+    talk.wait(0.03)
+    (greeting, first) = talk.greeting
+    assert greeting.entries["state"] == first.state == "unfolding"
+    talk.wait(0.5)
+    mishap(talk)
+    heard = talk.wait(0.35)  # the watchdog takes 0.25 s
+    (greeting,) = [event for event in heard if isinstance(event, Identity)]
+    assert greeting.entries["state"] == "unfolding"
+    assert int(greeting.entries["uptime_ms"]) < 20
+    assert talk.board.watchdog_resets == (mishap is not reset)
+    talk.wait(6)
+    assert is_unfolded(talk)
+    assert state(talk) == ("unfolded", "unfolded")
+
+
+@pytest.mark.parametrize("mishap", [hang, hang_in_the_main_program, stop_the_timer])
+def test_a_folded_board_that_hangs_unfolds(folded, mishap):
+    mishap(folded)
+    folded.wait(6)
+    assert folded.board.watchdog_resets == 1
+    assert is_unfolded(folded)
+
+
+def test_a_flood_of_questions_keeps_it_from_nothing(fold):
+    fold.say("fold")
+    fold.board.deliver(b"?\n" * 10_000)
+    heard = fold.wait(2)
+    assert len([event for event in heard if isinstance(event, Identity)]) > 100
+    assert fold.board.watchdog_resets == 0
+    assert states(heard) == ["folding"]
+    moments_ms = [report.device_ms for report in reports(heard)]
+    assert np.diff(moments_ms).max() < 300
+
+
+def test_no_move_with_both_switches_closed(fold):
+    fold.world.stuck["folded"] = True
+    fold.wait(0.1)
+    assert state(fold) == ("fault", "both")
+    assert "both end switches are closed" in reason(fold, "fold")
+    assert "both end switches are closed" in reason(fold, "unfold")
+    fold.wait(3)
+    assert fold.board.half_steps == 0
+    assert is_at_rest(fold)
+    fold.world.stuck.clear()
+    fold.wait(0.1)
+    assert state(fold) == ("unfolded", "unfolded")
+    assert answer(fold, "fold") == Acknowledgement("fold", "")
+
+
+def test_both_switches_closed_in_a_move_stop_it_until_one_opens(fold):
+    fold.say("fold")
+    fold.wait(2)
+    fold.world.stuck = {"unfolded": True, "folded": True}
+    before = fold.board.half_steps
+    heard = fold.wait(2)
+    assert fold.board.half_steps - before <= DEBOUNCED
+    assert states(heard) == ["fault"]
+    assert faults(heard) == ["both end switches are closed"]
+    assert is_at_rest(fold)
+    fold.world.stuck.clear()
+    heard = fold.wait(5)
+    assert states(heard)[-2:] == ["unfolding", "unfolded"]
+    assert is_unfolded(fold)
+
+
+def test_a_switch_that_does_not_open_is_a_fault_and_what_was_wound_is_let_out(fold):
+    fold.world.stuck["unfolded"] = True
+    heard = fold.say("fold") + fold.wait(4)
+    assert states(heard) == ["folding", "fault", "unfolding", "unfolded"]
+    assert faults(heard) == ["the switch unfolded did not open or closed again"]
+    assert np.ptp([report.half_steps for report in reports(heard)]) <= RELEASE + 1
+    assert fold.world.wound == pytest.approx(0, abs=1)
+    assert is_at_rest(fold)
+
+
+def test_a_fold_that_does_not_arrive_ends_after_ten_seconds(fold):
+    fold.world.stuck["folded"] = False
+    heard = fold.say("fold")
+    for _ in range(2):
+        heard += fold.wait(4) + fold.say("hold")
+    heard += fold.wait(2.2)
+    moments_ms = {report.state: report.device_ms for report in reversed(reports(heard))}
+    assert moments_ms["fault"] - moments_ms["folding"] == pytest.approx(10_000, abs=10)
+    assert "the switch folded did not close within 10 s" in faults(heard)
+    assert "the switch folded did not close within 10 s" in reason(fold, "fold")
+    heard = fold.wait(7)
+    assert states(heard)[-2:] == ["unfolding", "unfolded"]
+    assert is_unfolded(fold)
+
+
+def test_a_switch_that_does_not_tell_the_end_lets_out_little_more_than_was_wound(folded):
+    folded.world.stuck["unfolded"] = False
+    heard = folded.say("unfold") + folded.wait(8)
+    assert states(heard) == ["unfolding", "fault"]
+    assert faults(heard) == ["the switch unfolded did not close where it should"]
+    assert -SLACK - DEBOUNCED <= folded.world.wound < 0
+    assert is_at_rest(folded)
+    assert "did not close where it should" in reason(folded, "fold")
+    assert "did not close where it should" in reason(folded, "hold")
+    folded.world.stuck.clear()
+    folded.wait(0.1)
+    assert state(folded) == ("unfolded", "unfolded")
+
+
+def test_a_folded_switch_that_does_not_open_does_not_keep_it_folded(folded):
+    folded.world.stuck["folded"] = True
+    heard = folded.say("unfold") + folded.wait(8)
+    assert states(heard) == ["unfolding", "fault", "unfolding", "fault"]
+    assert faults(heard) == [
+        "the switch folded did not open or closed again",
+        "both end switches are closed",
+    ]
+    assert is_unfolded(folded)
+
+
+def test_a_motor_that_stalls_while_it_folds(fold):
+    fold.world.stalled = True
+    heard = fold.say("fold") + fold.wait(4)
+    assert faults(heard) == ["the switch unfolded did not open or closed again"]
+    assert is_unfolded(fold)
+
+
+def test_a_motor_that_stalls_while_it_unfolds(folded):
+    folded.say("unfold")
+    folded.wait(2)
+    folded.world.stalled = True
+    heard = folded.wait(6)
+    assert states(heard)[-1] == "fault"
+    assert is_at_rest(folded)
+    assert folded.world.folded > 0.5
+    # Still stalled, another try ends by itself after ten seconds.
+    assert answer(folded, "unfold") == Acknowledgement("unfold", "")
+    heard = folded.wait(10.2)
+    assert faults(heard) == ["the switch unfolded did not close within 10 s"]
+    assert is_at_rest(folded)
+    folded.world.stalled = False
+    folded.say("unfold")
+    folded.wait(5)
+    assert is_unfolded(folded)
+    assert state(folded) == ("unfolded", "unfolded")
+
+
+def test_a_thread_that_breaks(folded):
+    folded.world.broken = True
+    heard = folded.wait(3)
+    assert states(heard) == ["folded", "fault", "unfolded"]
+    assert faults(heard) == ["the switch folded opened at rest"]
+    assert is_at_rest(folded)
+    folded.wait(60)
+    folded.say("fold")
+    heard = folded.wait(4)
+    assert faults(heard) == ["the switch unfolded did not open or closed again"]
+    assert states(heard)[-1] == "unfolded"
+
+
+def test_switches_that_bounce_or_open_for_a_moment_are_no_fault(folded):
+    for is_closed in 10 * (False, True):
+        folded.world.stuck["folded"] = is_closed
+        folded.wait(0.005)
+    folded.world.stuck["folded"] = False
+    folded.wait(0.8)
+    folded.world.stuck.clear()
+    folded.say("hold")
+    folded.wait(2)
+    assert state(folded) == ("folded", "folded")
+
+
+def test_an_origami_that_is_pushed_away_from_its_end_is_not_called_unfolded(fold):
+    fold.world.stuck["unfolded"] = False
+    heard = fold.wait(0.5)
+    assert reports(heard)[-1].switches == "none"
+    assert "the switch unfolded is open" in reason(fold, "fold")
+    heard = fold.wait(1)
+    assert faults(heard) == ["the switch unfolded opened at rest"]
+    assert is_at_rest(fold)
+    fold.world.stuck.clear()
+    fold.wait(0.1)
+    assert state(fold) == ("unfolded", "unfolded")
+
+
+def test_the_motor_is_on_for_a_quarter_of_each_minute_at_most(fold):
+    for already_folded in (False, True, True, True):
+        refused = []
+        while not isinstance(answer(fold, "fold"), Acknowledgement):
+            refused.append(reason(fold, "fold"))
+            (wait_s,) = re.fullmatch(r"the motor has to rest for (\d+) s", refused[-1]).groups()
+            assert answer(fold, "unfold") == Acknowledgement("unfold", "")
+            fold.wait(int(wait_s))
+        assert len(refused) == already_folded  # the seconds that it tells are enough
+        fold.wait(4.9)
+        assert state(fold)[0] == "folded"
+        assert answer(fold, "unfold") == Acknowledgement("unfold", "")
+        fold.wait(5)
+        assert state(fold)[0] == "unfolded"
+    steps_s = fold.board.step_times_us() / 1e6
+    assert steps_s.size > 3 * TRAVEL
+    minute_later = np.searchsorted(steps_s, steps_s + 60, side="right")
+    most = (minute_later - np.arange(steps_s.size)).max()
+    assert most + 4 * SWITCH_TRAVEL > 2 * TRAVEL
+    assert most / HALF_STEPS_PER_S <= 15
+
+
+def test_the_pages_have_the_firmwares_numbers():
+    docs = Path(__file__).parents[2] / "docs"
+    bench, protocol = (
+        (docs / name).read_text(encoding="utf-8") for name in ("bench.md", "protocol.md")
+    )
+    header = (emulated.FIRMWARE / "fold" / "origami.h").read_text(encoding="utf-8")
+    number = {name: int(value) for name, value in re.findall(r"#define (\w+) (\d+)\b", header)}
+    per_s = 1e6 / number["TICK_US"]
+    mm = math.pi * 10 / HALF_STEPS_PER_TURN  # of thread on the spool, a half-step
+    move_s, longest_s = number["MOVE_MS"] / 1000, number["LONGEST_MS"] / 1000
+    on_s, window_s = number["DUTY_ON_MS"] / 1000, number["DUTY_S"]
+    release, slack = number["RELEASE_HALF_STEPS"], number["SLACK_HALF_STEPS"]
+    assert (per_s, release, slack) == (HALF_STEPS_PER_S, RELEASE, SLACK)
+    for statement in (
+        f"| speed | {per_s:g} half-steps/s |",
+        f"| {move_s * per_s * mm:.1f} mm of thread in {move_s:g} s,",
+        f"with at most {34 / 5:.1f} N |",
+        f"| longest move | {longest_s:g} s | {longest_s * per_s * mm:.1f} mm of thread |",
+        f"| {release} half-steps | {release * mm:.1f} mm of thread |",
+        f"more than {release * mm:.1f} mm of it",
+        f"| {slack} half-steps | {slack * mm:.1f} mm of thread |",
+        f"| duty | {on_s:g} s in {window_s} s | {on_s / window_s:.0%}".replace("%", " %"),
+        f"of {move_s:g} s each must fit in",
+        f"| lease | {number['LEASE_MS'] / 1000:g} s |",
+    ):
+        assert statement in bench, statement
+    for statement in (
+        f"renews the lease for {number['LEASE_MS'] / 1000:g} s",
+        f"within {release} half-steps",
+        f"does not close its switch within {longest_s:g} s",
+        f"{slack} half-steps more are let out",
+        f"in the last {window_s} s",
+        f"unfolding of {move_s:g} s each would make it more than {on_s:g} s",
+    ):
+        assert statement in protocol, statement
+    assert longest_s * per_s / HALF_STEPS_PER_TURN < 1  # "almost a turn"

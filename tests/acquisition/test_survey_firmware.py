@@ -1,0 +1,76 @@
+"""survey.py on the real firmware, in the emulator: the faults in which the firmware has the say."""
+
+import pytest
+
+from support.bench import emulated
+from support.bench.emulated_rig import EmulatedRig
+from support.bench.surveyor import Surveyor
+
+pytestmark = pytest.mark.skipif(
+    bool(emulated.missing_tools()), reason=f"no emulator: {emulated.missing_tools()}"
+)
+# The first target is reached as soon as the wave is felt.
+BACK_SOON = "--goto", 11, 3
+
+
+@pytest.fixture
+def rig(tmp_path):
+    made = []
+
+    def make(*real):
+        made.append(EmulatedRig(tmp_path, *real))
+        return made[-1]
+
+    yield make
+    Surveyor.end_all()
+    for each in made:
+        each.end()
+
+
+def test_a_computer_that_dies_leaves_an_unfolded_origami_and_no_wave(rig):
+    bench = rig("wave", "fold")
+    surveyor = bench.survey(*BACK_SOON)
+    surveyor.run(lambda: bench.fold.folded == 1.0)
+    surveyor.kill()
+    bench.pass_by(4)
+    assert bench.fold.folded == 1.0
+    # The lease of 5 s and a move of 5 s.
+    bench.pass_by(8)
+    assert bench.at_rest()
+
+
+def test_a_peristalsis_board_that_is_reset_is_started_again_and_its_phase_found(rig):
+    bench = rig("wave")
+    surveyor = bench.survey("--goto", 22)
+    surveyor.run(lambda: bench.gut.head_mm > 12)
+    bench.cables.wave.press_reset()
+    surveyor.expect(0, "was reset", "starts it again")
+    assert bench.at_rest()
+    assert bench.gut.head_mm == pytest.approx(22.0, abs=5)
+
+
+def test_an_end_switch_that_never_says_folded_is_given_up_after_three_tries(rig):
+    bench = rig("fold")
+    bench.fold.origami.stuck["folded"] = False
+    bench.survey(*BACK_SOON).expect(13, "reports a fault", "cannot go back")
+    assert bench.at_rest()
+    assert "folded" not in {row[-1] for row in bench.stream()}
+
+
+def test_a_fold_motor_that_hums_is_given_up_after_three_tries(rig):
+    bench = rig("fold")
+    bench.fold.origami.stalled = True
+    bench.survey(*BACK_SOON).expect(13, "reports a fault", "cannot go back")
+    assert bench.at_rest()
+    assert bench.fold.origami.wound == 0
+
+
+def test_an_end_switch_that_never_says_unfolded_ends_the_survey(rig):
+    bench = rig("fold")
+    surveyor = bench.survey(*BACK_SOON)
+    surveyor.run(lambda: bench.fold.folded == 1.0)
+    bench.fold.origami.stuck["unfolded"] = False
+    surveyor.expect(14, "the switch unfolded did not close", "look before you pull the capsule out")
+    # Unfolded it is: only nobody can say so.
+    assert bench.at_rest()
+    assert bench.events()[-1]["after"] == "ended"

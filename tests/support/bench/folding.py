@@ -1,0 +1,60 @@
+"""The origami on its thread: from the half-steps of the fold board's motor to its end switches."""
+
+from support.bench.emulated import PIN_2, PIN_3, EmulatedBoard
+
+TRAVEL = 1900  # half-steps that fold the unfolded origami
+SWITCH_TRAVEL = 40  # half-steps before each end at which its switch closes
+SWITCHES = {"unfolded": PIN_2, "folded": PIN_3}
+
+
+class FoldingOrigami:
+    """A world that winds the thread as the motor turns, and closes the end switches.
+
+    Parameters
+    ----------
+    board : EmulatedBoard
+        The fold board.
+    wound : float
+        Half-steps that the thread is wound at the start; 0 is unfolded, `TRAVEL` folded.
+
+    Attributes
+    ----------
+    stuck : dict of str to bool
+        Switches (``unfolded``, ``folded``) that are stuck, and whether closed.
+    stalled : bool
+        The motor hums, and does not turn what hangs on it.
+    broken : bool
+        The thread is broken: the origami springs back, whatever the motor does.
+    wound : float
+        Half-steps that the thread is wound; below 0 it is slack.
+    """
+
+    def __init__(self, board: EmulatedBoard, wound: float = 0) -> None:
+        self._board = board
+        self._before = board.half_steps
+        self.stuck: dict[str, bool] = {}
+        self.stalled = False
+        self.broken = False
+        self.wound = wound
+        self._press()
+
+    @property
+    def folded(self) -> float:
+        """How far the origami is folded, 0..1."""
+        return 0.0 if self.broken else min(max(self.wound / TRAVEL, 0.0), 1.0)
+
+    def __call__(self, start_s: float, end_s: float) -> None:
+        """Move the thread by what the motor did in the last stretch."""
+        del start_s, end_s
+        now = self._board.half_steps
+        if not self.stalled:
+            # Folded as far as it goes, the origami holds the motor up.
+            self.wound = min(self.wound + now - self._before, TRAVEL + SWITCH_TRAVEL)
+        self._before = now
+        self._press()
+
+    def _press(self) -> None:
+        drawn = self.folded * TRAVEL
+        closed = {"unfolded": drawn < SWITCH_TRAVEL, "folded": drawn > TRAVEL - SWITCH_TRAVEL}
+        for name, is_closed in (closed | self.stuck).items():
+            self._board.set_switch(SWITCHES[name], is_closed)

@@ -1,0 +1,86 @@
+/* The fold board's decisions (workflow/firmware/fold/origami.c) on this computer, with a thread.
+ *
+ * Built with origami.c as a shared library and called from test_fold_decisions.py, which also tells
+ * TRAVEL and SWITCH_TRAVEL. Watches at each tick for what must never happen. */
+#include "origami.h"
+
+#include <stdlib.h>
+
+enum { FREE, STUCK_OPEN, STUCK_CLOSED };
+
+typedef struct {
+    origami_t origami;
+    int wound, stuck[2], stalled;
+    int both_ticks, move_ticks, unheard_ticks, longest_move;
+    int moves_with_both, moves_without_lease, coils_at_rest;
+    origami_state_t last_state;
+} bench_t;
+
+bench_t *bench_new(int wound) {
+    bench_t *bench = calloc(1, sizeof *bench);
+    bench->wound = wound;
+    return bench;
+}
+
+void bench_free(bench_t *bench) { free(bench); }
+
+static int is_closed(int stuck, int closed) {
+    return stuck == FREE ? closed : stuck == STUCK_CLOSED;
+}
+
+static void tick(bench_t *bench) {
+    origami_t *origami = &bench->origami;
+    int unfolded = is_closed(bench->stuck[0], bench->wound < SWITCH_TRAVEL);
+    int folded = is_closed(bench->stuck[1], bench->wound > TRAVEL - SWITCH_TRAVEL);
+    unsigned char rotor = origami->rotor;
+    origami_tick(origami, (unfolded ? UNFOLDED_CLOSED : NONE_CLOSED) |
+                              (folded ? FOLDED_CLOSED : NONE_CLOSED));
+    int turned = (signed char)(origami->rotor - rotor);
+    if (!bench->stalled) {
+        bench->wound += turned;
+        bench->wound = bench->wound > TRAVEL ? TRAVEL : bench->wound;
+    }
+    bench->unheard_ticks++;
+    bench->both_ticks = unfolded && folded ? bench->both_ticks + 1 : 0;
+    int goes_on = origami->coils && origami->state == bench->last_state;
+    bench->move_ticks = goes_on ? bench->move_ticks + 1 : 0;
+    bench->last_state = origami->state;
+    if (bench->move_ticks > bench->longest_move) {
+        bench->longest_move = bench->move_ticks;
+    }
+    bench->moves_with_both += turned && bench->both_ticks > TICKS(15);
+    bench->coils_at_rest +=
+        origami->coils && origami->state != FOLDING && origami->state != UNFOLDING;
+    bench->moves_without_lease += (origami->state == FOLDING || origami->state == FOLDED) &&
+                                  bench->unheard_ticks > TICKS(LEASE_MS);
+}
+
+void bench_run(bench_t *bench, int ms) {
+    for (int i = 0; i < TICKS(1000) * (ms / 1000.0); i++) {
+        tick(bench);
+    }
+}
+
+/* Obey a command; 1 if the board does. */
+int bench_say(bench_t *bench, char command) {
+    origami_t *origami = &bench->origami;
+    const char *reason = command == 'f'   ? origami_fold(origami)
+                         : command == 'h' ? origami_hold(origami)
+                                          : origami_unfold(origami);
+    if (!reason && command != 'u') {
+        bench->unheard_ticks = 0;
+    }
+    return !reason;
+}
+
+void bench_stick(bench_t *bench, int number, int how) { bench->stuck[number] = how; }
+void bench_stall(bench_t *bench, int stalled) { bench->stalled = stalled; }
+int bench_wound(const bench_t *bench) { return bench->wound; }
+int bench_state(const bench_t *bench) { return bench->origami.state; }
+int bench_coils(const bench_t *bench) { return bench->origami.coils; }
+int bench_half_steps(const bench_t *bench) { return bench->origami.half_steps; }
+int bench_wait_s(const bench_t *bench) { return origami_wait_s(&bench->origami); }
+int bench_longest_move_ms(const bench_t *bench) { return bench->longest_move * TICK_US / 1000; }
+int bench_forbidden(const bench_t *bench) {
+    return bench->moves_with_both + bench->moves_without_lease + bench->coils_at_rest;
+}

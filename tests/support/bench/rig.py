@@ -1,0 +1,132 @@
+"""Three boards on their cables, a capsule in a gut, and survey.py: all that a survey needs."""
+
+import csv
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from types import SimpleNamespace
+
+from capsule.phantom.chance import Nodule
+from capsule.phantom.parameters import with_values
+from edges.phantom import DEFAULT_TABLE, read_phantom
+from support.bench.gut import Gut
+from support.bench.stand_in import StandInLogger
+from support.bench.stand_in_motors import StandInFold, StandInPeristalsis
+from support.bench.surveyor import SteppedCable, Surveyor
+from support.bench.workbench import Workbench
+
+
+class Rig:
+    """A bench of boards for surveys.
+
+    Parameters
+    ----------
+    folder : Path
+        Where ports and sessions are.
+    length_mm : float
+        Where the gut ends.
+    nodules : sequence of Nodule
+        What lies under the wall.
+    indexed : bool
+        Whether the cam shaft has an index switch.
+    **changes : float
+        Parameters of the phantom, such as ``folding__speed_mm_s``.
+    """
+
+    # How long the boards run before the world moves on.
+    stretch_us = 200_000
+
+    def __init__(
+        self,
+        folder: Path,
+        *,
+        length_mm: float = 80.0,
+        nodules: Sequence[Nodule] = (),
+        indexed: bool = True,
+        seed: int = 7,
+        **changes: float,
+    ) -> None:
+        self.folder = folder
+        self._make_boards(indexed)
+        boards = {"logger": self.logger, "wave": self.wave_board, "fold": self.fold_board}
+        self.cables = SimpleNamespace(
+            **{
+                name: SteppedCable(board, folder / name, sticks=name == "logger")
+                for name, board in boards.items()
+            }
+        )
+        phantom = read_phantom(DEFAULT_TABLE, [])
+        named = {name.replace("__", "."): value for name, value in changes.items()}
+        self.gut = Gut(
+            with_values(phantom, named),
+            self.wave,
+            self.fold,
+            self.logger,
+            length_mm=length_mm,
+            nodules=nodules,
+            seed=seed,
+        )
+        self._all = list(vars(self.cables).values())
+        self.bench = Workbench(*self._all, world=self._go_on)
+
+    def _make_boards(self, indexed: bool) -> None:
+        """Make the boards, and what their motors move."""
+        self.logger = StandInLogger()
+        self.wave = self.wave_board = StandInPeristalsis(indexed=indexed)
+        self.fold = self.fold_board = StandInFold()
+
+    def _go_on(self, start_s: float, end_s: float) -> None:
+        """Move everything by what the motors have done."""
+        self.gut(start_s, end_s)
+
+    @property
+    def now_s(self) -> float:
+        """The bench's time in seconds."""
+        return self.bench.now_s
+
+    def survey(self, *options: object, session: str = "tuesday") -> Surveyor:
+        """Start survey.py on these boards."""
+        ports = ("--drive", self.cables.wave.port, "--fold", self.cables.fold.port)
+        where = ("--port", self.cables.logger.port, "--out", self.folder / session)
+        return Surveyor(
+            self.folder, self.bench, self._all, self.stretch_us, *ports, *where, *options
+        )
+
+    def resume(self, *options: object, session: str = "tuesday") -> Surveyor:
+        """Start survey.py to take a session up again."""
+        return self._start("--resume", self.folder / session, *options)
+
+    def _start(self, *options: object) -> Surveyor:
+        return Surveyor(self.folder, self.bench, self._all, self.stretch_us, *options)
+
+    def pass_by(self, seconds: float) -> None:
+        """Let time pass without any program."""
+        self.bench.run_for(seconds, stretch_us=self.stretch_us)
+
+    def at_rest(self) -> bool:
+        """Say whether a survey that has ended has left an unfolded origami and no wave."""
+        self.pass_by(2.0)
+        return self.fold.folded == 0.0 and self.wave.state == "stopped"
+
+    def end(self) -> None:
+        """Pull all cables."""
+        for cable in self._all:
+            if cable.plugged:
+                cable.unplug()
+
+    # What a session says.
+
+    def events(self, session: str = "tuesday") -> list[dict]:
+        """Read the log of events."""
+        (path,) = (self.folder / session).glob("events.jsonl*")
+        return [json.loads(line) for line in path.read_text().splitlines()]
+
+    def places(self, session: str = "tuesday") -> list[dict]:
+        """Read the table of places."""
+        lines = (self.folder / session / "places.csv").read_text().splitlines()
+        return list(csv.DictReader(lines))
+
+    def stream(self, session: str = "tuesday") -> list[list[str]]:
+        """Read the rows of the stream."""
+        (path,) = (self.folder / session).glob("stream.csv*")
+        return [line.split(",") for line in path.read_text().splitlines()[1:]]

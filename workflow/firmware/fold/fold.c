@@ -1,0 +1,227 @@
+/* Fold: folds the capsule's origami and unfolds it, on an Arduino UNO.
+ *
+ * A 28BYJ-48 behind a ULN2003 winds a thread; two end switches say how far that came. The interrupt
+ * of Timer1 reads them, decides and makes each half-step (origami.c); this file listens to
+ * commands, reports and sleeps. It alone keeps the watchdog from restarting the board, and only
+ * while that interrupt comes; a started board unfolds. Commands and frames: docs/protocol.md;
+ * wiring: docs/bench.md. */
+#if !__has_include(<capsule_frame.h>)
+#error "Arduino IDE: set File > Preferences > Sketchbook location to workflow/firmware"
+#endif
+#include <avr/interrupt.h>
+#include <avr/io.h>
+#include <avr/sleep.h>
+#include <avr/wdt.h>
+#include <capsule_commands.h>
+#include <capsule_frame.h>
+#include <capsule_motor.h>
+#include <capsule_serial.h>
+#include <stddef.h>
+#include <string.h>
+
+#include "origami.h"
+
+#define FIRMWARE_VERSION "1.0"
+
+#define UNFOLDED_PIN PD2 /* digital pins 2 and 3: a closed switch connects them to ground */
+#define FOLDED_PIN PD3
+
+#define REPORT_MS 1000      /* while the origami is unfolded */
+#define REPORT_OFTEN_MS 200 /* else */
+
+static const char *const STATE_NAMES[] = {
+    [UNFOLDED] = "unfolded",   [FOLDING] = "folding", [FOLDED] = "folded",
+    [UNFOLDING] = "unfolding", [FAULT] = "fault",
+};
+static const char *const SWITCH_NAMES[] = {
+    [NONE_CLOSED] = "none",
+    [UNFOLDED_CLOSED] = "unfolded",
+    [FOLDED_CLOSED] = "folded",
+    [BOTH_CLOSED] = "both",
+};
+
+/* The interrupt's own; the main program holds interrupts while it looks. */
+static origami_t origami;
+static uint32_t uptime_ms;
+
+typedef struct {
+    uint32_t uptime_ms;
+    int32_t half_steps;
+    switches_t switches;
+    origami_state_t state;
+    const char *reason;
+    bool known;
+} report_t;
+
+ISR(TIMER1_COMPA_vect) {
+    static bool odd;
+    odd = !odd;
+    uptime_ms += odd ? 2 : 3; /* ticks of 2.5 ms */
+    origami_tick(&origami, (PIND & 1 << UNFOLDED_PIN ? 0 : UNFOLDED_CLOSED) |
+                               (PIND & 1 << FOLDED_PIN ? 0 : FOLDED_CLOSED));
+    if (origami.coils) {
+        motor_hold(origami.rotor);
+    } else {
+        motor_release();
+    }
+}
+
+static void begin_ticks(void) {
+    PORTD |= 1 << UNFOLDED_PIN | 1 << FOLDED_PIN; /* pull-ups */
+    motor_begin();
+    TCCR1A = 0;
+    TCCR1B = 1 << WGM12 | 1 << CS11 | 1 << CS10; /* clear on compare, F_CPU / 64 */
+    OCR1A = F_CPU / 64 * TICK_US / 1000000 - 1;
+    TIMSK1 = 1 << OCIE1A;
+}
+
+static report_t look(void) {
+    cli();
+    report_t report = {
+        .uptime_ms = uptime_ms,
+        .half_steps = origami.half_steps,
+        .switches = origami.switches,
+        .state = origami.state,
+        .reason = origami.reason,
+        .known = origami.known,
+    };
+    sei();
+    return report;
+}
+
+static void send_identity(void) {
+    report_t report = look();
+    frame_t frame;
+    start_identity(&frame, "fold", FIRMWARE_VERSION);
+    frame_add_key(&frame, "lease_ms");
+    frame_add_count(&frame, LEASE_MS);
+    frame_add_key(&frame, "longest_ms");
+    frame_add_count(&frame, LONGEST_MS);
+    frame_add_key(&frame, "state");
+    frame_append(&frame, STATE_NAMES[report.state]);
+    frame_add_key(&frame, "uptime_ms");
+    frame_add_count(&frame, report.uptime_ms);
+    serial_send(&frame);
+}
+
+static void send_state(const report_t *report) {
+    frame_t frame;
+    frame_start(&frame, "F");
+    frame_add_count(&frame, report->uptime_ms);
+    frame_add_signed(&frame, report->half_steps);
+    frame_add_text(&frame, SWITCH_NAMES[report->switches]);
+    frame_add_text(&frame, STATE_NAMES[report->state]);
+    serial_send(&frame);
+}
+
+/* Report each change, and now and then that there is none. */
+static void report_changes(void) {
+    static report_t last;
+    report_t report = look();
+    uint16_t period_ms = report.state == UNFOLDED ? REPORT_MS : REPORT_OFTEN_MS;
+    if (report.known == last.known && report.state == last.state &&
+        report.switches == last.switches && report.uptime_ms - last.uptime_ms < period_ms) {
+        return;
+    }
+    if (!last.known) {
+        send_identity();
+    }
+    send_state(&report);
+    if (report.state == FAULT && last.state != FAULT) {
+        refuse("fold", report.reason);
+    }
+    last = report;
+}
+
+/* Each of these does what its command asks, or answers why not and gives false. */
+
+static bool answer(const char *command, const char *(*obey)(origami_t *)) {
+    cli();
+    const char *reason = obey(&origami);
+    uint8_t wait_s = origami_wait_s(&origami);
+    sei();
+    if (!reason) {
+        return true;
+    }
+    frame_t frame;
+    frame_start(&frame, "E");
+    frame_add_text(&frame, command);
+    frame_add_text(&frame, reason);
+    if (reason == MOTOR_HAS_TO_REST) {
+        frame_append(&frame, " for ");
+        frame_append_count(&frame, wait_s);
+        frame_append(&frame, " s");
+    }
+    serial_send(&frame);
+    return false;
+}
+
+static bool fold(const char *argument) {
+    (void)argument;
+    return answer("fold", origami_fold);
+}
+
+static bool hold(const char *argument) {
+    (void)argument;
+    return answer("hold", origami_hold);
+}
+
+static bool unfold(const char *argument) {
+    (void)argument;
+    return answer("unfold", origami_unfold);
+}
+
+static bool state(const char *argument) {
+    (void)argument;
+    report_t report = look();
+    send_state(&report);
+    return false; /* the state is the answer */
+}
+
+static bool identify(const char *argument) {
+    (void)argument;
+    send_identity();
+    return false;
+}
+
+static const command_t COMMANDS[] = {
+    {"identify", false, identify}, {"state", false, state},   {"fold", false, fold},
+    {"hold", false, hold},         {"unfold", false, unfold},
+};
+
+static void obey(char *command) {
+    obey_one_of(COMMANDS, sizeof COMMANDS / sizeof *COMMANDS, command,
+                "unknown; fold knows identify state fold hold unfold");
+}
+
+/* A main program that hangs, or an interrupt that no longer comes, restarts the board. */
+static void feed_watchdog(void) {
+    static uint32_t last_ms;
+    uint32_t now_ms = look().uptime_ms;
+    if (now_ms != last_ms) {
+        last_ms = now_ms;
+        wdt_reset();
+    }
+}
+
+int main(void) {
+    MCUSR = 0; /* else, after the watchdog, its shortest time would stay */
+    wdt_enable(WDTO_250MS);
+    set_sleep_mode(SLEEP_MODE_IDLE);
+    serial_begin();
+    begin_ticks();
+    sei();
+    for (;;) {
+        feed_watchdog();
+        report_changes();
+        receive_commands(obey, send_identity);
+        cli();
+        if (!serial_available()) {
+            sleep_enable();
+            sei(); /* takes effect after the next instruction: no wake-up is missed */
+            sleep_cpu();
+            sleep_disable();
+        }
+        sei();
+    }
+}

@@ -1,0 +1,221 @@
+#include "origami.h"
+
+#include <stddef.h>
+
+#define SETTLED TICKS(10) /* contacts bounce for less */
+#define ALIGN TICKS(50)   /* the coils pull the rotor into its place before its first half-step */
+#define FAULT_PAUSE TICKS(500)
+#define OPEN_AT_REST TICKS(1000) /* a push of the wall at the origami is shorter */
+#define SECOND TICKS(1000)
+
+const char MOTOR_HAS_TO_REST[] = "the motor has to rest";
+static const char BOTH[] = "both end switches are closed";
+
+static void enter(origami_t *origami, origami_state_t state) {
+    origami->state = state;
+    origami->ticks = 0;
+    origami->moved = 0;
+    origami->recovering = false;
+}
+
+static void fail(origami_t *origami, const char *reason, bool attempt) {
+    enter(origami, FAULT);
+    origami->reason = reason;
+    origami->attempt = attempt;
+}
+
+static void recover(origami_t *origami) {
+    enter(origami, UNFOLDING);
+    origami->recovering = true;
+    origami->attempt = false;
+}
+
+static void settle_switches(origami_t *origami, switches_t read) {
+    if (read != origami->read) {
+        origami->read = read;
+        origami->alike = 0;
+    }
+    if (origami->alike < SETTLED) {
+        origami->alike++;
+        return;
+    }
+    if ((read & UNFOLDED_CLOSED) && !(origami->switches & UNFOLDED_CLOSED)) {
+        origami->half_steps = 0;
+    }
+    origami->switches = read;
+    if (!origami->known) {
+        origami->known = true;
+        recover(origami); /* nobody knows how far the thread is wound */
+    }
+}
+
+static void count_duty(origami_t *origami) {
+    if (++origami->second_ticks == SECOND) {
+        origami->second_ticks = 0;
+        origami->second = (origami->second + 1) % (DUTY_S + 1);
+        origami->on[origami->second] = 0;
+    }
+    origami->on[origami->second] += origami->coils;
+}
+
+/* Stuck closed, the switch "unfolded" says nothing: what was wound is let out in any case. */
+static bool is_unfolded(const origami_t *origami) {
+    return origami->switches == UNFOLDED_CLOSED && origami->half_steps <= 0;
+}
+
+static bool leaves(const origami_t *origami, switches_t closed) {
+    return origami->moved < RELEASE_HALF_STEPS || !(origami->switches & closed);
+}
+
+static bool rests(origami_t *origami, switches_t closed) {
+    if (origami->switches == closed) {
+        origami->ticks = 0;
+    }
+    return origami->ticks < OPEN_AT_REST;
+}
+
+/* One function a state: where it leads. */
+
+static void while_unfolded(origami_t *origami) {
+    if (!rests(origami, UNFOLDED_CLOSED)) {
+        fail(origami, "the switch unfolded opened at rest", false);
+    }
+}
+
+static void while_folding(origami_t *origami) {
+    if (origami->switches == FOLDED_CLOSED) {
+        enter(origami, FOLDED);
+    } else if (origami->lease == 0) {
+        enter(origami, UNFOLDING);
+    } else if (!leaves(origami, UNFOLDED_CLOSED)) {
+        fail(origami, "the switch unfolded did not open or closed again", true);
+    } else if (origami->ticks >= TICKS(LONGEST_MS)) {
+        fail(origami, "the switch folded did not close within 10 s", true);
+    }
+}
+
+static void while_folded(origami_t *origami) {
+    if (!rests(origami, FOLDED_CLOSED)) {
+        fail(origami, "the switch folded opened at rest", true);
+    } else if (origami->lease == 0) {
+        enter(origami, UNFOLDING);
+    }
+}
+
+static void while_unfolding(origami_t *origami) {
+    if (is_unfolded(origami)) {
+        enter(origami, UNFOLDED);
+    } else if (origami->ticks >= TICKS(LONGEST_MS)) {
+        fail(origami, "the switch unfolded did not close within 10 s", false);
+    } else if (origami->recovering) {
+        return;
+    } else if (!leaves(origami, FOLDED_CLOSED)) {
+        fail(origami, "the switch folded did not open or closed again", true);
+    } else if (origami->half_steps <= -SLACK_HALF_STEPS) {
+        fail(origami, "the switch unfolded did not close where it should", false);
+    }
+}
+
+static void while_fault(origami_t *origami) {
+    if (origami->ticks < FAULT_PAUSE || origami->switches == BOTH_CLOSED) {
+        return;
+    }
+    if (is_unfolded(origami)) {
+        enter(origami, UNFOLDED);
+    } else if (origami->attempt) {
+        recover(origami);
+    }
+}
+
+static void turn_motor(origami_t *origami) {
+    origami->coils = origami->state == FOLDING || origami->state == UNFOLDING;
+    if (!origami->coils || origami->ticks < ALIGN) {
+        return;
+    }
+    int8_t turn = origami->state == FOLDING ? 1 : -1;
+    origami->rotor += turn;
+    origami->half_steps += turn;
+    origami->moved++;
+}
+
+void origami_tick(origami_t *origami, switches_t read) {
+    static void (*const WHILE[])(origami_t *) = {
+        [UNFOLDED] = while_unfolded,   [FOLDING] = while_folding, [FOLDED] = while_folded,
+        [UNFOLDING] = while_unfolding, [FAULT] = while_fault,
+    };
+    settle_switches(origami, read);
+    count_duty(origami);
+    if (!origami->known) {
+        return;
+    }
+    origami->ticks += origami->ticks < UINT16_MAX;
+    origami->lease -= origami->lease > 0;
+    if (origami->switches == BOTH_CLOSED && origami->state != FAULT) {
+        fail(origami, BOTH, true);
+    } else {
+        WHILE[origami->state](origami);
+    }
+    turn_motor(origami);
+}
+
+uint8_t origami_wait_s(const origami_t *origami) {
+    const uint16_t spare = TICKS(DUTY_ON_MS) - 2 * TICKS(MOVE_MS);
+    uint16_t on = 0;
+    for (uint8_t i = 0; i <= DUTY_S; i++) {
+        on += origami->on[i];
+    }
+    uint8_t wait_s = 0;
+    uint8_t oldest = origami->second;
+    while (on > spare) {
+        oldest = (oldest + 1) % (DUTY_S + 1);
+        on -= origami->on[oldest];
+        wait_s++;
+    }
+    return wait_s;
+}
+
+const char *origami_fold(origami_t *origami) {
+    switch (origami->state) {
+    case UNFOLDING:
+        return "wait until the origami is unfolded";
+    case FAULT:
+        return origami->reason;
+    case UNFOLDED:
+        if (origami->switches != UNFOLDED_CLOSED) {
+            return "the switch unfolded is open";
+        }
+        if (origami_wait_s(origami)) {
+            return MOTOR_HAS_TO_REST;
+        }
+        enter(origami, FOLDING);
+        break;
+    case FOLDING:
+    case FOLDED:
+        break;
+    }
+    origami->lease = TICKS(LEASE_MS);
+    return NULL;
+}
+
+const char *origami_hold(origami_t *origami) {
+    if (origami->state == FAULT) {
+        return origami->reason;
+    }
+    if (origami->state != FOLDING && origami->state != FOLDED) {
+        return "nothing is folded";
+    }
+    origami->lease = TICKS(LEASE_MS);
+    return NULL;
+}
+
+const char *origami_unfold(origami_t *origami) {
+    if (origami->state == FAULT) {
+        if (origami->switches == BOTH_CLOSED) {
+            return BOTH;
+        }
+        recover(origami);
+    } else if (origami->state == FOLDING || origami->state == FOLDED) {
+        enter(origami, UNFOLDING);
+    }
+    return NULL;
+}

@@ -1,0 +1,126 @@
+"""A board whose cable may be pulled while others go on: looked for again without ever waiting."""
+
+import time
+from collections.abc import Callable
+
+from acquisition.bench_errors import AcquisitionError, BoardNotFoundError, LineLostError
+from acquisition.boards import Introduction, connect
+from acquisition.line import BAUD, Arrival, Line
+from acquisition.protocol import Identity
+from acquisition.usb import UsbPort
+
+KNOCK_EVERY_S = 0.2
+
+
+class BoardLink:
+    """The line to one board.
+
+    Parameters
+    ----------
+    line : Line
+        The open line.
+    identity : Identity
+        What the board says of itself.
+    tell : callable
+        Is told what people should know.
+
+    Attributes
+    ----------
+    identity : Identity
+        What the board said when it was connected last.
+    connections : int
+        How often it was connected; opening a port resets an Arduino.
+    """
+
+    def __init__(self, line: Line, identity: Identity, tell: Callable[[str], None]) -> None:
+        self._line: Line | None = line
+        self._port, self._baud = UsbPort(line.port), line.baud
+        self._tell = tell
+        self._introduction: Introduction | None = None
+        self._knocked_s = 0.0
+        self._told = ""
+        self.port = line.port
+        self.identity = identity
+        self.connections = 1
+
+    @property
+    def connected(self) -> bool:
+        """Whether the board is there and has said what it is."""
+        return self._line is not None and self._introduction is None
+
+    @property
+    def line(self) -> Line:
+        """The open line; raises `LineLostError` where there is none."""
+        if not self.connected:
+            raise LineLostError(f"{self.port} is not connected")
+        return self._line
+
+    def receive(self, timeout_s: float = 0.0) -> list[Arrival]:
+        """Give what has come in; waits up to the timeout for something to come.
+
+        A board that is not there is looked for meanwhile.
+        """
+        try:
+            if self._line is None:
+                self._knock(timeout_s)
+                return []
+            arrivals = self._line.receive(timeout_s)
+            if self._introduction is None:
+                return arrivals
+            if identity := self._introduction.step(arrivals):
+                self._welcome(identity)
+        except LineLostError:
+            self._lose()
+        except AcquisitionError as reason:
+            self._keep_waiting(reason)
+        return []
+
+    def send(self, payload: str) -> None:
+        """Send a command, if the board is there."""
+        if not self.connected:
+            return
+        try:
+            self._line.send(payload)
+        except LineLostError:
+            self._lose()
+
+    def close(self) -> None:
+        """Close the port."""
+        if self._line is not None:
+            self._line.close()
+        self._line = self._introduction = None
+
+    def _lose(self) -> None:
+        if self.connected:
+            self._tell(
+                f"the {self.identity.device} board at {self.port} was unplugged; plug it back in"
+            )
+            self._told = ""
+        self.close()
+
+    def _knock(self, timeout_s: float) -> None:
+        """Try to open the port, now and then."""
+        if time.monotonic() - self._knocked_s < KNOCK_EVERY_S:
+            time.sleep(timeout_s)
+            return
+        self._knocked_s = time.monotonic()
+        self._line = Line(self._port.current_name(), self._baud)
+        self._introduction = Introduction(self._line, self.identity.device)
+
+    def _welcome(self, identity: Identity) -> None:
+        self._introduction = None
+        self.identity, self.port = identity, self._line.port
+        self.connections += 1
+        self._tell(f"the {identity.device} board is back")
+
+    def _keep_waiting(self, reason: AcquisitionError) -> None:
+        """Say, once, why a board that is there is not the one that is waited for."""
+        self.close()
+        if not isinstance(reason, BoardNotFoundError) and str(reason) != self._told:
+            self._told = str(reason)
+            self._tell(f"still waiting: {reason}")
+
+
+def linked(port: str, wanted: str, tell: Callable[[str], None], baud: int = BAUD) -> BoardLink:
+    """Open a port and make sure of the board behind it; raises `AcquisitionError`."""
+    return BoardLink(*connect(port, baud, wanted), tell)

@@ -1,0 +1,47 @@
+"""What a logger says of itself: whether it fits the workflow, and what its recordings say."""
+
+from datetime import datetime
+
+from acquisition.bench_errors import AcquisitionError
+from acquisition.drive import Wave
+from acquisition.protocol import Identity
+
+
+def check_fits(identity: Identity, settings: dict) -> None:
+    """Refuse to record what the workflow would refuse to read.
+
+    Parameters
+    ----------
+    identity : Identity
+        What the logger says of itself.
+    settings : dict
+        Section ``recording`` of the configuration.
+
+    Raises
+    ------
+    AcquisitionError
+        The board has other sensors or another rate.
+    """
+    for entry, key in (("channels", "sensors"), ("rate_hz", "rate_hz")):
+        if float(identity.entries[entry]) != settings[key]:
+            raise AcquisitionError(
+                f"the board has {entry} = {identity.entries[entry]}, but the workflow is "
+                f"configured for {settings[key]:g} (config/config.yaml: recording.{key})"
+            )
+
+
+def header_of(identity: Identity, started: datetime, wave: Wave | None) -> dict[str, str]:
+    """Return the header of what this logger records, with the wave that this program drives."""
+    entries = identity.entries
+    header = {
+        "source": f"recorded by the {identity.device} board, firmware {entries['firmware']}",
+        "rate_hz": entries["rate_hz"],
+        "adc_bits": entries["adc_bits"],
+        "vref_v": f"{int(entries['vref_mv']) / 1000:g}",
+        "series_ohm": entries["series_ohm"],
+        "started": started.isoformat(timespec="seconds").replace("+00:00", "Z"),
+    }
+    if wave:
+        header["wave_speed_mm_s"] = f"{wave.speed_mm_s:g}"
+        header["wave_direction"] = wave.direction
+    return header

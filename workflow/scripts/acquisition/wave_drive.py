@@ -1,0 +1,176 @@
+"""The peristalsis board of a survey: kept running, and asked five times a second where it is."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from acquisition.bench_errors import AcquisitionError, BoardLostError, LineLostError, RefusedError
+from acquisition.board_link import BoardLink
+from acquisition.boards import request
+from acquisition.clock import AWAKE
+from acquisition.drive import Wave
+from acquisition.errands import Errands
+from acquisition.frame_log import FrameLog
+from acquisition.protocol import Damaged, Position
+from acquisition.wave_phase import RUNNING, WavePhase
+
+ASK_EVERY_S = 0.2
+# The wave stops by itself when the computer has not asked for so long.
+LEASE_S = 5
+# A wave that stops at once leaves the capsule where it is: docs/protocol.md has the limit.
+STEEPEST_MM_S2 = 100
+
+
+class WaveDrive:
+    """The wave of a survey.
+
+    Parameters
+    ----------
+    link : BoardLink
+        The board's line.
+    wave : Wave
+        How the wave should travel.
+    index_mm : float or None
+        Phase at the index, from a session before that is taken up again.
+    resumed : bool
+        Whether a session before is taken up again: its phase goes on.
+    log : FrameLog
+        Where damaged frames go.
+    tell : callable
+        Is told what people should know.
+    """
+
+    def __init__(
+        self,
+        link: BoardLink,
+        wave: Wave,
+        log: FrameLog,
+        tell: Callable[[str], None],
+        *,
+        index_mm: float | None = None,
+        resumed: bool = False,
+    ) -> None:
+        self._link, self._wave, self._log, self._tell = link, wave, log, tell
+        self._settings = (
+            f"direction,{wave.direction}",
+            f"ramp,{wave.ramp_mm_s2:g}",
+            f"speed,{wave.speed_mm_s:g}",
+            f"lease,{LEASE_S}",
+        )
+        self._errands = Errands(link.send, self._note_refusal)
+        self._connections = link.connections
+        self._wanted = True
+        self._asked_s = 0.0
+        self._heard_s = self._known_s = AWAKE.now_s()
+        self._phase = WavePhase(
+            float(link.identity.entries["wavelength_mm"]),
+            forward=wave.direction == "forward",
+            index_mm=index_mm,
+        )
+        if resumed:
+            self._phase.begin_anew()
+
+    @property
+    def index_mm(self) -> float | None:
+        """Phase at the cam shaft's index; None where it has not passed one."""
+        return self._phase.index_mm
+
+    def start(self) -> None:
+        """Start the wave.
+
+        Raises
+        ------
+        AcquisitionError
+            The board refuses, with its reason, or went away.
+        """
+        try:
+            for setting in self._settings:
+                try:
+                    request(self._link.line, setting)
+                except RefusedError as reason:
+                    if not setting.startswith("lease"):
+                        raise
+                    self._tell(f"warning: the wave will go on if this computer dies: {reason}")
+            request(self._link.line, "start")
+        except LineLostError as fault:
+            raise AcquisitionError(
+                f"the peristalsis board at {self._link.port} was disconnected: {fault}"
+            ) from fault
+        self._heard_s = self._known_s = AWAKE.now_s()
+
+    def serve(self) -> None:
+        """Take what the board has said, and ask where the wave is."""
+        for arrival in self._link.receive():
+            self._errands.note(arrival.event)
+            match arrival.event:
+                case Position() as position:
+                    self._note_position(position, arrival.moment_s)
+                case Damaged() as piece:
+                    self._log.damaged(piece)
+        if self._link.connections > self._connections:
+            self._connections = self._link.connections
+            self._phase.begin_anew()
+            self._run_again()
+        self._errands.serve()
+        now_s = AWAKE.now_s()
+        if now_s - self._asked_s >= ASK_EVERY_S:
+            self._asked_s = now_s
+            self._link.send("position")
+
+    def wave_mm(self, moments_s: np.ndarray) -> np.ndarray:
+        """Return how far the wave was at moments of the computer's clock; NaN: not known."""
+        return self._phase.at(moments_s)
+
+    def stop(self) -> None:
+        """Have the wave stop; returns at once."""
+        self._wanted = False
+        self._errands.want(f"ramp,{STEEPEST_MM_S2}", "stop")
+
+    def trouble(self, patience_s: float) -> AcquisitionError | None:
+        """Say why the survey cannot go on; None if it can."""
+        now_s = AWAKE.now_s()
+        if self._wanted and now_s - self._heard_s > patience_s:
+            return BoardLostError(
+                f"the peristalsis board at {self._link.port} has said nothing for "
+                f"{patience_s:.0f} s (--patience)"
+            )
+        if self._wanted and now_s - self._known_s > patience_s:
+            return BoardLostError(
+                f"the phase of the wave has not been known for {patience_s:.0f} s (--patience): "
+                "the peristalsis board was reset and has no index switch, or its motor stands still"
+            )
+        return None
+
+    def leave_stopped(self) -> str:
+        """Stop the wave, wait for it and close the port; gives a warning if it does not stop."""
+        try:
+            if self._link.connected:
+                request(self._link.line, "stop")
+                return ""
+            reason = "it is not connected"
+        except (LineLostError, AcquisitionError) as fault:
+            reason = str(fault)
+        finally:
+            self._link.close()
+        return f"warning: the wave could not be stopped: {reason}; it stops when its lease is over"
+
+    def _note_position(self, position: Position, arrived_s: float) -> None:
+        self._heard_s = AWAKE.now_s()
+        continues = self._phase.note(position, arrived_s)
+        if self._phase.known:
+            self._known_s = self._heard_s
+        if self._wanted and not self._errands.open and position.state != RUNNING:
+            self._tell(
+                "the peristalsis board "
+                + ("had stopped the wave" if continues else "was reset")
+                + ", so the survey starts it again"
+            )
+            self._run_again()
+
+    def _run_again(self) -> None:
+        if self._wanted:
+            self._errands.want(*self._settings, "start")
+
+    def _note_refusal(self, command: str, reason: str) -> bool:
+        self._log.note(f"the peristalsis board refuses {command!r}: {reason}")
+        return False
