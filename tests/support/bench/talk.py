@@ -23,6 +23,8 @@ class Talk:
     ----------
     greeting : list of Event
         What the board said when it started.
+    now_us : int
+        The bench's time.
     """
 
     def __init__(
@@ -30,18 +32,18 @@ class Talk:
     ) -> None:
         self.board = EmulatedBoard(board)
         self.world = world(self.board) if world else None
-        self._now_us = 0
+        self.now_us = 0
         self.greeting = self.wait(0.05)
 
     def wait(self, seconds: float) -> list[Event]:
         """Let time pass; gives what the board says meanwhile."""
-        end_us = self._now_us + round(seconds * 1e6)
-        while self.world and self._now_us < end_us:
-            start_us = self._now_us
-            self._now_us = min(start_us + STRETCH_US, end_us)
-            self.world(start_us / 1e6, self._now_us / 1e6)
-            self.board.advance(self._now_us)
-        self._now_us = end_us
+        end_us = self.now_us + round(seconds * 1e6)
+        while self.world and self.now_us < end_us:
+            start_us = self.now_us
+            self.now_us = min(start_us + STRETCH_US, end_us)
+            self.world(start_us / 1e6, self.now_us / 1e6)
+            self.board.advance(self.now_us)
+        self.now_us = end_us
         self.board.advance(end_us)
         return [decode(line) for line in self.board.take_sent().splitlines()]
 
