@@ -201,3 +201,27 @@ def test_a_wrong_command_line_is_answered_with_what_is_wrong(tmp_path, arguments
     assert done.returncode == 2
     assert said in done.stderr
     assert not any(tmp_path.iterdir())
+
+
+def test_a_session_can_take_over_the_map_of_earlier_ones(whole, tmp_path):
+    earlier = json.loads((whole[0] / "session.json").read_text())
+    gut = ["--simulate", "--metres", "0.35", "--seed", "6", "--goto", "60"]
+    taken = run(*gut, "--map", whole[0], "--out", "taken", cwd=tmp_path)
+    own = run(*gut, "--out", "own", cwd=tmp_path)
+    assert (taken.returncode, own.returncode) == (0, 0), taken.stderr + own.stderr
+    taken, own = (
+        json.loads((tmp_path / name / "session.json").read_text()) for name in ("taken", "own")
+    )
+    assert taken["origin_mm"] == taken["earlier_origin_mm"] == earlier["origin_mm"]
+    # Its own map begins elsewhere, by where its first stroke has led.
+    assert 0 < abs(own["origin_mm"] - earlier["origin_mm"]) < 5
+
+
+def test_a_map_that_is_not_there_is_refused(whole, tmp_path):
+    (tmp_path / "old").mkdir()
+    (tmp_path / "old" / "session.json").write_text("{}")
+    for folder, reason in [("none", "holds no session"), ("old", "does not tell where its map")]:
+        done = run(*GUT, "--map", folder, "--out", "x", cwd=tmp_path)
+        assert done.returncode == 1
+        assert f"error: --map: {folder} {reason}" in done.stderr
+        assert not (tmp_path / "x").exists()

@@ -2,7 +2,6 @@
 
 import json
 import math
-import os
 import time
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict
@@ -10,21 +9,22 @@ from pathlib import Path
 
 import numpy as np
 
-from acquisition.archive import SUFFIX, SYNC_EVERY_S, explain_write_fault, publish
+from acquisition.archive import SUFFIX, SYNC_EVERY_S
 from acquisition.bench_errors import AcquisitionError, NameExistsError
+from acquisition.growing_file import GrowingFile
 from capsule.naming import UNLABELLED
 from capsule.recording import Recording, column_names, format_recording
+from capsule.survey.odometer import mean_origin
 from capsule.survey.survey_log import Event, Judgement, Readings
-from edges.file_lock import lock_file
 from edges.files import read_json, write_csv, write_json, write_whole
 
 STREAM, EVENTS, PLACES, ABOUT = "stream.csv", "events.jsonl", "places.csv", "session.json"
 RECORDINGS, BOARDS_LOG = "recordings", "boards.log"
-REMEDY = "survey.py --resume"
 # What the survey made of the readings; only the last of a judgement has them.
 JUDGED = ("head_mm", "score", "threshold")
-# The entry of the phase at the cam shaft's index.
-INDEX = "index_mm"
+# Entries of session.json that are known later: the phase at the cam shaft's index; the place in the
+# wave, from that index on, where the map begins; and the same as earlier sessions had it.
+INDEX, ORIGIN, EARLIER_ORIGIN = "index_mm", "origin_mm", "earlier_origin_mm"
 PLACE_COLUMNS = (
     "place",
     "status",
@@ -38,104 +38,6 @@ PLACE_COLUMNS = (
     "threshold",
     "recordings",
 )
-
-
-class GrowingFile:
-    """A text file that grows line by line, ``<name>.part`` until it is whole.
-
-    Lines that are there already, because an earlier session was killed, are compared with those
-    that are added, and not written again.
-
-    Parameters
-    ----------
-    final : Path
-        Its name when it is whole.
-
-    Raises
-    ------
-    AcquisitionError
-        Another program is writing it, or it cannot be written.
-    """
-
-    def __init__(self, final: Path) -> None:
-        self._final = final
-        self._path = final.with_name(final.name + SUFFIX)
-        flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0)
-        try:
-            self._descriptor = os.open(self._path, flags, 0o666)
-            lock_file(self._descriptor)
-        except BlockingIOError as fault:
-            raise AcquisitionError(f"{self._path} is being written by another program") from fault
-        except OSError as fault:
-            raise explain_write_fault(fault, self._path, REMEDY) from fault
-        content = self._path.read_bytes()
-        # A line that a power cut has cut off was never whole, and comes again.
-        whole = content.rfind(b"\n") + 1
-        os.ftruncate(self._descriptor, whole)
-        os.lseek(self._descriptor, whole, os.SEEK_SET)
-        self._known = content[:whole].splitlines(keepends=True)
-        self._compared = 0
-        self._pending: list[bytes] = []
-
-    @property
-    def caught_up(self) -> bool:
-        """Whether all that was there has come again."""
-        return self._compared == len(self._known)
-
-    def add(self, text: str) -> None:
-        """Add one line, which ends in a line feed; it is written by the next `flush`.
-
-        Raises
-        ------
-        AcquisitionError
-            It differs from the one that is there.
-        """
-        line = text.encode("utf-8")
-        if self.caught_up:
-            self._pending.append(line)
-            return
-        if line != self._known[self._compared]:
-            raise AcquisitionError(
-                f"{self._path}: line {self._compared + 1} would differ if the session were taken "
-                "up again; it was made by another version or with other parameters. It is left as "
-                "it is"
-            )
-        self._compared += 1
-
-    def cut(self) -> None:
-        """Drop the lines that were there and have not come again; what follows is new."""
-        kept = b"".join(self._known[: self._compared])
-        os.ftruncate(self._descriptor, len(kept))
-        os.lseek(self._descriptor, len(kept), os.SEEK_SET)
-        self._known = self._known[: self._compared]
-
-    def flush(self) -> None:
-        """Hand what was added to the operating system."""
-        content = b"".join(self._pending)
-        self._pending.clear()
-        try:
-            while content:
-                content = content[os.write(self._descriptor, content) :]
-        except OSError as fault:
-            raise explain_write_fault(fault, self._path, REMEDY) from fault
-
-    def sync(self) -> None:
-        """Have the disk keep what was flushed."""
-        try:
-            os.fsync(self._descriptor)
-        except OSError as fault:
-            raise explain_write_fault(fault, self._path, REMEDY) from fault
-
-    def finish(self) -> None:
-        """Give it its name."""
-        self.flush()
-        self.sync()
-        self.close()
-        publish(self._path, self._final)
-
-    def close(self) -> None:
-        """Leave it as it is."""
-        os.close(self._descriptor)
 
 
 class SessionFolder:
@@ -177,11 +79,16 @@ class SessionFolder:
         """Whether a session that was taken up again has come to where it was killed."""
         return self._stream.caught_up
 
-    def note_index(self, index_mm: float | None) -> None:
-        """Keep the phase of the wave at the cam shaft's index, as soon as it is known."""
-        if index_mm is not None and self._about.get(INDEX) is None:
-            self._about[INDEX] = round(index_mm, 3)
+    def note(self, entry: str, value_mm: float | None) -> None:
+        """Keep what was not known when the session began, as soon as it is."""
+        if value_mm is not None and self._about.get(entry) is None:
+            self._about[entry] = round(value_mm, 3)
             write_json(self.folder / ABOUT, self._about)
+
+    def leave_out(self, entry: str) -> None:
+        """Keep that something could not be had after all."""
+        self._about[entry] = None
+        write_json(self.folder / ABOUT, self._about)
 
     def add_readings(self, readings: Readings, judgement: Judgement) -> None:
         """Add samples to the stream, and to the last of them what the survey made of them.
@@ -269,6 +176,29 @@ def check_new(folder: Path) -> None:
 def stream_columns(sensors: int) -> str:
     """Return the first line of a stream of so many sensors."""
     return ",".join([*column_names(sensors), "wave_mm", *JUDGED, "fold"])
+
+
+def read_origin(folders: Sequence[Path], wavelength_mm: float) -> float:
+    """Read where the maps of earlier sessions begin; give their mean.
+
+    Raises
+    ------
+    AcquisitionError
+        A folder holds no session, or one that does not tell.
+    """
+    origins_mm = []
+    for folder in folders:
+        if not (folder / ABOUT).exists():
+            raise AcquisitionError(f"--map: {folder} holds no session: there is no {ABOUT}")
+        origin_mm = read_json(folder / ABOUT).get(ORIGIN)
+        if origin_mm is None:
+            raise AcquisitionError(
+                f"--map: {folder} does not tell where its map begins: it ended before its position "
+                "was known, its bench has no index switch, or an earlier version made it; leave it "
+                "out"
+            )
+        origins_mm.append(origin_mm)
+    return mean_origin(origins_mm, wavelength_mm)
 
 
 def read_about(folder: Path) -> dict:

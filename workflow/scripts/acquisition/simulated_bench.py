@@ -40,12 +40,14 @@ class SimulatedBench:
         The truth: where the head stood at each sample.
     header : dict of str to str
         What is to be said of its recordings.
-    trouble, index_mm
-        None: it has no trouble, and its sessions are simulated again instead of being taken up.
+    trouble
+        None: it has no trouble.
+    index_mm
+        0: its cam shaft has the index where a crest stands at the start of the gut.
     """
 
     trouble = None
-    index_mm = None
+    index_mm = 0.0
 
     def __init__(self, journey: Journey, rate_hz: float, header: dict[str, str]) -> None:
         self._journey, self._rate_hz = journey, rate_hz

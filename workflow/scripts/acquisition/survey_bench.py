@@ -16,7 +16,8 @@ class SurveyBench(Protocol):
     trouble : AcquisitionError or None
         Why the survey cannot go on; it then ends with an unfolded origami.
     index_mm : float or None
-        What a later session must know of the drive's phase to take this one up again.
+        Phase of the wave at the cam shaft's index, by which a later session knows the wave's phase;
+        None before the shaft has passed it.
     """
 
     @property

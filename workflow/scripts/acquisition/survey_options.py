@@ -13,6 +13,8 @@ examples:
   survey.py --resume sessions/demo take up a session that was killed
   survey.py --simulate --metres 1 --goto 500 140 --out sessions/there
                                    go to 500 mm, then back to 140 mm, and stop
+  survey.py --simulate --metres 1 --goto 140 --map sessions/demo --out sessions/again
+                                   140 mm as an earlier session has it
   survey.py --drive /dev/ttyACM1 --fold /dev/ttyACM2 --out sessions/tuesday
                                    on the bench, until the end stop or Ctrl-C
   survey.py --resume sessions/tuesday --fold /dev/ttyACM3
@@ -49,6 +51,8 @@ def parse(arguments: list[str] | None = None) -> argparse.Namespace:
     add("--nodules", type=_diameter, nargs="+", default=[], metavar="MM", help=nodules)
     add("--seed", type=natural, default=1, metavar="N", help="same seed, same session (default: 1)")
     add("--goto", type=float, nargs="+", default=[], metavar="MM", help="go there, one by one")
+    earlier = "earlier sessions from the same start of this bench: use the map that they agree on"
+    add("--map", type=Path, nargs="+", default=[], metavar="SESSION", help=earlier)
     add("--out", type=Path, metavar="FOLDER", help="the session's new folder")
     raw = "put each pass into FOLDER/unlabelled/ as well, for the workflow to judge"
     add("--raw", type=Path, metavar="FOLDER", help=raw)

@@ -1,6 +1,7 @@
 """One survey, from its first sample to its last: who decides, who obeys, and what is kept."""
 
 import math
+import sys
 from collections.abc import Mapping
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -10,7 +11,7 @@ import numpy as np
 from acquisition.bench_errors import AcquisitionError
 from acquisition.limits import StopRequest
 from acquisition.pass_sizes import PassSizes
-from acquisition.session_folder import SessionFolder
+from acquisition.session_folder import EARLIER_ORIGIN, INDEX, ORIGIN, SessionFolder
 from acquisition.stored_survey import StoredSurvey
 from acquisition.survey_bench import SurveyBench
 from acquisition.survey_view import SurveyView
@@ -25,6 +26,10 @@ from capsule.survey.suspected_place import Place
 _LONGEST_PASS, _SHORTEST_PASS = 990, 300
 # Times are written with so many seconds.
 _CLOCK_STEP_S = 0.001
+_NO_INDEX = (
+    "warning: the cam shaft has not passed its index, so the map of the earlier sessions (--map) "
+    "cannot be taken over; positions begin at the start of this session"
+)
 
 
 class SurveyRun:
@@ -46,6 +51,10 @@ class SurveyRun:
         Sampling rate.
     length_mm : float
         Where the gut ends, if no end stop says so before.
+    earlier_mm : float, optional
+        Where the map of earlier sessions begins, from the cam shaft's index on.
+    index_mm : float, optional
+        Phase of the wave at that index, in a session that is taken up again.
 
     Attributes
     ----------
@@ -62,9 +71,13 @@ class SurveyRun:
         header: Mapping[str, str],
         rate_hz: float,
         length_mm: float = math.inf,
+        *,
+        earlier_mm: float | None = None,
+        index_mm: float | None = None,
     ) -> None:
         self._pilot, self._disk, self._sizes, self._view = pilot, disk, sizes, view
         self._header, self._rate_hz, self._length_mm = header, rate_hz, length_mm
+        self._earlier_mm, self._index_mm = earlier_mm, index_mm
         self._size_words: dict[int, str] = {}
         self._heard: list[Readings] = []
         self._told = self._kept = 0
@@ -102,12 +115,13 @@ class SurveyRun:
             for event, reason in self._outside(bench, stop):
                 self._obey(bench, pilot.tell(event, reason))
             readings = bench.read(pilot.every)
+            self._index_mm = bench.index_mm
             if begun is not None:
                 self._obey(bench, self._interrupt(begun))
                 begun = None
             self._obey(bench, self._take(readings))
             self._disk.keep()
-            self._disk.note_index(bench.index_mm)
+            self._note_map()
             if self._disk.caught_up:
                 self._view.show(self._now_s, pilot, self._size_words)
         self._view.end(self._now_s, pilot, self._size_words)
@@ -164,6 +178,8 @@ class SurveyRun:
     def _take(self, readings: Readings) -> tuple[str, ...]:
         """Keep readings and let the pilot judge them; gives its commands."""
         self._heard.append(readings)
+        if self._earlier_mm is not None and self._index_mm is not None:
+            self._pilot.sensing.take_origin(self._earlier_mm + self._index_mm)
         commands = self._pilot.tick(readings)
         kept = replace(readings, time_s=readings.time_s + self._away_s)
         self._disk.add_readings(kept, self._judgement())
@@ -174,6 +190,17 @@ class SurveyRun:
     def _now_s(self) -> float:
         """Time of the newest sample, interruptions included."""
         return float(self._heard[-1].time_s[-1]) + self._away_s
+
+    def _note_map(self) -> None:
+        """Keep where the map begins, as soon as that is known."""
+        origin_mm, index_mm = self._pilot.sensing.origin_mm, self._index_mm
+        self._disk.note(INDEX, index_mm)
+        if origin_mm is not None and index_mm is not None:
+            self._disk.note(ORIGIN, origin_mm - index_mm)
+        if self._earlier_mm is not None and origin_mm is not None and index_mm is None:
+            print(_NO_INDEX, file=sys.stderr)
+            self._earlier_mm = None
+            self._disk.leave_out(EARLIER_ORIGIN)
 
     def _judgement(self) -> Judgement:
         """Return what the pilot made of the newest readings."""

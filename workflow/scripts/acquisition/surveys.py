@@ -15,7 +15,15 @@ from acquisition.frame_log import FrameLog
 from acquisition.limits import StopRequest
 from acquisition.logger_board import check_fits, header_of
 from acquisition.pass_sizes import pass_sizes
-from acquisition.session_folder import BOARDS_LOG, INDEX, SessionFolder, check_new, read_about
+from acquisition.session_folder import (
+    BOARDS_LOG,
+    EARLIER_ORIGIN,
+    INDEX,
+    SessionFolder,
+    check_new,
+    read_about,
+    read_origin,
+)
 from acquisition.simulated_bench import SOURCE, simulated_bench
 from acquisition.stored_survey import read_stored
 from acquisition.survey_run import SurveyRun
@@ -44,6 +52,8 @@ def survey(options: argparse.Namespace) -> None:
         check_new(folder)
         about = _about(options)
     settings = read_config_file(CONFIG / "config.yaml")
+    if not resumed and options.map:
+        about[EARLIER_ORIGIN] = read_origin(options.map, settings["diagonal"]["wavelength_mm"])
     lead = _on_boards if "boards" in about else _simulated
     lead(options, folder, about, settings, resumed=resumed)
 
@@ -100,7 +110,8 @@ def _simulated(
     sizes = pass_sizes(options.results, settings["diagonal"], rate_hz)
     header = bench.header | {"session": folder.name}
     view = SurveyView(sys.stdout, f"{folder.name}, simulated", 1000 * about["metres"])
-    run = SurveyRun(pilot, disk, sizes, view, header, rate_hz)
+    earlier_mm = about.get(EARLIER_ORIGIN)
+    run = SurveyRun(pilot, disk, sizes, view, header, rate_hz, earlier_mm=earlier_mm)
     stop = StopRequest()
     try:
         run.go_on(bench, stop)
@@ -133,7 +144,17 @@ def _on_boards(
         sizes = pass_sizes(options.results, settings["diagonal"], rate_hz)
         length_mm = math.inf if about["metres"] is None else 1000 * about["metres"]
         view = SurveyView(sys.stdout, folder.name, length_mm)
-        run = SurveyRun(pilot, disk, sizes, view, about["header"], rate_hz, length_mm)
+        run = SurveyRun(
+            pilot,
+            disk,
+            sizes,
+            view,
+            about["header"],
+            rate_hz,
+            length_mm,
+            earlier_mm=about.get(EARLIER_ORIGIN),
+            index_mm=about[INDEX],
+        )
         try:
             if resumed:
                 run.repeat(read_stored(folder, sensors, rate_hz, pilot.every))

@@ -109,6 +109,11 @@ class Sensing:
         """Place in the wave of position 0; None before the first fix."""
         return self._odometer.origin_mm
 
+    def take_origin(self, origin_mm: float) -> None:
+        """Take over where an earlier map begins; it counts only before the first fix."""
+        if self._odometer.origin_mm is None:
+            self._odometer.origin_mm = origin_mm
+
     def settled(self) -> bool:
         """Say whether there are enough fixes since the capsule unfolded, and they agree."""
         return self._odometer.settled(self._settings.fixes, _AGREE_MM)
