@@ -28,6 +28,7 @@ FLOORS = (
     "edges",
     "phantom_study",
     "scorer_teaching",
+    "part_making",
     "acquisition",
     "scripts",
 )
