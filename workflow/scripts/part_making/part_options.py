@@ -5,16 +5,13 @@ import difflib
 from pathlib import Path
 
 from capsule.errors import CapsuleError
-from capsule.parts.design import Design, design_of, entries
+from capsule.parts.design import LIMITS, Design, design_of, entries
 from capsule.parts.refusals import check_design
-from capsule.phantom.parameters import parameter_names
 from edges.config_files import read_config_file
 from edges.part_tables import read_parts_table
 from edges.phantom import CONFIG, DEFAULT_TABLE, read_phantom
 
 _NOZZLE = "print.nozzle_mm"
-# What a part can look at of the phantom; the rest is the simulator's alone.
-_PHANTOM_PARTS = ("origami", "wall")
 
 
 def read_arguments(description: str | None) -> argparse.Namespace:
@@ -61,11 +58,11 @@ def read_design(changes: list[str], nozzle: str | None = None) -> Design:
         name, _, text = change.partition("=")
         if name in rows:
             own[name] = text if "allowed" in rows[name] else _number(change, text)
-        elif name in _dimensions():
+        elif name in table[LIMITS]:
             _number(change, text)
             of_phantom.append(change)
         else:
-            known = [*rows, *_dimensions()]
+            known = [*rows, *table[LIMITS]]
             nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.0)
             raise CapsuleError(f"there is no value {name}; did you mean {nearest[0]}?")
     unchanged = read_phantom(DEFAULT_TABLE, [])
@@ -77,10 +74,6 @@ def read_design(changes: list[str], nozzle: str | None = None) -> Design:
 def read_sensors() -> int:
     """Read how many substructures a capsule has."""
     return read_config_file(CONFIG / "config.yaml")["recording"]["sensors"]
-
-
-def _dimensions() -> list[str]:
-    return [name for name in parameter_names() if name.partition(".")[0] in _PHANTOM_PARTS]
 
 
 def _number(change: str, text: str) -> float:

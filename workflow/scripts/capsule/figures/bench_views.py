@@ -88,7 +88,7 @@ def _label_bench(
     off = length_text(cam.eccentricity_mm)
     names = (
         (1, (shaft + 6.0, 4.0), f"cam, radius {length_text(cam.radius_mm)}"),
-        (1, (shaft, 0.0), f"rod, {off} off centre"),
+        (1, (shaft, 0.0), f"rod, {off} off"),
         (1, (edge - 6.5, -14.0), f"follower {length_text(bench.follower_mm)}"),
         (1, (edge - 3.0, -(levels[0] + high) / 2), "slide"),
         (-1, (-inner - wall.wall_mm / 2, 11.0), f"wall {length_text(wall.wall_mm)}"),

@@ -16,15 +16,14 @@ from capsule.geometry.open_choices import Choices
 from capsule.geometry.origami import Origami
 from capsule.geometry.substructure import (
     Shape,
-    cut_lines,
     glue_faces,
     named_corners,
     outline,
     shape_of,
     spacing,
     top_mm,
-    wire_positions,
 )
+from capsule.geometry.wiring import cut_lines, wire_positions
 
 WALL = "#c9d6e4"
 _HOLE = "#ffffff"
@@ -57,10 +56,11 @@ def draw_substructure(axes: Axes, origami: Origami, choices: Choices) -> None:
     axes.plot(*wire_positions(shape, choices).T, "o", color=BLUE, markersize=3.2, zorder=5)
     _draw_names(axes, corner, side)
     _draw_legend(axes, shape, choices)
-    for name, at in (("A", right + 4.2), ("B", left - 0.2)):
-        flat = f"{name}{name}\u2032"
+    # The flat at the head is measured on the right, beyond the heights.
+    at_head, at_tail = ("A", "B") if side > 0 else ("B", "A")
+    for name, at in ((at_head, right + 4.2), (at_tail, left - 0.2)):
         ends = corner[name], corner[name] * [1.0, -1.0]
-        draw_length(axes, *ends, at if side > 0 else left + right - at, upright=True, name=flat)
+        draw_length(axes, *ends, at, upright=True, name=f"{name}{name}\u2032")
     _draw_heights(axes, corner, right)
     draw_length(axes, corner["D"], corner["D"] * [1.0, -1.0], left - 1.8, upright=True, name="w")
     below = -float(corner["D"][1]) - 1.2

@@ -16,8 +16,6 @@ from capsule.geometry.open_choices import Choices
 from capsule.geometry.substructure import outline, shape_of, spacing
 from capsule.parts.design import Design
 
-# Room for a row's titles.
-_TITLE_IN = 0.28
 # What else the paper's words allow, one choice at a time.
 _OTHERS = (
     ("fold_side", {"head": "tail", "tail": "head"}, "A at the {} of BC"),
@@ -88,23 +86,34 @@ def draw_capsule(design: Design, sensors: int, width_in: float = PAGE_WIDTH_IN) 
     return figure
 
 
-def _stack(figure: Figure, rows: Sequence[Sequence[Axes]], width_in: float) -> None:
+def _stack(
+    figure: Figure,
+    rows: Sequence[Sequence[Axes]],
+    width_in: float,
+    title_in: float = 0.28,
+    below_in: float = 0.0,
+) -> None:
     """Lay drawings in rows as wide as the figure; those of a row have one scale.
 
     They know the size of what they show, so no room is lost around them.
+
+    Parameters
+    ----------
+    title_in, below_in
+        Room for the titles of a row, and below all rows.
     """
     spans = [[(np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())) for axes in row] for row in rows]
     scales = [width_in / sum(wide for wide, _ in row) for row in spans]
     heights = [
         max(tall for _, tall in row) * scale for row, scale in zip(spans, scales, strict=True)
     ]
-    total = sum(heights) + _TITLE_IN * len(rows)
+    total = sum(heights) + title_in * len(rows) + below_in
     figure.set_size_inches(width_in, total)
     top = total
     for row, sizes, scale, height in zip(rows, spans, scales, heights, strict=True):
         # All of a row are as tall, so that their titles stand level.
         half = height / scale / 2
-        top -= _TITLE_IN + height
+        top -= title_in + height
         left = 0.0
         for axes, (wide, _) in zip(row, sizes, strict=True):
             axes.set_position((left, top / total, wide * scale / width_in, height / total))
@@ -120,18 +129,23 @@ def draw_other_readings(
     origami = design.phantom.origami
     chosen, *others = readings
     with figure_style():
-        narrow = width_in <= COLUMN_WIDTH_IN
-        down = 2 if narrow else 1
-        height = width_in * (1.55 if narrow else 0.52)
-        figure = Figure(figsize=(width_in, height), layout="constrained")
-        panels = figure.subplots(down, len(others) // down, sharex=True, sharey=True).flat
-        boxes = []
-        for axes, words in zip(panels, others, strict=True):
-            box = draw_readings(axes, origami, {chosen: readings[chosen], words: readings[words]})
-            boxes.append(box)
+        figure = Figure()
+        panels, boxes = [], []
+        for words in others:
+            axes = figure.add_axes((0, 0, 1, 1), label=words)
+            shown = {chosen: readings[chosen], words: readings[words]}
+            boxes.append(draw_readings(axes, origami, shown))
             pitch = spacing(shape_of(origami, readings[words]), origami.adhesive_mm)
             axes.set_title(f"{words}\npitch {pitch:.2f} mm", loc="center")
-        axes.set_xlim(min(box[0, 0] for box in boxes), max(box[1, 0] for box in boxes))
-        handles, _ = figure.axes[0].get_legend_handles_labels()
-        figure.legend(handles, ["chosen", "instead"], loc="outside lower center", ncols=2)
+            panels.append(axes)
+        left, right = min(box[0, 0] for box in boxes), max(box[1, 0] for box in boxes)
+        for axes in panels:
+            # Room for the title between its neighbours.
+            axes.set_xlim(left - 1.5, right + 1.5)
+        half = len(panels) // 2
+        narrow = width_in <= COLUMN_WIDTH_IN
+        rows = [panels[:half], panels[half:]] if narrow else [panels]
+        _stack(figure, rows, width_in, title_in=0.42, below_in=0.3)
+        handles, _ = panels[0].get_legend_handles_labels()
+        figure.legend(handles, ["chosen", "instead"], loc="lower center", ncols=2)
     return figure

@@ -86,7 +86,12 @@ def named_corners(origami: Origami, choices: Choices) -> dict[str, np.ndarray]:
 def _crossing(
     point: np.ndarray, along: np.ndarray, other: np.ndarray, other_along: np.ndarray
 ) -> np.ndarray:
-    """Return where two lines cross, each given by a point and a direction."""
+    """Return where two lines cross, each given by a point and a direction.
+
+    Of parallel lines it is the point of the second.
+    """
+    if abs(along[0] * other_along[1] - along[1] * other_along[0]) < 1e-9:
+        return other
     step = np.linalg.solve(np.column_stack([along, -other_along]), other - point)[0]
     return point + step * along
 
@@ -275,26 +280,3 @@ def spacing(shape: Shape, adhesive_mm: float) -> float:
     """Return the distance along the axis from one substructure to the next, in mm."""
     faces = glue_faces(shape)
     return float(faces["head"][0, 0] - faces["tail"][0, 0]) + adhesive_mm
-
-
-def cut_lines(shape: Shape, choices: Choices) -> list[np.ndarray]:
-    """Return the cuts along the axis through the flats, each of shape (2, 2), in mm."""
-    faces = glue_faces(shape)
-    inward = {"head": -shape.wall_mm, "tail": shape.wall_mm}
-    cut = ("tail", "head") if choices.current == "halves" else (choices.cut,)
-    return [
-        np.array([[faces[flat][0, 0], 0.0], [faces[flat][0, 0] + inward[flat], 0.0]])
-        for flat in cut
-    ]
-
-
-def wire_positions(shape: Shape, choices: Choices, beside_mm: float = 1.0) -> np.ndarray:
-    """Return where the two wires enter the wall: shape (2, 2), in mm.
-
-    At one cut they sit above and below it, and the current runs around the loop. With both flats
-    cut, one wire sits in each cut, and the two halves lie beside each other.
-    """
-    middles = [line.mean(axis=0) for line in cut_lines(shape, choices)]
-    if choices.current == "halves":
-        return np.array(middles)
-    return middles[0] + beside_mm * np.array([_UP, -_UP])

@@ -67,11 +67,14 @@ class Design:
         What the paper leaves open.
     resistivity_ohm_m
         Of the conductive plastic: with it the paper's substructure has the paper's resistance.
+    limits
+        Smallest and largest value of the phantom's dimensions, by ``part.parameter``.
     """
 
     phantom: Phantom
     parts: Parts
     resistivity_ohm_m: float
+    limits: Mapping[str, tuple[float, float]]
 
     @property
     def shape(self) -> Shape:
@@ -141,7 +144,7 @@ def design_of(
             for part, kind in kinds.items()
         }
     )
-    return Design(phantom, parts, resistivity(unchanged, parts.choice))
+    return Design(phantom, parts, resistivity(unchanged, parts.choice), table[LIMITS])
 
 
 def _check(name: str, value: object, entry: Mapping[str, Any]) -> None:

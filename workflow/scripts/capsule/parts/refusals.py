@@ -25,7 +25,7 @@ from capsule.parts.design import Design
 from capsule.phantom.parameters import Phantom, value_of, with_values
 
 # How closely a limit is worked out.
-_TRIES, _HALVINGS = 61, 24
+_TRIES, _HALVINGS = 41, 16
 # Wall that is left around a bore or between two openings.
 _LEFT_MM = 1.0
 # A guide eyelet: its bore, and its distance from the axis.
@@ -57,18 +57,10 @@ def _refuse(name: str, value: float, limit: float, least: bool, reason: str) -> 
 
 
 def _check_substructure(design: Design) -> None:
-    origami, choices, printing = design.phantom.origami, design.parts.choice, design.parts.print
-    wall = origami.wall_thickness_mm
-    thinnest = f"no wall is thinner than the nozzle (print.nozzle_mm = {printing.nozzle_mm:g})"
-    _refuse("origami.wall_thickness_mm", wall, printing.nozzle_mm, True, thinnest)
-    tilt, fold = origami.awn_tilt_deg, origami.fold_angle_deg
-    if choices.fold_side == "head":
-        _refuse("origami.fold_angle_deg", fold, 85 - tilt, False, "the wall AC meets the axis")
-    else:
-        _refuse("origami.fold_angle_deg", fold, tilt + 5, True, "the wall AC leans from the flat A")
-    _check_tip(origami, choices)
+    origami, choices = design.phantom.origami, design.parts.choice
+    _check_angles_and_tip(origami, design)
+    lower, wall = choices.lower_corner_mm, origami.wall_thickness_mm
     shoulder = origami.axis_to_fold_mm + origami.fold_to_shoulder_mm
-    lower = choices.lower_corner_mm
     _refuse("choice.lower_corner_mm", lower, shoulder - 3 * wall, False, "B lies below C")
     if choices.folding == "eyelets":
         reason = "the eyelets lie in the flats"
@@ -78,6 +70,18 @@ def _check_substructure(design: Design) -> None:
         _refuse("origami.height_mm", origami.height_mm, 2 * EYELET_MM, True, reason)
     for names, margin, reason in _TRIALS:
         _check_by_trial(design, names, margin, reason)
+
+
+def _check_angles_and_tip(origami: Origami, design: Design) -> None:
+    choices, nozzle = design.parts.choice, design.parts.print.nozzle_mm
+    reason = f"no wall is thinner than the nozzle (print.nozzle_mm = {nozzle:g})"
+    _refuse("origami.wall_thickness_mm", origami.wall_thickness_mm, nozzle, True, reason)
+    tilt, fold = origami.awn_tilt_deg, origami.fold_angle_deg
+    if choices.fold_side == "head":
+        _refuse("origami.fold_angle_deg", fold, 85 - tilt, False, "the wall AC meets the axis")
+    else:
+        _refuse("origami.fold_angle_deg", fold, tilt + 5, True, "the wall AC leans from the flat A")
+    _check_tip(origami, choices)
 
 
 def _check_tip(origami: Origami, choices: Choices) -> None:
@@ -95,14 +99,6 @@ def _check_tip(origami: Origami, choices: Choices) -> None:
         _refuse(name, origami.shoulder_to_tip_mm, 2 * wall, True, "there is an awn")
 
 
-def _has_tip(origami: Origami, choices: Choices) -> bool:
-    try:
-        _check_tip(origami, choices)
-    except CapsuleError:
-        return False
-    return True
-
-
 def _check_by_trial(design: Design, names: Sequence[str], margin: Margin, reason: str) -> None:
     """Refuse a negative margin; the limit is found by trying other values of the first name.
 
@@ -116,19 +112,28 @@ def _check_by_trial(design: Design, names: Sequence[str], margin: Margin, reason
 
         def allowed(tried: float, name: str = name) -> bool:
             phantom = with_values(design.phantom, {name: float(tried)})
-            return _has_tip(phantom.origami, choices) and margin(phantom, choices) >= 0
+            return _is_simple(phantom.origami, design) and margin(phantom, choices) >= 0
 
-        tries = [each for each in np.linspace(0.05, 3.0, _TRIES) * value if allowed(each)]
+        tries = [each for each in np.linspace(*design.limits[name], _TRIES) if allowed(each)]
         if tries:
             good, bad = min(tries, key=lambda each: abs(each - value)), value
             for _ in range(_HALVINGS):
                 middle = (good + bad) / 2
                 good, bad = (middle, bad) if allowed(middle) else (good, middle)
             _refuse(name, value, float(good), good > value, reason)
+    low, high = design.limits[names[0]]
     raise CapsuleError(
-        f"{names[0]} is {value_of(design.phantom, names[0]):g}; no value up to three times that, "
-        f"and of {', '.join(names[1:])}, is one at which {reason}"
+        f"{names[0]} is {value_of(design.phantom, names[0]):g}; allowed is no value from {low:g} "
+        f"to {high:g}, nor of {', '.join(names[1:])}, so that {reason}"
     )
+
+
+def _is_simple(origami: Origami, design: Design) -> bool:
+    try:
+        _check_angles_and_tip(origami, design)
+    except CapsuleError:
+        return False
+    return True
 
 
 def _outline_of(phantom: Phantom, choices: Choices) -> tuple[Shape, np.ndarray, np.ndarray] | None:
