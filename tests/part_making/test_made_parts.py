@@ -5,6 +5,7 @@ import json
 import re
 import subprocess
 import sys
+import time
 from xml.etree import ElementTree
 
 import ezdxf
@@ -42,7 +43,10 @@ PRISMS = {
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    return make_into(tmp_path_factory.mktemp("made") / "parts")
+    began = time.process_time()
+    folder = make_into(tmp_path_factory.mktemp("made") / "parts")
+    assert time.process_time() - began < 5
+    return folder
 
 
 @pytest.fixture(scope="module")

@@ -59,19 +59,15 @@ def edges_of(outlines):
 
 def section(triangles, height):
     """Give the edges in which a mesh meets a level: shape (N, 2, 2)."""
-    edges = []
-    for corners in triangles:
-        above = corners[:, 2] > height
-        if above.all() or not above.any():
-            continue
-        points = []
-        for first, second in ((0, 1), (1, 2), (2, 0)):
-            if above[first] != above[second]:
-                low, high = corners[first], corners[second]
-                part = (height - low[2]) / (high[2] - low[2])
-                points.append((low + part * (high - low))[:2])
-        edges.append(points)
-    return np.array(edges)
+    above = triangles[:, :, 2] > height
+    cut = above.any(axis=1) & ~above.all(axis=1)
+    triangles, above = triangles[cut], above[cut]
+    # Two of a triangle's three sides reach across; the third is left out.
+    ends = np.roll(triangles, -1, axis=1)
+    across = above != np.roll(above, -1, axis=1)
+    low, high = triangles[across], ends[across]
+    part = (height - low[:, 2]) / (high[:, 2] - low[:, 2])
+    return (low + part[:, np.newaxis] * (high - low))[:, :2].reshape(-1, 2, 2)
 
 
 def straight_lines(edges, shortest=0.3):

@@ -51,10 +51,14 @@ def inked(figure):
     ]
 
 
-@pytest.mark.parametrize("fold_side", ["head", "tail"])
+@pytest.mark.parametrize(
+    "choice",
+    [{}, {"fold_side": "tail"}, {"current": "halves"}, {"cut": "head"}, {"folding": "eyelets"}],
+    ids=str,
+)
 @pytest.mark.parametrize("width_in", WIDTHS)
-def test_no_label_lies_on_another_or_leaves_the_figure(width_in, fold_side):
-    choices = replace(DESIGN.parts.choice, fold_side=fold_side)
+def test_no_label_lies_on_another_or_leaves_the_figure(width_in, choice):
+    choices = replace(DESIGN.parts.choice, **choice)
     design = replace(DESIGN, parts=replace(DESIGN.parts, choice=choices))
     figure = draw_capsule(design, 4, width_in)
     boxes = inked(figure)

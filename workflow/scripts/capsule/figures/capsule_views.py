@@ -12,7 +12,7 @@ from capsule.figures.dimension_lines import (
     true_scale,
 )
 from capsule.figures.style import BLUE, GREEN, INK, MUTED, ORANGE
-from capsule.geometry.open_choices import Choices
+from capsule.geometry.open_choices import EYELET_AT_MM, Choices
 from capsule.geometry.origami import Origami
 from capsule.geometry.substructure import (
     Shape,
@@ -86,8 +86,8 @@ def _draw_legend(axes: Axes, shape: Shape, choices: Choices) -> None:
     """Name cut, wires and glue faces where they are."""
     beside = (shape.fold[0] + shape.lower[0]) / 2 - 0.6
     look = {"ha": "left", "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 0.6}}
-    for wire in wire_positions(shape, choices):
-        draw_label(axes, wire, (beside, 1.2 * wire[1]), "wire", color=BLUE, **look)
+    for wire, height in zip(wire_positions(shape, choices), (1.2, -1.2), strict=True):
+        draw_label(axes, wire, (beside, height), "wire", color=BLUE, **look)
     for cut in cut_lines(shape, choices)[:1]:
         draw_label(axes, cut.mean(axis=0), (beside, 0.0), "cut", color=ORANGE, **look)
     point = glue_faces(shape)["head"][0] * [1.0, 0.6]
@@ -155,6 +155,11 @@ def draw_row(axes: Axes, origami: Origami, choices: Choices, sensors: int) -> No
         if number < sensors:
             glued = faces["tail"][:, 0] + shift - origami.adhesive_mm / 2
             axes.plot(glued, faces["tail"][:, 1], **_GLUE)
+    if choices.folding == "eyelets":
+        ends = np.array([faces["head"][0, 0] + 2.5, faces["tail"][0, 0] - (sensors - 1) * pitch])
+        for side in (-1.0, 1.0):
+            axes.plot(ends, [side * EYELET_AT_MM] * 2, color=ORANGE, linewidth=0.7, zorder=6)
+        axes.text(ends[0], 2.2, "cables\n(ours)", ha="center", va="bottom", color=ORANGE)
     axes.text(faces["head"][0, 0] + 0.8, 0.0, "head", ha="left", va="center", color=MUTED)
     tail = faces["tail"][0, 0] - (sensors - 1) * pitch
     axes.text(tail - 0.8, 0.0, "tail", ha="right", va="center", color=MUTED)

@@ -2,6 +2,10 @@
 
 from dataclasses import dataclass
 
+# A guide eyelet of the folding that is ours: its bore, and its distance from the axis.
+EYELET_MM = 0.8
+EYELET_AT_MM = 1.0
+
 
 @dataclass(frozen=True)
 class Choices:

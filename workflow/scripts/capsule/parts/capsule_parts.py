@@ -3,6 +3,7 @@
 import numpy as np
 from manifold3d import Manifold
 
+from capsule.geometry.open_choices import EYELET_AT_MM, EYELET_MM
 from capsule.geometry.stand import circle
 from capsule.geometry.substructure import (
     glue_faces,
@@ -15,7 +16,6 @@ from capsule.geometry.substructure import (
 from capsule.parts import solids
 from capsule.parts.design import Design
 from capsule.parts.part import CAPSULE, Flat, Part
-from capsule.parts.refusals import EYELET_AT_MM, EYELET_MM
 
 
 def substructure_solid(design: Design) -> Manifold:

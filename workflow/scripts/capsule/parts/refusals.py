@@ -8,7 +8,7 @@ import numpy as np
 from capsule.errors import CapsuleError
 from capsule.geometry.cam import steepest_overhang
 from capsule.geometry.distances import cross, crosses_itself, gap
-from capsule.geometry.open_choices import Choices
+from capsule.geometry.open_choices import EYELET_AT_MM, EYELET_MM, Choices
 from capsule.geometry.origami import Origami
 from capsule.geometry.pulley import belt_length, outer_radius, pitch_radius, teeth_around
 from capsule.geometry.stand import slide_levels, window
@@ -28,9 +28,6 @@ from capsule.phantom.parameters import Phantom, value_of, with_values
 _TRIES, _HALVINGS = 41, 16
 # Wall that is left around a bore or between two openings.
 _LEFT_MM = 1.0
-# A guide eyelet: its bore, and its distance from the axis.
-EYELET_MM = 0.8
-EYELET_AT_MM = 1.0
 
 Margin = Callable[[Phantom, Choices], float]
 
@@ -151,7 +148,7 @@ def _room_inside(phantom: Phantom, choices: Choices) -> float:
     if made is None:
         return -1.0
     shape, outer, inner = made
-    if crosses_itself(outer) or crosses_itself(inner) or cross(outer, inner):
+    if crosses_itself(_upper(outer)) or crosses_itself(inner) or cross(outer, inner):
         return -1.0
     heights = np.sort(np.unique(np.abs(inner[:, 1]).round(9)))
     flats = shape.side * (shape.fold[0] - shape.lower[0]) - 2 * shape.wall_mm
@@ -171,7 +168,7 @@ def _room_beside(phantom: Phantom, choices: Choices) -> float:
         return -1.0
     shape, outer, _ = made
     adhesive = phantom.origami.adhesive_mm
-    return gap(outer, outer - np.array([spacing(shape, adhesive), 0.0])) - adhesive / 2
+    return _room_to_next(outer, spacing(shape, adhesive)) - adhesive / 2
 
 
 def _room_pressed(phantom: Phantom, choices: Choices) -> float:
@@ -182,9 +179,20 @@ def _room_pressed(phantom: Phantom, choices: Choices) -> float:
         outer, _ = outline(pressed)
     except (ValueError, np.linalg.LinAlgError):
         return -1.0
-    if crosses_itself(outer):
+    if crosses_itself(_upper(outer)):
         return -1.0
-    return gap(outer, outer - np.array([spacing(pressed, phantom.origami.adhesive_mm), 0.0]))
+    return _room_to_next(outer, spacing(pressed, phantom.origami.adhesive_mm))
+
+
+def _room_to_next(outer: np.ndarray, pitch_mm: float) -> float:
+    """Return the distance to the neighbour's outline."""
+    upper = _upper(outer)
+    return gap(upper, upper - np.array([pitch_mm, 0.0]))
+
+
+def _upper(outer: np.ndarray) -> np.ndarray:
+    """Return one half of an outline; the other is its mirror image."""
+    return outer[outer[:, 1] > 0]
 
 
 # What is tried: which values can help, which room is wanted, and what it is for.
