@@ -1,6 +1,8 @@
 """What the paper leaves open: every choice gives valid parts, or a refusal with its limit."""
 
 import re
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -138,6 +140,8 @@ def test_the_neighbours_do_not_meet_at_the_phantoms_largest_compression():
         (["bench.length_mm=100"], "multiple of wall.wavelength_mm (80), at most 160"),
         (["wall.amplitude_mm=5"], "amplitude_mm is 5; it must be at most 4.634"),
         (["choice.tip=square"], "choice.tip is square; allowed are bulb, round, curl"),
+        (["bench.cam_teeth=20.5"], "bench.cam_teeth is 20.5; allowed are whole numbers"),
+        (["origami.height_mm=nan"], "origami.height_mm is nan; allowed is 1 to 20"),
         (["bench.frame_mm=90"], "bench.frame_mm is 90.0; allowed is 2 to 10"),
         (["origami.fold_angel_deg=40"], "did you mean origami.fold_angle_deg?"),
         (["origami.fold_angle_deg=wide"], "write part.name=number"),
@@ -148,6 +152,20 @@ def test_what_cannot_be_made_is_refused_in_one_line(changes, told):
     with pytest.raises(CapsuleError, match=re.escape(told)) as error:
         read_design(changes)
     assert "\n" not in str(error.value)
+
+
+def test_without_manifold3d_one_line_says_what_to_install():
+    script = ROOT / "workflow/scripts/make_parts.py"
+    without = f"""
+import runpy, sys
+sys.modules["manifold3d"] = None
+sys.path.insert(0, {str(script.parent)!r})
+sys.argv = ["make_parts.py"]
+runpy.run_path({str(script)!r}, run_name="__main__")
+"""
+    run = subprocess.run([sys.executable, "-c", without], capture_output=True, text=True)
+    assert run.returncode == 1
+    assert run.stderr == "error: the parts need manifold3d; run: pip install manifold3d\n"
 
 
 def numbers(name):

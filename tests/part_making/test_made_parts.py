@@ -225,6 +225,11 @@ def test_the_drawn_dimensions_are_the_listed_ones(made, listed):
             f"front = {length(follower['front_mm'])}",
             length(follower["thickness_mm"]),
         ],
+        "end-plate": [
+            length(sizes["end-plate"]["shaft_distance_mm"]),
+            f"motor = {length(sizes['end-plate']['motor_height_mm'])}",
+            *map(length, listed["parts"]["end-plate"]["box_mm"][:2]),
+        ],
         "cam": [length(cam["lead_mm"]), length(cam["eccentricity_mm"])],
     }
     for name, wanted in expected.items():

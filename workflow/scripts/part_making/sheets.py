@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from capsule.figures.bench_views import draw_bench, draw_cam, draw_follower
+from capsule.figures.bench_views import draw_bench, draw_cam, draw_end_plate, draw_follower
 from capsule.figures.capsule_views import draw_row, draw_substructure
 from capsule.figures.style import INK, MUTED, figure_style
 from capsule.parts.design import Design
@@ -53,6 +53,7 @@ def sheets(design: Design, sensors: int) -> list[Sheet]:
         ),
         Sheet("follower", "Follower", 2.5, True, lambda a: draw_follower(a, design)),
         Sheet("cam", "Cam shaft, one section", 1.5, False, lambda a: draw_cam(a, design)),
+        Sheet("end-plate", "End plate", 1.0, True, lambda axes: draw_end_plate(axes, design)),
     ]
 
 

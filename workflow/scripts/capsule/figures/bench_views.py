@@ -184,3 +184,30 @@ def draw_cam(axes: Axes, design: Design) -> None:
     end = np.array([start + cam.lead_mm, -cam.radius_mm])
     draw_length(axes, np.array([start, -cam.radius_mm]), end, -reach - 2.5, upright=False)
     true_scale(axes, (-reach - 18.0, end[0] + 5.0), (-reach - 5.0, reach + 7.0))
+
+
+def draw_end_plate(axes: Axes, design: Design) -> None:
+    """Draw an end plate with its openings, seen along the gut."""
+    bench, cam = design.parts.bench, design.cam
+    outline, holes = stand.end_plate(bench, cam, design.front_mm)
+    draw_area(axes, outline, _FOLLOWER)
+    for hole in holes:
+        draw_area(axes, hole, _EMPTY)
+    low, high = outline.min(axis=0), outline.max(axis=0)
+    shaft, motor = bench.shaft_distance_mm / 2, stand.motor_height(bench)
+    axes.plot([low[0] - 2, high[0] + 2], [0, 0], **_AXIS)
+    for side in (-shaft, shaft):
+        axes.plot([side, side], [low[1] - 2, high[1] + 2], **_AXIS)
+    left, right = np.array([-shaft, 0.0]), np.array([shaft, 0.0])
+    draw_length(axes, left, right, low[1] - 4.0, upright=False)
+    draw_length(axes, low, high, low[1] - 8.0, upright=False)
+    draw_length(axes, low, high, low[0] - 10.0, upright=True)
+    draw_length(axes, right, np.array([shaft, motor]), high[0] + 5.0, upright=True, name="motor")
+    bearing = length_text(bench.bearing_mm + 2 * bench.fit_mm)
+    where = np.array([-shaft, bench.bearing_mm / 2])
+    draw_label(axes, where, (-shaft, 40.0), f"bearing {bearing}", ha="center")
+    draw_label(axes, np.array([0.0, bench.platform_top_mm]), (0.0, 30.0), "platform", ha="center")
+    levels = stand.slide_levels(bench, cam)
+    tab = holes[1].mean(axis=0)
+    draw_label(axes, np.array([tab[0], levels[1]]), (tab[0], 50.0), "slides", ha="center")
+    true_scale(axes, (low[0] - 14.0, high[0] + 10.0), (low[1] - 11.0, high[1] + 5.0))

@@ -13,7 +13,6 @@ from capsule.phantom.parameters import Phantom, value_of
 
 # Parts of the table that hold no choice.
 LIMITS = "limits"
-SOURCES = ("open", "paper", "firmware", "data sheet", "ours")
 
 
 @dataclass(frozen=True)
@@ -94,12 +93,6 @@ class Design:
         return front(self.parts.bench, wall.lumen_mm, wall.wall_mm + wall.sheet_mm)
 
 
-def choice_names() -> list[str]:
-    """Return every choice's name as ``part.key``."""
-    kinds = get_type_hints(Parts)
-    return [f"{part}.{item.name}" for part, kind in kinds.items() for item in fields(kind)]
-
-
 def entries(table: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
     """Return each choice's name and entry, in the order of the table."""
     for part, rows in table.items():
@@ -118,9 +111,9 @@ def design_of(
     Parameters
     ----------
     table
-        ``{part: {key: {"value", "unit", "source", "meaning", "range" or "allowed"}}}``, as in
-        ``config/parts.yaml``, and under ``limits`` the smallest and largest value of what is the
-        phantom's.
+        ``{part: {key: entry}}``, as in ``config/parts.yaml``: an entry has a ``value`` and a
+        ``range`` or what is ``allowed``, and may say that it is ``whole``. Under ``limits`` stand
+        the smallest and largest value of what is the phantom's.
     values
         Changed values by ``part.key``.
     phantom, unchanged
@@ -155,6 +148,8 @@ def _check(name: str, value: object, entry: Mapping[str, Any]) -> None:
     low, high = entry["range"]
     if isinstance(value, str) or not low <= value <= high:
         raise CapsuleError(f"{name} is {value}; allowed is {low:g} to {high:g}")
+    if entry.get("whole") and value != round(value):
+        raise CapsuleError(f"{name} is {value}; allowed are whole numbers")
 
 
 def resistance(resistivity_ohm_m: float, phantom: Phantom, choices: Choices) -> float:
