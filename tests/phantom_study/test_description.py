@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from capsule.phantom.geometry import sensor_offsets
+from capsule.geometry.origami import sensor_offsets
 from edges.files import read_csv
 from edges.phantom import DEFAULT_TABLE, read_phantom
 from phantom_study import simulated_archive

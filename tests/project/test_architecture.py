@@ -17,7 +17,9 @@ MODULES = {
 # From the ground up; the longest name that fits says where a module lies.
 FLOORS = (
     "capsule",
+    "capsule.geometry",
     "capsule.phantom",
+    "capsule.parts",
     "capsule.detectors",
     "capsule.survey",
     "capsule.evaluation",
@@ -26,6 +28,7 @@ FLOORS = (
     "edges",
     "phantom_study",
     "scorer_teaching",
+    "part_making",
     "acquisition",
     "scripts",
 )

@@ -7,9 +7,14 @@ import pytest
 import yaml
 from packaging.requirements import Requirement
 
+from capsule.detectors.registry import DETECTORS
+from capsule.figures.registry import FIGURES
+from edges.durations import RULES
+from edges.sources import imported_files
 from support.project import ROOT
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+SCRIPTS = ROOT / "workflow" / "scripts"
 LOCK = (ROOT / "requirements.lock").read_text(encoding="utf-8")
 WANTED = [
     Requirement(text) for text in PROJECT["dependencies"] + PROJECT["optional-dependencies"]["test"]
@@ -27,6 +32,22 @@ def locked_versions():
 def test_the_lock_pins_what_the_project_asks_for(requirement):
     versions = locked_versions()[requirement.name]
     assert all(requirement.specifier.contains(version) for version in versions)
+
+
+def test_only_the_extra_for_parts_and_the_tests_ask_for_solids():
+    (wanted,) = PROJECT["optional-dependencies"]["parts"]
+    assert Requirement(wanted) in [each for each in WANTED if each.name == "manifold3d"]
+    assert not [text for text in PROJECT["dependencies"] if text.startswith("manifold3d")]
+
+
+def test_no_step_of_the_workflow_imports_solids():
+    modules = [row.module for row in [*FIGURES.values(), *DETECTORS.values()]]
+    for rule in RULES:
+        files = imported_files(SCRIPTS / f"{rule}.py", modules)
+        assert files
+        for path in files:
+            text = path.read_text(encoding="utf-8")
+            assert not re.search(r"(from|import) manifold3d", text), (rule, path)
 
 
 def test_the_lock_holds_hashes_and_no_addresses():

@@ -3,7 +3,7 @@
 # takes: results/recordings.csv, results/passed_over.csv, results/signals/, results/checks/,
 #        results/fits/, results/features/<folder>.stretches.npz, results/templates.{json,npz},
 #        results/evaluation/, results/detections.csv, results/sites.csv, results/surveys/,
-#        workflow/report/
+#        workflow/report/, config/phantom.yaml, config/parts.yaml
 # gives: results/figures/<figure>{,_column}.svg, results/figures/<figure>.csv,
 #        results/report.html, of a large archive with results/report/ beside it; on request
 #        (snakemake -c2 figures) the same figures for print, results/print/<figure>{,_column}.pdf
@@ -24,6 +24,10 @@ FIGURE_INPUTS = [
     *rules.judge.output,
     *rules.average.output,
     *expand(rules.preprocess.output.signal, recording=ARCHIVE.labelled()),
+]
+# What the figures of the capsule show: it can be built from the same tables.
+DESIGN_TABLES = [
+    os.path.relpath(SCRIPTS.parents[1] / "config" / name) for name in ("phantom.yaml", "parts.yaml")
 ]
 # The report says by a checksum which code its results come from.
 REGISTERED = [*DETECTOR_MODULES, *FIGURE_MODULES]
@@ -52,6 +56,7 @@ rule draw:
     input:
         shown=FIGURE_INPUTS,
         paper=report_file("paper.yaml"),
+        design=DESIGN_TABLES,
         script=script("draw.py"),
     output:
         expand("results/figures/{figure}{width}.svg", figure=FIGURES, width=["", "_column"]),
@@ -78,6 +83,7 @@ rule figures:
     input:
         shown=FIGURE_INPUTS,
         paper=report_file("paper.yaml"),
+        design=DESIGN_TABLES,
         script=script("draw.py"),
     output:
         expand("results/print/{figure}{width}.pdf", figure=FIGURES, width=["", "_column"]),

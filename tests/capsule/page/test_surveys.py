@@ -9,11 +9,11 @@ import pytest
 
 from capsule.figures.draw_survey import survey_drawing
 from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
+from capsule.geometry.origami import pitch, sensor_offsets, vertices
 from capsule.page.dark_figures import with_dark_colours
 from capsule.page.survey_player import capsule_outline, player
 from capsule.page.survey_section import page_values
 from capsule.page.survey_words import survey_values, title_of
-from capsule.phantom.geometry import pitch, sensor_offsets, vertices
 from capsule.survey.cycle import STATES
 from capsule.survey.state_words import STATE_WORDS
 from capsule.survey.stored_session import parse_session

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from capsule.phantom.geometry import sensor_offsets, vertices
+from capsule.geometry.origami import sensor_offsets, vertices
 from capsule.survey.state_words import STATE_WORDS
 from edges.phantom import DEFAULT_TABLE, read_phantom
 from support.browser import PHONE, missing_browser

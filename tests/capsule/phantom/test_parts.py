@@ -8,6 +8,7 @@ import pytest
 import yaml
 
 from capsule.errors import CapsuleError
+from capsule.geometry.origami import half_width, pitch, vertices
 from capsule.phantom.advance import (
     first_arrival,
     head_position,
@@ -24,7 +25,6 @@ from capsule.phantom.contact import (
     sphere_stiffness,
     stray_offset,
 )
-from capsule.phantom.geometry import half_width, pitch, vertices
 from capsule.phantom.parameters import (
     parameter_names,
     phantom_from_table,

@@ -10,7 +10,7 @@ import pytest
 
 import simulate
 from capsule.errors import CapsuleError
-from capsule.phantom.geometry import pitch
+from capsule.geometry.origami import pitch
 from capsule.phantom.parameters import with_values
 from capsule.phantom.simulation import recording_of, simulate_run
 from capsule.preprocessing import preprocess

@@ -8,9 +8,11 @@ import numpy as np
 import pandas as pd
 
 from capsule.evaluation.beside_paper import Evaluation
+from capsule.parts.design import Design
 from capsule.stages import PreprocessedRun, preprocess_run
 from edges import files
 from edges.detector_inputs import read_templates
+from edges.part_tables import shipped_design
 from edges.results import (
     read_evaluation,
     read_judgements,
@@ -62,6 +64,11 @@ class StoredResults:
         """How many recordings each template is the average of."""
         entries = files.read_json(self._results / "templates.json")["templates"]
         return [entry["recordings"] for entry in entries]
+
+    @property
+    def design(self) -> Design:
+        """The capsule and the bench as they can be built."""
+        return shipped_design()
 
     def run(self, name: str, title: str) -> PreprocessedRun:
         """Take an accepted recording through the stages of pre-processing."""

@@ -7,10 +7,10 @@ import numpy as np
 
 from capsule.detectors.matching import nearest_size, template_distances
 from capsule.fitting import fit_particle
+from capsule.geometry.origami import sensor_offsets
 from capsule.naming import size_mm
 from capsule.particles import ParameterSpace, Particle
 from capsule.phantom.advance import first_arrival
-from capsule.phantom.geometry import sensor_offsets
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import SENSORS, Run, simulate_run
 from capsule.preprocessing import preprocess

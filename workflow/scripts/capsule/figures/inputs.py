@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from capsule.evaluation.beside_paper import Evaluation
 from capsule.figures.registry import figure_row
+from capsule.parts.design import Design
 from capsule.stages import PreprocessedRun
 
 # The data of a figure, and what draws it: it takes the width in inches.
@@ -45,6 +46,10 @@ class FigureInputs(Protocol):
     @property
     def template_counts(self) -> list[int]:
         """How many recordings each template is the average of."""
+
+    @property
+    def design(self) -> Design:
+        """The capsule and the bench as they can be built."""
 
     def run(self, name: str, title: str) -> PreprocessedRun:
         """Take an accepted recording through the stages of pre-processing."""

@@ -35,6 +35,8 @@ _ROWS = (
     Row("negatives", "capsule.figures.draw_rates", "negatives_drawing"),
     Row("roc", "capsule.figures.draw_roc", "roc_drawing"),
     Row("learning", "capsule.figures.draw_learning", "learning_drawing"),
+    Row("capsule", "capsule.figures.draw_capsule", "capsule_drawing"),
+    Row("readings", "capsule.figures.draw_capsule", "readings_drawing"),
 )
 FIGURES = {row.name: row for row in _ROWS}
 

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from capsule.geometry.origami import Origami, half_width, pitch, vertices
 from capsule.page.packing import pack, rounded
-from capsule.phantom.geometry import Origami, half_width, pitch, vertices
 from capsule.phantom.parameters import Phantom
 from capsule.survey.state_words import STATE_WORDS
 from capsule.survey.stored_session import Session

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.geometry.origami import Origami
 from capsule.phantom import contact as touch
 from capsule.phantom.contact import Contact
-from capsule.phantom.geometry import Origami
 from capsule.phantom.wall import Wall
 
 

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from capsule.phantom.geometry import Origami
+from capsule.geometry.origami import Origami
 from capsule.phantom.seat import shaped_noise
 from capsule.phantom.wall import Wall, cushion_stiffness
 

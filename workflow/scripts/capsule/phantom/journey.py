@@ -5,11 +5,11 @@ from typing import Protocol
 
 import numpy as np
 
+from capsule.geometry.origami import half_width, sensor_offsets
 from capsule.phantom.advance import Strokes, carried_part, one_stroke, slipped_part
 from capsule.phantom.bulge import climbs
 from capsule.phantom.chance import Pass
 from capsule.phantom.folding import reach, shown
-from capsule.phantom.geometry import half_width, sensor_offsets
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.pressing import Pressing
 from capsule.phantom.sensor import Polymer, Unloaded, counts, loaded_resistance

@@ -7,10 +7,10 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, get_type_hints
 
 from capsule.errors import CapsuleError
+from capsule.geometry.origami import Origami
 from capsule.phantom.advance import Advance
 from capsule.phantom.contact import Contact
 from capsule.phantom.folding import Folding
-from capsule.phantom.geometry import Origami
 from capsule.phantom.seat import Seat
 from capsule.phantom.sensor import Electronics, Sensor
 from capsule.phantom.wall import Wall

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.geometry.origami import half_width, pitch, sensor_offsets
 from capsule.phantom import contact as touch
 from capsule.phantom.advance import (
     first_arrival,
@@ -13,7 +14,6 @@ from capsule.phantom.advance import (
     stroke_positions,
 )
 from capsule.phantom.bulge import bulge_of, climbs
-from capsule.phantom.geometry import half_width, pitch, sensor_offsets
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.pressing import Pressing, UnevenWalls
 from capsule.phantom.seat import reseated_strength, wandering_strength

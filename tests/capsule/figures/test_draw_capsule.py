@@ -1,0 +1,93 @@
+"""The figures of the capsule say what its geometry is."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from matplotlib.text import Text
+
+from capsule.figures.draw_capsule import (
+    capsule_drawing,
+    draw_capsule,
+    other_readings,
+    readings_drawing,
+)
+from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN
+from capsule.geometry.substructure import outline, shape_of
+from edges.part_tables import shipped_design
+
+DESIGN = shipped_design()
+INPUTS = SimpleNamespace(design=DESIGN, settings={"recording": {"sensors": 4}})
+WIDTHS = [COLUMN_WIDTH_IN, PAGE_WIDTH_IN]
+
+
+def texts(axes):
+    return {text.get_text() for text in axes.texts}
+
+
+@pytest.mark.parametrize("width_in", WIDTHS)
+def test_the_capsule_is_drawn_with_its_dimensions_sensors_and_bench(width_in):
+    table, draw = capsule_drawing(INPUTS)
+    figure = draw(width_in)
+    unit, row, bench = figure.axes
+    heights = {"2", "5", "3", "w = 20", "5.52", "AA\u2032 = 4", "BB\u2032 = 4", "r = 1", "wall 0.5"}
+    assert heights | {"\u03b1 = 5\u00b0", "\u03b2 = 45\u00b0", "cut", "wire", "glue"} <= texts(unit)
+    assert {"1", "2", "3", "4", "head", "tail", "pitch = 6.27", "24.84"} <= texts(row)
+    assert {"20", "60", "cam, radius 9", "follower 2", "sheet 3", "wall 1"} <= texts(bench)
+    outer = table[table["boundary"] == "outer"][["x_mm", "y_mm"]].to_numpy()
+    np.testing.assert_allclose(outer, outline(DESIGN.shape)[0], atol=1e-4)
+
+
+def inked(figure):
+    """Give the boxes of all labels, in pixels."""
+    figure.draw_without_rendering()
+    return [
+        # Of a label with a leader the text alone.
+        (text.get_text(), Text.get_window_extent(text))
+        for axes in figure.axes
+        for text in axes.texts
+        if text.get_text().strip()
+    ]
+
+
+@pytest.mark.parametrize(
+    "choice",
+    [{}, {"fold_side": "tail"}, {"current": "halves"}, {"cut": "head"}, {"folding": "eyelets"}],
+    ids=str,
+)
+@pytest.mark.parametrize("width_in", WIDTHS)
+def test_no_label_lies_on_another_or_leaves_the_figure(width_in, choice):
+    choices = replace(DESIGN.parts.choice, **choice)
+    design = replace(DESIGN, parts=replace(DESIGN.parts, choice=choices))
+    figure = draw_capsule(design, 4, width_in)
+    boxes = inked(figure)
+    for index, (text, box) in enumerate(boxes):
+        assert box.x0 >= 0, text
+        assert box.x1 <= figure.bbox.x1, text
+        overlapping = [
+            other for other, beside in boxes[index + 1 :] if box.padded(-1).overlaps(beside)
+        ]
+        assert overlapping == [], text
+
+
+@pytest.mark.parametrize("width_in", WIDTHS)
+def test_each_other_reading_lies_over_the_chosen_one_with_its_pitch(width_in):
+    table, draw = readings_drawing(INPUTS)
+    figure = draw(width_in)
+    titles = [axes.get_title(loc="center").split("\n") for axes in figure.axes]
+    pitches = dict(zip(table["reading"], table["pitch_mm"], strict=True))
+    assert pitches.pop("chosen") == pytest.approx(6.27, abs=0.005)
+    assert titles == [[words, f"pitch {pitch:.2f} mm"] for words, pitch in pitches.items()]
+    assert pitches["A at the tail of BC"] == pytest.approx(5.38, abs=0.005)
+    assert all(len(axes.lines) == 4 for axes in figure.axes)
+
+
+@pytest.mark.parametrize("tip", ["bulb", "round", "curl"])
+def test_the_other_readings_differ_from_the_choice_and_from_each_other(tip):
+    choices = replace(DESIGN.parts.choice, tip=tip)
+    readings = other_readings(choices)
+    assert len(readings) == len(set(readings.values())) == 5
+    assert next(iter(readings.values())) == choices
+    shapes = [outline(shape_of(DESIGN.phantom.origami, each))[0] for each in readings.values()]
+    assert len({each.tobytes() for each in shapes}) == len(readings)

@@ -1,0 +1,153 @@
+"""The outline of a substructure and how it folds, each against what one can work out by hand."""
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from capsule.geometry.cam import follower_displacement, phase_step, steepest_overhang
+from capsule.geometry.distances import contains, cross, crosses_itself, gap
+from capsule.geometry.origami import pitch, vertices
+from capsule.geometry.pulley import belt_length, outer_radius, pulley_outline, shaft_distance
+from capsule.geometry.scale import scale_marks
+from capsule.geometry.stand import rectangle
+from capsule.geometry.substructure import (
+    folded,
+    glue_faces,
+    loop_length,
+    named_corners,
+    outline,
+    shape_of,
+    signed_area,
+    spacing,
+    top_mm,
+)
+from capsule.geometry.wiring import cut_lines, wire_positions
+from edges.part_tables import shipped_design
+
+DESIGN = shipped_design()
+ORIGAMI, CHOICES = DESIGN.phantom.origami, DESIGN.parts.choice
+SIDES, CORNERS, TIPS = ("head", "tail"), ("middle", "outside"), ("bulb", "round", "curl")
+READINGS = [
+    replace(CHOICES, fold_side=side, corners=corners, tip=tip)
+    for side in SIDES
+    for corners in CORNERS
+    for tip in TIPS
+]
+
+
+def test_the_chosen_corners_are_those_of_the_simulator():
+    theirs = vertices(ORIGAMI)
+    for name, point in named_corners(ORIGAMI, CHOICES).items():
+        np.testing.assert_array_equal(point, theirs[name])
+    assert spacing(DESIGN.shape, ORIGAMI.adhesive_mm) == pytest.approx(pitch(ORIGAMI))
+
+
+@pytest.mark.parametrize("choices", READINGS, ids=lambda c: f"{c.fold_side} {c.corners} {c.tip}")
+def test_the_outline_is_one_wall_of_the_papers_width(choices):
+    shape = shape_of(ORIGAMI, choices)
+    outer, inner = outline(shape)
+    assert not crosses_itself(outer)
+    assert not crosses_itself(inner)
+    assert not cross(outer, inner)
+    assert contains(outer, inner[0])
+    assert signed_area(outer) > 0 > signed_area(inner)
+    assert np.ptp(outer[:, 1]) == pytest.approx(20.0)
+    # Half a millimetre lies between both boundaries at the flats, and everywhere at least that.
+    faces = glue_faces(shape)
+    flats = inner[np.abs(inner[:, 1]) < 2.5]
+    assert faces["head"][0, 0] == pytest.approx(flats[:, 0].max() + 0.5)
+    assert faces["tail"][0, 0] == pytest.approx(flats[:, 0].min() - 0.5)
+    assert min(np.linalg.norm(outer[:, np.newaxis] - inner, axis=2).min(axis=0)) >= 0.5 - 1e-9
+    outside = choices.corners == "outside"
+    corner = named_corners(ORIGAMI, choices)
+    reach = abs(corner["A"][0] - corner["B"][0]) + (0.0 if outside else 0.5)
+    assert spacing(shape, 0.25) == pytest.approx(reach + 0.25)
+
+
+def test_the_loop_has_the_length_of_the_hexagon():
+    by_hand = 2 * (np.hypot(5.95877, 5.0) + np.hypot(0.43744, 5.0)) + 4.0 + 4.0
+    assert loop_length(DESIGN.shape) == pytest.approx(by_hand, abs=1e-3)
+
+
+@pytest.mark.parametrize("choices", READINGS, ids=lambda c: f"{c.fold_side} {c.corners} {c.tip}")
+@pytest.mark.parametrize("half_width_mm", [9.9, 9.0, 8.375, 8.0])
+def test_folding_turns_walls_and_keeps_their_lengths(choices, half_width_mm):
+    rest = shape_of(ORIGAMI, choices)
+    shape = folded(rest, half_width_mm)
+    for first, second in pairwise(("fold", "shoulder", "lower", "cap")):
+        lengths = [
+            np.linalg.norm(getattr(each, first) - getattr(each, second)) for each in (rest, shape)
+        ]
+        assert lengths[0] == pytest.approx(lengths[1])
+    assert top_mm(shape) == pytest.approx(half_width_mm)
+    assert outline(shape)[0][:, 1].max() == pytest.approx(half_width_mm)
+    assert (shape.fold[1], shape.lower[1]) == (rest.fold[1], rest.lower[1])
+    # The awns lean to the tail, so that the capsule moves to the head when it is pressed.
+    assert shape.tilt_rad > rest.tilt_rad
+    assert shape.cap[0] < rest.cap[0]
+
+
+def test_at_rest_nothing_is_folded_and_too_far_is_refused():
+    rest = DESIGN.shape
+    np.testing.assert_allclose(folded(rest, 10.0).cap, rest.cap, atol=1e-9)
+    for too_far in (2.0, 10.2):
+        with pytest.raises(ValueError, match=r"cannot be pressed|lies below"):
+            folded(rest, too_far)
+
+
+def test_a_loops_wires_sit_at_both_sides_of_its_cut_and_halves_have_one_in_each():
+    tail = glue_faces(DESIGN.shape)["tail"][0, 0]
+    (cut,) = cut_lines(DESIGN.shape, CHOICES)
+    np.testing.assert_allclose(cut, [[tail, 0.0], [tail + 0.5, 0.0]])
+    np.testing.assert_allclose(
+        wire_positions(DESIGN.shape, CHOICES), [[tail + 0.25, 1.0], [tail + 0.25, -1.0]]
+    )
+    halves = wire_positions(DESIGN.shape, replace(CHOICES, current="halves"))
+    np.testing.assert_allclose(halves[:, 1], 0.0)
+    assert abs(halves[0, 0] - halves[1, 0]) == pytest.approx(5.5213, abs=1e-3)
+
+
+def test_a_gap_is_the_distance_of_two_outlines():
+    square = rectangle(0.0, 0.0, 1.0, 1.0)
+    assert gap(square, square + np.array([1.5, 0.0])) == pytest.approx(0.5)
+    assert gap(square, square + np.array([4.0, 5.0])) == pytest.approx(5.0)
+    assert gap(square, 0.2 * square + 0.4) == -1.0
+    assert gap(square, square + np.array([0.5, 0.5])) == -1.0
+    assert crosses_itself(square[[0, 2, 1, 3]])
+
+
+def test_the_cam_turns_once_in_a_wave():
+    cam = DESIGN.cam
+    assert phase_step(cam, 2.0) == 9.0
+    assert steepest_overhang(cam) == pytest.approx(15.4, abs=0.05)
+    # A quarter of a turn later the same wave stands a quarter of a wave further on.
+    along = np.linspace(0, 160, 50)
+    np.testing.assert_allclose(
+        follower_displacement(cam, along, np.pi / 2),
+        follower_displacement(cam, along - 20.0, 0.0),
+        atol=1e-12,
+    )
+
+
+def test_a_pulleys_outside_and_grooves_are_those_of_its_teeth():
+    outline_mm = pulley_outline(20)
+    radius = np.linalg.norm(outline_mm, axis=1)
+    assert radius.max() == pytest.approx(outer_radius(20)) == pytest.approx(20 / np.pi - 0.254)
+    assert radius.max() - radius.min() == pytest.approx(0.76)
+    assert (np.isclose(radius, radius.min())).sum() == 20
+    assert not crosses_itself(outline_mm)
+
+
+def test_belts_fit_their_shafts():
+    assert belt_length(20, 20, 60.0) == pytest.approx(2 * 60 + 40)
+    assert belt_length(60, 20, shaft_distance(60, 20, 200.0)) == pytest.approx(200.0)
+    with pytest.raises(ValueError, match="belt of 60 mm is too short"):
+        shaft_distance(60, 20, 60.0)
+
+
+def test_the_scale_has_a_line_a_millimetre_and_longer_ones_at_five_and_ten():
+    lines = [mark for mark in scale_marks(20.0, 12.0) if mark[:, 1].min() < -6.0]
+    lengths = [mark[:, 1].max() + 6.0 for mark in lines]
+    assert lengths == [4, *[2] * 4, 3, *[2] * 4, 4, *[2] * 4, 3, *[2] * 4, 4]

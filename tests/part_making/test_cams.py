@@ -1,0 +1,130 @@
+"""The cam shafts as their files have them: the motion that they give, and who else counts on it."""
+
+import re
+
+import numpy as np
+import pytest
+from manifold3d import Manifold
+
+from capsule.geometry.cam import follower_displacement
+from capsule.parts import bench_parts
+from edges.part_tables import shipped_design
+from support.measured import read_stl, section
+from support.parts import make_into
+from support.project import ROOT
+
+DESIGN = shipped_design()
+CAM = DESIGN.cam
+FOLLOWERS_MM = np.arange(1.0, 80.0, 2.0)
+TURNS = np.radians(np.arange(0, 360, 15))
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    return make_into(tmp_path_factory.mktemp("parts"), drawings=False)
+
+
+def slices(path):
+    """Give the cam's section at every follower: the points of its edges."""
+    triangles, _ = read_stl(path)
+    low, high = triangles[:, :, 2].min(axis=1), triangles[:, :, 2].max(axis=1)
+    levels = FOLLOWERS_MM + 1e-3
+    return [
+        section(triangles[(low < level) & (high > level)], level).reshape(-1, 2) for level in levels
+    ]
+
+
+def displacement(points, turns):
+    """Give where a follower stands: in the middle between the cam's two sides."""
+    across = points @ np.array([np.cos(turns), -np.sin(turns)])
+    return (across.max(axis=0) + across.min(axis=0)) / 2, np.ptp(across, axis=0)
+
+
+def phase_deg(motion):
+    return np.degrees(np.angle((motion * np.exp(-1j * TURNS)).sum()))
+
+
+@pytest.fixture(scope="module")
+def motions(made):
+    return {
+        side: np.array([displacement(each, TURNS) for each in slices(made / f"cam-{side}.stl")])
+        for side in ("left", "right")
+    }
+
+
+def test_every_follower_moves_as_a_sine_of_the_amplitude(motions):
+    expected = follower_displacement(CAM, FOLLOWERS_MM[:, np.newaxis], TURNS)
+    for motion in motions.values():
+        moved, width = np.moveaxis(motion, 1, 0)
+        np.testing.assert_allclose(moved, expected, atol=0.02)
+        amplitude = np.abs((moved * np.exp(-1j * TURNS)).mean(axis=1)) * 2
+        np.testing.assert_allclose(amplitude, 3.5, atol=0.02)
+        # The window is as wide as the cam, plus its play, whatever the angle.
+        np.testing.assert_allclose(width, 18.0, atol=0.02)
+
+
+def test_neighbours_are_nine_degrees_apart(motions):
+    for motion in motions.values():
+        phases = np.unwrap([phase_deg(moved) for moved, _ in motion], period=360)
+        np.testing.assert_allclose(np.abs(np.diff(phases)), 9.0, atol=0.1)
+
+
+def test_the_flats_of_the_two_shafts_are_half_a_turn_apart_so_that_the_walls_mirror(made, motions):
+    # Both shafts turn the same way. With their rods' flats alike, the right one runs half a turn
+    # ahead: what moves the left followers to the right moves the right ones to the left.
+    flats = {}
+    for side in ("left", "right"):
+        edges = slices(made / f"cam-{side}.stl")[0].reshape(-1, 2, 2)
+        bore = edges[(np.linalg.norm(edges, axis=2) < 3.2).all(axis=1)]
+        # The flat is where the bore comes nearest to the axis.
+        middles = bore.mean(axis=1)
+        x, y = middles[np.argmin(np.linalg.norm(middles, axis=1))]
+        flats[side] = np.degrees(np.arctan2(y, x))
+    assert abs(flats["left"]) == pytest.approx(0.0, abs=1.0)
+    assert abs(flats["right"]) == pytest.approx(180.0, abs=1.0)
+    left, right = (np.array([m for m, _ in motions[side]]) for side in ("left", "right"))
+    # Turned until the flats point the same way, the right shaft mirrors the left one.
+    np.testing.assert_allclose(np.roll(right, len(TURNS) // 2, axis=1), -left, atol=0.01)
+
+
+@pytest.mark.parametrize("turn_deg", [0, 40, 90, 180, 270, 300])
+def test_a_follower_passes_the_cam_and_touches_it_when_it_lags_by_more_than_its_play(turn_deg):
+    bench, at = DESIGN.parts.bench, 20.0
+    cam = bench_parts.cam_solid(bench, CAM).rotate((0.0, 0.0, float(turn_deg)))
+    middle = follower_displacement(CAM, np.array(at), np.radians(turn_deg))
+    follower = bench_parts.follower_solid(DESIGN)
+
+    def overlap(lag_mm) -> float:
+        shift = (float(middle) + lag_mm, 0.0, at - bench.follower_mm / 2)
+        shared: Manifold = cam ^ follower.translate(shift)
+        return shared.volume()
+
+    assert overlap(0.0) == 0.0
+    for side in (-1, 1):
+        assert overlap(side * (bench.play_mm - 0.01)) == pytest.approx(0.0, abs=1e-6)
+        assert overlap(side * (bench.play_mm + 0.03)) > 0.0
+
+
+def test_the_cams_flank_overhangs_by_20_degrees_at_most(made):
+    triangles, _ = read_stl(made / "cam-left.stl")
+    normal = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    steep = np.degrees(np.arcsin(normal[:, 2] / np.linalg.norm(normal, axis=1)))
+    flank = np.abs(steep) < 89
+    assert 15 < np.abs(steep[flank]).max() < 20
+
+
+def test_the_parts_agree_with_firmware_and_bench_page():
+    header = (ROOT / "workflow/firmware/peristalsis/motion.h").read_text(encoding="utf-8")
+    page = (ROOT / "docs/bench.md").read_text(encoding="utf-8")
+    bench, wall = DESIGN.parts.bench, DESIGN.phantom.wall
+
+    def defined(name):
+        return int(re.search(rf"#define {name} (\d+)L?$", header, re.MULTILINE).group(1))
+
+    assert bench.motor_teeth / bench.cam_teeth == defined("WAVES_PER_MOTOR_TURN")
+    assert CAM.lead_mm * 1000 == defined("WAVELENGTH_UM")
+    assert wall.speed_mm_s * 1000 == defined("DEFAULT_SPEED_UM_S")
+    assert f"| belt | {bench.motor_teeth:g} : {bench.cam_teeth:g} teeth |" in page
+    assert f"| cam shaft | {CAM.lead_mm:g} mm a turn |" in page
+    assert f"neighbouring followers, {bench.follower_mm:g} mm thick, are 9° apart" in page
+    assert f"| eccentricity | {CAM.eccentricity_mm:g} mm |" in page

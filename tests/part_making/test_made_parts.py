@@ -1,0 +1,278 @@
+"""The files of the parts, measured back by readers and judges that had no part in making them."""
+
+import csv
+import json
+import re
+import subprocess
+import sys
+import time
+from xml.etree import ElementTree
+
+import ezdxf
+import numpy as np
+import pytest
+import trimesh
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from support.measured import (
+    edges_of,
+    measured_substructure,
+    read_3mf,
+    read_stl,
+    read_svg,
+    section,
+)
+from support.parts import make_into
+from support.project import ROOT
+
+# Worked out of the paper's dimensions by hand: 5 tan 50, 5 tan 5, -3 tan 5.
+CORNERS = {"A": (5.9588, 2.0), "B": (0.4374, 2.0), "C": (0.0, 7.0), "D": (-0.2625, 10.0)}
+PRISMS = {
+    "substructure": 5.0,
+    "coupon-strip": 5.0,
+    "coupon-awn": 5.0,
+    "coupon-glue": 5.0,
+    "coupon-wall-0.40": 5.0,
+    "coupon-wall-0.50": 5.0,
+    "coupon-wall-0.60": 5.0,
+    "slide": 4.0,
+    "end-plate": 6.0,
+}
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    began = time.process_time()
+    folder = make_into(tmp_path_factory.mktemp("made") / "parts")
+    assert time.process_time() - began < 5
+    return folder
+
+
+@pytest.fixture(scope="module")
+def listed(made):
+    return json.loads((made / "parts.json").read_text(encoding="utf-8"))
+
+
+@pytest.fixture(scope="module")
+def meshes(made):
+    return {path.stem: read_stl(path) for path in sorted(made.glob("*.stl"))}
+
+
+def judged(triangles):
+    return trimesh.Trimesh(**trimesh.triangles.to_kwargs(triangles))
+
+
+def bodies(mesh):
+    first, second = mesh.face_adjacency.T
+    shape = (len(mesh.faces),) * 2
+    return connected_components(coo_array((np.ones(len(first)), (first, second)), shape))[0]
+
+
+def outlines(made, name, kind):
+    """Give the outlines to cut, from DXF or SVG."""
+    if kind == "svg":
+        return read_svg(made / f"{name}.svg")["CUT"]
+    drawing = ezdxf.readfile(made / f"{name}.dxf")
+    polylines = drawing.modelspace().query("POLYLINE[layer=='CUT']")
+    assert all(each.is_closed for each in polylines)
+    return [np.array([(point.x, point.y) for point in each.points()]) for each in polylines]
+
+
+def edges_in(made, name, kind):
+    if kind == "stl":
+        return section(read_stl(made / f"{name}.stl")[0], 2.5)
+    if kind == "3mf":
+        ((_, vertices, triangles),) = read_3mf(made / f"{name}.3mf")
+        return section(vertices[triangles], 2.5)
+    return edges_of(outlines(made, name, kind))
+
+
+@pytest.mark.parametrize("kind", ["stl", "3mf", "dxf", "svg"])
+def test_angles_and_corners_are_the_papers_in_every_file(made, kind):
+    edges = edges_in(made, "substructure", kind)
+    # An SVG begins at its corner: the axis is half way up, C is at x = 0.
+    edges = edges - [0.0, (edges[..., 1].min() + edges[..., 1].max()) / 2]
+    corners, alpha, beta, walls = measured_substructure(edges)
+    shift = corners["C"][0] if kind == "svg" else 0.0
+    for name, expected in CORNERS.items():
+        np.testing.assert_allclose(corners[name] - [shift, 0.0], expected, atol=0.01)
+    assert (alpha, beta) == pytest.approx((5.0, 45.0), abs=0.05)
+    assert list(walls.values()) == pytest.approx([0.5] * 4, abs=0.01)
+    assert np.ptp(edges[..., 1]) == pytest.approx(20.0, abs=0.01)
+
+
+def test_every_mesh_is_watertight_and_of_as_many_bodies_as_listed(meshes, listed):
+    assert set(meshes) == set(listed["parts"])
+    for name, (triangles, normals) in meshes.items():
+        mesh = judged(triangles)
+        part = listed["parts"][name]
+        assert mesh.is_watertight, name
+        assert mesh.is_winding_consistent, name
+        assert bodies(mesh) == part["bodies"] == (4 if name == "assembly" else 1), name
+        assert mesh.nondegenerate_faces(height=1e-5).all(), name
+        np.testing.assert_allclose(normals, trimesh.triangles.normals(triangles)[0], atol=1e-4)
+        # Normals that point inwards would make the volume negative.
+        assert mesh.volume == pytest.approx(part["volume_mm3"], rel=1e-3), name
+        np.testing.assert_allclose(mesh.extents, part["box_mm"], atol=0.01)
+        assert mesh.bounds[0, 2] == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.parametrize(("name", "height"), PRISMS.items())
+def test_a_prisms_volume_is_area_times_height(made, meshes, name, height):
+    for kind in ("dxf", "svg"):
+        areas = []
+        for outline in outlines(made, name, kind):
+            x, y = outline.T
+            areas.append(abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2)
+        area = 2 * max(areas) - sum(areas)
+        assert judged(meshes[name][0]).volume == pytest.approx(area * height, rel=1e-3)
+
+
+def test_stl_and_3mf_hold_the_same_mesh(made, meshes):
+    for name, (triangles, _) in meshes.items():
+        read = read_3mf(made / f"{name}.3mf")
+        assert sum(len(faces) for _, _, faces in read) == len(triangles)
+        total = sum(judged(vertices[faces]).volume for _, vertices, faces in read)
+        assert total == pytest.approx(judged(triangles).volume, rel=1e-4)
+
+
+def test_the_assembly_leaves_the_adhesives_gap_between_its_sensors(made, listed):
+    read = read_3mf(made / "assembly.3mf")
+    assert [name for name, _, _ in read] == [f"assembly {n}" for n in (1, 2, 3, 4)]
+    ends = np.array([[v[v[:, 2] < 1][:, 0].max(), v[:, 0].max()] for _, v, _ in read])
+    np.testing.assert_allclose(-np.diff(ends[:, 1]), 6.2713, atol=1e-3)
+    flat_of_tail = [vertices[np.abs(vertices[:, 1]) < 2.02][:, 0].min() for _, vertices, _ in read]
+    gaps = np.array(flat_of_tail)[:-1] - ends[1:, 1]
+    np.testing.assert_allclose(gaps, 0.25, atol=1e-3)
+    assert ends[0, 1] - flat_of_tail[-1] == pytest.approx(24.8, abs=0.05)
+    assert listed["parts"]["assembly"]["sizes"]["pitch_mm"] == pytest.approx(6.27, abs=0.005)
+
+
+def test_every_part_fits_the_printer_and_needs_no_support(meshes, listed):
+    for name, (triangles, _) in meshes.items():
+        size = listed["parts"][name]["box_mm"]
+        assert all(np.array(size) <= [250, 210, 210]), name
+        normals = trimesh.triangles.normals(triangles)[0]
+        hanging = triangles[:, :, 2].max(axis=1) > 1e-6
+        overhang = np.degrees(np.arcsin(np.clip(-normals[hanging, 2], 0, 1)))
+        assert overhang.max() <= (20.0 if name.startswith("cam-") else 45.0), name
+
+
+@pytest.mark.parametrize("name", [*PRISMS, "follower", "platform"], ids=str)
+def test_outlines_reopen_at_true_size(made, listed, name):
+    auditor = ezdxf.readfile(made / f"{name}.dxf").audit()
+    assert (auditor.errors, auditor.fixes) == ([], [])
+    assert ezdxf.readfile(made / f"{name}.dxf").header["$INSUNITS"] == ezdxf.units.MM
+    box = listed["parts"][name]["box_mm"][:2]
+    for kind in ("dxf", "svg"):
+        np.testing.assert_allclose(
+            np.ptp(np.vstack(outlines(made, name, kind)), axis=0), box, atol=0.01
+        )
+
+
+def test_the_platforms_scale_has_a_line_every_millimetre(made):
+    marks = read_svg(made / "platform.svg")["ENGRAVE"]
+    middle = np.vstack(read_svg(made / "platform.svg")["CUT"]).mean(axis=0)
+    low = np.vstack(read_svg(made / "platform.svg")["CUT"])[:, 1].min()
+    lines = [mark for mark in marks if mark[:, 1].min() < low]
+    np.testing.assert_allclose(
+        np.sort([line[:, 0].mean() - middle[0] for line in lines]), np.arange(-80, 81), atol=1e-3
+    )
+    drawing = ezdxf.readfile(made / "platform.dxf")
+    assert len(drawing.modelspace().query("POLYLINE[layer=='ENGRAVE']")) == len(marks)
+
+
+def texts(path):
+    root = ElementTree.fromstring(path.read_text(encoding="utf-8"))
+    return [
+        "".join(each.itertext()).strip() for each in root.iter("{http://www.w3.org/2000/svg}text")
+    ]
+
+
+def test_the_drawn_dimensions_are_the_listed_ones(made, listed):
+    def length(value):
+        return f"{value:.2f}".rstrip("0").rstrip(".")
+
+    sizes = {name: part["sizes"] for name, part in listed["parts"].items()}
+    unit, cam, follower = sizes["substructure"], sizes["cam-left"], sizes["follower"]
+    heights = [unit["A_y_mm"], unit["C_y_mm"] - unit["A_y_mm"], unit["D_y_mm"] - unit["C_y_mm"]]
+    expected = {
+        "substructure": [
+            f"w = {length(unit['width_mm'])}",
+            length(unit["flats_apart_mm"]),
+            f"AA\u2032 = {length(unit['flat_AA_mm'])}",
+            f"BB\u2032 = {length(unit['flat_BB_mm'])}",
+            *map(length, heights),
+            f"\u03b1 = {length(unit['awn_tilt_deg'])}\u00b0",
+            f"\u03b2 = {length(unit['fold_angle_deg'])}\u00b0",
+            f"wall {length(unit['wall_mm'])}",
+            *["cut", "wire", "glue"],
+        ],
+        "assembly": [
+            f"pitch = {length(sizes['assembly']['pitch_mm'])}",
+            length(sizes["assembly"]["faces_mm"]),
+            *"1234",
+        ],
+        "bench": [
+            length(sizes["end-plate"]["shaft_distance_mm"]),
+            f"cam, radius {length(cam['radius_mm'])}",
+            f"follower {length(follower['thickness_mm'])}",
+        ],
+        "follower": [
+            f"ridge = {length(follower['ridge_mm'])}",
+            length(follower["window_height_mm"]),
+            f"front = {length(follower['front_mm'])}",
+            length(follower["thickness_mm"]),
+        ],
+        "end-plate": [
+            length(sizes["end-plate"]["shaft_distance_mm"]),
+            f"motor = {length(sizes['end-plate']['motor_height_mm'])}",
+            *map(length, listed["parts"]["end-plate"]["box_mm"][:2]),
+        ],
+        "cam": [length(cam["lead_mm"]), length(cam["eccentricity_mm"])],
+    }
+    for name, wanted in expected.items():
+        drawn = texts(made / "drawings" / f"{name}.svg")
+        assert set(wanted) <= set(drawn), name
+        assert (made / "drawings" / f"{name}.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_a_drawing_has_the_scale_that_it_names(made):
+    root = ElementTree.fromstring((made / "drawings/substructure.svg").read_text(encoding="utf-8"))
+    assert "7 : 1, in mm" in texts(made / "drawings/substructure.svg")
+    widest = 0.0
+    for path in root.iter("{http://www.w3.org/2000/svg}path"):
+        if "fill: #c9d6e4" in path.get("style", ""):
+            numbers = re.findall(r"-?[\d.]+", path.get("d"))
+            widest = max(widest, np.ptp([float(each) for each in numbers[1::2]]))
+    # A point is 25.4 / 72 mm.
+    assert widest * 25.4 / 72 == pytest.approx(7 * 20.0, abs=0.05)
+
+
+def test_the_list_gives_mass_loop_and_resistance(listed):
+    unit = listed["parts"]["substructure"]
+    assert unit["mass_g"] == pytest.approx(unit["volume_mm3"] * 1.2e-3, abs=1e-3)
+    # Twice |AC| and |BC|, and the two flats.
+    loop = 2 * (np.hypot(5.9588, 5.0) + np.hypot(0.4374, 5.0)) + 8.0
+    assert listed["capsule"]["loop_mm"] == pytest.approx(loop, abs=0.01)
+    assert listed["capsule"]["resistance_ohm"] == 12000
+    assert listed["capsule"]["resistivity_ohm_m"] == pytest.approx(0.9, abs=0.01)
+
+
+def test_the_bill_lists_every_printed_part_and_what_is_bought(made, listed):
+    with (made / "bom.csv").open(encoding="utf-8", newline="") as stream:
+        rows = {row["item"]: row for row in csv.DictReader(stream)}
+    printed = {name: part["quantity"] for name, part in listed["parts"].items() if part["quantity"]}
+    assert {n: int(r["quantity"]) for n, r in rows.items() if r["kind"] == "printed"} == printed
+    assert (printed["substructure"], printed["follower"], printed["cam-left"]) == (4, 160, 2)
+    assert "belt GT2, 6 mm, 160 mm" in rows
+
+
+def test_the_same_input_gives_the_same_bytes_in_another_process(made, tmp_path):
+    command = [sys.executable, str(ROOT / "workflow/scripts/make_parts.py"), "--out", str(tmp_path)]
+    subprocess.run(command, check=True, capture_output=True)
+    ours = {path.relative_to(made): path.read_bytes() for path in made.rglob("*.*")}
+    theirs = {path.relative_to(tmp_path): path.read_bytes() for path in tmp_path.rglob("*.*")}
+    assert ours.keys() == theirs.keys()
+    assert [name for name in ours if ours[name] != theirs[name]] == []

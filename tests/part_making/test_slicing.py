@@ -1,0 +1,134 @@
+"""The parts as a slicer sees them: PrusaSlicer lays the lines, ADMesh judges the meshes."""
+
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+from capsule.geometry.substructure import shape_of
+from edges.part_tables import shipped_design
+from support.parts import make_into
+
+pytestmark = [
+    pytest.mark.slicer,
+    pytest.mark.skipif(
+        not (shutil.which("prusa-slicer") and shutil.which("admesh")),
+        reason="no slicer: apt install prusa-slicer admesh",
+    ),
+]
+CENTRE = np.array([125.0, 105.0])
+LAYERS = 25
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    return make_into(tmp_path_factory.mktemp("parts"), drawings=False)
+
+
+def slicer(*arguments):
+    command = ["prusa-slicer", *map(str, arguments)]
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+
+
+def sliced(made, name, *options):
+    """Slice a part by the profile that lies beside it."""
+    output = made / f"{name}.gcode"
+    profile = ["--load", made / "print-profile.ini", "--center", "125,105"]
+    slicer(*profile, *options, "--export-gcode", "--output", output, made / f"{name}.stl")
+    return output.read_text(encoding="utf-8")
+
+
+def lines_by_layer(gcode):
+    """Give the laid lines of each layer: rows of x, y, x, y, width, about the part's middle."""
+    layers, width, at = [], 0.0, np.zeros(2)
+    for line in gcode.splitlines():
+        if line.startswith(";LAYER_CHANGE"):
+            layers.append([])
+        elif line.startswith(";WIDTH:"):
+            width = float(line.partition(":")[2])
+        elif line.startswith("G1 "):
+            words = {word[0]: float(word[1:]) for word in line.split()[1:] if word[0] in "XYE"}
+            end = np.array([words.get("X", at[0]), words.get("Y", at[1])])
+            if layers and words.get("E", 0.0) > 0 and {"X", "Y"} & words.keys():
+                layers[-1].append([*(at - CENTRE), *(end - CENTRE), width])
+            at = end
+    return [np.array(layer) for layer in layers]
+
+
+def crossing(lines, point, normal):
+    """Give distance from a point, along a normal, and width of the lines that cross it there."""
+    start, end = lines[:, :2] - point, lines[:, 2:4] - point
+    along = np.array([-normal[1], normal[0]])
+    before, after = start @ along, end @ along
+    crosses = (before <= 0) != (after <= 0)
+    part = before[crosses] / (before[crosses] - after[crosses])
+    at = start[crosses] + part[:, np.newaxis] * (end - start)[crosses]
+    distance = at @ normal
+    near = np.abs(distance) < 0.45
+    return distance[near], lines[crosses][near, 4]
+
+
+def test_each_layer_is_one_unbroken_line_along_every_straight_wall(made):
+    design = shipped_design()
+    shape = shape_of(design.phantom.origami, design.parts.choice)
+    # The slicer centres the box around the part.
+    box = np.array([-1.1742, 6.2088])
+    corner = {
+        name: point - [box.mean(), 0.0]
+        for name, point in (("A", shape.fold), ("B", shape.lower), ("C", shape.shoulder))
+    }
+    mirrored = {f"{name}'": point * [1.0, -1.0] for name, point in corner.items()}
+    corner |= mirrored
+    layers = lines_by_layer(sliced(made, "substructure"))
+    assert len(layers) == LAYERS
+    for walls in ("AC", "CB", "BB'", "B'C'", "C'A'", "A'A"):
+        first, second = re.findall("[ABC]'?", walls)
+        way = corner[second] - corner[first]
+        normal = np.array([-way[1], way[0]]) / np.linalg.norm(way)
+        for lines in layers:
+            for part in np.linspace(0.2, 0.8, 40):
+                distance, width = crossing(lines, corner[first] + part * way, normal)
+                assert len(width) == 1, (walls, part)
+                assert abs(distance[0]) < 0.02
+                assert width[0] == pytest.approx(0.5, abs=0.02)
+
+
+@pytest.mark.parametrize("name", ["coupon-wall-0.40", "coupon-wall-0.50", "coupon-wall-0.60"])
+def test_a_wall_bar_is_one_line_as_wide_as_it_is_called(made, name):
+    for lines in lines_by_layer(sliced(made, name)):
+        distance, width = crossing(lines, np.zeros(2), np.array([0.0, 1.0]))
+        assert distance == pytest.approx([0.0], abs=0.02)
+        assert width == pytest.approx([float(name[-4:])], abs=0.02)
+
+
+@pytest.mark.parametrize("name", ["substructure", "coupon-awn", "follower", "slide"])
+def test_the_slicer_would_put_support_nowhere(made, name):
+    gcode = sliced(made, name, "--support-material", "--support-material-threshold", 45)
+    assert ";TYPE:External perimeter" in gcode
+    assert ";TYPE:Support" not in gcode
+
+
+def test_slicer_and_admesh_find_nothing_to_repair(made):
+    meshes = sorted(made.glob("*.stl"))
+    assert len(meshes) == 18
+    told = slicer("--info", *meshes, *sorted(made.glob("*.3mf")))
+    # Of an assembly each sensor is an object of its own in 3MF.
+    assert told.count("manifold = yes") == 2 * len(meshes) + 3
+    assert told.count("manifold =") == 2 * len(meshes) + 3
+    for mesh in meshes:
+        report = subprocess.run(["admesh", mesh], check=True, capture_output=True, text=True).stdout
+        found = dict(re.findall(r"^ ?([A-Z][A-Za-z ]+?) +: +(\d+)", report, re.MULTILINE))
+        assert found.pop("Number of parts") == ("4" if mesh.stem == "assembly" else "1")
+        for fault in (
+            "Total disconnected facets",
+            "Degenerate facets",
+            "Edges fixed",
+            "Facets removed",
+            "Facets added",
+            "Facets reversed",
+            "Backwards edges",
+            "Normals fixed",
+        ):
+            assert found[fault] == "0", (mesh.name, fault)

@@ -1,0 +1,132 @@
+"""Dimensions measured back from files: readers of their own, and what their lines say."""
+
+import re
+import struct
+import zipfile
+from xml.etree import ElementTree
+
+import numpy as np
+
+_MODEL = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
+
+
+def read_stl(path):
+    """Give the triangles of a binary STL, shape (T, 3, 3), and the normals that it holds."""
+    content = path.read_bytes()
+    (count,) = struct.unpack_from("<I", content, 80)
+    assert len(content) == 84 + 50 * count
+    facet = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("unused", "<u2")])
+    facets = np.frombuffer(content, facet, offset=84)
+    return facets["corners"].astype(float), facets["normal"].astype(float)
+
+
+def read_3mf(path):
+    """Give each object of a 3MF: its name, vertices and triangles; they are in mm."""
+    with zipfile.ZipFile(path) as package:
+        model = ElementTree.fromstring(package.read("3D/3dmodel.model"))
+    assert model.get("unit") == "millimeter"
+    built = [item.get("objectid") for item in model.iter(f"{_MODEL}item")]
+    bodies = []
+    for body in model.iter(f"{_MODEL}object"):
+        assert body.get("id") in built
+        vertices = [[float(v.get(a)) for a in "xyz"] for v in body.iter(f"{_MODEL}vertex")]
+        triangles = [
+            [int(t.get(a)) for a in ("v1", "v2", "v3")] for t in body.iter(f"{_MODEL}triangle")
+        ]
+        bodies.append((body.get("name"), np.array(vertices), np.array(triangles)))
+    return bodies
+
+
+def read_svg(path):
+    """Give the outlines of an SVG in mm, y upwards, by the layer that they lie on."""
+    root = ElementTree.fromstring(path.read_text(encoding="utf-8"))
+    width, height = (float(root.get(name).removesuffix("mm")) for name in ("width", "height"))
+    # A unit of the picture is a millimetre.
+    assert [float(each) for each in root.get("viewBox").split()] == [0, 0, width, height]
+    layers = {}
+    for group in root.iter("{http://www.w3.org/2000/svg}g"):
+        (path_element,) = group
+        closed = [part for part in path_element.get("d").split("Z") if part.strip()]
+        points = [np.array(re.findall(r"([\d.]+),([\d.]+)", part), float) for part in closed]
+        layers[group.get("id")] = [each * [1, -1] + [0, height] for each in points]
+    return layers
+
+
+def edges_of(outlines):
+    """Give the edges of closed outlines: shape (N, 2, 2)."""
+    return np.vstack([np.stack([each, np.roll(each, -1, axis=0)], axis=1) for each in outlines])
+
+
+def section(triangles, height):
+    """Give the edges in which a mesh meets a level: shape (N, 2, 2)."""
+    above = triangles[:, :, 2] > height
+    cut = above.any(axis=1) & ~above.all(axis=1)
+    triangles, above = triangles[cut], above[cut]
+    # Two of a triangle's three sides reach across; the third is left out.
+    ends = np.roll(triangles, -1, axis=1)
+    across = above != np.roll(above, -1, axis=1)
+    low, high = triangles[across], ends[across]
+    part = (height - low[:, 2]) / (high[:, 2] - low[:, 2])
+    return (low + part[:, np.newaxis] * (high - low))[:, :2].reshape(-1, 2, 2)
+
+
+def straight_lines(edges, shortest=0.3):
+    """Join edges to straight lines: angle from 0 to 180 degrees, distance from the origin, length.
+
+    Short edges, of which arcs consist, are left out.
+    """
+    way = edges[:, 1] - edges[:, 0]
+    length = np.linalg.norm(way, axis=1)
+    edges, way, length = (each[length > shortest] for each in (edges, way, length))
+    angle = np.degrees(np.arctan2(way[:, 1], way[:, 0])) % 180
+    angle[angle > 179.99] -= 180
+    lines = []
+    for each, at, long in zip(angle, edges.mean(axis=1), length, strict=True):
+        normal = np.array([-np.sin(np.radians(each)), np.cos(np.radians(each))])
+        for line in lines:
+            if abs(line[0] - each) < 0.1 and abs(line[1] - normal @ at) < 0.02:
+                total = line[2] + long
+                line[0] += (each - line[0]) * long / total
+                line[1] += (normal @ at - line[1]) * long / total
+                line[2] = total
+                break
+        else:
+            lines.append([each, normal @ at, long])
+    return np.array(lines)
+
+
+def measured_substructure(edges):
+    """Measure a substructure, whose fold A lies at the head: corners on the middle of the wall.
+
+    Gives A, B, C, D in mm, alpha and beta in degrees, and the wall's thickness on each side.
+    """
+    upper = edges[edges[:, :, 1].max(axis=1) > 0.02]
+    lines = straight_lines(upper)
+    flats = lines[np.abs(lines[:, 0] - 90) < 0.02]
+    steep = lines[(lines[:, 0] > 90.5) & (lines[:, 0] < 115)]
+    slope = lines[(lines[:, 0] > 115) & (lines[:, 0] < 170)]
+    # Of an upright line the distance from the origin is -x.
+    x = np.sort(-flats[:, 1])
+    middles = {"B": x[:2].mean(), "A": x[-2:].mean()}
+    middle_lines = {}
+    walls = {"flat B": np.ptp(x[:2]), "flat A": np.ptp(x[-2:])}
+    for name, pair in (("BC", steep), ("AC", slope)):
+        assert np.ptp(pair[:, 0]) < 0.05
+        middle_lines[name] = (pair[:, 0].mean(), (pair[:, 1].min() + pair[:, 1].max()) / 2)
+        walls[name] = np.ptp(pair[:, 1])
+
+    def normal(angle):
+        return np.array([-np.sin(np.radians(angle)), np.cos(np.radians(angle))])
+
+    def meet(first, second):
+        return np.linalg.solve([normal(first[0]), normal(second[0])], [first[1], second[1]])
+
+    corners = {
+        "A": meet(middle_lines["AC"], (90.0, -middles["A"])),
+        "B": meet(middle_lines["BC"], (90.0, -middles["B"])),
+        "C": meet(middle_lines["AC"], middle_lines["BC"]),
+    }
+    top = edges[:, :, 1].max()
+    corners["D"] = meet(middle_lines["BC"], (0.0, top))
+    beta = middle_lines["AC"][0] - middle_lines["BC"][0]
+    return corners, middle_lines["BC"][0] - 90, beta, walls

@@ -1,0 +1,151 @@
+"""The figures of the capsule: how it is built, and the readings that were not chosen."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from capsule.figures.bench_views import draw_bench
+from capsule.figures.capsule_views import draw_readings, draw_row, draw_substructure
+from capsule.figures.inputs import Drawing, FigureInputs
+from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, figure_style
+from capsule.geometry.open_choices import Choices
+from capsule.geometry.substructure import outline, shape_of, spacing
+from capsule.parts.design import Design
+
+# What else the paper's words allow, one choice at a time.
+_OTHERS = (
+    ("fold_side", {"head": "tail", "tail": "head"}, "A at the {} of BC"),
+    ("corners", {"middle": "outside", "outside": "middle"}, "corners on the wall\u2019s {}"),
+    ("tip", {"bulb": "curl", "round": "curl", "curl": "bulb"}, "tip: {}"),
+    ("tip", {"bulb": "round", "round": "bulb", "curl": "round"}, "tip: {}"),
+)
+
+
+def other_readings(choices: Choices) -> dict[str, Choices]:
+    """Return the choices that were made, then those that differ from them in one thing each."""
+    readings = {"chosen": choices}
+    for key, instead, words in _OTHERS:
+        other = instead[getattr(choices, key)]
+        readings[words.format(other)] = replace(choices, **{key: other})
+    return readings
+
+
+def outline_table(design: Design, readings: dict[str, Choices]) -> pd.DataFrame:
+    """Return the outlines that a figure shows: a row a corner, with the pitch of its reading."""
+    origami = design.phantom.origami
+    rows = []
+    for words, choices in readings.items():
+        shape = shape_of(origami, choices)
+        pitch = spacing(shape, origami.adhesive_mm)
+        for boundary, points in zip(("outer", "inner"), outline(shape), strict=True):
+            rows += [(words, pitch, boundary, x, y) for x, y in points.round(4)]
+    return pd.DataFrame(rows, columns=["reading", "pitch_mm", "boundary", "x_mm", "y_mm"])
+
+
+def capsule_drawing(inputs: FigureInputs) -> Drawing:
+    """Give the dimensioned substructure, the row of sensors, and the bench in section."""
+    design = inputs.design
+    table = outline_table(design, {"chosen": design.parts.choice})
+    sensors = inputs.settings["recording"]["sensors"]
+    return table, lambda width_in: draw_capsule(design, sensors, width_in)
+
+
+def readings_drawing(inputs: FigureInputs) -> Drawing:
+    """Give the readings of the paper over each other."""
+    design = inputs.design
+    readings = other_readings(design.parts.choice)
+    table = outline_table(design, readings)
+    return table, lambda width_in: draw_other_readings(design, readings, width_in)
+
+
+def draw_capsule(design: Design, sensors: int, width_in: float = PAGE_WIDTH_IN) -> Figure:
+    """Draw the capsule and the bench with their dimensions, in mm."""
+    origami, choices = design.phantom.origami, design.parts.choice
+    panels = (
+        ("one substructure", lambda axes: draw_substructure(axes, origami, choices)),
+        (
+            "sensors, wires (blue), glue (green)",
+            lambda axes: draw_row(axes, origami, choices, sensors),
+        ),
+        ("the bench in section across the gut", lambda axes: draw_bench(axes, design)),
+    )
+    rows = ([0], [1], [2]) if width_in <= COLUMN_WIDTH_IN else ([0, 1], [2])
+    with figure_style():
+        figure = Figure()
+        drawn = []
+        for title, draw in panels:
+            axes = figure.add_axes((0, 0, 1, 1), label=title)
+            draw(axes)
+            axes.set_title(f"{title}, in mm", loc="center")
+            drawn.append(axes)
+        _stack(figure, [[drawn[number] for number in row] for row in rows], width_in)
+    return figure
+
+
+def _stack(
+    figure: Figure,
+    rows: Sequence[Sequence[Axes]],
+    width_in: float,
+    title_in: float = 0.28,
+    below_in: float = 0.0,
+) -> None:
+    """Lay drawings in rows as wide as the figure; those of a row have one scale.
+
+    They know the size of what they show, so no room is lost around them.
+
+    Parameters
+    ----------
+    title_in, below_in
+        Room for the titles of a row, and below all rows.
+    """
+    spans = [[(np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())) for axes in row] for row in rows]
+    scales = [width_in / sum(wide for wide, _ in row) for row in spans]
+    heights = [
+        max(tall for _, tall in row) * scale for row, scale in zip(spans, scales, strict=True)
+    ]
+    total = sum(heights) + title_in * len(rows) + below_in
+    figure.set_size_inches(width_in, total)
+    top = total
+    for row, sizes, scale, height in zip(rows, spans, scales, heights, strict=True):
+        # All of a row are as tall, so that their titles stand level.
+        half = height / scale / 2
+        top -= title_in + height
+        left = 0.0
+        for axes, (wide, _) in zip(row, sizes, strict=True):
+            axes.set_position((left, top / total, wide * scale / width_in, height / total))
+            middle = np.mean(axes.get_ylim())
+            axes.set_ylim(middle - half, middle + half)
+            left += wide * scale / width_in
+
+
+def draw_other_readings(
+    design: Design, readings: dict[str, Choices], width_in: float = PAGE_WIDTH_IN
+) -> Figure:
+    """Draw each other reading over the chosen one."""
+    origami = design.phantom.origami
+    chosen, *others = readings
+    with figure_style():
+        figure = Figure()
+        panels, boxes = [], []
+        for words in others:
+            axes = figure.add_axes((0, 0, 1, 1), label=words)
+            shown = {chosen: readings[chosen], words: readings[words]}
+            boxes.append(draw_readings(axes, origami, shown))
+            pitch = spacing(shape_of(origami, readings[words]), origami.adhesive_mm)
+            axes.set_title(f"{words}\npitch {pitch:.2f} mm", loc="center")
+            panels.append(axes)
+        left, right = min(box[0, 0] for box in boxes), max(box[1, 0] for box in boxes)
+        for axes in panels:
+            # Room for the title between its neighbours.
+            axes.set_xlim(left - 1.5, right + 1.5)
+        half = len(panels) // 2
+        narrow = width_in <= COLUMN_WIDTH_IN
+        rows = [panels[:half], panels[half:]] if narrow else [panels]
+        _stack(figure, rows, width_in, title_in=0.42, below_in=0.3)
+        handles, _ = panels[0].get_legend_handles_labels()
+        figure.legend(handles, ["chosen", "instead"], loc="lower center", ncols=2)
+    return figure

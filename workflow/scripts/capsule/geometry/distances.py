@@ -1,0 +1,66 @@
+"""Distances between outlines, and whether an outline crosses itself."""
+
+import numpy as np
+
+
+def _edges(polygon: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return polygon, np.roll(polygon, -1, axis=0)
+
+
+def _cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    return first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
+
+
+def _crossings(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return which edge of one polygon crosses which of the other: shape (N, M), of bool."""
+    start, end = (each[:, np.newaxis] for each in _edges(first))
+    other_start, other_end = (each[np.newaxis] for each in _edges(second))
+    way, other_way = end - start, other_end - other_start
+    apart = _cross(way, other_start - start) * _cross(way, other_end - start) < 0
+    other_apart = _cross(other_way, start - other_start) * _cross(other_way, end - other_start) < 0
+    return apart & other_apart
+
+
+def crosses_itself(polygon: np.ndarray) -> bool:
+    """Say whether two edges of a polygon cross.
+
+    Parameters
+    ----------
+    polygon
+        Its corners in order, shape (N, 2).
+    """
+    return bool(_crossings(polygon, polygon).any())
+
+
+def cross(first: np.ndarray, second: np.ndarray) -> bool:
+    """Say whether an edge of one polygon crosses one of the other."""
+    return bool(_crossings(first, second).any())
+
+
+def _to_edges(points: np.ndarray, polygon: np.ndarray) -> float:
+    start, end = _edges(polygon)
+    way = end - start
+    squared = np.maximum((way**2).sum(axis=1), 1e-18)
+    steps = ((points[:, np.newaxis] - start) * way).sum(axis=2) / squared
+    nearest = start + np.clip(steps, 0.0, 1.0)[..., np.newaxis] * way
+    return float(np.linalg.norm(points[:, np.newaxis] - nearest, axis=2).min())
+
+
+def contains(polygon: np.ndarray, point: np.ndarray) -> bool:
+    """Say whether a point lies within a polygon (a ray to the right crosses it an odd number)."""
+    start, end = _edges(polygon)
+    spans = (start[:, 1] > point[1]) != (end[:, 1] > point[1])
+    rise = np.where(spans, end[:, 1] - start[:, 1], 1.0)
+    at = start[:, 0] + (point[1] - start[:, 1]) / rise * (end[:, 0] - start[:, 0])
+    return bool((spans & (at > point[0])).sum() % 2)
+
+
+def gap(first: np.ndarray, second: np.ndarray) -> float:
+    """Return the distance between two polygons, in mm; negative where one lies in the other.
+
+    Polygons that overlap have no distance; -1 stands for that.
+    """
+    overlap = cross(first, second) or contains(first, second[0]) or contains(second, first[0])
+    if overlap:
+        return -1.0
+    return min(_to_edges(first, second), _to_edges(second, first))

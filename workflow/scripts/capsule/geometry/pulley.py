@@ -1,0 +1,70 @@
+"""Pulleys of a toothed belt, and the lengths of belts between them."""
+
+import numpy as np
+
+# GT2, 2 mm: from the belt's pitch line down to the pulley's outside; depth and radius of a groove,
+# half the width of its mouth (the belt's tooth is 1.3 mm wide there, with rounded flanks).
+PITCH_MM = 2.0
+_PITCH_LINE_MM = 0.254
+_DEPTH_MM = 0.76
+_GROOVE_MM = 0.6
+_MOUTH_MM = 0.7
+
+
+def pitch_radius(teeth: int) -> float:
+    """Return the radius at which the belt runs, in mm."""
+    return teeth * PITCH_MM / (2 * np.pi)
+
+
+def outer_radius(teeth: int) -> float:
+    """Return the radius of the pulley's outside, in mm."""
+    return pitch_radius(teeth) - _PITCH_LINE_MM
+
+
+def teeth_around(radius_mm: float) -> int:
+    """Return the fewest teeth of a pulley whose grooves stay outside of a radius."""
+    return int(np.ceil((radius_mm + _DEPTH_MM + _PITCH_LINE_MM) * 2 * np.pi / PITCH_MM))
+
+
+def pulley_outline(teeth: int) -> np.ndarray:
+    """Return a pulley's section, anticlockwise: shape (N, 2), in mm.
+
+    Each groove is a half circle with a mouth that opens a little: near to the standard's, and wide
+    enough for a print.
+    """
+    radius = outer_radius(teeth)
+    angles = np.linspace(np.pi, 2 * np.pi, 13)
+    across = np.concatenate([[-_MOUTH_MM], _GROOVE_MM * np.cos(angles), [_MOUTH_MM]])
+    height = -(_DEPTH_MM - _GROOVE_MM) + _GROOVE_MM * np.sin(angles)
+    height = np.concatenate([[0.0], height, [0.0]])
+    turns = 2 * np.pi * np.arange(teeth) / teeth
+    angle = turns[:, np.newaxis] + across / radius
+    points = (radius + height)[..., np.newaxis] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    return points.reshape(-1, 2)
+
+
+def belt_length(first_teeth: int, second_teeth: int, distance_mm: float) -> float:
+    """Return the length of an open belt around two pulleys, in mm."""
+    large, small = pitch_radius(first_teeth), pitch_radius(second_teeth)
+    lean = np.arcsin((large - small) / distance_mm)
+    straight = 2 * distance_mm * np.cos(lean)
+    return float(straight + np.pi * (large + small) + 2 * lean * (large - small))
+
+
+def shaft_distance(first_teeth: int, second_teeth: int, belt_mm: float) -> float:
+    """Return the distance of two shafts that a belt of a given length needs, in mm.
+
+    Raises
+    ------
+    ValueError
+        The belt is too short to go around both pulleys.
+    """
+    low = pitch_radius(first_teeth) + pitch_radius(second_teeth)
+    high = belt_mm / 2
+    if high <= low or belt_length(first_teeth, second_teeth, low) > belt_mm:
+        raise ValueError(f"a belt of {belt_mm:g} mm is too short")
+    while high - low > 1e-9:
+        middle = (low + high) / 2
+        shorter = belt_length(first_teeth, second_teeth, middle) < belt_mm
+        low, high = (middle, high) if shorter else (low, middle)
+    return low

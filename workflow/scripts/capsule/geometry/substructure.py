@@ -1,0 +1,282 @@
+"""One substructure as a closed wall: its middle lines, its outline, its length.
+
+Coordinates as in `capsule.geometry.origami`. One half is worked out; the other is its mirror image.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from capsule.geometry.open_choices import Choices
+from capsule.geometry.origami import Origami, half_width
+
+# Arcs are drawn in steps of at most this angle.
+_STEP_RAD = np.radians(6.0)
+# How far a curled awn turns: its end points back into the lumen, away from the wall.
+_CURL_END_RAD = np.radians(135.0)
+_UP = np.array([0.0, 1.0])
+
+
+@dataclass(frozen=True)
+class Shape:
+    """The middle lines of one half of a substructure, at rest or folded.
+
+    Attributes
+    ----------
+    fold, lower, shoulder
+        The corners A, B and C on the middle of the wall, each of shape (2,), in mm.
+    cap
+        Centre of the arc that ends the awn, shape (2,).
+    cap_radius_mm
+        Radius of that arc on its outer side.
+    tilt_rad
+        Tilt of the line BD to the tail.
+    wall_mm
+        Thickness of the wall.
+    tip
+        Kind of the awn's end, as in `Choices`.
+    turn_rad
+        By how much the line BD has turned to the tail since rest.
+    """
+
+    fold: np.ndarray
+    lower: np.ndarray
+    shoulder: np.ndarray
+    cap: np.ndarray
+    cap_radius_mm: float
+    tilt_rad: float
+    wall_mm: float
+    tip: str
+    turn_rad: float = 0.0
+
+    @property
+    def side(self) -> float:
+        """1 where the fold A lies at the head of B, -1 where it lies at its tail."""
+        return 1.0 if self.fold[0] > self.lower[0] else -1.0
+
+    @property
+    def along(self) -> np.ndarray:
+        """Direction of the awn, from B to D."""
+        return np.array([-np.sin(self.tilt_rad), np.cos(self.tilt_rad)])
+
+    @property
+    def headward(self) -> np.ndarray:
+        """Direction across the awn, to the head."""
+        return np.array([np.cos(self.tilt_rad), np.sin(self.tilt_rad)])
+
+
+def named_corners(origami: Origami, choices: Choices) -> dict[str, np.ndarray]:
+    """Return the corners A, B, C and D that the dimensions of a drawing refer to.
+
+    As `capsule.geometry.origami.vertices`, under any choice. C is at x = 0.
+    """
+    tilt, fold = np.radians(origami.awn_tilt_deg), np.radians(origami.fold_angle_deg)
+    shoulder = origami.axis_to_fold_mm + origami.fold_to_shoulder_mm
+    run = np.tan(fold + tilt) if choices.fold_side == "head" else -np.tan(fold - tilt)
+    return {
+        "A": np.array([origami.fold_to_shoulder_mm * run, origami.axis_to_fold_mm]),
+        "B": np.array(
+            [(shoulder - choices.lower_corner_mm) * np.tan(tilt), choices.lower_corner_mm]
+        ),
+        "C": np.array([0.0, shoulder]),
+        "D": np.array([-origami.shoulder_to_tip_mm * np.tan(tilt), half_width(origami)]),
+    }
+
+
+def _crossing(
+    point: np.ndarray, along: np.ndarray, other: np.ndarray, other_along: np.ndarray
+) -> np.ndarray:
+    """Return where two lines cross, each given by a point and a direction.
+
+    Of parallel lines it is the point of the second.
+    """
+    if abs(along[0] * other_along[1] - along[1] * other_along[0]) < 1e-9:
+        return other
+    step = np.linalg.solve(np.column_stack([along, -other_along]), other - point)[0]
+    return point + step * along
+
+
+def _offset_corners(
+    fold: np.ndarray, lower: np.ndarray, shoulder: np.ndarray, inward_mm: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the corners A, B, C of the hexagon whose sides lie ``inward_mm`` further in."""
+    side = np.sign(fold[0] - lower[0])
+    slope, steep = shoulder - fold, shoulder - lower
+    slope, steep = slope / np.linalg.norm(slope), steep / np.linalg.norm(steep)
+    # To the left of the slope as seen from A lies the inside where A is at the head.
+    slope_at = fold + inward_mm * side * np.array([-slope[1], slope[0]])
+    steep_at = lower + inward_mm * side * np.array([steep[1], -steep[0]])
+    fold_at = fold - np.array([inward_mm * side, 0.0])
+    lower_at = lower + np.array([inward_mm * side, 0.0])
+    return (
+        _crossing(slope_at, slope, fold_at, _UP),
+        _crossing(steep_at, steep, lower_at, _UP),
+        _crossing(slope_at, slope, steep_at, steep),
+    )
+
+
+def shape_of(origami: Origami, choices: Choices) -> Shape:
+    """Return the middle lines of a substructure at rest."""
+    corner = named_corners(origami, choices)
+    wall = origami.wall_thickness_mm
+    inward = 0.0 if choices.corners == "middle" else wall / 2
+    fold, lower, shoulder = _offset_corners(corner["A"], corner["B"], corner["C"], inward)
+    tilt = np.radians(origami.awn_tilt_deg)
+    radius = wall / 2 if choices.tip == "round" else origami.tip_radius_mm
+    height = half_width(origami) - radius
+    # A curl turns about a point beside the wall, any other end about a point on its middle.
+    beside = radius - wall / 2 if choices.tip == "curl" else 0.0
+    foot = shoulder - beside * np.array([np.cos(tilt), np.sin(tilt)])
+    along = np.array([-np.sin(tilt), np.cos(tilt)])
+    cap = foot + along * (height - foot[1]) / along[1]
+    return Shape(fold, lower, shoulder, cap, radius, float(tilt), wall, choices.tip)
+
+
+def top_mm(shape: Shape) -> float:
+    """Return the greatest distance of the awn from the axis, in mm."""
+    return float(shape.cap[1] + shape.cap_radius_mm)
+
+
+def folded(shape: Shape, half_width_mm: float) -> Shape:
+    """Return the shape when its awn is pressed to a smaller half width.
+
+    The walls AC and BCD keep their lengths and turn about the corners A, B and C; the flats stay
+    upright. So the line BCD leans further to the tail, and A follows along the axis.
+
+    Parameters
+    ----------
+    half_width_mm
+        Distance from the axis to the outermost point of the awn.
+
+    Raises
+    ------
+    ValueError
+        The awn cannot lean that far, or A would leave the wall AC.
+    """
+    arm = shape.cap - shape.lower
+    length = np.linalg.norm(arm)
+    rise = (half_width_mm - shape.cap_radius_mm - shape.lower[1]) / length
+    slope = shape.shoulder - shape.fold
+    if not 0.0 <= rise <= 1.0:
+        raise ValueError(f"the awn cannot be pressed to {half_width_mm:g} mm")
+    turn = float(np.arccos(rise) + np.arctan2(arm[0], arm[1]))
+    turned = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    shoulder = shape.lower + turned @ (shape.shoulder - shape.lower)
+    height = shoulder[1] - shape.fold[1]
+    if height <= 0:
+        raise ValueError(f"at {half_width_mm:g} mm the shoulder C lies below the fold A")
+    run = np.sqrt(slope @ slope - height**2)
+    return Shape(
+        np.array([shoulder[0] + shape.side * run, shape.fold[1]]),
+        shape.lower,
+        shoulder,
+        shape.lower + turned @ arm,
+        shape.cap_radius_mm,
+        shape.tilt_rad + turn,
+        shape.wall_mm,
+        shape.tip,
+        shape.turn_rad + turn,
+    )
+
+
+def _arc(centre: np.ndarray, radius_mm: float, start_rad: float, end_rad: float) -> np.ndarray:
+    """Return points on an arc, both ends included, and its highest point where it holds that."""
+    steps = int(np.ceil(abs(end_rad - start_rad) / _STEP_RAD)) + 1
+    angles = np.linspace(start_rad, end_rad, steps)
+    low, high = sorted((start_rad, end_rad))
+    if low < np.pi / 2 < high:
+        nearest = 1 + int(np.argmin(np.abs(angles[1:-1] - np.pi / 2)))
+        angles[nearest] = np.pi / 2
+    return centre + radius_mm * np.column_stack([np.cos(angles), np.sin(angles)])
+
+
+def awn_end(shape: Shape) -> np.ndarray:
+    """Return the awn's end from its head side over the top to its tail side: shape (N, 2)."""
+    half = shape.wall_mm / 2
+    radius, tilt, centre = shape.cap_radius_mm, shape.tilt_rad, shape.cap
+    if shape.tip != "curl":
+        # The circle leaves the awn's two sides where it is as wide as the wall.
+        neck = np.arccos(min(1.0, half / radius))
+        return _arc(centre, radius, tilt - neck, tilt + np.pi + neck)
+    end = _CURL_END_RAD + shape.turn_rad
+    middle = centre + (radius - half) * np.array([np.cos(end), np.sin(end)])
+    return np.vstack(
+        [
+            _arc(centre, radius, tilt, end),
+            _arc(middle, half, end, end + np.pi)[1:-1],
+            _arc(centre, radius - shape.wall_mm, end, tilt),
+        ]
+    )
+
+
+def _mirrored(half: np.ndarray) -> np.ndarray:
+    """Return a chain of points, then its mirror image about the axis on the way back."""
+    return np.vstack([half, half[::-1] * [1.0, -1.0]])
+
+
+def outline(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
+    """Return the wall's outer and inner boundary.
+
+    Returns
+    -------
+    outer : array of shape (N, 2)
+        Anticlockwise, in mm.
+    inner : array of shape (6, 2)
+        Clockwise: the hexagon's inside is a hole.
+    """
+    half = shape.wall_mm / 2
+    fold, lower, _ = _offset_corners(shape.fold, shape.lower, shape.shoulder, -half)
+    inner_fold, inner_lower, inner_shoulder = _offset_corners(
+        shape.fold, shape.lower, shape.shoulder, half
+    )
+    # The awn's side next to A meets the outside of the wall AC.
+    joint = _crossing(
+        fold,
+        shape.shoulder - shape.fold,
+        shape.shoulder + half * shape.side * shape.headward,
+        shape.along,
+    )
+    end = awn_end(shape) if shape.side > 0 else awn_end(shape)[::-1]
+    upper = np.vstack([fold, joint, end, lower])
+    outer = _mirrored(upper)
+    inner = _mirrored(np.vstack([inner_fold, inner_shoulder, inner_lower]))
+    return (outer, inner[::-1]) if shape.side > 0 else (outer[::-1], inner)
+
+
+def loop_length(shape: Shape) -> float:
+    """Return the length of the hexagon's wall along its middle, in mm."""
+    middle = _mirrored(np.vstack([shape.fold, shape.shoulder, shape.lower]))
+    return float(np.linalg.norm(middle - np.roll(middle, 1, axis=0), axis=1).sum())
+
+
+def wall_area(shape: Shape) -> float:
+    """Return the area of the wall's section, awns included, in mm2."""
+    return sum(signed_area(boundary) for boundary in outline(shape))
+
+
+def signed_area(polygon: np.ndarray) -> float:
+    """Return the area of a polygon, negative where it runs clockwise."""
+    x, y = polygon.T
+    return float(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)))
+
+
+def glue_faces(shape: Shape) -> dict[str, np.ndarray]:
+    """Return the two flat outer faces by which neighbours are glued.
+
+    Returns
+    -------
+    dict of str to array of shape (2, 2)
+        ``head`` and ``tail``: lower and upper end of the face, in mm.
+    """
+    fold, lower, _ = _offset_corners(shape.fold, shape.lower, shape.shoulder, -shape.wall_mm / 2)
+    ends = {1.0: (fold, lower), -1.0: (lower, fold)}[shape.side]
+    return {
+        name: np.vstack([end * [1.0, -1.0], end])
+        for name, end in zip(("head", "tail"), ends, strict=True)
+    }
+
+
+def spacing(shape: Shape, adhesive_mm: float) -> float:
+    """Return the distance along the axis from one substructure to the next, in mm."""
+    faces = glue_faces(shape)
+    return float(faces["head"][0, 0] - faces["tail"][0, 0]) + adhesive_mm

@@ -1,0 +1,29 @@
+"""Where a substructure is cut, and where its two wires enter the wall."""
+
+import numpy as np
+
+from capsule.geometry.open_choices import Choices
+from capsule.geometry.substructure import Shape, glue_faces
+
+
+def cut_lines(shape: Shape, choices: Choices) -> list[np.ndarray]:
+    """Return the cuts along the axis through the flats, each of shape (2, 2), in mm."""
+    faces = glue_faces(shape)
+    inward = {"head": -shape.wall_mm, "tail": shape.wall_mm}
+    cut = ("tail", "head") if choices.current == "halves" else (choices.cut,)
+    return [
+        np.array([[faces[flat][0, 0], 0.0], [faces[flat][0, 0] + inward[flat], 0.0]])
+        for flat in cut
+    ]
+
+
+def wire_positions(shape: Shape, choices: Choices, beside_mm: float = 1.0) -> np.ndarray:
+    """Return where the two wires enter the wall: shape (2, 2), in mm.
+
+    At one cut they sit above and below it, and the current runs around the loop. With both flats
+    cut, one wire sits in each cut, and the two halves lie beside each other.
+    """
+    middles = [line.mean(axis=0) for line in cut_lines(shape, choices)]
+    if choices.current == "halves":
+        return np.array(middles)
+    return middles[0] + beside_mm * np.array([[0.0, 1.0], [0.0, -1.0]])

@@ -1,0 +1,226 @@
+"""The bench's parts: cam shafts, followers, slides, platform, end plates, pulleys."""
+
+import numpy as np
+from manifold3d import Manifold
+
+from capsule.geometry import stand
+from capsule.geometry.cam import Cam, phase_step, steepest_overhang
+from capsule.geometry.pulley import outer_radius, pulley_outline
+from capsule.geometry.scale import scale_marks
+from capsule.geometry.stand import Bench
+from capsule.parts import solids
+from capsule.parts.design import Design
+from capsule.parts.part import BENCH, Flat, Part
+
+# Steps of the cam along its section, and corners of its circle: within 0.01 mm of the true cam.
+_STEPS, _CORNERS = 160, 96
+_ENGRAVED_MM = 0.4
+# A pulley has one flange; a second one above the grooves would need support. The two pulleys of a
+# belt are mounted with their flanges on opposite sides of it.
+_BELT_MM, _FLANGE_MM, _RIM_MM = 7.0, 1.5, 1.0
+# The shaft of a 28BYJ-48: round, with two flats.
+_MOTOR_SHAFT_MM, _MOTOR_FLATS_MM = 5.0, 3.0
+
+
+def bench_parts(design: Design) -> list[Part]:
+    """Return all parts of the bench."""
+    return [
+        *cam_sections(design),
+        follower(design),
+        slide(design),
+        platform(design),
+        end_plate(design),
+        *pulleys(design),
+    ]
+
+
+def cam_solid(bench: Bench, cam: Cam, turned: bool = False) -> Manifold:
+    """Return one section of a cam shaft: one turn, printed upright.
+
+    Both shafts turn the same way, since a belt joins them. The mirror image of a wave then takes
+    the same hand, half a turn ahead: the second shaft is keyed by half a turn, not mirrored.
+    """
+    circle = stand.circle(cam.radius_mm, (cam.eccentricity_mm, 0.0), points=_CORNERS)
+    body = solids.twisted([circle], cam.lead_mm, -360.0, _STEPS)
+    return body - solids.prism([stand.bore(bench, turned)], cam.lead_mm + 2.0, -1.0)
+
+
+def cam_sections(design: Design) -> list[Part]:
+    """Return the sections of both cam shafts."""
+    bench, cam = design.parts.bench, design.cam
+    sizes = {
+        "radius_mm": cam.radius_mm,
+        "eccentricity_mm": cam.eccentricity_mm,
+        "lead_mm": cam.lead_mm,
+        "overhang_deg": steepest_overhang(cam),
+    }
+    made = []
+    for side, turned in (("left", False), ("right", True)):
+        made.append(
+            Part(
+                f"cam-{side}",
+                *solids.mesh(cam_solid(bench, cam, turned)),
+                round(bench.length_mm / cam.lead_mm),
+                BENCH,
+                f"A section of the {side} cam shaft, one wave long; the flat of the rod keys it.",
+                "wall.wavelength_mm",
+                sizes={**sizes, "key_deg": 180.0 if turned else 0.0},
+            )
+        )
+    return made
+
+
+def window_cut(ridge_mm: float, face_mm: float, height_mm: float, thickness_mm: float) -> Manifold:
+    """Return what a window takes away: narrowest at the middle of the plate, wider at its faces.
+
+    Parameters
+    ----------
+    ridge_mm, face_mm, height_mm
+        Half sizes.
+    thickness_mm
+        Thickness of the plate, which lies on z = 0.
+    """
+    right = [
+        [face_mm, -1.0],
+        [face_mm, 0.0],
+        [ridge_mm, thickness_mm / 2],
+        [face_mm, thickness_mm],
+        [face_mm, thickness_mm + 1.0],
+    ]
+    profile = np.array([*right, *[[-x, z] for x, z in reversed(right)]])
+    return solids.crossways([profile], 2 * height_mm, "y")
+
+
+def follower_solid(design: Design) -> Manifold:
+    """Return a follower, lying on the face that looks along the shaft; u is x, z is y."""
+    bench, cam = design.parts.bench, design.cam
+    outer, _ = stand.follower_outline(bench, cam, design.front_mm)
+    thickness = bench.follower_mm - bench.follower_gap_mm
+    opening = stand.window(bench, cam)
+    cut = window_cut(opening.ridge_mm, opening.face_mm, opening.height_mm, thickness)
+    return solids.prism([outer], thickness) - cut
+
+
+def follower(design: Design) -> Part:
+    """Return the follower, of which each row holds one every 2 mm."""
+    bench, cam = design.parts.bench, design.cam
+    opening = stand.window(bench, cam)
+    return Part(
+        "follower",
+        *solids.mesh(follower_solid(design)),
+        2 * stand.followers(bench),
+        BENCH,
+        "Pushes the silicone; the ridge in its window rides on the cam.",
+        "bench.shaft_distance_mm",
+        flat=Flat(stand.follower_outline(bench, cam, design.front_mm)),
+        sizes={
+            "thickness_mm": bench.follower_mm - bench.follower_gap_mm,
+            "pitch_mm": bench.follower_mm,
+            "phase_step_deg": phase_step(cam, bench.follower_mm),
+            "ridge_mm": 2 * opening.ridge_mm,
+            "window_height_mm": 2 * opening.height_mm,
+            "front_mm": design.front_mm,
+        },
+    )
+
+
+def slide(design: Design) -> Part:
+    """Return a slide: one lies above and one below each row."""
+    bench = design.parts.bench
+    outline = stand.slide_outline(bench, design.cam, design.front_mm)
+    return Part(
+        "slide",
+        *solids.mesh(solids.prism([outline], bench.slide_mm)),
+        4,
+        BENCH,
+        "Lies above or below a row, so that followers slide across the gut alone.",
+        "bench.length_mm",
+        flat=Flat([outline]),
+        sizes={
+            "thickness_mm": bench.slide_mm,
+            "between_plates_mm": stand.row_length(bench),
+        },
+    )
+
+
+def platform(design: Design) -> Part:
+    """Return the platform with its scale, which begins at the left end of the row."""
+    bench = design.parts.bench
+    outline = stand.platform_outline(bench)
+    marks = scale_marks(bench.length_mm, bench.platform_width_mm)
+    body = solids.prism([outline], bench.platform_mm)
+    engraved = solids.prism(marks, 1.0, bench.platform_mm - _ENGRAVED_MM)
+    return Part(
+        "platform",
+        *solids.mesh(body - engraved),
+        1,
+        BENCH,
+        "Carries the capsule between the walls; the scale tells how far it has moved.",
+        "bench.length_mm",
+        flat=Flat([outline], marks),
+        sizes={
+            "width_mm": bench.platform_width_mm,
+            "thickness_mm": bench.platform_mm,
+            "scale_mm": bench.length_mm,
+        },
+    )
+
+
+def end_plate(design: Design) -> Part:
+    """Return an end plate: bearings, slides, platform and, on one of the two, the motor."""
+    bench = design.parts.bench
+    outline, holes = stand.end_plate(bench, design.cam, design.front_mm)
+    return Part(
+        "end-plate",
+        *solids.mesh(solids.prism([outline, *holes], bench.plate_mm)),
+        2,
+        BENCH,
+        "Holds both shafts, the slides, the platform and the motor.",
+        "bench.drive_belt_mm",
+        flat=Flat([outline, *holes]),
+        sizes={
+            "thickness_mm": bench.plate_mm,
+            "shaft_distance_mm": bench.shaft_distance_mm,
+            "motor_height_mm": stand.motor_height(bench),
+        },
+    )
+
+
+def _pulley_solid(teeth: int, hole: np.ndarray) -> Manifold:
+    high = _RIM_MM + _BELT_MM
+    solid = solids.prism([pulley_outline(teeth)], high)
+    solid += solids.prism([stand.circle(outer_radius(teeth) + _FLANGE_MM)], _RIM_MM)
+    return solid - solids.prism([hole], high + 2.0, -1.0)
+
+
+def pulleys(design: Design) -> list[Part]:
+    """Return the pulleys of the cam shafts and of the motor."""
+    bench = design.parts.bench
+    half, flat = _MOTOR_SHAFT_MM / 2 + bench.fit_mm, _MOTOR_FLATS_MM / 2 + bench.fit_mm
+    edge = np.arcsin(flat / half)
+    right = np.linspace(-edge, edge, 25)
+    arc = half * np.column_stack([np.cos(right), np.sin(right)])
+    motor_bore = np.vstack([arc, -arc])
+    made = []
+    for name, teeth, hole, quantity, note in (
+        (
+            "pulley-cam",
+            bench.cam_teeth,
+            stand.bore(bench),
+            5,
+            "On the rods: a belt joins the two shafts at both ends, and the motor drives one.",
+        ),
+        ("pulley-motor", bench.motor_teeth, motor_bore, 1, "On the motor's shaft."),
+    ):
+        made.append(
+            Part(
+                name,
+                *solids.mesh(_pulley_solid(teeth, hole)),
+                quantity,
+                BENCH,
+                note,
+                f"bench.{name.partition('-')[2]}_teeth",
+                sizes={"teeth": teeth, "outside_mm": 2 * outer_radius(teeth)},
+            )
+        )
+    return made

@@ -1,0 +1,291 @@
+"""What cannot be made, and the limit that it breaks: one line that names the value."""
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from capsule.errors import CapsuleError
+from capsule.geometry.cam import steepest_overhang
+from capsule.geometry.distances import cross, crosses_itself, gap
+from capsule.geometry.open_choices import EYELET_AT_MM, EYELET_MM, Choices
+from capsule.geometry.origami import Origami
+from capsule.geometry.pulley import belt_length, outer_radius, pitch_radius, teeth_around
+from capsule.geometry.stand import slide_levels, window
+from capsule.geometry.substructure import (
+    Shape,
+    folded,
+    outline,
+    shape_of,
+    signed_area,
+    spacing,
+    top_mm,
+)
+from capsule.parts.design import Design
+from capsule.phantom.parameters import Phantom, value_of, with_values
+
+# How closely a limit is worked out.
+_TRIES, _HALVINGS = 41, 16
+# Wall that is left around a bore or between two openings.
+_LEFT_MM = 1.0
+
+Margin = Callable[[Phantom, Choices], float]
+
+
+def check_design(design: Design) -> None:
+    """Refuse a design whose parts cannot be made, or do not fit each other.
+
+    Raises
+    ------
+    CapsuleError
+        The text names the value, and the limit that would be allowed.
+    """
+    _check_substructure(design)
+    _check_bench(design)
+
+
+def _refuse(name: str, value: float, limit: float, least: bool, reason: str) -> None:
+    if (value < limit - 1e-9) if least else (value > limit + 1e-9):
+        # Rounded to the allowed side, so that the limit that is told is allowed.
+        thousands = math.ceil(limit * 1e3 - 1e-6) if least else math.floor(limit * 1e3 + 1e-6)
+        rounded = thousands / 1e3
+        word = "at least" if least else "at most"
+        raise CapsuleError(f"{name} is {value:g}; it must be {word} {rounded:g}, so that {reason}")
+
+
+def _check_substructure(design: Design) -> None:
+    origami, choices = design.phantom.origami, design.parts.choice
+    _check_angles_and_tip(origami, design)
+    lower, wall = choices.lower_corner_mm, origami.wall_thickness_mm
+    shoulder = origami.axis_to_fold_mm + origami.fold_to_shoulder_mm
+    _refuse("choice.lower_corner_mm", lower, shoulder - 3 * wall, False, "B lies below C")
+    if choices.folding == "eyelets":
+        reason = "the eyelets lie in the flats"
+        least = EYELET_AT_MM + EYELET_MM / 2 + wall
+        _refuse("origami.axis_to_fold_mm", origami.axis_to_fold_mm, least, True, reason)
+        _refuse("choice.lower_corner_mm", lower, least, True, reason)
+        _refuse("origami.height_mm", origami.height_mm, 2 * EYELET_MM, True, reason)
+    for names, margin, reason in _TRIALS:
+        _check_by_trial(design, names, margin, reason)
+
+
+def _check_angles_and_tip(origami: Origami, design: Design) -> None:
+    choices, nozzle = design.parts.choice, design.parts.print.nozzle_mm
+    reason = f"no wall is thinner than the nozzle (print.nozzle_mm = {nozzle:g})"
+    _refuse("origami.wall_thickness_mm", origami.wall_thickness_mm, nozzle, True, reason)
+    tilt, fold = origami.awn_tilt_deg, origami.fold_angle_deg
+    if choices.fold_side == "head":
+        _refuse("origami.fold_angle_deg", fold, 85 - tilt, False, "the wall AC meets the axis")
+    else:
+        _refuse("origami.fold_angle_deg", fold, tilt + 5, True, "the wall AC leans from the flat A")
+    _check_tip(origami, choices)
+
+
+def _check_tip(origami: Origami, choices: Choices) -> None:
+    wall, tip = origami.wall_thickness_mm, origami.tip_radius_mm
+    room = origami.shoulder_to_tip_mm - wall
+    name = "origami.tip_radius_mm"
+    if choices.tip == "bulb":
+        _refuse(name, tip, room / 2, False, "the bulb stands clear of the shoulder C")
+        _refuse(name, tip, wall / 2, True, "the bulb is as wide as the wall")
+    elif choices.tip == "curl":
+        _refuse(name, tip, room, False, "the curl stands clear of the shoulder C")
+        _refuse(name, tip, 1.5 * wall, True, "the wall can bend that closely")
+    else:
+        name = "origami.shoulder_to_tip_mm"
+        _refuse(name, origami.shoulder_to_tip_mm, 2 * wall, True, "there is an awn")
+
+
+def _check_by_trial(design: Design, names: Sequence[str], margin: Margin, reason: str) -> None:
+    """Refuse a negative margin; the limit is found by trying other values of the first name.
+
+    If none of its values helps, those of the next name are tried.
+    """
+    choices = design.parts.choice
+    if margin(design.phantom, choices) >= 0:
+        return
+    for name in names:
+        value = value_of(design.phantom, name)
+
+        def allowed(tried: float, name: str = name) -> bool:
+            phantom = with_values(design.phantom, {name: float(tried)})
+            return _is_simple(phantom.origami, design) and margin(phantom, choices) >= 0
+
+        tries = [each for each in np.linspace(*design.limits[name], _TRIES) if allowed(each)]
+        if tries:
+            good, bad = min(tries, key=lambda each: abs(each - value)), value
+            for _ in range(_HALVINGS):
+                middle = (good + bad) / 2
+                good, bad = (middle, bad) if allowed(middle) else (good, middle)
+            _refuse(name, value, float(good), good > value, reason)
+    low, high = design.limits[names[0]]
+    raise CapsuleError(
+        f"{names[0]} is {value_of(design.phantom, names[0]):g}; allowed is no value from {low:g} "
+        f"to {high:g}, nor of {', '.join(names[1:])}, so that {reason}"
+    )
+
+
+def _is_simple(origami: Origami, design: Design) -> bool:
+    try:
+        _check_angles_and_tip(origami, design)
+    except CapsuleError:
+        return False
+    return True
+
+
+def _outline_of(phantom: Phantom, choices: Choices) -> tuple[Shape, np.ndarray, np.ndarray] | None:
+    """Return shape and boundaries, or nothing where lines meet nowhere."""
+    try:
+        shape = shape_of(phantom.origami, choices)
+        return (shape, *outline(shape))
+    except np.linalg.LinAlgError:
+        return None
+
+
+def _room_inside(phantom: Phantom, choices: Choices) -> float:
+    """Return the room between the flats and below the shoulder, less a wall; negative: none."""
+    made = _outline_of(phantom, choices)
+    if made is None:
+        return -1.0
+    shape, outer, inner = made
+    if crosses_itself(_upper(outer)) or crosses_itself(inner) or cross(outer, inner):
+        return -1.0
+    heights = np.sort(np.unique(np.abs(inner[:, 1]).round(9)))
+    flats = shape.side * (shape.fold[0] - shape.lower[0]) - 2 * shape.wall_mm
+    return min(
+        float(flats),
+        float(heights[-1] - heights[-2]) - shape.wall_mm / 2,
+        float(heights[0]) - shape.wall_mm / 2,
+        signed_area(outer),
+        -signed_area(inner),
+    )
+
+
+def _room_beside(phantom: Phantom, choices: Choices) -> float:
+    """Return the distance to the neighbour, less half of the film of adhesive."""
+    made = _outline_of(phantom, choices)
+    if made is None:
+        return -1.0
+    shape, outer, _ = made
+    adhesive = phantom.origami.adhesive_mm
+    return _room_to_next(outer, spacing(shape, adhesive)) - adhesive / 2
+
+
+def _room_pressed(phantom: Phantom, choices: Choices) -> float:
+    """Return the distance to the neighbour when the largest wave presses both."""
+    try:
+        shape = shape_of(phantom.origami, choices)
+        pressed = folded(shape, top_mm(shape) - phantom.contact.fold_limit_mm)
+        outer, _ = outline(pressed)
+    except (ValueError, np.linalg.LinAlgError):
+        return -1.0
+    if crosses_itself(_upper(outer)):
+        return -1.0
+    return _room_to_next(outer, spacing(pressed, phantom.origami.adhesive_mm))
+
+
+def _room_to_next(outer: np.ndarray, pitch_mm: float) -> float:
+    """Return the distance to the neighbour's outline."""
+    upper = _upper(outer)
+    return gap(upper, upper - np.array([pitch_mm, 0.0]))
+
+
+def _upper(outer: np.ndarray) -> np.ndarray:
+    """Return one half of an outline; the other is its mirror image."""
+    return outer[outer[:, 1] > 0]
+
+
+# What is tried: which values can help, which room is wanted, and what it is for.
+_TRIALS: tuple[tuple[tuple[str, ...], Margin, str], ...] = (
+    (
+        ("origami.fold_angle_deg", "origami.fold_to_shoulder_mm", "origami.axis_to_fold_mm"),
+        _room_inside,
+        "the hexagon does not cross itself",
+    ),
+    (
+        ("origami.tip_radius_mm", "origami.fold_angle_deg", "origami.awn_tilt_deg"),
+        _room_beside,
+        "tips and walls stay out of the neighbour",
+    ),
+    (
+        ("origami.tip_radius_mm", "origami.fold_angle_deg", "contact.fold_limit_mm"),
+        _room_pressed,
+        "tips and walls stay out of the neighbour at the phantom's largest compression",
+    ),
+)
+
+
+def _check_bench(design: Design) -> None:
+    bench, cam, wall = design.parts.bench, design.cam, design.phantom.wall
+    printing = design.parts.print
+    steep = steepest_overhang(cam)
+    most = np.tan(np.radians(printing.overhang_deg)) * cam.lead_mm / (2 * np.pi)
+    reason = f"the cam overhangs by {printing.overhang_deg:g} degrees at most"
+    _refuse("wall.amplitude_mm", wall.amplitude_mm, float(most), False, reason)
+    reason = "the window touches the cam at its ridge alone"
+    _refuse("bench.bevel_deg", bench.bevel_deg, steep, True, reason)
+    reason = "a section of the cam shaft fits the printer"
+    _refuse("wall.wavelength_mm", wall.wavelength_mm, printing.bed_z_mm, False, reason)
+    room = printing.bed_x_mm - 2 * bench.plate_mm - bench.row_play_mm
+    reason = "platform and slides fit the printer"
+    longest = np.floor(room / cam.lead_mm) * cam.lead_mm
+    _refuse("bench.length_mm", bench.length_mm, float(longest), False, reason)
+    steps = {"wall.wavelength_mm": cam.lead_mm, "bench.follower_mm": bench.follower_mm}
+    for name, size in steps.items():
+        if abs(bench.length_mm / size - round(bench.length_mm / size)) > 1e-9:
+            raise CapsuleError(
+                f"bench.length_mm is {bench.length_mm:g}; it must be a multiple of {name} "
+                f"({size:g}), at most {longest:g}"
+            )
+    thinnest = bench.follower_mm - bench.follower_gap_mm
+    reason = "a follower is thicker than two nozzles"
+    _refuse("bench.follower_mm", thinnest, 2 * printing.nozzle_mm, True, reason)
+    least = cam.eccentricity_mm + bench.rod_mm / 2 + bench.fit_mm + _LEFT_MM
+    reason = "a wall is left between rod and flank"
+    _refuse("bench.cam_radius_mm", bench.cam_radius_mm, least, True, reason)
+    face = window(bench, cam).face_mm
+    silicone = wall.wall_mm + wall.sheet_mm
+    least = 2 * (face + 2 * _LEFT_MM + silicone) + wall.lumen_mm
+    reason = "a follower's frame closes in front of its window"
+    _refuse("bench.shaft_distance_mm", bench.shaft_distance_mm, least, True, reason)
+    narrowest = wall.lumen_mm - 2 * wall.amplitude_mm - _LEFT_MM
+    reason = "the walls do not touch the platform"
+    _refuse("bench.platform_width_mm", bench.platform_width_mm, narrowest, False, reason)
+    _check_end_plate(design)
+
+
+def _check_end_plate(design: Design) -> None:
+    bench, cam, printing = design.parts.bench, design.cam, design.parts.print
+    low, high = slide_levels(bench, cam)
+    shaft = bench.shaft_distance_mm / 2
+    aside = shaft - bench.platform_width_mm / 2 - bench.play_mm
+    most = 2 * (min(low - bench.play_mm, aside) - _LEFT_MM - bench.fit_mm)
+    reason = "the end plate's openings stay apart"
+    _refuse("bench.bearing_mm", bench.bearing_mm, most, False, reason)
+    under = low - bench.play_mm - _LEFT_MM
+    most = under + bench.platform_top_mm - bench.play_mm
+    _refuse("bench.platform_mm", bench.platform_mm, most, False, reason)
+    least = teeth_around(bench.rod_mm / 2 + bench.fit_mm + _LEFT_MM)
+    reason = "a wall is left between rod and teeth"
+    _refuse("bench.cam_teeth", bench.cam_teeth, least, True, reason)
+    # Motor body above the upper slide, and both pulleys clear of each other.
+    clear = max(
+        high + bench.plate_mm + 10.0,
+        outer_radius(bench.cam_teeth) + outer_radius(bench.motor_teeth) + 2 * _LEFT_MM,
+        abs(pitch_radius(bench.motor_teeth) - pitch_radius(bench.cam_teeth)) + _LEFT_MM,
+    )
+    least = belt_length(bench.motor_teeth, bench.cam_teeth, clear)
+    reason = "the motor clears the slides"
+    _refuse("bench.drive_belt_mm", bench.drive_belt_mm, least, True, reason)
+    tallest = printing.bed_y_mm - high - 2 * bench.plate_mm - 24.0
+    most = belt_length(bench.motor_teeth, bench.cam_teeth, max(tallest, clear))
+    reason = "an end plate fits the printer"
+    _refuse("bench.drive_belt_mm", bench.drive_belt_mm, most, False, reason)
+    most = printing.bed_x_mm - 2 * (face_back(design) + bench.plate_mm)
+    _refuse("bench.shaft_distance_mm", bench.shaft_distance_mm, most, False, reason)
+
+
+def face_back(design: Design) -> float:
+    """Return how far the slides reach behind a cam shaft, in mm."""
+    bench, cam = design.parts.bench, design.cam
+    return window(bench, cam).face_mm + bench.frame_mm + cam.eccentricity_mm

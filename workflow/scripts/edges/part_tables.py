@@ -1,0 +1,22 @@
+"""The table of what the paper leaves open about the parts, and the design as it ships."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import yaml
+
+from capsule.parts.design import Design, design_of
+from edges.phantom import CONFIG, DEFAULT_TABLE, read_phantom
+
+PARTS_TABLE = CONFIG / "parts.yaml"
+
+
+def read_parts_table() -> Mapping[str, Any]:
+    """Read ``config/parts.yaml``: the choices, with the limits of all values."""
+    return yaml.safe_load(PARTS_TABLE.read_text(encoding="utf-8"))
+
+
+def shipped_design() -> Design:
+    """Return the design that the two tables describe, with nothing changed."""
+    phantom = read_phantom(DEFAULT_TABLE, [])
+    return design_of(read_parts_table(), {}, phantom, phantom)

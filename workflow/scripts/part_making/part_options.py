@@ -1,0 +1,85 @@
+"""The options of `make_parts.py`, and the design that they describe."""
+
+import argparse
+import difflib
+from pathlib import Path
+
+from capsule.errors import CapsuleError
+from capsule.parts.design import LIMITS, Design, design_of, entries
+from capsule.parts.refusals import check_design
+from edges.config_files import read_config_file
+from edges.part_tables import read_parts_table
+from edges.phantom import CONFIG, DEFAULT_TABLE, read_phantom
+
+_NOZZLE = "print.nozzle_mm"
+
+
+def read_arguments(description: str | None) -> argparse.Namespace:
+    """Read what to make, and where to."""
+    parser = argparse.ArgumentParser(description=description)
+    add = parser.add_argument
+    output = Path("parts")
+    add("--out", type=Path, default=output, metavar="FOLDER", help="output folder (default: parts)")
+    add(
+        "--set",
+        dest="changes",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="change a value of config/parts.yaml, or an origami.* or wall.* of "
+        "config/phantom.yaml, such as origami.fold_angle_deg=40; may be repeated",
+    )
+    add("--nozzle", metavar="MM", help=f"the printer's nozzle (the same as --set {_NOZZLE}=MM)")
+    return parser.parse_args()
+
+
+def read_design(changes: list[str], nozzle: str | None = None) -> Design:
+    """Read both tables, apply the changes, and refuse what cannot be made.
+
+    Parameters
+    ----------
+    changes
+        ``part.name=value``, each; a value is a number or a word.
+    nozzle
+        Diameter of the nozzle in mm, as text.
+
+    Raises
+    ------
+    CapsuleError
+        A name is unknown or a value not allowed; the text names it and its limit.
+    """
+    if nozzle is not None:
+        changes = [*changes, f"{_NOZZLE}={nozzle}"]
+    table = read_parts_table()
+    rows = dict(entries(table))
+    own: dict[str, str | float] = {}
+    of_phantom = []
+    for change in changes:
+        name, _, text = change.partition("=")
+        if name in rows:
+            own[name] = text if "allowed" in rows[name] else _number(change, text)
+        elif name in table[LIMITS]:
+            _number(change, text)
+            of_phantom.append(change)
+        else:
+            known = [*rows, *table[LIMITS]]
+            nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.0)
+            raise CapsuleError(f"there is no value {name}; did you mean {nearest[0]}?")
+    unchanged = read_phantom(DEFAULT_TABLE, [])
+    design = design_of(table, own, read_phantom(DEFAULT_TABLE, of_phantom), unchanged)
+    check_design(design)
+    return design
+
+
+def read_sensors() -> int:
+    """Read how many substructures a capsule has."""
+    return read_config_file(CONFIG / "config.yaml")["recording"]["sensors"]
+
+
+def _number(change: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise CapsuleError(
+            f"--set {change}: write part.name=number, such as origami.fold_angle_deg=40"
+        ) from None
