@@ -32,9 +32,11 @@ class Bench:
         self.commands = []
         self.folds = []
 
-    def lead(self, **options):
-        """Lead the capsule to its end; give the pilot."""
+    def lead(self, origin_mm=None, **options):
+        """Lead the capsule to its end, on an earlier map if given; give the pilot."""
         pilot = Pilot(DETECTOR, 10.0, **options)
+        if origin_mm is not None:
+            pilot.sensing.take_origin(origin_mm)
         while not pilot.cycle.over:
             if self.bench.at_end:
                 for command in pilot.tell("gut_ended", "the end of the gut"):
@@ -223,7 +225,7 @@ def test_the_map_of_an_earlier_session_holds_for_a_later_one():
         origins_mm.append(pilot.sensing.origin_mm)
     origin_mm = mean_origin(origins_mm, DETECTOR["wavelength_mm"])
     bench = Bench(nodules=(), seed=11)
-    pilot = bench.lead(targets_mm=[40.0], origin_mm=origin_mm)
+    pilot = bench.lead(origin_mm=origin_mm, targets_mm=[40.0])
     off_mm = pilot.sensing.fix_mm - bench.bench.head_mm[-6][-1]
     assert pilot.sensing.origin_mm == origin_mm
     assert off_mm == pytest.approx(np.mean(places_mm), abs=1.0)

@@ -185,10 +185,9 @@ def gone(job: Job) -> dict:
     from_mm = numbers.uniform(min(target_mm + 20.0, 520.0), 560.0)
     phantom = with_values(PHANTOM, {"folding.speed_mm_s": speed})
     bench = bench_with(phantom, seed=job.seed, length_mm=2000.0, nodules=[], sensors=4)
-    origin_mm = earlier_origin() if job.kind == "mapped" else None
-    pilot = Pilot(
-        SETTINGS["diagonal"], RATE_HZ, targets_mm=[from_mm, target_mm], origin_mm=origin_mm
-    )
+    pilot = Pilot(SETTINGS["diagonal"], RATE_HZ, targets_mm=[from_mm, target_mm])
+    if job.kind == "mapped":
+        pilot.sensing.take_origin(earlier_origin())
     row = lead(pilot, bench)
     # The wave runs on until the drive stands.
     bench.read(2 * pilot.every)

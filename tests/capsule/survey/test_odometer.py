@@ -60,7 +60,8 @@ def test_the_newest_wave_alone_gives_a_newer_position():
     newer_mm = newest_place(pressed, wave_mm, 6.3, 80.0) - origin_mm
     assert older_mm == pytest.approx(1.5, abs=0.4)
     assert newer_mm == pytest.approx(3.0, abs=0.4)
-    odometer = Odometer(SETTINGS, 10.0, 10.0, origin_mm - 10.0)
+    odometer = Odometer(SETTINGS, 10.0, 10.0)
+    odometer.origin_mm = origin_mm - 10.0
     assert np.isnan(odometer.newest(pressed, wave_mm))
     assert odometer.fix(63, pressed, wave_mm, 10.0) == pytest.approx(11.5, abs=0.4)
     assert odometer.newest(pressed, wave_mm) == pytest.approx(13.0, abs=0.4)

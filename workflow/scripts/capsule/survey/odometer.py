@@ -144,20 +144,21 @@ class Odometer:
         Sampling rate.
     start_mm : float
         Position at the first fix; it may be set until then.
-    origin_mm : float, optional
-        Place in the wave, as `place_in_wave` gives it, of position 0, from an earlier journey on
-        the same bench. Without it the first fix is taken to be at `start_mm`.
+
+    Attributes
+    ----------
+    origin_mm : float or None
+        Place in the wave, as `place_in_wave` gives it, of position 0. It may be set from an earlier
+        journey on the same bench; otherwise the first fix is taken to be at `start_mm`.
     """
 
-    def __init__(
-        self, settings: Mapping, rate_hz: float, start_mm: float, origin_mm: float | None = None
-    ) -> None:
+    def __init__(self, settings: Mapping, rate_hz: float, start_mm: float) -> None:
         self._wavelength_mm = float(settings["wavelength_mm"])
         self._pitch_mm = float(settings["pitch_mm"])
         wave = rate_hz * self._wavelength_mm / settings["wave_speed_mm_s"]
         self.span = 2 * round(wave)
         self.start_mm = start_mm
-        self.origin_mm = origin_mm
+        self.origin_mm: float | None = None
         self._samples: list[int] = []
         self._fixes_mm: list[float] = []
 

@@ -33,8 +33,6 @@ class Pilot:
         Places to go to, one after the other, instead of a survey.
     start_mm : float
         Where the head stands.
-    origin_mm : float, optional
-        Place in the wave of position 0 (`Odometer`), to take over an earlier session's map.
 
     Attributes
     ----------
@@ -53,17 +51,15 @@ class Pilot:
         settings: SurveySettings | None = None,
         targets_mm: Sequence[float] = (),
         start_mm: float = 0.0,
-        origin_mm: float | None = None,
     ) -> None:
         self._settings = settings or SurveySettings()
         self.cycle = Cycle()
         self.log: list[Event] = []
-        self.sensing = Sensing(detector, rate_hz, self._settings, start_mm, origin_mm)
+        self.sensing = Sensing(detector, rate_hz, self._settings, start_mm)
         self.suspects = Suspects(self._settings, (_SENSORS - 1) * detector["pitch_mm"])
         self._rate_hz = rate_hz
         self._targets_mm = list(targets_mm)
         self._way_back = WayBack(float(detector["wavelength_mm"]), self.sensing.period_s)
-        self._leg = Leg()
         self._since_s = self._now_s = 0.0
 
     def tick(self, readings: Readings) -> tuple[str, ...]:
@@ -123,8 +119,7 @@ class Pilot:
         return self._happen("suspected", reason, score, place.threshold)
 
     def _in_finishing(self, fold: str) -> tuple[str, ...]:
-        followed = self.sensing.follow()
-        if followed and (evidence := self.sensing.evidence()) is not None:
+        if self.sensing.follow() and (evidence := self.sensing.evidence()) is not None:
             self.suspects.look_closer(evidence, self.sensing.fix_mm)
         if not self.suspects.is_beyond(self.sensing.position_mm):
             return ()
@@ -180,8 +175,7 @@ class Pilot:
         return self._after_leg(moved_mm)
 
     def _in_passing(self, fold: str) -> tuple[str, ...]:
-        followed = self.sensing.follow()
-        if followed and (evidence := self.sensing.evidence()) is not None:
+        if self.sensing.follow() and (evidence := self.sensing.evidence()) is not None:
             self.suspects.look_again(evidence)
         if not self.suspects.is_beyond(self.sensing.position_mm):
             if self._waited_s <= self._settings.longest_pass_s:
@@ -254,8 +248,8 @@ class Pilot:
         surely = self._way_back.end_mm(self._leg) <= _START_MM - self._settings.surely_mm
         if not self._targets_mm or self._leg.lasted_s == 0 or not surely:
             return False
-        on_mm = self.sensing.on_mm(self._waited_s)
-        return self._goal_mm() - _START_MM - on_mm <= self.sensing.half_stroke_mm
+        reckoned_mm = _START_MM + self.sensing.on_mm(self._waited_s)
+        return self._goal_mm() - reckoned_mm <= self.sensing.half_stroke_mm
 
     def _goal_mm(self) -> float:
         """Where a way back should end."""

@@ -34,8 +34,6 @@ class Sensing:
         What the survey goes by.
     start_mm : float
         Where the head stands.
-    origin_mm : float, optional
-        As `Odometer` takes it.
 
     Attributes
     ----------
@@ -46,15 +44,10 @@ class Sensing:
     """
 
     def __init__(
-        self,
-        detector: Mapping,
-        rate_hz: float,
-        settings: SurveySettings,
-        start_mm: float,
-        origin_mm: float | None = None,
+        self, detector: Mapping, rate_hz: float, settings: SurveySettings, start_mm: float
     ) -> None:
         self._detector, self._rate_hz, self._settings = detector, rate_hz, settings
-        self._odometer = Odometer(detector, rate_hz, start_mm, origin_mm)
+        self._odometer = Odometer(detector, rate_hz, start_mm)
         self._keep = max(settings.longest_window, self._odometer.span)
         self._count = 0
         self._values: np.ndarray | None = None
