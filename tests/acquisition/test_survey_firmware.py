@@ -27,7 +27,7 @@ def rig(tmp_path):
         each.end()
 
 
-def test_a_computer_that_dies_leaves_an_unfolded_origami_and_no_wave(rig):
+def test_a_computer_that_dies_leaves_all_at_rest_and_the_next_one_goes_on(rig):
     bench = rig("wave", "fold")
     surveyor = bench.survey(*BACK_SOON)
     surveyor.run(lambda: bench.fold.folded == 1.0)
@@ -37,6 +37,15 @@ def test_a_computer_that_dies_leaves_an_unfolded_origami_and_no_wave(rig):
     # The lease of 5 s and a move of 5 s.
     bench.pass_by(8)
     assert bench.at_rest()
+    # Opening the ports resets the boards; the index tells where the cams are.
+    surveyor = bench.resume()
+    surveyor.run(lambda: "mm from the goal" in surveyor.printed)
+    head_mm = bench.gut.head_mm
+    surveyor.send_signal()
+    surveyor.expect(130)
+    assert bench.at_rest()
+    found = next(event for event in bench.events() if "from the goal" in event["reason"])
+    assert found["position_mm"] == pytest.approx(head_mm, abs=4)
 
 
 def test_a_peristalsis_board_that_is_reset_is_started_again_and_its_phase_found(rig):
