@@ -10,7 +10,7 @@ from capsule.geometry.scale import scale_marks
 from capsule.geometry.stand import Bench
 from capsule.parts import solids
 from capsule.parts.design import Design
-from capsule.parts.part import BENCH, Flat, Part
+from capsule.parts.part import BENCH, Flat, Part, Spiral
 
 # Steps of the cam along its section, and corners of its circle: within 0.01 mm of the true cam.
 _STEPS, _CORNERS = 160, 96
@@ -64,6 +64,7 @@ def cam_sections(design: Design) -> list[Part]:
                 BENCH,
                 f"A section of the {side} cam shaft, one wave long; the flat of the rod keys it.",
                 "wall.wavelength_mm",
+                spiral=Spiral(cam, stand.bore(bench, turned)),
                 sizes={**sizes, "key_deg": 180.0 if turned else 0.0},
             )
         )

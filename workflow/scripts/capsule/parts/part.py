@@ -5,6 +5,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from capsule.geometry.cam import Cam
+
 CAPSULE, BENCH = "conductive TPU", "PLA"
 
 
@@ -22,6 +24,22 @@ class Flat:
 
     cuts: Sequence[np.ndarray]
     marks: Sequence[np.ndarray] = ()
+
+
+@dataclass(frozen=True)
+class Spiral:
+    """The true form of a cam's section, of which a mesh is a fine polygon.
+
+    Attributes
+    ----------
+    cam
+        Its circle, which turns once.
+    bore
+        The bore's outline, anticlockwise: shape (N, 2), in mm.
+    """
+
+    cam: Cam
+    bore: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -46,6 +64,8 @@ class Part:
         How many separate bodies the mesh holds.
     flat
         Its outline, if it can be cut from a sheet.
+    spiral
+        Its true form, if it is not bounded by planes alone.
     sizes
         Dimensions to be listed, by name.
     """
@@ -59,6 +79,7 @@ class Part:
     limited_by: str
     bodies: int = 1
     flat: Flat | None = None
+    spiral: Spiral | None = None
     sizes: dict[str, float] = field(default_factory=dict)
 
 

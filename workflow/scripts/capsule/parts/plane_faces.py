@@ -1,0 +1,119 @@
+"""The plane faces of a mesh, each with its outline and holes: what a CAD program calls a solid."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+# Neighbouring triangles lie in one plane if they differ by less, in mm: a tenth of a nanometre.
+_PLANE_MM = 1e-7
+# Two planes that meet at less than some 8 degrees and keep that distance are one.
+_SAME_SIDE = 0.99
+
+
+@dataclass(frozen=True)
+class PlaneFace:
+    """A plane face of a solid.
+
+    Attributes
+    ----------
+    normal
+        Outward unit vector, shape (3,).
+    loops
+        Numbers of vertices around each boundary, the outline first, then the holes; the solid
+        lies to the left of each as seen from outside.
+    """
+
+    normal: np.ndarray
+    loops: list[np.ndarray]
+
+
+def plane_faces(vertices: np.ndarray, triangles: np.ndarray) -> list[PlaneFace]:
+    """Join the triangles of a closed mesh that lie in one plane.
+
+    Parameters
+    ----------
+    vertices, triangles
+        As `capsule.parts.part.Part` has them; each edge belongs to two triangles.
+
+    Returns
+    -------
+    list of PlaneFace
+        In the order of their first triangles.
+    """
+    corners = vertices[triangles]
+    area = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    twin = _twins(triangles, len(vertices))
+    face = _same_plane(vertices, triangles, area, twin)
+    normal = np.zeros((face.max() + 1, 3))
+    np.add.at(normal, face, area)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+
+    outline: list[list[tuple[float, np.ndarray]]] = [[] for _ in normal]
+    start = triangles.ravel()
+    for loop in _boundaries(face, twin):
+        of_face = face[loop[0] // 3]
+        around = vertices[start[loop]]
+        enclosed = np.cross(around, np.roll(around, -1, axis=0)).sum(axis=0) @ normal[of_face]
+        outline[of_face].append((-enclosed, start[loop]))
+    return [
+        # Holes run the other way around: the outline alone encloses a positive area.
+        PlaneFace(direction, [loop for _, loop in sorted(loops, key=lambda each: each[0])])
+        for direction, loops in zip(normal, outline, strict=True)
+    ]
+
+
+def _twins(triangles: np.ndarray, vertices: int) -> np.ndarray:
+    """Return the other side of each edge; edge 3 t + k leaves corner k of triangle t."""
+    start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+    key = start * vertices + end
+    order = np.argsort(key)
+    return order[np.searchsorted(key, end * vertices + start, sorter=order)]
+
+
+def _same_plane(
+    vertices: np.ndarray, triangles: np.ndarray, area: np.ndarray, twin: np.ndarray
+) -> np.ndarray:
+    """Return for each triangle the number of its face."""
+    size = np.linalg.norm(area, axis=1)
+    edge = np.arange(len(twin))
+    # The plane of the larger of two neighbours is the surer one.
+    large, small = edge // 3, twin // 3
+    apex = triangles[small, (twin + 2) % 3]
+    wanted = size[large] >= size[small]
+    large, small, apex, edge = large[wanted], small[wanted], apex[wanted], edge[wanted]
+    normal = area[large] / size[large, np.newaxis]
+    away = np.einsum("ij,ij->i", vertices[apex] - vertices[triangles.ravel()[edge]], normal)
+    along = np.einsum("ij,ij->i", normal, area[small] / size[small, np.newaxis])
+    joined = (np.abs(away) < _PLANE_MM) & (along > _SAME_SIDE)
+    pairs = coo_array(
+        (np.ones(joined.sum()), (large[joined], small[joined])), shape=(len(triangles),) * 2
+    )
+    _, label = connected_components(pairs, directed=False)
+    # Numbered by the first triangle of each.
+    _, first, number = np.unique(label, return_index=True, return_inverse=True)
+    return np.argsort(np.argsort(first))[number]
+
+
+def _boundaries(face: np.ndarray, twin: np.ndarray) -> list[np.ndarray]:
+    """Return the edges around each face, a loop each."""
+    edge = np.arange(len(twin))
+    following = edge - edge % 3 + (edge + 1) % 3
+    inner = face[edge // 3] == face[twin // 3]
+    after = following.copy()
+    # Around a corner, through the face's own triangles, to the next edge that ends the face.
+    while (through := inner[after]).any():
+        after[through] = following[twin[after[through]]]
+    loops = []
+    unused = ~inner
+    for first in np.flatnonzero(~inner):
+        if not unused[first]:
+            continue
+        loop, at = [], first
+        while unused[at]:
+            unused[at] = False
+            loop.append(at)
+            at = after[at]
+        loops.append(np.array(loop))
+    return loops
