@@ -154,18 +154,32 @@ def test_what_cannot_be_made_is_refused_in_one_line(changes, told):
     assert "\n" not in str(error.value)
 
 
-def test_without_manifold3d_one_line_says_what_to_install():
+def made_without(module, *options):
+    """Run the script where a module is not installed."""
     script = ROOT / "workflow/scripts/make_parts.py"
     without = f"""
 import runpy, sys
-sys.modules["manifold3d"] = None
+sys.modules[{module!r}] = None
 sys.path.insert(0, {str(script.parent)!r})
-sys.argv = ["make_parts.py"]
+sys.argv = ["make_parts.py", *{options!r}]
 runpy.run_path({str(script)!r}, run_name="__main__")
 """
-    run = subprocess.run([sys.executable, "-c", without], capture_output=True, text=True)
+    return subprocess.run([sys.executable, "-c", without], capture_output=True, text=True)
+
+
+def test_without_manifold3d_one_line_says_what_to_install():
+    run = made_without("manifold3d")
     assert run.returncode == 1
     assert run.stderr == "error: the parts need manifold3d; run: pip install manifold3d\n"
+
+
+def test_without_open_cascade_one_line_names_the_extra(tmp_path):
+    run = made_without("OCP", "--step", "--out", str(tmp_path / "parts"))
+    assert run.returncode == 1
+    assert run.stderr == (
+        'error: --step needs the extra [cad]; run: pip install "cadquery-ocp-novtk>=8.0,<9"\n'
+    )
+    assert not (tmp_path / "parts").exists()
 
 
 def numbers(name):

@@ -40,6 +40,29 @@ def test_only_the_extra_for_parts_and_the_tests_ask_for_solids():
     assert not [text for text in PROJECT["dependencies"] if text.startswith("manifold3d")]
 
 
+def test_no_one_gets_open_cascade_without_asking():
+    (wanted,) = [
+        text
+        for text in PROJECT["optional-dependencies"]["cad"]
+        if not text.startswith("manifold3d")
+    ]
+    assert Requirement(wanted).name not in {each.name for each in WANTED} | locked_versions().keys()
+
+
+def test_the_parts_import_open_cascade_only_when_they_are_asked_for_step_files():
+    imports = {"OCP": r"^ *(from|import) OCP", "step_files": r"^(from|import) \S*step_files"}
+    modules = {
+        name: {
+            path.name
+            for path in SCRIPTS.rglob("*.py")
+            if re.search(pattern, path.read_text(encoding="utf-8"), re.MULTILINE)
+        }
+        for name, pattern in imports.items()
+    }
+    # One module knows OCP, and none imports that module as it is itself imported.
+    assert modules == {"OCP": {"step_files.py"}, "step_files": set()}
+
+
 def test_no_step_of_the_workflow_imports_solids():
     modules = [row.module for row in [*FIGURES.values(), *DETECTORS.values()]]
     for rule in RULES:
@@ -47,7 +70,7 @@ def test_no_step_of_the_workflow_imports_solids():
         assert files
         for path in files:
             text = path.read_text(encoding="utf-8")
-            assert not re.search(r"(from|import) manifold3d", text), (rule, path)
+            assert not re.search(r"(from|import) (manifold3d|OCP)", text), (rule, path)
 
 
 def test_the_lock_holds_hashes_and_no_addresses():

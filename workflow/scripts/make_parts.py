@@ -1,13 +1,14 @@
 """Make the parts of capsule and bench to print: meshes, outlines, drawings and lists, in mm.
 
 Needs manifold3d: pip install "origami-capsule[parts]", or pip install manifold3d.
+STEP files (--step) also need Open CASCADE, which the extra [cad] installs.
 """
 
 from edges import files
 from part_making.flat_files import dxf_text, svg_text
 from part_making.mesh_files import split_bodies, stl_bytes, threemf_bytes
 from part_making.part_lists import bill_of_materials, parts_table, title_lines
-from part_making.part_options import read_arguments, read_design, read_sensors
+from part_making.part_options import read_arguments, read_design, read_sensors, step_writer
 from part_making.print_profile import profile_text
 from part_making.sheets import sheet_files, sheets
 
@@ -23,6 +24,7 @@ def main() -> None:
     """Make every part, then write its files."""
     arguments = read_arguments(__doc__)
     design, sensors = read_design(arguments.changes, arguments.nozzle), read_sensors()
+    step_bytes = step_writer() if arguments.step else None
     parts, out = all_parts(design, sensors), arguments.out
     for part in parts:
         bodies = split_bodies(part.name, part.vertices, part.triangles)
@@ -30,6 +32,9 @@ def main() -> None:
             stream.write(stl_bytes(part.name, part.vertices, part.triangles))
         with files.write_whole(out / f"{part.name}.3mf", "wb") as stream:
             stream.write(threemf_bytes(bodies))
+        if step_bytes is not None:
+            with files.write_whole(out / f"{part.name}.step", "wb") as stream:
+                stream.write(step_bytes(part))
         if part.flat is not None:
             with files.write_whole(out / f"{part.name}.dxf") as stream:
                 stream.write(dxf_text(part.flat))

@@ -2,10 +2,12 @@
 
 import argparse
 import difflib
+from collections.abc import Callable
 from pathlib import Path
 
 from capsule.errors import CapsuleError
 from capsule.parts.design import LIMITS, Design, design_of, entries
+from capsule.parts.part import Part
 from capsule.parts.refusals import check_design
 from edges.config_files import read_config_file
 from edges.part_tables import read_parts_table
@@ -30,6 +32,7 @@ def read_arguments(description: str | None) -> argparse.Namespace:
         "config/phantom.yaml, such as origami.fold_angle_deg=40; may be repeated",
     )
     add("--nozzle", metavar="MM", help=f"the printer's nozzle (the same as --set {_NOZZLE}=MM)")
+    add("--step", action="store_true", help="also write STEP (needs the extra [cad])")
     return parser.parse_args()
 
 
@@ -69,6 +72,26 @@ def read_design(changes: list[str], nozzle: str | None = None) -> Design:
     design = design_of(table, own, read_phantom(DEFAULT_TABLE, of_phantom), unchanged)
     check_design(design)
     return design
+
+
+def step_writer() -> Callable[[Part], bytes]:
+    """Give what writes a part as STEP; its large library is imported here and nowhere else.
+
+    Raises
+    ------
+    CapsuleError
+        The library is not installed; the text names the extra.
+    """
+    try:
+        from part_making.step_files import step_bytes
+    except ModuleNotFoundError as error:
+        # An older release lacks some of its modules.
+        if (error.name or "").partition(".")[0] != "OCP":
+            raise
+        raise CapsuleError(
+            '--step needs the extra [cad]; run: pip install "cadquery-ocp-novtk>=8.0,<9"'
+        ) from None
+    return step_bytes
 
 
 def read_sensors() -> int:
