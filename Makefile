@@ -34,10 +34,9 @@ lint: $(ENVIRONMENT)/ready  ## check the style of Python and Snakemake files
 environment: $(ENVIRONMENT)/ready  ## set up the environment in .venv
 
 # The lock pins every package with its hash. If it changes, make sets up the environment again.
-# Python compiles what is imported, when it is; to compile everything would double the time.
 $(ENVIRONMENT)/ready: requirements.lock
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
 	  echo "error: $(PYTHON) is too old, Python 3.11 or newer is needed; try: make report PYTHON=python3.12" >&2; exit 1; }
 	$(PYTHON) -m venv --clear $(ENVIRONMENT)
-	$(BIN)/python -m pip install --quiet --no-compile --require-hashes --requirement requirements.lock
+	$(BIN)/python -m pip install --quiet --require-hashes --requirement requirements.lock
 	@touch $@

@@ -96,9 +96,9 @@ def test_records_for_a_duration(logger_bench):
     logger_bench.run_to_end(recorder)
     printed = recorder.expect(0, "300 samples", "no gap", "--duration is over")
     assert "damaged" not in printed
-    # The bench counts moments; there is no wave in it.
+    # The bench counts moments, from whatever moment on; there is no wave in it.
     assert printed.count("warning") == 1
-    assert "warning: no detector will judge this recording: no wave on sensor_1 and" in printed
+    assert "warning: no detector will judge this recording: no wave on sensor_" in printed
     assert "00:30.0 of 00:30.0" in printed
     recording = recorder.recording()
     assert recording.time_s.size == 300
