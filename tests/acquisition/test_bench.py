@@ -31,9 +31,7 @@ from support.bench.world import Clock
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.skipif(
-        bool(emulated.missing_tools()), reason=f"no emulator: {emulated.missing_tools()}"
-    ),
+    emulated.needed,
 ]
 
 

@@ -15,9 +15,7 @@ from support.project import Project
 
 pytestmark = [
     pytest.mark.workflow,
-    pytest.mark.skipif(
-        bool(emulated.missing_tools()), reason=f"no emulator: {emulated.missing_tools()}"
-    ),
+    emulated.needed,
 ]
 
 

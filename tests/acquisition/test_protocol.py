@@ -26,10 +26,6 @@ from support.bench.stand_in import StandInLogger
 
 CHECKSUMS = re.findall(r"^\| `([^`]+)` \| `([0-9A-F]{4})` \| `([^`]+)` \|$", PAGE, re.MULTILINE)
 
-needs_emulator = pytest.mark.skipif(
-    bool(emulated.missing_tools()), reason=f"no emulator: {emulated.missing_tools()}"
-)
-
 
 def test_checksums_of_the_page():
     assert len(CHECKSUMS) > 10
@@ -38,7 +34,7 @@ def test_checksums_of_the_page():
         assert encode(payload) == frame.encode() + b"\n"
 
 
-@needs_emulator
+@emulated.needed
 def test_firmware_accepts_the_frames_of_the_page_and_no_others():
     logger = emulated.EmulatedBoard(emulated.LOGGER)
     logger.advance(20_000)
@@ -56,7 +52,7 @@ def test_firmware_accepts_the_frames_of_the_page_and_no_others():
         assert Refusal("line", "failed its check") in answers
 
 
-@needs_emulator
+@emulated.needed
 @pytest.mark.parametrize("board", emulated.BOARDS, ids=lambda board: board[0])
 def test_firmware_holds_the_conversation_of_the_page(board):
     lines = conversation(board[0])

@@ -9,6 +9,7 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 HERE = Path(__file__).resolve().parent
 FIRMWARE = HERE.parents[2] / "workflow" / "firmware"
@@ -28,6 +29,10 @@ def missing_tools() -> str:
     if not Path("/usr/include/simavr/sim_avr.h").exists():
         return "libsimavr is not installed (Debian: libsimavr-dev libelf-dev)"
     return ""
+
+
+# For the tests that need the emulator.
+needed = pytest.mark.skipif(bool(missing_tools()), reason=f"no emulator: {missing_tools()}")
 
 
 def temporary_folder() -> Path:

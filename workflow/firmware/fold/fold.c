@@ -215,13 +215,6 @@ int main(void) {
         feed_watchdog();
         report_changes();
         receive_commands(obey, send_identity);
-        cli();
-        if (!serial_available()) {
-            sleep_enable();
-            sei(); /* takes effect after the next instruction: no wake-up is missed */
-            sleep_cpu();
-            sleep_disable();
-        }
-        sei();
+        serial_sleep(NULL);
     }
 }

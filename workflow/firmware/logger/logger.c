@@ -144,17 +144,6 @@ static void obey(char *command) {
     }
 }
 
-static void sleep_until_something_happens(void) {
-    cli();
-    if (!sampled && !serial_available()) {
-        sleep_enable();
-        sei(); /* takes effect after the next instruction: no wake-up is missed */
-        sleep_cpu();
-        sleep_disable();
-    }
-    sei();
-}
-
 int main(void) {
     set_sleep_mode(SLEEP_MODE_IDLE);
     DDRB |= 1 << LAMP_PIN;
@@ -169,6 +158,6 @@ int main(void) {
             send_sample();
         }
         receive_commands(obey, send_identity);
-        sleep_until_something_happens();
+        serial_sleep(&sampled);
     }
 }

@@ -198,13 +198,6 @@ int main(void) {
     for (;;) {
         receive_commands(obey, send_identity);
         stop_without_lease();
-        cli();
-        if (!serial_available()) {
-            sleep_enable();
-            sei(); /* takes effect after the next instruction: no wake-up is missed */
-            sleep_cpu();
-            sleep_disable();
-        }
-        sei();
+        serial_sleep(NULL);
     }
 }

@@ -41,6 +41,17 @@ const ChartFrame = ((Palette, Elements) => {
     });
   }
 
+  /** Give axis and lines of sensors that stand one below the other, so far apart. */
+  function sensorsBelow(count, distance) {
+    return {
+      yAxis: {
+        splits: () => Array.from({ length: count }, (_, sensor) => -sensor * distance),
+        values: (_, splits) => splits.map((__, sensor) => String(sensor + 1)),
+      },
+      series: [{}, ...sensorSeries(count).map((series) => ({ ...series, dash: [], points: { show: false } }))],
+    };
+  }
+
   function evenly(count, first, step) {
     return Array.from({ length: count }, (_, index) => first + index * step);
   }
@@ -117,5 +128,5 @@ const ChartFrame = ((Palette, Elements) => {
     ctx.restore();
   }
 
-  return { chartOptions, sensorSeries, evenly, overWholeRun, roundLength, strokeLine, writeBeside, drawScaleBar };
+  return { chartOptions, sensorSeries, sensorsBelow, evenly, overWholeRun, roundLength, strokeLine, writeBeside, drawScaleBar };
 })(Palette, Elements);

@@ -5,7 +5,7 @@ const Charts = ((uPlot, Signals, Palette, Matrix, ChartFrame) => {
 
   const { highest, surfaceRows, unpack } = Signals;
   const { themeColour } = Palette;
-  const { chartOptions, drawScaleBar, evenly, roundLength, sensorSeries } = ChartFrame;
+  const { chartOptions, drawScaleBar, evenly, roundLength, sensorSeries, sensorsBelow } = ChartFrame;
 
   /**
    * Draw rows of values, one sensor below the other, all to one scale, with a bar for it.
@@ -23,11 +23,7 @@ const Charts = ((uPlot, Signals, Palette, Matrix, ChartFrame) => {
     const lowest = -(rows.length - 1) * distance;
     const options = chartOptions(container.clientWidth, height, "sensor", {
       scales: { y: { range: () => [-(rows.length - 0.3) * distance, 0.8 * distance] } },
-      yAxis: {
-        splits: () => rows.map((_, sensor) => -sensor * distance),
-        values: (_, splits) => splits.map((__, sensor) => String(sensor + 1)),
-      },
-      series: [{}, ...sensorSeries(rows.length).map((series) => ({ ...series, dash: [], points: { show: false } }))],
+      ...sensorsBelow(rows.length, distance),
       hooks: {
         draw: [
           (chart) => {

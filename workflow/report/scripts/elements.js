@@ -35,6 +35,15 @@ const Elements = (() => {
     return made;
   }
 
+  /** Make a button; the label says what it does where its text is too short for that. */
+  function button(text, label, onClick) {
+    const made = element("button", "", text);
+    made.type = "button";
+    made.setAttribute("aria-label", label);
+    made.addEventListener("click", onClick);
+    return made;
+  }
+
   /** Make an element of a drawing with its attributes. */
   function svgElement(tag, attributes) {
     const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
@@ -85,5 +94,5 @@ const Elements = (() => {
     return { figure, canvas };
   }
 
-  return { UNKNOWN, number, significant, sizeWords, readData, element, svgElement, textTable, chartFigure };
+  return { UNKNOWN, number, significant, sizeWords, readData, element, button, svgElement, textTable, chartFigure };
 })();

@@ -6,7 +6,6 @@ const SurveyCloseup = ((Elements, SurveyTime, SurveyCapsule) => {
   const { number, svgElement } = Elements;
   const { crests, halfLumen, momentOf } = SurveyTime;
   const { draw, pathOf } = SurveyCapsule;
-  const GROUPS = { folding: "back", returning: "back", unfolding: "back", finding: "again", passing: "again" };
   const [LEFT, RIGHT, AXIS] = [52, 12, 40];
   const ROOM_MM = 33;
   const AROUND_S = 20;
@@ -31,7 +30,7 @@ const SurveyCloseup = ((Elements, SurveyTime, SurveyCapsule) => {
       const [here, there] = [moments[at], moments[at + 1]];
       if (there <= player.from_s || here >= player.until_s) continue;
       const { state, measured } = momentOf(player, (here + there) / 2);
-      const look = `${GROUPS[state] ?? "ahead"}${measured ? "" : " guessed"}`;
+      const look = `${player.groups[state]}${measured ? "" : " guessed"}`;
       const points = [here, there].map((time) => [momentOf(player, time).head, time]);
       if (lines.at(-1)?.look === look) lines.at(-1).points.push(points[1]);
       else lines.push({ look, points });

@@ -3,7 +3,7 @@
 const SurveySignals = ((uPlot, Signals, Palette, ChartFrame) => {
   "use strict";
 
-  const { chartOptions, drawScaleBar, roundLength, sensorSeries, strokeLine } = ChartFrame;
+  const { chartOptions, drawScaleBar, roundLength, sensorsBelow, strokeLine } = ChartFrame;
   const AROUND_S = 30;
 
   /** Give a height that nearly all stretches of a minute fit into. */
@@ -46,11 +46,7 @@ const SurveySignals = ((uPlot, Signals, Palette, ChartFrame) => {
           x: { time: false, range: () => [now - AROUND_S, now + AROUND_S] },
           y: { range: () => [lowest, 0.6 * distance] },
         },
-        yAxis: {
-          splits: () => rows.map((_, sensor) => -sensor * distance),
-          values: (_, splits) => splits.map((__, sensor) => String(sensor + 1)),
-        },
-        series: [{}, ...sensorSeries(rows.length).map((series) => ({ ...series, dash: [], points: { show: false } }))],
+        ...sensorsBelow(rows.length, distance),
         hooks: {
           draw: [
             (chart) => {

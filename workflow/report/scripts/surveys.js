@@ -3,7 +3,7 @@
 const Surveys = ((Elements, Palette, Signals, SurveyTime, SurveyCloseup, SurveySignals, SurveyOverlay) => {
   "use strict";
 
-  const { element, number, readData, significant } = Elements;
+  const { button, element, number, readData, significant } = Elements;
   const { momentOf } = SurveyTime;
 
   function clock(time) {
@@ -17,14 +17,6 @@ const Surveys = ((Elements, Palette, Signals, SurveyTime, SurveyCloseup, SurveyS
     const judged = moment.score === null ? "no score" : `score ${significant(moment.score)}`;
     const held = moment.threshold === null ? "" : `, threshold ${significant(moment.threshold)}`;
     return { when: clock(moment.time), does: player.words[moment.state], rest: `${where}${unknown}; ${judged}${held}.`, reason: moment.reason };
-  }
-
-  function button(text, label, onClick) {
-    const made = element("button", "", text);
-    made.type = "button";
-    made.setAttribute("aria-label", label);
-    made.addEventListener("click", onClick);
-    return made;
   }
 
   /** Set one survey up. */

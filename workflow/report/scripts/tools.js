@@ -3,17 +3,9 @@
 const Tools = ((Elements, Grid, Saving) => {
   "use strict";
 
-  const { element } = Elements;
+  const { button, element } = Elements;
   // Of each table, the columns that the reader and the choice of a scheme have put out of sight.
   const hiddenColumns = new WeakMap();
-
-  function button(text, label, onClick) {
-    const made = element("button", "", text);
-    made.type = "button";
-    made.setAttribute("aria-label", label);
-    made.addEventListener("click", onClick);
-    return made;
-  }
 
   /** Put a column of a table out of sight, or back. */
   function toggleColumns(table, columns, on) {

@@ -8,10 +8,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from acquisition.bench_errors import AcquisitionError, DiskFullError, NameExistsError
+from capsule.naming import PART
 from capsule.recording import format_header, format_sample
 from edges.file_lock import lock_file
 
-SUFFIX = ".part"
 SYNC_EVERY_S = 1.0
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
@@ -47,7 +47,7 @@ class PartFile:
     ) -> None:
         self._tell = tell
         self.final = final
-        self.path = final.with_name(final.name + SUFFIX)
+        self.path = final.with_name(final.name + PART)
         self._sensors = sensors
         self._pending: list[str] = []
         self._length = 0
@@ -133,7 +133,7 @@ class PartFile:
                 continue
             os.close(self._descriptor)
             self._descriptor, self.path = copy, path
-            self.final = path.with_name(path.name.removesuffix(SUFFIX))
+            self.final = path.with_name(path.name.removesuffix(PART))
             self._tell(
                 f"warning: {lost} was deleted, renamed or replaced; the recorder has copied all "
                 f"samples so far to {path}, and the recording continues there"
@@ -177,11 +177,11 @@ def _create(path: Path) -> int:
 
 def _places(part: Path) -> Iterator[Path]:
     """Name where an unfinished recording may go on: its place, beside it, another disk."""
-    name = part.name.removesuffix(f".csv{SUFFIX}")
-    beside = [part, *(part.with_name(f"{name}-{n}.csv{SUFFIX}") for n in range(2, 10))]
+    name = part.name.removesuffix(f".csv{PART}")
+    beside = [part, *(part.with_name(f"{name}-{n}.csv{PART}") for n in range(2, 10))]
     elsewhere = Path(tempfile.gettempdir()) / "capsule-recordings" / part.parent.name
     for path in (*beside, *(elsewhere / path.name for path in beside)):
-        if not path.with_name(path.name.removesuffix(SUFFIX)).exists():
+        if not path.with_name(path.name.removesuffix(PART)).exists():
             yield path
 
 
@@ -200,14 +200,14 @@ def check_free(final: Path) -> None:
         raise NameExistsError(
             f"{final} exists; acquire.py never overwrites a recording, so choose another --name"
         )
-    part = final.with_name(final.name + SUFFIX)
+    part = final.with_name(final.name + PART)
     if part.exists():
         raise NameExistsError(_unfinished_text(part))
 
 
 def unfinished(raw: Path) -> list[Path]:
     """List what killed recorders have left under raw/."""
-    return sorted(raw.glob(f"*/*{SUFFIX}"))
+    return sorted(raw.glob(f"*/*{PART}"))
 
 
 def publish(part: Path, final: Path) -> None:

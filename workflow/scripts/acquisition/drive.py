@@ -21,6 +21,15 @@ class Wave:
     ramp_mm_s2: float
     direction: str
 
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """What sets the peristalsis board up for it."""
+        return (
+            f"direction,{self.direction}",
+            f"ramp,{self.ramp_mm_s2:g}",
+            f"speed,{self.speed_mm_s:g}",
+        )
+
 
 class Drive:
     """The wave, for the length of a recording.
@@ -46,11 +55,7 @@ class Drive:
         self._asked_s = 0.0
         self._heard_s = 0.0
         try:
-            for setting in (
-                f"direction,{wave.direction}",
-                f"ramp,{wave.ramp_mm_s2:g}",
-                f"speed,{wave.speed_mm_s:g}",
-            ):
+            for setting in wave.commands:
                 request(self.line, setting)
         except LineLostError as fault:
             raise AcquisitionError(

@@ -3,8 +3,9 @@
 import os
 from pathlib import Path
 
-from acquisition.archive import SUFFIX, explain_write_fault, publish
+from acquisition.archive import explain_write_fault, publish
 from acquisition.bench_errors import AcquisitionError
+from capsule.naming import PART
 from edges.file_lock import lock_file
 
 REMEDY = "survey.py --resume"
@@ -29,7 +30,7 @@ class GrowingFile:
 
     def __init__(self, final: Path) -> None:
         self._final = final
-        self._path = final.with_name(final.name + SUFFIX)
+        self._path = final.with_name(final.name + PART)
         flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0)
         try:
             self._descriptor = os.open(self._path, flags, 0o666)

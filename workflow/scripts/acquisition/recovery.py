@@ -12,8 +12,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from acquisition.archive import SUFFIX, explain_write_fault, publish
+from acquisition.archive import explain_write_fault, publish
 from acquisition.bench_errors import AcquisitionError, NameExistsError
+from capsule.naming import PART
 from capsule.recording import column_names, format_header
 from edges.file_lock import lock_file
 
@@ -85,11 +86,11 @@ def recover(part: Path, sensors: int) -> Rescued:
     NameExistsError
         There is a recording of that name, or an original that was kept before.
     """
-    if part.suffix != SUFFIX:
+    if part.suffix != PART:
         raise AcquisitionError(
-            f"{part} is not an unfinished recording: the name of one ends in {SUFFIX}"
+            f"{part} is not an unfinished recording: the name of one ends in {PART}"
         )
-    final = part.with_name(part.name.removesuffix(SUFFIX))
+    final = part.with_name(part.name.removesuffix(PART))
     original = part.with_name(part.name + KEPT_AS)
     for taken in (final, original):
         if taken.exists():

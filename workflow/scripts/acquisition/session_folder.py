@@ -9,16 +9,16 @@ from pathlib import Path
 
 import numpy as np
 
-from acquisition.archive import SUFFIX, SYNC_EVERY_S
+from acquisition.archive import SYNC_EVERY_S
 from acquisition.bench_errors import AcquisitionError, NameExistsError
 from acquisition.growing_file import GrowingFile
-from capsule.naming import UNLABELLED
+from capsule.naming import PART, UNLABELLED
 from capsule.recording import Recording, column_names, format_recording
 from capsule.survey.odometer import mean_origin
+from capsule.survey.session_names import ABOUT, EVENTS, PLACES, STREAM
 from capsule.survey.survey_log import Event, Judgement, Readings
 from edges.files import read_json, write_csv, write_json, write_whole
 
-STREAM, EVENTS, PLACES, ABOUT = "stream.csv", "events.jsonl", "places.csv", "session.json"
 RECORDINGS, BOARDS_LOG = "recordings", "boards.log"
 # What the survey made of the readings; only the last of a judgement has them.
 JUDGED = ("head_mm", "score", "threshold")
@@ -159,7 +159,7 @@ class SessionFolder:
     def discard(self) -> None:
         """Remove a session that has not begun: it holds no sample."""
         self.close()
-        for name in (STREAM + SUFFIX, EVENTS + SUFFIX, BOARDS_LOG, ABOUT):
+        for name in (STREAM + PART, EVENTS + PART, BOARDS_LOG, ABOUT):
             (self.folder / name).unlink(missing_ok=True)
         self.folder.rmdir()
 
@@ -188,9 +188,7 @@ def read_origin(folders: Sequence[Path], wavelength_mm: float) -> float:
     """
     origins_mm = []
     for folder in folders:
-        if not (folder / ABOUT).exists():
-            raise AcquisitionError(f"--map: {folder} holds no session: there is no {ABOUT}")
-        origin_mm = read_json(folder / ABOUT).get(ORIGIN)
+        origin_mm = _read_entries(folder, "--map: ").get(ORIGIN)
         if origin_mm is None:
             raise AcquisitionError(
                 f"--map: {folder} does not tell where its map begins: it ended before its position "
@@ -209,10 +207,16 @@ def read_about(folder: Path) -> dict:
     AcquisitionError
         There is no such session, or it is finished.
     """
-    if not (folder / ABOUT).exists():
-        raise AcquisitionError(f"{folder} holds no session: there is no {ABOUT}")
+    about = _read_entries(folder)
     if (folder / STREAM).exists():
         raise AcquisitionError(f"the session in {folder} is finished; there is nothing to resume")
+    return about
+
+
+def _read_entries(folder: Path, option: str = "") -> dict:
+    """Read the entries of ``session.json``."""
+    if not (folder / ABOUT).exists():
+        raise AcquisitionError(f"{option}{folder} holds no session: there is no {ABOUT}")
     return read_json(folder / ABOUT)
 
 

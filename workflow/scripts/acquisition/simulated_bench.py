@@ -8,7 +8,7 @@ import numpy as np
 from capsule.phantom.chance import Chance, Nodule
 from capsule.phantom.journey import Journey
 from capsule.phantom.parameters import Phantom
-from capsule.phantom.simulation import SIMULATOR_VERSION, STARTED
+from capsule.phantom.simulation import simulated_header
 from capsule.seeding import generator
 from capsule.survey import cycle as cycles
 from capsule.survey.survey_log import FOLDED, FOLDING, UNFOLDED, UNFOLDING, Readings
@@ -119,21 +119,12 @@ def bench_with(
     phantom: Phantom, *, seed: int, length_mm: float, nodules: list[Nodule], sensors: int
 ) -> SimulatedBench:
     """Return a bench with a gut of that length, with nodules at known places."""
-    electronics = phantom.electronics
+    rate_hz = phantom.electronics.rate_hz
     straight_s = length_mm / phantom.advance.speed_mm_s
-    samples = int(_DETOURS * straight_s * electronics.rate_hz) + _AT_LEAST
+    samples = int(_DETOURS * straight_s * rate_hz) + _AT_LEAST
     chance = Chance(phantom, seed, "survey", nodules, sensors, samples)
-    header = {
-        "source": SOURCE,
-        "simulator_version": SIMULATOR_VERSION,
-        "simulator_seed": str(seed),
-        "rate_hz": f"{electronics.rate_hz:g}",
-        "adc_bits": f"{electronics.adc_bits:g}",
-        "vref_v": f"{electronics.vref_v:g}",
-        "series_ohm": f"{electronics.series_ohm:g}",
-        "started": STARTED,
-    }
-    return SimulatedBench(Journey(phantom, chance, length_mm), electronics.rate_hz, header)
+    header = simulated_header(SOURCE, phantom, seed)
+    return SimulatedBench(Journey(phantom, chance, length_mm), rate_hz, header)
 
 
 def nodule_places(seed: int, length_mm: float, count: int) -> list[float]:

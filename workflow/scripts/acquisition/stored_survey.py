@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from acquisition.archive import SUFFIX
-from acquisition.session_folder import EVENTS, JUDGED, STREAM, stream_columns
+from acquisition.session_folder import JUDGED, stream_columns
+from capsule.naming import PART
+from capsule.survey.session_names import EVENTS, STREAM
 from capsule.survey.survey_log import (
     FOLDED,
     FOLDING,
@@ -68,7 +69,7 @@ def read_stored(folder: Path, sensors: int, rate_hz: float, every: int) -> Store
     every : int
         Samples from one judgement to the next.
     """
-    rows = list(_rows(folder / (STREAM + SUFFIX), sensors))
+    rows = list(_rows(folder / (STREAM + PART), sensors))
     readings, away_s, shift_s = [], [], 0.0
     for start in range(0, len(rows) - every + 1, every):
         some = rows[start : start + every]
@@ -79,7 +80,7 @@ def read_stored(folder: Path, sensors: int, rate_hz: float, every: int) -> Store
         numbers = np.array([row[1] for row in some]).T.copy()
         readings.append(Readings(passed_s, numbers[:-1], numbers[-1], some[0][2]))
         away_s.append(shift_s)
-    return StoredSurvey(readings, away_s, list(_told(folder / (EVENTS + SUFFIX))))
+    return StoredSurvey(readings, away_s, list(_told(folder / (EVENTS + PART))))
 
 
 def _rows(path: Path, sensors: int) -> Iterator[tuple[float, list[float], str]]:

@@ -51,12 +51,7 @@ class WaveDrive:
         resumed: bool = False,
     ) -> None:
         self._link, self._wave, self._log, self._tell = link, wave, log, tell
-        self._settings = (
-            f"direction,{wave.direction}",
-            f"ramp,{wave.ramp_mm_s2:g}",
-            f"speed,{wave.speed_mm_s:g}",
-            f"lease,{LEASE_S}",
-        )
+        self._settings = (*wave.commands, f"lease,{LEASE_S}")
         self._errands = Errands(link.send, self._note_refusal)
         self._connections = link.connections
         self._wanted = True

@@ -8,6 +8,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 UNLABELLED = "unlabelled"
+# Behind the name of a file that is still being written.
+PART = ".part"
 # At most three digits on either side, so that a size and its label are the same number.
 _SIZE_FOLDER = re.compile(r"([0-9]{1,3}(?:\.[0-9]{1,3})?)mm")
 # Plain names reach a shell, a report and any file system unharmed; the length leaves room for
@@ -186,7 +188,7 @@ def classify(entries: Iterable[Entry]) -> Archive:
             continue  # its folder is named once, above
         elif name.startswith("."):
             passed_over[shown] = "hidden file"
-        elif name.endswith(".part"):
+        elif name.endswith(PART):
             passed_over[shown] = (
                 "an unfinished recording; if no recorder is running: acquire.py --recover"
             )

@@ -13,7 +13,7 @@ from capsule.page.packing import pack, rounded
 from capsule.phantom.parameters import Phantom
 from capsule.survey.state_words import STATE_WORDS
 from capsule.survey.stored_session import Session
-from capsule.survey.track import Track, folded_part, simplified
+from capsule.survey.track import Track, folded_part, group_of, simplified
 
 # So many values of each sensor, a byte each; a survey of more than 47 minutes is thinned further.
 MOST_SAMPLES = 14_000
@@ -45,8 +45,8 @@ def player(session: Session, track: Track, crest_mm: float, phantom: Phantom) ->
         ``from_s``, ``until_s`` and ``step_s`` of the slider; ``head``, ``wave``, ``folded`` and
         ``threshold`` as points [s, value], a gap where the value is None; ``unknown``, stretches
         [s, s] in which the survey did not know the position; ``states``, as [s, state, reason];
-        ``words`` for them; ``score``, packed, a value each ``judged_s``; ``signals``; ``capsule``
-        and ``wall``, in mm.
+        ``words`` for them, and ``groups``, as what each is drawn; ``score``, packed, a value each
+        ``judged_s``; ``signals``; ``capsule`` and ``wall``, in mm.
     """
     time_s = session.time_s
     step_s = float(np.median(np.diff(track.time_s)))
@@ -63,6 +63,7 @@ def player(session: Session, track: Track, crest_mm: float, phantom: Phantom) ->
         "folded": _points(time_s, folded_part(time_s, session.fold), _FOLDED),
         "states": _states(session, track),
         "words": STATE_WORDS,
+        "groups": {state: group_of(state) for state in STATE_WORDS},
         "judged_s": judged_s,
         "score": _on_grid(track, track.score, judged_s),
         "threshold": _points(track.time_s, track.threshold, _THRESHOLD, digits=4),

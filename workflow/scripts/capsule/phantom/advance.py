@@ -78,6 +78,40 @@ class Strokes:
     moves: np.ndarray
 
 
+def stick_and_slip(
+    generator: np.random.Generator,
+    spread: float,
+    stick_probability: float,
+    carried: np.ndarray | bool,
+    waves: int,
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Draw how the strokes of some waves differ.
+
+    Parameters
+    ----------
+    spread
+        Spread of the logarithm of a stroke, from wave to wave.
+    stick_probability
+        Probability that a wave does not move the capsule at all.
+    carried
+        Whether there is a wave to carry the capsule, shape (waves,).
+    waves
+        Number of waves.
+
+    Returns
+    -------
+    factors : array of shape (waves,)
+        Factor on the stroke of each wave.
+    moves : array of shape (waves,)
+        Whether it moves the capsule.
+    mean : float
+        Mean factor over the waves that move it and those that do not.
+    """
+    factors = np.exp(generator.normal(0.0, spread, waves))
+    moves = carried & (generator.random(waves) >= stick_probability)
+    return factors, moves, np.exp(spread**2 / 2) * (1 - stick_probability)
+
+
 def draw_strokes(
     advance: Advance,
     generator: np.random.Generator,
@@ -97,13 +131,13 @@ def draw_strokes(
         Whether there is a wave to carry the capsule, shape (waves,).
     """
     run_factor = np.exp(generator.normal(0.0, advance.speed_spread))
-    factors = np.exp(generator.normal(0.0, advance.stroke_spread, waves))
-    chances = generator.random(waves)
     # The mean over sticking and slipping waves is the speed that is set, slips back included.
-    mean_factor = np.exp(advance.stroke_spread**2 / 2) * (1 - advance.stick_probability)
+    factors, moves, mean_factor = stick_and_slip(
+        generator, advance.stroke_spread, advance.stick_probability, carried, waves
+    )
     regained = 1 + advance.slip_probability * advance.slip_back
     stroke = advance.speed_mm_s * period_s * run_factor * regained / mean_factor
-    return Strokes(stroke, factors, carried & (chances >= advance.stick_probability))
+    return Strokes(stroke, factors, moves)
 
 
 def draw_holds(advance: Advance, generator: np.random.Generator, awns: int) -> np.ndarray:

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.phantom.advance import stick_and_slip
+
 
 @dataclass(frozen=True)
 class Folding:
@@ -75,7 +77,7 @@ def folded_strokes(
     carried
         Whether there is a wave at all, shape (waves,).
     """
-    factors = np.exp(generator.normal(0.0, folding.stroke_spread, waves))
-    moves = carried & (generator.random(waves) >= folding.stick_probability)
-    mean = np.exp(folding.stroke_spread**2 / 2) * (1 - folding.stick_probability)
+    factors, moves, mean = stick_and_slip(
+        generator, folding.stroke_spread, folding.stick_probability, carried, waves
+    )
     return np.where(moves, folding.speed_mm_s * period_s * factors / mean, 0.0)

@@ -172,6 +172,27 @@ def simulate_run(
     return Run(nodule_mm, time_s, head_mm, nodule_at_mm, pressed, readings)
 
 
+def simulated_header(source: str, phantom: Phantom, seed: int) -> dict[str, str]:
+    """Return what the header of every simulated recording says first.
+
+    Parameters
+    ----------
+    source
+        What simulated it; the word "simulated" belongs into it.
+    """
+    electronics = phantom.electronics
+    return {
+        "source": source,
+        "simulator_version": SIMULATOR_VERSION,
+        "simulator_seed": str(seed),
+        "rate_hz": f"{electronics.rate_hz:g}",
+        "adc_bits": f"{electronics.adc_bits:g}",
+        "vref_v": f"{electronics.vref_v:g}",
+        "series_ohm": f"{electronics.series_ohm:g}",
+        "started": STARTED,
+    }
+
+
 def recording_of(
     run: Run, phantom: Phantom, seed: int, site: str, bench: str | None = None
 ) -> Recording:
@@ -182,16 +203,8 @@ def recording_of(
     bench
         Name of the bench, where it is not the usual one.
     """
-    electronics = phantom.electronics
     header = {
-        "source": "simulated phantom",
-        "simulator_version": SIMULATOR_VERSION,
-        "simulator_seed": str(seed),
-        "rate_hz": f"{electronics.rate_hz:g}",
-        "adc_bits": f"{electronics.adc_bits:g}",
-        "vref_v": f"{electronics.vref_v:g}",
-        "series_ohm": f"{electronics.series_ohm:g}",
-        "started": STARTED,
+        **simulated_header("simulated phantom", phantom, seed),
         "site": site,
         "session": f"{bench or 'simulated'}-{seed}",
     }

@@ -6,12 +6,10 @@ Imports nothing heavy: the Snakefile lists the surveys at every start.
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from capsule.naming import displayed, is_plain, repeated_end
+from capsule.naming import PART, displayed, is_plain, repeated_end
 
 STREAM, EVENTS, PLACES, ABOUT = "stream.csv", "events.jsonl", "places.csv", "session.json"
 FILES = (STREAM, EVENTS, PLACES, ABOUT)
-# Behind the name of a file that is still being written.
-PART = ".part"
 
 
 @dataclass(frozen=True)

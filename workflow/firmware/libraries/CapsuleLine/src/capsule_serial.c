@@ -74,6 +74,17 @@ static void put(char byte) {
     sei();
 }
 
+void serial_sleep(const volatile bool *other_work) {
+    cli();
+    if (!(other_work && *other_work) && !serial_available()) {
+        sleep_enable();
+        sei(); /* takes effect after the next instruction: no wake-up is missed */
+        sleep_cpu();
+        sleep_disable();
+    }
+    sei();
+}
+
 void serial_send(frame_t *frame) {
     frame_finish(frame);
     for (uint8_t i = 0; i < frame->length; i++) {

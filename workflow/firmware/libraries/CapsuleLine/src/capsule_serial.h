@@ -12,4 +12,7 @@ bool serial_available(void); /* a byte has come in */
 char serial_read(void);      /* only after serial_available() */
 void serial_send(frame_t *frame); /* finishes the frame and queues it */
 
+/* Sleep until an interrupt, unless a byte has come in, or an interrupt has left other work. */
+void serial_sleep(const volatile bool *other_work); /* may be NULL */
+
 #endif
