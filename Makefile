@@ -22,10 +22,10 @@ help:  ## list what make can do
 report: $(ENVIRONMENT)/ready  ## set up the environment and make results/report.html
 	$(BIN)/snakemake -c$(CORES) results/report.html
 
-test: $(ENVIRONMENT)/ready  ## set up the environment and run all tests
+test: $(ENVIRONMENT)/test-ready  ## set up the environment and run all tests
 	$(BIN)/python -m pytest -n $(TEST_WORKERS) --dist loadfile --no-loadscope-reorder $(PYTEST_FLAGS)
 
-lint: $(ENVIRONMENT)/ready  ## check the style of Python and Snakemake files
+lint: $(ENVIRONMENT)/test-ready  ## check the style of Python and Snakemake files
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/snakefmt --check Snakefile workflow/rules
@@ -33,10 +33,15 @@ lint: $(ENVIRONMENT)/ready  ## check the style of Python and Snakemake files
 
 environment: $(ENVIRONMENT)/ready  ## set up the environment in .venv
 
-# The lock pins every package with its hash. If it changes, make sets up the environment again.
+# The locks pin every package with its hash. If one changes, make sets up the environment again.
 $(ENVIRONMENT)/ready: requirements.lock
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
 	  echo "error: $(PYTHON) is too old, Python 3.11 or newer is needed; try: make report PYTHON=python3.12" >&2; exit 1; }
 	$(PYTHON) -m venv --clear $(ENVIRONMENT)
 	$(BIN)/python -m pip install --quiet --require-hashes --requirement requirements.lock
+	@touch $@
+
+# The tests need what the workflow needs, and more beside it.
+$(ENVIRONMENT)/test-ready: $(ENVIRONMENT)/ready requirements-test.lock
+	$(BIN)/python -m pip install --quiet --require-hashes --requirement requirements-test.lock
 	@touch $@

@@ -1,4 +1,4 @@
-"""The three places that name packages agree: pyproject.toml, the lock and environment.yml."""
+"""The places that name packages agree: pyproject.toml, the two locks and environment.yml."""
 
 import re
 import tomllib
@@ -15,38 +15,71 @@ from support.project import ROOT
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 SCRIPTS = ROOT / "workflow" / "scripts"
-LOCK = (ROOT / "requirements.lock").read_text(encoding="utf-8")
-WANTED = [
-    Requirement(text) for text in PROJECT["dependencies"] + PROJECT["optional-dependencies"]["test"]
-]
+EXTRAS = PROJECT["optional-dependencies"]
+# What `make report` installs, and what `make test` adds to it.
+LOCKS = ("requirements.lock", "requirements-test.lock")
 
 
-def locked_versions():
+def wanted(extra):
+    """Give what an extra asks for, the project's own dependencies and other extras included."""
+    requirements = []
+    for requirement in map(Requirement, EXTRAS[extra]):
+        own = requirement.name == PROJECT["name"]
+        requirements += (
+            [each for name in sorted(requirement.extras) for each in map(Requirement, EXTRAS[name])]
+            if own
+            else [requirement]
+        )
+    return [*map(Requirement, PROJECT["dependencies"]), *requirements]
+
+
+WANTED = dict(zip(LOCKS, (wanted("workflow"), wanted("test")), strict=True))
+
+
+def locked_versions(lock):
     versions = {}
-    for name, version in re.findall(r"^([a-z0-9._-]+)==([^ ;\\]+)", LOCK, re.MULTILINE):
+    text = (ROOT / lock).read_text(encoding="utf-8")
+    for name, version in re.findall(r"^([a-z0-9._-]+)==([^ ;\\]+)", text, re.MULTILINE):
         versions.setdefault(name, []).append(version)
     return versions
 
 
-@pytest.mark.parametrize("requirement", WANTED, ids=lambda requirement: requirement.name)
-def test_the_lock_pins_what_the_project_asks_for(requirement):
-    versions = locked_versions()[requirement.name]
+@pytest.mark.parametrize(
+    ("lock", "requirement"),
+    [(lock, requirement) for lock in LOCKS for requirement in WANTED[lock]],
+    ids=str,
+)
+def test_the_lock_pins_what_the_project_asks_for(lock, requirement):
+    versions = locked_versions(lock)[requirement.name.lower()]
     assert all(requirement.specifier.contains(version) for version in versions)
 
 
+def test_both_locks_pin_the_same_versions():
+    needed, tests = map(locked_versions, LOCKS)
+    assert needed == {name: tests[name] for name in needed}
+
+
+def test_make_report_installs_nothing_that_only_an_extra_asks_for():
+    optional = {
+        Requirement(text).name.lower()
+        for name in EXTRAS.keys() - {"workflow", "test"}
+        for text in EXTRAS[name]
+    }
+    assert len(optional) > 10
+    assert not optional & locked_versions("requirements.lock").keys()
+
+
 def test_only_the_extra_for_parts_and_the_tests_ask_for_solids():
-    (wanted,) = PROJECT["optional-dependencies"]["parts"]
-    assert Requirement(wanted) in [each for each in WANTED if each.name == "manifold3d"]
-    assert not [text for text in PROJECT["dependencies"] if text.startswith("manifold3d")]
+    (parts,) = map(Requirement, EXTRAS["parts"])
+    assert parts in WANTED["requirements-test.lock"]
+    assert parts.name not in {each.name for each in WANTED["requirements.lock"]}
 
 
 def test_no_one_gets_open_cascade_without_asking():
-    (wanted,) = [
-        text
-        for text in PROJECT["optional-dependencies"]["cad"]
-        if not text.startswith("manifold3d")
-    ]
-    assert Requirement(wanted).name not in {each.name for each in WANTED} | locked_versions().keys()
+    (kernel,) = [text for text in EXTRAS["cad"] if not text.startswith("manifold3d")]
+    lock = "requirements-test.lock"
+    asked = {each.name for each in WANTED[lock]} | locked_versions(lock).keys()
+    assert Requirement(kernel).name not in asked
 
 
 def test_the_parts_import_open_cascade_only_when_they_are_asked_for_step_files():
@@ -73,15 +106,17 @@ def test_no_step_of_the_workflow_imports_solids():
             assert not re.search(r"(from|import) (manifold3d|OCP)", text), (rule, path)
 
 
-def test_the_lock_holds_hashes_and_no_addresses():
-    assert not re.search(r"https?:|--index-url|--find-links| @ ", LOCK)
-    entries = re.split(r"\n(?=[a-z0-9])", LOCK)
-    assert len(entries) > len(WANTED)
+@pytest.mark.parametrize("lock", LOCKS)
+def test_the_lock_holds_hashes_and_no_addresses(lock):
+    text = (ROOT / lock).read_text(encoding="utf-8")
+    assert not re.search(r"https?:|--index-url|--find-links| @ ", text)
+    entries = re.split(r"\n(?=[a-z0-9])", text)
+    assert len(entries) > len(WANTED[lock])
     assert all("--hash=sha256:" in entry for entry in entries)
 
 
 def test_environment_yml_names_the_same_packages_and_ranges():
     environment = yaml.safe_load((ROOT / "environment.yml").read_text(encoding="utf-8"))
     conda = {(r.name, str(r.specifier)) for r in map(Requirement, environment["dependencies"])}
-    pip = {(r.name, str(r.specifier)) for r in WANTED}
+    pip = {(r.name.lower(), str(r.specifier)) for r in WANTED["requirements-test.lock"]}
     assert conda == pip | {("python", PROJECT["requires-python"])}
