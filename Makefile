@@ -28,7 +28,7 @@ test: $(ENVIRONMENT)/test-ready  ## set up the environment and run all tests
 lint: $(ENVIRONMENT)/test-ready  ## check the style of Python and Snakemake files
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/snakefmt --check Snakefile workflow/rules
+	$(BIN)/snakefmt --check Snakefile workflow
 	$(BIN)/snakemake --lint
 
 environment: $(ENVIRONMENT)/ready  ## set up the environment in .venv

@@ -90,3 +90,16 @@ def test_git_that_does_not_answer_is_not_waited_for(clone, monkeypatch):
 
     monkeypatch.setattr(subprocess, "run", late)
     assert read_project_state(clone).commit is None
+
+
+@needs_git
+def test_an_archive_that_git_made_tells_its_commit(clone, tmp_path):
+    for name in (".git_archival.txt", ".gitattributes"):
+        shutil.copy2(ROOT / name, clone / name)
+    git(clone, "add", ".")
+    git(clone, "commit", "--quiet", "--message", "second")
+    unpacked = tmp_path / "unpacked"
+    git(clone, "archive", "--output", tmp_path / "archive.zip", "HEAD")
+    shutil.unpack_archive(tmp_path / "archive.zip", unpacked)
+    state = read_project_state(unpacked)
+    assert (state.commit, state.modified) == (git(clone, "rev-parse", "HEAD"), False)

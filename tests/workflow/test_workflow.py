@@ -163,7 +163,7 @@ def test_an_edit_runs_again_exactly_what_it_touches(project, module, expected):
 
 def test_an_edit_of_the_page_makes_the_report_again_and_nothing_else(project):
     project.append("workflow/report/report.css", "/* an edit */\n")
-    assert dict(project.snakemake().jobs) == {"report": 1, "all": 1}
+    assert dict(project.snakemake().jobs) == {"report": 1, "everything": 1}
     assert project.snakemake().did_nothing
 
 
@@ -185,7 +185,7 @@ def test_a_changed_number_runs_again_only_the_rules_that_use_it(project):
 def test_of_the_reports_settings_only_the_lead_changes_figures(project, change, expected):
     project.configure(report=change)
     jobs = project.snakemake("--dry-run").jobs
-    assert {name: count for name, count in jobs.items() if name != "all"} == expected
+    assert {name: count for name, count in jobs.items() if name != "everything"} == expected
 
 
 def test_one_recording_more_costs_one_job_a_stage(project, finished):
@@ -289,7 +289,7 @@ def test_an_edit_to_what_people_see_computes_nothing_again(project, file, expect
     # No file has to be right for a dry run.
     project.append(f"workflow/{file}", "\n# an edit\n")
     jobs = project.snakemake("--dry-run").jobs
-    assert {name: count for name, count in jobs.items() if name != "all"} == expected
+    assert {name: count for name, count in jobs.items() if name != "everything"} == expected
 
 
 def test_the_figures_for_print_are_made_on_request(project):

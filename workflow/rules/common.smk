@@ -2,23 +2,20 @@
 # parameters that make exactly what changed run again.
 #
 # takes: config/config.yaml, workflow/schemas/config.schema.json, the names under raw/
-# gives: ARCHIVE, and the functions script, report_file, as_parameter, section,
-#        made_from, content_of_recording
+# gives: ARCHIVE, and the functions as_parameter, section, made_from, content_of_recording
 
+import copy
 import hashlib
 import json
 import os
+import shlex
 import sys
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
-from snakemake.utils import min_version
+from snakemake.utils import min_version, update_config
 
 min_version("9.10")
-
-SCRIPTS = Path(workflow.basedir) / "workflow" / "scripts"
-SCHEMA = SCRIPTS.parent / "schemas" / "config.schema.json"
-sys.path.insert(0, str(SCRIPTS))
 
 from capsule.configuration import BENCH, check_configuration
 from capsule.detectors.registry import detector_row
@@ -35,28 +32,42 @@ os.environ.update(PATH=os.pathsep.join([str(Path(sys.executable).parent), *os.ge
 for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
+SCHEMA = PROJECT / "workflow" / "schemas" / "config.schema.json"
+SHIPPED = PROJECT / "config" / "config.yaml"
+# A folder that holds recordings and no configuration takes the one that ships with the project.
+CONFIG = Path("config/config.yaml") if Path("config/config.yaml").exists() else SHIPPED
+
 try:
-    if set("{}") & set(str(workflow.basedir)):
+    if set("{}") & set(f"{PROJECT}{Path.cwd()}"):
         raise CapsuleError(
-            f"{workflow.basedir}: rename this folder; Snakemake cannot work in a folder whose "
+            f"{PROJECT}: rename this folder; Snakemake cannot work in a folder whose "
             "name holds { or }"
         )
-    main_settings = read_config_file(Path("config/config.yaml"))
+    main_settings = read_config_file(SHIPPED if IS_MODULE else CONFIG)
 except CapsuleError as error:
     raise WorkflowError(str(error)) from None
 
+if IS_MODULE:
+    # Who uses this workflow as a module gives only what differs from the shipped configuration.
+    given, config = config, copy.deepcopy(main_settings)
+    update_config(config, given)
+    sources = {"the configuration that ships with the capsule": main_settings}
+    sources["config of the module"] = given
+else:
 
-configfile: "config/config.yaml"
+    configfile: CONFIG
+
+    sources = {os.path.relpath(CONFIG): main_settings}
 
 
 try:
-    # Which source gives a key: the later ones override the earlier ones.
-    sources = {"config/config.yaml": main_settings}
-    for path in workflow.config_settings.configfiles:
-        sources[os.path.relpath(path)] = read_config_file(path)
-    sources["--config"] = workflow.config_settings.config
+    if not IS_MODULE:
+        # Which source gives a key: the later ones override the earlier ones.
+        for path in workflow.config_settings.configfiles:
+            sources[os.path.relpath(path)] = read_config_file(path)
+        sources["--config"] = workflow.config_settings.config
     check_configuration(config, read_schema(SCHEMA), sources)
-    ARCHIVE = list_archive(Path("raw"))
+    ARCHIVE = list_archive(Path(RAW))
     DETECTORS = [detector_row(name) for name in config["detectors"]]
 except CapsuleError as error:
     raise WorkflowError(str(error)) from None
@@ -70,16 +81,6 @@ TEMPLATE_SETTINGS = {
     "first_peak": config["fit"]["first_peak"],
     "length": config["preprocessing"]["length"],
 }
-
-
-def script(name):
-    """Name a script relative to the working directory, as a rule's input."""
-    return os.path.relpath(SCRIPTS / name)
-
-
-def report_file(name):
-    """Name a file of the report's template relative to the working directory."""
-    return os.path.relpath(SCRIPTS.parent / "report" / name)
 
 
 def code_files(name, *modules):
@@ -112,7 +113,7 @@ def made_from(rule, *settings, script=None, modules=(), members=()):
 def content_of_recording(wildcards):
     """Hand a rule what changes with a recording's content, whatever its time stamp says."""
     limit = int(config["recording"]["max_megabytes"] * 1e6)
-    return fingerprint(Path("raw") / f"{wildcards.recording}.csv", limit)
+    return fingerprint(Path(RAW) / f"{wildcards.recording}.csv", limit)
 
 
 def as_parameter(settings):

@@ -25,6 +25,8 @@ rule passages:
     conda:
         "../../environment.yml"
     params:
+        raw=raw_folder,
+        results=results_folder,
         rate_hz=config["recording"]["rate_hz"],
         settings=section("diagonal"),
         made_from=made_from(
@@ -34,7 +36,8 @@ rule passages:
             members=lambda wildcards: FOLDERS[wildcards.folder],
         ),
     shell:
-        "python {input.script:q} --raw raw --folder {wildcards.folder:q} --signals results/signals"
+        "python {input.script:q} --raw {params.raw:q} --folder {wildcards.folder:q}"
+        " --signals {params.results:q}/signals"
         " --rate-hz {params.rate_hz} --settings {params.settings:q} --output {output:q}"
         " --record {params.made_from:q} > {log:q} 2>&1"
 
@@ -44,7 +47,7 @@ rule features:
         signals=lambda wildcards: expand(
             rules.preprocess.output.signal, recording=FOLDERS[wildcards.folder]
         ),
-        weights=os.path.relpath(SCRIPTS.parent / "weights" / "scorer.npz"),
+        weights=own_file(PROJECT / "workflow" / "weights" / "scorer.npz"),
         script=script("features.py"),
     output:
         features="results/features/{folder}.npz",
@@ -57,6 +60,8 @@ rule features:
     conda:
         "../../environment.yml"
     params:
+        raw=raw_folder,
+        results=results_folder,
         rate_hz=config["recording"]["rate_hz"],
         settings=section("diagonal"),
         made_from=made_from(
@@ -66,7 +71,8 @@ rule features:
             members=lambda wildcards: FOLDERS[wildcards.folder],
         ),
     shell:
-        "python {input.script:q} --raw raw --folder {wildcards.folder:q} --signals results/signals"
+        "python {input.script:q} --raw {params.raw:q} --folder {wildcards.folder:q}"
+        " --signals {params.results:q}/signals"
         " --weights {input.weights:q} --rate-hz {params.rate_hz} --settings {params.settings:q}"
         " --output {output.features:q} --stretches {output.stretches:q}"
         " --record {params.made_from:q} > {log:q} 2>&1"
@@ -92,6 +98,7 @@ rule detect:
     conda:
         "../../environment.yml"
     params:
+        results=results_folder,
         settings=section(*DETECT_SECTIONS),
         made_from=made_from(
             "detect",
@@ -99,11 +106,11 @@ rule detect:
             modules=DETECTOR_MODULES,
             members=ARCHIVE.recordings,
         ),
-        features="--features results/features" if BY_FEATURES else "",
+        features=f"--features {shlex.quote(RESULTS)}/features" if BY_FEATURES else "",
     shell:
-        "python {input.script:q} --recordings {input.recordings:q} --matrices results/matrices"
-        " --templates {input.templates:q} --fits results/fits --passages results/passages"
-        " {params.features}"
+        "python {input.script:q} --recordings {input.recordings:q}"
+        " --matrices {params.results:q}/matrices --templates {input.templates:q}"
+        " --fits {params.results:q}/fits --passages {params.results:q}/passages {params.features}"
         " --settings {params.settings:q} --output {output.detections:q}"
         " --learned {output.learned:q}"
         " --record {params.made_from:q} > {log:q} 2>&1"

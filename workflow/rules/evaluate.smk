@@ -34,6 +34,7 @@ rule evaluate:
     conda:
         "../../environment.yml"
     params:
+        results=results_folder,
         settings=section(*EVALUATE_SECTIONS),
         template_settings=as_parameter(TEMPLATE_SETTINGS),
         made_from=made_from(
@@ -43,12 +44,13 @@ rule evaluate:
             modules=DETECTOR_MODULES,
             members=ARCHIVE.labelled(),
         ),
-        features="--features results/features" if BY_FEATURES else "",
+        features=f"--features {shlex.quote(RESULTS)}/features" if BY_FEATURES else "",
     shell:
-        "python {input.script:q} --recordings {input.recordings:q} --matrices results/matrices"
-        " --fits results/fits --passages results/passages {params.features}"
+        "python {input.script:q} --recordings {input.recordings:q}"
+        " --matrices {params.results:q}/matrices --fits {params.results:q}/fits"
+        " --passages {params.results:q}/passages {params.features}"
         " --settings {params.settings:q}"
-        " --template-settings {params.template_settings:q} --output results/evaluation"
+        " --template-settings {params.template_settings:q} --output {params.results:q}/evaluation"
         " --record {params.made_from:q} > {log:q} 2>&1"
 
 
@@ -65,12 +67,13 @@ rule judge:
     conda:
         "../../environment.yml"
     params:
+        results=results_folder,
         settings=section("evaluation"),
         made_from=made_from("judge", section("evaluation")),
     shell:
         "python {input.script:q} --recordings {input.recordings:q}"
         " --predictions {input.predictions:q} {input.grouped:q} --settings {params.settings:q}"
-        " --output results/evaluation"
+        " --output {params.results:q}/evaluation"
         " --record {params.made_from:q} > {log:q} 2>&1"
 
 
@@ -88,10 +91,11 @@ rule combine:
     conda:
         "../../environment.yml"
     params:
+        results=results_folder,
         settings=section("evaluation"),
         made_from=made_from("combine", section("evaluation")),
     shell:
         "python {input.script:q} --recordings {input.recordings:q}"
-        " --evaluation results/evaluation --detections {input.detections:q}"
+        " --evaluation {params.results:q}/evaluation --detections {input.detections:q}"
         " --settings {params.settings:q} --output {output:q}"
         " --record {params.made_from:q} > {log:q} 2>&1"

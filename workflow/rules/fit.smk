@@ -40,12 +40,13 @@ rule average:
     conda:
         "../../environment.yml"
     params:
+        results=results_folder,
         settings=as_parameter(TEMPLATE_SETTINGS),
         made_from=made_from(
             "average", as_parameter(TEMPLATE_SETTINGS), members=ARCHIVE.of_nodules()
         ),
     shell:
-        "python {input.script:q} --recordings {input.recordings:q} --fits results/fits"
+        "python {input.script:q} --recordings {input.recordings:q} --fits {params.results:q}/fits"
         " --settings {params.settings:q} --parameters {output.parameters:q}"
         " --matrices {output.matrices:q}"
         " --record {params.made_from:q} > {log:q} 2>&1"

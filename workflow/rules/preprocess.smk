@@ -23,7 +23,7 @@ rule preprocess:
     params:
         settings=as_parameter(CHECK_SETTINGS),
         # No input: its content counts, not its time stamp, which may lie in the future.
-        recording=lambda wildcards: f"raw/{wildcards.recording}.csv",
+        recording=lambda wildcards: f"{RAW}/{wildcards.recording}.csv",
         content=content_of_recording,
         made_from=made_from("preprocess", as_parameter(CHECK_SETTINGS)),
     shell:
@@ -47,6 +47,8 @@ rule index:
     conda:
         "../../environment.yml"
     params:
+        raw=raw_folder,
+        results=results_folder,
         on_rejected=config["on_rejected"],
         # Files that are no recordings must be listed anew when they change, too.
         made_from=made_from(
@@ -55,7 +57,8 @@ rule index:
             members=ARCHIVE.recordings,
         ),
     shell:
-        "python {input.script:q} --raw raw --checks results/checks --signals results/signals"
+        "python {input.script:q} --raw {params.raw:q} --checks {params.results:q}/checks"
+        " --signals {params.results:q}/signals"
         " --on-rejected {params.on_rejected} --output {output.recordings:q}"
         " --passed-over {output.passed_over:q}"
         " --record {params.made_from:q} > {log:q} 2>&1"

@@ -26,15 +26,13 @@ FIGURE_INPUTS = [
     *expand(rules.preprocess.output.signal, recording=ARCHIVE.labelled()),
 ]
 # What the figures of the capsule show: it can be built from the same tables.
-DESIGN_TABLES = [
-    os.path.relpath(SCRIPTS.parents[1] / "config" / name) for name in ("phantom.yaml", "parts.yaml")
-]
+DESIGN_TABLES = [own_file(PROJECT / "config" / name) for name in ("phantom.yaml", "parts.yaml")]
 # The report says by a checksum which code its results come from.
 REGISTERED = [*DETECTOR_MODULES, *FIGURE_MODULES]
 CODE = {path for stage in [*RULES, "report"] for path in code_files(f"{stage}.py", *REGISTERED)}
 # What the report is filled into, with the paper's numbers.
 PAGE = sorted(
-    path.as_posix()
+    own_file(path)
     for pattern in [
         "report.css",
         "macros.html.j2",
@@ -49,7 +47,7 @@ PAGE = sorted(
 )
 LISTED_SURVEYS = as_parameter({"names": SURVEYS.names, "passed_over": SURVEYS.passed_over})
 # Of a large archive what the page draws of each recording stands beside it.
-BESIDE = "results/report" if stands_beside(len(ARCHIVE.recordings), config) else ""
+BESIDE = "report" if stands_beside(len(ARCHIVE.recordings), config) else ""
 
 
 rule draw:
@@ -66,6 +64,7 @@ rule draw:
     conda:
         "../../environment.yml"
     params:
+        results=results_folder,
         settings=as_parameter(DRAW_SETTINGS),
         made_from=made_from(
             "draw",
@@ -74,8 +73,8 @@ rule draw:
             members=ARCHIVE.labelled(),
         ),
     shell:
-        "python {input.script:q} --results results --paper {input.paper:q}"
-        " --settings {params.settings:q} --kind svg --output results/figures"
+        "python {input.script:q} --results {params.results:q} --paper {input.paper:q}"
+        " --settings {params.settings:q} --kind svg --output {params.results:q}/figures"
         " --record {params.made_from:q} > {log:q} 2>&1"
 
 
@@ -93,6 +92,7 @@ rule figures:
     conda:
         "../../environment.yml"
     params:
+        results=results_folder,
         settings=as_parameter(DRAW_SETTINGS),
         made_from=made_from(
             "figures",
@@ -102,8 +102,8 @@ rule figures:
             members=ARCHIVE.labelled(),
         ),
     shell:
-        "python {input.script:q} --results results --paper {input.paper:q}"
-        " --settings {params.settings:q} --kind pdf --output results/print"
+        "python {input.script:q} --results {params.results:q} --paper {input.paper:q}"
+        " --settings {params.settings:q} --kind pdf --output {params.results:q}/print"
         " --record {params.made_from:q} > {log:q} 2>&1"
 
 
@@ -125,17 +125,18 @@ rule report:
         stretches=expand(rules.features.output.stretches, folder=FOLDERS) if BY_FEATURES else [],
         template=report_file("report.html.j2"),
         page=PAGE,
-        schema=os.path.relpath(SCHEMA),
+        schema=own_file(SCHEMA),
         script=script("report.py"),
-        code=sorted(map(os.path.relpath, CODE)),
+        code=sorted(map(own_file, CODE)),
     output:
         page="results/report.html",
-        beside=directory(BESIDE) if BESIDE else [],
+        beside=directory(f"results/{BESIDE}") if BESIDE else [],
     log:
         "results/logs/report.log",
     conda:
         "../../environment.yml"
     params:
+        results=results_folder,
         settings=section(*sorted(config)),
         surveys=LISTED_SURVEYS,
         made_from=made_from(
@@ -146,9 +147,9 @@ rule report:
             members=ARCHIVE.recordings,
         ),
         template=lambda wildcards, input: os.path.dirname(input.template),
-        beside=f"--beside {BESIDE}" if BESIDE else "",
+        beside=f"--beside {shlex.quote(RESULTS)}/{BESIDE}" if BESIDE else "",
     shell:
-        "python {input.script:q} --results results --template {params.template:q}"
+        "python {input.script:q} --results {params.results:q} --template {params.template:q}"
         " --schema {input.schema:q} --settings {params.settings:q} --surveys {params.surveys:q}"
         " --code {input.code:q} --output {output.page:q} {params.beside}"
         " --record {params.made_from:q} > {log:q} 2>&1"

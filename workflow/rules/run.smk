@@ -1,5 +1,5 @@
-# Start and end of a run: allow one run at a time in a folder, check the free disk space, mark an
-# outdated report, and print a summary.
+# Start and end of a run: allow one run at a time in a folder, check the free disk space, mark
+# an outdated report, and print a summary.
 #
 # takes: results/records/; results/recordings.csv and results/passed_over.csv, when a run has ended
 # gives: the lock .snakemake/run.lock, and what is said on the terminal
@@ -28,7 +28,7 @@ def take_run_lock():
 
 def free_bytes():
     """Return the room on the disks that hold the results and Snakemake's own notes."""
-    places = [place for place in (".", "results") if Path(place).exists()]
+    places = [place for place in (".", RESULTS) if Path(place).exists()]
     return min(shutil.disk_usage(place).free for place in places)
 
 
@@ -54,24 +54,24 @@ def summarize_recordings():
         file=sys.stderr,
     )
     for row in rejected:
-        print(f"  rejected: raw/{row['recording']}: {row['reason']}", file=sys.stderr)
+        print(f"  rejected: {RAW}/{row['recording']}: {row['reason']}", file=sys.stderr)
     for row in rows:
         if row["near_copies"]:
             alike = row["near_copies"].replace(" ", ", ")
-            print(f"  nearly the same as {alike}: raw/{row['recording']}", file=sys.stderr)
+            print(f"  nearly the same as {alike}: {RAW}/{row['recording']}", file=sys.stderr)
     for row in read_csv(others):
-        print(f"  passed over: raw/{row['path']}: {row['reason']}", file=sys.stderr)
+        print(f"  passed over: {RAW}/{row['path']}: {row['reason']}", file=sys.stderr)
 
 
 def summarize_surveys():
     """Say on the terminal which surveys are not in the report, and why."""
     problems = dict(SURVEYS.passed_over)
     for name in SURVEYS.names:
-        values = Path("results/surveys") / name / "survey.json"
+        values = Path(RESULTS) / "surveys" / name / "survey.json"
         if values.exists() and (problem := read_json(values).get("problem")):
             problems[name] = f"cannot be read: {problem}"
     for name, problem in sorted(problems.items()):
-        print(f"  survey passed over: sessions/{name}: {problem}", file=sys.stderr)
+        print(f"  survey passed over: {SESSIONS}/{name}: {problem}", file=sys.stderr)
 
 
 def tell_whether_the_report_fits():
@@ -91,7 +91,7 @@ def tell_whether_the_report_fits():
 
 onstart:
     take_run_lock()
-    remove_unfinished(Path("results"))
+    remove_unfinished(Path(RESULTS))
     # Not onerror: where Snakemake itself finds no room, it ends without calling that.
     atexit.register(explain_full_disk)
     if free_bytes() < FULL_DISK_BYTES:

@@ -5,12 +5,12 @@
 
 from edges.survey_list import list_surveys, survey_content
 
-SURVEYS = list_surveys(Path("sessions"))
+SURVEYS = list_surveys(Path(SESSIONS))
 
 
 rule chart_survey:
     input:
-        phantom=os.path.relpath(SCRIPTS.parents[1] / "config" / "phantom.yaml"),
+        phantom=own_file(PROJECT / "config" / "phantom.yaml"),
         script=script("chart_survey.py"),
     output:
         # What the report shows of it.
@@ -30,10 +30,10 @@ rule chart_survey:
     params:
         settings=section("diagonal"),
         # No inputs: their content counts, not their time stamps.
-        session=lambda wildcards: f"sessions/{wildcards.survey}",
-        content=lambda wildcards: survey_content(Path("sessions") / wildcards.survey),
+        session=lambda wildcards: f"{SESSIONS}/{wildcards.survey}",
+        content=lambda wildcards: survey_content(Path(SESSIONS) / wildcards.survey),
         made_from=made_from("chart_survey", section("diagonal")),
-        folder=lambda wildcards: f"results/surveys/{wildcards.survey}",
+        folder=lambda wildcards: f"{RESULTS}/surveys/{wildcards.survey}",
     shell:
         "python {input.script:q} --session {params.session:q} --phantom {input.phantom:q}"
         " --settings {params.settings:q} --output {params.folder:q}"

@@ -5,6 +5,7 @@ the page depends on makes no page anew.
 """
 
 import os
+import re
 import shutil
 import subprocess
 import tomllib
@@ -29,7 +30,7 @@ def read_project_state(root: Path) -> ProjectState:
     -------
     ProjectState
         The version is None without pyproject.toml; the commit is None without git, and outside a
-        clone of the project itself.
+        clone or an archive of the project itself.
     """
     path = root / "pyproject.toml"
     version = None
@@ -39,9 +40,17 @@ def read_project_state(root: Path) -> ProjectState:
     # lie in somebody else's repository.
     head = _git(root, "rev-parse", "--show-prefix", "--verify", "HEAD")
     if head is None or not head.startswith("\n"):
-        return ProjectState(version, None, False)
+        return ProjectState(version, _commit_of_archive(root / ".git_archival.txt"), False)
     changes = _git(root, "status", "--porcelain", "--", *_CODE)
     return ProjectState(version, head.strip(), bool(changes))
+
+
+def _commit_of_archive(note: Path) -> str | None:
+    """Return the commit that git has written into an archive that it made of the project."""
+    text = note.read_text(encoding="utf-8") if note.is_file() else ""
+    commit = text.removeprefix("node:").strip()
+    # In a clone, and in a copy of one, the note is still as it was written.
+    return commit if re.fullmatch("[0-9a-f]{40,64}", commit) else None
 
 
 def _git(root: Path, *arguments: str) -> str | None:

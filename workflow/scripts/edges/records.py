@@ -24,14 +24,22 @@ from edges.reading import read_limited
 FORMAT = 1
 # Of a larger file only the size counts; no such file is ever read whole.
 _LARGEST_BYTES = 100_000_000
+_RESULTS, _RECORDS = "results", "records"
 # What a job's results depend on: recordings, surveys, other results, what ships beside the code.
-_FOLLOWED = ("raw", "results", "sessions", "workflow")
-_NOT_FOLLOWED = ("results/logs", "results/records")
+_FOLLOWED = {"raw", _RESULTS, "sessions", "workflow"}
+_NOT_FOLLOWED = {"logs", _RECORDS}
+
+
+def _record_folder(result: Path | str) -> Path:
+    """Name the folder of the records; another workflow may give results/ a prefix."""
+    parts = Path(result).parts
+    return Path(*parts[: parts.index(_RESULTS) + 1], _RECORDS)
 
 
 def record_path(output: Path | str) -> Path:
     """Name the record of the job whose first output is this file under results/."""
-    path = Path("results/records") / Path(output).relative_to("results")
+    folder = _record_folder(output)
+    path = folder / Path(output).relative_to(folder.parent)
     return path.with_name(f"{path.name}.json")
 
 
@@ -52,8 +60,11 @@ def followed(path: object) -> str | None:
     if not isinstance(path, str | os.PathLike) or os.fsdecode(path).endswith((".py", ".pyc")):
         return None
     name = os.path.relpath(os.fsdecode(path)).replace(os.sep, "/")
-    inside = name.partition("/")[0] in _FOLLOWED
-    return name if inside and not name.startswith(_NOT_FOLLOWED) else None
+    parts = name.split("/")
+    if parts[0] == ".." or _FOLLOWED.isdisjoint(parts):
+        return None
+    below_results = parts[parts.index(_RESULTS) + 1 :] if _RESULTS in parts else []
+    return None if _NOT_FOLLOWED.intersection(below_results[:1]) else name
 
 
 @dataclass
@@ -133,7 +144,7 @@ def files_that_do_not_fit(target: str) -> list[str]:
     list of str
         Sorted; files that are missing or have another content than a record says.
     """
-    changed, waiting, written_by = set(), [target], _records_by_file()
+    changed, waiting, written_by = set(), [target], _records_by_file(_record_folder(target))
     # Many jobs read the same file.
     seen, now = set(waiting), functools.cache(checksum)
     while waiting:
@@ -152,9 +163,9 @@ def _changed(record: dict, now: Callable[[str], str | None]) -> set[str]:
     return {name for name, before in known.items() if now(name) != before}
 
 
-def _records_by_file() -> dict[str, dict]:
+def _records_by_file(folder: Path) -> dict[str, dict]:
     by_file = {}
-    for path in Path("results/records").rglob("*.json"):
+    for path in folder.rglob("*.json"):
         if record := _read(path):
             by_file |= dict.fromkeys(record["written"], record)
     return by_file
