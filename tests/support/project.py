@@ -71,11 +71,6 @@ class Project:
         project.raw.mkdir()
         write_archive(project.raw, recordings, samples=samples)
         project.configure(fit=fit)
-        # The plain log names every job that ran; the progress bars do not.
-        profile = folder / "profiles/default/config.yaml"
-        settings = yaml.safe_load(profile.read_text(encoding="utf-8"))
-        settings.pop("logger")
-        profile.write_text(yaml.safe_dump(settings), encoding="utf-8")
         return project
 
     def copy(self, folder: Path, *, keep_times: bool = True) -> "Project":
@@ -160,7 +155,7 @@ class Run:
     def __init__(self, status: int, output: str) -> None:
         self.status = status
         self.output = output
-        self.jobs = Counter(re.findall(r"^(?:local)?rule (\w+):$", output, re.MULTILINE))
+        self.jobs = Counter(re.findall(r"^- (\w+)", output, re.MULTILINE))
 
     @property
     def did_nothing(self) -> bool:

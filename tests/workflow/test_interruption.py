@@ -28,6 +28,8 @@ pytestmark = pytest.mark.skipif(
 )
 
 KILLS = 20
+# Snakemake's own lines, which name the files of each job.
+PLAIN_LOG = "--printshellcmds"
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +73,7 @@ class Progress:
 def run_and_kill(project: Project, numbers: random.Random) -> Progress:
     """Run, and kill the whole process group without warning at a random moment."""
     progress = Progress()
-    process = project.start()
+    process = project.start(PLAIN_LOG)
     strike_at_random(process, numbers, lambda: kill_run(process), hear=progress.read)
     progress.killed = process.returncode == -signal.SIGKILL
     return progress
@@ -212,7 +214,7 @@ def test_a_full_disk_is_named_and_the_run_goes_on_when_there_is_room(new, tmp_pa
     project = plain.copy(tmp_path / "project")
     assert plain.snakemake(*TABLES).status == 0
     with small_disk(project.results, "1700k"):
-        run = project.snakemake(*TABLES)
+        run = project.snakemake(PLAIN_LOG, *TABLES)
         assert run.status != 0
         assert re.search(
             r"error: results/[\w/.-]+: No space left on device; free some space and run again",

@@ -1,5 +1,5 @@
-# Start and end of a run: allow one run at a time in a folder, check the free disk space, mark
-# an outdated report, and print a summary.
+# Start and end of a run: tell each job in a line, allow one run at a time in a folder, check the
+# free disk space, mark an outdated report, and print a summary.
 #
 # takes: results/records/; results/recordings.csv and results/passed_over.csv, when a run has ended
 # gives: the lock .snakemake/run.lock, and what is said on the terminal
@@ -7,15 +7,25 @@
 import atexit
 import shutil
 
+from snakemake.logging import logger
+
 from edges.files import mark_outdated, read_csv, read_json, remove_unfinished
 from edges.records import files_that_do_not_fit
 from edges.run_lock import hold
+from edges.terminal_log import speak_shortly
 
 # With less room than this no run gets far.
 FULL_DISK_BYTES = 1_000_000
 REPORT = Path(rules.report.output[0])
 # Kept open, and so locked, until this process ends.
 RUN_LOCK = []
+
+
+# A module leaves the terminal to the workflow that uses it; --printshellcmds and --verbose bring
+# Snakemake's own lines back.
+ASKED_FOR_MORE = workflow.output_settings.printshellcmds or workflow.output_settings.verbose
+if workflow.is_main_process and not IS_MODULE and not ASKED_FOR_MORE:
+    speak_shortly(logger, dry_run=workflow.output_settings.dryrun)
 
 
 def take_run_lock():

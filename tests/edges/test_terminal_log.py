@@ -1,0 +1,110 @@
+"""What a run says on the terminal, from the records that Snakemake logs."""
+
+import io
+import logging
+
+import pytest
+from snakemake_interface_logger_plugins.common import LogEvent
+
+from edges.terminal_log import TerminalLog, reason_in_words, speak_shortly
+
+
+class Terminal(io.StringIO):
+    """A stream that says whether it is a terminal."""
+
+    def __init__(self, live):
+        super().__init__()
+        self.isatty = lambda: live
+
+
+@pytest.fixture
+def logged():
+    """Give a function that logs events, and gives what is then on the terminal."""
+
+    def log(*events, live=False, dry_run=False):
+        stream = Terminal(live)
+        default = logging.StreamHandler(stream)
+        default.name = "DefaultStreamHandler"
+        logger = logging.Logger("snakemake")
+        logger.addHandler(default)
+        speak_shortly(logger, dry_run=dry_run)
+        for event in events:
+            logger.info(event.pop("text", None), extra=event)
+        return stream.getvalue()
+
+    return log
+
+
+def job(rule, reason="Forced execution", **wildcards):
+    return {
+        "event": LogEvent.JOB_INFO,
+        "rule_name": rule,
+        "wildcards": wildcards,
+        "reason": reason,
+    }
+
+
+def progress(done, total):
+    return {"event": LogEvent.PROGRESS, "done": done, "total": total}
+
+
+def test_a_run_names_each_job_in_a_line(logged):
+    said = logged(job("fit", recording="3mm/r07"), progress(1, 2), job("index"), progress(2, 2))
+    assert said == "- fit 3mm/r07\n- index\n2 of 2 jobs done\n"
+
+
+def test_a_dry_run_says_why(logged):
+    said = logged(job("fit", "Missing output files: a.json", recording="3mm/r07"), dry_run=True)
+    assert said == "- fit 3mm/r07, because its results are missing\n"
+
+
+def test_on_a_terminal_one_line_tells_how_far_the_run_is(logged):
+    said = logged(job("fit", recording="3mm/r07"), progress(1, 1), live=True)
+    assert said.split("\r\x1b[K") == [
+        "",
+        "fit 3mm/r07",
+        "1 of 1 jobs done, fit 3mm/r07",
+        "1 of 1 jobs done\n",
+    ]
+
+
+def test_the_line_never_wraps(logged, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "20")
+    said = logged(job("fit", recording="3mm/" + 50 * "r"), live=True)
+    assert len(said.split("\x1b[K")[1]) == 19
+
+
+def test_what_has_gone_wrong_is_told_as_snakemake_tells_it(logged):
+    said = logged(job("fit"), {"event": LogEvent.ERROR, "text": "it broke"}, live=True)
+    assert said.endswith("fit\r\x1b[Kit broke\n")
+
+
+def test_the_table_of_jobs_is_told_once_and_other_lines_not_at_all(logged):
+    table = {"event": LogEvent.RUN_INFO, "text": "Job stats:"}
+    assert logged(table, {"text": "Select jobs to execute..."}, table | {}) == "Job stats:\n"
+
+
+def test_another_handler_stays():
+    logger = logging.Logger("snakemake")
+    chosen = logging.NullHandler()
+    logger.addHandler(chosen)
+    speak_shortly(logger, dry_run=False)
+    assert logger.handlers == [chosen]
+    assert not isinstance(chosen, TerminalLog)
+
+
+@pytest.mark.parametrize(
+    ("reason", "words"),
+    [
+        ("Updated input files: b.csv, a.csv", "a.csv (and 1 more) has changed"),
+        ("Input files updated by another job: a.npy", "a.npy changes"),
+        (
+            "Params have changed since last execution: before: 1 now: 2",
+            "its recording, its settings or the code have changed",
+        ),
+        ("Something new: x", "Something new: x"),
+        ("", "it was asked for"),
+    ],
+)
+def test_reasons_are_told_in_words(reason, words):
+    assert reason_in_words(reason) == words
