@@ -120,3 +120,10 @@ def test_environment_yml_names_the_same_packages_and_ranges():
     conda = {(r.name, str(r.specifier)) for r in map(Requirement, environment["dependencies"])}
     pip = {(r.name.lower(), str(r.specifier)) for r in WANTED["requirements-test.lock"]}
     assert conda == pip | {("python", PROJECT["requires-python"])}
+
+
+def test_the_version_stands_in_pyproject_and_what_cites_it_agrees():
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert citation["version"] == PROJECT["version"]
+    assert re.search(r"^## \[(.+?)\]", changes, re.MULTILINE)[1] == PROJECT["version"]
