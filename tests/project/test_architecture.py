@@ -23,6 +23,7 @@ FLOORS = (
     "capsule.detectors",
     "capsule.survey",
     "capsule.evaluation",
+    "capsule.interface",
     "capsule.figures",
     "capsule.page",
     "edges",

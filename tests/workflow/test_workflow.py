@@ -7,12 +7,14 @@ from itertools import product
 import numpy as np
 import pytest
 
+import capsule
 from acquisition.verdict import FinalVerdict
 from capsule import words
 from capsule.detectors.registry import DETECTORS, PAPER
 from capsule.figures.registry import FIGURES
 from edges.config_files import read_config_file
 from support.project import Project
+from support.same_table import assert_same_table
 from support.synthetic import write_archive
 
 pytestmark = pytest.mark.workflow
@@ -334,3 +336,57 @@ def test_two_labelled_recordings_are_enough_for_verdicts_and_the_page_says_how_f
     assert "takes 19 recordings without a nodule; this archive has 1." in page
     # Without the one healthy recording there is none to learn a threshold from.
     assert "template_threshold and taught have given no verdict" in page
+
+
+@pytest.fixture(scope="module")
+def loaded(finished):
+    """Load the same recordings by the library, which takes the settings beside them."""
+    return capsule.load(finished.raw)
+
+
+def test_the_library_gives_the_workflows_recordings_to_the_bit(finished, loaded):
+    assert_same_table(loaded.recordings.reset_index(), finished.results / "recordings.csv")
+    assert list(loaded.readings) == RECORDINGS
+    for name in RECORDINGS:
+        stored = {kind: finished.results / kind / f"{name}.npy" for kind in ("signals", "matrices")}
+        np.testing.assert_array_equal(loaded.readings[name], np.load(stored["signals"]))
+        np.testing.assert_array_equal(loaded.matrices[name], np.load(stored["matrices"]))
+
+
+def test_the_library_gives_the_workflows_fits_and_templates_to_the_bit(finished, loaded):
+    for name in NODULES:
+        stored = json.loads((finished.results / "fits" / f"{name}.json").read_text())
+        fit = loaded.fit(name)
+        made = {key: value.tolist() for key, value in vars(fit.particle).items()}
+        assert (made, fit.rmse, fit.lag) == (stored["parameters"], stored["rmse"], stored["lag"])
+    with np.load(finished.results / "templates.npz") as templates:
+        for size_mm, matrix in zip((0, 1, 2.5), loaded.templates.matrices, strict=True):
+            np.testing.assert_array_equal(matrix, templates[f"{size_mm:g}mm"])
+
+
+def test_the_library_gives_the_workflows_verdicts_and_tables_to_the_bit(finished, loaded):
+    judged = capsule.judge(loaded)
+    evaluation = finished.results / "evaluation"
+    assert_same_table(judged.predictions, evaluation / "predictions.csv")
+    assert {path.stem for path in evaluation.glob("*.csv")} == {"predictions", *judged.tables}
+    for name, table in judged.tables.items():
+        assert_same_table(table, evaluation / f"{name}.csv")
+    assert_same_table(judged.detections, finished.results / "detections.csv")
+
+
+@pytest.mark.parametrize("detector", DETECTORS)
+def test_a_detector_as_an_estimator_gives_the_workflows_verdicts(finished, loaded, detector):
+    name = "".join(word.title() for word in detector.split("_")) + "Estimator"
+    estimator = getattr(capsule, name)(loaded.settings)
+    made = capsule.judge(loaded, estimator).predictions.set_index("recording")
+    rows = {
+        row["recording"]: row
+        for row in finished.table("evaluation/predictions.csv")
+        if (row["detector"], row["scheme"]) == (detector, "leave_one_out")
+    }
+    assert list(made.index) == list(rows)
+    columns = ["predicted_mm", "score", "threshold", "probability", "estimate_mm", "location_s"]
+    for column in columns:
+        stored = [float(row[column] or "nan") for row in rows.values()]
+        # The workflow leaves recordings out of sums; an estimator adds the others up anew.
+        np.testing.assert_allclose(made[column], stored, rtol=1e-9, err_msg=column)

@@ -6,10 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from capsule.fitting import fit_particle
+from capsule.fitting import fit_recording
 from capsule.naming import size_mm
-from capsule.particles import ParameterSpace
-from capsule.seeding import fit_generator
 from edges import files
 
 
@@ -22,16 +20,13 @@ def main() -> None:
     parser.add_argument("--settings", type=json.loads, required=True, help="config section, JSON")
     parser.add_argument("--output", type=Path, required=True, help="output: the fit, .json")
     arguments = parser.parse_args()
-    settings = dict(arguments.settings["fit"])
-    seed = settings.pop("seed")
-    counts = {key: settings.pop(key) for key in ("particles", "iterations", "first_peak")}
-    result = {"recording": arguments.name, "size_mm": size_mm(arguments.name), "seed": seed}
-    result |= {"first_peak": counts["first_peak"], "parameters": None}
+    settings = arguments.settings["fit"]
+    result = {"recording": arguments.name, "size_mm": size_mm(arguments.name)}
+    result |= {key: settings[key] for key in ("seed", "first_peak")} | {"parameters": None}
     result |= dict.fromkeys(("rmse_initial", "rmse", "lag", "accepted_moves"))
     matrix = np.load(arguments.matrix)
     if not np.isnan(matrix).any():
-        numbers = fit_generator(seed, np.load(arguments.signal))
-        fit = fit_particle(matrix, numbers, **counts, space=ParameterSpace(**settings))
+        fit = fit_recording(matrix, np.load(arguments.signal), settings)
         result["parameters"] = {key: value.tolist() for key, value in vars(fit.particle).items()}
         result |= {key: value for key, value in vars(fit).items() if key != "particle"}
         print(f"{arguments.name}: RMSE {fit.rmse_initial:.5f} -> {fit.rmse:.5f}")

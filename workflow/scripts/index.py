@@ -5,10 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from capsule.errors import CapsuleError
-from capsule.listing import COLUMNS, list_rows
-from capsule.naming import sort_key
-from capsule.near_copies import near_copies
+from capsule.listing import COLUMNS, NEAR_COPIES, full_list, refuse_rejected
 from edges import files
 
 
@@ -28,29 +25,19 @@ def main() -> None:
         print(f"{name}: added while the workflow ran; run the workflow again to include it")
         del paths[name]
     checks = {name: files.read_json(path) for name, path in paths.items()}
-    rows = list(list_rows(archive, checks))
-    accepted = [row["recording"] for row in rows if row["status"] == "accepted"]
-    # By content: which pairs are compared, and which way round, does not depend on names.
-    accepted.sort(key=lambda name: checks[name]["readings_sha256"])
-    alike = near_copies(accepted, lambda name: np.load(arguments.signals / f"{name}.npy"))
-    alike = {name: sorted(alike[name], key=sort_key) for name in sorted(alike, key=sort_key)}
-    for row in rows:
-        row["near_copies"] = " ".join(alike.get(row["recording"], []))
-    refused = [row for row in rows if row["status"] != "accepted"]
-    rejected = [f"{row['recording']}: {row['reason']}" for row in refused]
+    rows = full_list(archive, checks, lambda name: np.load(arguments.signals / f"{name}.npy"))
+    rejected = [row for row in rows if row["status"] != "accepted"]
     print(f"{len(rows) - len(rejected)} recordings accepted, {len(rejected)} rejected")
-    if rejected and arguments.on_rejected == "fail":
-        lines = "".join(f"\n  {line}" for line in rejected)
-        raise CapsuleError(
-            f"on_rejected is fail, and these recordings are rejected:{lines}\n"
-            "repair or remove them, or set on_rejected: report in config/config.yaml"
-        )
-    print("\n".join(rejected))
-    print("".join(f"{name}: nearly the same as {', '.join(alike[name])}\n" for name in alike))
+    if arguments.on_rejected == "fail":
+        refuse_rejected(rows)
+    print("\n".join(f"{row['recording']}: {row['reason']}" for row in rejected))
+    for row in rows:
+        if row[NEAR_COPIES]:
+            print(f"{row['recording']}: nearly the same as {row[NEAR_COPIES].replace(' ', ', ')}")
     others = archive.passed_over.items()
     passed_over = [{"path": path, "reason": reason} for path, reason in others]
     files.write_csv(arguments.passed_over, ["path", "reason"], passed_over)
-    files.write_csv(arguments.output, [*COLUMNS, "near_copies"], rows)
+    files.write_csv(arguments.output, [*COLUMNS, NEAR_COPIES], rows)
 
 
 if __name__ == "__main__":

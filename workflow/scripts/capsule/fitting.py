@@ -7,11 +7,13 @@ What makes a fit fast: (1) one cross-correlation by FFT, no longer than needed, 
 accepted: what follows an accepted one is made again.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from capsule.particles import ParameterSpace, Particle, time_profile
+from capsule.seeding import fit_generator
 from capsule.sliding import SlidingComparison, rmse_at_lag
 
 # How many particles are compared at once: more gain little and need more cache; of the proposals,
@@ -162,6 +164,28 @@ def fit_particle(
             done += len(proposals)
     rmse = _rmse(matrix, renderer, current, lag)
     return Fit(Particle.from_vector(current), rmse_initial, rmse, int(lag), accepted)
+
+
+def fit_recording(matrix: np.ndarray, values: np.ndarray, settings: Mapping) -> Fit:
+    """Fit a particle to a recording, as the configuration wants it.
+
+    Parameters
+    ----------
+    matrix : (S, L) array
+        Its matrix V.
+    values : (S, K) array
+        Its readings on an even grid in time, which seed the fit.
+    settings : mapping
+        Section ``fit`` of the configuration.
+
+    Returns
+    -------
+    Fit
+    """
+    ranges = dict(settings)
+    generator = fit_generator(ranges.pop("seed"), values)
+    counts = {key: ranges.pop(key) for key in ("particles", "iterations", "first_peak")}
+    return fit_particle(matrix, generator, **counts, space=ParameterSpace(**ranges))
 
 
 def compare_vectors(

@@ -1,7 +1,10 @@
 """The list of every recording: what was accepted, what was not, and why."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
+import numpy as np
+
+from capsule.errors import CapsuleError
 from capsule.naming import (
     Archive,
     as_cell,
@@ -11,12 +14,58 @@ from capsule.naming import (
     size_mm,
     sort_key,
 )
+from capsule.near_copies import near_copies
 from capsule.recording import source_of
 
 # Lines of the headers that have a column of their own.
 FROM_HEADER = ["site", "session", "nodule_at_mm"]
 COLUMNS = ["recording", "size_mm", "samples", "duration_s", "status", "reason", "no_verdict"]
 COLUMNS += ["sha256", "readings_sha256", "source", *FROM_HEADER]
+NEAR_COPIES = "near_copies"
+
+
+def full_list(
+    archive: Archive, checks: Mapping[str, Mapping], load: Callable[[str], np.ndarray]
+) -> list[dict]:
+    """Give the rows of `list_rows`, and which recordings are nearly the same.
+
+    Parameters
+    ----------
+    archive, checks
+        As `list_rows` takes them.
+    load : callable
+        ``load(name)`` gives the readings of an accepted recording, (S, K).
+
+    Returns
+    -------
+    list of dict
+        The cells of `COLUMNS` and of `NEAR_COPIES`.
+    """
+    rows = list(list_rows(archive, checks))
+    accepted = [row["recording"] for row in rows if row["status"] == "accepted"]
+    # By content: which pairs are compared, and which way round, does not depend on names.
+    accepted.sort(key=lambda name: checks[name]["readings_sha256"])
+    alike = near_copies(accepted, load)
+    for row in rows:
+        row[NEAR_COPIES] = " ".join(sorted(alike.get(row["recording"], []), key=sort_key))
+    return rows
+
+
+def refuse_rejected(rows: Sequence[Mapping]) -> None:
+    """Stop where the configuration says that no recording may be rejected.
+
+    Raises
+    ------
+    CapsuleError
+        Lists each rejected recording, and why.
+    """
+    rejected = [row for row in rows if row["status"] != "accepted"]
+    if rejected:
+        lines = "".join(f"\n  {row['recording']}: {row['reason']}" for row in rejected)
+        raise CapsuleError(
+            f"on_rejected is fail, and these recordings are rejected:{lines}\n"
+            "repair or remove them, or set on_rejected: report in config/config.yaml"
+        )
 
 
 def list_rows(archive: Archive, checks: Mapping[str, Mapping]) -> Iterator[dict]:

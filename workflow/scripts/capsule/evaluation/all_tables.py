@@ -54,7 +54,7 @@ def _of_detector(
     areas, points = tables.curves(verdicts, seed, rules["bootstrap"], level)
     stated, brier = tables.calibrated(verdicts, prevalence, rules["calibration_bins"], level)
     retest = []
-    if verdicts.key["scheme"] == group_scheme("site"):
+    if rules["passes"] and verdicts.key["scheme"] == group_scheme("site"):
         retest = tables.retests(verdicts, sites, rules["passes"], rules["specificity"], level)
     return {
         "auc": areas,

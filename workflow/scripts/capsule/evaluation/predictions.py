@@ -79,12 +79,18 @@ class Detectors:
         return content
 
     def _row(self, name: str, detector: str, verdict: Verdict) -> dict:
-        row = {"recording": name, "detector": detector, **vars(verdict)}
-        distances = row.pop("distances") or [None] * len(self._distances)
-        row["location_s"] = (
-            row.pop("location_samples") / self._archive.settings["recording"]["rate_hz"]
-        )
+        rate_hz = self._archive.settings["recording"]["rate_hz"]
+        row = {"recording": name, "detector": detector, **verdict_cells(verdict, rate_hz)}
+        distances = verdict.distances or [None] * len(self._distances)
         return row | dict(zip(self._distances, distances, strict=True))
+
+
+def verdict_cells(verdict: Verdict, rate_hz: float) -> dict:
+    """Give the cells of a verdict but for its distances; places are told in seconds."""
+    cells = dict(vars(verdict))
+    del cells["distances"]
+    cells["location_s"] = cells.pop("location_samples") / rate_hz
+    return cells
 
 
 def by_folds(

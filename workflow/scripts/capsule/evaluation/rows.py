@@ -21,3 +21,13 @@ def by_detector(rows: Iterable[Mapping], turn: Callable[[str], Any]) -> list[Map
     rows = list(rows)
     detectors = list(dict.fromkeys(row["detector"] for row in rows))
     return sorted(rows, key=lambda row: (detectors.index(row["detector"]), turn(row["recording"])))
+
+
+def as_text(rows: Iterable[Mapping]) -> list[dict[str, str]]:
+    """Write rows as they read from a file of theirs: every cell as text, empty where unknown."""
+    return [{name: _cell(value) for name, value in row.items()} for row in rows]
+
+
+def _cell(value: object) -> str:
+    # Only NaN differs from itself.
+    return "" if value is None or value != value else str(value)

@@ -1,0 +1,72 @@
+"""The whole evaluation of an archive: every detector under every scheme, as tables."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+from capsule.detectors.training import TrainingArchive
+from capsule.evaluation import learning, rates
+from capsule.evaluation.folds import group_folds, scheme_folds
+from capsule.evaluation.predictions import Detectors, by_folds
+from capsule.evaluation.rows import by_detector
+from capsule.naming import size_mm, sort_key
+
+
+class Table(NamedTuple):
+    """A table, as it is written.
+
+    Attributes
+    ----------
+    columns : sequence of str
+    rows : sequence of mapping
+        Each holds all columns.
+    """
+
+    columns: Sequence[str]
+    rows: Sequence[Mapping]
+
+
+def evaluate_archive(
+    archive: TrainingArchive, index: Mapping[str, Mapping[str, str]]
+) -> dict[str, Table]:
+    """Judge each labelled recording by what the others teach.
+
+    Parameters
+    ----------
+    archive : TrainingArchive
+        As `capsule.evaluation.predictions.Detectors` takes it.
+    index : mapping of str to mapping
+        Of each accepted labelled recording, by content, its row of results/recordings.csv.
+
+    Returns
+    -------
+    dict of str to Table
+        ``predictions``, ``group_predictions``, ``learning`` and the tables of rates, as they lie
+        in results/evaluation/.
+    """
+    rules, detectors = archive.settings["evaluation"], Detectors(archive)
+    sizes_mm = {name: size_mm(name) for name in index}
+    made = by_folds(detectors, sizes_mm, scheme_folds(rules["schemes"], index))
+    groups = [group_folds(key, index) for key in rules["groups"]]
+    grouped = by_folds(detectors, sizes_mm, [folds for folds in groups if folds])
+    columns = prediction_columns(detectors.columns)
+    learned = learning.learning_rows(detectors.learners(), archive, made)
+    return {
+        "predictions": Table(columns, by_detector(made, sort_key)),
+        "group_predictions": Table(columns, by_detector(grouped, sort_key)),
+        "learning": Table(learning.COLUMNS, learned),
+        **rate_tables(made, archive.templates.sizes_mm, rules),
+    }
+
+
+def prediction_columns(columns: Iterable[str]) -> list[str]:
+    """Put what tells recording and detector before the columns of a verdict."""
+    return ["recording", "size_mm", "detector", "scheme", *columns]
+
+
+def rate_tables(
+    predictions: Sequence[Mapping], sizes_mm: Sequence[float], rules: Mapping
+) -> dict[str, Table]:
+    """Give the tables of rates; `rules` is the section ``evaluation`` of the configuration."""
+    counted = {key: rules[key] for key in ("schemes", "tolerance_mm", "confidence")}
+    made = rates.tables(predictions, sizes_mm, **counted)
+    return {name: Table(rates.COLUMNS[name], rows) for name, rows in made.items()}

@@ -1,0 +1,146 @@
+"""What any estimator of scikit-learn says of the recordings of an archive, as a detector would."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from capsule.detectors.verdicts import NO_VERDICT, Verdict, why_unknown
+from capsule.errors import CapsuleError
+from capsule.evaluation.predictions import verdict_cells
+from capsule.interface.loaded_archive import LoadedArchive
+from capsule.interface.splits import folds
+
+try:
+    from sklearn.base import clone, is_classifier, is_regressor
+except ImportError:
+    raise CapsuleError(
+        'estimators need scikit-learn: pip install "origami-capsule[learn]"'
+    ) from None
+
+_UNKNOWN = float("nan")
+
+
+def estimator_rows(
+    archive: LoadedArchive, estimator: object, name: str, scheme: str
+) -> Iterator[dict]:
+    """Fit an estimator in every fold, and give its verdicts on the recordings left out.
+
+    Parameters
+    ----------
+    archive : LoadedArchive
+        Its labelled recordings.
+    estimator : estimator of scikit-learn
+        A classifier gets the numbers of the sizes, 0 for the smallest, since a class must be a
+        whole number; any other gets the sizes in mm.
+    name : str
+        What the rows call it.
+    scheme : str
+        As in `folds`.
+
+    Yields
+    ------
+    dict
+        A row a recording, as of `capsule.evaluation.predictions.by_folds`, without distances.
+    """
+    rows, size_mm = archive.X, archive.y
+    rate_hz = archive.settings["recording"]["rate_hz"]
+    index = archive.index(archive.labelled)
+    wanted = size_mm
+    if is_classifier(estimator):
+        wanted = np.searchsorted(np.unique(size_mm), size_mm)
+    prevalence = archive.settings["evaluation"]["prevalence"]
+    for taught, judged in folds(archive, scheme).split():
+        usable = [row for row in judged if not index[archive.labelled[row]]["no_verdict"]]
+        verdicts = dict.fromkeys(judged.tolist(), NO_VERDICT)
+        if usable and taught.size:
+            fitted = clone(estimator).fit(rows[taught], wanted[taught])
+            share = float((size_mm[taught] > 0).mean())
+            seen = _Fitted(fitted, np.unique(size_mm), share, prevalence)
+            verdicts |= dict(zip(usable, seen.verdicts(rows[usable]), strict=True))
+        for row, verdict in verdicts.items():
+            recording = archive.labelled[row]
+            key = {"recording": recording, "size_mm": float(size_mm[row])}
+            key |= {"detector": name, "scheme": scheme}
+            reason = index[recording]["no_verdict"] or why_unknown(verdict)
+            yield key | verdict_cells(verdict, rate_hz) | {"no_verdict": reason}
+
+
+@dataclass(frozen=True)
+class _Fitted:
+    """A fitted estimator.
+
+    Attributes
+    ----------
+    estimator : estimator of scikit-learn
+    sizes_mm : (B,) array
+        The sizes of the archive, ascending.
+    taught_share : float
+        Share of nodules among the recordings that taught it.
+    prevalence : float
+        That of the probabilities.
+    """
+
+    estimator: object
+    sizes_mm: np.ndarray
+    taught_share: float
+    prevalence: float
+
+    def verdicts(self, rows: np.ndarray) -> list[Verdict]:
+        """Judge recordings, a row each."""
+        if hasattr(self.estimator, "verdicts"):
+            return self.estimator.verdicts(rows)
+        if is_classifier(self.estimator):
+            return self._of_classifier(rows)
+        return self._of_sizes(rows)
+
+    def _of_sizes(self, rows: np.ndarray) -> list[Verdict]:
+        """Round predicted sizes to those of the archive; of a regressor, the size is the score."""
+        scores = np.asarray(self.estimator.predict(rows), dtype=np.float64)
+        threshold = _UNKNOWN
+        nodules = self.sizes_mm[self.sizes_mm > 0]
+        if is_regressor(self.estimator) and nodules.size and self.sizes_mm[0] == 0:
+            # Half of the smallest size is as near to none.
+            threshold = float(nodules[0]) / 2
+        verdicts = []
+        for score in scores.tolist():
+            if np.isnan(score):
+                verdicts.append(NO_VERDICT)
+                continue
+            size_mm = float(self.sizes_mm[np.argmin(np.abs(self.sizes_mm - score))])
+            estimate = score if size_mm > 0 else _UNKNOWN
+            verdicts.append(Verdict(size_mm, score, threshold, estimate_mm=estimate))
+        return verdicts
+
+    def _of_classifier(self, rows: np.ndarray) -> list[Verdict]:
+        """Take the predicted class, and what speaks against the class of no nodule."""
+        sizes_mm = self.sizes_mm[np.asarray(self.estimator.predict(rows), dtype=int)]
+        scores, threshold, chances = self._against_none(rows)
+        return [
+            Verdict(size, score, threshold, chance, estimate_mm=size if size > 0 else _UNKNOWN)
+            for size, score, chance in zip(sizes_mm.tolist(), scores, chances, strict=True)
+        ]
+
+    def _against_none(self, rows: np.ndarray) -> tuple[list[float], float, list[float]]:
+        """Give scores, their threshold, and the probabilities of a nodule."""
+        unknown = [_UNKNOWN] * len(rows)
+        classes = self.sizes_mm[np.asarray(self.estimator.classes_, dtype=int)]
+        if classes.size < 2 or classes[0] > 0:
+            return unknown, _UNKNOWN, unknown
+        if hasattr(self.estimator, "predict_proba"):
+            scores = 1.0 - self.estimator.predict_proba(rows)[:, 0]
+            # Two classes are told apart at one half; of more, the likeliest one need not pass it.
+            threshold = 0.5 if classes.size == 2 else _UNKNOWN
+            return scores.tolist(), threshold, self._at_prevalence(scores).tolist()
+        if hasattr(self.estimator, "decision_function"):
+            decision = np.asarray(self.estimator.decision_function(rows))
+            if decision.ndim == 2:
+                decision = decision[:, 1:].max(axis=1) - decision[:, 0]
+            return decision.tolist(), 0.0, unknown
+        return unknown, _UNKNOWN, unknown
+
+    def _at_prevalence(self, chances: np.ndarray) -> np.ndarray:
+        """Move probabilities from the share of nodules in the training to the prevalence."""
+        ratio = self.prevalence / (1 - self.prevalence)
+        ratio *= (1 - self.taught_share) / self.taught_share
+        return chances * ratio / (chances * ratio + 1.0 - chances)

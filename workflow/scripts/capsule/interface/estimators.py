@@ -1,0 +1,248 @@
+"""The detectors in the shape of scikit-learn.
+
+X holds the readings of a recording in each row, as `LoadedArchive.X` has them; y the sizes of the
+nodules in mm, 0 for none. A prediction is a size, and NaN where a detector says neither yes nor no.
+So these are no classifiers in scikit-learn's sense, whose classes 2.5 and NaN could not be, and no
+regressors, which have no probabilities.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from capsule.detectors.registry import detector_row
+from capsule.detectors.training import TrainingArchive, detector_class
+from capsule.detectors.verdicts import NO_VERDICT, Verdict
+from capsule.errors import CapsuleError
+from capsule.evaluation.lead import balanced_accuracy
+from capsule.interface.described import DescribedRecording, JudgingSettings, shipped_settings
+from capsule.interface.frames import frame
+from capsule.interface.sample_rows import as_readings
+from capsule.templates import build_templates
+
+try:
+    from sklearn.base import BaseEstimator, TransformerMixin
+    from sklearn.utils import Tags
+    from sklearn.utils.validation import check_is_fitted, validate_data
+except ImportError:
+    raise CapsuleError(
+        'the estimators need scikit-learn: pip install "origami-capsule[learn]"'
+    ) from None
+
+
+class _OfReadings(BaseEstimator):
+    """What takes readings, a recording a row."""
+
+    def __init__(self, settings: Mapping | None = None) -> None:
+        self.settings = settings
+
+    def __sklearn_tags__(self) -> Tags:
+        tags = super().__sklearn_tags__()
+        tags.input_tags.allow_nan = True
+        return tags
+
+    def _settings(self) -> Mapping:
+        return shipped_settings() if self.settings is None else self.settings
+
+    def _validated(self, X: object, **options: object) -> np.ndarray:
+        return validate_data(self, X, dtype=np.float64, ensure_all_finite="allow-nan", **options)
+
+    def _described(self, rows: np.ndarray) -> list[DescribedRecording]:
+        settings = self._settings()
+        sensors = settings["recording"]["sensors"]
+        length = settings["preprocessing"]["length"]
+        judging = JudgingSettings(settings)
+        described = [DescribedRecording(as_readings(row, sensors), judging) for row in rows]
+        for number, each in enumerate(described):
+            if each.values.shape[1] > length:
+                raise ValueError(
+                    f"row {number} of X holds {each.values.shape[1]} samples of {sensors} sensors; "
+                    f"at most {length} are allowed (preprocessing.length of the settings)"
+                )
+        return described
+
+
+class _DetectorEstimator(_OfReadings):
+    """A detector; each class below names its own."""
+
+    detector: str
+
+    def __sklearn_tags__(self) -> Tags:
+        tags = super().__sklearn_tags__()
+        tags.target_tags.required = True
+        # Sizes.
+        tags.target_tags.positive_only = True
+        return tags
+
+    def fit(self, X: object, y: object) -> "_DetectorEstimator":
+        """Learn from recordings of known size.
+
+        Parameters
+        ----------
+        X : (n, K S) array
+            Readings, a recording a row; NaN where one is missing.
+        y : (n,) array
+            Sizes of the nodules in mm, 0 for none.
+
+        Returns
+        -------
+        self
+
+        Raises
+        ------
+        ValueError
+            X holds no readings, or y a size below 0.
+        """
+        rows, sizes_mm = self._validated(X, y=y, y_numeric=True)
+        if (sizes_mm < 0).any():
+            raise ValueError(f"y holds {sizes_mm.min():g}; sizes are 0 (no nodule) or more, in mm")
+        pairs = list(zip(self._described(rows), sizes_mm.astype(float).tolist(), strict=True))
+        usable = [(each, size_mm) for each, size_mm in pairs if not each.no_verdict]
+        # In one order: sums of the same numbers may differ in another.
+        usable.sort(key=lambda pair: (pair[0].name, pair[1]))
+        archive = self._archive(usable)
+        detector = detector_class(self.detector)
+        # What is stored is all that a verdict needs, and can be pickled.
+        learned = detector(archive).without([]).stored()
+        self.model_ = detector.Model.restored(learned, archive.templates)
+        return self
+
+    def predict(self, X: object) -> np.ndarray:
+        """Give the size in mm, 0 for no nodule, NaN for no verdict, (n,)."""
+        return np.array([verdict.predicted_mm for verdict in self.verdicts(X)])
+
+    def decision_function(self, X: object) -> np.ndarray:
+        """Give by how much the score exceeds the threshold: above 0 for a nodule, (n,)."""
+        return np.array([verdict.score - verdict.threshold for verdict in self.verdicts(X)])
+
+    def score(self, X: object, y: object) -> float:
+        """Give the mean of sensitivity and specificity; no verdict counts as a wrong one.
+
+        By this the report chooses the detector that it shows first.
+        """
+        predicted_mm, size_mm = self.predict(X), np.asarray(y, dtype=np.float64)
+        rows = [
+            {"size_mm": true, "predicted_mm": predicted}
+            for true, predicted in zip(size_mm, predicted_mm, strict=True)
+        ]
+        return balanced_accuracy(frame(["size_mm", "predicted_mm"], rows))
+
+    def verdicts(self, X: object) -> list[Verdict]:
+        """Give all that the detector says of each recording: size, interval, place, ..."""
+        check_is_fitted(self)
+        return [
+            NO_VERDICT if each.no_verdict else self.model_.verdict(each)
+            for each in self._described(self._validated(X, reset=False))
+        ]
+
+    def _archive(self, usable: Sequence[tuple[DescribedRecording, float]]) -> TrainingArchive:
+        """Gather what teaches the detector; what it does not judge by is not made."""
+        settings, row = self._settings(), detector_row(self.detector)
+        # The same readings may come twice.
+        named = {f"{each.name} {place}": each for place, (each, _) in enumerate(usable)}
+        sizes_mm = dict(zip(named, [size_mm for _, size_mm in usable], strict=True))
+        particles, by_size = {}, {}
+        if row.by_templates:
+            nodules = [name for name, size_mm in sizes_mm.items() if size_mm > 0]
+            particles = {name: named[name].fit.particle for name in nodules}
+            for name, particle in particles.items():
+                by_size.setdefault(sizes_mm[name], []).append(particle)
+        templates = build_templates(
+            by_size,
+            sensors=settings["recording"]["sensors"],
+            first_peak=settings["fit"]["first_peak"],
+            length=settings["preprocessing"]["length"],
+        )
+        passages = {} if row.by_templates else {n: each.passage for n, each in named.items()}
+        features = {n: each.features for n, each in named.items()} if row.by_features else {}
+        return TrainingArchive(
+            sizes_mm,
+            templates,
+            particles,
+            passages,
+            lambda name: named[name].matrix,
+            settings,
+            features,
+        )
+
+
+class _WithProbability(_DetectorEstimator):
+    """A detector that states a probability."""
+
+    def predict_proba(self, X: object) -> np.ndarray:
+        """Give the probabilities of no nodule and of a nodule, (n, 2); NaN where it states none.
+
+        They hold at the configured prevalence.
+        """
+        nodule = np.array([verdict.probability for verdict in self.verdicts(X)])
+        return np.column_stack([1.0 - nodule, nodule])
+
+
+class TemplateEstimator(_DetectorEstimator):
+    """The paper's detector: the nearest template.
+
+    Parameters
+    ----------
+    settings : mapping, optional
+        The configuration, such as ``archive.settings``; the one that ships with the library if
+        not given.
+
+    Attributes
+    ----------
+    model_ : capsule.detectors.training.Model
+        What it has learned.
+    """
+
+    detector = "template"
+
+
+class TemplateThresholdEstimator(_DetectorEstimator):
+    """The paper's margin with a learned threshold; parameters as of `TemplateEstimator`."""
+
+    detector = "template_threshold"
+
+
+class DiagonalEstimator(_WithProbability):
+    """The detector of this project; parameters as of `TemplateEstimator`."""
+
+    detector = "diagonal"
+
+
+class TaughtEstimator(_WithProbability):
+    """A network trained on simulated benches and adapted by `fit`; as `TemplateEstimator`."""
+
+    detector = "taught"
+
+
+class MatrixTransformer(TransformerMixin, _OfReadings):
+    """Turns readings into the padded matrices V, for estimators that know nothing of the capsule.
+
+    Parameters
+    ----------
+    settings : mapping, optional
+        As of `TemplateEstimator`.
+    """
+
+    def fit(self, X: object, y: object = None) -> "MatrixTransformer":
+        """Learn nothing but the number of columns of X."""
+        self._validated(X)
+        return self
+
+    def __sklearn_is_fitted__(self) -> bool:
+        return hasattr(self, "n_features_in_")
+
+    def transform(self, X: object) -> np.ndarray:
+        """Give the matrices V, sensor after sensor: (n, S L), NaN for a recording without a wave.
+
+        ``result.reshape(n, S, L)`` gives the matrices themselves.
+        """
+        check_is_fitted(self)
+        settings = self._settings()
+        size = settings["recording"]["sensors"] * settings["preprocessing"]["length"]
+        unknown = np.full(size, np.nan)
+        return np.array(
+            [
+                unknown if each.no_verdict else each.matrix.ravel()
+                for each in self._described(self._validated(X, reset=False))
+            ]
+        )

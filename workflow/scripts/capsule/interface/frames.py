@@ -1,0 +1,25 @@
+"""Rows of results as tables of pandas."""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import pandas as pd
+
+
+def frame(columns: Sequence[str], rows: Iterable[Mapping]) -> pd.DataFrame:
+    """Make a table of rows; what is unknown is NaN, as in a table that pandas reads.
+
+    Parameters
+    ----------
+    columns : sequence of str
+        In their order; each row holds them all.
+    rows : iterable of mapping
+
+    Returns
+    -------
+    DataFrame
+    """
+    cells = {name: [] for name in columns}
+    for row in rows:
+        for name, values in cells.items():
+            values.append(float("nan") if row[name] in (None, "") else row[name])
+    return pd.DataFrame(cells, columns=list(columns))

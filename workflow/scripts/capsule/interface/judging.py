@@ -1,0 +1,133 @@
+"""Judges detectors, and any estimator of scikit-learn, by the folds of the workflow."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import pandas as pd
+
+from capsule.detectors.registry import DETECTORS
+from capsule.errors import CapsuleError
+from capsule.evaluation.all_tables import all_tables
+from capsule.evaluation.columns import COLUMNS
+from capsule.evaluation.folds import LEAVE_ONE_OUT
+from capsule.evaluation.predictions import Detectors, of_unlabelled
+from capsule.evaluation.rows import as_text, by_detector
+from capsule.evaluation.tables import number
+from capsule.evaluation.whole_evaluation import (
+    Table,
+    evaluate_archive,
+    prediction_columns,
+    rate_tables,
+)
+from capsule.interface.frames import frame
+from capsule.interface.loaded_archive import LoadedArchive
+from capsule.naming import sort_key
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """How good detectors are on an archive.
+
+    Attributes
+    ----------
+    predictions : DataFrame
+        A row a detector, recording and scheme: true and predicted size in mm (NaN: no verdict),
+        score, threshold, probability, place, ...; as ``results/evaluation/predictions.csv``.
+    tables : dict of str to DataFrame
+        ``detection``, ``specificity``, ``sizing``, ``confusion``, ``summary``, ``auc``, ...: those
+        of ``results/evaluation/``.
+    detections : DataFrame
+        Verdicts on the unlabelled recordings, as ``results/detections.csv``.
+    """
+
+    predictions: pd.DataFrame
+    tables: dict[str, pd.DataFrame]
+    detections: pd.DataFrame
+
+
+def judge(
+    archive: LoadedArchive,
+    estimator: object = None,
+    *,
+    name: str | None = None,
+    scheme: str = LEAVE_ONE_OUT,
+) -> Judgement:
+    """Judge each labelled recording by what the others teach.
+
+    Parameters
+    ----------
+    archive : LoadedArchive
+        The recordings.
+    estimator : estimator of scikit-learn, optional
+        Fitted on rows of ``archive.X`` and ``archive.y`` in every fold. If not given, the
+        configured detectors are judged under all configured schemes, as the workflow does: its
+        numbers, to the last bit.
+    name : str, optional
+        What the tables call the estimator; its class if not given.
+    scheme : str
+        For an estimator, as in `folds`.
+
+    Returns
+    -------
+    Judgement
+
+    Raises
+    ------
+    CapsuleError
+        There is nothing to learn from.
+    """
+    if estimator is None:
+        return _judge_configured(archive)
+    from capsule.interface.any_estimator import estimator_rows
+
+    called = name or type(estimator).__name__
+    if called in DETECTORS:
+        raise CapsuleError(f"judge: {called!r} is a configured detector; give another name")
+    rules = archive.settings["evaluation"] | {"schemes": [scheme], "passes": []}
+    rows = by_detector(estimator_rows(archive, estimator, called, scheme), sort_key)
+    sizes_mm = sorted({0.0, *archive.y.tolist()})
+    tables = rate_tables(rows, sizes_mm, rules)
+    tables |= _assessed(archive, [as_text(rows)], rules)
+    columns = list(rows[0]) if rows else prediction_columns([])
+    return _judgement(Table(columns, rows), tables, Table(["recording", "detector"], []))
+
+
+def _judge_configured(archive: LoadedArchive) -> Judgement:
+    if not archive.particles():
+        raise CapsuleError(
+            "judge: no recording of a nodule can be used, so no template can be made; "
+            "archive.recordings says why"
+        )
+    training = archive.training_archive()
+    tables = evaluate_archive(training, archive.index(archive.labelled))
+    predictions = tables.pop("predictions")
+    read = [as_text(predictions.rows), as_text(tables["group_predictions"].rows)]
+    tables |= _assessed(archive, read, archive.settings["evaluation"])
+    detectors = Detectors(training)
+    unlabelled = sorted(archive.unlabelled, key=sort_key)
+    index = archive.index(unlabelled)
+    labelled = set(archive.labelled)
+    alike = {name: sorted(labelled & set(index[name]["near_copies"].split())) for name in index}
+    alike = {name: others for name, others in alike.items() if others}
+    verdicts = of_unlabelled(detectors, unlabelled, alike)
+    return _judgement(
+        predictions, tables, Table(["recording", "detector", *detectors.columns], verdicts)
+    )
+
+
+def _assessed(
+    archive: LoadedArchive, predictions: list[list[dict[str, str]]], rules: Mapping
+) -> dict[str, Table]:
+    """Give the tables that judge.py makes of what evaluate.py has written."""
+    index = archive.index([*archive.labelled, *archive.unlabelled])
+    turn = {name: place for place, name in enumerate(index)}
+    sites = {name: row["site"] for name, row in index.items()}
+    nodule_at_mm = {name: number(row["nodule_at_mm"]) for name, row in index.items()}
+    rows = [row for each in predictions for row in by_detector(each, turn.__getitem__)]
+    made = all_tables(rows, sites, nodule_at_mm, rules)
+    return {n: Table(list(rows[0]) if rows else COLUMNS[n], rows) for n, rows in made.items()}
+
+
+def _judgement(predictions: Table, tables: Mapping[str, Table], detections: Table) -> Judgement:
+    made = {name: frame(*table) for name, table in tables.items()}
+    return Judgement(frame(*predictions), made, frame(*detections))

@@ -1,0 +1,55 @@
+"""The names that `import capsule` offers, and the module that each is from.
+
+Imports nothing heavy: a module is imported when a program asks for one of its names.
+"""
+
+from importlib import import_module
+
+from capsule.interface.reading_side import import_reader
+
+_MODULES = {
+    "capsule.errors": ("CapsuleError", "RecordingError"),
+    "capsule.recording": ("Recording", "format_recording", "read_recording"),
+    "capsule.preprocessing": ("normalize", "preprocess", "rectify", "rms_envelope"),
+    "capsule.particles": ("ParameterSpace", "Particle", "render"),
+    "capsule.fitting": ("Fit", "fit_particle", "fit_recording"),
+    "capsule.seeding": ("fit_generator",),
+    "capsule.templates": ("TemplateSet", "build_templates"),
+    "capsule.detectors.matching": ("nearest_size", "template_distances"),
+    "capsule.interface.loaded_archive": ("LoadedArchive",),
+    "capsule.interface.splits": ("folds",),
+    "capsule.interface.judging": ("Judgement", "judge"),
+    "capsule.interface.estimators": (
+        "DiagonalEstimator",
+        "MatrixTransformer",
+        "TaughtEstimator",
+        "TemplateEstimator",
+        "TemplateThresholdEstimator",
+    ),
+}
+# These read from disk, so they are none of the library's.
+_READERS = {"library": ("load", "read_settings")}
+_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
+_READER_OF = {name: module for module, names in _READERS.items() for name in names}
+
+
+def public_names() -> list[str]:
+    """List all names that `import capsule` offers, sorted."""
+    return sorted([*_MODULE_OF, *_READER_OF])
+
+
+def attribute(name: str) -> object:
+    """Import what stands behind a public name.
+
+    Raises
+    ------
+    AttributeError
+        There is no such name.
+    """
+    if name == "__all__":
+        return public_names()
+    if name in _READER_OF:
+        return getattr(import_reader(_READER_OF[name]), name)
+    if name in _MODULE_OF:
+        return getattr(import_module(_MODULE_OF[name]), name)
+    raise AttributeError(f"module 'capsule' has no attribute {name!r}")

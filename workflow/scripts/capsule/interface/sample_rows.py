@@ -1,0 +1,48 @@
+"""Readings as rows of one table, as estimators take them, and back."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+
+def as_rows(readings: Sequence[np.ndarray]) -> np.ndarray:
+    """Lay out readings as rows of equal length.
+
+    Parameters
+    ----------
+    readings : sequence of n (S, K) arrays
+        K may differ.
+
+    Returns
+    -------
+    (n, K S) array
+        Sample after sample, as the lines of a recording; NaN behind the last.
+    """
+    longest = max((values.size for values in readings), default=0)
+    rows = np.full((len(readings), longest), np.nan)
+    for row, values in zip(rows, readings, strict=True):
+        row[: values.size] = values.T.ravel()
+    return rows
+
+
+def as_readings(row: np.ndarray, sensors: int) -> np.ndarray:
+    """Take the readings out of a row.
+
+    Parameters
+    ----------
+    row : (N,) array
+        Sample after sample; a last one that is cut off misses its other sensors.
+    sensors : int
+        S.
+
+    Returns
+    -------
+    (S, K) array
+        Without what is missing at the end.
+    """
+    samples = -(-row.size // sensors)
+    padded = np.full(samples * sensors, np.nan)
+    padded[: row.size] = row
+    values = padded.reshape(samples, sensors).T
+    known = np.flatnonzero(~np.isnan(values).all(axis=0))
+    return np.ascontiguousarray(values[:, : known[-1] + 1 if known.size else 0])
