@@ -19,7 +19,7 @@ endif
 help:  ## list what make can do
 	@sed -n 's/^\([a-z]*\):.*## /make \1  /p' Makefile | awk '{printf "%-18s", $$1 " " $$2; $$1 = $$2 = ""; print}'
 
-report: $(ENVIRONMENT)/ready  ## set up the environment and make results/report.html
+report: $(BIN)/capsule  ## set up the environment and make results/report.html
 	$(BIN)/snakemake -c$(CORES) results/report.html
 
 test: $(ENVIRONMENT)/test-ready  ## set up the environment and run all tests
@@ -31,7 +31,7 @@ lint: $(ENVIRONMENT)/test-ready  ## check the style of Python and Snakemake file
 	$(BIN)/snakefmt --check Snakefile workflow
 	$(BIN)/snakemake --lint
 
-environment: $(ENVIRONMENT)/ready  ## set up the environment in .venv
+environment: $(BIN)/capsule  ## set up the environment in .venv
 
 # The locks pin every package with its hash. If one changes, make sets up the environment again.
 $(ENVIRONMENT)/ready: requirements.lock
@@ -41,7 +41,19 @@ $(ENVIRONMENT)/ready: requirements.lock
 	$(BIN)/python -m pip install --quiet --require-hashes --requirement requirements.lock
 	@touch $@
 
+# The command `capsule`, and `import capsule`, use the code of this folder. Links are made at once and
+# need no package to build with; through them Python finds the library, and none of the scripts.
+$(BIN)/capsule: $(ENVIRONMENT)/ready
+	@mkdir -p $(ENVIRONMENT)/library/capsule_project
+	@ln -sfn ../../workflow/scripts/capsule $(ENVIRONMENT)/library/capsule
+	@ln -sfn ../../../workflow ../../../config $(ENVIRONMENT)/library/capsule_project/
+	@for packages in $(ENVIRONMENT)/lib/python*/site-packages; do \
+	  echo "$(CURDIR)/$(ENVIRONMENT)/library" > "$$packages/capsule_of_this_folder.pth"; done
+	@printf '#!/bin/sh\nexec "%s" "%s" "$$@"\n' "$(CURDIR)/$(BIN)/python" \
+	  "$(CURDIR)/workflow/scripts/capsule_command.py" > $@
+	@chmod +x $@
+
 # The tests need what the workflow needs, and more beside it.
-$(ENVIRONMENT)/test-ready: $(ENVIRONMENT)/ready requirements-test.lock
+$(ENVIRONMENT)/test-ready: $(BIN)/capsule requirements-test.lock
 	$(BIN)/python -m pip install --quiet --require-hashes --requirement requirements-test.lock
 	@touch $@

@@ -3,6 +3,9 @@
 import os
 import shutil
 import subprocess
+import sys
+import sysconfig
+from pathlib import Path
 
 import pytest
 
@@ -19,6 +22,7 @@ def checkout(tmp_path):
     shutil.copy2(ROOT / "Makefile", folder)
     (folder / "requirements.lock").touch()
     (folder / ".venv" / "ready").touch()
+    (folder / ".venv" / "lib" / "python3.99" / "site-packages").mkdir(parents=True)
     snakemake = folder / ".venv" / "bin" / "snakemake"
     snakemake.write_text('#!/bin/sh\necho "cache: $XDG_CACHE_HOME"\n')
     snakemake.chmod(0o755)
@@ -52,3 +56,27 @@ def test_a_home_that_can_be_written_is_used(checkout):
     output = make(checkout, home)
     assert "cache: \n" in output
     assert "cannot be written" not in output
+
+
+def test_the_library_and_its_command_are_those_of_the_folder(checkout):
+    for part in ("workflow/scripts", "workflow/schemas", "workflow/weights", "config"):
+        shutil.copytree(ROOT / part, checkout / part)
+    make(checkout, checkout.parent)
+    (packages,) = (checkout / ".venv" / "lib").glob("*/site-packages")
+    # Python as it starts in that environment: it reads the .pth file there, and no other.
+    program = "import site, sys; site.addsitedir(sys.argv[1]); sys.path.append(sys.argv[2]); "
+    program += "import capsule; print(capsule.__file__); print(capsule.read_settings()['fit']); "
+    program += "import edges; print(edges.__file__)"
+    command = [sys.executable, "-I", "-S", "-c", program, packages, sysconfig.get_path("purelib")]
+    changed = checkout / "config/config.yaml"
+    changed.write_text(changed.read_text(encoding="utf-8").replace("seed: 1 ", "seed: 7 "))
+    output = subprocess.run(command, cwd="/", capture_output=True, text=True, check=True).stdout
+    library, fit, edges = output.splitlines()
+    assert Path(library).resolve() == checkout / "workflow/scripts/capsule/__init__.py"
+    assert Path(edges).resolve() == checkout / "workflow/scripts/edges/__init__.py"
+    assert "'seed': 7," in fit
+
+    (checkout / ".venv/bin/python").symlink_to("/bin/echo")
+    command = [checkout / ".venv/bin/capsule", "report", "two words"]
+    called = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    assert called == f"{checkout}/workflow/scripts/capsule_command.py report two words\n"

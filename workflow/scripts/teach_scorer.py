@@ -14,17 +14,6 @@ from edges.phantom import DEFAULT_TABLE, natural, read_phantom
 from scorer_teaching.episodes import episodes_of, phantom_recordings, random_recordings
 from scorer_teaching.progress import Progress
 
-try:
-    import torch
-
-    from scorer_teaching.lesson import teach
-    from scorer_teaching.weights import checked_weights
-except ModuleNotFoundError as error:
-    if error.name != "torch":
-        raise
-    needs = "workflow/scripts/scorer_teaching/requirements.txt"
-    raise SystemExit(f"error: the training needs torch; run: pip install -r {needs}") from None
-
 HELD_OUT = 40
 BENCHES_A_PHANTOM = 10
 
@@ -50,6 +39,16 @@ def read_arguments() -> argparse.Namespace:
 def main() -> None:
     """Simulate the benches, teach, check, write."""
     arguments = read_arguments()
+    try:
+        import torch
+
+        from scorer_teaching.lesson import teach
+        from scorer_teaching.weights import checked_weights
+    except ModuleNotFoundError as error:
+        if error.name != "torch":
+            raise
+        needs = "workflow/scripts/scorer_teaching/requirements.txt"
+        raise SystemExit(f"error: the training needs torch; run: pip install -r {needs}") from None
     torch.set_num_threads(1)
     seed = arguments.seed
     makers = [partial(random_recordings, seed, f"{n}") for n in range(arguments.benches)]

@@ -1,0 +1,145 @@
+"""The code in the documents: Python runs, and the options of commands are those of the scripts."""
+
+import argparse
+import os
+import re
+import runpy
+import shlex
+import shutil
+import subprocess
+import sys
+from functools import cache
+
+import pytest
+
+from support.documents import Block, all_blocks, blocks, documents
+from support.project import ROOT
+
+SCRIPTS = ROOT / "workflow" / "scripts"
+# Part of the archive that ships, so that fits take a second.
+RECORDINGS = [f"{size}mm/r{run:02d}" for size in (0, 1, 3) for run in (1, 3, 5, 7)]
+BLOCKS = all_blocks()
+WITH_PYTHON = list(dict.fromkeys(each.document for each in BLOCKS if each.is_python))
+# What stands for a name of the reader's own.
+PLACEHOLDERS = {"NAME": "uneven-wall"}
+COMMAND = re.compile(r"(?:^|[ ;&|(])python workflow/scripts/(\w+)\.py(.*)")
+
+
+@pytest.fixture
+def copy(tmp_path):
+    """Make a folder like the project's, in which examples may write."""
+    for name in RECORDINGS:
+        path = tmp_path / "raw" / f"{name}.csv"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(ROOT / "raw" / f"{name}.csv", path)
+    (tmp_path / "raw/unlabelled").mkdir()
+    shutil.copyfile(ROOT / "raw/3mm/r09.csv", tmp_path / "raw/unlabelled/patient.csv")
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    return tmp_path
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("document", WITH_PYTHON)
+def test_the_python_in_a_document_runs_from_top_to_bottom(copy, document):
+    run = [each for each in BLOCKS if each.document == document and each.is_python]
+    program = "\n".join(each.text for each in run if not each.not_run)
+    environment = {"PYTHONPATH": str(SCRIPTS), "MPLBACKEND": "agg", "OPENBLAS_NUM_THREADS": "1"}
+    ended = subprocess.run(
+        [sys.executable, "-W", "error", "-c", program],
+        cwd=copy,
+        env={**os.environ, **environment},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ended.returncode == 0, ended.stderr
+
+
+def test_the_readme_shows_python():
+    assert {"README.md", "docs/library.md"} <= set(WITH_PYTHON)
+
+
+def test_blocks_are_told_apart(tmp_path, monkeypatch):
+    monkeypatch.setattr("support.documents.ROOT", tmp_path)
+    document = tmp_path / "page.md"
+    text = "Text:\n\n    import a\n\n    a.b()\n\nMore:\n\n<!-- not run: it takes a board -->\n\n"
+    text += "```python\nx = 1\n```\n\n    python workflow/scripts/a.py --b \\\n        c\n"
+    document.write_text(text)
+    assert blocks(document) == [
+        Block("page.md", 3, "", "import a\n\na.b()", ""),
+        Block("page.md", 11, "python", "x = 1", "it takes a board"),
+        Block("page.md", 15, "", "python workflow/scripts/a.py --b \\\n    c", ""),
+    ]
+    assert [each.is_python for each in blocks(document)] == [True, True, False]
+
+
+class Reached(BaseException):
+    """Carries a script's parser out of it; nothing that the script catches."""
+
+
+@cache
+def parser_of(script: str) -> argparse.ArgumentParser:
+    """Start a script, and stop it where it reads its arguments."""
+
+    def stop(parser: argparse.ArgumentParser, *_: object) -> None:
+        raise Reached(parser)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(argparse.ArgumentParser, "parse_known_args", stop)
+        patch.setattr(sys, "argv", [f"{script}.py"])
+        patch.syspath_prepend(SCRIPTS)
+        with pytest.raises(Reached) as reached:
+            runpy.run_path(str(SCRIPTS / f"{script}.py"), run_name="__main__")
+    return reached.value.args[0]
+
+
+def options(parser: argparse.ArgumentParser) -> set[str]:
+    """List all options of a parser, those of its sub-commands too."""
+    known = set(parser._option_string_actions)
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            known = known.union(*map(options, action.choices.values()))
+    return known
+
+
+def commands():
+    """Give each call of a script in a block: where it stands, the script, its arguments."""
+    for block in BLOCKS:
+        for line in block.text.replace("\\\n", " ").splitlines():
+            if called := COMMAND.search(line):
+                words = shlex.split(called[2], comments=True)
+                told = [PLACEHOLDERS.get(word, word.removesuffix("...")) for word in words]
+                yield pytest.param(called[1], told, id=f"{block}-{called[1]}")
+
+
+@pytest.mark.parametrize(("script", "arguments"), list(commands()))
+def test_a_command_in_a_document_is_one_that_its_script_takes(script, arguments, capsys):
+    parser = parser_of(script)
+    try:
+        parser.parse_args(arguments)
+    except SystemExit as ended:
+        # It is a call for help, or wrong.
+        assert ended.code == 0, capsys.readouterr().err
+
+
+def mentioned():
+    """Give each option that a document names with its script, in a sentence or a block."""
+    for document in documents():
+        text = document.read_text(encoding="utf-8")
+        for script, option in re.findall(r"\b(\w+)\.py(?: [a-z]+)? (--[a-z][a-z-]*)", text):
+            if (SCRIPTS / f"{script}.py").exists():
+                yield f"{document.relative_to(ROOT).as_posix()}: {script}.py {option}"
+
+
+@pytest.mark.parametrize("mention", sorted(set(mentioned())))
+def test_an_option_that_a_document_names_exists(mention):
+    script, option = mention.rpartition(": ")[2].split(".py ")
+    assert option in options(parser_of(script))
+
+
+def test_a_wrong_option_would_be_seen(capsys):
+    with pytest.raises(SystemExit):
+        parser_of("simulate").parse_args(["--no-such-option"])
+    assert "--no-such-option" in capsys.readouterr().err
+    assert "--no-such-option" not in options(parser_of("study_phantom"))
+    assert {"--bench", "--candidates", "--archives"} <= options(parser_of("study_phantom"))

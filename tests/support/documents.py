@@ -1,0 +1,84 @@
+"""The blocks of code in the project's documents."""
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from support.project import ROOT
+
+# In the source of a document, above a block of Python that no test can run: why.
+NOT_RUN = re.compile(r"<!-- not run: (.+?) -->")
+_PYTHON = re.compile(r"(import|from) \w")
+
+
+@dataclass(frozen=True)
+class Block:
+    """A block of code.
+
+    Attributes
+    ----------
+    document : str
+        Its document, relative to the project.
+    line : int
+        Where it begins.
+    language : str
+        As a fenced block names it; ``""`` for an indented one.
+    text : str
+        Without indentation.
+    not_run : str
+        Why no test can run it, as the document says; empty for one that is run.
+    """
+
+    document: str
+    line: int
+    language: str
+    text: str
+    not_run: str
+
+    @property
+    def is_python(self) -> bool:
+        """Tell whether it is Python: a fenced one says so, an indented one begins like it."""
+        return self.language == "python" or (not self.language and bool(_PYTHON.match(self.text)))
+
+    def __str__(self) -> str:
+        return f"{self.document}:{self.line}"
+
+
+def documents() -> list[Path]:
+    """List README and what lies in docs/ and config/, as Markdown."""
+    return [
+        ROOT / "README.md",
+        ROOT / "config/README.md",
+        *sorted((ROOT / "docs").glob("*.md")),
+    ]
+
+
+def blocks(document: Path) -> list[Block]:
+    """List the blocks of a document, fenced and indented ones."""
+    name = document.relative_to(ROOT).as_posix()
+    lines = document.read_text(encoding="utf-8").splitlines()
+    result, index, why = [], 0, ""
+    while index < len(lines):
+        line, start = lines[index], index
+        if mark := NOT_RUN.search(line):
+            why = mark[1]
+        if fence := re.match(r"( *)(`{3,})(\w*)", line):
+            index += 1
+            while not lines[index].strip().startswith(fence[2]):
+                index += 1
+            text = [each.removeprefix(fence[1]) for each in lines[start + 1 : index]]
+            result.append(Block(name, start + 1, fence[3] or "text", "\n".join(text), why))
+            why = ""
+        elif line.startswith("    ") and (not start or not lines[start - 1].strip()):
+            while index < len(lines) and (lines[index].startswith("    ") or not lines[index]):
+                index += 1
+            text = "\n".join(each[4:] for each in lines[start:index]).rstrip()
+            result.append(Block(name, start + 1, "", text, why))
+            index, why = index - 1, ""
+        index += 1
+    return result
+
+
+def all_blocks() -> list[Block]:
+    """List the blocks of all documents."""
+    return [block for document in documents() for block in blocks(document)]
