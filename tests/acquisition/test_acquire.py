@@ -271,10 +271,10 @@ def progress():
 
 
 def test_summary(progress):
-    progress.wave, progress.verdict = "wave 80 mm", "nodule of 3 mm"
+    progress.wave = "wave 80 mm"
     assert progress.summary() == (
         "01:15.4 | 754 samples | 10.0 Hz | 2 gaps (12 samples missing) | 3 damaged frames | "
-        "wave 80 mm | nodule of 3 mm"
+        "wave 80 mm"
     )
 
 
@@ -297,12 +297,24 @@ def test_the_terminal_shows_the_four_sensors(progress):
     assert screen.getvalue().endswith("\x1b[5A\x1b[Jthe board was unplugged\n")
 
 
+def test_the_terminal_shows_the_verdicts_below_the_sensors(progress):
+    progress.verdicts = ["if the run ended now:", "template  nodule" + "." * 1000]
+    screen = Screen()
+    terminal = Terminal(screen, 1023)
+    terminal.show(progress)
+    *above, title, verdict = screen.getvalue().splitlines()
+    assert (len(above), title) == (5, "if the run ended now:")
+    # A longer line would break, and the terminal could not be drawn in its place again.
+    assert verdict.startswith("template  nodule") and len(verdict) < 1000
+
+
 def test_a_log_file_gets_plain_lines_now_and_then(progress):
+    progress.verdicts = ["if the run ended now:", "template  nodule"]
     stream = io.StringIO()
     terminal = Terminal(stream, 1023)
     for _ in range(10):
         terminal.show(progress)
-    assert stream.getvalue() == progress.summary() + "\n"
+    assert stream.getvalue().splitlines() == [progress.summary(), *progress.verdicts]
 
 
 def test_a_quiet_sensor_looks_quiet():

@@ -14,6 +14,8 @@ import pytest
 import serial
 
 from acquisition.options import PROJECT
+from acquisition.stand_in import StandInLogger
+from acquisition.workbench import Workbench
 from capsule.seeding import generator
 from edges.config_files import read_config_file
 from support.bench import emulated
@@ -25,8 +27,6 @@ from support.bench.recorder import (
     check_times,
     count_samples,
 )
-from support.bench.stand_in import StandInLogger
-from support.bench.workbench import Workbench
 from support.bench.world import Clock
 
 pytestmark = [

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from acquisition.cable import SocketCable
 from acquisition.protocol import encode
-from support.bench.cable import SocketCable
+from acquisition.stand_in import StandInLogger
+from acquisition.workbench import Workbench
 from support.bench.recorder import Recorder, check_complete, check_times, count_samples, samples_in
-from support.bench.stand_in import StandInLogger
-from support.bench.workbench import Workbench
 from support.bench.world import Clock
 
 

@@ -9,6 +9,7 @@ import pytest
 from acquisition import options
 from acquisition.bench_errors import AcquisitionError
 from acquisition.verdict import FinalVerdict, RunningVerdict
+from acquisition.verdict_table import verdict_table
 from capsule.detectors.diagonal import DiagonalDetector, DiagonalModel
 from capsule.detectors.passage import Passage
 from capsule.detectors.taught import TaughtDetector
@@ -18,15 +19,23 @@ from edges.config_files import read_config_file
 from edges.phantom import DEFAULT_TABLE, read_phantom
 from support.training import archive_of_passages
 
+HEADER = {"adc_bits": "10"}
+
 
 @pytest.fixture
-def verdict(tmp_path, configuration):
-    """Make a detector that knows one shape, 3 mm."""
+def templates(tmp_path):
+    """Make templates that know one shape, 3 mm."""
     shape = np.zeros((4, 1000))
     for sensor in range(4):
         shape[sensor, 150 + 100 * sensor : 250 + 100 * sensor] = 1.0
     np.savez(tmp_path / "templates.npz", **{"0mm": np.zeros((4, 1000)), "3mm": shape})
-    return RunningVerdict(tmp_path / "templates.npz", configuration)
+
+
+@pytest.fixture
+def running(tmp_path, templates, configuration):
+    """Make what judges a run while it is recorded; the detectors are taught by a few passages."""
+    final = final_verdict(tmp_path, configuration, taught_by())
+    return RunningVerdict(final, configuration)
 
 
 def run_of_waves(bumps):
@@ -38,32 +47,56 @@ def run_of_waves(bumps):
     return [tuple(sample) for sample in values.round().astype(int).T.tolist()]
 
 
-def test_verdict_of_the_papers_detector(verdict):
-    assert verdict.judge(run_of_waves(bumps=True), 4).startswith("nodule of 3 mm (RMSE 0.")
-    assert verdict.judge(run_of_waves(bumps=False), 4).startswith("no nodule (RMSE 0.")
+def simulated_run(size_mm):
+    run = simulate_run(read_phantom(DEFAULT_TABLE, []), size_mm, 1, f"{size_mm:g}mm/r01")
+    return run, [tuple(sample) for sample in run.counts.T.tolist()]
 
 
-def test_verdict_passes_over_missing_samples(verdict):
+def test_a_run_is_judged_as_if_it_ended_now(running, tmp_path, configuration):
+    _, samples = simulated_run(4.0)
+    final = final_verdict(tmp_path, configuration, taught_by())
+    for count in (200, len(samples)):
+        title, *table = running.judge(samples[:count], HEADER)
+        assert title == "if the run ended now:"
+        verdicts = final.verdicts(np.array(samples[:count], float).T)
+        assert table == verdict_table(verdicts, configuration)
+        assert [line.split()[0] for line in table[1:]] == configuration["detectors"]
+
+
+def test_the_verdict_of_the_papers_detector_follows_the_run(running):
+    line = running.judge(run_of_waves(bumps=True), HEADER)[2]
+    assert re.fullmatch(r"template +nodule +3\.0 mm +not given +[\d.]+ s", line)
+    line = running.judge(run_of_waves(bumps=False), HEADER)[2]
+    assert re.fullmatch(r"template +no nodule +not given", line)
+
+
+def test_verdict_passes_over_missing_samples(running):
     samples = run_of_waves(bumps=True)
     samples[300:310] = [None] * 10
-    assert verdict.judge(samples, 4).startswith("nodule of 3 mm")
+    assert running.judge(samples, HEADER)[2].split()[:4] == ["template", "nodule", "3.0", "mm"]
 
 
-def test_noise_has_no_verdict(verdict):
+def test_noise_has_no_verdict(running):
     noise = np.random.default_rng(2).normal(500, 20, (4, 700)).round().astype(int)
-    said = verdict.judge([tuple(sample) for sample in noise.T.tolist()], 4)
-    assert said.startswith("no verdict: no wave on sensor_1 and ")
+    (said,) = running.judge([tuple(sample) for sample in noise.T.tolist()], HEADER)
+    assert said.startswith("if the run ended now, no verdict: no wave on sensor_1 and ")
 
 
-def test_no_verdict_without_reason(verdict, tmp_path, configuration):
+def test_no_verdict_without_reason(running, tmp_path, configuration):
     run = run_of_waves(bumps=True)
-    assert verdict.judge(run[:83], 4) == "verdict after 84 samples"
-    assert verdict.judge(run * 2, 4) == "no verdict: more than 1000 samples"
-    assert verdict.judge([(5, *sample[1:]) for sample in run], 4).endswith("sensor 1 is constant")
-    assert "gap is longer" in verdict.judge([*run[:200], *[None] * 100, *run[200:]], 4)
-    assert verdict.judge([None] * 100, 4) == "no verdict: no sample yet"
+
+    def reason(samples):
+        (said,) = running.judge(samples, HEADER)
+        return said.removeprefix("if the run ended now, no verdict: ")
+
+    assert reason([]) == "0 sample is too few for a recording"
+    assert reason(run[:83]).startswith("83 samples are fewer than the window of 84")
+    assert "preprocessing.length" in reason(run * 2)
+    assert reason([(5, *sample[1:]) for sample in run]).startswith("sensor_1 reads 5 in all sampl")
+    assert "missing for 10 s" in reason([*run[:200], *[None] * 100, *run[200:]])
+    assert "missing for 10 s" in reason([None] * 100)
     with pytest.raises(AcquisitionError, match="snakemake"):
-        RunningVerdict(tmp_path / "none.npz", configuration)
+        FinalVerdict(tmp_path / "none.npz", tmp_path / "detectors.json", configuration)
 
 
 def taught_by(healthy_scores=(0.1, 0.2)):
@@ -111,7 +144,7 @@ def final_verdict(tmp_path, configuration, archive, **changes):
     return FinalVerdict(tmp_path / "templates.npz", tmp_path / "detectors.json", configuration)
 
 
-def test_every_detector_judges_a_whole_run(verdict, tmp_path, configuration):
+def test_every_detector_judges_a_whole_run(templates, tmp_path, configuration):
     final = final_verdict(tmp_path, configuration, taught_by())
     # Over 5 mm the capsule may be held until the run is stopped by hand.
     run = simulate_run(read_phantom(DEFAULT_TABLE, []), 4.0, 1, "4mm/r01")
@@ -129,7 +162,7 @@ def test_every_detector_judges_a_whole_run(verdict, tmp_path, configuration):
     assert float(found[5]) == pytest.approx(run.nodule_at_mm, abs=4)
 
 
-def test_the_final_verdict_says_why_there_is_none(verdict, tmp_path, configuration):
+def test_the_final_verdict_says_why_there_is_none(templates, tmp_path, configuration):
     final = final_verdict(tmp_path, configuration, taught_by(healthy_scores=()))
     noise = np.random.default_rng(1).normal(500, 2, (4, 700))
     _, by_threshold, by_diagonal, by_taught = final.judge(noise)
@@ -141,7 +174,7 @@ def test_the_final_verdict_says_why_there_is_none(verdict, tmp_path, configurati
     assert by_diagonal.startswith("verdict of diagonal: none (no threshold")
 
 
-def test_what_was_learned_elsewhere_is_refused_with_the_remedy(verdict, tmp_path, configuration):
+def test_what_was_learned_elsewhere_is_refused_with_the_remedy(templates, tmp_path, configuration):
     with pytest.raises(AcquisitionError, match=r"detectors\.json; make it first: snakemake"):
         FinalVerdict(tmp_path / "templates.npz", tmp_path / "detectors.json", configuration)
     with pytest.raises(AcquisitionError, match=r"another configuration .* snakemake -c2"):
@@ -151,7 +184,7 @@ def test_what_was_learned_elsewhere_is_refused_with_the_remedy(verdict, tmp_path
         FinalVerdict(tmp_path / "templates.npz", tmp_path / "detectors.json", configuration)
 
 
-def test_an_unknown_detector_is_refused_with_the_known_ones(verdict, tmp_path, configuration):
+def test_an_unknown_detector_is_refused_with_the_known_ones(templates, tmp_path, configuration):
     unknown = configuration | {"detectors": ["template", "nearest"]}
     with pytest.raises(CapsuleError, match="no detector nearest; allowed are: template, "):
         final_verdict(tmp_path, unknown, taught_by())

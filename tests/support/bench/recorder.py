@@ -8,8 +8,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from acquisition.cable import Cable
 from capsule.recording import Recording, read_recording
-from support.bench.cable import Cable
 from support.bench.world import taken_at_s
 
 ACQUIRE = Path(__file__).parents[3] / "workflow" / "scripts" / "acquire.py"

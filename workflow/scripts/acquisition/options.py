@@ -81,7 +81,7 @@ def _add_run_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--detect",
         action="store_true",
-        help="show the paper's verdict during the run, and every detector's at its end",
+        help="show every detector's verdict, during the run and at its end",
     )
 
 

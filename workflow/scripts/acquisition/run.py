@@ -5,7 +5,7 @@ import contextlib
 import json
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -31,12 +31,30 @@ from edges.config_files import read_config_file
 from edges.files import read_json
 
 SCHEMA = PROJECT / "workflow" / "schemas" / "config.schema.json"
-JUDGE_EVERY_S = 1.0
+JUDGE_EVERY_S = 0.5
 Watcher = Callable[[Progress, list[tuple[int, ...] | None]], None]
 
 
-def record(options: argparse.Namespace) -> None:
-    """Record one run; raises `AcquisitionError` where the bench or the disk fails."""
+def record(options: argparse.Namespace, origin: Mapping[str, str] | None = None) -> Path:
+    """Record one run.
+
+    Parameters
+    ----------
+    options : argparse.Namespace
+        The command line of acquire.py.
+    origin : mapping of str to str, optional
+        Entries of the header for a board that is simulated: they say so.
+
+    Returns
+    -------
+    Path
+        The recording.
+
+    Raises
+    ------
+    AcquisitionError
+        The bench or the disk fails.
+    """
     started = datetime.now(UTC)
     name = options.name or started.strftime("%Y%m%dT%H%M%SZ")
     folder = options.size or UNLABELLED
@@ -54,10 +72,11 @@ def record(options: argparse.Namespace) -> None:
         sensors = int(identity.entries["channels"])
         check_fits(identity, settings["recording"])
         length = settings["preprocessing"]["length"]
-        watchers = _watchers(options, drive, judge, terminal, f"{folder}/{name}", sensors, length)
-        header = header_of(identity, started, wave if drive else None)
+        header = header_of(identity, started, wave if drive else None) | dict(origin or {})
         header |= {"site": options.site} if options.site else {}
         header |= {"session": options.session} if options.session else {}
+        running = judge and (lambda samples: judge(samples, header))
+        watchers = _watchers(options, drive, running, terminal, f"{folder}/{name}", sensors, length)
         if drive:
             drive.start()
         stop = StopRequest()
@@ -76,13 +95,14 @@ def record(options: argparse.Namespace) -> None:
         session.progress.wave = drive.summary()
     checked = _tell_outcome(session, terminal, part.final, log.path, settings)
     if checked is None:
-        return
+        return part.final
     values, no_verdict = checked
     if no_verdict:
         terminal.note(f"warning: no detector will judge this recording: {no_verdict}")
     elif judge_all:
         for line in judge_all(values):
             terminal.note(line)
+    return part.final
 
 
 def recover(options: argparse.Namespace) -> None:
@@ -124,15 +144,15 @@ def _tell_of_unfinished(raw: Path) -> None:
 
 def _judges(
     options: argparse.Namespace, settings: dict
-) -> tuple[Callable[[list, int], str] | None, Callable[[np.ndarray], list[str]] | None]:
+) -> tuple[Callable[[list, dict], list[str]] | None, Callable[[np.ndarray], list[str]] | None]:
     """Give what judges the samples so far and what judges the whole recording, if wanted."""
     if not options.detect:
         return None, None
     from acquisition.verdict import FinalVerdict, RunningVerdict  # only where they are used
 
-    running = RunningVerdict(options.templates, settings)
     learned = options.templates.with_name("detectors.json")
-    return running.judge, FinalVerdict(options.templates, learned, settings).judge
+    final = FinalVerdict(options.templates, learned, settings)
+    return RunningVerdict(final, settings).judge, final.judge
 
 
 def _logger(options: argparse.Namespace) -> tuple[Line, Identity]:
@@ -149,7 +169,7 @@ def _period_s(identity: Identity) -> float:
 def _watchers(
     options: argparse.Namespace,
     drive: Drive | None,
-    judge: Callable[[list, int], str] | None,
+    judge: Callable[[list], list[str]] | None,
     terminal: Terminal,
     title: str,
     sensors: int,
@@ -178,7 +198,7 @@ def _watchers(
                 terminal.note(warning)
             progress.wave = drive.summary()
         if judge and time.monotonic() - judged_s >= JUDGE_EVERY_S:
-            progress.verdict = judge(samples, sensors)
+            progress.verdicts = judge(samples)
             judged_s = time.monotonic()
         terminal.show(progress)
         if window:

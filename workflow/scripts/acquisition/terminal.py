@@ -31,8 +31,10 @@ class Progress:
         Samples received per second of this computer's clock, lately.
     recent : deque of tuple of int, or None
         The last samples.
-    wave, verdict : str
-        What the peristalsis board and the detector say; empty without them.
+    wave : str
+        What the peristalsis board says; empty without it.
+    verdicts : list of str
+        Lines that say what the detectors make of it so far; none without them.
     """
 
     period_s: float
@@ -44,7 +46,7 @@ class Progress:
     rate_hz: float = 0.0
     recent: deque[tuple[int, ...] | None] = field(default_factory=lambda: deque(maxlen=KEPT))
     wave: str = ""
-    verdict: str = ""
+    verdicts: list[str] = field(default_factory=list)
 
     def summary(self) -> str:
         """Say in one line how the recording stands."""
@@ -56,7 +58,6 @@ class Progress:
             f"{self.gaps} gaps ({self.missing} samples missing)" if self.gaps else "no gap",
             f"{self.damaged} damaged frames" if self.damaged else "",
             self.wave,
-            self.verdict,
         ]
         return " | ".join(part for part in parts if part)
 
@@ -91,10 +92,11 @@ class Terminal:
         if not panel.is_due(REDRAW_EVERY_S if panel.redraws else LINE_EVERY_S):
             return
         if not panel.redraws:
-            panel.note(progress.summary())
+            panel.note("\n".join([progress.summary(), *progress.verdicts]))
             return
         width = panel.width
-        panel.draw([progress.summary()[:width], *self._sensor_lines(progress, width)])
+        verdicts = [line[:width] for line in progress.verdicts]
+        panel.draw([progress.summary()[:width], *self._sensor_lines(progress, width), *verdicts])
 
     def clear(self) -> None:
         """Take the state away, so that what follows stands alone."""

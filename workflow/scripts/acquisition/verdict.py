@@ -1,4 +1,4 @@
-"""The verdicts of --detect: the paper's detector on what came so far, every one in the end."""
+"""What every detector makes of a recording: of a whole one, and of one while it is made."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -6,86 +6,28 @@ from pathlib import Path
 import numpy as np
 
 from acquisition.bench_errors import AcquisitionError
+from acquisition.verdict_table import verdict_table
 from capsule import words
-from capsule.detectors.matching import nearest_size, template_distances
+from capsule.checking import readings_of
 from capsule.detectors.training import NewRecording, detector_class
 from capsule.detectors.verdicts import Verdict, why_unknown
-from capsule.preprocessing import preprocess
-from capsule.wave_check import missing_wave
-from edges.detector_inputs import read_template_set, read_templates
+from capsule.errors import RecordingError
+from capsule.recording import Recording
+from edges.detector_inputs import read_template_set
 from edges.files import read_json
 from edges.scorer_files import read_scorer
 
 WEIGHTS = Path(__file__).resolve().parents[2] / "weights" / "scorer.npz"
 
 
-def existing(path: Path) -> Path:
+def existing(path: Path, asked_by: str) -> Path:
     """Refuse a file of results that is not there yet."""
     if not path.exists():
-        raise AcquisitionError(f"--detect needs {path}; make it first: snakemake -c2 {path}")
-    return path
-
-
-class RunningVerdict:
-    """Compares the samples so far with the templates.
-
-    Parameters
-    ----------
-    templates : Path
-        ``results/templates.npz``, as the workflow makes it.
-    settings : mapping
-        The configuration.
-
-    Raises
-    ------
-    AcquisitionError
-        There are no templates yet.
-    """
-
-    def __init__(self, templates: Path, settings: Mapping) -> None:
-        stored = read_templates(existing(templates))
-        self._templates, self._sizes_mm = list(stored.values()), list(stored)
-        self._settings = settings
-
-    def judge(self, samples: Sequence[Sequence[int] | None], sensors: int) -> str:
-        """Say what the detector makes of the samples so far.
-
-        Parameters
-        ----------
-        samples : sequence of K samples
-            ADC counts of the S sensors, or None where a sample is missing.
-        sensors : int
-            Number of sensors S.
-
-        Returns
-        -------
-        str
-            The verdict, or why there is none yet.
-        """
-        shape, rules = self._settings["preprocessing"], self._settings["recording"]
-        window, length = int(shape["window"]), int(shape["length"])
-        if len(samples) < window:
-            return f"verdict after {window} samples"
-        if len(samples) > length:
-            return f"no verdict: more than {length} samples"
-        missing = [np.nan] * sensors
-        values = np.array([missing if sample is None else sample for sample in samples]).T
-        if np.isnan(values).all():
-            return "no verdict: no sample yet"
-        constant = np.nanmax(values, axis=1) == np.nanmin(values, axis=1)
-        if constant.any():
-            return f"no verdict: sensor {int(constant.argmax()) + 1} is constant"
-        no_wave = missing_wave(
-            values, rules["rate_hz"], self._settings["diagonal"], rules["wave_false_rate"]
+        raise AcquisitionError(
+            f"{asked_by} needs {path}; make it first: snakemake -c2 {path}, or the whole report: "
+            "capsule report"
         )
-        if no_wave:
-            return f"no verdict: {no_wave}"
-        distances = template_distances(preprocess(values, **shape), self._templates)
-        size_mm = nearest_size(distances, self._sizes_mm)
-        if np.isnan(size_mm):
-            return "no verdict: a gap is longer than the window"
-        what = f"nodule of {size_mm:g} mm" if size_mm else "no nodule"
-        return f"{what} (RMSE {np.nanmin(distances):.3f})"
+    return path
 
 
 class FinalVerdict:
@@ -97,6 +39,8 @@ class FinalVerdict:
         ``results/templates.npz`` and ``results/detectors.json``, as the workflow makes them.
     settings : mapping
         The configuration.
+    asked_by : str
+        What asks for verdicts, as a user knows it.
 
     Raises
     ------
@@ -104,9 +48,12 @@ class FinalVerdict:
         One of them is not there yet, or made by another configuration.
     """
 
-    def __init__(self, templates: Path, learned: Path, settings: Mapping) -> None:
-        known = read_template_set(existing(templates), settings["fit"]["first_peak"])
-        content = read_json(existing(learned))
+    def __init__(
+        self, templates: Path, learned: Path, settings: Mapping, asked_by: str = "--detect"
+    ) -> None:
+        stored = existing(templates, asked_by)
+        known = read_template_set(stored, settings["fit"]["first_peak"])
+        content = read_json(existing(learned, asked_by))
         self._settings = settings
         self._scorer = read_scorer(WEIGHTS)
         try:
@@ -123,8 +70,8 @@ class FinalVerdict:
                 f"snakemake -c2 {learned}"
             )
 
-    def judge(self, values: np.ndarray) -> list[str]:
-        """Say what every configured detector makes of a recording.
+    def verdicts(self, values: np.ndarray) -> dict[str, Verdict]:
+        """Judge a recording by every configured detector.
 
         Parameters
         ----------
@@ -133,11 +80,26 @@ class FinalVerdict:
 
         Returns
         -------
+        dict of str to Verdict
+            By the detector's name.
+        """
+        recording = NewRecording(values, self._settings, self._scorer)
+        return {name: model.verdict(recording) for name, model in self._models.items()}
+
+    def judge(self, values: np.ndarray) -> list[str]:
+        """Say what every configured detector makes of a recording.
+
+        Parameters
+        ----------
+        values : (S, K) array
+            As `verdicts` takes it.
+
+        Returns
+        -------
         list of str
             A line a detector.
         """
-        recording = NewRecording(values, self._settings, self._scorer)
-        return [self._line(name, model.verdict(recording)) for name, model in self._models.items()]
+        return [self._line(name, verdict) for name, verdict in self.verdicts(values).items()]
 
     def _line(self, detector: str, verdict: Verdict) -> str:
         recording = self._settings["recording"]
@@ -159,3 +121,48 @@ class FinalVerdict:
                 f"of {prevalence}"
             )
         return f"verdict of {detector}: {', '.join(parts)}"
+
+
+class RunningVerdict:
+    """Judges a run while it is recorded, as if it ended now.
+
+    Parameters
+    ----------
+    final : FinalVerdict
+        What judges the whole run.
+    settings : mapping
+        The configuration.
+    """
+
+    def __init__(self, final: FinalVerdict, settings: Mapping) -> None:
+        self._final, self._settings = final, settings
+
+    def judge(
+        self, samples: Sequence[Sequence[int] | None], header: Mapping[str, str]
+    ) -> list[str]:
+        """Say what every detector would say if the run ended now.
+
+        Parameters
+        ----------
+        samples : sequence of K samples
+            ADC counts of the S sensors, or None where a sample is missing.
+        header : mapping of str to str
+            The recording's header.
+
+        Returns
+        -------
+        list of str
+            A table, or one line that says why there is no verdict yet.
+        """
+        rules = self._settings["recording"]
+        missing = [np.nan] * rules["sensors"]
+        values = np.array([missing if sample is None else sample for sample in samples], float)
+        time_s = np.arange(len(samples)) / rules["rate_hz"]
+        try:
+            readings, no_verdict = readings_of(Recording(time_s, values.T, header), self._settings)
+        except RecordingError as reason:
+            no_verdict = str(reason)
+        if no_verdict:
+            return [f"if the run ended now, no verdict: {no_verdict}"]
+        table = verdict_table(self._final.verdicts(readings), self._settings)
+        return ["if the run ended now:", *table]

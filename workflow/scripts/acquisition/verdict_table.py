@@ -1,0 +1,56 @@
+"""The verdicts of all detectors on one recording as a table of plain text."""
+
+from collections.abc import Mapping, Sequence
+
+from capsule import words
+from capsule.detectors.verdicts import Verdict, why_unknown
+
+_GAP = "  "
+
+
+def verdict_table(verdicts: Mapping[str, Verdict], settings: Mapping) -> list[str]:
+    """Return a table with a line a detector.
+
+    Parameters
+    ----------
+    verdicts : mapping of str to Verdict
+        By the detector's name.
+    settings : mapping
+        Sections ``recording`` and ``evaluation`` of the configuration.
+
+    Returns
+    -------
+    list of str
+        The first line is the head.
+    """
+    confidence = words.percent(settings["evaluation"]["size_confidence"])
+    head = ["detector", "verdict", f"size ({confidence} interval)", "probability", "place"]
+    rate_hz = settings["recording"]["rate_hz"]
+    return _aligned([head, *(_cells(name, each, rate_hz) for name, each in verdicts.items())])
+
+
+def _cells(detector: str, verdict: Verdict, rate_hz: float) -> list[str]:
+    if not words.is_known(verdict.predicted_mm):
+        return [detector, f"none: {why_unknown(verdict)}"]
+    if verdict.predicted_mm == 0:
+        return [detector, "no nodule", "", words.probability(verdict.probability)]
+    return [
+        detector,
+        "nodule",
+        words.estimated_size(vars(verdict)),
+        words.probability(verdict.probability),
+        words.place(verdict.location_samples / rate_hz, verdict.location_mm),
+    ]
+
+
+def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Pad cells to columns; the last cell of a row may be longer than its column."""
+    columns = max(map(len, rows))
+    widths = [
+        max((len(row[column]) for row in rows if column < len(row) - 1), default=0)
+        for column in range(columns)
+    ]
+    return [
+        _GAP.join(cell.ljust(width) for cell, width in zip(row, widths, strict=False)).rstrip()
+        for row in rows
+    ]
