@@ -13,11 +13,11 @@ PROJECT = Path(__file__).resolve().parents[3]
 
 EXAMPLES = """
 examples:
-  acquire.py --size 3                     record a run over a 3 mm nodule until Ctrl-C
-  acquire.py --unlabelled --detect        record a run to be detected, and judge it
-  acquire.py --size 0 --duration 90 --drive /dev/ttyACM1
+  %(prog)s --size 3                     record a run over a 3 mm nodule until Ctrl-C
+  %(prog)s --unlabelled --detect        record a run to be detected, and judge it
+  %(prog)s --size 0 --duration 90 --drive /dev/ttyACM1
                                           start the wave, record 90 s without a nodule, stop both
-  acquire.py --recover                    complete the recordings that killed recorders left
+  %(prog)s --recover                    complete the recordings that killed recorders left
 
 exit status:
   0 archived            1 other fault        2 wrong option       3 no board, or several
@@ -30,7 +30,6 @@ exit status:
 def parse(arguments: list[str] | None = None) -> argparse.Namespace:
     """Read the command line; ends the program with status 2 where it is wrong."""
     parser = argparse.ArgumentParser(
-        prog="acquire.py",
         description="Record a run of the capsule from the logger board into raw/.",
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,

@@ -8,16 +8,16 @@ from edges.phantom import natural, phantom_arguments
 
 EXAMPLES = """
 examples:
-  survey.py --simulate --metres 2 --nodules 1 3 --seed 7 --out sessions/demo
+  %(prog)s --simulate --metres 2 --nodules 1 3 --seed 7 --out sessions/demo
                                    a simulated gut of 2 m with a nodule of 1 and one of 3 mm
-  survey.py --resume sessions/demo take up a session that was killed
-  survey.py --simulate --metres 1 --goto 500 140 --out sessions/there
+  %(prog)s --resume sessions/demo take up a session that was killed
+  %(prog)s --simulate --metres 1 --goto 500 140 --out sessions/there
                                    go to 500 mm, then back to 140 mm, and stop
-  survey.py --simulate --metres 1 --goto 140 --map sessions/demo --out sessions/again
+  %(prog)s --simulate --metres 1 --goto 140 --map sessions/demo --out sessions/again
                                    140 mm as an earlier session has it
-  survey.py --drive /dev/ttyACM1 --fold /dev/ttyACM2 --out sessions/tuesday
+  %(prog)s --drive /dev/ttyACM1 --fold /dev/ttyACM2 --out sessions/tuesday
                                    on the bench, until the end stop or Ctrl-C
-  survey.py --resume sessions/tuesday --fold /dev/ttyACM3
+  %(prog)s --resume sessions/tuesday --fold /dev/ttyACM3
                                    go on with it; the fold board has another port now
 
 Nothing of the folding was measured: docs/survey.md.
@@ -37,7 +37,6 @@ SHORTEST_M = 0.2
 def parse(arguments: list[str] | None = None) -> argparse.Namespace:
     """Read the command line; ends the program with status 2 where it is wrong."""
     parser = argparse.ArgumentParser(
-        prog="survey.py",
         description="Survey a gut: go back to what looks like a nodule, and look again.",
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,

@@ -1,6 +1,7 @@
 """What a person sees in the terminal while recording."""
 
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TextIO
 
@@ -9,8 +10,8 @@ from acquisition.live_panel import LivePanel
 REDRAW_EVERY_S = 0.2
 LINE_EVERY_S = 10.0  # where the terminal cannot redraw: a log file, a pipe
 KEPT = 600
-_BARS = "▁▂▃▄▅▆▇█"
-_PLAIN_BARS = "_.-=+*#@"
+BARS = "▁▂▃▄▅▆▇█"
+PLAIN_BARS = "_.-=+*#@"  # where the terminal knows no more than ASCII
 
 
 @dataclass
@@ -80,7 +81,7 @@ class Terminal:
     def __init__(self, stream: TextIO, full_scale: int) -> None:
         self._panel = LivePanel(stream)
         self._full_scale = full_scale
-        self._bars = _PLAIN_BARS if self._panel.plain else _BARS
+        self._bars = PLAIN_BARS if self._panel.plain else BARS
 
     def note(self, text: str) -> None:
         """Say something that stays."""
@@ -116,11 +117,25 @@ class Terminal:
 
     def sparkline(self, counts: list[int | None]) -> str:
         """Draw a trace between its smallest and largest value; a missing sample is a space."""
-        known = [count for count in counts if count is not None]
-        low, high = min(known, default=0), max(known, default=0)
         # A quiet sensor should look quiet: noise of a few counts does not fill the height.
-        span = max(high - low, self._full_scale // 100, 1)
-        top = len(self._bars) - 1
-        return "".join(
-            " " if count is None else self._bars[(count - low) * top // span] for count in counts
-        )
+        return trace(counts, self._bars, max(self._full_scale // 100, 1))
+
+
+def trace(values: Sequence[float | None], bars: str, least_span: float = 0.0) -> str:
+    """Draw values as a line of bars between the smallest and the largest.
+
+    Parameters
+    ----------
+    values : sequence of float or None
+        What is missing is None, and becomes a space.
+    bars : str
+        `BARS` or `PLAIN_BARS`.
+    least_span : float
+        Values that differ by less do not fill the height.
+    """
+    known = [value for value in values if value is not None]
+    low, high = min(known, default=0), max(known, default=0)
+    span, top = max(high - low, least_span) or 1, len(bars) - 1
+    return "".join(
+        " " if value is None else bars[int((value - low) * top // span)] for value in values
+    )

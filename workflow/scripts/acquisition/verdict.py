@@ -24,8 +24,8 @@ def existing(path: Path, asked_by: str) -> Path:
     """Refuse a file of results that is not there yet."""
     if not path.exists():
         raise AcquisitionError(
-            f"{asked_by} needs {path}; make it first: snakemake -c2 {path}, or the whole report: "
-            "capsule report"
+            f"{asked_by} needs {path}; make it first: snakemake -c2 results/{path.name}, or with "
+            "the whole report: capsule report"
         )
     return path
 
@@ -67,7 +67,7 @@ class FinalVerdict:
         if not same:
             raise AcquisitionError(
                 f"{learned} was made with another configuration or version; make it again: "
-                f"snakemake -c2 {learned}"
+                f"snakemake -c2 results/{learned.name}"
             )
 
     def verdicts(self, values: np.ndarray) -> dict[str, Verdict]:

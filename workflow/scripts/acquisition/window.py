@@ -11,6 +11,17 @@ from acquisition.terminal import Progress
 REDRAW_EVERY_S = 0.25
 
 
+def check_screen() -> None:
+    """Make sure that a window can be opened; raises `AcquisitionError`."""
+    plt.ion()
+    # Without a screen matplotlib falls back to drawing into memory, without a word.
+    if plt.get_backend().lower() not in backend_registry.list_builtin(BackendFilter.INTERACTIVE):
+        raise AcquisitionError(
+            f"--plot needs a screen, and there is none (matplotlib: {plt.get_backend()}); "
+            "leave --plot out"
+        )
+
+
 class Window:
     """A window with one trace a sensor over the last minute.
 
@@ -28,15 +39,7 @@ class Window:
     """
 
     def __init__(self, title: str, sensors: int) -> None:
-        plt.ion()
-        # Without a screen matplotlib falls back to drawing into memory, without a word.
-        if plt.get_backend().lower() not in backend_registry.list_builtin(
-            BackendFilter.INTERACTIVE
-        ):
-            raise AcquisitionError(
-                f"--plot needs a screen, and there is none (matplotlib: {plt.get_backend()}); "
-                "leave --plot out"
-            )
+        check_screen()
         self._figure, self._axes = plt.subplots(sensors, sharex=True, num=title)
         self._lines = []
         for number, axes in enumerate(self._axes, start=1):

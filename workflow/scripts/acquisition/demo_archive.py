@@ -1,0 +1,86 @@
+"""The demo's folder: labelled recordings to learn from, all simulated, and settings beside them."""
+
+import shutil
+from collections.abc import Iterator
+from itertools import count
+from pathlib import Path
+
+from capsule.errors import CapsuleError
+from capsule.naming import PART, UNLABELLED
+from capsule.phantom.parameters import Phantom
+from capsule.phantom.simulation import PlannedRun, planned_runs, recording_of, simulate_run
+from capsule.recording import format_recording
+from edges import files
+from edges.workflow_call import CONFIG, PROJECT
+
+# The simulator's seed of the labelled recordings; the runs that are played have later ones.
+LABELLED_SEED = 1
+# Enough to learn from, and few enough that a report takes seconds: runs of each size in mm.
+LABELLED = {0.0: 8, 1.0: 3, 2.0: 3, 3.0: 3, 4.0: 3, 5.0: 3}
+_MARK = "SIMULATED.txt"
+_TEXT = """Made by `capsule demo`. Everything in this folder is simulated. It shows how the system
+works, and nothing about a real gut. Delete the folder whenever you like.
+"""
+
+
+def prepare(folder: Path, phantom: Phantom, sensors: int) -> None:
+    """Fill the demo's folder with what is not there yet.
+
+    Parameters
+    ----------
+    folder : Path
+        New, or left by an earlier demo.
+    phantom : Phantom
+        The simulated bench.
+    sensors : int
+        S.
+
+    Raises
+    ------
+    CapsuleError
+        The folder holds something else.
+    """
+    strange = folder.exists() and not (folder / _MARK).exists()
+    if strange and (not folder.is_dir() or any(folder.iterdir())):
+        raise CapsuleError(
+            f"{folder} exists and was not made by a demo; nothing was written. Choose another "
+            "folder: --out FOLDER"
+        )
+    with files.write_whole(folder / _MARK) as stream:
+        stream.write(_TEXT)
+    if not (folder / CONFIG).exists():
+        (folder / CONFIG).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(PROJECT / CONFIG, folder / CONFIG)
+    for run in _labelled():
+        path = folder / "raw" / f"{run.name}.csv"
+        if not path.exists():
+            _simulate(path, run, phantom, sensors)
+
+
+def next_seed(folder: Path) -> int:
+    """Return the seed of the first run that was not played in the demo's folder yet."""
+    taken = {path.name for path in (folder / "raw" / UNLABELLED).glob("*")}
+    seeds = count(LABELLED_SEED + 1)
+    return next(seed for seed in seeds if not taken & _names(seed))
+
+
+def run_name(seed: int) -> str:
+    """Return the name of the recording of a played run."""
+    return f"simulated-{seed}"
+
+
+def _names(seed: int) -> set[str]:
+    return {f"{run_name(seed)}.csv", f"{run_name(seed)}.csv{PART}"}
+
+
+def _labelled() -> Iterator[PlannedRun]:
+    for size_mm, runs in LABELLED.items():
+        yield from planned_runs([size_mm], runs, 1)
+
+
+def _simulate(path: Path, run: PlannedRun, phantom: Phantom, sensors: int) -> None:
+    simulated = simulate_run(
+        phantom, run.size_mm, LABELLED_SEED, run.site, run.attempt, sensors=sensors
+    )
+    with files.write_whole(path, "wb") as stream:
+        stream.write(format_recording(recording_of(simulated, phantom, LABELLED_SEED, run.site)))

@@ -1,0 +1,134 @@
+"""What demo.py does: learn from simulated recordings, play a run, judge it, make its report."""
+
+import argparse
+import contextlib
+import signal
+import time
+import webbrowser
+from collections.abc import Iterator
+
+from acquisition import demo_archive, options, run
+from acquisition.bench_errors import AcquisitionError
+from acquisition.played_board import played_board
+from capsule import words
+from capsule.errors import CapsuleError
+from capsule.phantom.simulation import Run, simulate_run, simulated_header
+from edges.config_files import read_config_file
+from edges.phantom import DEFAULT_TABLE, read_phantom
+from edges.workflow_call import CONFIG, PROJECT, call_workflow
+
+LEARNED = ("results/templates.npz", "results/detectors.json")
+REPORT = "results/report.html"
+SOURCE = "simulated phantom, played by the demo"
+
+
+def demo(chosen: argparse.Namespace) -> None:
+    """Play the demo.
+
+    Parameters
+    ----------
+    chosen : argparse.Namespace
+        The command line of demo.py.
+
+    Raises
+    ------
+    CapsuleError
+        The folder is no demo's, or the workflow or the recorder failed.
+    """
+    begun_s = time.monotonic()
+    settings = read_config_file(PROJECT / CONFIG)
+    phantom, sensors = read_phantom(DEFAULT_TABLE, []), settings["recording"]["sensors"]
+    demo_archive.prepare(chosen.out, phantom, sensors)
+    seed = chosen.seed or demo_archive.next_seed(chosen.out)
+    name = demo_archive.run_name(seed)
+    tell(
+        f"Everything here is simulated, and lies in {chosen.out}/. First the detectors learn from "
+        f"{sum(demo_archive.LABELLED.values())} labelled recordings, unless they know them already."
+    )
+    _make(chosen, *LEARNED)
+    played = simulate_run(phantom, chosen.size, seed, name, sensors=sensors)
+    header = simulated_header(SOURCE, phantom, seed)
+    origin = {key: header[key] for key in ("source", "simulator_version", "simulator_seed")}
+    tell(
+        f"Now a board plays a run over an unknown place, {chosen.speed:g} times as "
+        "fast as a real one. Ctrl-C ends the run early, and keeps it."
+    )
+    with (
+        _former_signals(),
+        played_board(played.counts, phantom.electronics, chosen.speed) as port,
+    ):
+        path = run.record(_recorder_options(chosen, name, port), origin)
+    _tell_truth(played)
+    tell(
+        f"The verdict came after {words.duration(time.monotonic() - begun_s)}. The report follows."
+    )
+    _make(chosen, REPORT)
+    report = chosen.out / REPORT
+    tell(f"{path} is in {report}, {words.duration(time.monotonic() - begun_s)} after the start.")
+    if chosen.open and not webbrowser.open(report.resolve().as_uri()):
+        tell("No browser could be opened; open the report yourself.")
+
+
+def tell(text: str) -> None:
+    """Say something to whoever watches."""
+    print(text, flush=True)
+
+
+def _since(begun_s: float) -> str:
+    return words.duration(time.monotonic() - begun_s)
+
+
+def _make(chosen: argparse.Namespace, *targets: str) -> None:
+    """Have the workflow make results in the demo's folder."""
+    if status := call_workflow(chosen.out, [f"--cores={chosen.cores}", *targets]):
+        raise CapsuleError(
+            f"the workflow ended with status {status}; what was recorded is kept in "
+            f"{chosen.out / 'raw'}, and the same command goes on from here"
+        )
+
+
+@contextlib.contextmanager
+def _former_signals() -> Iterator[None]:
+    """Take back what the recorder makes of Ctrl-C: the workflow must hear it again."""
+    former = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, former[0])
+        signal.signal(signal.SIGTERM, former[1])
+
+
+def _recorder_options(chosen: argparse.Namespace, name: str, port: str) -> argparse.Namespace:
+    """Return the command line with which acquire.py would record this run."""
+    places = {
+        "--raw": chosen.out / "raw",
+        "--logs": chosen.out / "logs",
+        "--templates": chosen.out / LEARNED[0],
+        "--config": chosen.out / CONFIG,
+    }
+    words_of_it = ["--unlabelled", "--detect", "--port", port, "--name", name]
+    words_of_it += ["--site", name, "--session", "demo"]
+    words_of_it += [str(word) for pair in places.items() for word in pair]
+    if chosen.plot and _has_screen():
+        words_of_it.append("--plot")
+    return options.parse(words_of_it)
+
+
+def _has_screen() -> bool:
+    """Tell whether a window can be opened, and say why where it cannot."""
+    from acquisition.window import check_screen  # matplotlib only where it is used
+
+    try:
+        check_screen()
+    except AcquisitionError as reason:
+        tell(f"note: {reason}; the terminal shows the run")
+        return False
+    return True
+
+
+def _tell_truth(played: Run) -> None:
+    if played.nodule_mm:
+        at = words.number(played.nodule_at_mm, 1)
+        tell(f"The truth: a nodule of {played.nodule_mm:g} mm, which sensor 1 passes at {at} mm.")
+    else:
+        tell("The truth: there is no nodule.")

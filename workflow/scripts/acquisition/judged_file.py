@@ -1,0 +1,115 @@
+"""Any file judged as a recording: by the workflow's own check, then by every detector."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from acquisition.verdict import FinalVerdict
+from capsule.checking import check_recording
+from capsule.detectors.verdicts import Verdict, why_unknown
+from capsule.recording import source_of
+from edges.files import read_csv
+from edges.reading import read_limited
+
+# The name of a recording whose size nobody knows; a file may lie anywhere.
+_NAME = "unlabelled/judged"
+
+
+@dataclass(frozen=True)
+class JudgedFile:
+    """A file and what is to be said of it.
+
+    Attributes
+    ----------
+    file : str
+        Its name, as it was given.
+    check : dict
+        The outcome of the workflow's check: ``status``, ``reason``, ``header`` and more.
+    values : (S, K) array
+        The readings; NaN for a rejected file.
+    verdicts : dict of str to Verdict
+        By the detector's name; none where no detector can judge it.
+    taught_as : str
+        The labelled recording with the same readings that the detectors have learned from, such as
+        ``3mm/r07``; empty if there is none.
+    """
+
+    file: str
+    check: dict
+    values: np.ndarray
+    verdicts: dict[str, Verdict]
+    taught_as: str
+
+    @property
+    def is_accepted(self) -> bool:
+        """Whether the workflow would accept it."""
+        return self.check["status"] == "accepted"
+
+
+def taught_recordings(index: Path) -> dict[str, str]:
+    """Return the names of the labelled recordings in results/recordings.csv by their readings."""
+    rows = read_csv(index) if index.exists() else []
+    return {row["readings_sha256"]: row["recording"] for row in rows if row["size_mm"]}
+
+
+def judge_file(
+    path: Path, final: FinalVerdict, settings: Mapping, taught: Mapping[str, str]
+) -> JudgedFile:
+    """Judge one file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    final : FinalVerdict
+        What judges it.
+    settings : mapping
+        The configuration.
+    taught : mapping of str to str
+        As `taught_recordings` gives it.
+    """
+    max_bytes = int(settings["recording"]["max_megabytes"] * 1e6)
+    try:
+        content = read_limited(path, max_bytes)
+    except OSError as error:
+        check = {"status": "rejected", "reason": f"it cannot be read: {error.strerror}"}
+        return JudgedFile(str(path), check, np.empty((0, 0)), {}, "")
+    check, values, _ = check_recording(_NAME, content, max_bytes, settings)
+    judged = check["status"] == "accepted" and not check["no_verdict"]
+    verdicts = final.verdicts(values) if judged else {}
+    taught_as = taught.get(check["readings_sha256"], "")
+    return JudgedFile(str(path), check, values, verdicts, taught_as)
+
+
+def as_plain_values(judged: JudgedFile, rate_hz: float) -> dict:
+    """Return what is said of a file as values that JSON can hold; what is unknown is None."""
+    check = judged.check
+    return {
+        "file": judged.file,
+        "status": check["status"],
+        "reason": check["reason"],
+        "no_verdict": check.get("no_verdict", ""),
+        "samples": check.get("samples"),
+        "duration_s": check.get("duration_s"),
+        "sha256": check.get("sha256"),
+        "source": source_of(check.get("header", {})),
+        "taught_as": judged.taught_as,
+        "verdicts": {
+            name: _verdict_values(verdict, rate_hz) for name, verdict in judged.verdicts.items()
+        },
+    }
+
+
+def _verdict_values(verdict: Verdict, rate_hz: float) -> dict:
+    values = dict(vars(verdict)) | {"reason": why_unknown(verdict)}
+    # As results/detections.csv has it.
+    values["location_s"] = values.pop("location_samples") / rate_hz
+    values["distances"] = [_known(each) for each in verdict.distances or ()]
+    return {name: _known(value) for name, value in values.items()}
+
+
+def _known(value: object) -> object:
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,76 @@
+"""Calls Snakemake as a user would, and says what is missing where it cannot."""
+
+import importlib.util
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from capsule.errors import CapsuleError
+
+PROJECT = Path(__file__).resolve().parents[3]
+CONFIG = Path("config", "config.yaml")
+
+
+def data_folder() -> Path:
+    """Return the folder whose raw/ and results/ are meant.
+
+    That is the working directory, where it holds raw/ and config/config.yaml; otherwise it is the
+    folder of the project.
+    """
+    here = Path.cwd()
+    return here if (here / "raw").is_dir() and (here / CONFIG).is_file() else PROJECT
+
+
+def check_workflow(folder: Path) -> None:
+    """Make sure that the workflow can run in a folder.
+
+    Raises
+    ------
+    CapsuleError
+        Snakemake or a part of the project is missing; the text says which, and the remedy.
+    """
+    if importlib.util.find_spec("snakemake") is None:
+        raise CapsuleError(
+            "the report needs Snakemake, which is not installed; install it: "
+            'pip install "origami-capsule[workflow]"'
+        )
+    if not (PROJECT / "Snakefile").is_file():
+        raise CapsuleError(
+            f"{PROJECT} holds no Snakefile, so it is no whole project; get the project's folder "
+            "whole, and run its own workflow/scripts/capsule_command.py"
+        )
+    for part in (Path("raw"), CONFIG):
+        if not (folder / part).exists():
+            raise CapsuleError(
+                f"{folder} holds no {part}; run the command in a folder that holds your recordings "
+                f"in raw/ and the settings in {CONFIG} (to begin with, a copy of "
+                f"{PROJECT / CONFIG})"
+            )
+
+
+def call_workflow(folder: Path, arguments: Sequence[str]) -> int:
+    """Run Snakemake in a folder, and return its exit status.
+
+    Parameters
+    ----------
+    folder : Path
+        Holds raw/ and config/config.yaml, and will hold results/.
+    arguments : sequence of str
+        Targets and options.
+
+    Raises
+    ------
+    CapsuleError
+        As `check_workflow`.
+    """
+    check_workflow(folder)
+    command = [sys.executable, "-m", "snakemake", *arguments]
+    if not folder.samefile(PROJECT):
+        command += ["--snakefile", str(PROJECT / "Snakefile")]
+    with subprocess.Popen(command, cwd=folder) as process:
+        while True:
+            try:
+                return process.wait()
+            except KeyboardInterrupt:
+                continue  # Snakemake was told as well, and ends its jobs first

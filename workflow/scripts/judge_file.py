@@ -1,0 +1,63 @@
+"""Judge a recording by every detector: size with its interval, probability, place, and a plot."""
+
+import argparse
+import json
+import shutil
+import sys
+from pathlib import Path
+
+from acquisition import judged_file, judged_view
+from acquisition.verdict import FinalVerdict
+from edges import files
+from edges.config_files import read_config_file
+from edges.workflow_call import CONFIG, data_folder
+
+
+def read_arguments() -> argparse.Namespace:
+    """Read what to judge."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, epilog="exit status: 0 judged, 1 a file was rejected, or other fault"
+    )
+    add, folder = parser.add_argument, data_folder()
+    add("files", type=Path, nargs="+", metavar="FILE", help="a recording, wherever it lies")
+    results = "where the workflow has put detectors.json and templates.npz (default: results/)"
+    add("--results", type=Path, default=folder / "results", metavar="FOLDER", help=results)
+    config = "the workflow's configuration (default: config/config.yaml)"
+    add("--config", type=Path, default=folder / CONFIG, metavar="FILE", help=config)
+    picture = "draw what it was judged by, with the place, into a .png or .svg file"
+    add("--picture", type=Path, metavar="FILE", help=picture)
+    add("--json", action="store_true", help="print the verdicts as JSON, for other programs")
+    arguments = parser.parse_args()
+    if arguments.picture and len(arguments.files) > 1:
+        parser.error("--picture draws one recording: give one FILE")
+    if arguments.picture and arguments.picture.suffix not in (".png", ".svg"):
+        parser.error(f"--picture {arguments.picture}: its name must end in .png or .svg")
+    return arguments
+
+
+def main() -> None:
+    """Judge each file; the exit status tells whether all were accepted."""
+    arguments = read_arguments()
+    settings, results = read_config_file(arguments.config), arguments.results
+    learned = results / "detectors.json"
+    final = FinalVerdict(results / "templates.npz", learned, settings, "a verdict")
+    taught = judged_file.taught_recordings(results / "recordings.csv")
+    judged = [judged_file.judge_file(path, final, settings, taught) for path in arguments.files]
+    if arguments.json:
+        rate_hz = settings["recording"]["rate_hz"]
+        values = [judged_file.as_plain_values(each, rate_hz) for each in judged]
+        print(json.dumps(values, indent=1, allow_nan=False))
+    else:
+        width = shutil.get_terminal_size().columns - 1
+        plain = not (sys.stdout.encoding or "ascii").lower().startswith("utf")
+        for each in judged:
+            print("\n".join(judged_view.judged_lines(each, settings, width, plain=plain)))
+    if arguments.picture and judged[0].is_accepted:
+        from acquisition.judged_picture_file import write_picture  # draws: only where asked for
+
+        write_picture(judged[0], settings, arguments.picture)
+    sys.exit(not all(each.is_accepted for each in judged))
+
+
+if __name__ == "__main__":
+    files.run(main)
