@@ -11,13 +11,11 @@ from acquisition.bench_errors import AcquisitionError
 from acquisition.verdict import FinalVerdict, RunningVerdict
 from acquisition.verdict_table import verdict_table
 from capsule.detectors.diagonal import DiagonalDetector, DiagonalModel
-from capsule.detectors.passage import Passage
-from capsule.detectors.taught import TaughtDetector
 from capsule.errors import CapsuleError
 from capsule.phantom.simulation import simulate_run
 from edges.config_files import read_config_file
 from edges.phantom import DEFAULT_TABLE, read_phantom
-from support.training import archive_of_passages
+from support.learned import taught_by, write_learned, write_templates
 
 HEADER = {"adc_bits": "10"}
 
@@ -25,10 +23,7 @@ HEADER = {"adc_bits": "10"}
 @pytest.fixture
 def templates(tmp_path):
     """Make templates that know one shape, 3 mm."""
-    shape = np.zeros((4, 1000))
-    for sensor in range(4):
-        shape[sensor, 150 + 100 * sensor : 250 + 100 * sensor] = 1.0
-    np.savez(tmp_path / "templates.npz", **{"0mm": np.zeros((4, 1000)), "3mm": shape})
+    write_templates(tmp_path)
 
 
 @pytest.fixture
@@ -99,29 +94,6 @@ def test_no_verdict_without_reason(running, tmp_path, configuration):
         FinalVerdict(tmp_path / "none.npz", tmp_path / "detectors.json", configuration)
 
 
-def taught_by(healthy_scores=(0.1, 0.2)):
-    """Teach the detectors with a few made-up passages."""
-    place, usual = (1, 1, 130), (0.1, 0.1, 0.1)
-    passages = {
-        f"0mm/{n}": Passage(score, 0, 0, 0, *place, *usual)
-        for n, score in enumerate(healthy_scores)
-    }
-    passages |= {f"3mm/{n}": Passage(3.0 + n, n, n, n, *place, *usual) for n in range(3)}
-    sizes = {name: float(name[0]) for name in passages}
-    passages["unlabelled/n"] = Passage(9.0, 1, 1, 1, 4.5, 128, 130, 0.1, 0.1, 0.1)
-    rules = {"specificity": 0.95, "prevalence": 0.1, "size_ridge": 2.0}
-    return archive_of_passages(passages, sizes, **rules)
-
-
-def stored_of(archive):
-    """Give what the detectors would keep of it."""
-    margin = 5.0 if 0.0 in archive.sizes_mm.values() else None
-    learned = {"margin_threshold": margin}
-    for detector in (DiagonalDetector, TaughtDetector):
-        learned |= detector(archive).without([]).stored()
-    return learned
-
-
 def test_what_is_learned_survives_the_file():
     for archive in (taught_by(), taught_by(healthy_scores=())):
         model = DiagonalDetector(archive).without([])
@@ -138,9 +110,7 @@ def configuration():
 
 
 def final_verdict(tmp_path, configuration, archive, **changes):
-    settings = {"diagonal": configuration["diagonal"] | changes}
-    content = stored_of(archive) | {"settings": settings}
-    (tmp_path / "detectors.json").write_text(json.dumps(content))
+    write_learned(tmp_path, configuration, archive, **changes)
     return FinalVerdict(tmp_path / "templates.npz", tmp_path / "detectors.json", configuration)
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import capsule
+from acquisition.judged_file import as_plain_values, judge_file, taught_recordings
 from acquisition.verdict import FinalVerdict
 from capsule import words
 from capsule.detectors.registry import DETECTORS, PAPER
@@ -127,6 +128,33 @@ def test_what_is_handed_on_judges_a_recording_as_the_workflow_did(finished):
         assert line.startswith(f"verdict of {row['detector']}: {verdict}")
         assert not row["probability"] or words.percent(float(row["probability"])) in line
         assert not row["location_s"] or words.place(float(row["location_s"]), None) in line
+
+
+def test_a_file_is_judged_as_the_workflow_judges_it(finished):
+    settings = read_config_file(finished.folder / "config/config.yaml")
+    files = finished.results / "templates.npz", finished.results / "detectors.json"
+    taught = taught_recordings(finished.results / "recordings.csv")
+    judged = judge_file(
+        finished.raw / "unlabelled/patient.csv", FinalVerdict(*files, settings), settings, taught
+    )
+    said = as_plain_values(judged, settings["recording"]["rate_hz"])
+    assert (said["status"], said["taught_as"]) == ("accepted", "")
+    rows = finished.table("detections.csv")
+    assert list(said["verdicts"]) == [row["detector"] for row in rows]
+    names = said["verdicts"]["diagonal"].keys() - {"reason", "distances"}
+    assert len(names) == 9
+    for row in rows:
+        verdict = said["verdicts"][row["detector"]]
+        assert {name for name in names if verdict[name] is None} == {
+            name for name in names if not row[name]
+        }
+        known = {name: float(row[name]) for name in names if row[name]}
+        assert {name: verdict[name] for name in known} == pytest.approx(known, rel=1e-12)
+        distances = [float(row[name]) for name in row if name.startswith("rmse_") and row[name]]
+        assert verdict["distances"] == pytest.approx(distances, rel=1e-12)
+    labelled = finished.raw / f"{RECORDINGS[0]}.csv"
+    judged = judge_file(labelled, FinalVerdict(*files, settings), settings, taught)
+    assert judged.taught_as == RECORDINGS[0]
 
 
 def test_a_second_call_has_nothing_to_do(project):

@@ -1,0 +1,48 @@
+"""What the workflow leaves for those who judge new recordings, made from a few passages."""
+
+import json
+
+import numpy as np
+
+from capsule.detectors.diagonal import DiagonalDetector
+from capsule.detectors.passage import Passage
+from capsule.detectors.taught import TaughtDetector
+from support.training import archive_of_passages
+
+
+def taught_by(healthy_scores=(0.1, 0.2)):
+    """Teach the detectors with a few made-up passages."""
+    place, usual = (1, 1, 130), (0.1, 0.1, 0.1)
+    passages = {
+        f"0mm/{n}": Passage(score, 0, 0, 0, *place, *usual)
+        for n, score in enumerate(healthy_scores)
+    }
+    passages |= {f"3mm/{n}": Passage(3.0 + n, n, n, n, *place, *usual) for n in range(3)}
+    sizes = {name: float(name[0]) for name in passages}
+    passages["unlabelled/n"] = Passage(9.0, 1, 1, 1, 4.5, 128, 130, 0.1, 0.1, 0.1)
+    rules = {"specificity": 0.95, "prevalence": 0.1, "size_ridge": 2.0}
+    return archive_of_passages(passages, sizes, **rules)
+
+
+def stored_of(archive):
+    """Give what the detectors would keep of it."""
+    margin = 5.0 if 0.0 in archive.sizes_mm.values() else None
+    learned = {"margin_threshold": margin}
+    for detector in (DiagonalDetector, TaughtDetector):
+        learned |= detector(archive).without([]).stored()
+    return learned
+
+
+def write_templates(folder):
+    """Write templates that know one shape, 3 mm."""
+    shape = np.zeros((4, 1000))
+    for sensor in range(4):
+        shape[sensor, 150 + 100 * sensor : 250 + 100 * sensor] = 1.0
+    np.savez(folder / "templates.npz", **{"0mm": np.zeros((4, 1000)), "3mm": shape})
+
+
+def write_learned(folder, configuration, archive, **changes):
+    """Write what the detectors have learned from an archive, with these settings of `diagonal`."""
+    settings = {"diagonal": configuration["diagonal"] | changes}
+    content = stored_of(archive) | {"settings": settings}
+    (folder / "detectors.json").write_text(json.dumps(content), encoding="utf-8")
