@@ -34,7 +34,7 @@ FLOORS = (
     "scripts",
 )
 FRONTS = {"acquire", "simulate", "study_phantom", "survey", "teach_scorer"}
-FRONTS |= {"capsule_command", "demo", "judge_file"}
+FRONTS |= {"capsule_command", "demo", "judge_file", "shell_completion"}
 # Each folder that has one lists its own rows there.
 SAME_SUBJECT = {"registry"}
 
