@@ -30,6 +30,7 @@ FLOORS = (
     "phantom_study",
     "scorer_teaching",
     "part_making",
+    "exporting",
     "acquisition",
     "scripts",
 )

@@ -1,0 +1,94 @@
+"""A folder of results as the workflow leaves it, small enough to be exported in a test."""
+
+import numpy as np
+
+from capsule.evaluation.beside_paper import TABLES
+from capsule.evaluation.columns import COLUMNS
+from edges.files import write_csv, write_json
+
+LENGTH = 30
+# Written by 16 digits, none of these would come back.
+AWKWARD = (0.1 + 0.2, 1 / 3, 2 / 3 * 1e-7, -1e300 / 7)
+# What a spreadsheet would compute, and what none can write as it is.
+FORMULA = '=HYPERLINK("http://elsewhere")'
+HEADER = {"source": "simulated phantom", "started": "2024-06-03T10:00:00Z", "adc_bits": "10"}
+RECORDINGS = {
+    "0mm/r01": (21, {**HEADER, "vref_v": "5"}),
+    "3mm/r07": (LENGTH, {**HEADER, "vref_v": "5", "site": "-1+2", "wave speed": "25"}),
+    "2.5mm/a-1": (17, {"source": "simulated phantom", "note": FORMULA}),
+    "2.5mm/a_1": (12, {**HEADER, "started": "2024-06-03 10:00", "note": "bell \x07"}),
+    "unlabelled/p": (9, {"started": "last Tuesday"}),
+}
+REJECTED = "3mm/flat"
+_VERDICT = ["recording", "size_mm", "detector", "scheme", "predicted_mm", "rmse_0mm", "rmse_3mm"]
+_VERDICT += ["score", "estimate_low_mm", "location_s"]
+_LISTED = ["recording", "size_mm", "samples", "duration_s", "status", "reason", "no_verdict"]
+_LISTED += ["sha256", "readings_sha256", "source", "site"]
+
+
+def make_results(results):
+    """Fill a folder; returns the readings and the matrices by recording."""
+    generator = np.random.default_rng(1)
+    signals, matrices, rows = {}, {}, []
+    for name, (samples, header) in RECORDINGS.items():
+        counts = "adc_bits" in header
+        values = generator.integers(0, 1023, (4, samples)).astype(float)
+        values[1, 3] = np.nan
+        signals[name] = values if counts else values / 1000
+        matrices[name] = generator.random((4, LENGTH)) * AWKWARD[0]
+        size = "" if name.startswith("unlabelled") else float(name.partition("mm")[0])
+        checked = {"header": header, "status": "accepted"}
+        write_json(results / "checks" / f"{name}.json", checked)
+        row = {"recording": name, "size_mm": size, "samples": samples, "status": "accepted"}
+        row |= {"duration_s": (samples - 1) / 10, "sha256": f"{samples:064x}", "site": "007"}
+        rows.append(row | {"source": header.get("source", "")})
+        _save(results / "signals" / f"{name}.npy", signals[name])
+        _save(results / "matrices" / f"{name}.npy", matrices[name])
+        if size:
+            parameters = _parameters(generator)
+            fit = {"recording": name, "size_mm": size, "seed": 1, "first_peak": 5, "lag": 7}
+            fit |= {"rmse_initial": 0.5, "rmse": AWKWARD[1], "accepted_moves": 3}
+            write_json(results / "fits" / f"{name}.json", fit | {"parameters": parameters})
+    rejected = {"recording": REJECTED, "size_mm": 3.0, "status": "rejected"}
+    rows.append(rejected | {"reason": "sensor 2 is constant", "source": FORMULA})
+    _save(results / "signals" / f"{REJECTED}.npy", np.full((4, LENGTH), np.nan))
+    write_json(results / "checks" / f"{REJECTED}.json", {"header": {"source": FORMULA}})
+    _table(results / "recordings.csv", _LISTED, rows)
+    _table(results / "passed_over.csv", ["path", "reason"], [])
+    templates = [{"size_mm": 0.0, "recordings": 0, "parameters": None}]
+    templates.append({"size_mm": 3.0, "recordings": 1, "parameters": _parameters(generator)})
+    write_json(results / "templates.json", {"templates": templates})
+    np.savez(results / "templates.npz", **{"0mm": np.zeros((4, 40)), "3mm": np.eye(4, 40) / 3})
+    _evaluation(results)
+    return signals, matrices
+
+
+def _evaluation(results):
+    verdict = {"recording": "3mm/r07", "size_mm": 3.0, "detector": "template"}
+    verdict |= {"scheme": "leave_one_out", "predicted_mm": 3.0, "score": AWKWARD[3]}
+    verdict |= {"rmse_0mm": AWKWARD[2], "rmse_3mm": float("inf"), "estimate_low_mm": AWKWARD[0]}
+    _table(results / "evaluation/predictions.csv", _VERDICT, [verdict])
+    _table(results / "evaluation/group_predictions.csv", _VERDICT, [])
+    rates = {"detector": "template", "size_mm": 3.0, "tp": 17, "recall": 17 / 20}
+    rates |= {"recall_low": AWKWARD[1], "one_sided": True}
+    for name in TABLES:
+        _table(results / "evaluation" / f"{name}.csv", list(rates), [rates, rates | {"tp": 3}])
+    for name, columns in COLUMNS.items():
+        _table(results / "evaluation" / f"{name}.csv", columns, [])
+    _table(results / "evaluation/learning.csv", ["detector", "share", "rate"], [])
+    _table(results / "detections.csv", _VERDICT, [])
+    _table(results / "sites.csv", ["site", "detector", "passes"], [])
+
+
+def _parameters(generator):
+    lengths = {"amplitude": 4, "vertical_spread": 4, "peak_spacing": 3, "horizontal_spread": 4}
+    return {name: generator.random(length).tolist() for name, length in lengths.items()}
+
+
+def _table(path, columns, rows):
+    write_csv(path, columns, [{name: row.get(name) for name in columns} for row in rows])
+
+
+def _save(path, array):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    np.save(path, array)

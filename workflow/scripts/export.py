@@ -1,0 +1,32 @@
+"""Export recordings and results for other programs."""
+
+from functools import partial
+
+from capsule.configuration import check_configuration
+from edges import files
+from edges.config_files import read_config_file, read_schema
+from exporting.export_options import SCHEMA, read_arguments
+from exporting.export_provenance import outdated
+from exporting.export_writing import tell, write
+from exporting.gathering import gather
+
+
+def main() -> None:
+    """Read the results, and write them in the format that was asked for."""
+    arguments = read_arguments()
+    settings = read_config_file(arguments.config)
+    check_configuration(settings, read_schema(SCHEMA), {str(arguments.config): settings})
+    progress = partial(tell, what="recordings read:")
+    exported = gather(arguments.results, arguments.config, settings, arguments.what, progress)
+    count, written = write(exported, arguments.format, arguments.out, force=arguments.force)
+    if changed := outdated(arguments.results):
+        print(
+            f"warning: {arguments.results}/ does not fit {len(changed)} files any more, such as "
+            f"{changed[0]}; make it again: snakemake -c2 results/report.html"
+        )
+    origin = exported.provenance["origin"]
+    print(f"{count} files, {written / 1e6:.1f} MB in {arguments.out}/; recordings: {origin}")
+
+
+if __name__ == "__main__":
+    files.run(main)

@@ -1,0 +1,75 @@
+"""Where an export comes from: recordings, configuration, code, versions."""
+
+import contextlib
+import importlib.metadata
+import json
+import platform
+from collections.abc import Iterable, Mapping
+from datetime import UTC, datetime
+from pathlib import Path
+
+from capsule.page.provenance import combined_checksum, origin_of
+from edges.project_state import read_project_state
+from edges.records import files_that_do_not_fit
+
+PROJECT = Path(__file__).resolve().parents[3]
+PAPER = "Ge, Zong, Zhang and Nanayakkara, arXiv 2406.01371"
+_PACKAGES = ("numpy", "scipy", "pandas")
+
+
+def provenance_of(
+    results: Path,
+    config: Path,
+    settings: Mapping,
+    rows: Iterable[Mapping[str, str]],
+    read: Iterable[Mapping[str, str]],
+) -> dict[str, str]:
+    """Return where an export comes from.
+
+    Parameters
+    ----------
+    results : Path
+        The folder of results.
+    config : Path
+        The file of the configuration.
+    settings : mapping
+        The configuration.
+    rows : iterable of mapping
+        Of results/recordings.csv.
+    read : iterable of mapping
+        ``path`` and ``sha256`` of the results that were read.
+
+    Returns
+    -------
+    dict of str to str
+        The keys are legal names in MATLAB and elsewhere.
+    """
+    rows = list(rows)
+    accepted = [row for row in rows if row["status"] == "accepted"]
+    origin, state = origin_of(row["source"] for row in accepted), read_project_state(PROJECT)
+    checksums = {row["recording"]: row["sha256"] for row in rows if row["sha256"]}
+    return {
+        "project": state.text(),
+        "version": state.version or "not known",
+        "commit": state.commit or "not known",
+        "code_modified": "yes" if state.modified else "no",
+        "exported": datetime.now(UTC).isoformat(timespec="seconds"),
+        "origin": origin.kind,
+        "sources": "; ".join(origin.sources) or "not told by the recordings",
+        "recordings_accepted": str(len(accepted)),
+        "recordings_rejected": str(len(rows) - len(accepted)),
+        "recordings_sha256": combined_checksum(checksums),
+        "results_sha256": combined_checksum({row["path"]: row["sha256"] for row in read}),
+        "results_out_of_date": "; ".join(outdated(results)) or "no",
+        "configuration_file": config.name,
+        "configuration": json.dumps(settings),
+        "method": PAPER,
+        "python": platform.python_version(),
+        **{name: importlib.metadata.version(name) for name in _PACKAGES},
+    }
+
+
+def outdated(results: Path) -> list[str]:
+    """Name files that have changed since the results were made from them."""
+    with contextlib.chdir(results.resolve().parent):
+        return files_that_do_not_fit("results/report.html") if results.name == "results" else []

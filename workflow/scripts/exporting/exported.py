@@ -1,0 +1,161 @@
+"""What is exported, as a plain structure: tables, matrices with named axes, provenance."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+NO_UNIT = "1"
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a table.
+
+    Attributes
+    ----------
+    name : str
+        As in the results.
+    unit : str
+        Of the numbers; ``1`` where they have none, empty for text.
+    long_name : str
+        What it is, in words.
+    values : (n,) array
+        Of float64 (NaN: unknown), int64, bool, or objects that are text.
+    """
+
+    name: str
+    unit: str
+    long_name: str
+    values: np.ndarray
+
+
+@dataclass(frozen=True)
+class Table:
+    """Columns of equal length.
+
+    Attributes
+    ----------
+    name : str
+        Of letters, digits and underscores.
+    long_name : str
+        What its rows are.
+    columns : tuple of Column
+        In their order.
+    """
+
+    name: str
+    long_name: str
+    columns: tuple[Column, ...]
+
+    @property
+    def rows(self) -> int:
+        """Number of rows."""
+        return len(self.columns[0].values)
+
+    def values(self, name: str) -> np.ndarray:
+        """Return the values of a column."""
+        return next(column.values for column in self.columns if column.name == name)
+
+
+@dataclass(frozen=True)
+class Matrices:
+    """A matrix for each recording, or for each size of a template; a row is a sensor.
+
+    Attributes
+    ----------
+    name, long_name : str
+        What they are.
+    units : mapping of str to str
+        Unit of each one's values, by the same names as `values`.
+    of : {"recording", "size"}
+        What each belongs to.
+    axis : str
+        Name of the second axis; the first is ``sensor``, counted from 1.
+    axis_unit : str
+        Its unit.
+    coordinate : (n,) array
+        Where the columns of the longest one stand on that axis.
+    values : mapping of str to (S, K) array
+        By names such as ``3mm/r07`` or ``3mm``; NaN where a sample is missing. A rejected
+        recording has K = 0.
+    """
+
+    name: str
+    long_name: str
+    units: Mapping[str, str]
+    of: str
+    axis: str
+    axis_unit: str
+    coordinate: np.ndarray
+    values: Mapping[str, np.ndarray]
+
+    @property
+    def unit(self) -> str:
+        """The unit of all; where recordings differ, those that occur."""
+        return " or ".join(sorted(set(self.units.values()))) or NO_UNIT
+
+    @property
+    def sensors(self) -> int:
+        """Number of sensors S."""
+        return max((matrix.shape[0] for matrix in self.values.values()), default=0)
+
+
+@dataclass(frozen=True)
+class Exported:
+    """All that is exported.
+
+    Attributes
+    ----------
+    what : str
+        What was asked for, such as ``recordings`` or ``all``.
+    rate_hz : float
+        Sampling rate of readings and matrices.
+    tables : tuple of Table
+        The tables.
+    matrices : tuple of Matrices
+        The matrices.
+    headers : mapping of str to mapping
+        The ``# key: value`` lines of each recording.
+    provenance : mapping of str to str
+        Where all this is from; the keys are plain names.
+    """
+
+    what: str
+    rate_hz: float
+    tables: tuple[Table, ...]
+    matrices: tuple[Matrices, ...]
+    headers: Mapping[str, Mapping[str, str]]
+    provenance: Mapping[str, str]
+
+    def table(self, name: str) -> Table | None:
+        """Return a table, if it is exported."""
+        return next((table for table in self.tables if table.name == name), None)
+
+
+def long_table(matrices: Matrices) -> Table:
+    """Lay matrices one below the other: one row a sample, or a column of a template.
+
+    Parameters
+    ----------
+    matrices : Matrices
+        The matrices.
+
+    Returns
+    -------
+    Table
+        The names, the second axis, and a column for each sensor.
+    """
+    names = list(matrices.values)
+    lengths = [matrices.values[name].shape[1] for name in names]
+    of = np.repeat(np.array(names, dtype=object), lengths)
+    along = np.concatenate([matrices.coordinate[:length] for length in lengths] or [[]])
+    axis = f"{matrices.axis}_{matrices.axis_unit}" if matrices.axis_unit != "1" else matrices.axis
+    columns = [Column(matrices.of, "", f"name of the {matrices.of}", of)]
+    columns += [Column(axis, matrices.axis_unit, matrices.axis, along)]
+    for sensor in range(matrices.sensors):
+        parts = [matrix[sensor] for matrix in matrices.values.values()]
+        what = f"{matrices.long_name}, sensor {sensor + 1}"
+        column = np.concatenate(parts or [[]])
+        columns.append(Column(f"sensor_{sensor + 1}", matrices.unit, what, column))
+    return Table(matrices.name, matrices.long_name, tuple(columns))

@@ -1,0 +1,34 @@
+"""Names that MATLAB takes for fields; other formats' files are called by them too."""
+
+import re
+from collections.abc import Iterable
+
+# MATLAB's namelengthmax.
+_LONGEST_NAME = 63
+
+
+def legal_names(names: Iterable[str]) -> dict[str, str]:
+    """Make field names as MATLAB's ``matlab.lang.makeValidName`` does, none of them twice.
+
+    Parameters
+    ----------
+    names : iterable of str
+        Such as ``3mm/r07``.
+
+    Returns
+    -------
+    dict of str to str
+        The legal name, such as ``x3mm_r07``, of each.
+    """
+    legal: dict[str, str] = {}
+    taken = set()
+    for name in names:
+        base = re.sub(r"[^A-Za-z0-9_]", "_", name)
+        base = (base if base[:1].isalpha() else f"x{base}")[:_LONGEST_NAME]
+        legal[name], number = base, 0
+        while legal[name] in taken:
+            number += 1
+            end = f"_{number}"
+            legal[name] = base[: _LONGEST_NAME - len(end)] + end
+        taken.add(legal[name])
+    return legal

@@ -1,0 +1,20 @@
+"""When a recording was started, as its header tells it, or not at all."""
+
+from collections.abc import Mapping
+from datetime import UTC, datetime
+
+# NWB demands a date. This one stands for an unknown one, and the file says so.
+NO_DATE = datetime(1970, 1, 1, tzinfo=UTC)
+UNKNOWN = "session_start_time is not known: 1970-01-01T00:00:00Z stands for it"
+
+
+def session_start(header: Mapping[str, str]) -> tuple[datetime, str]:
+    """Return when a recording was started, and what a reader must know of that date."""
+    told = header.get("started", "")
+    try:
+        started = datetime.fromisoformat(told)
+    except ValueError:
+        return NO_DATE, UNKNOWN + (f" (the header says started: {told!r})" if told else "")
+    if started.tzinfo is None:
+        return started.replace(tzinfo=UTC), "the header names no time zone; UTC is assumed"
+    return started, ""

@@ -1,0 +1,57 @@
+"""Tables of text as columns of numbers and text, to the last bit."""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import numpy as np
+
+from edges.results import TEXT
+from exporting.column_words import describe
+from exporting.exported import Column, Table
+
+_TRUTH = {"True": True, "False": False}
+# Beside what people write: a header's value may look like a number in every recording.
+_TEXT = TEXT | {"key", "value", "first", "second", "measure", "no_verdict", "reading_unit"}
+
+
+def table_of(name: str, long_name: str, columns: Sequence[str], rows: Iterable[Mapping]) -> Table:
+    """Make a table of rows whose cells are text, as a CSV file holds them.
+
+    Parameters
+    ----------
+    name, long_name : str
+        Of the table.
+    columns : sequence of str
+        Their names.
+    rows : iterable of mapping
+        Cells by the column's name; an empty one is unknown.
+
+    Returns
+    -------
+    Table
+    """
+    rows = list(rows)
+    made = [column_of(each, [row[each] for row in rows]) for each in columns]
+    return Table(name, long_name, tuple(made))
+
+
+def column_of(name: str, cells: Sequence[str]) -> Column:
+    """Make a column of numbers if every cell is one, of text otherwise."""
+    unit, long_name = describe(name)
+    values = None if name in _TEXT else _numbers(cells)
+    if values is None:
+        values, unit = np.array(cells, dtype=object), ""
+    return Column(name, "" if values.dtype == bool else unit, long_name, values)
+
+
+def _numbers(cells: Sequence[str]) -> np.ndarray | None:
+    if cells and set(cells) <= _TRUTH.keys():
+        return np.array([_TRUTH[cell] for cell in cells])
+    try:
+        return np.array([int(cell) for cell in cells], dtype=np.int64 if cells else np.float64)
+    except (ValueError, OverflowError):
+        pass
+    try:
+        # float() reads what repr() wrote to the last bit; pandas need not.
+        return np.array([float(cell) if cell else np.nan for cell in cells])
+    except ValueError:
+        return None
