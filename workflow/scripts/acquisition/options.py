@@ -1,13 +1,11 @@
 """The command line of acquire.py."""
 
 import argparse
-import re
 from pathlib import Path
 
 from acquisition.line import BAUD
-from capsule.naming import UNLABELLED, Entry, classify, folder_size_mm, repeated_end, size_label
+from edges.run_arguments import recording_name, size_folder
 
-_LONGEST_NAME = 96  # without .csv
 LONGEST_ENTRY = 100  # characters of a site or session
 PROJECT = Path(__file__).resolve().parents[3]
 
@@ -52,7 +50,10 @@ def parse(arguments: list[str] | None = None) -> argparse.Namespace:
 def _add_run_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("the run")
     group.add_argument(
-        "--size", type=_size, metavar="MM", help="record over a nodule of this size; 0: no nodule"
+        "--size",
+        type=size_folder,
+        metavar="MM",
+        help="record over a nodule of this size; 0: no nodule",
     )
     group.add_argument(
         "--unlabelled", action="store_true", help="record a run whose nodule is unknown"
@@ -65,7 +66,9 @@ def _add_run_options(parser: argparse.ArgumentParser) -> None:
         help="complete the unfinished recording FILE (.part); without FILE, all under raw/",
     )
     group.add_argument("--duration", type=_positive, metavar="S", help="stop after S seconds")
-    group.add_argument("--name", type=_name, help="the recording's name (default: UTC time)")
+    group.add_argument(
+        "--name", type=recording_name, help="the recording's name (default: UTC time)"
+    )
     group.add_argument(
         "--site",
         type=_entry,
@@ -151,20 +154,6 @@ def _add_place_options(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _size(text: str) -> str:
-    """Read a size and give its folder: 3mm, 2.5mm."""
-    # ASCII alone: float() would also read -0, 1_0 and digits of other scripts.
-    if not re.fullmatch(r"[0-9]{1,9}(\.[0-9]{1,9})?|\.[0-9]{1,9}", text) or float(text) >= 100:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a size in mm from 0 to below 100")
-    label = size_label(float(text))
-    if folder_size_mm(label) != float(text):
-        raise argparse.ArgumentTypeError(
-            f"{text!r} has too many digits: the workflow would ignore the folder {label}/; "
-            "give at most four digits, at most three of them after the decimal point"
-        )
-    return label
-
-
 def _positive(text: str) -> float:
     try:
         number = float(text)
@@ -173,21 +162,6 @@ def _positive(text: str) -> float:
     if not 0 < number < float("inf"):
         raise argparse.ArgumentTypeError(f"{text!r} is not a number above 0")
     return number
-
-
-def _name(text: str) -> str:
-    repeated = len(text) <= _LONGEST_NAME and repeated_end(text)
-    if repeated:
-        raise argparse.ArgumentTypeError(
-            f"{text!r} ends in {repeated!r} twenty times or more; Snakemake takes such a name "
-            "for a mistake and stops, so choose another"
-        )
-    if not classify([Entry(f"{UNLABELLED}/{text}.csv")]).recordings or text.endswith(".csv"):
-        raise argparse.ArgumentTypeError(
-            f"{text!r} is not allowed as a name: use at most {_LONGEST_NAME} letters, digits, "
-            "'_', '-', '.' and '+', begin with a letter or digit, and leave out .csv"
-        )
-    return text
 
 
 def _entry(text: str) -> str:

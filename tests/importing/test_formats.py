@@ -1,0 +1,315 @@
+"""Each format, from a file that its own library writes, and from files that packages ship."""
+
+import sys
+from datetime import UTC, datetime
+from pathlib import Path
+
+import h5py
+import nptdms
+import numpy as np
+import openpyxl
+import pynwb
+import pytest
+import scipy.io
+from rosbags.rosbag1 import Writer as Bag1
+from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import Writer as Bag2
+from rosbags.typesys import Stores, get_typestore
+
+from support.importing import assert_readings, import_files
+from support.xdf_writer import xdf_file, xdf_stream
+
+TIME_S = np.arange(120) / 10
+# As resistances that no other unit fits; a float of MATLAB comes back to the bit.
+KILO_OHMS = 12 + np.sin(2 * np.pi * TIME_S / 3.2 + np.arange(4)[:, None])
+COUNTS = np.rint(500 + 40 * np.sin(2 * np.pi * TIME_S / 3.2 + np.arange(4)[:, None]))
+STARTED = datetime(2026, 3, 4, 12, tzinfo=UTC)
+
+
+def write_matlab(path, content):
+    scipy.io.savemat(path, content)
+
+
+def test_a_matlab_matrix_with_the_time_beside_it(tmp_path):
+    write_matlab(tmp_path / "run.mat", {"t": TIME_S, "V": COUNTS.T})
+    imported = import_files(tmp_path, tmp_path / "run.mat")
+    assert_readings(imported.the_recording(), TIME_S, COUNTS)
+
+
+def test_a_matlab_structure(tmp_path):
+    fields = {f"S{n}": row for n, row in enumerate(KILO_OHMS, start=1)}
+    content = {"lab": {"name": "bench", "run": {"time": TIME_S * 1000, **fields}}, "other": 3.0}
+    write_matlab(tmp_path / "run.mat", content)
+    recording = import_files(tmp_path, tmp_path / "run.mat").the_recording()
+    assert_readings(recording, TIME_S, KILO_OHMS)
+    assert recording.header["unit"] == "kohm"
+    assert recording.header["import_variable"] == "lab.run"
+
+
+def test_a_sampling_rate_in_the_file_gives_the_time(tmp_path):
+    write_matlab(tmp_path / "run.mat", {"readings": COUNTS, "fs": 10.0})
+    assert_readings(import_files(tmp_path, tmp_path / "run.mat").the_recording(), TIME_S, COUNTS)
+
+
+def test_of_several_variables_one_is_asked_for(tmp_path):
+    runs = {f"run{n}": {"t": TIME_S, "V": COUNTS + n} for n in (1, 2)}
+    write_matlab(tmp_path / "runs.mat", runs)
+    imported = import_files(tmp_path, tmp_path / "runs.mat")
+    assert (
+        "runs.mat: 2 of its parts can be the recording: 'run1', 'run2'; name one by --variable, "
+        "or give --variable all if each is a run"
+    ) in imported.refused
+    imported = import_files(tmp_path, tmp_path / "runs.mat", "--variable", "run2")
+    assert_readings(imported.the_recording(), TIME_S, COUNTS + 2)
+    imported = import_files(tmp_path, tmp_path / "runs.mat", "--variable", "run3")
+    assert "variable: there is no 'run3'; did you mean 'run2'?" in imported.refused
+    both = import_files(tmp_path / "both", tmp_path / "runs.mat", "--variable", "all")
+    assert list(both.recordings()) == ["3mm/runs-run1", "3mm/runs-run2"]
+
+
+def write_matlab_73(path, arrays):
+    """Write HDF5 as MATLAB does: behind a block of its own, arrays transposed, classes named."""
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, array in arrays.items():
+            file[name] = np.asarray(array).T
+            file[name].attrs["MATLAB_class"] = np.bytes_("double")
+        note = np.frombuffer("bench 2".encode("utf-16-le"), np.uint16)
+        file["note"] = note[:, None]
+        file["note"].attrs["MATLAB_class"] = np.bytes_("char")
+    content = path.read_bytes()
+    mark = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM"
+    path.write_bytes(mark.ljust(512, b"\x00") + content[512:])
+
+
+def test_matlab_7_3(tmp_path):
+    write_matlab_73(tmp_path / "run.mat", {"t": TIME_S[:, None], "V": COUNTS.T})
+    recording = import_files(tmp_path, tmp_path / "run.mat").the_recording()
+    assert_readings(recording, TIME_S, COUNTS)
+
+
+def test_hdf5_with_its_attributes(tmp_path):
+    with h5py.File(tmp_path / "run.h5", "w") as file:
+        group = file.create_group("run/capsule")
+        group.attrs["sampling_rate"] = 10.0
+        file.attrs["started"] = "2026-03-04T12:00:00Z"
+        group["readings"] = KILO_OHMS
+        group["readings"].attrs["unit"] = "kOhm"
+    recording = import_files(tmp_path, tmp_path / "run.h5").the_recording()
+    assert_readings(recording, TIME_S, KILO_OHMS)
+    assert recording.header["unit"] == "kohm"
+    assert recording.header["started"] == "2026-03-04T12:00:00Z"
+
+
+def test_hdf5_with_one_table(tmp_path):
+    table = np.zeros(120, dtype=[("ms", "i8"), *((f"s{n}", "f8") for n in range(1, 5))])
+    table["ms"] = np.rint(TIME_S * 1000)
+    for number, row in enumerate(COUNTS, start=1):
+        table[f"s{number}"] = row
+    with h5py.File(tmp_path / "run.h5", "w") as file:
+        file["table"] = table
+    assert_readings(import_files(tmp_path, tmp_path / "run.h5").the_recording(), TIME_S, COUNTS)
+
+
+def write_workbook(path, sheets):
+    book = openpyxl.Workbook()
+    book.remove(book.active)
+    for title, rows in sheets.items():
+        sheet = book.create_sheet(title)
+        for row in rows:
+            sheet.append(row)
+    book.save(path)
+
+
+def excel_rows(first):
+    head = [
+        ["Bench 2"],
+        [],
+        ["time", "S1", "S2", "S3", "S4"],
+        ["s", "kohm", "kohm", "kohm", "kohm"],
+    ]
+    return head + [[t, *sample] for t, sample in zip(first, KILO_OHMS.T.tolist(), strict=True)]
+
+
+def test_an_excel_sheet_with_a_row_of_units(tmp_path):
+    sheets = {"notes": [["four passes"], ["no fault"]], "Run 1": excel_rows(TIME_S.tolist())}
+    write_workbook(tmp_path / "lab.xlsx", sheets)
+    recording = import_files(tmp_path, tmp_path / "lab.xlsx").the_recording()
+    assert_readings(recording, TIME_S, KILO_OHMS)
+    assert recording.header["import_sheet"] == "Run 1"
+
+
+def test_an_excel_sheet_with_dates(tmp_path):
+    stamps = [datetime(2026, 3, 4, 12, 0, int(t), round(t % 1 * 1e6)) for t in TIME_S]
+    write_workbook(tmp_path / "lab.xlsx", {"Run 1": excel_rows(stamps)})
+    recording = import_files(tmp_path, tmp_path / "lab.xlsx").the_recording()
+    np.testing.assert_allclose(recording.time_s, TIME_S, atol=1e-3)
+    assert recording.header["started"] == "2026-03-04T12:00:00"
+
+
+def test_a_cell_of_a_sheet_that_is_no_number_is_named_by_its_row(tmp_path):
+    rows = excel_rows(TIME_S.tolist())
+    rows[9][2] = "overload"
+    write_workbook(tmp_path / "lab.xlsx", {"Run 1": rows})
+    refused = import_files(tmp_path, tmp_path / "lab.xlsx").refused
+    assert "lab.xlsx: sheet 'Run 1': row 10, column 'S2': 'overload' is not a number" in refused
+
+
+def test_of_several_sheets_one_is_asked_for(tmp_path):
+    sheets = {f"Run {n}": excel_rows(TIME_S.tolist()) for n in (1, 2)}
+    write_workbook(tmp_path / "lab.xlsx", sheets)
+    refused = import_files(tmp_path, tmp_path / "lab.xlsx").refused
+    assert "'Run 1', 'Run 2'; name one by --sheet, or give --sheet all" in refused
+
+
+def nwb_file(path, **series):
+    file = pynwb.NWBFile("capsule", "run-1", STARTED)
+    file.add_acquisition(pynwb.TimeSeries(name="sensors", data=KILO_OHMS.T, **series))
+    with pynwb.NWBHDF5IO(str(path), "w") as stream:
+        stream.write(file)
+
+
+@pytest.mark.parametrize("time", [{"rate": 10.0}, {"timestamps": TIME_S + 100}], ids=str)
+def test_nwb(tmp_path, time):
+    nwb_file(tmp_path / "run.nwb", unit="kohm", **time)
+    recording = import_files(tmp_path, tmp_path / "run.nwb").the_recording()
+    assert_readings(recording, TIME_S, KILO_OHMS)
+    assert recording.header["started"] == "2026-03-04T12:00:00Z"
+    assert recording.header["unit"] == "kohm"
+
+
+def test_nwb_readings_are_multiplied_as_the_file_says(tmp_path):
+    nwb_file(tmp_path / "run.nwb", unit="ohm", rate=10.0, conversion=1000.0)
+    recording = import_files(tmp_path, tmp_path / "run.nwb").the_recording()
+    np.testing.assert_allclose(recording.values, KILO_OHMS * 1000)
+
+
+def test_tdms(tmp_path):
+    properties = {
+        "wf_increment": 0.1,
+        "unit_string": "V",
+        "wf_start_time": np.datetime64("2026-03-04T12:00:00"),
+        "wf_start_offset": 0.0,
+    }
+    channels = [
+        nptdms.ChannelObject("capsule", f"AI{n}", row / 10, properties=properties)
+        for n, row in enumerate(KILO_OHMS)
+    ]
+    other = nptdms.ChannelObject("room", "temperature", np.arange(5.0))
+    with nptdms.TdmsWriter(str(tmp_path / "run.tdms")) as writer:
+        writer.write_segment([*channels, other])
+    recording = import_files(tmp_path, tmp_path / "run.tdms").the_recording()
+    assert_readings(recording, TIME_S, KILO_OHMS / 10)
+    assert recording.header["unit"] == "V"
+    assert recording.header["started"] == "2026-03-04T12:00:00Z"
+
+
+def test_xdf_on_the_recorders_clock(tmp_path):
+    labels = [f"S{n}" for n in range(1, 5)]
+    sensors = xdf_stream(1, "capsule", TIME_S + 5000, COUNTS, labels, "counts", offset_s=-4000)
+    other = xdf_stream(2, "pump", TIME_S, COUNTS[:1], ["pressure"], "kPa")
+    (tmp_path / "run.xdf").write_bytes(xdf_file(sensors, other))
+    recording = import_files(tmp_path, tmp_path / "run.xdf").the_recording()
+    assert_readings(recording, TIME_S, COUNTS)
+    assert recording.header["started"] == "2026-03-04T12:00:00"
+
+
+def messages(types):
+    """Give the samples as a topic of arrays, and the class of another topic."""
+    array = types.types["std_msgs/msg/Float64MultiArray"]
+    layout = types.types["std_msgs/msg/MultiArrayLayout"](dim=[], data_offset=0)
+    start = int(STARTED.timestamp()) * 10**9
+    for t, sample in zip(TIME_S, COUNTS.T, strict=True):
+        yield start + round(t * 1e9), array(layout=layout, data=sample.copy())
+
+
+def write_bag_1(path):
+    types = get_typestore(Stores.ROS1_NOETIC)
+    with Bag1(path) as bag:
+        topic = bag.add_connection("/capsule", "std_msgs/msg/Float64MultiArray", typestore=types)
+        for stamp, message in messages(types):
+            bag.write(topic, stamp, types.serialize_ros1(message, topic.msgtype))
+
+
+def write_bag_2(path, plugin):
+    types = get_typestore(Stores.ROS2_HUMBLE)
+    text = types.types["std_msgs/msg/String"]
+    with Bag2(path, version=9, storage_plugin=plugin) as bag:
+        topic = bag.add_connection("/capsule", "std_msgs/msg/Float64MultiArray", typestore=types)
+        log = bag.add_connection("/log", "std_msgs/msg/String", typestore=types)
+        for stamp, message in messages(types):
+            bag.write(topic, stamp, types.serialize_cdr(message, topic.msgtype))
+            bag.write(log, stamp, types.serialize_cdr(text(data="on"), log.msgtype))
+
+
+@pytest.mark.parametrize("kind", ["ROS 1", "SQLITE3", "MCAP"])
+def test_a_bag_of_ros(tmp_path, kind):
+    path = tmp_path / ("run.bag" if kind == "ROS 1" else "run")
+    if kind == "ROS 1":
+        write_bag_1(path)
+    else:
+        write_bag_2(path, StoragePlugin[kind])
+    recording = import_files(tmp_path, path).the_recording()
+    assert_readings(recording, TIME_S, COUNTS)
+    assert recording.header["started"] == "2026-03-04T12:00:00Z"
+    assert recording.header["import_variable"] == "/capsule"
+
+
+SHIPPED = {
+    ".mat": Path(scipy.io.__file__).parent / "matlab/tests/data",
+    ".tdms": Path(nptdms.__file__).parent / "test/data",
+    ".h5": Path(h5py.__file__).parent / "tests/data_files",
+}
+
+
+@pytest.mark.parametrize("ending", SHIPPED)
+def test_real_files_come_in_or_are_refused_in_a_line(tmp_path, ending):
+    files = sorted(SHIPPED[ending].glob(f"*{ending}"))
+    assert len(files) > 2
+    imported = import_files(tmp_path, *files)
+    lines = imported.refused.splitlines()
+    assert all(line.startswith("refused: ") and ": " in line[9:] for line in lines)
+    assert len(lines) + imported.shown.count("  wrote ") >= len(files)
+
+
+MARKS = [".mat", "73.mat", ".h5", ".xlsx", ".nwb", ".tdms", ".xdf", ".bag"]
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """Write one file of each format."""
+    folder = tmp_path_factory.mktemp("formats")
+    write_matlab(folder / "run.mat", {"t": TIME_S, "V": COUNTS.T})
+    write_matlab_73(folder / "run73.mat", {"t": TIME_S[:, None], "V": COUNTS.T})
+    with h5py.File(folder / "run.h5", "w") as file:
+        file["readings"] = KILO_OHMS
+    write_workbook(folder / "run.xlsx", {"Run 1": excel_rows(TIME_S.tolist())})
+    nwb_file(folder / "run.nwb", unit="kohm", rate=10.0)
+    with nptdms.TdmsWriter(str(folder / "run.tdms")) as writer:
+        writer.write_segment([nptdms.ChannelObject("a", f"AI{n}", COUNTS[n]) for n in range(4)])
+    (folder / "run.xdf").write_bytes(
+        xdf_file(xdf_stream(1, "c", TIME_S, COUNTS, ["a", "b", "c", "d"], "counts"))
+    )
+    write_bag_1(folder / "run.bag")
+    return folder
+
+
+@pytest.mark.parametrize("ending", MARKS)
+@pytest.mark.parametrize("kept", [0.1, 0.5, 0.9])
+def test_a_file_that_is_cut_off_is_a_line_and_no_stop(tmp_path, written, ending, kept):
+    content = (written / f"run{ending}").read_bytes()
+    cut = tmp_path / f"cut{ending}"
+    cut.write_bytes(content[: int(kept * len(content))])
+    imported = import_files(tmp_path, cut)
+    came_in = imported.recordings()
+    # What some formats hold in front of the cut is whole.
+    assert bool(imported.refused) != bool(came_in)
+    assert imported.refused.count("\n") == imported.status
+
+
+def test_without_the_package_the_extra_is_named(tmp_path, written, monkeypatch):
+    monkeypatch.setitem(sys.modules, "nptdms", None)
+    refused = import_files(tmp_path, written / "run.tdms").refused
+    assert (
+        "TDMS is read by the package nptdms, which is not installed; run: "
+        'pip install "origami-capsule[import]"'
+    ) in refused

@@ -1,0 +1,191 @@
+"""Odd files of laboratories, each with what it must give: the readings, or a refusal that helps.
+
+All hold the same run of eight samples at 10 Hz, in tests/data/odd.
+"""
+
+import re
+
+import numpy as np
+import pytest
+
+from support.importing import ODD, assert_readings, import_files
+
+TIME_S = np.arange(8) / 10
+COUNTS = np.array(
+    [
+        [501, 503, 507, 512, 509, 504, 502, 500],
+        [611, 612, 610, 605, 601, 598, 603, 607],
+        [422, 420, 425, 431, 436, 433, 428, 424],
+        [530, 534, 531, 529, 527, 528, 533, 537],
+    ],
+    dtype=float,
+)
+VOLTS = np.round(COUNTS * 5 / 1024, 6)
+KILO_OHMS = np.round(12 * COUNTS / (1024 - COUNTS), 4)
+OHMS = np.round(12_000 * COUNTS / (1024 - COUNTS), 1)
+
+
+def without(sample):
+    """Give the counts with a sample that is missing."""
+    values = COUNTS.copy()
+    values[:, sample] = np.nan
+    return values
+
+
+READ = {
+    "comma": ("", COUNTS),
+    "semicolon": ("", COUNTS),
+    "semicolon_points": ("", COUNTS),
+    "tab": ("", COUNTS),
+    "spaces": ("", COUNTS),
+    "bars": ("", COUNTS),
+    "units_row": ("", COUNTS),
+    "quoted": ("--time 1", COUNTS),
+    "quoted_decimal_commas": ("", COUNTS),
+    "byte_order_mark": ("", COUNTS),
+    "utf16": ("", COUNTS),
+    "utf16_unmarked": ("", COUNTS),
+    "latin1": ("", COUNTS),
+    "percent_comments": ("", COUNTS),
+    "savetxt": ("", COUNTS),
+    "no_names": ("", COUNTS),
+    "crlf": ("", COUNTS),
+    "old_mac": ("", COUNTS),
+    "trailing_delimiter": ("", COUNTS),
+    "preamble": ("", COUNTS),
+    "battery": ("", COUNTS),
+    "epoch": ("", COUNTS),
+    "epoch_seconds": ("", COUNTS),
+    "iso": ("", COUNTS),
+    "zone": ("", COUNTS),
+    "german_dates": ("", COUNTS),
+    "slash_dates": ("--date-order day_first", COUNTS),
+    "us_dates": ("", COUNTS),
+    "am_pm": ("", COUNTS),
+    "midnight": ("", COUNTS),
+    "sample_numbers": ("--rate 10", COUNTS),
+    "steps_of_one": ("--time-unit sample --rate 10", COUNTS),
+    "no_time": ("--rate 10", COUNTS),
+    "serial_monitor": ("", COUNTS),
+    "serial_monitor_own_clock": ("", COUNTS),
+    "plotter": ("", COUNTS),
+    "plotter_stamped": ("", COUNTS),
+    "serial_noise": ("", COUNTS),
+    "missing": ("--missing -999", without(3)),
+    "missing_sensor": ("", without(5)),
+    "volts": ("", VOLTS),
+    "millivolts": ("", COUNTS * 5 / 1000),
+    "kilo_ohms": ("", KILO_OHMS),
+    "ohms_unnamed": ("", OHMS),
+    "volts_unnamed": ("--unit V", np.round(COUNTS * 5 / 1024, 4)),
+    "many_counts": ("--unit counts --adc-bits 12", COUNTS * 4),
+    "pressure": ("--unit counts", COUNTS),
+    "thousands": ("--thousands comma --unit counts", COUNTS * 4),
+    "thousands_and_points": ("--unit counts", COUNTS * 4),
+    "points_and_commas": ("--unit counts", COUNTS * 4),
+    "commas_for_all": ("--decimal comma", COUNTS),
+    "five_channels": ("--sensors left right up down", COUNTS),
+    "sixteen_channels": ("--sensors ch5 ch6 ch7 ch8", COUNTS),
+    "two_clocks": ("--time time", COUNTS),
+    "wrong_unit": ("--time-unit ms", COUNTS),
+    "word_in_a_cell": ("--missing overload", without(2)),
+    "lab_comments": ("--comment REM", COUNTS),
+    "counter_and_clock": ("", COUNTS),
+}
+REFUSED = {
+    "slash_dates": (
+        "",
+        "line 2, column 'date': '03/04/2026 12:00:00.0' can be day 3 of month 4 (--date-order "
+        "day_first) or day 4 of month 3 (--date-order month_first); say which",
+    ),
+    "sample_numbers": ("", "column 'sample' counts samples; give the sampling rate in Hz by"),
+    "steps_of_one": (
+        "",
+        "column 'time': its usual step of 1 can be ms, 1000 Hz (--time-unit ms) or numbers of "
+        "samples (--time-unit sample --rate HZ); say which",
+    ),
+    "steps_of_0.4": (
+        "",
+        "its usual step of 0.4 can be s, 2.5 Hz (--time-unit s) or ms, 2500 Hz (--time-unit ms)",
+    ),
+    "no_time": ("", "no column tells the time; name one by --time, or give the sampling rate"),
+    "missing": (
+        "",
+        "column 'S1': readings from -999 to 612 fit no unit; if one of them stands for a",
+    ),
+    "volts_unnamed": ("", "can be V (--unit V) or kohm (--unit kohm); say which"),
+    "many_counts": ("", "can be counts (--unit counts) or mV (--unit mV) or ohm (--unit ohm)"),
+    "pressure": ("", "the file names the unit 'kPa'; allowed are counts, V, mV, ohm and kohm"),
+    "thousands": (
+        "",
+        "line 2: '2,004' can be 2.004 (--decimal comma) or 2004 (--thousands comma); say which",
+    ),
+    "commas_for_all": ("", "line 2: '0,0' can be"),
+    "five_channels": (
+        "",
+        "the columns 'left', 'right', 'up', 'down', 'middle' can all be sensors, and there are 4 "
+        "sensors; name 4 of them by --sensors, in the order of the sensors",
+    ),
+    "sixteen_channels": ("", "can all be sensors, and there are 4 sensors; name 4 of them by"),
+    "two_clocks": ("", "the columns 'time', 'timestamp' can all be the time; name one by --time"),
+    "wrong_unit": (
+        "",
+        "column 'time (s)': its unit s (named in the file) makes its usual step of 100 a rate of "
+        "0.01 Hz; give another --time-unit",
+    ),
+    "cut_off": ("", "line 9, the last one, has 4 cells, but there are 5 columns; the file is cut"),
+    "short_line": ("", "line 6 has 4 cells, but there are 5 columns; complete the line, or"),
+    "word_in_a_cell": ("", "line 4, column 'S2': 'overload' is not a number; if it stands for a"),
+    "end_line": ("", "line 10, column 'time': 'end' is not a number; if it stands for a missing"),
+    "backwards": ("", "sample 5: time runs backwards, 0 s follows 0.3 s; if another run begins"),
+    "coarse_clock": ("", "sample 2: time repeats, 0 s follows 0 s; if its clock is too coarse"),
+    "prose": ("", "line 2: no table with 4 columns of numbers is there"),
+    "empty": ("", "the file is empty; export it again"),
+    "three_columns": ("", "3 columns of numbers are left for the sensors, but recording.sensors"),
+    "no_such_day": ("", "line 2, column 'date': there is no day 30 of month 2 in 2026"),
+    "null_bytes": ("", "the file is no text that can be read"),
+    "comma": ("--delimiter tab", "line 5: no table with 4 columns of numbers is there"),
+    "tab": ("--time clock", "time: 'clock' is no column; the columns are 'time (ms)', 'S1'"),
+    "semicolon": ("--sensors S1 S2 S3 S1", "sensors: ['S1', 'S2', 'S3', 'S1'] names a column"),
+    "iso": ("--time-unit clock", "line 2, column 'date': '2026-03-04T12:00:00.0Z' is no clock"),
+    "latin1": ("--encoding utf-8", "the file is no text that can be read: byte 7 is not utf-8"),
+}
+REMEDY = re.compile(
+    r"--[a-z]+|delete|export|complete|say which|allowed|copy|correct|name (each|\d)|is no column"
+)
+
+
+@pytest.mark.parametrize("name", READ)
+def test_an_odd_file_gives_its_readings(tmp_path, name):
+    options, values = READ[name]
+    imported = import_files(tmp_path, ODD / f"{name}.txt", *options.split())
+    assert_readings(imported.the_recording(), TIME_S, values)
+
+
+@pytest.mark.parametrize("name", READ)
+def test_what_was_guessed_reads_the_same_by_the_map(tmp_path, name):
+    options, _ = READ[name]
+    file = ODD / f"{name}.txt"
+    first = import_files(tmp_path, file, *options.split()).the_recording()
+    (tmp_path / "again").mkdir()
+    again = import_files(tmp_path / "again", file, "--map", tmp_path / "lab.yaml").the_recording()
+    np.testing.assert_array_equal(again.values, first.values)
+    np.testing.assert_array_equal(again.time_s, first.time_s)
+    assert again.header["unit"] == first.header["unit"]
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_an_odd_file_is_refused_in_words_that_help(tmp_path, name):
+    options, words = REFUSED[name]
+    imported = import_files(tmp_path, ODD / f"{name}.txt", *options.split())
+    assert words in imported.refused
+    assert f"{name}.txt: " in imported.refused
+    assert imported.refused.count("\n") == 1, "a bad file is one line"
+    assert REMEDY.search(imported.refused)
+    assert imported.recordings() == {}
+    assert imported.status == 1
+
+
+def test_every_odd_file_is_in_the_table():
+    assert {path.stem for path in ODD.iterdir()} == READ.keys() | REFUSED.keys()
+    assert len(READ.keys() | REFUSED.keys()) > 60

@@ -1,0 +1,90 @@
+"""Tables from named arrays, as MATLAB and HDF5 files hold them."""
+
+import re
+from collections import defaultdict
+from collections.abc import Mapping
+
+import numpy as np
+
+from capsule.importing.source_table import Column, SourceTable, bare_column
+
+# A matrix with more columns is an image or a film.
+_MOST_COLUMNS = 256
+_RATE_NAMES = re.compile(
+    r"(fs|rate|rate_hz|srate|samplerate|sample_rate|sampling_?rate(_hz)?|samplingfrequency|freq)",
+    re.IGNORECASE,
+)
+_LEAST_ROWS = 2
+
+
+def array_tables(
+    arrays: Mapping[str, np.ndarray],
+    units: Mapping[str, str],
+    separator: str,
+    started: str = "",
+) -> list[SourceTable]:
+    """Put arrays of the same length and the same parent side by side.
+
+    Parameters
+    ----------
+    arrays : mapping of str to array
+        By path, such as ``run.time``. The longer side of a matrix counts samples. A single number
+        called rate or fs is the sampling rate of what has the same parent, or one above.
+    units : mapping of str to str
+        Units by path.
+    separator : str
+        What separates the parts of a path.
+    started : str
+        When the first sample was taken.
+
+    Returns
+    -------
+    list of SourceTable
+        Named by their parent; with the first column's name where a parent has several.
+    """
+    rates, groups = {}, defaultdict(dict)
+    for path, array in arrays.items():
+        parent, _, name = path.rpartition(separator)
+        if array.size == 1 and _RATE_NAMES.fullmatch(name) and float(array.flat[0]) > 0:
+            rates[parent] = float(array.flat[0])
+        elif (columns := _columns(path, name, array, units)) is not None:
+            groups[parent, columns[0].values.size][path] = columns
+    several = [parent for parent, _ in groups]
+    tables = []
+    for (parent, _), members in groups.items():
+        first = next(iter(members))
+        label = parent if several.count(parent) == 1 and parent else first
+        columns = tuple(column for each in members.values() for column in each)
+        rate = _nearest_rate(parent, rates, separator)
+        tables.append(SourceTable(columns, "variable", label, started=started, rate_hz=rate))
+    return tables
+
+
+def _columns(
+    path: str, name: str, array: np.ndarray, units: Mapping[str, str]
+) -> list[Column] | None:
+    """Take an array apart into columns; None where it is no series of samples."""
+    unit = units.get(path, "")
+    if array.dtype.names:
+        fields = [field for field in array.dtype.names if array.dtype[field].kind in "iuf"]
+        if array.ndim != 1 or not fields or array.size < _LEAST_ROWS:
+            return None
+        return [bare_column(field, array[field]) for field in fields]
+    if array.dtype.kind not in "iufb" or array.size < _LEAST_ROWS:
+        return None
+    array = np.squeeze(array)
+    if array.ndim == 1:
+        return [bare_column(name, array, unit)]
+    if array.ndim != 2 or min(array.shape) > _MOST_COLUMNS:
+        return None
+    tall = array if array.shape[0] >= array.shape[1] else array.T
+    return [
+        bare_column(f"{name}({number})", column, unit)
+        for number, column in enumerate(tall.T, start=1)
+    ]
+
+
+def _nearest_rate(parent: str, rates: Mapping[str, float], separator: str) -> float | None:
+    while parent and parent not in rates:
+        parent = parent.rpartition(separator)[0]
+    return rates.get(parent)

@@ -1,0 +1,198 @@
+"""From a column that tells the time to seconds, whatever its unit."""
+
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import numpy as np
+
+from capsule.errors import CapsuleError
+from capsule.importing.dates import read_clock, read_dates, since_1970, text_kind
+from capsule.importing.source_table import SourceTable
+from capsule.importing.unit_names import TIME_UNITS, plain_unit, split_unit
+
+_SECONDS = {
+    "s": 1.0,
+    "ms": 1e-3,
+    "us": 1e-6,
+    "ns": 1e-9,
+    "min": 60.0,
+    "h": 3600.0,
+    "day": 86_400.0,
+}
+# What numbers alone may be: minutes and hours are named where anyone uses them.
+_TRIED = ("s", "ms", "us", "ns", "day")
+# No one samples a gut that moves 80 mm in 3 s slower than this, and no such sensor answers faster.
+_PLAUSIBLE_HZ = (2.0, 4000.0)
+# What a unit that somebody has named must give; beyond that it is another one.
+_POSSIBLE_HZ = (0.2, 100_000.0)
+# A rate this near to a known one, relative to it, is that rate.
+_SAME_RATE = 0.05
+# Seconds since 1970 from 2000 to 2100.
+_EPOCH_S = (946_684_800.0, 4_102_444_800.0)
+
+
+@dataclass(frozen=True)
+class Clock:
+    """When the samples were taken.
+
+    Attributes
+    ----------
+    time_s : (K,) array
+        Seconds; the first sample is at 0.
+    unit : str
+        Unit of the column, as lab.yaml names it; ``rate`` where there is no column.
+    reason : str
+        Why this unit.
+    first_s : float
+        What the file's own clock says of the first sample, in seconds.
+    started : str
+        When the first sample was taken; empty where nothing tells it.
+    """
+
+    time_s: np.ndarray
+    unit: str
+    reason: str
+    first_s: float = 0.0
+    started: str = ""
+
+
+def read_time(
+    table: SourceTable, index: int | None, keys: SimpleNamespace, configured_hz: float
+) -> Clock:
+    """Read when the samples were taken.
+
+    Parameters
+    ----------
+    table : SourceTable
+        The table.
+    index : int or None
+        Index of the column of the time; None where there is none.
+    keys : SimpleNamespace
+        What lab.yaml says: ``time_unit``, ``rate``, ``date_order``.
+    configured_hz : float
+        Sampling rate of the configuration.
+
+    Raises
+    ------
+    CapsuleError
+        The time cannot be told, or its unit fits in two ways.
+    """
+    rate = keys.rate or table.rate_hz
+    if index is None:
+        if rate is None:
+            raise CapsuleError(
+                "no column tells the time; name one by --time, or give the sampling rate in Hz "
+                "by --rate"
+            )
+        count = table.columns[0].values.size
+        told = "the option rate" if keys.rate else "the file"
+        return Clock(np.arange(count) / rate, "rate", f"{rate:g} Hz by {told}", 0.0, table.started)
+    column = table.columns[index]
+    texts = column.texts if column.unreadable.size > 0.5 * column.values.size else None
+    if texts is not None or keys.time_unit in ("date", "clock"):
+        return _from_text(table, index, keys)
+    numbers = table.numbers(index)
+    empty = np.flatnonzero(np.isnan(numbers))
+    if empty.size:
+        raise CapsuleError(
+            f"{table.line(int(empty[0]))}: the time is missing in column "
+            f"{table.column_label(index)}; complete it, or give --time none and --rate"
+        )
+    if numbers.size < 2:
+        raise CapsuleError("there are fewer than two samples; is the table cut off?")
+    unit, reason = _unit(table, index, keys, configured_hz)
+    if unit == "sample":
+        if rate is None:
+            raise CapsuleError(
+                f"column {table.column_label(index)} counts samples; give the sampling rate in Hz "
+                "by --rate"
+            )
+        first_s = float(numbers[0] / rate)
+        return Clock((numbers - numbers[0]) / rate, unit, reason, first_s, table.started)
+    seconds = (numbers - numbers[0]) * _SECONDS[unit]
+    first_s = float(numbers[0] * _SECONDS[unit])
+    since = since_1970(first_s) if _EPOCH_S[0] < first_s < _EPOCH_S[1] and unit != "day" else ""
+    return Clock(seconds, unit, reason, first_s, table.started or since)
+
+
+def _from_text(table: SourceTable, index: int, keys: SimpleNamespace) -> Clock:
+    texts = table.columns[index].texts
+    label = table.column_label(index)
+    kind = "" if texts is None else text_kind(texts.tolist())
+    asked = keys.time_unit
+    if not kind or (asked and asked != kind):
+        shown = "numbers" if texts is None else repr(str(texts[0])[:60])
+        raise CapsuleError(
+            f"{table.line(0)}, column {label}: {shown} is no "
+            f"{asked or 'time'}; name another column by --time, or another --time-unit"
+        )
+    places = [f"{table.line(row)}, column {label}" for row in range(texts.size)]
+    if kind == "clock":
+        seconds = read_clock(texts.tolist(), places)
+        return Clock(seconds - seconds[0], kind, "times of day", float(seconds[0]), table.started)
+    seconds, first_s, started = read_dates(texts.tolist(), keys.date_order, places)
+    return Clock(seconds, kind, "dates", first_s, started)
+
+
+def _unit(
+    table: SourceTable, index: int, keys: SimpleNamespace, configured_hz: float
+) -> tuple[str, str]:
+    """Tell the unit of a column of numbers, and why."""
+    numbers, label = table.columns[index].values, table.column_label(index)
+    steps = np.diff(numbers)
+    step = float(np.median(steps))
+    if step <= 0:
+        raise CapsuleError(
+            f"column {label}: the time does not run forward; name another column by --time"
+        )
+    column = table.columns[index]
+    bare, in_name = split_unit(column.name)
+    named = TIME_UNITS.get(plain_unit(column.unit)) or TIME_UNITS.get(plain_unit(in_name))
+    named = named or TIME_UNITS.get(bare.strip().lower())
+    if told := keys.time_unit or named:
+        reason = "given" if keys.time_unit else "named in the file"
+        if told != "sample":
+            _check_possible(told, step, label, reason)
+        return told, reason
+    fitting = {unit: 1.0 / (step * _SECONDS[unit]) for unit in _TRIED}
+    known = keys.rate or table.rate_hz
+    if known:
+        fitting = {unit: hz for unit, hz in fitting.items() if abs(hz / known - 1) <= _SAME_RATE}
+    else:
+        low, high = _PLAUSIBLE_HZ
+        fitting = {unit: hz for unit, hz in fitting.items() if low <= hz <= high}
+    configured = [unit for unit, hz in fitting.items() if abs(hz / configured_hz - 1) <= _SAME_RATE]
+    if len(configured) == 1:
+        fitting = {configured[0]: fitting[configured[0]]}
+    if np.all(steps == 1.0) and (keys.rate or not configured):
+        fitting["sample"] = known or 0.0
+    if len(fitting) == 1:
+        (unit,) = fitting
+        hz = fitting[unit]
+        return unit, f"a step of {step:.6g} {unit} is {hz:.4g} Hz" if unit != "sample" else "counts"
+    raise CapsuleError(_which(label, step, fitting))
+
+
+def _check_possible(unit: str, step: float, label: str, reason: str) -> None:
+    rate = 1.0 / (step * _SECONDS[unit])
+    if not _POSSIBLE_HZ[0] <= rate <= _POSSIBLE_HZ[1]:
+        raise CapsuleError(
+            f"column {label}: its unit {unit} ({reason}) makes its usual step of {step:.6g} a "
+            f"rate of {rate:.4g} Hz; give another --time-unit"
+        )
+
+
+def _which(label: str, step: float, fitting: dict[str, float]) -> str:
+    options = [
+        f"{unit}, {hz:.4g} Hz (--time-unit {unit})"
+        if unit != "sample"
+        else "numbers of samples (--time-unit sample --rate HZ)"
+        for unit, hz in fitting.items()
+    ]
+    if not options:
+        low, high = _PLAUSIBLE_HZ
+        return (
+            f"column {label}: its usual step of {step:.6g} is a rate between {low:g} and "
+            f"{high:g} Hz in no unit; give --time-unit, or another column by --time"
+        )
+    return f"column {label}: its usual step of {step:.6g} can be {' or '.join(options)}; say which"

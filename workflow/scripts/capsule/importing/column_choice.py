@@ -1,0 +1,206 @@
+"""Which column of a table is the time, and which are the sensors."""
+
+import re
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import numpy as np
+
+from capsule.errors import CapsuleError
+from capsule.importing.dates import text_kind
+from capsule.importing.serial_log import STAMP_NAME
+from capsule.importing.source_table import SourceTable
+from capsule.importing.unit_names import split_unit
+
+_TIME_NAMES = re.compile(
+    r"(time|t|timestamps?|time[ _]?stamps?|stamp|elapsed.*|zeit(stempel)?|temps|tiempo|tempo|"
+    r"uhrzeit|millis.*|micros.*|date.?time|datum.*|date|clock|seconds|secs?|ms|us|x_value)",
+    re.IGNORECASE,
+)
+_COUNTER_NAMES = re.compile(
+    r"(samples?|index|frames?|n|no|nr|number|count(er)?|#|row|line|id|seq|unnamed.*)"
+    r"( ?(number|no|nr|index|#))?\.?",
+    re.IGNORECASE,
+)
+_NUMBERED = re.compile(r"(.*?)([0-9]+)")
+NO_TIME = "none"
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The columns of a recording.
+
+    Attributes
+    ----------
+    time : int or None
+        Index of the column of the time; None where there is none.
+    sensors : tuple of int
+        Indices of the S sensors' columns.
+    run : int or None
+        Index of the column that names the run.
+    """
+
+    time: int | None
+    sensors: tuple[int, ...]
+    run: int | None
+
+
+def choose_columns(table: SourceTable, keys: SimpleNamespace, sensors: int) -> Choice:
+    """Find time and sensors, by what lab.yaml says, by names, then by position.
+
+    Parameters
+    ----------
+    table : SourceTable
+        The table.
+    keys : SimpleNamespace
+        What lab.yaml says: ``time``, ``sensors``, ``run_column``, ``rate``.
+    sensors : int
+        Number of sensors S.
+
+    Raises
+    ------
+    CapsuleError
+        A named column is not there, or more than one choice fits.
+    """
+    run = None if keys.run_column is None else named_column(table, keys.run_column, "run_column")
+    given = keys.sensors
+    picked = tuple(named_column(table, each, "sensors") for each in given) if given else ()
+    if len(set(picked)) < len(picked):
+        raise CapsuleError(f"sensors: {given!r} names a column twice; name each sensor's own")
+    taken = {*picked, *([] if run is None else [run])}
+    if keys.time == NO_TIME:
+        time = None
+    elif keys.time is not None:
+        time = named_column(table, keys.time, "time")
+    else:
+        time = _time(table, keys, taken)
+    if not picked:
+        free = [
+            index
+            for index, column in enumerate(table.columns)
+            if column.holds_numbers and index not in {time, run}
+        ]
+        picked = _sensors(table, free, sensors)
+    return Choice(time, picked, run)
+
+
+def named_column(table: SourceTable, wanted: str | int, key: str) -> int:
+    """Find a column by its name, with or without its unit, or by its number from 1 on.
+
+    Raises
+    ------
+    CapsuleError
+        There is none, or more than one.
+    """
+    count = len(table.columns)
+    if isinstance(wanted, int) or (wanted.isdecimal() and not _by_name(table, wanted)):
+        if int(wanted) <= count:
+            return int(wanted) - 1
+        raise CapsuleError(f"{key}: {wanted} is no column; there are columns 1 to {count}")
+    matching = _by_name(table, wanted)
+    if len(matching) == 1:
+        return matching[0]
+    what = "is the name of several columns; give its number" if matching else "is no column"
+    listed = table.listed(list(range(count)))
+    raise CapsuleError(f"{key}: {wanted!r} {what}; the columns are {listed}")
+
+
+def _by_name(table: SourceTable, wanted: str) -> list[int]:
+    names = [column.name.strip().lower() for column in table.columns]
+    plain = wanted.strip().lower()
+    exact = [index for index, name in enumerate(names) if name == plain]
+    return exact or [
+        index for index, name in enumerate(names) if split_unit(name)[0].strip() == plain
+    ]
+
+
+def _time(table: SourceTable, keys: SimpleNamespace, taken: set[int]) -> int | None:
+    free = [index for index in range(len(table.columns)) if index not in taken]
+    by_name = [
+        index for index in free if _TIME_NAMES.fullmatch(split_unit(table.columns[index].name)[0])
+    ]
+    by_name = [index for index in by_name if _may_be_time(table, index)]
+    if len(by_name) == 1:
+        return by_name[0]
+    rising = [
+        index
+        for index in free
+        if table.columns[index].name != STAMP_NAME and _rises(table.columns[index].values)
+    ]
+    counters = [
+        index for index in rising if _COUNTER_NAMES.fullmatch(table.columns[index].name.strip())
+    ]
+    candidates = by_name or [index for index in rising if index not in counters] or counters
+    if len(candidates) > 1 and not by_name and candidates[0] == 0 and not table.columns[0].name:
+        # Without names the first column is the time, unless another could be it as well.
+        candidates = [index for index in candidates if _steps_evenly(table.columns[index].values)]
+    if len(candidates) > 1:
+        raise CapsuleError(
+            f"the columns {table.listed(candidates)} can all be the time; name one by --time"
+        )
+    if candidates:
+        return candidates[0]
+    texts = [index for index in free if _may_be_time(table, index, text=True)]
+    if len(texts) == 1 or (texts and table.columns[texts[0]].name == STAMP_NAME):
+        return texts[0]
+    if texts:
+        raise CapsuleError(
+            f"the columns {table.listed(texts)} can all be the time; name one by --time"
+        )
+    return None
+
+
+def _may_be_time(table: SourceTable, index: int, *, text: bool = False) -> bool:
+    """Tell whether a column holds times: dates or times of day, or numbers."""
+    column = table.columns[index]
+    if column.texts is not None and text_kind(column.texts.tolist()) in ("date", "clock"):
+        return True
+    return column.holds_numbers and not text
+
+
+def _rises(values: np.ndarray) -> bool:
+    return values.size > 1 and bool(np.all(np.diff(values) > 0))
+
+
+def _steps_evenly(values: np.ndarray) -> bool:
+    """Tell whether most steps are about the usual one, as those of a clock are."""
+    steps = np.diff(values)
+    median = float(np.median(steps))
+    return bool(np.mean(np.abs(steps - median) <= 0.5 * abs(median)) > 0.5)
+
+
+def _sensors(table: SourceTable, free: Sequence[int], sensors: int) -> tuple[int, ...]:
+    """Choose the sensors by names that are numbered, or take all columns that are left."""
+    families = defaultdict(list)
+    for index in free:
+        column = table.columns[index]
+        if match := _NUMBERED.fullmatch(split_unit(column.name)[0].strip()):
+            families[match[1].lower()].append((int(match[2]), index))
+    whole = [
+        tuple(index for _, index in sorted(members))
+        for members in families.values()
+        if len(members) == sensors
+    ]
+    if len(whole) == 1:
+        return whole[0]
+    plain = [index for index in free if not _is_counter(table, index)]
+    if len(plain) == sensors:
+        return tuple(plain)
+    if len(plain) < sensors:
+        listed = table.listed(plain) if plain else "none"
+        raise CapsuleError(
+            f"{len(plain)} columns of numbers are left for the sensors, but recording.sensors of "
+            f"the configuration is {sensors}: {listed}; name them by --sensors"
+        )
+    raise CapsuleError(
+        f"the columns {table.listed(plain)} can all be sensors, and there are {sensors} sensors; "
+        f"name {sensors} of them by --sensors, in the order of the sensors"
+    )
+
+
+def _is_counter(table: SourceTable, index: int) -> bool:
+    """Tell whether a column counts samples."""
+    column = table.columns[index]
+    return bool(_COUNTER_NAMES.fullmatch(column.name.strip())) and _rises(column.values)

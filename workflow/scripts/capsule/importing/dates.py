@@ -1,0 +1,158 @@
+"""Dates and times of day from text."""
+
+import re
+from collections.abc import Sequence
+from datetime import UTC, datetime, timedelta
+
+import numpy as np
+
+from capsule.errors import CapsuleError
+
+_CLOCK = re.compile(r"([0-9]{1,2}):([0-9]{2}):([0-9]{2})(?:[.,:]([0-9]{1,9}))?")
+_DAY_AND_MONTH = re.compile(r"([0-9]{1,2})([./-])([0-9]{1,2})\2([0-9]{4})[ T,]+(.*)")
+_YEAR_FIRST = re.compile(r"([0-9]{4})[-/.]([0-9]{1,2})[-/.]([0-9]{1,2})[ T,]+(.*)")
+_ZONE = re.compile(r"(.*?)\s*(Z|UTC|[+-][0-9]{2}:?[0-9]{2})?")
+# 12:00:00 PM is noon.
+_NOON = re.compile(r"(.*?)\s*([AaPp])\.?[Mm]\.?")
+_DAY_S = 86_400.0
+
+
+def text_kind(texts: Sequence[str]) -> str:
+    """Tell what a column of text holds: ``date``, ``clock``, or nothing that tells a time."""
+    some = [str(text).strip() for text in texts[:50] if str(text).strip()]
+    if some and all(_CLOCK.fullmatch(_NOON.sub(r"\1", text)) for text in some):
+        return "clock"
+    if some and all(_YEAR_FIRST.fullmatch(text) or _DAY_AND_MONTH.fullmatch(text) for text in some):
+        return "date"
+    return ""
+
+
+def read_clock(texts: Sequence[str], places: Sequence[str]) -> np.ndarray:
+    """Read times of day, such as 12:34:56.789, as seconds (K,); they go on behind midnight.
+
+    Raises
+    ------
+    CapsuleError
+        A cell is no time of day; the text names its place.
+    """
+    seconds = np.array(
+        [_clock(str(text), place) for text, place in zip(texts, places, strict=True)]
+    )
+    days = np.concatenate([[0], np.cumsum(np.diff(seconds) < -_DAY_S / 2)])
+    return seconds + _DAY_S * days
+
+
+def _clock(text: str, place: str) -> float:
+    noon = _NOON.fullmatch(text.strip())
+    match = _CLOCK.fullmatch(noon[1] if noon else text.strip())
+    if not match or int(match[1]) > 23 or int(match[2]) > 59 or int(match[3]) > 60:
+        raise CapsuleError(
+            f"{place}: {text[:60]!r} is no time of day such as 12:34:56.789; "
+            "correct the line, or name another column by --time"
+        )
+    hour = int(match[1]) % 12 + 12 * (noon[2].lower() == "p") if noon else int(match[1])
+    fraction = float(f"0.{match[4]}") if match[4] else 0.0
+    return 3600.0 * hour + 60.0 * int(match[2]) + int(match[3]) + fraction
+
+
+def read_dates(
+    texts: Sequence[str], order: str | None, places: Sequence[str]
+) -> tuple[np.ndarray, float, str]:
+    """Read dates with times of day.
+
+    Parameters
+    ----------
+    texts : sequence of K str
+        The cells.
+    order : {"day_first", "month_first"} or None
+        Order of day and month where the year stands last.
+    places : sequence of K str
+        Where each cell stands.
+
+    Returns
+    -------
+    (K,) array
+        Seconds since the first.
+    float
+        The first, in seconds since 1970.
+    str
+        The first, as ISO 8601, with ``Z`` where the cells name a time zone.
+
+    Raises
+    ------
+    CapsuleError
+        A cell is no date, or day and month cannot be told apart.
+    """
+    order = order or _order(texts, places)
+    dates = [_date(str(text), order, place) for text, place in zip(texts, places, strict=True)]
+    first = dates[0][0]
+    seconds = np.array([(date - first).total_seconds() for date, _ in dates])
+    zone = "Z" if dates[0][1] else ""
+    since = (first - datetime(1970, 1, 1)).total_seconds()
+    return seconds, since, first.isoformat(timespec="seconds") + zone
+
+
+def _order(texts: Sequence[str], places: Sequence[str]) -> str:
+    matches = [_DAY_AND_MONTH.fullmatch(str(text).strip()) for text in texts]
+    pairs = {(int(match[1]), int(match[3])) for match in matches if match}
+    first, second = any(a > 12 for a, _ in pairs), any(b > 12 for _, b in pairs)
+    if not pairs or first:
+        return "day_first"
+    if second:
+        return "month_first"
+    # Points between day and month are written where the day stands first.
+    if all(match[2] == "." for match in matches if match):
+        return "day_first"
+    day, month = next(iter(pairs))
+    if pairs == {(day, day)}:
+        return "day_first"
+    raise CapsuleError(
+        f"{places[0]}: {str(texts[0])[:60]!r} can be day {day} of month {month} (--date-order "
+        f"day_first) or day {month} of month {day} (--date-order month_first); say which"
+    )
+
+
+def _date(text: str, order: str, place: str) -> tuple[datetime, bool]:
+    """Read a date; tell whether a time zone stood with it."""
+    stripped = text.strip()
+    if match := _YEAR_FIRST.fullmatch(stripped):
+        year, month, day, rest = int(match[1]), int(match[2]), int(match[3]), match[4]
+    elif match := _DAY_AND_MONTH.fullmatch(stripped):
+        year, rest = int(match[4]), match[5]
+        first, second = int(match[1]), int(match[3])
+        day, month = (first, second) if order == "day_first" else (second, first)
+    else:
+        raise CapsuleError(
+            f"{place}: {text[:60]!r} is no date with a time, such as 2026-03-04 12:34:56.789; "
+            "correct the line, or name another column by --time"
+        )
+    zone = _ZONE.fullmatch(rest)
+    seconds = _clock(zone[1] if zone else rest, place)
+    try:
+        date = datetime(year, month, day) + timedelta(seconds=seconds)
+    except ValueError:
+        raise CapsuleError(
+            f"{place}: there is no day {day} of month {month} in {year}; "
+            "is --date-order the other one?"
+        ) from None
+    named = zone[2] if zone else None
+    if named and named not in ("Z", "UTC"):
+        sign = -1 if named[0] == "-" else 1
+        digits = named[1:].replace(":", "")
+        date -= sign * timedelta(hours=int(digits[:2]), minutes=int(digits[2:]))
+    return date, named is not None
+
+
+def later(started: str, seconds: float) -> str:
+    """Move an instant in ISO 8601 on by seconds; nothing stays nothing."""
+    if not started:
+        return ""
+    zone = "Z" if started.endswith("Z") else ""
+    moved = datetime.fromisoformat(started.removesuffix("Z")) + timedelta(seconds=seconds)
+    return moved.isoformat(timespec="seconds") + zone
+
+
+def since_1970(seconds: float) -> str:
+    """Write seconds since 1970 as ISO 8601."""
+    date = datetime.fromtimestamp(seconds, UTC)
+    return date.isoformat(timespec="seconds").replace("+00:00", "Z")

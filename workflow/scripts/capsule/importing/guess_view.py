@@ -1,0 +1,114 @@
+"""What was taken for what, as text: a table, the first samples, a line a sensor."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from capsule.importing.mapped_runs import Guess
+from capsule.importing.source_table import SourceTable
+from capsule.recording import Recording
+
+_BARS = "▁▂▃▄▅▆▇█"
+_PLAIN_BARS = "_.-=+*#@"
+_WIDTH = 64
+_FIRST_SAMPLES = 3
+
+
+def guess_lines(guess: Guess) -> list[str]:
+    """Write what was taken for what, and by which key of lab.yaml another choice is made.
+
+    Parameters
+    ----------
+    guess : Guess
+        Of a table.
+    """
+    table, choice, clock = guess.table, guess.choice, guess.clock
+    reading = table.reading
+    rows = [
+        (key, reading[key], "") for key in ("encoding", "delimiter", "decimal") if reading.get(key)
+    ]
+    if reading.get("thousands", "none") != "none":
+        rows.append(("thousands", reading["thousands"], ""))
+    if table.kind:
+        rows.append((table.kind, table.label, ""))
+    time = "none" if choice.time is None else _named(table, choice.time)
+    rows.append(("time", time, ""))
+    if choice.time is not None:
+        rows.append(("time_unit", clock.unit, clock.reason))
+    else:
+        rate, _, teller = clock.reason.partition(" by ")
+        rows.append(("rate", rate, f"by {teller}"))
+    rows += [
+        (f"sensor_{number}", _named(table, index), "")
+        for number, index in enumerate(choice.sensors, start=1)
+    ]
+    rows.append(("unit", guess.unit.unit, guess.unit.reason))
+    used = {choice.time, choice.run, *choice.sensors}
+    idle = [index for index in range(len(table.columns)) if index not in used]
+    if idle:
+        rows.append(("not used", table.listed(idle), ""))
+    if table.passed_over:
+        rows.append(("passed over", f"{table.passed_over} lines without a whole sample", ""))
+    left = max(len(name) for name, _, _ in rows)
+    return [
+        f"  {name:<{left}}  {value}" + (f"  ({reason})" if reason else "")
+        for name, value, reason in rows
+    ]
+
+
+def _named(table: SourceTable, index: int) -> str:
+    name = table.columns[index].name
+    return f"column {index + 1}" + (f", {name!r}" if name else "")
+
+
+def sample_lines(recording: Recording, *, plain: bool) -> list[str]:
+    """Write the first samples of a recording, and a line a sensor.
+
+    Parameters
+    ----------
+    recording : Recording
+        As it is written to raw/.
+    plain : bool
+        Whether the terminal shows ASCII alone.
+    """
+    names = ["time_s", *(f"sensor_{n}" for n in range(1, recording.values.shape[0] + 1))]
+    samples = [
+        [f"{time_s:g}", *("-" if np.isnan(value) else f"{value:.6g}" for value in sample)]
+        for time_s, sample in zip(recording.time_s, recording.values.T, strict=True)
+    ][:_FIRST_SAMPLES]
+    lines = ["  " + "".join(f"{cell:>12}" for cell in row) for row in [names, *samples]]
+    for name, values in zip(names[1:], recording.values, strict=True):
+        lines.append(f"  {name}  {trace(values, plain=plain)}  {_span(values)}")
+    return lines
+
+
+def _span(values: np.ndarray) -> str:
+    known = values[~np.isnan(values)]
+    return f"{known.min():.6g} to {known.max():.6g}" if known.size else "no reading"
+
+
+def trace(values: Sequence[float] | np.ndarray, width: int = _WIDTH, *, plain: bool = False) -> str:
+    """Draw readings (K,) as a line of bars; where samples are missing, a blank.
+
+    Parameters
+    ----------
+    values : (K,) array
+        Readings; NaN where a sample is missing.
+    width : int
+        Largest number of characters.
+    plain : bool
+        ASCII alone.
+    """
+    values = np.asarray(values, dtype=float)
+    bars = _PLAIN_BARS if plain else _BARS
+    each = -(-values.size // width)
+    parts = [values[at : at + each] for at in range(0, values.size, each)]
+    parts = [part[~np.isnan(part)] for part in parts]
+    means = [float(part.mean()) if part.size else None for part in parts]
+    known = [mean for mean in means if mean is not None]
+    low, span = min(known, default=0.0), max(known, default=0.0) - min(known, default=0.0)
+    top = len(bars) - 1
+    return "".join(
+        " " if mean is None else bars[round((mean - low) / span * top) if span else 0]
+        for mean in means
+    )

@@ -1,0 +1,246 @@
+"""From a table of a laboratory to recordings, and to what was taken for what."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import numpy as np
+
+from capsule.errors import CapsuleError
+from capsule.importing.clock_readings import Clock, read_time
+from capsule.importing.column_choice import NO_TIME, Choice, choose_columns
+from capsule.importing.dates import later
+from capsule.importing.reading_units import WRITTEN, ReadingUnit, reading_unit
+from capsule.importing.resampling import STOP_DB, resample, usual_rate
+from capsule.importing.run_splitting import runs_by_gap, runs_by_value
+from capsule.importing.source_table import SourceTable
+from capsule.importing.table_choice import ALL
+from capsule.recording import Recording
+
+# What a file's own lines may say of the bench.
+_KNOWN_NOTES = ("adc_bits", "vref_v", "series_ohm", "site", "session")
+_ELECTRONICS = {"adc_bits": "g", "vref_v": "g", "series_ohm": ".6f"}
+_MILLI_DIGITS = 9
+
+
+@dataclass(frozen=True)
+class Bench:
+    """What the configuration says of recordings.
+
+    Attributes
+    ----------
+    sensors : int
+        Number of sensors S.
+    rate_hz, rate_tolerance : float
+        Sampling rate, and the largest relative deviation from it.
+    full_scale : float
+        What the configured converter reads at the supply voltage.
+    """
+
+    sensors: int
+    rate_hz: float
+    rate_tolerance: float
+    full_scale: float
+
+
+@dataclass(frozen=True)
+class Guess:
+    """What was taken for what in a table."""
+
+    table: SourceTable
+    choice: Choice
+    clock: Clock
+    unit: ReadingUnit
+
+
+@dataclass(frozen=True)
+class Run:
+    """A run of a file.
+
+    Attributes
+    ----------
+    label : str
+        What tells it from the other runs of the file; empty where there is one.
+    recording : Recording
+        Its samples, and the header lines that its origin does not tell.
+    remarks : tuple of str
+        What the user should know of it.
+    """
+
+    label: str
+    recording: Recording
+    remarks: tuple[str, ...]
+
+
+def guess_table(table: SourceTable, keys: SimpleNamespace, bench: Bench) -> Guess:
+    """Find out what the columns of a table are.
+
+    Parameters
+    ----------
+    table : SourceTable
+        The table.
+    keys : SimpleNamespace
+        What lab.yaml says.
+    bench : Bench
+        What the configuration says.
+
+    Raises
+    ------
+    CapsuleError
+        Something cannot be told, or in several ways.
+    """
+    choice = choose_columns(table, keys, bench.sensors)
+    clock = read_time(table, choice.time, keys, bench.rate_hz)
+    return Guess(table, choice, clock, reading_unit(table, choice.sensors, keys, bench.full_scale))
+
+
+def readings(guess: Guess) -> tuple[np.ndarray, int]:
+    """Return the sensors' readings (S, K) in the unit to be written, and the incomplete samples.
+
+    A sample of which a sensor is missing is missing: a recording holds no half ones.
+    """
+    _, factor = WRITTEN[guess.unit.unit]
+    values = np.array([guess.table.numbers(index) for index in guess.choice.sensors])
+    if factor != 1.0:
+        values = np.round(values * factor, _MILLI_DIGITS)
+    lacking = np.isnan(values)
+    partly = lacking.any(axis=0) & ~lacking.all(axis=0)
+    values[:, partly] = np.nan
+    return values, int(np.count_nonzero(partly))
+
+
+def runs_of(guess: Guess, keys: SimpleNamespace, bench: Bench) -> list[Run]:
+    """Make the recordings of a table.
+
+    Parameters
+    ----------
+    guess : Guess
+        What its columns are.
+    keys : SimpleNamespace
+        What lab.yaml says.
+    bench : Bench
+        What the configuration says.
+
+    Raises
+    ------
+    CapsuleError
+        Time does not run forward, or the sampling rate is too low.
+    """
+    values, partly = readings(guess)
+    runs = []
+    for label, rows in _split(guess, keys):
+        time_s = guess.clock.time_s[rows]
+        started = later(guess.clock.started, float(time_s[0]))
+        header = header_of(guess, keys, started)
+        remarks = [f"{partly} samples lack a sensor and count as missing"] if partly else []
+        try:
+            runs.append(make_run(label, time_s, values[:, rows], header, bench, remarks))
+        except CapsuleError as fault:
+            raise CapsuleError(f"run {label}: {fault}" if label else str(fault)) from None
+    return runs
+
+
+def _split(guess: Guess, keys: SimpleNamespace) -> list[tuple[str, slice]]:
+    """Split into runs: by the column that names them, then by gaps."""
+    labelled = [("", slice(0, guess.clock.time_s.size))]
+    if guess.choice.run is not None:
+        column = guess.table.columns[guess.choice.run]
+        texts = column.texts
+        names = [f"{v:g}" for v in column.values] if texts is None else texts.tolist()
+        labelled = runs_by_value(names)
+    if keys.run_gap_s:
+        labelled = [
+            (f"{label} {number}".strip(), slice(rows.start + part.start, rows.start + part.stop))
+            for label, rows in labelled
+            for number, part in enumerate(
+                runs_by_gap(guess.clock.time_s[rows], keys.run_gap_s), start=1
+            )
+        ]
+    if len(labelled) == 1:
+        return [("", labelled[0][1])]
+    counts = [label for label, _ in labelled]
+    return [
+        (f"{label} {counts[:at].count(label) + 1}" if counts.count(label) > 1 else label, rows)
+        for at, (label, rows) in enumerate(labelled)
+    ]
+
+
+def header_of(guess: Guess, keys: SimpleNamespace, started: str) -> dict[str, str]:
+    """Write what is known of a run: what the file's own lines say, then what lab.yaml says."""
+    notes: Mapping[str, str] = guess.table.notes
+    own = "format_version" in notes
+    header = {
+        key: text
+        for key, text in notes.items()
+        if (own and key not in ("format_version", "rate_hz", "started")) or key in _KNOWN_NOTES
+    }
+    for key in ("source", "site", "session"):
+        if text := getattr(keys, key):
+            header[key] = text
+    for key, form in _ELECTRONICS.items():
+        if (number := getattr(keys, key)) is not None:
+            text = format(number, form)
+            header[key] = text.rstrip("0").rstrip(".") if "." in text else text
+    header["unit"] = WRITTEN[guess.unit.unit][0]
+    told = started or notes.get("started", "")
+    return header | ({"started": told} if told else {})
+
+
+def make_run(
+    label: str,
+    time_s: np.ndarray,
+    values: np.ndarray,
+    header: Mapping[str, str],
+    bench: Bench,
+    remarks: Sequence[str] = (),
+) -> Run:
+    """Make a recording, at the configured rate.
+
+    Parameters
+    ----------
+    label : str
+        What tells the run from the others.
+    time_s : (K,) array
+        Time of each sample in seconds.
+    values : (S, K) array
+        Readings; NaN where a sample is missing.
+    header : mapping of str to str
+        What is known of it.
+    bench : Bench
+        What the configuration says.
+    remarks : sequence of str
+        What the user should know of it already.
+    """
+    rate_hz = usual_rate(time_s)
+    header = dict(header)
+    if abs(rate_hz - bench.rate_hz) > bench.rate_tolerance * bench.rate_hz:
+        time_s, values = resample(time_s, values, bench.rate_hz)
+        how = (
+            f"finite impulse response low-pass, -{STOP_DB:g} dB from {bench.rate_hz / 2:g} Hz on"
+            if rate_hz > bench.rate_hz
+            else "cubic spline"
+        )
+        header["import_resampled"] = f"from {rate_hz:.4g} Hz to {bench.rate_hz:g} Hz, {how}"
+    return Run(label, Recording(np.round(time_s - time_s[0], 9), values, header), tuple(remarks))
+
+
+def as_map(guess: Guess, keys: SimpleNamespace) -> dict[str, object]:
+    """Write what was taken for what as keys of lab.yaml, which then leave nothing to guess."""
+    table, choice = guess.table, guess.choice
+    content: dict[str, object] = {key: text for key, text in table.reading.items() if text}
+    if table.kind and ALL not in (keys.sheet, keys.variable):
+        content[table.kind] = table.label
+    content["time"] = NO_TIME if choice.time is None else column_key(table, choice.time)
+    if choice.time is not None:
+        content["time_unit"] = guess.clock.unit
+    content["sensors"] = [column_key(table, index) for index in choice.sensors]
+    content["unit"] = guess.unit.unit
+    said = {key: value for key, value in vars(keys).items() if value is not None}
+    return said | content if not keys.per_sensor else said
+
+
+def column_key(table: SourceTable, index: int) -> str | int:
+    """Name a column as lab.yaml does: by its name if no other has it, or by its number."""
+    names = [column.name for column in table.columns]
+    name = names[index]
+    return name if name and names.count(name) == 1 and not name.isdecimal() else index + 1

@@ -1,0 +1,119 @@
+"""What the readings of a table are: counts, volts or resistances."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+import numpy as np
+
+from capsule.errors import CapsuleError
+from capsule.importing.source_table import SourceTable
+from capsule.importing.unit_names import OTHER_UNITS, READING_UNITS, plain_unit, split_unit
+
+# A full scale up to this is volts, a larger one counts.
+_HIGHEST_VOLTS = 60.0
+_FIT_VOLTS = 5.5
+_FIT_MILLIVOLTS = (100.0, 5500.0)
+_FIT_OHMS = (100.0, 1e7)
+_FIT_KILOOHMS = (0.1, 1e4)
+_HIGHEST_COUNT = 65_535.0
+# Averaged counts that use less of the converter than this are rather something else.
+_LEAST_OF_AVERAGED = 64.0
+# What a recording calls the unit, and what its readings are multiplied by.
+WRITTEN = {
+    "counts": ("counts", 1.0),
+    "V": ("V", 1.0),
+    "mV": ("V", 1e-3),
+    "ohm": ("ohm", 1.0),
+    "kohm": ("kohm", 1.0),
+}
+_NO_UNIT = (
+    "fit no unit; if one of them stands for a missing sample, name it by --missing, else give "
+    "the unit by --unit"
+)
+
+
+@dataclass(frozen=True)
+class ReadingUnit:
+    """The unit of the readings, as lab.yaml names it, and why it is that."""
+
+    unit: str
+    reason: str
+
+
+def reading_unit(
+    table: SourceTable, sensors: Sequence[int], keys: SimpleNamespace, full_scale: float
+) -> ReadingUnit:
+    """Tell the unit of the sensors' readings.
+
+    Parameters
+    ----------
+    table : SourceTable
+        The table.
+    sensors : sequence of S int
+        Indices of the sensors' columns.
+    keys : SimpleNamespace
+        What lab.yaml says: ``unit``.
+    full_scale : float
+        What the configured converter reads at the supply voltage.
+
+    Raises
+    ------
+    CapsuleError
+        The file names a unit that cannot be used, or several units fit and none is named.
+    """
+    if keys.unit:
+        return ReadingUnit(keys.unit, "given")
+    texts = {_named(table, index) for index in sensors} - {""}
+    units = {READING_UNITS.get(plain_unit(text), "") for text in texts}
+    label = table.column_label(sensors[0])
+    if "" in units or len(units) > 1:
+        raise CapsuleError(
+            f"column {label}: the file names the unit {' and '.join(sorted(texts))!r}; allowed "
+            "are counts, V, mV, ohm and kohm, the same for all sensors: give --unit if the "
+            "readings are one of these"
+        )
+    if units:
+        return ReadingUnit(units.pop(), "named in the file")
+    noted = READING_UNITS.get(plain_unit(table.notes.get("unit", "")))
+    if noted:
+        return ReadingUnit(noted, "named in the file")
+    return _by_values(np.array([table.numbers(index) for index in sensors]), full_scale, label)
+
+
+def _named(table: SourceTable, index: int) -> str:
+    column = table.columns[index]
+    if column.unit.strip():
+        return column.unit.strip()
+    bare, unit = split_unit(column.name)
+    if unit and (plain_unit(unit) in READING_UNITS or plain_unit(unit) in OTHER_UNITS):
+        return unit
+    return "counts" if bare.lower().startswith("adc") else ""
+
+
+def _by_values(values: np.ndarray, full_scale: float, label: str) -> ReadingUnit:
+    known = values[~np.isnan(values)]
+    if known.size == 0:
+        raise CapsuleError(f"column {label}: there is no reading; name other columns by --sensors")
+    low, high = float(known.min()), float(known.max())
+    whole = bool(np.all(known % 1.0 == 0))
+    span = f"readings from {low:.6g} to {high:.6g}"
+    if low >= 0 and whole and high < full_scale and full_scale > _HIGHEST_VOLTS:
+        reason = f"whole numbers up to {high:g}, below diagonal.full_scale {full_scale:g}"
+        return ReadingUnit("counts", reason)
+    if low >= 0 and not whole and high <= full_scale <= _HIGHEST_VOLTS:
+        return ReadingUnit("V", f"{span}, within diagonal.full_scale {full_scale:g}")
+    averaged = not whole and _LEAST_OF_AVERAGED <= high < full_scale
+    fits = {
+        "counts": low >= 0 and ((whole and high <= _HIGHEST_COUNT) or averaged),
+        "V": low >= 0 and not whole and high <= _FIT_VOLTS,
+        "mV": low >= 0 and _FIT_MILLIVOLTS[0] <= high <= _FIT_MILLIVOLTS[1],
+        "ohm": _FIT_OHMS[0] <= low and high <= _FIT_OHMS[1],
+        "kohm": not whole and _FIT_KILOOHMS[0] <= low and high <= _FIT_KILOOHMS[1],
+    }
+    fitting = [unit for unit, fit in fits.items() if fit]
+    if len(fitting) == 1:
+        return ReadingUnit(fitting[0], f"{span} fit no other unit")
+    options = " or ".join(f"{unit} (--unit {unit})" for unit in fitting)
+    told = f"can be {options}; say which" if fitting else _NO_UNIT
+    raise CapsuleError(f"column {label}: {span} {told}")

@@ -1,0 +1,172 @@
+"""From the sampling rate of a laboratory to the configured one.
+
+The filter is a finite impulse response: its phase is linear, and it is applied about each instant,
+so that it moves no peak. Where the peaks of the four sensors lie is what the detectors judge by; a
+recursive filter would delay each frequency by another time. Its length is Kaiser's for 60 dB, a
+thousandth: what folds back is below one step of a 10 bit converter. It passes all below a quarter
+of the new rate, which at 10 Hz are eight harmonics of a wave of 3.2 s, and nothing from half the
+new rate on. It is 1.5 s long at 10 Hz, so that a gap costs little beside it.
+"""
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+from scipy.signal import firwin, kaiser_beta, kaiserord
+
+from capsule.errors import CapsuleError
+
+STOP_DB = 60.0
+# Of the new rate: up to here all passes, from half of it on nothing does.
+_PASS = 0.25
+_STOP = 0.5
+# Samples that lie further apart than this many intervals of the slower rate enclose a gap.
+_GAP = 1.5
+# A new sample is there where an old one is at most this many intervals away, of the new rate ...
+_NEAR_NEW = 0.49
+# ... or of the old one, where that is the slower one.
+_NEAR_OLD = 0.6
+# Significant digits that are kept: far below the noise, and short to write.
+_DIGITS = 6
+_LEAST_RATIO = 0.5
+
+
+def usual_rate(time_s: np.ndarray) -> float:
+    """Return the sampling rate of instants (K,), whatever gaps and jitter they have.
+
+    Raises
+    ------
+    CapsuleError
+        Time does not run forward.
+    """
+    steps = np.diff(time_s)
+    wrong = np.flatnonzero(steps <= 0)
+    if steps.size == 0:
+        raise CapsuleError("there are fewer than two samples; is the table cut off?")
+    if wrong.size:
+        at = int(wrong[0])
+        what = "repeats" if steps[at] == 0 else "runs backwards"
+        remedy = (
+            "if its clock is too coarse, give --time none and --rate"
+            if steps[at] == 0
+            else "if another run begins there, give --run-gap-s"
+        )
+        raise CapsuleError(
+            f"sample {at + 2}: time {what}, {time_s[at + 1]:g} s follows {time_s[at]:g} s; {remedy}"
+        )
+    median = float(np.median(steps))
+    near = steps[np.abs(steps - median) <= 0.4 * median]
+    return 1.0 / float(np.mean(near if near.size else steps))
+
+
+def resample(
+    time_s: np.ndarray, values: np.ndarray, rate_hz: float, start_s: float | None = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Bring readings to another sampling rate.
+
+    Parameters
+    ----------
+    time_s : (K,) array
+        Time of each sample in seconds.
+    values : (S, K) array
+        Readings; a sample is missing where one of them is NaN.
+    rate_hz : float
+        The new rate.
+    start_s : float, optional
+        Instant of the first new sample; the first sample's if not given.
+
+    Returns
+    -------
+    time_s : (M,) array
+        Instants of the new samples, from 0 on.
+    values : (S, M) array
+        Readings; NaN where no sample lies near, so that a gap stays a gap.
+
+    Raises
+    ------
+    CapsuleError
+        The rate is too low to be raised to the new one, or time does not run forward.
+    """
+    old_hz = usual_rate(time_s)
+    if old_hz < _LEAST_RATIO * rate_hz:
+        raise CapsuleError(
+            f"the sampling rate is {old_hz:.4g} Hz, less than half of recording.rate_hz "
+            f"{rate_hz:g}; what was not sampled cannot be made: record faster, or configure "
+            "another rate"
+        )
+    known = ~np.isnan(values).any(axis=0)
+    at, kept = time_s[known], values[:, known]
+    start = float(time_s[0] if start_s is None else start_s)
+    count = int(np.floor((time_s[-1] - start) * rate_hz + 1e-6)) + 1
+    instants = start + np.arange(count) / rate_hz
+    new = np.full((values.shape[0], count), np.nan)
+    interval = max(1.0 / rate_hz, 1.0 / old_hz)
+    reach = max(_NEAR_NEW / rate_hz, _NEAR_OLD / old_hz)
+    breaks = np.flatnonzero(np.diff(at) > _GAP * interval) + 1
+    for part in np.split(np.arange(at.size), breaks):
+        if part.size == 0:
+            continue
+        near = np.abs(instants - at[part][_nearest(at[part], instants)])
+        wanted = np.flatnonzero(near <= reach)
+        if wanted.size:
+            new[:, wanted] = _within(at[part], kept[:, part], instants[wanted], old_hz, rate_hz)
+    return np.round(np.arange(count) / rate_hz, 9), _rounded(new)
+
+
+def _nearest(at: np.ndarray, instants: np.ndarray) -> np.ndarray:
+    """Return the index of the sample nearest to each instant."""
+    right = np.clip(np.searchsorted(at, instants), 1, max(at.size - 1, 1))
+    if at.size == 1:
+        return np.zeros(instants.size, dtype=int)
+    left_is_nearer = instants - at[right - 1] <= at[right] - instants
+    return np.where(left_is_nearer, right - 1, right)
+
+
+def _within(
+    at: np.ndarray, values: np.ndarray, instants: np.ndarray, old_hz: float, rate_hz: float
+) -> np.ndarray:
+    """Filter a stretch (S, K) that holds no gap, and read it at the instants (M,)."""
+    if at.size < 4:
+        return np.array([np.interp(instants, at, row) for row in values])
+    # An even grid of which each so many samples are one new one: clocks jitter, and rates are odd.
+    factor = max(int(np.ceil(old_hz / rate_hz)), 1)
+    inside = np.clip(instants, at[0], at[-1])
+    if factor == 1:
+        return make_interp_spline(at, values, axis=1)(inside)
+    fine_hz = factor * rate_hz
+    taps = low_pass(fine_hz, rate_hz)
+    half = taps.size // 2
+    before = int(np.floor((instants[0] - at[0]) * fine_hz + 1e-9))
+    after = int(np.floor((at[-1] - instants[0]) * fine_hz + 1e-9))
+    grid = instants[0] + np.arange(-before, after + 1) / fine_hz
+    even = make_interp_spline(at, values, axis=1)(np.clip(grid, at[0], at[-1]))
+    # Turned about its ends, a stretch goes on with its own slope.
+    padded = np.pad(even, ((0, 0), (half, half)), mode="reflect", reflect_type="odd")
+    smooth = np.array([np.convolve(row, taps, mode="valid") for row in padded])
+    columns = np.rint((inside - grid[0]) * fine_hz).astype(int)
+    return smooth[:, np.clip(columns, 0, smooth.shape[1] - 1)]
+
+
+def low_pass(fine_hz: float, rate_hz: float) -> np.ndarray:
+    """Design the filter before samples are left out.
+
+    Parameters
+    ----------
+    fine_hz : float
+        Sampling rate before.
+    rate_hz : float
+        Sampling rate after.
+
+    Returns
+    -------
+    (N,) array
+        Taps, of an odd number; they add up to 1.
+    """
+    width = (_STOP - _PASS) * rate_hz / (fine_hz / 2)
+    number, _ = kaiserord(STOP_DB, width)
+    cutoff = (_STOP + _PASS) / 2 * rate_hz
+    return firwin(number | 1, cutoff, window=("kaiser", kaiser_beta(STOP_DB)), fs=fine_hz)
+
+
+def _rounded(values: np.ndarray) -> np.ndarray:
+    """Drop digits that mean nothing."""
+    largest = np.nanmax(np.abs(values), initial=1e-12, where=~np.isnan(values))
+    return np.round(values, _DIGITS - int(np.ceil(np.log10(largest))))

@@ -1,0 +1,227 @@
+"""How a text file writes a table: what separates its columns, and how it writes its numbers.
+
+Each way that is possible is tried. Where several give different numbers, none is taken: the
+refusal names them, and the key of lab.yaml that decides.
+"""
+
+from collections import Counter
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from types import SimpleNamespace
+
+from capsule.errors import CapsuleError
+from capsule.importing.number_style import (
+    COMMA,
+    COMMA_WITH_THOUSANDS,
+    POINT_WITH_THOUSANDS,
+    STYLES,
+    NumberStyle,
+)
+from capsule.importing.text_lines import DELIMITERS, split_cells
+
+# Lines that are tried at first; all where these leave a choice.
+_TRIED = 200
+# The share of the lines below the first sample that must look like samples.
+_LEAST_ROWS = 0.6
+# A way to read that makes fewer numbers of the cells than another by this share is dropped.
+_FEWER_NUMBERS = 0.05
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """How a text file writes a table.
+
+    Attributes
+    ----------
+    delimiter : str
+        A key of `capsule.importing.text_lines.DELIMITERS`.
+    style : NumberStyle
+        How it writes numbers.
+    first : int
+        Index of the first line that holds a sample.
+    cells : int
+        Number of cells of a line.
+    """
+
+    delimiter: str
+    style: NumberStyle
+    first: int
+    cells: int
+
+    def split(self, line: str) -> list[str]:
+        """Split a line into the cells of this dialect."""
+        return dialect_cells(line, self.delimiter, self.style, self.cells)
+
+
+def dialect_cells(line: str, delimiter: str, style: NumberStyle, cells: int = 0) -> list[str]:
+    """Split a line; where commas do both, columns and decimals, two parts are one number."""
+    parts = split_cells(line, delimiter)
+    if delimiter == "comma" and style == COMMA and '"' not in line and len(parts) == 2 * cells:
+        return [",".join(parts[at : at + 2]) for at in range(0, len(parts), 2)]
+    return parts
+
+
+def guess_dialect(
+    lines: Sequence[tuple[int, str]], keys: SimpleNamespace, needed: int, missing: Collection[str]
+) -> Dialect:
+    """Find how a text file writes its table.
+
+    Parameters
+    ----------
+    lines : sequence of (int, str)
+        Number and text of each line.
+    keys : SimpleNamespace
+        What lab.yaml says; ``delimiter``, ``decimal`` and ``thousands`` are looked at.
+    needed : int
+        Number of columns of numbers that there must be.
+    missing : collection of str
+        What stands for a missing sample, in lower case.
+
+    Raises
+    ------
+    CapsuleError
+        There is no such table, or there are several ways to read it.
+    """
+    few = lines if len(lines) <= _TRIED else [*lines[: _TRIED // 2], *lines[-_TRIED // 2 :]]
+    ways = _distinct(few, keys, needed, missing)
+    if len(ways) > 1 and len(few) < len(lines):
+        ways = _distinct(lines, keys, needed, missing)
+    if not ways:
+        number, text = lines[len(lines) // 2] if lines else (1, "")
+        raise CapsuleError(
+            f"line {number}: no table with {needed} columns of numbers is there, whether commas, "
+            f"semicolons, tabs, spaces or bars separate them; the line is {text.strip()[:60]!r}; "
+            "say how it is written by --delimiter, --decimal and --skip-lines"
+        )
+    if len(ways) > 1:
+        raise CapsuleError(_ambiguity(few, list(ways)))
+    (way,) = ways
+    return next(
+        dialect
+        for _, dialect, _ in _try(lines, way.delimiter, way.style, needed, missing)
+        if dialect.cells == way.cells
+    )
+
+
+def _distinct(
+    lines: Sequence[tuple[int, str]], keys: SimpleNamespace, needed: int, missing: Collection[str]
+) -> dict[Dialect, list]:
+    """Try each way; give those that read different numbers, one of each."""
+    rated = []
+    for delimiter in [keys.delimiter] if keys.delimiter else DELIMITERS:
+        if DELIMITERS[delimiter] and not any(DELIMITERS[delimiter] in text for _, text in lines):
+            continue
+        for style in _styles(lines, keys):
+            rated += _try(lines, delimiter, style, needed, missing)
+    best = max((share for share, _, _ in rated), default=0.0)
+    if any(_is_named(lines, dialect) for _, dialect, _ in rated):
+        rated = [each for each in rated if each[1].delimiter != "none"]
+    ways: dict[Dialect, list] = {}
+    for share, dialect, numbers in rated:
+        # Spaces beside tabs are part of a name or of an empty cell.
+        beside_tab = dialect.delimiter == "space" and any(d.delimiter == "tab" for d in ways)
+        if share >= best - _FEWER_NUMBERS and numbers not in ways.values() and not beside_tab:
+            ways[dialect] = numbers
+    return ways
+
+
+def _is_named(lines: Sequence[tuple[int, str]], dialect: Dialect) -> bool:
+    """Tell whether the line above the first sample names several columns."""
+    if dialect.cells < 2 or dialect.first == 0:
+        return False
+    names = split_cells(lines[dialect.first - 1][1], dialect.delimiter)
+    return len(names) == dialect.cells
+
+
+def _styles(lines: Sequence[tuple[int, str]], keys: SimpleNamespace) -> list[NumberStyle]:
+    styles = [
+        style
+        for style in STYLES
+        if keys.decimal in (None, style.decimal) and keys.thousands in (None, style.thousands)
+    ]
+    # A number with a point is one with decimals, wherever no comma says otherwise.
+    both = any("," in text and "." in text for _, text in lines)
+    if keys.thousands is None and not both:
+        styles = [style for style in styles if style != COMMA_WITH_THOUSANDS]
+    return styles
+
+
+def _try(
+    lines: Sequence[tuple[int, str]],
+    delimiter: str,
+    style: NumberStyle,
+    needed: int,
+    missing: Collection[str],
+) -> list[tuple[float, Dialect, list]]:
+    """Read all lines in one way; nothing where that makes no table."""
+    rows = [split_cells(text, delimiter) for _, text in lines]
+    usual = Counter(map(len, rows[len(rows) // 4 :])).most_common(1)
+    if not usual:
+        return []
+    width = usual[0][0]
+    # Where --decimal comma is said, a line of commas alone holds each number in two parts.
+    paired = delimiter == "comma" and style == COMMA and width % 2 == 0
+    readings = []
+    for pair in (False, True) if paired else (False,):
+        cells = width // 2 if pair else width
+        table = [dialect_cells(text, delimiter, style, cells if pair else 0) for _, text in lines]
+        numbers = [[style.number(cell, missing) for cell in row] for row in table]
+        if pair and not _are_pairs(lines, numbers, cells):
+            continue
+        if rated := _rate(numbers, delimiter, style, cells, needed):
+            readings = rated
+    return readings
+
+
+def _are_pairs(lines: Sequence[tuple[int, str]], numbers: list, cells: int) -> bool:
+    """Tell whether the names above, half as many as the parts, say that two are one number."""
+    named = any(len(split_cells(text, "comma")) == cells for _, text in lines)
+    return named and any(None not in row and len(row) == cells for row in numbers)
+
+
+def _rate(
+    numbers: list, delimiter: str, style: NumberStyle, cells: int, needed: int
+) -> list[tuple[float, Dialect, list]]:
+    def is_sample(row: list) -> bool:
+        known = sum(number is not None and number == number for number in row)
+        return len(row) == cells and known >= needed
+
+    first = next((index for index, row in enumerate(numbers) if is_sample(row)), None)
+    if first is None:
+        return []
+    below = [row for row in numbers[first:] if len(row) == cells]
+    samples = sum(map(is_sample, below))
+    if samples < 2 or samples < _LEAST_ROWS * (len(numbers) - first):
+        return []
+    share = sum(number is not None for row in below for number in row) / (cells * len(below))
+    plain = [["?" if number != number else number for number in row] for row in below]
+    return [(share, Dialect(delimiter, style, first, cells), plain)]
+
+
+def _ambiguity(lines: Sequence[tuple[int, str]], ways: list[Dialect]) -> str:
+    """Name a cell that can be read in several ways, and what decides."""
+    widest = min(ways, key=lambda way: way.cells)
+    for number, text in lines[widest.first :]:
+        for cell in widest.split(text):
+            if "," in cell or (len({way.cells for way in ways}) == 1 and "." in cell):
+                return f"line {number}: {cell!r} can be {_readings(cell, ways)}; say which"
+    number, text = lines[widest.first]
+    options = " or ".join(f"--delimiter {way.delimiter}" for way in ways)
+    return f"line {number}: {text.strip()[:60]!r} can be read in several ways; give {options}"
+
+
+def _readings(cell: str, ways: list[Dialect]) -> str:
+    fewest = min(way.cells for way in ways)
+    texts = []
+    for way in ways:
+        if way.cells > fewest:
+            parts = [part for part in split_cells(cell, way.delimiter) if part]
+            texts.append(f"columns, {' and '.join(parts)} (--delimiter {way.delimiter})")
+            continue
+        value = way.style.number(cell)
+        if way.style in (POINT_WITH_THOUSANDS, COMMA_WITH_THOUSANDS):
+            option = f"--thousands {way.style.thousands}"
+        else:
+            option = f"--decimal {way.style.decimal}"
+        texts.append(f"{'no number' if value is None else format(value, '.12g')} ({option})")
+    return " or ".join(texts)

@@ -1,0 +1,19 @@
+"""Write recordings from other programs' files into raw/."""
+
+import sys
+
+from edges import files
+from importing.import_options import build_parser
+from importing.import_run import Importer
+
+
+def main() -> None:
+    """Import what is given; the last line counts it, and status 1 tells that a file was refused."""
+    importer = Importer(build_parser().parse_args())
+    importer.run()
+    print(importer.summary(), flush=True)
+    sys.exit(1 if importer.refused else 0)
+
+
+if __name__ == "__main__":
+    files.run(main)

@@ -1,0 +1,227 @@
+"""Files one after the other: read, guessed, shown, written; a bad one is a line and no stop."""
+
+import argparse
+import contextlib
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+from capsule.checking import readings_of
+from capsule.configuration import BENCH, check_configuration
+from capsule.errors import CapsuleError, RecordingError
+from capsule.importing.guess_view import guess_lines, sample_lines
+from capsule.importing.lab_map import checked_map
+from capsule.importing.mapped_runs import Bench, Guess, Run, as_map, guess_table, runs_of
+from capsule.importing.sensor_files import joined_run
+from capsule.importing.table_choice import choose_tables
+from capsule.naming import UNLABELLED, displayed
+from capsule.recording import Recording
+from edges.config_files import read_config_file, read_schema
+from importing.archiving import ArchivedRuns, run_name
+from importing.import_options import PROJECT, given_keys
+from importing.lab_files import keep_map, lab_schema, map_text, read_map
+from importing.origin import origin_lines
+from importing.source_files import Source, read_source
+
+_CONFIG_SCHEMA = PROJECT / "workflow" / "schemas" / "config.schema.json"
+
+
+class Importer:
+    """Writes the runs of files into an archive.
+
+    Parameters
+    ----------
+    options : argparse.Namespace
+        As `importing.import_options.build_parser` gives them.
+
+    Attributes
+    ----------
+    written, known, refused : int
+        Recordings written, recordings that were there, files that were refused.
+
+    Raises
+    ------
+    CapsuleError
+        The options, lab.yaml or the configuration cannot be used.
+    """
+
+    def __init__(self, options: argparse.Namespace) -> None:
+        settings = read_config_file(options.config)
+        schema = read_schema(_CONFIG_SCHEMA)
+        check_configuration(settings, schema, {str(options.config): settings})
+        bench = {key: settings["diagonal"][key] for key in BENCH}
+        self._settings = settings | {"diagonal": bench}
+        rules = settings["recording"]
+        self._bench = Bench(
+            rules["sensors"], rules["rate_hz"], rules["rate_tolerance"], bench["full_scale"]
+        )
+        self._options = options
+        self._keys = self._read_keys()
+        self._folder = UNLABELLED if options.unlabelled else options.size
+        self._archive = ArchivedRuns(options.raw)
+        encoding = (sys.stdout.encoding or "").lower()
+        self._plain = not encoding.startswith("utf")
+        self.written = self.known = self.refused = 0
+
+    def _read_keys(self) -> SimpleNamespace:
+        path = self._options.map
+        given = read_map(path) if path else {}
+        with _named(str(path) if path else ""):
+            return checked_map(given | given_keys(self._options), lab_schema(), self._bench.sensors)
+
+    def run(self) -> None:
+        """Import all files; those that cannot be are named, and the others come in."""
+        for files in self._groups():
+            try:
+                self._import(files)
+            except (CapsuleError, OSError) as fault:
+                self.refused += 1
+                text = fault if isinstance(fault, CapsuleError) else _disk_text(fault)
+                print(f"refused: {_names(files)}: {text}", file=sys.stderr, flush=True)
+
+    def _groups(self) -> list[list[Path]]:
+        """Put the files together that are one run."""
+        files, sensors = self._options.files, self._bench.sensors
+        if self._keys.sensor_files:
+            wanted = [f"sensor_{number}" for number in range(1, sensors + 1)]
+            named = self._keys.sensor_files
+            if sorted(named) != sorted(wanted) or files:
+                raise CapsuleError(
+                    f"sensor_files: {', '.join(named)} are given; give the files of "
+                    f"{', '.join(wanted)} there, and no FILE beside"
+                )
+            return [[Path(named[sensor]) for sensor in wanted]]
+        if not files:
+            raise CapsuleError("no FILE is given, and lab.yaml names none under sensor_files")
+        if self._keys.per_sensor:
+            if len(files) != sensors:
+                raise CapsuleError(
+                    f"per_sensor: {len(files)} files are given, but recording.sensors is "
+                    f"{sensors}; give the files of one run, in the order of the sensors"
+                )
+            return [files]
+        if self._options.name and len(files) > 1:
+            raise CapsuleError(
+                f"--name {self._options.name} is given for {len(files)} files; give it for one"
+            )
+        return [[file] for file in files]
+
+    def _import(self, files: list[Path]) -> None:
+        together = len(files) > 1
+        guesses, runs, sources = [], [], []
+        for file in files:
+            guesses_of_file, source = self._guess(file, together=together)
+            guesses += guesses_of_file
+            sources.append(source)
+        if together:
+            runs = [(joined_run(guesses, self._keys, self._bench), guesses[0])]
+        else:
+            several = len(guesses) > 1
+            for guess in guesses:
+                with _named(guess.table.place):
+                    runs_of_table = runs_of(guess, self._keys, self._bench)
+                for run in runs_of_table:
+                    label = f"{guess.table.label} {run.label}".strip() if several else run.label
+                    runs.append((Run(label, run.recording, run.remarks), guess))
+        print(_names(files))
+        for guess in guesses:
+            print("\n".join(guess_lines(guess)))
+        planned = [self._plan(files, sources, run, guess, guesses) for run, guess in runs]
+        # All or nothing of a file: half of its runs would hide the fault of the other half.
+        self._archive.check_free([name for name, _, known, _ in planned if not known])
+        for name, recording, known, remarks in planned:
+            self._archive_run(name, recording, known, remarks)
+        if not self._options.map:
+            self._keep_map(as_map(guesses[0], self._keys))
+
+    def _guess(self, file: Path, *, together: bool) -> tuple[list[Guess], Source]:
+        """Read a file and find out what its columns are."""
+        bench = self._bench
+        needed = 1 if together else bench.sensors
+        guesses = []
+        with _named(displayed(file.name) if together else ""):
+            source = read_source(file, self._keys, needed)
+            tables = choose_tables(source.tables, self._keys, needed)
+            if together:
+                bench = replace(bench, sensors=1)
+            for table in tables[:1] if together else tables:
+                with _named(table.place):
+                    guesses.append(guess_table(table, self._keys, bench))
+        return guesses, source
+
+    def _plan(
+        self,
+        files: Sequence[Path],
+        sources: Sequence[Source],
+        run: Run,
+        guess: Guess,
+        guesses: Sequence[Guess],
+    ) -> tuple[str, Recording, str, tuple[str, ...]]:
+        """Name a run, complete its header, and find out whether the archive holds it."""
+        stem = files[0].name if files[0].is_dir() else files[0].stem
+        name = f"{self._folder}/{run_name(self._options.name or stem, run.label)}"
+        header = origin_lines(files, sources, run, guess, guesses) | dict(run.recording.header)
+        recording = Recording(run.recording.time_s, run.recording.values, header)
+        known = self._archive.known(recording)
+        if known:
+            self._archive.refuse_other_size(known, name)
+        return name, recording, known, run.remarks
+
+    def _archive_run(
+        self, name: str, recording: Recording, known: str, remarks: Sequence[str]
+    ) -> None:
+        print("\n".join(sample_lines(recording, plain=self._plain)))
+        if known:
+            self.known += 1
+            print(f"  already in the archive: {known} holds the same samples; nothing is written")
+            return
+        if not self._options.dry_run:
+            self._archive.add(name, recording)
+        self.written += 1
+        count, last = recording.time_s.size, recording.time_s[-1]
+        verb = "would write" if self._options.dry_run else "wrote"
+        print(f"  {verb} {self._options.raw / name}.csv: {count} samples, {last:g} s")
+        for remark in (*remarks, *self._rejection(recording)):
+            print(f"  note: {remark}")
+
+    def _rejection(self, recording: Recording) -> list[str]:
+        """Say what the report will say of a recording that it cannot use."""
+        try:
+            _, no_verdict = readings_of(recording, self._settings)
+        except RecordingError as reason:
+            return [f"the report will reject it: {reason}"]
+        return [f"the report will give no verdict: {no_verdict}"] if no_verdict else []
+
+    def _keep_map(self, content: dict) -> None:
+        if self._options.dry_run:
+            print("  lab.yaml would say:")
+            print("".join(f"    {line}\n" for line in map_text(content).splitlines()[1:]), end="")
+        elif told := keep_map(self._options.write_map, content):
+            print(f"  {told}")
+
+    def summary(self) -> str:
+        """Count what came in, what was there and what was refused."""
+        verb = "would be imported" if self._options.dry_run else "imported"
+        there = f", {self.known} already there" if self.known else ""
+        came = "1 recording" if self.written == 1 else f"{self.written} recordings"
+        kept_out = "1 file" if self.refused == 1 else f"{self.refused} files"
+        return f"{came} {verb}{there}, {kept_out} refused"
+
+
+@contextlib.contextmanager
+def _named(place: str) -> Iterator[None]:
+    """Put a place in front of what is wrong there."""
+    try:
+        yield
+    except CapsuleError as fault:
+        raise CapsuleError(f"{place}: {fault}" if place else str(fault)) from None
+
+
+def _names(files: Sequence[Path]) -> str:
+    return ", ".join(displayed(str(file)) for file in files)
+
+
+def _disk_text(fault: OSError) -> str:
+    return f"{fault.strerror or fault}; free some space or choose another --raw, and run again"

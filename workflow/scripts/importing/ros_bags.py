@@ -1,0 +1,80 @@
+"""Bags of ROS 1 and ROS 2, by rosbags."""
+
+import dataclasses
+from collections.abc import Iterator
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+
+from capsule.errors import CapsuleError
+from capsule.importing.source_table import SourceTable, bare_column
+from importing.extra import damage_named, needed_package
+
+# A longer array in a message is an image or a scan.
+_LONGEST_ARRAY = 256
+
+
+def read_bag(path: Path) -> list[SourceTable]:
+    """Read the topics of a bag: each number in a message is a column.
+
+    Parameters
+    ----------
+    path : Path
+        A ``.bag`` file, or the folder or ``.mcap`` file of a bag of ROS 2.
+
+    Raises
+    ------
+    CapsuleError
+        It is damaged, or holds no message with numbers.
+    """
+    highlevel = needed_package("rosbags.highlevel", "A bag of ROS")
+    typesys = needed_package("rosbags.typesys", "A bag of ROS")
+    types = typesys.get_typestore(typesys.Stores.LATEST)
+    topics: dict[str, list[dict]] = {}
+    remedy = "give a .bag file, or the folder of a bag of ROS 2 with its metadata.yaml"
+    own = (highlevel.AnyReaderError, typesys.TypesysError)
+    with (
+        damage_named("bag", remedy, *own),
+        highlevel.AnyReader([path], default_typestore=types) as reader,
+    ):
+        for connection, stamp_ns, data in reader.messages():
+            message = reader.deserialize(data, connection.msgtype)
+            if numbers := dict(_numbers(message, "")):
+                stamp = _stamp_ns(message) or stamp_ns
+                topics.setdefault(connection.topic, []).append({"stamp": stamp} | numbers)
+    tables = [_table(topic, rows) for topic, rows in topics.items() if len(rows) > 1]
+    if not tables:
+        raise CapsuleError("no topic holds messages with numbers; was the sensors' one recorded?")
+    return tables
+
+
+def _table(topic: str, rows: list[dict[str, float]]) -> SourceTable:
+    first = rows[0]["stamp"]
+    # Nanoseconds since 1970 are more digits than a float holds.
+    seconds = np.array([(row["stamp"] - first) / 1e9 for row in rows])
+    columns = [bare_column("stamp", seconds, "s")]
+    for name in list(rows[0])[1:]:
+        columns.append(bare_column(name, [row.get(name, np.nan) for row in rows]))
+    started = datetime.fromtimestamp(first // 10**9, UTC).isoformat().replace("+00:00", "Z")
+    return SourceTable(tuple(columns), "variable", topic, started=started)
+
+
+def _stamp_ns(message: object) -> int:
+    """Read the time stamp of a message's header; 0 where it has none."""
+    stamp = getattr(getattr(message, "header", None), "stamp", None)
+    return 0 if stamp is None else int(stamp.sec) * 10**9 + int(stamp.nanosec)
+
+
+def _numbers(value: object, name: str) -> Iterator[tuple[str, float]]:
+    """Name the numbers in a message: ``data[0]``, ``wrench.force.x``."""
+    if dataclasses.is_dataclass(value):
+        for field in dataclasses.fields(value):
+            if field.name not in ("header", "layout") and not field.name.startswith("_"):
+                inner = f"{name}.{field.name}" if name else field.name
+                yield from _numbers(getattr(value, field.name), inner)
+    elif isinstance(value, list | np.ndarray) and 0 < len(value) <= _LONGEST_ARRAY:
+        for number, each in enumerate(value):
+            yield from _numbers(each, f"{name}[{number}]")
+    elif isinstance(value, int | float | np.number) and not isinstance(value, bool):
+        yield name, float(value)

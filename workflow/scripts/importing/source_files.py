@@ -1,0 +1,122 @@
+"""Which reader a file takes: by its first bytes, not by its name."""
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+from types import SimpleNamespace
+
+from capsule.errors import CapsuleError
+from capsule.importing.source_table import SourceTable
+from edges.reading import read_limited
+
+# A day of 64 channels at 100 Hz in single precision is more; one run is far less.
+_MAX_BYTES = 500_000_000
+_MATLAB_73 = b"MATLAB 7.3 MAT-file"
+_NO_TABLE = {
+    b"\xd0\xcf\x11\xe0": "it is a workbook of an old Excel; save it as .xlsx",
+    b"SQLite format 3": "it is one file of a bag of ROS 2; give the folder with its metadata.yaml",
+    b"%PDF": "it is a PDF; export the readings as text",
+    b"\x1f\x8b": "it is compressed; unpack it first",
+    b"7z\xbc\xaf": "it is compressed; unpack it first",
+}
+
+
+@dataclass(frozen=True)
+class Source:
+    """A file that was read.
+
+    Attributes
+    ----------
+    tables : list of SourceTable
+        What it holds.
+    sha256 : str
+        Checksum of its content.
+    """
+
+    tables: list[SourceTable]
+    sha256: str
+
+
+def read_source(path: Path, keys: SimpleNamespace, needed: int) -> Source:
+    """Read a file of any format.
+
+    Parameters
+    ----------
+    path : Path
+        A file, or the folder of a bag of ROS 2.
+    keys : SimpleNamespace
+        What lab.yaml says.
+    needed : int
+        Number of columns of numbers that a run must have.
+
+    Raises
+    ------
+    CapsuleError
+        It cannot be read, or is of no format that is known.
+    """
+    if path.is_dir():
+        return Source(_tables_in_folder(path), _folder_checksum(path))
+    try:
+        content = read_limited(path, _MAX_BYTES)
+    except OSError as error:
+        raise CapsuleError(f"{error.strerror}; give the name of a file that can be read") from None
+    if content is None:
+        raise CapsuleError(
+            f"it is larger than {_MAX_BYTES / 1e6:g} MB and cannot be one session; cut it"
+        )
+    tables = _tables(path, content, keys, needed)
+    return Source(tables, hashlib.sha256(content).hexdigest())
+
+
+def _tables(path: Path, content: bytes, keys: SimpleNamespace, needed: int) -> list[SourceTable]:
+    # Each reader is imported when a file of its format comes.
+    for mark, reason in _NO_TABLE.items():
+        if content.startswith(mark):
+            raise CapsuleError(reason)
+    if content.startswith((b"\x89HDF", _MATLAB_73)):
+        if path.suffix.lower() == ".nwb":
+            from importing.nwb_files import read_nwb
+
+            return read_nwb(path)
+        from importing.hdf_files import read_hdf
+
+        return read_hdf(content)
+    if content.startswith(b"PK\x03\x04"):
+        from importing.excel_sheets import read_excel
+
+        return read_excel(content, keys, needed)
+    if content.startswith(b"TDSm"):
+        from importing.tdms_files import read_tdms
+
+        return read_tdms(content)
+    if content.startswith(b"XDF:"):
+        from importing.xdf_files import read_xdf
+
+        return read_xdf(content)
+    if content.startswith((b"#ROSBAG", b"\x89MCAP")):
+        from importing.ros_bags import read_bag
+
+        return read_bag(path)
+    if path.suffix.lower() == ".mat":
+        from importing.matlab_files import read_matlab
+
+        return read_matlab(content)
+    from importing.text_files import read_text
+
+    return read_text(content, keys, needed)
+
+
+def _tables_in_folder(path: Path) -> list[SourceTable]:
+    if not (path / "metadata.yaml").is_file():
+        raise CapsuleError("it is a folder, and no bag of ROS 2; give the files in it")
+    from importing.ros_bags import read_bag
+
+    return read_bag(path)
+
+
+def _folder_checksum(path: Path) -> str:
+    digest = hashlib.sha256()
+    for file in sorted(each for each in path.iterdir() if each.is_file()):
+        digest.update(file.name.encode("utf-8", "surrogateescape"))
+        digest.update(hashlib.sha256(file.read_bytes()).digest())
+    return digest.hexdigest()

@@ -1,0 +1,72 @@
+"""LabRecorder's XDF files, by pyxdf."""
+
+import io
+import logging
+
+import numpy as np
+
+from capsule.errors import CapsuleError
+from capsule.importing.source_table import SourceTable, bare_column
+from importing.extra import damage_named, needed_package
+
+
+def read_xdf(content: bytes) -> list[SourceTable]:
+    """Read the streams of an XDF file; time stamps are those of one clock, without jitter.
+
+    Parameters
+    ----------
+    content : bytes
+        The file.
+
+    Raises
+    ------
+    CapsuleError
+        It is damaged, or holds no stream of numbers.
+    """
+    pyxdf = needed_package("pyxdf", "XDF")
+    log = logging.getLogger("pyxdf.pyxdf")
+    level = log.level
+    # It tells its own user of what it repairs.
+    log.setLevel(logging.CRITICAL)
+    try:
+        with damage_named("XDF file", "copy or record it again"):
+            streams, head = pyxdf.load_xdf(io.BytesIO(content))
+    finally:
+        log.setLevel(level)
+    started = str(_first(head.get("info", {}).get("datetime")))
+    numbers = [stream for stream in streams if _is_numbers(stream)]
+    if not numbers:
+        raise CapsuleError("no stream holds numbers; was the stream of the sensors recorded?")
+    return [_table(stream, started) for stream in numbers]
+
+
+def _is_numbers(stream: dict) -> bool:
+    data = stream["time_series"]
+    return isinstance(data, np.ndarray) and data.dtype.kind in "iuf" and data.shape[0] > 1
+
+
+def _table(stream: dict, started: str) -> SourceTable:
+    info, data = stream["info"], stream["time_series"]
+    told = _first((_first(info.get("desc")) or {}).get("channels"))
+    channels = (told or {}).get("channel", []) if isinstance(told, dict) else []
+    columns = [bare_column("time_stamps", stream["time_stamps"], "s")]
+    for number, values in enumerate(data.T, start=1):
+        channel = channels[number - 1] if number <= len(channels) else {}
+        name = _first(channel.get("label")) or f"channel {number}"
+        columns.append(bare_column(str(name), values, str(_first(channel.get("unit")) or "")))
+    return SourceTable(
+        tuple(columns), "variable", str(_first(info["name"])), started=_as_utc(started)
+    )
+
+
+def _first(values: object) -> object:
+    """XML as pyxdf gives it: each element is a list."""
+    return (values[0] if values else "") if isinstance(values, list) else values or ""
+
+
+def _as_utc(text: str) -> str:
+    """Write a file's time as this project does; nothing where it has none."""
+    try:
+        return np.datetime64(text[:19]).item().isoformat() if text else ""
+    except ValueError:
+        return ""
