@@ -21,6 +21,22 @@ def test_imports_are_followed_from_module_to_module(tmp_path):
     assert found == {"__init__.py", "a.py", "b.py"}
 
 
+def test_an_import_counts_wherever_it_stands(tmp_path):
+    (tmp_path / "script.py").write_text(
+        "if a:\n    import one\nelse:\n    import two\n"
+        "try:\n    import three\nexcept ImportError:\n    import four\n"
+        "else:\n    import five\nfinally:\n    import six\n"
+        "class C:\n    async def f(self):\n        with b:\n            import seven\n"
+        "match c:\n    case 1:\n        for d in e:\n            import eight\n"
+        "        while f:\n            from nine import g\n"
+    )
+    modules = ["one", "two", "three", "four", "five", "six", "seven", "eight", "nine"]
+    for name in modules:
+        (tmp_path / f"{name}.py").write_text("")
+    found = {path.stem for path in imported_files(tmp_path / "script.py")}
+    assert found == set(modules)
+
+
 def test_a_fit_depends_on_the_maths_it_uses_and_on_nothing_else():
     fit = names("fit.py")
     assert {"capsule/fitting.py", "capsule/sliding.py", "capsule/particles.py"} <= fit

@@ -5,6 +5,7 @@ can be killed like any other. Not on Windows, which knows no forks.
 """
 
 import contextlib
+import gc
 import json
 import os
 import select
@@ -108,8 +109,14 @@ class PreloadedSnakemake:
 
 def serve(connection: socket.socket) -> None:
     """Fork for each call that comes; tell its process, and at its end its exit status."""
+    import smart_open  # noqa: F401  (what Snakemake imports when it opens the first Snakefile)
     import snakemake.cli
 
+    # Finds and imports the plug-ins.
+    snakemake.cli.get_argument_parser()
+    # A fork need not look through what was there before it for garbage, nor copy its pages.
+    gc.collect()
+    gc.freeze()
     while message := _receive(connection):
         call, output = message
         process = os.fork()

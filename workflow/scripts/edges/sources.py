@@ -4,7 +4,7 @@ Imports nothing heavy: the Snakefile asks at every start.
 """
 
 import ast
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
 
@@ -39,12 +39,23 @@ def imported_files(script: Path, modules: Iterable[str] = ()) -> list[Path]:
 def _imports(source: Path) -> frozenset[str]:
     """Name every module that a file imports; of ``from a import b`` both a and a.b."""
     names: set[str] = set()
-    for node in ast.walk(ast.parse(source.read_text(encoding="utf-8"), str(source))):
+    for node in _statements(ast.parse(source.read_text(encoding="utf-8"), str(source))):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
             names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
     return frozenset(names)
+
+
+def _statements(module: ast.Module) -> Iterator[ast.AST]:
+    """Give all statements of a file, at any depth, but no expressions: those are most of it."""
+    waiting: list[ast.AST] = [module]
+    while waiting:
+        node = waiting.pop()
+        yield node
+        # What holds statements: bodies, the other branches, handlers of exceptions, cases.
+        for block in ("body", "orelse", "handlers", "finalbody", "cases"):
+            waiting += getattr(node, block, [])
 
 
 @cache
