@@ -31,9 +31,16 @@ def test_each_survey_is_drawn_and_only_what_changed_is_drawn_again(project):
     assert made == {
         "survey.json",
         "picture.csv",
-        *(f"picture{width}.{kind}" for width in ("", "_column") for kind in ("svg", "pdf")),
+        "picture.svg",
+        "picture_column.svg",
     }
     assert project.snakemake(*both).did_nothing
+    # For print on request.
+    assert project.snakemake("figures", "--dry-run").jobs["print_survey"] == 2
+    pictures = [f"results/print/surveys/first/picture{width}.pdf" for width in ("", "_column")]
+    assert project.snakemake(*pictures).jobs == {"print_survey": 1}
+    for picture in pictures:
+        assert (project.folder / picture).read_bytes().startswith(b"%PDF")
     # A survey that is still written, and one that is damaged, stop nothing.
     write_session(project.folder / "sessions/running", {"stream.csv.part": b""})
     damaged = session_contents() | {"places.csv": b"place\n"}

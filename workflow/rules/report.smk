@@ -78,7 +78,7 @@ rule draw:
         " --record {params.made_from:q} > {log:q} 2>&1"
 
 
-rule figures:
+rule print_figures:
     input:
         shown=FIGURE_INPUTS,
         paper=report_file("paper.yaml"),
@@ -88,14 +88,14 @@ rule figures:
         expand("results/print/{figure}{width}.pdf", figure=FIGURES, width=["", "_column"]),
         expand("results/print/{figure}.csv", figure=FIGURES),
     log:
-        "results/logs/figures.log",
+        "results/logs/print_figures.log",
     conda:
         "../../environment.yml"
     params:
         results=results_folder,
         settings=as_parameter(DRAW_SETTINGS),
         made_from=made_from(
-            "figures",
+            "print_figures",
             as_parameter(DRAW_SETTINGS),
             script="draw.py",
             modules=FIGURE_MODULES,

@@ -1,7 +1,8 @@
 # Draw each finished survey under sessions/, where there are any.
 #
 # takes: sessions/<survey>/, config/phantom.yaml
-# gives: results/surveys/<survey>/picture{,_column}.{svg,pdf}, picture.csv, survey.json
+# gives: results/surveys/<survey>/picture{,_column}.svg, picture.csv, survey.json; on request
+#        (snakemake -c2 figures) for print, results/print/surveys/<survey>/picture{,_column}.pdf
 
 from edges.survey_list import list_surveys, survey_content
 
@@ -15,11 +16,7 @@ rule chart_survey:
     output:
         # What the report shows of it.
         values="results/surveys/{survey}/survey.json",
-        pictures=expand(
-            "results/surveys/{{survey}}/picture{width}.{kind}",
-            width=["", "_column"],
-            kind=["svg", "pdf"],
-        ),
+        pictures=expand("results/surveys/{{survey}}/picture{width}.svg", width=["", "_column"]),
         table="results/surveys/{survey}/picture.csv",
     log:
         "results/logs/chart_survey/{survey}.log",
@@ -36,5 +33,29 @@ rule chart_survey:
         folder=lambda wildcards: f"{RESULTS}/surveys/{wildcards.survey}",
     shell:
         "python {input.script:q} --session {params.session:q} --phantom {input.phantom:q}"
-        " --settings {params.settings:q} --output {params.folder:q}"
+        " --settings {params.settings:q} --kind svg --output {params.folder:q}"
+        " --record {params.made_from:q} > {log:q} 2>&1"
+
+
+rule print_survey:
+    input:
+        phantom=os.path.relpath(SCRIPTS.parents[1] / "config" / "phantom.yaml"),
+        script=script("chart_survey.py"),
+    output:
+        expand("results/print/surveys/{{survey}}/picture{width}.pdf", width=["", "_column"]),
+    log:
+        "results/logs/print_survey/{survey}.log",
+    wildcard_constraints:
+        survey="[^/]+",
+    conda:
+        "../../environment.yml"
+    params:
+        settings=section("diagonal"),
+        session=lambda wildcards: f"sessions/{wildcards.survey}",
+        content=lambda wildcards: survey_content(Path("sessions") / wildcards.survey),
+        made_from=made_from("print_survey", section("diagonal"), script="chart_survey.py"),
+        folder=lambda wildcards: f"results/print/surveys/{wildcards.survey}",
+    shell:
+        "python {input.script:q} --session {params.session:q} --phantom {input.phantom:q}"
+        " --settings {params.settings:q} --kind pdf --output {params.folder:q}"
         " --record {params.made_from:q} > {log:q} 2>&1"

@@ -1,4 +1,4 @@
-"""Draw one survey, and pack what the report shows of it."""
+"""Draw one survey: for the report, with what it shows of it packed, or for print."""
 
 import argparse
 import json
@@ -23,9 +23,10 @@ def main() -> None:
     parser.add_argument("--session", type=Path, required=True, help="the survey's folder")
     parser.add_argument("--phantom", type=Path, required=True, help="config/phantom.yaml")
     parser.add_argument("--settings", type=json.loads, required=True, help="section diagonal, JSON")
+    parser.add_argument("--kind", choices=("svg", "pdf"), required=True, help="format; pdf: print")
     parser.add_argument("--output", type=Path, required=True, help="output: the folder")
     arguments = parser.parse_args()
-    output, name = arguments.output, arguments.session.name
+    output, kind, name = arguments.output, arguments.kind, arguments.session.name
     detector = arguments.settings["diagonal"]
     try:
         session = read_session(arguments.session)
@@ -44,12 +45,12 @@ def main() -> None:
     content["frames"] = {}
     for width, (width_in, suffix) in WIDTHS.items():
         figure = draw(width_in)
-        for kind in ("svg", "pdf"):
-            with files.write_whole(output / f"picture{suffix}.{kind}", "wb") as stream:
-                stream.write(render_figure(figure, kind, f"{name}{suffix}", outlines=False))
+        with files.write_whole(output / f"picture{suffix}.{kind}", "wb") as stream:
+            stream.write(render_figure(figure, kind, f"{name}{suffix}", outlines=False))
         content["frames"][width] = frames(figure)
-    files.write_csv(output / "picture.csv", list(table[0]), table)
-    files.write_json(output / "survey.json", content)
+    if kind == "svg":
+        files.write_csv(output / "picture.csv", list(table[0]), table)
+        files.write_json(output / "survey.json", content)
 
 
 if __name__ == "__main__":
