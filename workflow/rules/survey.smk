@@ -39,7 +39,7 @@ rule chart_survey:
 
 rule print_survey:
     input:
-        phantom=os.path.relpath(SCRIPTS.parents[1] / "config" / "phantom.yaml"),
+        phantom=own_file(PROJECT / "config" / "phantom.yaml"),
         script=script("chart_survey.py"),
     output:
         expand("results/print/surveys/{{survey}}/picture{width}.pdf", width=["", "_column"]),
@@ -51,10 +51,10 @@ rule print_survey:
         "../../environment.yml"
     params:
         settings=section("diagonal"),
-        session=lambda wildcards: f"sessions/{wildcards.survey}",
-        content=lambda wildcards: survey_content(Path("sessions") / wildcards.survey),
+        session=lambda wildcards: f"{SESSIONS}/{wildcards.survey}",
+        content=lambda wildcards: survey_content(Path(SESSIONS) / wildcards.survey),
         made_from=made_from("print_survey", section("diagonal"), script="chart_survey.py"),
-        folder=lambda wildcards: f"results/print/surveys/{wildcards.survey}",
+        folder=lambda wildcards: f"{RESULTS}/print/surveys/{wildcards.survey}",
     shell:
         "python {input.script:q} --session {params.session:q} --phantom {input.phantom:q}"
         " --settings {params.settings:q} --kind pdf --output {params.folder:q}"
