@@ -35,8 +35,8 @@ environment: $(BIN)/capsule  ## set up the environment in .venv
 
 # The locks pin every package with its hash. If one changes, make sets up the environment again.
 $(ENVIRONMENT)/ready: requirements.lock
-	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
-	  echo "error: $(PYTHON) is too old, Python 3.11 or newer is needed; try: make report PYTHON=python3.12" >&2; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' || { \
+	  echo "error: this is $$($(PYTHON) -V 2>&1), Python 3.11, 3.12 or 3.13 is needed; try: make report PYTHON=python3.12" >&2; exit 1; }
 	$(PYTHON) -m venv --clear $(ENVIRONMENT)
 	$(BIN)/python -m pip install --quiet --require-hashes --requirement requirements.lock
 	@touch $@

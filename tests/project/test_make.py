@@ -80,3 +80,27 @@ def test_the_library_and_its_command_are_those_of_the_folder(checkout):
     command = [checkout / ".venv/bin/capsule", "report", "two words"]
     called = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     assert called == f"{checkout}/workflow/scripts/capsule_command.py report two words\n"
+
+
+@pytest.mark.parametrize(("version", "allowed"), [("3.10", False), ("3.11", True), ("3.14", False)])
+def test_a_python_that_the_lock_lacks_is_refused_in_one_line(checkout, version, allowed):
+    (checkout / ".venv" / "ready").unlink()
+    python = checkout / "python"
+    numbers = version.replace(".", ", ")
+    # It says of itself that it is of that version, and makes no environment.
+    python.write_text(
+        f'#!/bin/sh\ncase "$1" in -V) echo "Python {version}.0";; -m) exit 7;; '
+        f'*) exec "{sys.executable}" -c "import sys; sys.version_info = ({numbers}); '
+        'exec(sys.argv[1])" "$2";; esac\n'
+    )
+    python.chmod(0o755)
+    done = subprocess.run(
+        ["make", "report", f"PYTHON={python}"],
+        cwd=checkout,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode != 0
+    refusal = f"error: this is Python {version}.0, Python 3.11, 3.12 or 3.13 is needed"
+    assert (refusal in done.stderr) is not allowed

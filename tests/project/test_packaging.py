@@ -1,11 +1,16 @@
 """The places that name packages agree: pyproject.toml, the two locks and environment.yml."""
 
+import os
 import re
+import subprocess
+import sys
 import tomllib
+from pathlib import Path
 
 import pytest
 import yaml
 from packaging.requirements import Requirement
+from packaging.specifiers import SpecifierSet
 
 from capsule.detectors.registry import DETECTORS
 from capsule.figures.registry import FIGURES
@@ -126,7 +131,7 @@ def test_environment_yml_names_the_same_packages_and_ranges():
         for r in WANTED["requirements-test.lock"]
         if r.name not in NOT_ON_CONDA
     }
-    assert conda == pip | {("python", PROJECT["requires-python"])}
+    assert conda == pip | {("python", str(SpecifierSet(PROJECT["requires-python"])))}
     # Only extras may be missing there.
     assert not NOT_ON_CONDA & {each.name for each in WANTED["requirements.lock"]}
 
@@ -136,3 +141,41 @@ def test_the_version_stands_in_pyproject_and_what_cites_it_agrees():
     changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     assert citation["version"] == PROJECT["version"]
     assert re.search(r"^## \[(.+?)\]", changes, re.MULTILINE)[1] == PROJECT["version"]
+
+
+@pytest.mark.packages
+@pytest.mark.slow
+@pytest.mark.parametrize("version", ["3.11", "3.12", "3.13"])
+@pytest.mark.parametrize(
+    "platform", ["x86_64-unknown-linux-gnu", "aarch64-apple-darwin", "x86_64-pc-windows-msvc"]
+)
+def test_the_lock_can_be_installed_on_every_system_and_python(platform, version, tmp_path):
+    resolved = dry_install("requirements-test.lock", platform, version, tmp_path)
+    assert resolved.returncode == 0, resolved.stderr
+
+
+@pytest.mark.packages
+@pytest.mark.slow
+def test_the_python_that_make_refuses_is_one_that_the_lock_lacks(tmp_path):
+    resolved = dry_install("requirements.lock", "x86_64-unknown-linux-gnu", "3.14", tmp_path)
+    assert "immutables==0" in resolved.stderr
+
+
+def dry_install(lock, platform, version, folder):
+    """Resolve a lock for another system, as wheels; connection-pool alone has none anywhere."""
+    index = subprocess.run(
+        [sys.executable, "-m", "pip", "config", "get", "global.index-url"],
+        capture_output=True,
+        text=True,
+        check=False,
+    ).stdout.strip()
+    options = ["--python-platform", platform, "--python-version", version, "--target", folder]
+    options += ["--only-binary", ":all:", "--no-binary", "connection-pool", "--require-hashes"]
+    return subprocess.run(
+        [Path(sys.executable).with_name("uv"), "pip", "install", "--dry-run", *options]
+        + ["--requirement", ROOT / lock],
+        env={**os.environ, **({"UV_DEFAULT_INDEX": index} if index else {})},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
