@@ -171,9 +171,9 @@ def dry_install(lock, platform, version, folder):
     ).stdout.strip()
     options = ["--python-platform", platform, "--python-version", version, "--target", folder]
     options += ["--only-binary", ":all:", "--no-binary", "connection-pool", "--require-hashes"]
+    options += ["--requirement", ROOT / lock]
     return subprocess.run(
-        [Path(sys.executable).with_name("uv"), "pip", "install", "--dry-run", *options]
-        + ["--requirement", ROOT / lock],
+        [Path(sys.executable).with_name("uv"), "pip", "install", "--dry-run", *options],
         env={**os.environ, **({"UV_DEFAULT_INDEX": index} if index else {})},
         capture_output=True,
         text=True,
