@@ -1,0 +1,115 @@
+"""Our statistics against those of scikit-learn and statsmodels, on random data."""
+
+import numpy as np
+import pytest
+from sklearn.calibration import calibration_curve
+from sklearn.linear_model import LogisticRegression, Ridge
+from sklearn.metrics import brier_score_loss, roc_auc_score, roc_curve
+from sklearn.model_selection import LeaveOneOut, cross_val_predict
+from statsmodels.stats.contingency_tables import mcnemar
+from statsmodels.stats.proportion import confint_proportions_2indep, proportion_confint
+
+from capsule.detectors.probability import fit_probability
+from capsule.detectors.ridge import RidgeWithout
+from capsule.evaluation.agreement import paired_difference
+from capsule.evaluation.rates import rate
+from capsule.evaluation.ratio import ratio_interval
+from capsule.evaluation.reliability import (
+    brier_score,
+    calibration_table,
+    prevalence_weights,
+)
+from capsule.evaluation.roc import auc, curve
+
+SEEDS = range(5)
+PREVALENCE = 0.1
+
+
+@pytest.fixture(params=SEEDS, ids="seed {}".format)
+def scored(request):
+    """Give scores, some of them equal, and which are of a nodule."""
+    numbers = np.random.default_rng(request.param)
+    nodule = numbers.random(60) < 0.6
+    return np.round(numbers.normal(nodule * 1.5, 1.0), 1), nodule
+
+
+def test_the_area_under_the_curve(scored):
+    scores, nodule = scored
+    assert auc(scores[~nodule], scores[nodule]) == pytest.approx(roc_auc_score(nodule, scores))
+
+
+def test_the_curve(scored):
+    scores, nodule = scored
+    _, false_positive, true_positive = curve(scores[~nodule], scores[nodule])
+    # Of scikit-learn a score equal to the threshold counts as above it: its curve is one on.
+    expected = roc_curve(nodule, scores, drop_intermediate=False)[:2]
+    assert np.array([false_positive[1:], true_positive[1:]]) == pytest.approx(np.array(expected))
+
+
+def test_the_logistic_curve_with_its_prior_and_prevalence(scored):
+    scores, nodule = scored
+    fitted = fit_probability(scores, nodule, PREVALENCE)
+    share = nodule.mean()
+    weights = np.where(nodule, PREVALENCE / share, (1 - PREVALENCE) / (1 - share))
+    scaled = ((scores - fitted.centre) / fitted.scale)[:, np.newaxis]
+    # The prior on the slope is that of a ridge of 0.1.
+    other = LogisticRegression(C=10.0, tol=1e-10, max_iter=1000)
+    other.fit(scaled, nodule, sample_weight=weights)
+    assert fitted.of(scores) == pytest.approx(other.predict_proba(scaled)[:, 1], abs=1e-5)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_ridge_regression_and_its_predictions_of_what_is_left_out(seed):
+    numbers = np.random.default_rng(seed)
+    features, targets = numbers.normal(size=(25, 7)), numbers.normal(size=25)
+    regression, left_out = RidgeWithout(features, targets, 3.0).without(np.array([], dtype=int))
+    other = Ridge(alpha=3.0).fit(features, targets)
+    assert regression.coefficients == pytest.approx(other.coef_)
+    assert regression.intercept == pytest.approx(other.intercept_)
+    expected = cross_val_predict(Ridge(alpha=3.0), features, targets, cv=LeaveOneOut())
+    assert left_out == pytest.approx(expected)
+
+
+def test_the_brier_score_at_a_prevalence(scored):
+    scores, nodule = scored
+    chance = 1 / (1 + np.exp(-scores))
+    weights = prevalence_weights(nodule, PREVALENCE)
+    expected = brier_score_loss(nodule, chance, sample_weight=weights)
+    assert brier_score(chance, nodule, PREVALENCE) == pytest.approx(expected)
+
+
+def test_the_calibration_where_the_archive_has_the_prevalence(scored):
+    scores, nodule = scored
+    chance = 1 / (1 + np.exp(-scores))
+    rows = [
+        row
+        for row in calibration_table(chance, nodule, nodule.mean(), 5, 0.95)
+        if row["recordings"]
+    ]
+    observed, stated = calibration_curve(nodule, chance, n_bins=5)
+    assert [row["observed"] for row in rows] == pytest.approx(observed)
+    assert [row["stated"] for row in rows] == pytest.approx(stated)
+
+
+@pytest.mark.parametrize(("hits", "count"), [(0, 20), (6, 20), (19, 20), (20, 20), (431, 900)])
+def test_the_interval_of_a_rate(hits, count):
+    _, low, high = rate(hits, count, 0.95)
+    expected = proportion_confint(hits, count, alpha=0.05, method="wilson")
+    assert (low, high) == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize("counts", [(15, 20, 9, 20), (19, 20, 6, 20), (3, 40, 8, 30)])
+def test_the_interval_of_a_ratio_of_rates(counts):
+    expected = confint_proportions_2indep(
+        *counts, compare="ratio", method="score", alpha=0.05, correction=False
+    )
+    assert ratio_interval(*counts, 0.95) == pytest.approx(expected, rel=1e-3)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_whether_one_detector_is_better_than_another(seed):
+    numbers = np.random.default_rng(seed)
+    first, second = numbers.random(50) < 0.6, numbers.random(50) < 0.8
+    table = [[np.sum(a & b) for b in (second, ~second)] for a in (first, ~first)]
+    expected = mcnemar(table, exact=True).pvalue
+    assert paired_difference(first, second, 0.95)["mcnemar_p"] == pytest.approx(expected)
