@@ -79,7 +79,7 @@ class _DetectorEstimator(_OfReadings):
 
         Parameters
         ----------
-        X : (n, K S) array
+        X : (n, N) array
             Readings, a recording a row; NaN where one is missing.
         y : (n,) array
             Sizes of the nodules in mm, 0 for none.

@@ -42,10 +42,8 @@ class LoadedArchive:
         The ``# key: value`` lines of each accepted recording.
     labelled, unlabelled : list of str
         The accepted recordings of known size, and the others.
-    X : (n, K S) array
-        The readings of the labelled recordings, a row each, sample after sample as the lines of
-        their files, and NaN behind the last; for estimators. Missing samples at the very end of a
-        recording are lost here.
+    X : (n, L S) array
+        `rows` of the labelled recordings, for estimators.
     y : (n,) array
         Their true sizes in mm, 0 for no nodule.
     """
@@ -91,8 +89,8 @@ class LoadedArchive:
 
     @cached_property
     def X(self) -> np.ndarray:
-        """The readings of the labelled recordings as estimators take them, (n, K S)."""
-        return as_rows([self.readings[name] for name in self.labelled])
+        """The readings of the labelled recordings as estimators take them, (n, L S)."""
+        return self.rows(self.labelled)
 
     @property
     def y(self) -> np.ndarray:
@@ -119,6 +117,19 @@ class LoadedArchive:
             "first_peak": self.settings["fit"]["first_peak"],
             "length": self.settings["preprocessing"]["length"],
         }
+
+    def rows(self, names: Iterable[str]) -> np.ndarray:
+        """Lay out the readings of some accepted recordings as estimators take them.
+
+        Returns
+        -------
+        (n, L S) array
+            A row a recording, sample after sample as the lines of its file, and NaN behind the
+            last. Missing samples at the very end of a recording are lost here.
+        """
+        sensors = self.settings["recording"]["sensors"]
+        length = self.settings["preprocessing"]["length"]
+        return as_rows([self.readings[name] for name in names], sensors, length)
 
     def time_s(self, name: str) -> np.ndarray:
         """Return the time of each reading of a recording in seconds, (K,)."""

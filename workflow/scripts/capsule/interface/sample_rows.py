@@ -5,21 +5,22 @@ from collections.abc import Sequence
 import numpy as np
 
 
-def as_rows(readings: Sequence[np.ndarray]) -> np.ndarray:
+def as_rows(readings: Sequence[np.ndarray], sensors: int, length: int) -> np.ndarray:
     """Lay out readings as rows of equal length.
 
     Parameters
     ----------
     readings : sequence of n (S, K) arrays
-        K may differ.
+        K may differ; it is at most L.
+    sensors, length : int
+        S and L.
 
     Returns
     -------
-    (n, K S) array
+    (n, L S) array
         Sample after sample, as the lines of a recording; NaN behind the last.
     """
-    longest = max((values.size for values in readings), default=0)
-    rows = np.full((len(readings), longest), np.nan)
+    rows = np.full((len(readings), sensors * length), np.nan)
     for row, values in zip(rows, readings, strict=True):
         row[: values.size] = values.T.ravel()
     return rows

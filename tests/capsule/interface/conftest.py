@@ -1,0 +1,29 @@
+"""A small archive on disk, loaded once: recordings that ship, one size under another name."""
+
+import pytest
+
+import capsule
+from support.project import ROOT
+
+# A size that is no whole number takes those of 2 mm.
+ORIGINALS = {"0mm": "0mm", "1.5mm": "2mm", "3mm": "3mm"}
+RUNS = ["r01", "r02", "r03", "r04"]
+# These were made at one site.
+TOGETHER = {"0mm/r01": "first", "0mm/r02": "first", "3mm/r01": "second", "3mm/r04": "second"}
+
+
+@pytest.fixture(scope="session")
+def raw(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("archive") / "raw"
+    pairs = {f"{size}/{run}": f"{each}/{run}" for size, each in ORIGINALS.items() for run in RUNS}
+    for name, original in (pairs | {"unlabelled/patient": "4mm/r01"}).items():
+        text = (ROOT / "raw" / f"{original}.csv").read_text(encoding="utf-8")
+        path = folder / f"{name}.csv"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text.replace(f"# site: {original}", f"# site: {TOGETHER.get(name, name)}"))
+    return folder
+
+
+@pytest.fixture(scope="session")
+def archive(raw):
+    return capsule.load(raw, fit={"particles": 20, "iterations": 20})

@@ -1,0 +1,136 @@
+"""The detectors as estimators: what scikit-learn asks of one, and what they say of recordings."""
+
+import pickle
+
+import numpy as np
+import pytest
+from sklearn.base import clone
+from sklearn.model_selection import cross_val_predict, cross_val_score
+from sklearn.pipeline import make_pipeline
+from sklearn.utils.estimator_checks import check_estimator
+
+import capsule
+
+DETECTORS = [
+    capsule.TemplateEstimator,
+    capsule.TemplateThresholdEstimator,
+    capsule.DiagonalEstimator,
+    capsule.TaughtEstimator,
+]
+STATING_PROBABILITY = DETECTORS[2:]
+# What scikit-learn itself leaves out here: it takes SCIPY_ARRAY_API=1 before Python starts.
+LEFT_OUT = {"check_array_api_input"}
+
+
+@pytest.mark.filterwarnings("ignore::sklearn.exceptions.SkipTestWarning")
+@pytest.mark.parametrize("made_of", [*DETECTORS, capsule.MatrixTransformer])
+def test_scikit_learn_takes_it_for_an_estimator(archive, made_of):
+    # Its checks for classifiers and regressors do not apply: classes cannot be 2.5 or NaN, and
+    # regressors have no probabilities.
+    checks = check_estimator(made_of(archive.settings), on_fail="raise")
+    assert len(checks) > 40
+    assert {each["check_name"] for each in checks if each["status"] != "passed"} <= LEFT_OUT
+
+
+@pytest.fixture(scope="module", params=DETECTORS)
+def fitted(request, archive):
+    return request.param(archive.settings).fit(archive.X, archive.y)
+
+
+def test_it_predicts_sizes_of_the_archive(archive, fitted):
+    predicted = fitted.predict(archive.X)
+    assert predicted.shape == (12,)
+    assert set(predicted) <= {0.0, 1.5, 3.0}
+    sensitivity = (predicted[archive.y > 0] > 0).mean()
+    specificity = (predicted[archive.y == 0] == 0).mean()
+    assert fitted.score(archive.X, archive.y) == (sensitivity + specificity) / 2 > 0.4
+    assert fitted.predict(archive.rows(archive.unlabelled)).shape == (1,)
+
+
+def test_a_nodule_is_a_score_above_the_threshold(archive, fitted):
+    np.testing.assert_array_equal(
+        fitted.predict(archive.X) > 0, fitted.decision_function(archive.X) > 0
+    )
+
+
+def test_it_says_the_same_of_one_recording_as_of_all(archive, fitted):
+    one_by_one = [fitted.verdicts(row[np.newaxis])[0] for row in archive.X]
+    assert (
+        one_by_one == fitted.verdicts(archive.X)
+        or np.isnan([verdict.estimate_mm for verdict in one_by_one]).any()
+    )
+    np.testing.assert_array_equal(
+        [verdict.score for verdict in one_by_one],
+        [verdict.score for verdict in fitted.verdicts(archive.X)],
+    )
+
+
+def test_it_learns_the_same_in_another_order_and_after_a_pickle(archive, fitted):
+    again = clone(fitted).fit(archive.X[::-1], archive.y[::-1])
+    scores = fitted.decision_function(archive.X)
+    np.testing.assert_array_equal(again.decision_function(archive.X), scores)
+    stored = pickle.loads(pickle.dumps(fitted))
+    np.testing.assert_array_equal(stored.decision_function(archive.X), scores)
+
+
+@pytest.mark.parametrize("made_of", STATING_PROBABILITY)
+def test_probabilities_are_those_of_no_nodule_and_of_a_nodule(archive, made_of):
+    fitted = made_of(archive.settings).fit(archive.X, archive.y)
+    chances = fitted.predict_proba(archive.X)
+    np.testing.assert_allclose(chances.sum(axis=1), 1.0)
+    stated = [verdict.probability for verdict in fitted.verdicts(archive.X)]
+    np.testing.assert_array_equal(chances[:, 1], stated)
+
+
+def test_detectors_that_state_no_probability_have_none():
+    for made_of in DETECTORS[:2]:
+        assert not hasattr(made_of(), "predict_proba")
+
+
+def test_it_is_judged_by_scikit_learns_own_functions_on_the_workflows_folds(archive):
+    detector = make_pipeline(capsule.DiagonalEstimator(archive.settings))
+    folds = capsule.folds(archive)
+    predicted = cross_val_predict(detector, archive.X, archive.y, cv=folds)
+    judged = capsule.judge(archive, capsule.DiagonalEstimator(archive.settings))
+    np.testing.assert_array_equal(predicted, judged.predictions["predicted_mm"])
+    # Of one recording no mean of sensitivity and specificity can be told.
+    assert np.isnan(cross_val_score(detector, archive.X, archive.y, cv=folds)).all()
+
+
+def test_a_recording_that_no_detector_can_judge_gets_none_and_teaches_nothing(archive, fitted):
+    silent = np.full((1, archive.X.shape[1]), 512.0)
+    assert np.isnan(fitted.predict(silent)).all()
+    assert np.isnan(fitted.decision_function(silent)).all()
+    taught = np.vstack([archive.X, silent])
+    again = clone(fitted).fit(taught, np.append(archive.y, 0.0))
+    np.testing.assert_array_equal(
+        again.decision_function(archive.X), fitted.decision_function(archive.X)
+    )
+
+
+def test_without_settings_it_takes_those_that_ship(archive):
+    shipped = capsule.DiagonalEstimator().fit(archive.X, archive.y)
+    named = capsule.DiagonalEstimator(capsule.read_settings()).fit(archive.X, archive.y)
+    np.testing.assert_array_equal(
+        shipped.decision_function(archive.X), named.decision_function(archive.X)
+    )
+
+
+def test_a_size_below_none_is_refused(archive):
+    with pytest.raises(ValueError, match="y holds -1; sizes are 0"):
+        capsule.DiagonalEstimator(archive.settings).fit(archive.X, archive.y - 1.0)
+
+
+def test_a_recording_longer_than_a_matrix_is_refused_with_its_row(archive):
+    narrow = {"preprocessing": {"length": 450}, "fit": {"peak_spacing_range": [90, 100]}}
+    settings = capsule.read_settings(**narrow)
+    samples = archive.readings["0mm/r01"].shape[1]
+    told = f"row 0 of X holds {samples} samples of 4 sensors; at most 450"
+    with pytest.raises(ValueError, match=told):
+        capsule.DiagonalEstimator(settings).fit(archive.X, archive.y)
+
+
+def test_matrices_are_those_of_the_archive(archive):
+    made = capsule.MatrixTransformer(archive.settings).fit_transform(archive.X)
+    for row, name in zip(made, archive.labelled, strict=True):
+        np.testing.assert_array_equal(row.reshape(4, 1000), archive.matrices[name])

@@ -1,0 +1,133 @@
+"""Any estimator of scikit-learn, judged on the workflow's folds."""
+
+import numpy as np
+import pytest
+from sklearn.base import BaseEstimator
+from sklearn.linear_model import LogisticRegression, Ridge, RidgeClassifier
+from sklearn.pipeline import make_pipeline
+
+import capsule
+
+
+def on_matrices(archive, estimator):
+    return make_pipeline(capsule.MatrixTransformer(archive.settings), estimator)
+
+
+class Knows(BaseEstimator):
+    """Tells the size that the first reading of a recording holds, and nothing of 1.5 mm."""
+
+    def fit(self, X, y):  # noqa: N803
+        """Learn nothing."""
+        return self
+
+    def predict(self, X):  # noqa: N803
+        """Give sizes in mm."""
+        return np.where(X[:, 0] == 1.5, np.nan, X[:, 0])
+
+
+@pytest.fixture
+def known(archive, monkeypatch):
+    """Write the true size into the first reading of each row."""
+    rows = archive.X.copy()
+    rows[:, 0] = archive.y
+    monkeypatch.setitem(vars(archive), "X", rows)
+    return archive
+
+
+def test_a_regressor_is_judged_by_the_nearest_size(archive):
+    judged = capsule.judge(archive, on_matrices(archive, Ridge(10.0)), name="ridge")
+    rows = judged.predictions
+    assert list(rows["recording"]) == archive.labelled
+    assert set(rows["detector"]) == {"ridge"}
+    for row in rows.itertuples():
+        nearest = min((0.0, 1.5, 3.0), key=lambda size, said=row.score: abs(size - said))
+        assert row.predicted_mm == nearest
+    assert set(rows["threshold"]) == {0.75}
+    assert ((rows["score"] > 0.75) == (rows["predicted_mm"] > 0)).all()
+
+
+def test_each_recording_is_judged_by_a_model_that_never_saw_it(archive):
+    judged = capsule.judge(archive, on_matrices(archive, Ridge(10.0)))
+    matrices = np.array([archive.matrices[name].ravel() for name in archive.labelled])
+    for place, score in enumerate(judged.predictions["score"]):
+        others = np.arange(12) != place
+        own = Ridge(10.0).fit(matrices[others], archive.y[others])
+        np.testing.assert_allclose(own.predict(matrices[place][np.newaxis]), score)
+
+
+def test_a_classifier_learns_the_sizes_as_classes_and_states_a_probability(archive):
+    estimator = on_matrices(archive, LogisticRegression(max_iter=200))
+    rows = capsule.judge(archive, estimator, name="logistic").predictions
+    assert set(rows["predicted_mm"]) <= {0.0, 1.5, 3.0}
+    # Odds at the share of nodules that taught it, and at the prevalence of the configuration.
+    for row in rows.itertuples():
+        share = (8 - (row.size_mm > 0)) / 11
+        moved = np.log(row.probability / (1 - row.probability)) - np.log(0.1 / 0.9)
+        taught = np.log(row.score / (1 - row.score)) - np.log(share / (1 - share))
+        assert moved == pytest.approx(taught)
+
+
+def test_a_classifier_without_probabilities_is_scored_by_its_decision(archive):
+    estimator = on_matrices(archive, RidgeClassifier(10.0))
+    rows = capsule.judge(archive, estimator).predictions
+    assert ((rows["score"] > 0) == (rows["predicted_mm"] > 0)).all()
+    assert rows["probability"].isna().all()
+
+
+def test_two_classes_are_told_apart_at_one_half(archive):
+    some = archive.select([name for name in archive.labelled if not name.startswith("1.5")])
+    rows = capsule.judge(some, on_matrices(some, LogisticRegression(max_iter=200))).predictions
+    assert ((rows["score"] > rows["threshold"]) == (rows["predicted_mm"] > 0)).all()
+    rows = capsule.judge(some, on_matrices(some, RidgeClassifier(10.0))).predictions
+    assert ((rows["score"] > rows["threshold"]) == (rows["predicted_mm"] > 0)).all()
+
+
+def test_the_tables_count_right_verdicts_and_leave_aside_what_has_none(known):
+    judged = capsule.judge(known, Knows())
+    by_size = judged.tables["detection"].set_index("size_mm")
+    assert by_size.loc[3.0, ["tp", "fp", "fn"]].tolist() == [4, 0, 0]
+    assert by_size.loc[1.5, ["tp", "fp", "fn"]].tolist() == [0, 0, 0]
+    assert judged.tables["specificity"]["specificity"].tolist() == [1.0]
+    assert judged.tables["summary"]["balanced_accuracy"][0] == 1.0
+    silent = judged.predictions[judged.predictions["size_mm"] == 1.5]
+    assert silent["predicted_mm"].isna().all()
+    assert silent["no_verdict"].notna().all()
+
+
+def test_sites_stay_together_where_that_is_asked_for(archive):
+    folds = capsule.folds(archive, "leave_one_site_out")
+    assert folds.get_n_splits() == 10
+    site = [archive.headers[name].get("site", name) for name in archive.labelled]
+    for taught, judged in folds.split():
+        assert not {site[row] for row in taught} & {site[row] for row in judged}
+    judged = capsule.judge(archive, on_matrices(archive, Ridge()), scheme="leave_one_site_out")
+    assert set(judged.predictions["scheme"]) == {"leave_one_site_out"}
+    assert len(judged.tables["summary"]) == 2
+
+
+def test_leave_one_out_judges_each_recording_once_by_all_others(archive):
+    judged = []
+    for taught, (row,) in capsule.folds(archive).split():
+        judged.append(row)
+        assert sorted([*taught, row]) == list(range(12))
+    assert sorted(judged) == list(range(12))
+    ((taught, all_of_them),) = capsule.folds(archive, "resubstitution").split()
+    np.testing.assert_array_equal(taught, all_of_them)
+
+
+def test_a_scheme_that_does_not_exist_is_refused_with_those_that_do(archive):
+    with pytest.raises(capsule.CapsuleError, match="no scheme 'k_fold'; allowed are leave_one_out"):
+        capsule.folds(archive, "k_fold")
+    with pytest.raises(capsule.CapsuleError, match="no two recordings share a session"):
+        capsule.folds(archive, "leave_one_session_out")
+
+
+def test_an_estimator_may_not_bear_a_detectors_name(archive):
+    with pytest.raises(capsule.CapsuleError, match="'template' is a configured detector"):
+        capsule.judge(archive, Ridge(), name="template")
+
+
+def test_an_archive_without_nodules_cannot_be_judged(archive):
+    healthy = archive.select([name for name in archive.labelled if name.startswith("0mm")])
+    with pytest.raises(capsule.CapsuleError, match="no recording of a nodule can be used"):
+        capsule.judge(healthy)

@@ -1,0 +1,121 @@
+"""The wheel, as a user of the library gets it: it stands on its own, without this folder."""
+
+import os
+import subprocess
+import sys
+import sysconfig
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from support.documents import all_blocks
+from support.project import ROOT
+from support.synthetic import write_archive
+
+pytestmark = pytest.mark.slow
+
+# Not this folder's code, and no Snakemake, even where it is installed.
+ALONE = "import sys; sys.modules['snakemake'] = None\n"
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("wheel")
+    command = [sys.executable, "-m", "build", "--wheel", "--no-isolation", "--outdir", folder]
+    subprocess.run([*command, ROOT], check=True, capture_output=True)
+    (path,) = folder.glob("*.whl")
+    return path
+
+
+@pytest.fixture(scope="module")
+def environment(wheel, tmp_path_factory):
+    """Install the wheel into an environment that sees the packages of this one."""
+    folder = tmp_path_factory.mktemp("environment")
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", folder], check=True)
+    python = folder / "bin" / "python"
+    pip = [sys.executable, "-m", "pip", "--python", python, "--disable-pip-version-check"]
+    subprocess.run([*pip, "install", "-q", "--no-deps", "--no-index", wheel], check=True)
+    (packages,) = (folder / "lib").glob("python*/site-packages")
+    # A folder named here is searched last, and what its own .pth files name is not.
+    (packages / "others.pth").write_text(sysconfig.get_path("purelib"))
+    return folder
+
+
+def run(environment, program, folder):
+    """Run a program in that environment, and give what it prints."""
+    clean = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    ended = subprocess.run(
+        [environment / "bin" / "python", "-W", "error", "-c", ALONE + program],
+        cwd=folder,
+        env=clean,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ended.returncode == 0, ended.stderr
+    return ended.stdout
+
+
+def tracked(*folders):
+    """List the files of the project that git knows below some folders."""
+    command = ["git", "-C", str(ROOT), "ls-files", "-z", *folders]
+    output = subprocess.run(command, capture_output=True, text=True, check=True).stdout
+    return {name for name in output.split("\0") if name and (ROOT / name).exists()}
+
+
+def test_the_wheel_holds_the_project_in_its_own_folders_and_the_library_once(wheel):
+    library = "workflow/scripts/capsule/"
+    project = tracked("config", "profiles", "workflow", "Snakefile", "environment.yml")
+    wanted = {
+        f"capsule/{name.removeprefix(library)}"
+        if name.startswith(library)
+        else f"capsule_project/{name}"
+        for name in project
+    }
+    with zipfile.ZipFile(wheel) as archive:
+        held = {name for name in archive.namelist() if ".dist-info/" not in name}
+    assert len(wanted) > 300
+    assert wanted <= held
+    assert {name.partition("/")[0] for name in held - wanted} <= {"capsule_command.py"}
+
+
+def test_the_wheel_asks_for_no_snakemake(wheel):
+    with zipfile.ZipFile(wheel) as archive:
+        (name,) = [each for each in archive.namelist() if each.endswith("/METADATA")]
+        metadata = archive.read(name).decode()
+    needed = [line for line in metadata.splitlines() if line.startswith("Requires-Dist: ")]
+    assert any("numpy" in line for line in needed)
+    assert all("extra == " in line for line in needed if "snakemake" in line)
+
+
+def test_the_readmes_python_runs_on_the_installed_library(environment, tmp_path):
+    write_archive(tmp_path / "raw", ["0mm/r01", "3mm/r07"])
+    (block,) = [each for each in all_blocks() if each.document == "README.md" and each.is_python]
+    program = f"{block.text}\nprint(matrix.shape, capsule.__file__)\n"
+    program += "import edges; print(edges.__file__)\n"
+    shape, edges = run(environment, program, tmp_path).splitlines()
+    assert shape.startswith("(4, 1000) ")
+    assert Path(shape.partition(") ")[2]).is_relative_to(environment)
+    assert Path(edges).is_relative_to(environment)
+
+
+def test_the_installed_library_judges_by_the_weights_it_brings(environment, tmp_path):
+    names = [f"{size}mm/r{run:02d}" for size in (0, 3) for run in (1, 2, 3, 4)]
+    write_archive(tmp_path / "raw", names)
+    program = "import capsule\narchive = capsule.load('raw')\n"
+    program += (
+        "verdicts = capsule.TaughtEstimator().fit(archive.X, archive.y).verdicts(archive.X)\n"
+    )
+    program += "print(sum(verdict.score == verdict.score for verdict in verdicts))"
+    assert run(environment, program, tmp_path).split() == ["8"]
+
+
+def test_without_its_project_the_library_says_what_to_do(environment, tmp_path):
+    program = "import importlib.util, capsule\n"
+    program += "find = importlib.util.find_spec\n"
+    program += "import capsule.interface.reading_side as side\n"
+    program += "side.find_spec = lambda name: None if 'capsule_' in name else find(name)\n"
+    program += "try:\n    capsule.load('raw')\nexcept capsule.CapsuleError as error:\n"
+    program += "    print(error)"
+    assert "install the project again: pip install ." in run(environment, program, tmp_path)
