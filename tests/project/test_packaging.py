@@ -114,6 +114,14 @@ def test_no_step_of_the_workflow_imports_solids():
             assert not re.search(r"(from|import) (manifold3d|OCP)", text), (rule, path)
 
 
+def test_no_step_of_the_workflow_imports_what_is_made_for_programs():
+    for rule in RULES:
+        files = imported_files(SCRIPTS / f"{rule}.py")
+        names = {path.relative_to(SCRIPTS).as_posix() for path in files}
+        assert "capsule/__init__.py" in names
+        assert not {name for name in names if name.startswith("capsule/interface/")}, rule
+
+
 @pytest.mark.parametrize("lock", LOCKS)
 def test_the_lock_holds_hashes_and_no_addresses(lock):
     text = (ROOT / lock).read_text(encoding="utf-8")

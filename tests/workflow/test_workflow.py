@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
 
-import capsule
 from acquisition.judged_file import as_plain_values, judge_file, taught_recordings
 from acquisition.verdict import FinalVerdict
-from capsule import words
+from capsule import judge, load, words
 from capsule.detectors.registry import DETECTORS, PAPER
 from capsule.figures.registry import FIGURES
+from capsule.interface import estimators
 from edges.config_files import read_config_file
 from support.project import Project
 from support.same_table import assert_same_table
@@ -370,7 +370,7 @@ def test_two_labelled_recordings_are_enough_for_verdicts_and_the_page_says_how_f
 @pytest.fixture(scope="module")
 def loaded(finished):
     """Load the same recordings by the library, which takes the settings beside them."""
-    return capsule.load(finished.raw)
+    return load(finished.raw)
 
 
 def test_the_library_gives_the_workflows_recordings_to_the_bit(finished, loaded):
@@ -396,7 +396,7 @@ def test_the_library_gives_the_workflows_fits_and_templates_to_the_bit(finished,
 def test_the_library_gives_the_workflows_verdicts_and_tables_to_the_bit(finished, loaded):
     # As in the jobs: more threads add up in another order.
     with threadpool_limits(1):
-        judged = capsule.judge(loaded)
+        judged = judge(loaded)
     evaluation = finished.results / "evaluation"
     assert_same_table(judged.predictions, evaluation / "predictions.csv")
     assert {path.stem for path in evaluation.glob("*.csv")} == {"predictions", *judged.tables}
@@ -408,8 +408,8 @@ def test_the_library_gives_the_workflows_verdicts_and_tables_to_the_bit(finished
 @pytest.mark.parametrize("detector", DETECTORS)
 def test_a_detector_as_an_estimator_gives_the_workflows_verdicts(finished, loaded, detector):
     name = "".join(word.title() for word in detector.split("_")) + "Estimator"
-    estimator = getattr(capsule, name)(loaded.settings)
-    made = capsule.judge(loaded, estimator).predictions.set_index("recording")
+    estimator = getattr(estimators, name)(loaded.settings)
+    made = judge(loaded, estimator).predictions.set_index("recording")
     rows = {
         row["recording"]: row
         for row in finished.table("evaluation/predictions.csv")

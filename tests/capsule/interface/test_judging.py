@@ -7,6 +7,7 @@ from sklearn.linear_model import LogisticRegression, Ridge, RidgeClassifier
 from sklearn.pipeline import make_pipeline
 
 import capsule
+from capsule.naming import size_mm
 
 
 def on_matrices(archive, estimator):
@@ -28,10 +29,16 @@ class Knows(BaseEstimator):
 @pytest.fixture
 def known(archive, monkeypatch):
     """Write the true size into the first reading of each row."""
-    rows = archive.X.copy()
-    rows[:, 0] = archive.y
-    monkeypatch.setitem(vars(archive), "X", rows)
-    return archive
+    labelled = archive.select(archive.labelled)
+    rows = labelled.rows
+
+    def with_sizes(names):
+        told = rows(names)
+        told[:, 0] = [size_mm(name) for name in names]
+        return told
+
+    monkeypatch.setattr(labelled, "rows", with_sizes)
+    return labelled
 
 
 def test_a_regressor_is_judged_by_the_nearest_size(archive):
@@ -92,6 +99,21 @@ def test_the_tables_count_right_verdicts_and_leave_aside_what_has_none(known):
     silent = judged.predictions[judged.predictions["size_mm"] == 1.5]
     assert silent["predicted_mm"].isna().all()
     assert silent["no_verdict"].notna().all()
+
+
+def test_an_estimator_judges_the_unlabelled_recordings_by_all_labelled_ones(archive):
+    rows = capsule.judge(archive, on_matrices(archive, Ridge(10.0)), name="ridge").detections
+    assert rows[["recording", "detector"]].to_numpy().tolist() == [["unlabelled/patient", "ridge"]]
+    own = on_matrices(archive, Ridge(10.0)).fit(archive.X, archive.y)
+    said = own.predict(archive.rows(["unlabelled/patient"]))
+    np.testing.assert_array_equal(rows["score"], said)
+
+
+def test_a_judgement_is_told_in_a_line(archive):
+    judged = capsule.judge(archive, on_matrices(archive, Ridge(10.0)), name="ridge")
+    assert repr(judged).startswith(
+        "<Judgement of ridge: 12 predictions, 1 detections; tables: detection, specificity, "
+    )
 
 
 def test_sites_stay_together_where_that_is_asked_for(archive):

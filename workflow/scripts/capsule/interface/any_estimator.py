@@ -1,7 +1,8 @@
 """What any estimator of scikit-learn says of the recordings of an archive, as a detector would."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import groupby
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from capsule.errors import CapsuleError
 from capsule.evaluation.predictions import verdict_cells
 from capsule.interface.loaded_archive import LoadedArchive
 from capsule.interface.splits import folds
+from capsule.naming import sort_key
 
 try:
     from sklearn.base import clone, is_classifier, is_regressor
@@ -43,27 +45,56 @@ def estimator_rows(
     dict
         A row a recording, as of `capsule.evaluation.predictions.by_folds`, without distances.
     """
-    rows, size_mm = archive.X, archive.y
-    rate_hz = archive.settings["recording"]["rate_hz"]
-    index = archive.index(archive.labelled)
-    wanted = size_mm
-    if is_classifier(estimator):
-        wanted = np.searchsorted(np.unique(size_mm), size_mm)
-    prevalence = archive.settings["evaluation"]["prevalence"]
+    size_mm = dict(zip(archive.labelled, archive.y.tolist(), strict=True))
     for taught, judged in folds(archive, scheme).split():
-        usable = [row for row in judged if not index[archive.labelled[row]]["no_verdict"]]
-        verdicts = dict.fromkeys(judged.tolist(), NO_VERDICT)
-        if usable and taught.size:
-            fitted = clone(estimator).fit(rows[taught], wanted[taught])
-            share = float((size_mm[taught] > 0).mean())
-            seen = _Fitted(fitted, np.unique(size_mm), share, prevalence)
-            verdicts |= dict(zip(usable, seen.verdicts(rows[usable]), strict=True))
-        for row, verdict in verdicts.items():
-            recording = archive.labelled[row]
-            key = {"recording": recording, "size_mm": float(size_mm[row])}
-            key |= {"detector": name, "scheme": scheme}
-            reason = index[recording]["no_verdict"] or why_unknown(verdict)
-            yield key | verdict_cells(verdict, rate_hz) | {"no_verdict": reason}
+        names = [archive.labelled[row] for row in judged]
+        for cells in _judged(archive, estimator, taught, names):
+            recording = cells.pop("recording")
+            key = {"recording": recording, "size_mm": size_mm[recording]}
+            yield key | {"detector": name, "scheme": scheme} | cells
+
+
+def unlabelled_rows(archive: LoadedArchive, estimator: object, name: str) -> Iterator[dict]:
+    """Fit an estimator on all labelled recordings, and give its verdicts on the unlabelled ones.
+
+    Parameters
+    ----------
+    archive, estimator, name
+        As of `estimator_rows`.
+
+    Yields
+    ------
+    dict
+        As of `capsule.evaluation.predictions.of_unlabelled`, without distances.
+    """
+    index = archive.index(archive.labelled)
+    usable = np.array([not index[each]["no_verdict"] for each in archive.labelled], dtype=bool)
+    unlabelled = sorted(archive.unlabelled, key=sort_key)
+    for copies, names in groupby(unlabelled, archive.labelled_copies):
+        taught = usable & ~np.isin(archive.labelled, copies)
+        for cells in _judged(archive, estimator, np.flatnonzero(taught), list(names)):
+            yield {"recording": cells.pop("recording"), "detector": name} | cells
+
+
+def _judged(
+    archive: LoadedArchive, estimator: object, taught: np.ndarray, names: Sequence[str]
+) -> Iterator[dict]:
+    """Fit on some rows of ``archive.X``, and give the cells of the verdicts on recordings."""
+    size_mm, rate_hz = archive.y, archive.settings["recording"]["rate_hz"]
+    index = archive.index(names)
+    usable = [name for name in names if not index[name]["no_verdict"]]
+    verdicts = dict.fromkeys(names, NO_VERDICT)
+    if usable and taught.size:
+        sizes_mm, numbers = np.unique(size_mm, return_inverse=True)
+        wanted = numbers if is_classifier(estimator) else size_mm
+        fitted = clone(estimator).fit(archive.X[taught], wanted[taught])
+        share = float((size_mm[taught] > 0).mean())
+        prevalence = archive.settings["evaluation"]["prevalence"]
+        seen = _Fitted(fitted, sizes_mm, share, prevalence)
+        verdicts |= dict(zip(usable, seen.verdicts(archive.rows(usable)), strict=True))
+    for name, verdict in verdicts.items():
+        reason = index[name]["no_verdict"] or why_unknown(verdict)
+        yield {"recording": name} | verdict_cells(verdict, rate_hz) | {"no_verdict": reason}
 
 
 @dataclass(frozen=True)

@@ -44,6 +44,13 @@ class Judgement:
     tables: dict[str, pd.DataFrame]
     detections: pd.DataFrame
 
+    def __repr__(self) -> str:
+        detectors = ", ".join(self.predictions["detector"].unique())
+        return (
+            f"<{type(self).__name__} of {detectors}: {len(self.predictions)} predictions, "
+            f"{len(self.detections)} detections; tables: {', '.join(self.tables)}>"
+        )
+
 
 def judge(
     archive: LoadedArchive,
@@ -78,18 +85,23 @@ def judge(
     """
     if estimator is None:
         return _judge_configured(archive)
-    from capsule.interface.any_estimator import estimator_rows
+    from capsule.interface.any_estimator import estimator_rows, unlabelled_rows
 
     called = name or type(estimator).__name__
     if called in DETECTORS:
         raise CapsuleError(f"judge: {called!r} is a configured detector; give another name")
     rules = archive.settings["evaluation"] | {"schemes": [scheme], "passes": []}
     rows = by_detector(estimator_rows(archive, estimator, called, scheme), sort_key)
+    verdicts = list(unlabelled_rows(archive, estimator, called))
     sizes_mm = sorted({0.0, *archive.y.tolist()})
     tables = rate_tables(rows, sizes_mm, rules)
     tables |= _assessed(archive, [as_text(rows)], rules)
-    columns = list(rows[0]) if rows else prediction_columns([])
-    return _judgement(Table(columns, rows), tables, Table(["recording", "detector"], []))
+    seen = ["recording", "detector"]
+    return _judgement(
+        Table(list(rows[0]) if rows else prediction_columns([]), rows),
+        tables,
+        Table(list(verdicts[0]) if verdicts else seen, verdicts),
+    )
 
 
 def _judge_configured(archive: LoadedArchive) -> Judgement:
@@ -105,10 +117,7 @@ def _judge_configured(archive: LoadedArchive) -> Judgement:
     tables |= _assessed(archive, read, archive.settings["evaluation"])
     detectors = Detectors(training)
     unlabelled = sorted(archive.unlabelled, key=sort_key)
-    index = archive.index(unlabelled)
-    labelled = set(archive.labelled)
-    alike = {name: sorted(labelled & set(index[name]["near_copies"].split())) for name in index}
-    alike = {name: others for name, others in alike.items() if others}
+    alike = {name: others for name in unlabelled if (others := archive.labelled_copies(name))}
     verdicts = of_unlabelled(detectors, unlabelled, alike)
     return _judgement(
         predictions, tables, Table(["recording", "detector", *detectors.columns], verdicts)

@@ -182,6 +182,10 @@ class LoadedArchive:
         rows.sort(key=lambda row: row["readings_sha256"])
         return {row["recording"]: row for row in rows}
 
+    def labelled_copies(self, name: str) -> list[str]:
+        """List the labelled recordings that are nearly the same as a recording."""
+        return sorted(set(self.labelled) & set(self._rows[name][NEAR_COPIES].split()))
+
     def training_archive(self) -> TrainingArchive:
         """Return what teaches the configured detectors; the first call makes all fits."""
         names = [*self.labelled, *self.unlabelled]
