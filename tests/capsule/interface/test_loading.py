@@ -1,5 +1,6 @@
 """An archive in memory: what is accepted, what is not, and what is refused."""
 
+import re
 import shutil
 import subprocess
 import sys
@@ -141,6 +142,19 @@ def test_every_public_name_is_there_and_others_are_not():
     )
     program += "from capsule import *\nprint(load.__module__, hasattr(capsule, 'loaded'))"
     assert python(program).split() == ["edges.library", "False"]
+
+
+def test_every_public_name_says_what_it_is():
+    for name in capsule.__all__:
+        assert getattr(capsule, name).__doc__, name
+
+
+def test_what_the_page_on_the_library_names_is_there(archive):
+    page = (ROOT / "docs/library.md").read_text(encoding="utf-8")
+    for owner, named in ((archive, r"`archive\.(\w+)"), (capsule, r"\bcapsule\.(\w+)")):
+        names = set(re.findall(named, page))
+        assert len(names) > 8
+        assert all(hasattr(owner, name) for name in names)
 
 
 def test_without_scikit_learn_the_estimators_name_the_extra_and_the_rest_works():
