@@ -1,6 +1,7 @@
 """The code in the documents: Python runs, and the options of commands are those of the scripts."""
 
 import argparse
+import itertools
 import os
 import re
 import runpy
@@ -28,6 +29,8 @@ WITH_PYTHON = [
 ]
 # What stands for a name of the reader's own.
 PLACEHOLDERS = {"NAME": "uneven-wall"}
+# What begins another command.
+AFTER = {"|", ";", "&&", ">", "2>&1"}
 COMMAND = re.compile(r"(?:^|[ ;&|(])python workflow/scripts/(\w+)\.py(.*)")
 
 
@@ -114,7 +117,8 @@ def commands():
         for line in block.text.replace("\\\n", " ").splitlines():
             if called := COMMAND.search(line):
                 words = shlex.split(called[2], comments=True)
-                told = [PLACEHOLDERS.get(word, word.removesuffix("...")) for word in words]
+                own = itertools.takewhile(lambda word: word not in AFTER, words)
+                told = [PLACEHOLDERS.get(word, word.removesuffix("...")) for word in own]
                 yield pytest.param(called[1], told, id=f"{block}-{called[1]}")
 
 
