@@ -59,12 +59,11 @@ def demo(chosen: argparse.Namespace) -> None:
     ):
         path = run.record(_recorder_options(chosen, name, port), origin)
     _tell_truth(played)
-    tell(
-        f"The verdict came after {words.duration(time.monotonic() - begun_s)}. The report follows."
-    )
+    tell(f"The verdicts came {_since(begun_s)} after the start. Now the report is made.")
     _make(chosen, REPORT)
     report = chosen.out / REPORT
-    tell(f"{path} is in {report}, {words.duration(time.monotonic() - begun_s)} after the start.")
+    tell(f"{report} has them too, {_since(begun_s)} after the start. To judge the run again:")
+    tell(f"  cd {chosen.out} && capsule judge {path.relative_to(chosen.out).as_posix()}")
     if chosen.open and not webbrowser.open(report.resolve().as_uri()):
         tell("No browser could be opened; open the report yourself.")
 
