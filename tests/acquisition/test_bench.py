@@ -13,11 +13,11 @@ import numpy as np
 import pytest
 import serial
 
-from acquisition.options import PROJECT
 from acquisition.stand_in import StandInLogger
 from acquisition.workbench import Workbench
 from capsule.seeding import generator
 from edges.config_files import read_config_file
+from edges.workflow_call import PROJECT
 from support.bench import emulated
 from support.bench.cable import TerminalCable
 from support.bench.recorder import (

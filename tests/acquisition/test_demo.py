@@ -13,9 +13,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from acquisition import demo_archive, demo_run
+from acquisition import demo_archive, demo_run, options
 from acquisition.bench_errors import AcquisitionError
-from acquisition.options import PROJECT
 from acquisition.played_board import PlayedRun
 from acquisition.protocol import encode
 from acquisition.stand_in import StandInLogger
@@ -25,6 +24,7 @@ from capsule.recording import read_recording
 from edges import workflow_call
 from edges.config_files import read_config_file
 from edges.phantom import DEFAULT_TABLE, read_phantom
+from edges.workflow_call import PROJECT
 from support.learned import taught_by, write_learned, write_templates
 
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
@@ -207,6 +207,20 @@ def test_what_is_missing_is_named_with_its_remedy(tmp_path, monkeypatch):
 def test_the_data_folder_is_the_working_directory_that_holds_data(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert workflow_call.data_folder() == PROJECT
+    assert workflow_call.data_config() == PROJECT / "config/config.yaml"
     demo_archive.prepare(tmp_path / "demo", PHANTOM, 4)
     monkeypatch.chdir(tmp_path / "demo")
     assert workflow_call.data_folder() == tmp_path / "demo"
+    assert workflow_call.data_config() == tmp_path / "demo/config/config.yaml"
+    assert options.parse(["--size", "3"]).raw == tmp_path / "demo/raw"
+
+
+def test_a_project_installed_as_a_package_gets_no_recordings(tmp_path, monkeypatch):
+    installed, here = tmp_path / "capsule_project", tmp_path / "here"
+    (installed / "config").mkdir(parents=True)
+    here.mkdir()
+    monkeypatch.setattr(workflow_call, "PROJECT", installed)
+    monkeypatch.chdir(here)
+    assert workflow_call.data_folder() == here
+    assert workflow_call.data_config() == installed / "config/config.yaml"
+    assert options.parse(["--size", "3"]).raw == here / "raw"

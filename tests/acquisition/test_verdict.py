@@ -6,7 +6,6 @@ import re
 import numpy as np
 import pytest
 
-from acquisition import options
 from acquisition.bench_errors import AcquisitionError
 from acquisition.verdict import FinalVerdict, RunningVerdict
 from acquisition.verdict_table import verdict_table
@@ -15,6 +14,7 @@ from capsule.errors import CapsuleError
 from capsule.phantom.simulation import simulate_run
 from edges.config_files import read_config_file
 from edges.phantom import DEFAULT_TABLE, read_phantom
+from edges.workflow_call import PROJECT
 from support.learned import taught_by, write_learned, write_templates
 
 HEADER = {"adc_bits": "10"}
@@ -106,7 +106,7 @@ def test_what_is_learned_survives_the_file():
 
 @pytest.fixture
 def configuration():
-    return read_config_file(options.PROJECT / "config/config.yaml")
+    return read_config_file(PROJECT / "config/config.yaml")
 
 
 def final_verdict(tmp_path, configuration, archive, **changes):

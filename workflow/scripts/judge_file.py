@@ -10,7 +10,7 @@ from acquisition import judged_file, judged_view
 from acquisition.verdict import FinalVerdict
 from edges import files
 from edges.config_files import read_config_file
-from edges.workflow_call import CONFIG, data_folder
+from edges.workflow_call import data_config, data_folder
 
 
 def read_arguments() -> argparse.Namespace:
@@ -18,12 +18,12 @@ def read_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         description=__doc__, epilog="exit status: 0 judged, 1 a file was rejected, or other fault"
     )
-    add, folder = parser.add_argument, data_folder()
+    add = parser.add_argument
     add("files", type=Path, nargs="+", metavar="FILE", help="a recording, wherever it lies")
     results = "where the workflow has put detectors.json and templates.npz (default: results/)"
-    add("--results", type=Path, default=folder / "results", metavar="FOLDER", help=results)
+    add("--results", type=Path, default=data_folder() / "results", metavar="FOLDER", help=results)
     config = "the workflow's configuration (default: config/config.yaml)"
-    add("--config", type=Path, default=folder / CONFIG, metavar="FILE", help=config)
+    add("--config", type=Path, default=data_config(), metavar="FILE", help=config)
     picture = "draw what it was judged by, with the place, into a .png or .svg file"
     add("--picture", type=Path, metavar="FILE", help=picture)
     add("--json", action="store_true", help="print the verdicts as JSON, for other programs")

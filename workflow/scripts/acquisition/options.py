@@ -5,9 +5,9 @@ from pathlib import Path
 
 from acquisition.line import BAUD
 from edges.run_arguments import recording_name, size_folder
+from edges.workflow_call import data_config, data_folder
 
 LONGEST_ENTRY = 100  # characters of a site or session
-PROJECT = Path(__file__).resolve().parents[3]
 
 EXAMPLES = """
 examples:
@@ -132,24 +132,25 @@ def add_wave_options(parser: argparse.ArgumentParser) -> None:
 
 def _add_place_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("files")
-    group.add_argument("--raw", type=Path, default=PROJECT / "raw", help="archive (default: raw/)")
+    folder = data_folder()
+    group.add_argument("--raw", type=Path, default=folder / "raw", help="archive (default: raw/)")
     group.add_argument(
         "--logs",
         type=Path,
-        default=PROJECT / "logs" / "acquisition",
+        default=folder / "logs" / "acquisition",
         help="logs, with all damaged frames (default: logs/acquisition/)",
     )
     group.add_argument(
         "--templates",
         type=Path,
-        default=PROJECT / "results" / "templates.npz",
+        default=folder / "results" / "templates.npz",
         help="templates for --detect; detectors.json must be in the same folder "
         "(default: results/templates.npz)",
     )
     group.add_argument(
         "--config",
         type=Path,
-        default=PROJECT / "config" / "config.yaml",
+        default=data_config(),
         help="the workflow's configuration (default: config/config.yaml)",
     )
 

@@ -18,7 +18,6 @@ from acquisition.frame_log import FrameLog
 from acquisition.limits import Limits, StopRequest
 from acquisition.line import Line
 from acquisition.logger_board import check_fits, header_of
-from acquisition.options import PROJECT
 from acquisition.protocol import Identity
 from acquisition.session import Session
 from acquisition.terminal import Progress, Terminal
@@ -29,6 +28,7 @@ from capsule.naming import UNLABELLED
 from capsule.recording import read_recording
 from edges.config_files import read_config_file
 from edges.files import read_json
+from edges.workflow_call import PROJECT
 
 SCHEMA = PROJECT / "workflow" / "schemas" / "config.schema.json"
 JUDGE_EVERY_S = 0.5

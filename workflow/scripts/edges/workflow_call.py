@@ -15,11 +15,19 @@ CONFIG = Path("config", "config.yaml")
 def data_folder() -> Path:
     """Return the folder whose raw/ and results/ are meant.
 
-    That is the working directory, where it holds raw/ and config/config.yaml; otherwise it is the
-    folder of the project.
+    That is the working directory, where it holds raw/ and config/config.yaml; otherwise the folder
+    of the project. Where the project was installed as a package, that holds no raw/ and should
+    never get one: then it is the working directory again.
     """
     here = Path.cwd()
-    return here if (here / "raw").is_dir() and (here / CONFIG).is_file() else PROJECT
+    whole = (here / "raw").is_dir() and (here / CONFIG).is_file()
+    return here if whole or not (PROJECT / "raw").is_dir() else PROJECT
+
+
+def data_config() -> Path:
+    """Return the configuration of the data's folder, or the project's where it has none."""
+    path = data_folder() / CONFIG
+    return path if path.is_file() else PROJECT / CONFIG
 
 
 def check_workflow(folder: Path) -> None:
