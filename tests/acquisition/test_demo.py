@@ -126,7 +126,7 @@ def test_ctrl_c_ends_the_run_early_and_keeps_it(workflow, tmp_path):
             time.sleep(0.01)
 
     threading.Thread(target=press, daemon=True).start()
-    demo_run.demo(chosen(folder, speed=20.0))
+    demo_run.demo(chosen(folder, speed=5.0))
     recording = read(folder / "raw/unlabelled/simulated-2.csv")
     run = simulate_run(PHANTOM, 3.0, 2, "simulated-2")
     count = recording.time_s.size
