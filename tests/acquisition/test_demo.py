@@ -1,6 +1,7 @@
 """demo.py: a simulated run on a board that is not there, recorded by acquire.py's own recorder."""
 
 import argparse
+import contextlib
 import os
 import re
 import signal
@@ -134,10 +135,31 @@ def test_ctrl_c_ends_the_run_early_and_keeps_it(workflow, tmp_path):
     np.testing.assert_array_equal(recording.values, run.counts[:, :count])
 
 
-def test_a_workflow_that_fails_ends_the_demo_with_what_is_kept(tmp_path, monkeypatch):
-    monkeypatch.setattr(demo_run, "call_workflow", lambda folder, arguments: 1)
-    with pytest.raises(CapsuleError, match=r"status 1; what was recorded is kept in .*demo/raw"):
+@pytest.mark.parametrize(("status", "how"), [(1, "ended with status 1"), (130, "was interrupted")])
+def test_a_workflow_that_fails_ends_the_demo(tmp_path, monkeypatch, status, how):
+    monkeypatch.setattr(demo_run, "call_workflow", lambda folder, arguments: status)
+    kept = rf"the workflow {how}; what was recorded is kept in .*demo/raw"
+    with pytest.raises(CapsuleError, match=kept):
         demo_run.demo(chosen(tmp_path / "demo"))
+
+
+def test_ctrl_c_waits_for_snakemake_to_end_its_jobs(tmp_path, monkeypatch):
+    class Snakemake(contextlib.nullcontext):
+        waited = 0
+
+        def __init__(self, command, cwd):
+            super().__init__(self)
+
+        def wait(self):
+            """End at the third question."""
+            Snakemake.waited += 1
+            if Snakemake.waited < 3:
+                raise KeyboardInterrupt
+            return 1
+
+    monkeypatch.setattr(workflow_call.subprocess, "Popen", Snakemake)
+    assert workflow_call.call_workflow(PROJECT, []) == workflow_call.INTERRUPTED
+    assert Snakemake.waited == 3
 
 
 def test_without_a_screen_the_terminal_shows_the_run(workflow, tmp_path, capfd, monkeypatch):

@@ -99,3 +99,11 @@ def test_the_parser_of_a_script_is_its_own(tmp_path):
     (tmp_path / "silent.py").write_text("def main():\n    pass\n")
     with pytest.raises(ValueError, match="reads no command line"):
         script_parser(tmp_path / "silent.py")
+
+
+def test_ctrl_c_while_a_script_is_read_is_no_traceback(tmp_path):
+    scripts = tmp_path / "capsule_project/workflow/scripts"
+    scripts.mkdir(parents=True)
+    (scripts / "demo.py").write_text("raise KeyboardInterrupt\n")
+    done = call("demo", command=shutil.copy(COMMAND, tmp_path))
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")

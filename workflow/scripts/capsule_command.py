@@ -29,15 +29,8 @@ def help_text() -> str:
     """Say what the words are."""
     width = max(map(len, WORDS))
     lines = [f"  {word:<{width}}  {line}" for word, (_, line) in WORDS.items()]
-    return "\n".join(
-        [
-            "usage: capsule WORD [options]",
-            "",
-            *lines,
-            "",
-            "capsule WORD --help tells the options of a word.",
-        ]
-    )
+    hint = "capsule WORD --help tells the options of a word."
+    return "\n".join(["usage: capsule WORD [options]", "", *lines, "", hint])
 
 
 def unknown(word: str) -> str:
@@ -71,7 +64,10 @@ def main() -> None:
         sys.exit(f"error: {script} is missing; install the project again")
     sys.argv = [f"capsule {word}", *options]
     sys.path.insert(0, str(SCRIPTS))
-    run(script)
+    try:
+        run(script)
+    except KeyboardInterrupt:  # where the script has nothing to say of it
+        sys.exit(130)
 
 
 if __name__ == "__main__":

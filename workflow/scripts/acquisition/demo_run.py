@@ -15,7 +15,7 @@ from capsule.errors import CapsuleError
 from capsule.phantom.simulation import Run, simulate_run, simulated_header
 from edges.config_files import read_config_file
 from edges.phantom import DEFAULT_TABLE, read_phantom
-from edges.workflow_call import CONFIG, PROJECT, call_workflow
+from edges.workflow_call import CONFIG, INTERRUPTED, PROJECT, call_workflow
 
 LEARNED = ("results/templates.npz", "results/detectors.json")
 REPORT = "results/report.html"
@@ -80,8 +80,9 @@ def _since(begun_s: float) -> str:
 def _make(chosen: argparse.Namespace, *targets: str) -> None:
     """Have the workflow make results in the demo's folder."""
     if status := call_workflow(chosen.out, [f"--cores={chosen.cores}", *targets]):
+        how = "was interrupted" if status == INTERRUPTED else f"ended with status {status}"
         raise CapsuleError(
-            f"the workflow ended with status {status}; what was recorded is kept in "
+            f"the workflow {how}; what was recorded is kept in "
             f"{chosen.out / 'raw'}, and the same command goes on from here"
         )
 

@@ -10,6 +10,7 @@ from capsule.errors import CapsuleError
 
 PROJECT = Path(__file__).resolve().parents[3]
 CONFIG = Path("config", "config.yaml")
+INTERRUPTED = 130
 
 
 def data_folder() -> Path:
@@ -58,7 +59,7 @@ def check_workflow(folder: Path) -> None:
 
 
 def call_workflow(folder: Path, arguments: Sequence[str]) -> int:
-    """Run Snakemake in a folder, and return its exit status.
+    """Run Snakemake in a folder, and return its exit status; `INTERRUPTED` after Ctrl-C.
 
     Parameters
     ----------
@@ -76,9 +77,11 @@ def call_workflow(folder: Path, arguments: Sequence[str]) -> int:
     command = [sys.executable, "-m", "snakemake", *arguments]
     if not folder.samefile(PROJECT):
         command += ["--snakefile", str(PROJECT / "Snakefile")]
+    interrupted = False
     with subprocess.Popen(command, cwd=folder) as process:
         while True:
             try:
-                return process.wait()
+                status = process.wait()
+                return INTERRUPTED if interrupted else status
             except KeyboardInterrupt:
-                continue  # Snakemake was told as well, and ends its jobs first
+                interrupted = True  # Snakemake was told as well, and ends its jobs first
