@@ -4,11 +4,11 @@ import json
 
 import numpy as np
 import pytest
+import yaml
 
 from capsule.particles import Particle, peak_positions
-from capsule.recording import format_recording
-from support.fabricslide import FOLDER, convert
-from support.project import Project
+from support.fabricslide import FOLDER, import_boards
+from support.project import ROOT, Project
 
 BOARD_10MM = ["Board10mm_F120_V-10mmps_0", "Board10mm_F120_V-5mmps_0", "Board10mm_F150_V-5mmps_0"]
 FIRST_PEAK = 100
@@ -16,7 +16,7 @@ FIRST_PEAK = 100
 
 @pytest.fixture(scope="module")
 def project(tmp_path_factory):
-    """Convert the recordings, configure the workflow for them, and run it."""
+    """Configure the workflow for the recordings, import them, and run it."""
     project = Project.create(tmp_path_factory.mktemp("fabricslide") / "project")
     project.configure(
         recording={"rate_hz": 36, "max_gap_s": 0.25},
@@ -28,9 +28,8 @@ def project(tmp_path_factory):
         },
     )
     for size in (2, 10):
-        (project.raw / f"{size}mm").mkdir()
-        for file in FOLDER.glob(f"Board{size}mm_*.csv"):
-            (project.raw / f"{size}mm" / file.name).write_bytes(format_recording(convert(file)))
+        imported = import_boards(project.folder, size, project.folder / "config/config.yaml")
+        assert imported.status == 0, imported.refused
     run = project.snakemake("results/templates.json")
     assert run.status == 0, run.output
     assert run.jobs["fit"] == 4
@@ -59,8 +58,20 @@ def test_a_ridge_is_four_bumps_in_the_order_of_the_channels(project, name):
     assert fit["rmse"] < 0.6 * energy, "most of what is in the matrix is the ridge"
 
 
-def test_the_recordings_are_as_published():
-    recording = convert(FOLDER / f"{BOARD_10MM[0]}.csv")
-    assert recording.values.shape == (4, 539)
-    assert np.median(np.diff(recording.time_s)) == pytest.approx(0.028)
+def test_the_recordings_are_as_published(tmp_path):
+    config = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
+    config["recording"] |= {"rate_hz": 36, "max_gap_s": 0.25}
+    (tmp_path / "config.yaml").write_text(yaml.safe_dump(config), encoding="utf-8")
+    recordings = import_boards(tmp_path, 10, tmp_path / "config.yaml").recordings()
+    assert list(recordings) == [f"10mm/{name}" for name in BOARD_10MM]
+    for name, recording in recordings.items():
+        table = np.loadtxt(FOLDER / f"{name[5:]}.csv", delimiter=",", skiprows=1)
+        # Behind the time stamp and two readings of proximity.
+        np.testing.assert_array_equal(recording.values, table[:, 9:13].T)
+        np.testing.assert_allclose(recording.time_s, (table[:, 0] - table[0, 0]) / 1000)
+        assert "import_resampled" not in recording.header
+        assert recording.header["source"] == "FabricSlide"
+    first = recordings[f"10mm/{BOARD_10MM[0]}"]
+    assert first.values.shape == (4, 539)
+    assert np.median(np.diff(first.time_s)) == pytest.approx(0.028)
     assert (FOLDER / "LICENSE").read_text().startswith("MIT License")

@@ -1,25 +1,19 @@
 """Recordings of a tactile finger that slides over a board of ridges (wngfra/FabricSlide, MIT).
 
-They lie in tests/data/fabricslide/ with their licence: 16 channels, a time stamp in ms.
+They lie in tests/data/fabricslide/ with their licence: 16 channels, a time stamp in ms. A lab.yaml
+alone makes recordings of them.
 """
 
 from pathlib import Path
 
-import numpy as np
-
-from capsule.recording import Recording
+from support.importing import Imported, import_files
+from support.project import ROOT
 
 FOLDER = Path(__file__).parents[1] / "data" / "fabricslide"
-# Along this row of taxels a ridge passes from one to the next.
-CHANNELS = ["channel7", "channel8", "channel9", "channel10"]
+MAP = ROOT / "docs" / "examples" / "fabricslide.yaml"
 
 
-def convert(file: Path) -> Recording:
-    """Take the row of four channels as the capsule's four sensors."""
-    with file.open(encoding="utf-8") as stream:
-        names = [name.strip() for name in stream.readline().split(",")]
-        table = np.loadtxt(stream, delimiter=",")
-    time_ms = table[:, names.index("timestamp")]
-    values = table[:, [names.index(channel) for channel in CHANNELS]].T
-    header = {"source": f"FabricSlide, {file.stem}"}
-    return Recording((time_ms - time_ms[0]) / 1000.0, values, header)
+def import_boards(folder: Path, size: int, config: Path) -> Imported:
+    """Import the recordings of a board, with ridges of 2 or 10 mm, into `folder`/raw."""
+    files = sorted(FOLDER.glob(f"Board{size}mm_*.csv"))
+    return import_files(folder, *files, "--map", MAP, "--config", config, size=str(size))

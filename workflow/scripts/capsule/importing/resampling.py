@@ -5,12 +5,13 @@ so that it moves no peak. Where the peaks of the four sensors lie is what the de
 recursive filter would delay each frequency by another time. Its length is Kaiser's for 60 dB, a
 thousandth: what folds back is below one step of a 10 bit converter. It passes all below a quarter
 of the new rate, which at 10 Hz are eight harmonics of a wave of 3.2 s, and nothing from half the
-new rate on. It is 1.5 s long at 10 Hz, so that a gap costs little beside it.
+new rate on. It is 1.5 s long at 10 Hz; within half of that from an end or a gap it has but one
+side, and the readings there go on with their own slope.
 """
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
-from scipy.signal import firwin, kaiser_beta, kaiserord
+from scipy.signal import firwin, kaiser_beta, kaiserord, oaconvolve
 
 from capsule.errors import CapsuleError
 
@@ -24,6 +25,10 @@ _GAP = 1.5
 _NEAR_NEW = 0.49
 # ... or of the old one, where that is the slower one.
 _NEAR_OLD = 0.6
+# Of the spline between samples: its images of a tone decay with the sixth power of frequency ...
+_DEGREE = 5
+# ... so that on a grid this many times the new rate what they fold back to is below the filter's.
+_LEAST_FACTOR = 12
 # Significant digits that are kept: far below the noise, and short to write.
 _DIGITS = 6
 _LEAST_RATIO = 0.5
@@ -124,23 +129,24 @@ def _within(
     at: np.ndarray, values: np.ndarray, instants: np.ndarray, old_hz: float, rate_hz: float
 ) -> np.ndarray:
     """Filter a stretch (S, K) that holds no gap, and read it at the instants (M,)."""
-    if at.size < 4:
+    if at.size <= _DEGREE:
         return np.array([np.interp(instants, at, row) for row in values])
     # An even grid of which each so many samples are one new one: clocks jitter, and rates are odd.
-    factor = max(int(np.ceil(old_hz / rate_hz)), 1)
+    spline = make_interp_spline(at, values, k=_DEGREE, axis=1)
     inside = np.clip(instants, at[0], at[-1])
-    if factor == 1:
-        return make_interp_spline(at, values, axis=1)(inside)
-    fine_hz = factor * rate_hz
+    if old_hz <= rate_hz:
+        return spline(inside)
+    fine_hz = max(int(np.ceil(old_hz / rate_hz)), _LEAST_FACTOR) * rate_hz
     taps = low_pass(fine_hz, rate_hz)
     half = taps.size // 2
     before = int(np.floor((instants[0] - at[0]) * fine_hz + 1e-9))
     after = int(np.floor((at[-1] - instants[0]) * fine_hz + 1e-9))
     grid = instants[0] + np.arange(-before, after + 1) / fine_hz
-    even = make_interp_spline(at, values, axis=1)(np.clip(grid, at[0], at[-1]))
     # Turned about its ends, a stretch goes on with its own slope.
-    padded = np.pad(even, ((0, 0), (half, half)), mode="reflect", reflect_type="odd")
-    smooth = np.array([np.convolve(row, taps, mode="valid") for row in padded])
+    widths = ((0, 0), (half, half))
+    even = spline(np.clip(grid, at[0], at[-1]))
+    padded = np.pad(even, widths, mode="reflect", reflect_type="odd")
+    smooth = oaconvolve(padded, taps[None], mode="valid", axes=1)
     columns = np.rint((inside - grid[0]) * fine_hz).astype(int)
     return smooth[:, np.clip(columns, 0, smooth.shape[1] - 1)]
 

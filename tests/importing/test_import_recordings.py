@@ -1,0 +1,291 @@
+"""The whole command: many files, several runs, one file a sensor, what is there already."""
+
+import hashlib
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import yaml
+
+from capsule.errors import CapsuleError
+from capsule.recording import Recording, format_recording
+from support.importing import ODD, assert_readings, import_files
+from support.project import ROOT
+
+TIME_S = np.round(np.arange(200) / 10, 9)
+COUNTS = np.rint(500 + 40 * np.sin(2 * np.pi * TIME_S / 3.2 + np.arange(4)[:, None]))
+
+
+def write(path, columns, names=("time", "S1", "S2", "S3", "S4")):
+    rows = [",".join(names)] if names else []
+    rows += [",".join(f"{value:.12g}" for value in row) for row in zip(*columns, strict=True)]
+    path.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def good(tmp_path):
+    return write(tmp_path / "monday 1.csv", [TIME_S, *COUNTS])
+
+
+def test_a_bad_file_is_a_line_and_the_others_come_in(tmp_path, good):
+    other = write(tmp_path / "tuesday.csv", [TIME_S, *COUNTS + 1])
+    bad, none = ODD / "prose.txt", tmp_path / "none.csv"
+    imported = import_files(tmp_path, good, bad, none, other)
+    assert list(imported.recordings()) == ["3mm/monday-1", "3mm/tuesday"]
+    assert imported.counted == "2 recordings imported, 2 files refused"
+    first, second = imported.refused.splitlines()
+    assert first.startswith(f"refused: {bad}: line 2: no table")
+    assert second == (
+        f"refused: {none}: No such file or directory; give the name of a file that can be read"
+    )
+
+
+def test_the_command_itself_ends_with_the_count_and_a_status(tmp_path, good):
+    script = ROOT / "workflow" / "scripts" / "import_recordings.py"
+    command = [sys.executable, script, good, ODD / "empty.txt", "--size", "2.5"]
+    run = subprocess.run([*command, "--raw", "raw"], cwd=tmp_path, capture_output=True, text=True)
+    assert run.returncode == 1
+    assert run.stdout.splitlines()[-1] == "1 recording imported, 1 file refused"
+    assert "empty.txt: the file is empty" in run.stderr
+    assert (tmp_path / "raw/2.5mm/monday-1.csv").exists()
+    again = subprocess.run(
+        [*command[:3], "--size", "2.5", "--raw", "raw", "--map", "lab.yaml"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+    )
+    assert again.returncode == 0
+    assert again.stdout.splitlines()[-1] == (
+        "0 recordings imported, 1 already there, 0 files refused"
+    )
+
+
+def test_the_header_tells_where_a_recording_is_from(tmp_path, good):
+    options = "--adc-bits 10 --vref-v 5 --series-ohm 12000 --site wall-3 --session monday"
+    header = import_files(tmp_path, good, *options.split()).the_recording().header
+    assert header["import_file"] == "monday 1.csv"
+    assert header["import_sha256"] == hashlib.sha256(good.read_bytes()).hexdigest()
+    assert header["import_columns"] == (
+        "time = 'time'; sensor_1 = 'S1'; sensor_2 = 'S2'; sensor_3 = 'S3'; sensor_4 = 'S4'"
+    )
+    assert header["import_time"] == "s, a step of 0.1 s is 10 Hz"
+    assert header["import_unit"].startswith("counts, whole numbers up to 540")
+    assert "import_resampled" not in header
+    assert {key: header[key] for key in ("unit", "adc_bits", "vref_v", "series_ohm")} == {
+        "unit": "counts",
+        "adc_bits": "10",
+        "vref_v": "5",
+        "series_ohm": "12000",
+    }
+    assert (header["site"], header["session"]) == ("wall-3", "monday")
+
+
+def test_a_recording_of_this_project_keeps_what_its_header_says(tmp_path):
+    header = {"source": "simulated phantom", "simulator_seed": "7", "adc_bits": "10"}
+    path = tmp_path / "r01.csv"
+    path.write_bytes(format_recording(Recording(TIME_S, COUNTS, header)))
+    recording = import_files(tmp_path, path).the_recording()
+    assert_readings(recording, TIME_S, COUNTS)
+    assert header.items() <= recording.header.items(), "simulated stays called simulated"
+
+
+def test_another_rate_is_resampled_and_the_header_says_so(tmp_path):
+    time_s = np.arange(800) / 40
+    values = np.rint(500 + 40 * np.sin(2 * np.pi * time_s / 3.2 + np.arange(4)[:, None]))
+    path = write(tmp_path / "fast.csv", [time_s, *values])
+    recording = import_files(tmp_path, path).the_recording()
+    assert recording.header["import_resampled"] == (
+        "from 40 Hz to 10 Hz, finite impulse response low-pass, -60 dB from 5 Hz on"
+    )
+    np.testing.assert_allclose(recording.time_s, np.arange(200) / 10)
+    inside = slice(10, -10)
+    np.testing.assert_allclose(recording.values[:, inside], values[:, ::4][:, inside], atol=1)
+
+
+def test_what_is_there_already_is_said_and_not_written_again(tmp_path, good):
+    first = import_files(tmp_path, good)
+    written = (first.raw / "3mm/monday-1.csv").read_bytes()
+    copy = tmp_path / "copy of monday.csv"
+    copy.write_bytes(good.read_bytes())
+    again = import_files(tmp_path, good, copy)
+    assert again.counted == "0 recordings imported, 2 already there, 0 files refused"
+    assert again.shown.count("already in the archive: 3mm/monday-1 holds the same samples") == 2
+    assert {path.name for path in first.raw.glob("*/*")} == {"monday-1.csv"}
+    assert (first.raw / "3mm/monday-1.csv").read_bytes() == written
+
+
+def test_the_same_samples_under_another_size_are_refused(tmp_path, good):
+    import_files(tmp_path, good)
+    refused = import_files(tmp_path, good, size="2").refused
+    assert "the same content as 3mm/monday-1, under another size: one of the two is" in refused
+
+
+def test_nothing_is_overwritten(tmp_path, good):
+    first = import_files(tmp_path, good)
+    written = (first.raw / "3mm/monday-1.csv").read_bytes()
+    write(good, [TIME_S, *COUNTS + 5])
+    imported = import_files(tmp_path, good)
+    assert "monday-1.csv exists and holds other samples; nothing is overwritten: give" in (
+        imported.refused
+    )
+    assert (first.raw / "3mm/monday-1.csv").read_bytes() == written
+    imported = import_files(tmp_path, good, "--name", "monday-again")
+    assert list(imported.recordings()) == ["3mm/monday-1", "3mm/monday-again"]
+
+
+def test_an_unlabelled_run_goes_where_it_is_detected(tmp_path, good):
+    imported = import_files(tmp_path, good, "--unlabelled")
+    assert list(imported.recordings()) == ["unlabelled/monday-1"]
+
+
+def test_a_dry_run_writes_nothing_and_shows_all(tmp_path, good):
+    imported = import_files(tmp_path, good, "--dry-run")
+    assert imported.counted == "1 recording would be imported, 0 files refused"
+    assert not imported.raw.exists()
+    assert not (tmp_path / "lab.yaml").exists()
+    assert "sensors: [S1, S2, S3, S4]" in imported.shown
+
+
+def test_the_guess_is_shown_with_the_first_samples_and_a_line_a_sensor(tmp_path, good):
+    shown = import_files(tmp_path, good).shown
+    assert "time       column 1, 'time'" in shown
+    assert "time_unit  s  (a step of 0.1 s is 10 Hz)" in shown
+    second = ["0.1", *(f"{value:g}" for value in COUNTS[:, 1])]
+    assert "".join(f"{cell:>12}" for cell in second) in shown
+    _, trace = [line for line in shown.splitlines() if line.startswith("  sensor_1  ")]
+    assert len(set(trace.split("  ")[2])) > 5
+    assert trace.endswith("460 to 540")
+
+
+def test_a_map_is_written_and_one_that_differs_is_left(tmp_path, good):
+    shown = import_files(tmp_path, good).shown
+    path = tmp_path / "lab.yaml"
+    assert f"wrote {path}: change it where it is wrong" in shown
+    written = path.read_bytes()
+    assert yaml.safe_load(written)["sensors"] == ["S1", "S2", "S3", "S4"]
+    other = write(tmp_path / "other.csv", [TIME_S * 1000, *COUNTS + 9], ("t", "a", "b", "c", "d"))
+    shown = import_files(tmp_path, other).shown
+    assert f"{path} says otherwise (time, time_unit, sensors) and was left as it is" in shown
+    assert path.read_bytes() == written
+
+
+def test_an_option_outweighs_the_map(tmp_path, good):
+    (tmp_path / "my.yaml").write_text("unit: kohm\nsession: monday\n")
+    imported = import_files(tmp_path, good, "--map", tmp_path / "my.yaml", "--unit", "ohm")
+    header = imported.the_recording().header
+    assert (header["unit"], header["session"]) == ("ohm", "monday")
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("unti: V", "unti: there is no such key; did you mean unit?"),
+        ("unit: psi", "unit: 'psi' is not allowed; must be one of counts, V, mV, ohm, kohm"),
+        ("rate: fast", "rate: 'fast' is not allowed; must be a number above 0 up to 1000000"),
+        ("sensors: S1", "sensors: 'S1' is not allowed; must be a list, each a column's name or"),
+        ("sensors: [1, 2]", "sensors: [1, 2] names 2 columns, but recording.sensors of the"),
+        ("adc_bits: 1.5", "adc_bits: 1.5 is not allowed; must be a whole number from 1 up to 32"),
+        ("- unit", "this file holds a list instead of keys"),
+        ("unit: V\nunit: ohm", "line 2: the key 'unit' appears twice"),
+        ("run_gap_s: 5\nper_sensor: true", "run_gap_s: 5 splits a file, but a file is one"),
+        ("sensor_files: {sensor_1: a.csv}", "sensor_files: sensor_1 are given; give the files of"),
+    ],
+)
+def test_a_map_that_is_wrong_is_told_with_key_value_and_what_is_allowed(tmp_path, content, words):
+    path = tmp_path / "lab.yaml"
+    path.write_text(content)
+    with pytest.raises(CapsuleError) as fault:
+        import_files(tmp_path, ODD / "comma.txt", "--map", path)
+    assert words in str(fault.value)
+    assert str(path) in str(fault.value) or "sensor_files" in content
+
+
+def test_runs_are_split_where_a_column_changes(tmp_path):
+    run = np.repeat([1, 2, 1], [70, 60, 70])
+    path = write(tmp_path / "day.csv", [TIME_S, run, *COUNTS], ("t", "trial", *"abcd"))
+    imported = import_files(tmp_path, path, "--run-column", "trial")
+    runs = imported.recordings()
+    assert list(runs) == ["3mm/day-1-1", "3mm/day-1-2", "3mm/day-2"]
+    assert_readings(runs["3mm/day-2"], TIME_S[:60], COUNTS[:, 70:130])
+
+
+def test_runs_are_split_at_gaps_and_where_the_clock_starts_again(tmp_path):
+    time_s = np.concatenate([TIME_S[:80], TIME_S[80:140] + 30, TIME_S[:60]])
+    path = write(tmp_path / "day.csv", [time_s, *COUNTS])
+    refused = import_files(tmp_path, path).refused
+    assert "time runs backwards, 0 s follows 43.9 s; if another run begins there, give" in refused
+    runs = import_files(tmp_path, path, "--time", "time", "--run-gap-s", "5").recordings()
+    assert list(runs) == ["3mm/day-1", "3mm/day-2", "3mm/day-3"]
+    assert_readings(runs["3mm/day-2"], TIME_S[:60], COUNTS[:, 80:140])
+    assert runs["3mm/day-2"].header["import_run"] == "2"
+
+
+def test_half_of_a_file_is_never_written(tmp_path):
+    path = write(
+        tmp_path / "day.csv",
+        [TIME_S, np.repeat([1, 2], 100), *COUNTS],
+        ("t", "trial", "a", "b", "c", "d"),
+    )
+    (tmp_path / "raw/3mm").mkdir(parents=True)
+    (tmp_path / "raw/3mm/day-2.csv").write_bytes(b"other")
+    imported = import_files(tmp_path, path, "--run-column", "trial")
+    assert "day-2.csv exists and holds other samples" in imported.refused
+    assert [each.name for each in imported.raw.glob("*/*")] == ["day-2.csv"]
+
+
+def sensor_files(folder, times):
+    return [
+        write(folder / f"{name}.csv", [time_s, row], ("t", "reading"))
+        for name, time_s, row in zip(("left", "right", "up", "down"), times, COUNTS, strict=True)
+    ]
+
+
+def test_one_file_a_sensor_given_together(tmp_path):
+    files = sensor_files(tmp_path, [TIME_S] * 4)
+    imported = import_files(tmp_path, *files, "--per-sensor", "--name", "r01")
+    recording = imported.the_recording()
+    assert_readings(recording, TIME_S, COUNTS)
+    assert recording.header["import_file"] == "left.csv, right.csv, up.csv, down.csv"
+
+
+def test_one_file_a_sensor_named_in_the_map(tmp_path):
+    sensor_files(tmp_path, [TIME_S] * 4)
+    names = ("left", "right", "up", "down")
+    lines = [f"  sensor_{n}: {name}.csv" for n, name in enumerate(names, start=1)]
+    (tmp_path / "lab.yaml").write_text("\n".join(["unit: counts", "sensor_files:", *lines]))
+    imported = import_files(tmp_path, "--map", tmp_path / "lab.yaml")
+    assert_readings(imported.the_recording(), TIME_S, COUNTS)
+
+
+def test_files_of_sensors_with_clocks_of_their_own_are_brought_to_the_same_instants(tmp_path):
+    files = sensor_files(tmp_path, [TIME_S + 0.03 * n for n in range(4)])
+    recording = import_files(tmp_path, *files, "--per-sensor").the_recording()
+    assert "to the same instants" in recording.header["import_resampled"]
+    exact = 500 + 40 * np.sin(
+        2 * np.pi * (recording.time_s + 0.09 - 0.03 * np.arange(4)[:, None]) / 3.2
+        + np.arange(4)[:, None]
+    )
+    np.testing.assert_allclose(recording.values, exact, atol=1)
+
+
+def test_files_of_sensors_that_do_not_fit_together_are_refused(tmp_path):
+    files = sensor_files(tmp_path, [TIME_S, TIME_S, TIME_S, TIME_S + 100])
+    refused = import_files(tmp_path, *files, "--per-sensor").refused
+    assert "the sensors' files have no time in common" in refused
+    with pytest.raises(CapsuleError, match="per_sensor: 3 files are given"):
+        import_files(tmp_path, *files[:3], "--per-sensor")
+
+
+def test_a_recording_that_the_report_would_reject_is_told(tmp_path):
+    stuck = COUNTS.copy()
+    stuck[2] = 7
+    shown = import_files(tmp_path, write(tmp_path / "a.csv", [TIME_S, *stuck])).shown
+    assert "note: the report will reject it: sensor_3 reads 7 in all" in shown
+
+
+def test_a_file_without_a_name_that_can_be_one_is_refused_with_the_remedy(tmp_path):
+    path = write(tmp_path / "....csv", [TIME_S, *COUNTS])
+    refused = import_files(tmp_path, path).refused
+    assert "makes no name of a recording; give one by --name" in refused
