@@ -1,33 +1,30 @@
 """Each format, from a file that its own library writes, and from files that packages ship."""
 
 import sys
-from datetime import UTC, datetime
+from datetime import datetime
 from pathlib import Path
 
 import h5py
 import nptdms
 import numpy as np
-import openpyxl
-import pynwb
 import pytest
 import scipy.io
-from rosbags.rosbag1 import Writer as Bag1
 from rosbags.rosbag2 import StoragePlugin
-from rosbags.rosbag2 import Writer as Bag2
-from rosbags.typesys import Stores, get_typestore
 
 from support.importing import assert_readings, import_files
+from support.lab_files import (
+    COUNTS,
+    KILO_OHMS,
+    TIME_S,
+    excel_rows,
+    nwb_file,
+    write_bag_1,
+    write_bag_2,
+    write_matlab,
+    write_matlab_73,
+    write_workbook,
+)
 from support.xdf_writer import xdf_file, xdf_stream
-
-TIME_S = np.arange(120) / 10
-# As resistances that no other unit fits; a float of MATLAB comes back to the bit.
-KILO_OHMS = 12 + np.sin(2 * np.pi * TIME_S / 3.2 + np.arange(4)[:, None])
-COUNTS = np.rint(500 + 40 * np.sin(2 * np.pi * TIME_S / 3.2 + np.arange(4)[:, None]))
-STARTED = datetime(2026, 3, 4, 12, tzinfo=UTC)
-
-
-def write_matlab(path, content):
-    scipy.io.savemat(path, content)
 
 
 def test_a_matlab_matrix_with_the_time_beside_it(tmp_path):
@@ -67,20 +64,6 @@ def test_of_several_variables_one_is_asked_for(tmp_path):
     assert list(both.recordings()) == ["3mm/runs-run1", "3mm/runs-run2"]
 
 
-def write_matlab_73(path, arrays):
-    """Write HDF5 as MATLAB does: behind a block of its own, arrays transposed, classes named."""
-    with h5py.File(path, "w", userblock_size=512) as file:
-        for name, array in arrays.items():
-            file[name] = np.asarray(array).T
-            file[name].attrs["MATLAB_class"] = np.bytes_("double")
-        note = np.frombuffer("bench 2".encode("utf-16-le"), np.uint16)
-        file["note"] = note[:, None]
-        file["note"].attrs["MATLAB_class"] = np.bytes_("char")
-    content = path.read_bytes()
-    mark = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM"
-    path.write_bytes(mark.ljust(512, b"\x00") + content[512:])
-
-
 def test_matlab_7_3(tmp_path):
     write_matlab_73(tmp_path / "run.mat", {"t": TIME_S[:, None], "V": COUNTS.T})
     recording = import_files(tmp_path, tmp_path / "run.mat").the_recording()
@@ -108,26 +91,6 @@ def test_hdf5_with_one_table(tmp_path):
     with h5py.File(tmp_path / "run.h5", "w") as file:
         file["table"] = table
     assert_readings(import_files(tmp_path, tmp_path / "run.h5").the_recording(), TIME_S, COUNTS)
-
-
-def write_workbook(path, sheets):
-    book = openpyxl.Workbook()
-    book.remove(book.active)
-    for title, rows in sheets.items():
-        sheet = book.create_sheet(title)
-        for row in rows:
-            sheet.append(row)
-    book.save(path)
-
-
-def excel_rows(first):
-    head = [
-        ["Bench 2"],
-        [],
-        ["time", "S1", "S2", "S3", "S4"],
-        ["s", "kohm", "kohm", "kohm", "kohm"],
-    ]
-    return head + [[t, *sample] for t, sample in zip(first, KILO_OHMS.T.tolist(), strict=True)]
 
 
 def test_an_excel_sheet_with_a_row_of_units(tmp_path):
@@ -159,13 +122,6 @@ def test_of_several_sheets_one_is_asked_for(tmp_path):
     write_workbook(tmp_path / "lab.xlsx", sheets)
     refused = import_files(tmp_path, tmp_path / "lab.xlsx").refused
     assert "'Run 1', 'Run 2'; name one by --sheet, or give --sheet all" in refused
-
-
-def nwb_file(path, **series):
-    file = pynwb.NWBFile("capsule", "run-1", STARTED)
-    file.add_acquisition(pynwb.TimeSeries(name="sensors", data=KILO_OHMS.T, **series))
-    with pynwb.NWBHDF5IO(str(path), "w") as stream:
-        stream.write(file)
 
 
 @pytest.mark.parametrize("time", [{"rate": 10.0}, {"timestamps": TIME_S + 100}], ids=str)
@@ -211,34 +167,6 @@ def test_xdf_on_the_recorders_clock(tmp_path):
     recording = import_files(tmp_path, tmp_path / "run.xdf").the_recording()
     assert_readings(recording, TIME_S, COUNTS)
     assert recording.header["started"] == "2026-03-04T12:00:00"
-
-
-def messages(types):
-    """Give the samples as a topic of arrays, and the class of another topic."""
-    array = types.types["std_msgs/msg/Float64MultiArray"]
-    layout = types.types["std_msgs/msg/MultiArrayLayout"](dim=[], data_offset=0)
-    start = int(STARTED.timestamp()) * 10**9
-    for t, sample in zip(TIME_S, COUNTS.T, strict=True):
-        yield start + round(t * 1e9), array(layout=layout, data=sample.copy())
-
-
-def write_bag_1(path):
-    types = get_typestore(Stores.ROS1_NOETIC)
-    with Bag1(path) as bag:
-        topic = bag.add_connection("/capsule", "std_msgs/msg/Float64MultiArray", typestore=types)
-        for stamp, message in messages(types):
-            bag.write(topic, stamp, types.serialize_ros1(message, topic.msgtype))
-
-
-def write_bag_2(path, plugin):
-    types = get_typestore(Stores.ROS2_HUMBLE)
-    text = types.types["std_msgs/msg/String"]
-    with Bag2(path, version=9, storage_plugin=plugin) as bag:
-        topic = bag.add_connection("/capsule", "std_msgs/msg/Float64MultiArray", typestore=types)
-        log = bag.add_connection("/log", "std_msgs/msg/String", typestore=types)
-        for stamp, message in messages(types):
-            bag.write(topic, stamp, types.serialize_cdr(message, topic.msgtype))
-            bag.write(log, stamp, types.serialize_cdr(text(data="on"), log.msgtype))
 
 
 @pytest.mark.parametrize("kind", ["ROS 1", "SQLITE3", "MCAP"])

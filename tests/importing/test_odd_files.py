@@ -25,10 +25,10 @@ KILO_OHMS = np.round(12 * COUNTS / (1024 - COUNTS), 4)
 OHMS = np.round(12_000 * COUNTS / (1024 - COUNTS), 1)
 
 
-def without(sample):
-    """Give the counts with a sample that is missing."""
+def without(*samples):
+    """Give the counts with samples that are missing."""
     values = COUNTS.copy()
-    values[:, sample] = np.nan
+    values[:, samples] = np.nan
     return values
 
 
@@ -73,6 +73,8 @@ READ = {
     "serial_noise": ("", COUNTS),
     "missing": ("--missing -999", without(3)),
     "missing_sensor": ("", without(5)),
+    "missing_at_both_ends": ("", without(0, 7)),
+    "three_decimals": ("", COUNTS),
     "volts": ("", VOLTS),
     "millivolts": ("", COUNTS * 5 / 1000),
     "kilo_ohms": ("", KILO_OHMS),

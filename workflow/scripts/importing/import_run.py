@@ -182,7 +182,10 @@ class Importer:
         self.written += 1
         count, last = recording.time_s.size, recording.time_s[-1]
         verb = "would write" if self._options.dry_run else "wrote"
-        print(f"  {verb} {self._options.raw / name}.csv: {count} samples, {last:g} s")
+        path = _near(self._options.raw / f"{name}.csv")
+        print(f"  {verb} {path}: {count} samples, {last:g} s")
+        if resampled := recording.header.get("import_resampled"):
+            print(f"  resampled {resampled}")
         for remark in (*remarks, *self._rejection(recording)):
             print(f"  note: {remark}")
 
@@ -221,6 +224,12 @@ def _named(place: str) -> Iterator[None]:
 
 def _names(files: Sequence[Path]) -> str:
     return ", ".join(displayed(str(file)) for file in files)
+
+
+def _near(path: Path) -> Path:
+    """Name a path from the working directory where it lies below it."""
+    here = Path.cwd()
+    return path.relative_to(here) if path.is_relative_to(here) else path
 
 
 def _disk_text(fault: OSError) -> str:

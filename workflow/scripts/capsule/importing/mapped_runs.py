@@ -14,7 +14,6 @@ from capsule.importing.reading_units import WRITTEN, ReadingUnit, reading_unit
 from capsule.importing.resampling import STOP_DB, resample, usual_rate
 from capsule.importing.run_splitting import runs_by_gap, runs_by_value
 from capsule.importing.source_table import SourceTable
-from capsule.importing.table_choice import ALL
 from capsule.recording import Recording
 
 # What a file's own lines may say of the bench.
@@ -228,8 +227,6 @@ def as_map(guess: Guess, keys: SimpleNamespace) -> dict[str, object]:
     """Write what was taken for what as keys of lab.yaml, which then leave nothing to guess."""
     table, choice = guess.table, guess.choice
     content: dict[str, object] = {key: text for key, text in table.reading.items() if text}
-    if table.kind and ALL not in (keys.sheet, keys.variable):
-        content[table.kind] = table.label
     content["time"] = NO_TIME if choice.time is None else column_key(table, choice.time)
     if choice.time is not None:
         content["time_unit"] = guess.clock.unit

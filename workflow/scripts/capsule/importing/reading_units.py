@@ -17,8 +17,8 @@ _FIT_MILLIVOLTS = (100.0, 5500.0)
 _FIT_OHMS = (100.0, 1e7)
 _FIT_KILOOHMS = (0.1, 1e4)
 _HIGHEST_COUNT = 65_535.0
-# Averaged counts that use less of the converter than this are rather something else.
-_LEAST_OF_AVERAGED = 64.0
+# Readings that use less of the converter than this are rather something else.
+_LEAST_COUNT = 64.0
 # What a recording calls the unit, and what its readings are multiplied by.
 WRITTEN = {
     "counts": ("counts", 1.0),
@@ -98,18 +98,20 @@ def _by_values(values: np.ndarray, full_scale: float, label: str) -> ReadingUnit
     low, high = float(known.min()), float(known.max())
     whole = bool(np.all(known % 1.0 == 0))
     span = f"readings from {low:.6g} to {high:.6g}"
-    if low >= 0 and whole and high < full_scale and full_scale > _HIGHEST_VOLTS:
+    if low >= 0 and whole and _LEAST_COUNT <= high < full_scale:
         reason = f"whole numbers up to {high:g}, below diagonal.full_scale {full_scale:g}"
         return ReadingUnit("counts", reason)
     if low >= 0 and not whole and high <= full_scale <= _HIGHEST_VOLTS:
         return ReadingUnit("V", f"{span}, within diagonal.full_scale {full_scale:g}")
-    averaged = not whole and _LEAST_OF_AVERAGED <= high < full_scale
+    averaged = not whole and _LEAST_COUNT <= high < full_scale
     fits = {
         "counts": low >= 0 and ((whole and high <= _HIGHEST_COUNT) or averaged),
-        "V": low >= 0 and not whole and high <= _FIT_VOLTS,
+        "V": low >= 0 and high <= _FIT_VOLTS,
         "mV": low >= 0 and _FIT_MILLIVOLTS[0] <= high <= _FIT_MILLIVOLTS[1],
         "ohm": _FIT_OHMS[0] <= low and high <= _FIT_OHMS[1],
-        "kohm": not whole and _FIT_KILOOHMS[0] <= low and high <= _FIT_KILOOHMS[1],
+        "kohm": (not whole or high < _LEAST_COUNT)
+        and _FIT_KILOOHMS[0] <= low
+        and high <= _FIT_KILOOHMS[1],
     }
     fitting = [unit for unit, fit in fits.items() if fit]
     if len(fitting) == 1:

@@ -96,6 +96,8 @@ def guess_dialect(
     if len(ways) > 1:
         raise CapsuleError(_ambiguity(few, list(ways)))
     (way,) = ways
+    if len(few) == len(lines) or way.first < len(few) // 2:
+        return way
     return next(
         dialect
         for _, dialect, _ in _try(lines, way.delimiter, way.style, needed, missing)
@@ -114,6 +116,11 @@ def _distinct(
         for style in _styles(lines, keys):
             rated += _try(lines, delimiter, style, needed, missing)
     best = max((share for share, _, _ in rated), default=0.0)
+    # With the same columns, the way that makes more numbers of the cells is the right one.
+    most = {dialect.delimiter: 0.0 for _, dialect, _ in rated}
+    for share, dialect, _ in rated:
+        most[dialect.delimiter] = max(most[dialect.delimiter], share)
+    rated = [each for each in rated if each[0] == most[each[1].delimiter]]
     if any(_is_named(lines, dialect) for _, dialect, _ in rated):
         rated = [each for each in rated if each[1].delimiter != "none"]
     ways: dict[Dialect, list] = {}
@@ -186,12 +193,18 @@ def _rate(
         known = sum(number is not None and number == number for number in row)
         return len(row) == cells and known >= needed
 
+    def is_row(row: list) -> bool:
+        # Of a sample that is missing, the time alone may be there.
+        return len(row) == cells and None not in row and any(each == each for each in row)
+
     first = next((index for index, row in enumerate(numbers) if is_sample(row)), None)
     if first is None:
         return []
+    while first > 0 and is_row(numbers[first - 1]):
+        first -= 1
     below = [row for row in numbers[first:] if len(row) == cells]
-    samples = sum(map(is_sample, below))
-    if samples < 2 or samples < _LEAST_ROWS * (len(numbers) - first):
+    rows = sum(is_sample(row) or is_row(row) for row in below)
+    if rows < 2 or rows < _LEAST_ROWS * (len(numbers) - first):
         return []
     share = sum(number is not None for row in below for number in row) / (cells * len(below))
     plain = [["?" if number != number else number for number in row] for row in below]

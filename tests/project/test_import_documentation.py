@@ -1,0 +1,104 @@
+"""docs/import.md shows what the command really does, and each key as the schema has it."""
+
+import contextlib
+import io
+import json
+import shlex
+from pathlib import Path
+
+import pytest
+
+from capsule.importing.lab_map import allowed
+from capsule.importing.resampling import STOP_DB
+from importing.import_options import NO_OPTION, build_parser
+from importing.import_run import Importer
+from support.lab_files import write_examples
+from support.project import ROOT
+
+TEXT = (ROOT / "docs/import.md").read_text(encoding="utf-8")
+KEYS = json.loads((ROOT / "workflow/schemas/lab.schema.json").read_text())["properties"]
+COMMAND = "python workflow/scripts/import_recordings.py "
+
+
+class Utf8(io.StringIO):
+    """A terminal that shows all characters."""
+
+    encoding = "utf-8"
+
+
+def key_row(key, part):
+    option = "" if key in NO_OPTION else f"`--{key.replace('_', '-')}`"
+    cells = [f"`{key}`", option, allowed(part), part.get("unit", ""), part["description"]]
+    return "| " + " | ".join(cells) + " |"
+
+
+def shown_blocks():
+    """Give each command of the page with the lines that follow it."""
+    blocks = []
+    for block in TEXT.split("\n\n"):
+        lines = [line[4:] for line in block.splitlines() if line.startswith("    ")]
+        if lines and lines[0].startswith("$ "):
+            blocks.append((lines[0][2:], lines[1:]))
+    return blocks
+
+
+def output(command):
+    """Do what a command of the page does in the working directory; gives its lines."""
+    command, _, pipe = command.partition(" | ")
+    program, _, count = pipe.partition(" -")
+    part = {"": slice(None), "head": slice(int(count or 0)), "tail": slice(-int(count or 0), None)}
+    words = shlex.split(command)
+    if words[0] in ("head", "cat"):
+        lines = Path(words[-1]).read_text(encoding="utf-8").splitlines()
+        return lines[: int(words[1][1:])] if words[0] == "head" else lines
+    text = Utf8()
+    options = build_parser().parse_args([*words[2:], "--raw", "raw"])
+    with contextlib.redirect_stdout(text), contextlib.redirect_stderr(text):
+        importer = Importer(options)
+        importer.run()
+        print(importer.summary())
+    return text.getvalue().splitlines()[part[program]]
+
+
+def test_the_page_shows_what_the_command_prints(tmp_path, monkeypatch):
+    blocks = shown_blocks()
+    assert len(blocks) > 10
+    for number, (command, lines) in enumerate(blocks):
+        if command.startswith("python") or number == 0:
+            folder = tmp_path / str(number)
+            folder.mkdir()
+            write_examples(folder)
+            monkeypatch.chdir(folder)
+        shown = [line.rstrip() for line in output(command)]
+        assert shown == [line.rstrip() for line in lines], command
+
+
+@pytest.mark.parametrize("ending", ["csv", "mat", "xlsx", "h5", "nwb", "tdms", "xdf", "bag"])
+def test_the_page_has_an_example_of_each_format(ending):
+    assert any(f".{ending} " in command for command, _ in shown_blocks())
+
+
+@pytest.mark.parametrize("key", KEYS)
+def test_the_page_explains_each_key_as_the_schema_has_it(key):
+    assert key_row(key, KEYS[key]) in TEXT
+
+
+def test_the_page_explains_no_key_that_does_not_exist():
+    table = TEXT.partition("## The keys of lab.yaml\n")[2].partition("\n## ")[0]
+    named = [line.split("`")[1] for line in table.splitlines() if line.startswith("| `")]
+    assert named == list(KEYS)
+
+
+def test_each_key_but_the_files_of_sensors_is_an_option():
+    options = build_parser().format_help()
+    for key in KEYS.keys() - set(NO_OPTION):
+        assert f"--{key.replace('_', '-')}" in options
+
+
+def test_the_page_tells_the_filter_as_it_is():
+    assert f"{STOP_DB:g} dB" in TEXT
+
+
+def test_the_example_of_a_map_is_the_one_that_is_used():
+    example = (ROOT / "docs/examples/fabricslide.yaml").read_text(encoding="utf-8")
+    assert "".join(f"    {line}\n" for line in example.splitlines()) in TEXT

@@ -1,0 +1,143 @@
+"""Files of a laboratory, each written by the library that keeps its format."""
+
+from datetime import UTC, datetime
+
+import h5py
+import nptdms
+import numpy as np
+import openpyxl
+import pynwb
+import scipy.io
+from rosbags.rosbag1 import Writer as Bag1
+from rosbags.rosbag2 import Writer as Bag2
+from rosbags.typesys import Stores, get_typestore
+
+from support.xdf_writer import xdf_file, xdf_stream
+
+TIME_S = np.arange(120) / 10
+# As resistances that no other unit fits; a float of MATLAB comes back to the bit.
+KILO_OHMS = 12 + np.sin(2 * np.pi * TIME_S / 3.2 + np.arange(4)[:, None])
+COUNTS = np.rint(500 + 40 * np.sin(2 * np.pi * TIME_S / 3.2 + np.arange(4)[:, None]))
+STARTED = datetime(2026, 3, 4, 12, tzinfo=UTC)
+
+
+def write_matlab(path, content):
+    scipy.io.savemat(path, content)
+
+
+def write_matlab_73(path, arrays):
+    """Write HDF5 as MATLAB does: behind a block of its own, arrays transposed, classes named."""
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, array in arrays.items():
+            file[name] = np.asarray(array).T
+            file[name].attrs["MATLAB_class"] = np.bytes_("double")
+        note = np.frombuffer("bench 2".encode("utf-16-le"), np.uint16)
+        file["note"] = note[:, None]
+        file["note"].attrs["MATLAB_class"] = np.bytes_("char")
+    content = path.read_bytes()
+    mark = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM"
+    path.write_bytes(mark.ljust(512, b"\x00") + content[512:])
+
+
+def write_workbook(path, sheets):
+    book = openpyxl.Workbook()
+    book.remove(book.active)
+    for title, rows in sheets.items():
+        sheet = book.create_sheet(title)
+        for row in rows:
+            sheet.append(row)
+    book.save(path)
+
+
+def excel_rows(first):
+    head = [
+        ["Bench 2"],
+        [],
+        ["time", "S1", "S2", "S3", "S4"],
+        ["s", "kohm", "kohm", "kohm", "kohm"],
+    ]
+    return head + [[t, *sample] for t, sample in zip(first, KILO_OHMS.T.tolist(), strict=True)]
+
+
+def nwb_file(path, **series):
+    file = pynwb.NWBFile("capsule", "run-1", STARTED)
+    file.add_acquisition(pynwb.TimeSeries(name="sensors", data=KILO_OHMS.T, **series))
+    with pynwb.NWBHDF5IO(str(path), "w") as stream:
+        stream.write(file)
+
+
+def messages(types):
+    """Give the samples as a topic of arrays, and the class of another topic."""
+    array = types.types["std_msgs/msg/Float64MultiArray"]
+    layout = types.types["std_msgs/msg/MultiArrayLayout"](dim=[], data_offset=0)
+    start = int(STARTED.timestamp()) * 10**9
+    for t, sample in zip(TIME_S, COUNTS.T, strict=True):
+        yield start + round(t * 1e9), array(layout=layout, data=sample.copy())
+
+
+def write_bag_1(path):
+    types = get_typestore(Stores.ROS1_NOETIC)
+    with Bag1(path) as bag:
+        topic = bag.add_connection("/capsule", "std_msgs/msg/Float64MultiArray", typestore=types)
+        for stamp, message in messages(types):
+            bag.write(topic, stamp, types.serialize_ros1(message, topic.msgtype))
+
+
+def write_bag_2(path, plugin):
+    types = get_typestore(Stores.ROS2_HUMBLE)
+    text = types.types["std_msgs/msg/String"]
+    with Bag2(path, version=9, storage_plugin=plugin) as bag:
+        topic = bag.add_connection("/capsule", "std_msgs/msg/Float64MultiArray", typestore=types)
+        log = bag.add_connection("/log", "std_msgs/msg/String", typestore=types)
+        for stamp, message in messages(types):
+            bag.write(topic, stamp, types.serialize_cdr(message, topic.msgtype))
+            bag.write(log, stamp, types.serialize_cdr(text(data="on"), log.msgtype))
+
+
+def wave(hertz, seconds):
+    """Give instants, and counts of four sensors that a wave of 3.2 s passes."""
+    time_s = np.arange(round(seconds * hertz)) / hertz
+    delays = np.arange(4)[:, None] * 6.3 / 25
+    return time_s, np.rint(512 + 60 * np.sin(2 * np.pi * (time_s - delays) / 3.2))
+
+
+def write_examples(folder):
+    """Write the files of docs/import.md."""
+    time_s, counts = wave(40, 30)
+    rows = ["Zeit (ms);S1;S2;S3;S4;Akku"]
+    rows += [
+        f"{1000 * t:.0f};" + ";".join(f"{value:.0f}" for value in sample) + ";3,71"
+        for t, sample in zip(time_s, counts.T, strict=True)
+    ]
+    (folder / "monday.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    tens, slow = wave(10, 30)
+    rows = ["ms;S1;S2;S3;S4"]
+    for t, sample in zip(tens, 4 * slow.T, strict=True):
+        rows.append(f"{1000 * t:.0f};" + ";".join(f"{value:,.0f}" for value in sample))
+    (folder / "tuesday.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    rows = ["12:34:55.120 -> Logger ready", "12:34:55.310 -> 12,503"]
+    for t, sample in zip(tens, slow.T, strict=True):
+        stamp = datetime.fromtimestamp(45_295.5 + t, UTC).time().isoformat("milliseconds")
+        rows.append(f"{stamp} -> " + ", ".join(f"S{n}:{x:.0f}" for n, x in enumerate(sample, 1)))
+    (folder / "log.txt").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    for name, row in zip(("left", "right", "up", "down"), slow, strict=True):
+        lines = [f"{t:.1f},{value:.0f}" for t, value in zip(tens, row, strict=True)]
+        (folder / f"{name}.csv").write_text("\n".join(["t,counts", *lines]) + "\n")
+    write_matlab(folder / "run.mat", {"bench": {"t": TIME_S, "R": KILO_OHMS.T}})
+    write_workbook(folder / "lab.xlsx", {f"Run {n}": excel_rows(TIME_S.tolist()) for n in (1, 2)})
+    with h5py.File(folder / "run.h5", "w") as file:
+        file["run/readings"] = KILO_OHMS
+        file["run/readings"].attrs["unit"] = "kohm"
+        file["run"].attrs["sampling_rate"] = 10.0
+    nwb_file(folder / "run.nwb", unit="kohm", rate=10.0)
+    properties = {"wf_increment": 0.1, "unit_string": "V"}
+    channels = [
+        nptdms.ChannelObject("capsule", f"AI{n}", row / 10, properties=properties)
+        for n, row in enumerate(KILO_OHMS)
+    ]
+    with nptdms.TdmsWriter(str(folder / "run.tdms")) as writer:
+        writer.write_segment(channels)
+    labels = [f"S{n}" for n in range(1, 5)]
+    stream = xdf_stream(1, "capsule", TIME_S + 5000, COUNTS, labels, "counts")
+    (folder / "run.xdf").write_bytes(xdf_file(stream))
+    write_bag_1(folder / "run.bag")
