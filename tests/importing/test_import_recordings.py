@@ -1,6 +1,7 @@
 """The whole command: many files, several runs, one file a sensor, what is there already."""
 
 import hashlib
+import os
 import subprocess
 import sys
 
@@ -8,11 +9,16 @@ import numpy as np
 import pytest
 import yaml
 
+from capsule.detectors.registry import DETECTORS
 from capsule.errors import CapsuleError
+from capsule.figures.registry import FIGURES
 from capsule.recording import Recording, format_recording
+from edges.durations import RULES
+from edges.sources import imported_files
 from support.importing import ODD, assert_readings, import_files
 from support.project import ROOT
 
+SCRIPTS = ROOT / "workflow" / "scripts"
 TIME_S = np.round(np.arange(200) / 10, 9)
 COUNTS = np.rint(500 + 40 * np.sin(2 * np.pi * TIME_S / 3.2 + np.arange(4)[:, None]))
 
@@ -43,7 +49,7 @@ def test_a_bad_file_is_a_line_and_the_others_come_in(tmp_path, good):
 
 
 def test_the_command_itself_ends_with_the_count_and_a_status(tmp_path, good):
-    script = ROOT / "workflow" / "scripts" / "import_recordings.py"
+    script = SCRIPTS / "import_recordings.py"
     command = [sys.executable, script, good, ODD / "empty.txt", "--size", "2.5"]
     run = subprocess.run([*command, "--raw", "raw"], cwd=tmp_path, capture_output=True, text=True)
     assert run.returncode == 1
@@ -289,3 +295,27 @@ def test_a_file_without_a_name_that_can_be_one_is_refused_with_the_remedy(tmp_pa
     path = write(tmp_path / "....csv", [TIME_S, *COUNTS])
     refused = import_files(tmp_path, path).refused
     assert "makes no name of a recording; give one by --name" in refused
+
+
+def test_no_step_of_the_workflow_imports_the_import():
+    modules = [row.module for row in [*FIGURES.values(), *DETECTORS.values()]]
+    for rule in RULES:
+        files = imported_files(SCRIPTS / f"{rule}.py", modules)
+        assert files
+        assert not {"importing"} & {part for path in files for part in path.parts}
+
+
+def test_packages_of_the_extra_are_imported_only_by_a_file_that_needs_them(tmp_path, good):
+    code = (
+        "import sys; sys.argv = sys.argv[1:]\n"
+        "from import_recordings import main\n"
+        "try: main()\n"
+        "except SystemExit as end: assert not end.code, end.code\n"
+        "extra = {'h5py', 'openpyxl', 'pynwb', 'nptdms', 'pyxdf', 'rosbags'}\n"
+        "sys.exit(f'{extra & sys.modules.keys()}' if extra & sys.modules.keys() else 0)\n"
+    )
+    words = ["import_recordings.py", good, "--size", "3", "--raw", "raw"]
+    command = [sys.executable, "-c", code, *words]
+    environment = {**os.environ, "PYTHONPATH": str(SCRIPTS)}
+    run = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert run.returncode == 0, run.stderr

@@ -75,6 +75,8 @@ READ = {
     "missing_sensor": ("", without(5)),
     "missing_at_both_ends": ("", without(0, 7)),
     "three_decimals": ("", COUNTS),
+    "date_and_clock": ("", COUNTS),
+    "pandas_index": ("", COUNTS),
     "volts": ("", VOLTS),
     "millivolts": ("", COUNTS * 5 / 1000),
     "kilo_ohms": ("", KILO_OHMS),
@@ -147,13 +149,16 @@ REFUSED = {
     "no_such_day": ("", "line 2, column 'date': there is no day 30 of month 2 in 2026"),
     "null_bytes": ("", "the file is no text that can be read"),
     "comma": ("--delimiter tab", "line 5: no table with 4 columns of numbers is there"),
+    "ampersands": ("", "line 5: no table with 4 columns of numbers is there"),
+    "battery": ("--sheet Run", "sheet: 'Run' is given, but the file holds one table; leave it"),
     "tab": ("--time clock", "time: 'clock' is no column; the columns are 'time (ms)', 'S1'"),
     "semicolon": ("--sensors S1 S2 S3 S1", "sensors: ['S1', 'S2', 'S3', 'S1'] names a column"),
     "iso": ("--time-unit clock", "line 2, column 'date': '2026-03-04T12:00:00.0Z' is no clock"),
     "latin1": ("--encoding utf-8", "the file is no text that can be read: byte 7 is not utf-8"),
 }
 REMEDY = re.compile(
-    r"--[a-z]+|delete|export|complete|say which|allowed|copy|correct|name (each|\d)|is no column"
+    r"--[a-z]+|delete|export|complete|say which|allowed|copy|correct|leave|name (each|\d)|"
+    r"is no column"
 )
 
 

@@ -34,6 +34,12 @@ def choose_tables(
         table for table in tables if sum(column.holds_numbers for column in table.columns) >= needed
     ]
     kind = tables[0].kind if tables else ""
+    for key, name in (("sheet", keys.sheet), ("variable", keys.variable)):
+        if name and key != kind:
+            raise CapsuleError(
+                f"{key}: {name!r} is given, but the file holds "
+                f"{f'{kind}s' if kind else 'one table'}; leave it out"
+            )
     if not kind:
         return list(tables)
     labels = [table.label for table in tables]

@@ -1,0 +1,92 @@
+"""Times of any unit become seconds, or the refusal names those that fit."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from capsule.errors import CapsuleError
+from capsule.importing.clock_readings import read_time
+from capsule.importing.source_table import SourceTable, bare_column
+
+TIME_S = np.arange(50) / 10
+
+
+def clock(values, name="", unit="", rate_hz=None, configured_hz=10.0, **said):
+    keys = SimpleNamespace(**{"rate": None, "time_unit": None, "date_order": None} | said)
+    table = SourceTable((bare_column(name, values, unit),), rate_hz=rate_hz)
+    return read_time(table, 0, keys, configured_hz)
+
+
+@pytest.mark.parametrize(
+    ("unit", "per_second", "offset"),
+    [
+        ("s", 1, 0),
+        ("ms", 1e3, 123),
+        ("us", 1e6, 4e6),
+        ("ns", 1e9, 0),
+        ("day", 1 / 86_400, 740_000.5),
+        ("day", 1 / 86_400, 45_000.25),
+    ],
+)
+@pytest.mark.parametrize("hertz", [5, 10, 36, 100, 500])
+def test_the_unit_is_the_one_that_gives_a_rate_that_can_be(unit, per_second, offset, hertz):
+    time_s = np.arange(50) / hertz
+    read = clock(offset + time_s * per_second)
+    assert read.unit == unit
+    np.testing.assert_allclose(read.time_s, time_s, atol=2e-5)
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "per_second"),
+    [
+        ("time (s)", "s", 1),
+        ("millis", "ms", 1e3),
+        ("micros", "us", 1e6),
+        ("t_us", "us", 1e6),
+        ("Zeit [ms]", "ms", 1e3),
+        ("time/min", "min", 1 / 60),
+        ("t (h)", "h", 1 / 3600),
+    ],
+)
+def test_a_unit_in_the_name_is_taken(name, unit, per_second):
+    assert clock(TIME_S * per_second, name).unit == unit
+
+
+def test_a_step_of_one_is_asked_for():
+    with pytest.raises(CapsuleError, match=r"can be ms, 1000 Hz .* or numbers of samples"):
+        clock(TIME_S * 10)
+
+
+def test_a_known_rate_decides():
+    with pytest.raises(CapsuleError, match=r"can be s, 2.5 Hz .* or ms, 2500 Hz"):
+        clock(np.arange(50) * 0.4)
+    assert clock(np.arange(50) * 0.4, rate=2.5).unit == "s"
+    assert clock(np.arange(50) * 0.4, rate_hz=2500).unit == "ms"
+    assert clock(np.arange(50) * 0.4, configured_hz=2.5).unit == "s"
+    assert clock(np.arange(50) * 1.0, configured_hz=1000).unit == "ms"
+
+
+def test_seconds_since_1970_tell_when_a_run_began():
+    for per_second in (1, 1e3, 1e6):
+        read = clock((1_772_625_600 + TIME_S) * per_second)
+        assert read.started == "2026-03-04T12:00:00Z"
+        np.testing.assert_allclose(read.time_s, TIME_S, atol=1e-5)
+    assert clock(TIME_S).started == ""
+
+
+@pytest.mark.parametrize(
+    ("values", "said", "words"),
+    [
+        (TIME_S * 1e-3, {}, "is a rate between 2 and 4000 Hz in no unit; give --time-unit"),
+        (TIME_S * 0, {}, "the time does not run forward; name another column by --time"),
+        ([0, np.nan, 2], {}, "sample 2: the time is missing in column 1; complete it, or give"),
+        ([0.0], {}, "there are fewer than two samples"),
+        (TIME_S, {"time_unit": "date"}, "sample 1, column 1: numbers is no date; name another"),
+        (TIME_S, {"time_unit": "sample"}, "counts samples; give the sampling rate in Hz by --rate"),
+    ],
+)
+def test_what_cannot_be_the_time_is_refused_with_what_decides(values, said, words):
+    with pytest.raises(CapsuleError) as refusal:
+        clock(np.asarray(values, dtype=float), **said)
+    assert words in str(refusal.value)
