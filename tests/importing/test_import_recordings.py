@@ -319,3 +319,32 @@ def test_packages_of_the_extra_are_imported_only_by_a_file_that_needs_them(tmp_p
     environment = {**os.environ, "PYTHONPATH": str(SCRIPTS)}
     run = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
+
+
+def test_lines_of_one_column_with_a_comma_can_be_three_things(tmp_path):
+    files = [tmp_path / f"{name}.csv" for name in "abcd"]
+    for file in files:
+        file.write_text("".join(f"1,{number}\n" for number in range(234, 334)))
+    given = [*files, "--per-sensor", "--unit", "V", "--rate", "10"]
+    assert (
+        "a.csv: line 1: '1,234' can be columns, 1 and 234 (--delimiter comma) or 1.234 (--decimal "
+        "comma) or 1234 (--thousands comma); say which"
+    ) in import_files(tmp_path, *given).refused
+    decided = {"--decimal": 1.234, "--thousands": 1234, "--delimiter": 234}
+    for option, first in decided.items():
+        other = tmp_path / option
+        time = ["--time", "none", "--sensors", "2"] if option == "--delimiter" else []
+        recording = import_files(other, *given, option, "comma", *time).the_recording()
+        np.testing.assert_array_equal(recording.values[:, 0], first)
+
+
+def test_a_broken_line_where_nothing_else_tells_the_time_is_refused(tmp_path):
+    lines = [f"S1:{a:g} S2:{b:g} S3:{c:g} S4:{d:g}\n" for a, b, c, d in COUNTS.T]
+    log = tmp_path / "log.txt"
+    log.write_text("ready\n" + "".join([*lines[:90], "S1:5\n", *lines[90:]]))
+    refused = import_files(tmp_path, log, "--rate", "10").refused
+    assert "log.txt: line 92 holds no whole sample, and no column tells the time" in refused
+    log.write_text("ready\n" + "".join(lines) + "S1:5\n")
+    recording = import_files(tmp_path, log, "--rate", "10").the_recording()
+    assert_readings(recording, TIME_S, COUNTS)
+    assert recording.header["import_passed_over"] == "2 lines without a whole sample"

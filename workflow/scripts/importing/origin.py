@@ -40,5 +40,5 @@ def origin_lines(
     origin["import_time"] = f"{guess.clock.unit}, {guess.clock.reason}"
     origin["import_unit"] = f"{guess.unit.unit}, {guess.unit.reason}"
     if table.passed_over:
-        origin["import_passed_over"] = f"{table.passed_over} lines without a whole sample"
+        origin["import_passed_over"] = f"{len(table.passed_over)} lines without a whole sample"
     return {key: displayed(text)[:_LONGEST_ENTRY] for key, text in origin.items()}

@@ -84,6 +84,7 @@ def read_time(
                 "no column tells the time; name one by --time, or give the sampling rate in Hz "
                 "by --rate"
             )
+        _check_none_between(table)
         count = table.columns[0].values.size
         told = "the option rate" if keys.rate else "the file"
         return Clock(np.arange(count) / rate, "rate", f"{rate:g} Hz by {told}", 0.0, table.started)
@@ -113,6 +114,19 @@ def read_time(
     first_s = float(numbers[0] * _SECONDS[unit])
     since = since_1970(first_s) if _EPOCH_S[0] < first_s < _EPOCH_S[1] and unit != "day" else ""
     return Clock(seconds, unit, reason, first_s, table.started or since)
+
+
+def _check_none_between(table: SourceTable) -> None:
+    """Refuse lines that are no samples where the samples' number is all that tells the time."""
+    if table.lines is None:
+        return
+    first, last = int(table.lines[0]), int(table.lines[-1])
+    between = [number for number in table.passed_over if first < number < last]
+    if between:
+        raise CapsuleError(
+            f"line {between[0]} holds no whole sample, and no column tells the time: whether a "
+            "sample is missing there cannot be told; delete the line, or complete it"
+        )
 
 
 def _from_text(table: SourceTable, index: int, keys: SimpleNamespace) -> Clock:

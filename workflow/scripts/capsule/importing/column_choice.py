@@ -75,7 +75,7 @@ def choose_columns(table: SourceTable, keys: SimpleNamespace, sensors: int) -> C
     elif keys.time is not None:
         time = named_column(table, keys.time, "time")
     else:
-        time = _time(table, keys, taken)
+        time = _time(table, taken, 0 if picked else sensors)
     if not picked:
         free = [
             index
@@ -116,7 +116,8 @@ def _by_name(table: SourceTable, wanted: str) -> list[int]:
     ]
 
 
-def _time(table: SourceTable, keys: SimpleNamespace, taken: set[int]) -> int | None:
+def _time(table: SourceTable, taken: set[int], sensors: int) -> int | None:
+    """Find the column of the time; `sensors` more columns of numbers are needed beside it."""
     free = [index for index in range(len(table.columns)) if index not in taken]
     by_name = [
         index for index in free if _TIME_NAMES.fullmatch(split_unit(table.columns[index].name)[0])
@@ -124,9 +125,11 @@ def _time(table: SourceTable, keys: SimpleNamespace, taken: set[int]) -> int | N
     by_name = [index for index in by_name if _may_be_time(table, index)]
     if len(by_name) == 1:
         return by_name[0]
+    numbers = [index for index in free if table.columns[index].holds_numbers]
+    # With no column to spare, one that rises is a sensor.
     rising = [
         index
-        for index in free
+        for index in (numbers if len(numbers) > sensors else [])
         if table.columns[index].name != STAMP_NAME and _rises(table.columns[index].values)
     ]
     counters = [

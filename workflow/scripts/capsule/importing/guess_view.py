@@ -48,7 +48,7 @@ def guess_lines(guess: Guess) -> list[str]:
     if idle:
         rows.append(("not used", table.listed(idle), ""))
     if table.passed_over:
-        rows.append(("passed over", f"{table.passed_over} lines without a whole sample", ""))
+        rows.append(("passed over", f"{len(table.passed_over)} lines without a whole sample", ""))
     left = max(len(name) for name, _, _ in rows)
     return [
         f"  {name:<{left}}  {value}" + (f"  ({reason})" if reason else "")

@@ -83,6 +83,7 @@ def _labelled(text: TextLines, keys: SimpleNamespace) -> SourceTable | None:
         for (number, line), each in zip(text.lines, labels, strict=True)
         if each == usual
     ]
+    taken = {number for number, _ in whole}
     cells = zip(*(row for _, row in whole), strict=True)
     missing = missing_words(keys)
     return SourceTable(
@@ -93,5 +94,5 @@ def _labelled(text: TextLines, keys: SimpleNamespace) -> SourceTable | None:
         lines=np.array([number for number, _ in whole]),
         notes=text.notes,
         reading={"encoding": text.encoding},
-        passed_over=len(text.lines) - len(whole),
+        passed_over=tuple(number for number, _ in text.lines if number not in taken),
     )

@@ -66,8 +66,8 @@ class SourceTable:
         ``key: value`` lines of the file.
     reading : mapping of str to str
         How the file was read, as keys of lab.yaml: encoding, delimiter, decimal.
-    passed_over : int
-        Lines that hold no sample, or less than a whole one.
+    passed_over : tuple of int
+        Numbers of the lines that hold no sample, or less than a whole one.
     """
 
     columns: tuple[Column, ...]
@@ -79,7 +79,7 @@ class SourceTable:
     rate_hz: float | None = None
     notes: Mapping[str, str] = field(default_factory=dict)
     reading: Mapping[str, str] = field(default_factory=dict)
-    passed_over: int = 0
+    passed_over: tuple[int, ...] = ()
 
     @property
     def place(self) -> str:

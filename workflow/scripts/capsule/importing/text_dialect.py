@@ -25,6 +25,7 @@ _TRIED = 200
 _LEAST_ROWS = 0.6
 # A way to read that makes fewer numbers of the cells than another by this share is dropped.
 _FEWER_NUMBERS = 0.05
+_SIGNS = {"comma": ",", "point": ".", "none": ""}
 
 
 @dataclass(frozen=True)
@@ -100,7 +101,9 @@ def guess_dialect(
         return way
     return next(
         dialect
-        for _, dialect, _ in _try(lines, way.delimiter, way.style, needed, missing)
+        for _, dialect, _ in _try(
+            lines, way.delimiter, way.style, needed, missing, said=_is_said(keys)
+        )
         if dialect.cells == way.cells
     )
 
@@ -114,7 +117,7 @@ def _distinct(
         if DELIMITERS[delimiter] and not any(DELIMITERS[delimiter] in text for _, text in lines):
             continue
         for style in _styles(lines, keys):
-            rated += _try(lines, delimiter, style, needed, missing)
+            rated += _try(lines, delimiter, style, needed, missing, said=_is_said(keys))
     best = max((share for share, _, _ in rated), default=0.0)
     # With the same columns, the way that makes more numbers of the cells is the right one.
     most = {dialect.delimiter: 0.0 for _, dialect, _ in rated}
@@ -130,6 +133,11 @@ def _distinct(
         if share >= best - _FEWER_NUMBERS and numbers not in ways.values() and not beside_tab:
             ways[dialect] = numbers
     return ways
+
+
+def _is_said(keys: SimpleNamespace) -> bool:
+    """Tell whether lab.yaml has commas between columns and in numbers."""
+    return keys.delimiter == "comma" and keys.decimal == "comma"
 
 
 def _is_named(lines: Sequence[tuple[int, str]], dialect: Dialect) -> bool:
@@ -159,6 +167,8 @@ def _try(
     style: NumberStyle,
     needed: int,
     missing: Collection[str],
+    *,
+    said: bool,
 ) -> list[tuple[float, Dialect, list]]:
     """Read all lines in one way; nothing where that makes no table."""
     rows = [split_cells(text, delimiter) for _, text in lines]
@@ -166,24 +176,32 @@ def _try(
     if not usual:
         return []
     width = usual[0][0]
-    # Where --decimal comma is said, a line of commas alone holds each number in two parts.
-    paired = delimiter == "comma" and style == COMMA and width % 2 == 0
-    readings = []
-    for pair in (False, True) if paired else (False,):
-        cells = width // 2 if pair else width
-        table = [dialect_cells(text, delimiter, style, cells if pair else 0) for _, text in lines]
-        numbers = [[style.number(cell, missing) for cell in row] for row in table]
-        if pair and not _are_pairs(lines, numbers, cells):
-            continue
-        if rated := _rate(numbers, delimiter, style, cells, needed):
-            readings = rated
-    return readings
+    commas_in_numbers = "," in (_SIGNS[style.decimal], _SIGNS[style.thousands])
+    quotes = any('"' in text for _, text in lines)
+    # A comma does one thing, unless quotes tell the two apart, or a number has two parts.
+    if delimiter == "comma" and commas_in_numbers and not quotes:
+        return _try_pairs(lines, style, width, needed, missing, said=said)
+    numbers = [[style.number(cell, missing) for cell in row] for row in rows]
+    return _rate(numbers, delimiter, style, width, needed)
 
 
-def _are_pairs(lines: Sequence[tuple[int, str]], numbers: list, cells: int) -> bool:
-    """Tell whether the names above, half as many as the parts, say that two are one number."""
+def _try_pairs(
+    lines: Sequence[tuple[int, str]],
+    style: NumberStyle,
+    width: int,
+    needed: int,
+    missing: Collection[str],
+    *,
+    said: bool,
+) -> list[tuple[float, Dialect, list]]:
+    """Take two parts for one number, where lab.yaml or half as many names say so."""
+    cells = width // 2
     named = any(len(split_cells(text, "comma")) == cells for _, text in lines)
-    return named and any(None not in row and len(row) == cells for row in numbers)
+    if style != COMMA or width % 2 or not (named or said):
+        return []
+    rows = [dialect_cells(text, "comma", style, cells) for _, text in lines]
+    numbers = [[style.number(cell, missing) for cell in row] for row in rows]
+    return _rate(numbers, "comma", style, cells, needed)
 
 
 def _rate(

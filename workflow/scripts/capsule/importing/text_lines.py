@@ -70,7 +70,9 @@ def decode(content: bytes, encoding: str | None) -> tuple[str, str]:
             # Of UTF-16 without its mark the codec cuts nothing off.
             return text.lstrip("\ufeff"), guess.removesuffix("-le").removesuffix("-be")
         fault = "it holds null characters"
-    raise CapsuleError(f"the file is no text that can be read: {fault}; try another --encoding")
+    raise CapsuleError(
+        f"the file is no text that can be read: {fault}; give --encoding, or export it as text"
+    )
 
 
 def _likely(content: bytes) -> list[str]:

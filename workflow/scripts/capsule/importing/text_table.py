@@ -59,6 +59,7 @@ def text_table(
                 "complete the line, or delete it"
             )
     names, units = _head(text, dialect)
+    taken = set(numbers)
     by_column = zip(*rows, strict=True)
     columns = [
         text_column(name, unit, cells, dialect.style, missing)
@@ -74,7 +75,7 @@ def text_table(
             "decimal": dialect.style.decimal,
             "thousands": dialect.style.thousands,
         },
-        passed_over=len(lines) - len(rows),
+        passed_over=tuple(number for number, _ in lines if number not in taken),
     )
 
 
