@@ -6,6 +6,7 @@ Imports nothing heavy: the Snakefile and every script use it.
 import contextlib
 import csv
 import errno
+import gc
 import hashlib
 import io
 import json
@@ -23,6 +24,8 @@ from edges.reading import read_limited
 from edges.records import Record, record_path
 
 UNFINISHED = ".unfinished"
+# Objects that come to be between two searches for garbage; Python's own 700 are for long runs.
+_SELDOM = 100_000
 # Seen first on a page whose successor was begun and is not there.
 OUTDATED = (
     b'<p class="outdated" role="alert">This report is out of date: recordings, settings or code '
@@ -218,6 +221,9 @@ def run(main: Callable[[], None]) -> None:
     and written is then recorded (`edges.records`).
     """
     started = time.perf_counter()
+    # What the imports made is no garbage, and little of what follows is: seldom look for it.
+    gc.freeze()
+    gc.set_threshold(_SELDOM)
     record, path = None, None
     if "--record" in sys.argv:
         place = sys.argv.index("--record")
