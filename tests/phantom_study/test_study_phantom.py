@@ -3,10 +3,13 @@
 import sys
 
 import pytest
+import yaml
 
 import study_phantom
+from edges.config_files import read_config_file
 from edges.files import read_csv
 from phantom_study import sensitivity
+from phantom_study.arguments import DEFAULT_CONFIG
 from phantom_study.sensitivity import Variation
 
 
@@ -23,7 +26,12 @@ def test_the_figures_and_tables_of_the_documentation_can_be_made(tmp_path, monke
     assert "mean absolute difference" in capsys.readouterr().out
     variation = Variation(("sensor.noise",), (1, 32))
     monkeypatch.setattr(sensitivity, "VARIATIONS", {"noise": variation})
+    # How good the templates are does not matter here: a hundred fits take as long as all else.
+    settings, config = read_config_file(DEFAULT_CONFIG), tmp_path / "config.yaml"
+    settings["fit"] |= {"particles": 20, "iterations": 20}
+    config.write_text(yaml.safe_dump(settings), encoding="utf-8")
     options = ["--archives", 1, "--runs", 2, "--table", table, "--output", tmp_path]
+    options += ["--config", config]
     run(monkeypatch, "draw", *options)
     rows = read_csv(tmp_path / "phantom-sensitivity.csv")
     assert [row["level"] for row in rows] == ["1", "32", "none", "dead", "saturated"]

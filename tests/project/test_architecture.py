@@ -2,6 +2,7 @@
 
 import ast
 from collections import Counter
+from functools import cache
 from graphlib import CycleError, TopologicalSorter
 
 import pytest
@@ -48,8 +49,9 @@ def floor(module):
     return FLOORS.index(max(fitting, key=len)) if fitting else len(FLOORS) - 1
 
 
+@cache
 def imported(path):
-    """Name the modules of the project that a file imports, in functions too."""
+    """Name the modules that a file imports, in functions too."""
     names = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
@@ -59,18 +61,20 @@ def imported(path):
     return names
 
 
-IMPORTS = {module: imported(path) & MODULES.keys() for module, path in MODULES.items()}
+def imports_of(module):
+    """Name the modules of the project that a module imports."""
+    return imported(MODULES[module]) & MODULES.keys()
 
 
 @pytest.mark.parametrize("module", MODULES)
 def test_no_module_imports_from_a_higher_floor(module):
-    above = {other for other in IMPORTS[module] if floor(other) > floor(module)}
+    above = {other for other in imports_of(module) if floor(other) > floor(module)}
     assert above == set()
 
 
 def test_no_imports_run_in_a_circle():
     try:
-        tuple(TopologicalSorter(IMPORTS).static_order())
+        tuple(TopologicalSorter({name: imports_of(name) for name in MODULES}).static_order())
     except CycleError as error:
         pytest.fail(" imports ".join(reversed(error.args[1])))
 

@@ -109,7 +109,9 @@ class PreloadedSnakemake:
 
 def serve(connection: socket.socket) -> None:
     """Fork for each call that comes; tell its process, and at its end its exit status."""
-    import smart_open  # noqa: F401  (what Snakemake imports when it opens the first Snakefile)
+    # What Snakemake imports when it opens the first Snakefile, and what that one imports.
+    import jsonschema  # noqa: F401
+    import smart_open  # noqa: F401
     import snakemake.cli
 
     # Finds and imports the plug-ins.
