@@ -296,7 +296,7 @@ def test_the_command_writes_once_and_again_only_if_told_to(made, tmp_path, monke
     call += ["--results", str(made[0])]
     monkeypatch.setattr(sys, "argv", call)
     export.main()
-    assert "1 files, " in capsys.readouterr().out
+    assert "1 file, " in capsys.readouterr().out
     path = tmp_path / "out/fits.mat"
     path.write_bytes(b"mine")
     with pytest.raises(CapsuleError, match=r"fits\.mat exists; nothing was written.*--force"):

@@ -19,8 +19,9 @@ from capsule.importing.table_choice import choose_tables
 from capsule.naming import UNLABELLED, displayed
 from capsule.recording import Recording
 from edges.config_files import read_config_file, read_schema
+from edges.workflow_call import PROJECT
 from importing.archiving import ArchivedRuns, run_name
-from importing.import_options import PROJECT, given_keys
+from importing.import_options import given_keys
 from importing.lab_files import keep_map, lab_schema, map_text, read_map
 from importing.origin import origin_lines
 from importing.source_files import Source, read_source
