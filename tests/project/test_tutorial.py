@@ -1,0 +1,42 @@
+"""The tutorial runs, and says what it says to a reader who does not run it."""
+
+import os
+
+import nbformat
+import pytest
+from nbclient import NotebookClient
+
+from support.project import ROOT
+
+PATH = ROOT / "docs" / "tutorial.ipynb"
+
+
+def texts(notebook):
+    """Give what each cell prints or shows as text; of a picture, that there is one."""
+    return [
+        [
+            output["text"] if "text" in output else output["data"]["text/plain"]
+            for output in cell["outputs"]
+        ]
+        for cell in notebook.cells
+        if cell["cell_type"] == "code"
+    ]
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:Kernel is running over TCP")
+def test_the_tutorial_gives_what_it_shows(monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", os.fspath(ROOT / "workflow" / "scripts"))
+    monkeypatch.setenv("OMP_NUM_THREADS", "1")
+    stored = nbformat.read(PATH, as_version=4)
+    fresh = nbformat.read(PATH, as_version=4)
+    NotebookClient(fresh, timeout=300, resources={"metadata": {"path": PATH.parent}}).execute()
+    assert texts(fresh) == texts(stored)
+    pictures = [
+        output
+        for cell in fresh.cells
+        if cell["cell_type"] == "code"
+        for output in cell["outputs"]
+        if "image/png" in output.get("data", {})
+    ]
+    assert len(pictures) >= 5
