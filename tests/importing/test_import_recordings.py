@@ -348,3 +348,33 @@ def test_a_broken_line_where_nothing_else_tells_the_time_is_refused(tmp_path):
     recording = import_files(tmp_path, log, "--rate", "10").the_recording()
     assert_readings(recording, TIME_S, COUNTS)
     assert recording.header["import_passed_over"] == "2 lines without a whole sample"
+
+
+@pytest.mark.parametrize(
+    ("scale", "options", "words", "remedy"),
+    [
+        (5 / 1024, "--unit V", "volts are judged as they are; give --vref-v", "--vref-v 5"),
+        (20, "--unit ohm", "the median resistance stands for it; give", "--series-ohm 12000"),
+        (4, "--unit counts", "diagonal.full_scale is 1024; give --adc-bits", "--adc-bits 12"),
+    ],
+)
+def test_what_the_unit_needs_to_be_judged_is_told(tmp_path, scale, options, words, remedy):
+    path = write(tmp_path / "a.csv", [TIME_S, *COUNTS * scale])
+    assert words in import_files(tmp_path, path, *options.split()).shown
+    again = import_files(tmp_path / "again", path, *options.split(), *remedy.split())
+    assert words not in again.shown
+
+
+def test_a_run_that_stands_twice_in_a_file_is_written_once(tmp_path):
+    time_s = np.concatenate([TIME_S, TIME_S])
+    path = write(tmp_path / "day.csv", [time_s, *np.tile(COUNTS, 2)])
+    imported = import_files(tmp_path, path, "--run-gap-s", "5", "--time", "time")
+    assert list(imported.recordings()) == ["3mm/day-1"]
+    assert imported.counted == "1 recording imported, 1 already there, 0 files refused"
+
+
+def test_a_pattern_that_the_shell_has_left_names_its_files(tmp_path, good):
+    write(tmp_path / "monday 2.csv", [TIME_S, *COUNTS + 1])
+    imported = import_files(tmp_path, tmp_path / "monday*.csv")
+    assert list(imported.recordings()) == ["3mm/monday-1", "3mm/monday-2"]
+    assert "no*.csv: No such file" in import_files(tmp_path, tmp_path / "no*.csv").refused

@@ -24,7 +24,7 @@ _COUNTER_NAMES = re.compile(
     r"( ?(number|no|nr|index|#))?\.?",
     re.IGNORECASE,
 )
-_NUMBERED = re.compile(r"(.*?)([0-9]+)")
+_NUMBERED = re.compile(r"(.*?)[\[(]?([0-9]+)[\])]?")
 NO_TIME = "none"
 
 
