@@ -20,6 +20,7 @@ from edges.config_files import read_config_file
 from edges.files import read_csv, write_json
 from exporting import export_writing, gathering, xlsx_export
 from exporting.column_words import describe
+from exporting.export_provenance import provenance_of
 from exporting.exported import long_table
 from exporting.legal_names import legal_names
 from exporting.session_dates import NO_DATE
@@ -100,6 +101,15 @@ def test_the_provenance_tells_recordings_configuration_and_code(made, exported):
     read = exported.table("files")
     assert "results/signals/3mm/r07.npy" in read.values("path")
     assert {len(checksum) for checksum in read.values("sha256")} == {64}
+
+
+def test_the_provenance_of_a_large_archive_stays_short(made):
+    row = {"recording": "3mm/r", "status": "accepted", "sha256": "0"}
+    rows = [row | {"recording": f"3mm/r{n}", "source": f"bench {n}"} for n in range(5000)]
+    told = provenance_of(made[0], CONFIG, read_config_file(CONFIG), rows, [])
+    assert told["sources"].endswith("; and 4980 more")
+    # HDF5 keeps no larger attribute.
+    assert max(map(len, told.values())) < 64_000
 
 
 @pytest.mark.parametrize("what", gathering.CHOICES)
