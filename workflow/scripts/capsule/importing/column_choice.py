@@ -164,7 +164,7 @@ def _may_be_time(table: SourceTable, index: int, *, text: bool = False) -> bool:
 
 
 def _rises(values: np.ndarray) -> bool:
-    return values.size > 1 and bool(np.all(np.diff(values) > 0))
+    return values.size > 1 and bool(np.isfinite(values).all() and np.all(np.diff(values) > 0))
 
 
 def _steps_evenly(values: np.ndarray) -> bool:

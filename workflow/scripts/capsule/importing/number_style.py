@@ -4,6 +4,8 @@ import re
 from collections.abc import Collection
 from dataclasses import dataclass
 
+# No clock and no sensor gives more than this.
+LARGEST_NUMBER = 1e20
 MISSING = frozenset(("", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--"))
 _EXPONENT = r"(?:[eE][+-]?[0-9]+)?"
 
@@ -39,7 +41,8 @@ class NumberStyle:
                 return float("nan")
             if self.thousands != "none":
                 text = text.replace("," if self.thousands == "comma" else ".", "")
-            return float(text.replace(",", "."))
+            value = float(text.replace(",", "."))
+            return value if abs(value) <= LARGEST_NUMBER else None
         return float("nan") if text.lower() in MISSING or text.lower() in missing else None
 
 
