@@ -177,6 +177,19 @@ def test_a_map_is_written_and_one_that_differs_is_left(tmp_path, good):
     assert path.read_bytes() == written
 
 
+def test_a_number_stands_for_a_missing_sample_however_it_is_written(tmp_path):
+    lines = [
+        "time,S1,S2,S3,S4",
+        *(f"{n / 10},{500 + n % 3},{510 + n % 2},520,530" for n in range(90)),
+    ]
+    lines[40:42] = ["3.9,-999,-999.0,-9.99e2,-999", "4.0,1,1,1,1"]
+    (tmp_path / "a.csv").write_text("\n".join(lines))
+    (tmp_path / "my.yaml").write_text("missing: [-999]\n")
+    imported = import_files(tmp_path, tmp_path / "a.csv", "--map", tmp_path / "my.yaml")
+    missing = np.isnan(imported.the_recording().values).all(axis=0)
+    np.testing.assert_array_equal(np.flatnonzero(missing), [39])
+
+
 def test_an_option_outweighs_the_map(tmp_path, good):
     (tmp_path / "my.yaml").write_text("unit: kohm\nsession: monday\n")
     imported = import_files(tmp_path, good, "--map", tmp_path / "my.yaml", "--unit", "ohm")

@@ -75,7 +75,7 @@ def _add_key(group: argparse._ArgumentGroup, key: str, part: dict) -> None:
     elif "enum" in part:
         group.add_argument(option, choices=part["enum"], help=text)
     elif part["type"] == "array":
-        word = "TEXT" if part["items"]["type"] == "string" else "COLUMN"
+        word = "TEXT" if key == "missing" else "COLUMN"
         group.add_argument(option, nargs="+", metavar=word, help=text)
     else:
         kind = _TYPES.get(part["type"] if isinstance(part["type"], str) else "", str)
