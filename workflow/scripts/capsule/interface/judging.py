@@ -11,8 +11,7 @@ from capsule.evaluation.all_tables import all_tables
 from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.folds import LEAVE_ONE_OUT
 from capsule.evaluation.predictions import Detectors, of_unlabelled
-from capsule.evaluation.rows import as_text, by_detector
-from capsule.evaluation.tables import number
+from capsule.evaluation.rows import as_text, by_detector, number
 from capsule.evaluation.whole_evaluation import (
     Table,
     evaluate_archive,
