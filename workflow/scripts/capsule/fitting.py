@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from capsule.arrays import FloatArray
+from capsule.arrays import FloatArray, IntArray
 from capsule.kinds import Settings
 from capsule.particles import ParameterSpace, Particle, time_profile
 from capsule.seeding import fit_generator
@@ -191,7 +191,7 @@ def fit_recording(matrix: FloatArray, values: FloatArray, settings: Settings) ->
 
 def compare_vectors(
     vectors: FloatArray, renderer: ParticleRenderer, comparison: SlidingComparison
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[FloatArray, IntArray]:
     """Render some particles and compare them with a recording.
 
     Parameters

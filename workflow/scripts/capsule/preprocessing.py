@@ -6,7 +6,7 @@ Missing samples (NaN) take no part in the mean, the standard deviation or a wind
 
 import numpy as np
 
-from capsule.arrays import FloatArray
+from capsule.arrays import FloatArray, IntArray
 
 
 def normalize(values: FloatArray) -> FloatArray:
@@ -71,7 +71,7 @@ def rms_envelope(normalized: FloatArray, window: int) -> FloatArray:
     return np.sqrt(mean)
 
 
-def _window_sum(values: FloatArray, start: FloatArray, end: FloatArray) -> FloatArray:
+def _window_sum(values: FloatArray, start: IntArray, end: IntArray) -> FloatArray:
     running = np.concatenate([np.zeros((values.shape[0], 1)), np.cumsum(values, axis=1)], axis=1)
     sums: FloatArray = running[:, end] - running[:, start]
     return sums

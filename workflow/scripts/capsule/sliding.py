@@ -12,7 +12,7 @@ import itertools
 
 import numpy as np
 
-from capsule.arrays import FloatArray
+from capsule.arrays import FloatArray, IntArray
 
 
 def rmse_at_lag(matrix: FloatArray, particle: FloatArray, lag: int) -> float:
@@ -79,7 +79,7 @@ class SlidingComparison:
         self._summed = np.empty((at_once, frequencies), dtype=np.complex128)
         self._convolved = np.empty((at_once, self._size))
 
-    def gains(self, count: int) -> tuple[FloatArray, FloatArray]:
+    def gains(self, count: int) -> tuple[FloatArray, IntArray]:
         """Find the best lags of what is drawn in the first of `particles`.
 
         Parameters

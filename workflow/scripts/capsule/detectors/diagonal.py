@@ -79,7 +79,7 @@ class DiagonalModel:
         return {"diagonal": plain(asdict(self))}
 
     @classmethod
-    def restored(cls, stored: Settings, templates: TemplateSet) -> "DiagonalModel":
+    def restored(cls, stored: Settings, templates: TemplateSet | None) -> "DiagonalModel":
         """Take the model out of what `stored` gave; it needs no template."""
         content = dict(stored["diagonal"])
         sizes, probability = content.pop("sizes"), content.pop("probability")

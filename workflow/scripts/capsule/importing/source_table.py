@@ -38,7 +38,7 @@ class Column:
     @property
     def holds_numbers(self) -> bool:
         """Whether most of what stands in the cells is a number."""
-        numbers = np.count_nonzero(~np.isnan(self.values))
+        numbers = int(np.count_nonzero(~np.isnan(self.values)))
         return numbers > self.unreadable.size
 
 
