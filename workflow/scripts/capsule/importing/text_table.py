@@ -1,6 +1,6 @@
 """The table of a text file: its names, units and cells, once its dialect is known."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from types import SimpleNamespace
 
 import numpy as np
