@@ -311,7 +311,8 @@ def test_a_fault_in_the_configuration_is_told_before_anything_runs(new, tmp_path
     [
         ("scripts/capsule/figures/draw_rates.py", {"draw": 1, "report": 1}),
         ("scripts/capsule/figures/draw_roc.py", {"draw": 1, "report": 1}),
-        ("scripts/capsule/figures/style.py", {"draw": 1, "report": 1}),
+        ("scripts/capsule/figures/capsule_views.py", {"draw_design": 1, "report": 1}),
+        ("scripts/capsule/figures/style.py", {"draw": 1, "draw_design": 1, "report": 1}),
         ("scripts/capsule/evaluation/roc.py", {"judge": 1, "draw": 1, "report": 1}),
         ("scripts/capsule/page/cards.py", {"report": 1}),
         ("report/report.css", {"report": 1}),
