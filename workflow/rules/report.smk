@@ -32,9 +32,7 @@ FIGURE_INPUTS = [
 DESIGN_TABLES = [own_file(PROJECT / "config" / name) for name in ("phantom.yaml", "parts.yaml")]
 # The report says by a checksum which code its results come from.
 REGISTERED = [*DETECTOR_MODULES, *FIGURE_MODULES]
-# The design is drawn by draw.py, too.
-STAGES = {*RULES, "report"} - {"draw_design"}
-CODE = {path for stage in STAGES for path in code_files(f"{stage}.py", *REGISTERED)}
+CODE = {path for stage in [*RULES, "report"] for path in code_files(f"{stage}.py", *REGISTERED)}
 # What the report is filled into, with the paper's numbers.
 PAGE = sorted(
     own_file(path)
@@ -87,9 +85,8 @@ rule draw:
 # One recording more draws these not again, nor waits for them.
 rule draw_design:
     input:
-        paper=report_file("paper.yaml"),
         design=DESIGN_TABLES,
-        script=script("draw.py"),
+        script=script("draw_design.py"),
     output:
         expand("results/figures/{figure}{width}.svg", figure=DESIGN_FIGURES, width=["", "_column"]),
         expand("results/figures/{figure}.csv", figure=DESIGN_FIGURES),
@@ -103,13 +100,11 @@ rule draw_design:
         made_from=made_from(
             "draw_design",
             as_parameter(DESIGN_SETTINGS),
-            script="draw.py",
             modules=sorted({FIGURES[name].module for name in DESIGN_FIGURES}),
         ),
         figures=DESIGN_FIGURES,
     shell:
-        "python {input.script:q} --results {params.results:q} --paper {input.paper:q}"
-        " --settings {params.settings:q} --figures {params.figures:q} --kind svg"
+        "python {input.script:q} --settings {params.settings:q} --figures {params.figures:q}"
         " --output {params.results:q}/figures"
         " --record {params.made_from:q} > {log:q} 2>&1"
 
