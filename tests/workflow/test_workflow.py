@@ -27,7 +27,8 @@ RECORDINGS = [*HEALTHY, *(f"{size}mm/r{run:02d}" for size in (1, 2.5) for run in
 # What a run makes before the figures, which take most of the time and depend on all of it.
 TABLES = ["results/evaluation/detection.csv", "results/detections.csv"]
 # What a run makes but for the page, which holds the date and durations.
-ALL_BUT_PAGE = [*TABLES, "results/sites.csv", "results/figures/roc.svg"]
+ALL_BUT_PAGE = [*TABLES, "results/sites.csv"]
+ALL_BUT_PAGE += ["results/figures/roc.svg", "results/figures/capsule.svg"]
 RECORDINGS.append("unlabelled/patient")
 FOLDERS = {name.partition("/")[0] for name in RECORDINGS}
 NODULES = [name for name in RECORDINGS if name.startswith(("1mm", "2.5mm"))]
