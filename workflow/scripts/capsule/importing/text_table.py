@@ -19,8 +19,9 @@ def missing_words(keys: SimpleNamespace) -> frozenset[str | float]:
     -999 is also written -999.0.
     """
     words = {str(word).strip().lower() for word in keys.missing or ()}
-    numbers = {POINT.number(word) for word in words} - {None}
-    return frozenset(words | {number for number in numbers if number == number})
+    numbers = {POINT.number(word) for word in words}
+    known = {number for number in numbers if number is not None and number == number}
+    return frozenset(words | known)
 
 
 def text_table(
