@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import zipfile
 from itertools import product
 
 import numpy as np
@@ -326,6 +327,20 @@ def test_an_edit_to_what_people_see_computes_nothing_again(project, file, expect
     project.append(f"workflow/{file}", "\n# an edit\n")
     jobs = project.snakemake("--dry-run").jobs
     assert {name: count for name, count in jobs.items() if name != "everything"} == expected
+
+
+def test_snakemakes_own_report_shows_tables_figures_and_the_page(project, tmp_path):
+    # Snakemake's own use of docutils warns.
+    run = project.snakemake("--report", "own.zip", environment={"PYTHONWARNINGS": ""})
+    assert run.status == 0, run.output
+    with zipfile.ZipFile(project.folder / "own.zip") as archive:
+        shown = {name.rpartition("/")[2] for name in archive.namelist()}
+        results = "".join(
+            archive.read(name).decode() for name in archive.namelist() if name.endswith(".html")
+        )
+    assert {"report.html", "detections.csv", "recordings.csv", "detection.csv"} <= shown
+    assert {f"{name}.svg" for name in FIGURES} <= shown
+    assert all(category in results for category in ("Verdicts", "Rates", "Figures"))
 
 
 def test_the_figures_for_print_are_made_on_request(project):

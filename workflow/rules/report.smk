@@ -59,7 +59,12 @@ rule draw:
         paper=report_file("paper.yaml"),
         script=script("draw.py"),
     output:
-        expand("results/figures/{figure}{width}.svg", figure=RESULT_FIGURES, width=["", "_column"]),
+        report(
+            expand("results/figures/{figure}.svg", figure=RESULT_FIGURES),
+            caption="../report/captions/figures.rst",
+            category="Figures",
+        ),
+        expand("results/figures/{figure}_column.svg", figure=RESULT_FIGURES),
         expand("results/figures/{figure}.csv", figure=RESULT_FIGURES),
     log:
         "results/logs/draw.log",
@@ -88,7 +93,12 @@ rule draw_design:
         design=DESIGN_TABLES,
         script=script("draw_design.py"),
     output:
-        expand("results/figures/{figure}{width}.svg", figure=DESIGN_FIGURES, width=["", "_column"]),
+        report(
+            expand("results/figures/{figure}.svg", figure=DESIGN_FIGURES),
+            caption="../report/captions/figures.rst",
+            category="Figures",
+        ),
+        expand("results/figures/{figure}_column.svg", figure=DESIGN_FIGURES),
         expand("results/figures/{figure}.csv", figure=DESIGN_FIGURES),
     log:
         "results/logs/draw_design.log",

@@ -135,7 +135,8 @@ def _of_draws(
 
 def _allowed(grid: FloatArray, healthy: int) -> IntArray:
     """Give how many of the healthy may be called nodules at each false positive rate, (G,)."""
-    return np.minimum(np.floor(grid * healthy + 1e-9).astype(int), healthy)
+    allowed: IntArray = np.floor(grid * healthy + 1e-9).astype(int)
+    return np.minimum(allowed, healthy)
 
 
 def height_at(healthy: FloatArray, nodule: FloatArray, grid: FloatArray) -> FloatArray:

@@ -133,5 +133,6 @@ def text_column(
     unreadable = [index for index, number in enumerate(read) if number is None]
     values = np.array([np.nan if number is None else number for number in read])
     if missing:
-        cells = ["" if cell.lower() in MISSING | missing else cell for cell in cells]
+        unknown = MISSING.union(missing)
+        cells = ["" if cell.lower() in unknown else cell for cell in cells]
     return Column(name, values, unit, np.array(cells, dtype=object), np.array(unreadable, int))
