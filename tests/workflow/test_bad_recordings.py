@@ -168,6 +168,7 @@ def test_on_request_the_run_stops_and_names_them_all(mixed):
     assert project.snakemake(*TABLES).status == 0
 
 
+@pytest.mark.skipif(not hasattr(os, "wait4"), reason="tells no memory of one process here")
 def test_a_gigabyte_is_rejected_at_once_and_in_little_memory(tmp_path):
     recording = tmp_path / "huge.csv"
     with recording.open("wb") as stream:
@@ -179,12 +180,14 @@ def test_a_gigabyte_is_rejected_at_once_and_in_little_memory(tmp_path):
     command += ["--signal", str(tmp_path / "s.npy"), "--matrix", str(tmp_path / "m.npy")]
     command += ["--check", str(tmp_path / "c.json")]
     start = time.perf_counter()
-    subprocess.run(command, check=True)
+    process = subprocess.Popen(command)
+    # Of this process alone: the largest of all children may be another test's.
+    _, status, used = os.wait4(process.pid, 0)
     assert time.perf_counter() - start < 5
+    assert os.waitstatus_to_exitcode(status) == 0
+    process.returncode = 0
     assert "larger than 16 MB" in (tmp_path / "c.json").read_text(encoding="utf-8")
-    resource = pytest.importorskip("resource")
-    largest_kilobytes = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
-    assert largest_kilobytes < 500_000
+    assert used.ru_maxrss < 500_000, "kilobytes"
 
 
 @pytest.mark.parametrize("recordings", [[], ["0mm/r01", "unlabelled/patient"]], ids=str)
