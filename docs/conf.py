@@ -4,6 +4,8 @@ import sys
 import tomllib
 from pathlib import Path
 
+from matplotlib import get_data_path
+
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
 sys.path[:0] = [str(HERE / "_site"), str(ROOT / "workflow" / "scripts")]
@@ -41,6 +43,9 @@ suppress_warnings = ["ref.python"]
 
 html_theme = "furo"
 html_title = f"Origami capsule {release}"
+# matplotlib brings the font along.
+html_static_path = ["_site/equations.css", f"{get_data_path()}/fonts/ttf/DejaVuSerif.ttf"]
+html_css_files = ["equations.css"]
 html_copy_source = False
 html_show_sphinx = False
 html_math_renderer = "mathml"
