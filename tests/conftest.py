@@ -1,14 +1,15 @@
 """What all tests share."""
 
-from collections import Counter
+from collections import defaultdict
 
 import pytest
 
 from support.preloaded import PreloadedSnakemake
 from support.project import Project
 
-# Marks of tests that take seconds each; those that mostly wait leave the processors to others.
-SLOW = {"workflow", "packages", "browser", "slow"}
+# How many seconds of a processor tests with these marks take, about; `slow(60)` gives its own.
+SECONDS = {"workflow": 4.0, "packages": 4.0, "browser": 0.5, "slow": 4.0}
+# Tests that mostly wait leave the processors to others.
 WAITING = "waits"
 
 
@@ -29,10 +30,13 @@ def pytest_runtest_makereport(item, call):
 
 def pytest_collection_modifyitems(items):
     """Begin with the files that take longest, so that no worker is left alone with them."""
-    marks = {item: {mark.name for mark in item.iter_markers()} for item in items}
-    waiting = {item.path for item in items if WAITING in marks[item]}
-    slow = Counter(item.path for item in items if SLOW & marks[item])
-    items.sort(key=lambda item: (item.path not in waiting, -slow[item.path]))
+    waiting = {item.path for item in items if item.get_closest_marker(WAITING)}
+    seconds = defaultdict(float)
+    for item in items:
+        marks = [mark for mark in item.iter_markers() if mark.name in SECONDS]
+        told = [mark.args[0] if mark.args else SECONDS[mark.name] for mark in marks]
+        seconds[item.path] += max(told, default=0.0)
+    items.sort(key=lambda item: (item.path not in waiting, -seconds[item.path]))
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -40,5 +44,5 @@ def preloaded_snakemake():
     """Import Snakemake once for all its calls; `make` and the plain command start it anew."""
     with PreloadedSnakemake() as preloaded:
         Project.preloaded_for_all = preloaded
-        yield
+        yield preloaded
         Project.preloaded_for_all = None

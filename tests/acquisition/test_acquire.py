@@ -322,3 +322,13 @@ def test_a_quiet_sensor_looks_quiet():
     assert terminal.sparkline([512, 513, 512, None]) == "▁▁▁ "
     assert terminal.sparkline([0, 512, 1023]) == "▁▄█"
     assert terminal.sparkline([]) == ""
+
+
+def test_readings_in_volts_are_shown_too(progress):
+    progress.recent.append((0.0, 2.4951, 2.5, 5.0))
+    screen = Screen()
+    terminal = Terminal(screen, 5.0)
+    assert terminal.sparkline([2.5, 2.51, 2.5, None]) == "▁▂▁ "
+    assert terminal.sparkline([0.0, 2.5, 5.0]) == "▁▄█"
+    terminal.show(progress)
+    assert screen.getvalue().splitlines()[2].split()[:3] == ["sensor", "2", "2.495"]

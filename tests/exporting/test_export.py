@@ -17,9 +17,10 @@ from pyarrow import parquet
 import export
 from capsule.errors import CapsuleError
 from edges.config_files import read_config_file
-from edges.files import read_csv
+from edges.files import read_csv, write_json
 from exporting import export_writing, gathering, xlsx_export
 from exporting.column_words import describe
+from exporting.export_provenance import provenance_of
 from exporting.exported import long_table
 from exporting.legal_names import legal_names
 from exporting.session_dates import NO_DATE
@@ -102,6 +103,15 @@ def test_the_provenance_tells_recordings_configuration_and_code(made, exported):
     assert {len(checksum) for checksum in read.values("sha256")} == {64}
 
 
+def test_the_provenance_of_a_large_archive_stays_short(made):
+    row = {"recording": "3mm/r", "status": "accepted", "sha256": "0"}
+    rows = [row | {"recording": f"3mm/r{n}", "source": f"bench {n}"} for n in range(5000)]
+    told = provenance_of(made[0], CONFIG, read_config_file(CONFIG), rows, [])
+    assert told["sources"].endswith("; and 4980 more")
+    # HDF5 keeps no larger attribute.
+    assert max(map(len, told.values())) < 64_000
+
+
 @pytest.mark.parametrize("what", gathering.CHOICES)
 def test_each_part_is_exported_alone(made, what):
     settings = read_config_file(CONFIG)
@@ -132,7 +142,7 @@ def test_matlab_reads_named_structures(files, exported, made, as_record):
         assert str(field(recording, "readings_unit")) == "counts"
         assert str(field(recording, "time_unit")) == "s"
     header = field(field(read["recordings"], "x3mm_r07"), "header")
-    assert str(field(header, "wave_speed")) == "25"
+    assert str(field(header, "waveSpeed")) == "25"
     for table in exported.tables:
         units, columns = field(read["units"], table.name), field(read["tables"], table.name)
         for column in table.columns:
@@ -143,10 +153,18 @@ def test_matlab_reads_named_structures(files, exported, made, as_record):
 
 
 def test_matlabs_names_are_legal_and_none_occurs_twice():
-    legal = legal_names(["3mm/r07", "a-b", "a_b", "a+b", "_x", "r" * 80, "r" * 81])
-    assert list(legal.values())[:5] == ["x3mm_r07", "a_b", "a_b_1", "a_b_2", "x_x"]
-    assert [len(name) for name in list(legal.values())[5:]] == [63, 63]
-    assert len(set(legal.values())) == len(legal)
+    legal = legal_names(["3mm/r07", "a-b", "a_b", "a+b", "_x", "wave speed", "end", "\u03b1"])
+    assert list(legal.values()) == [
+        "x3mm_r07",
+        "a_b",
+        "a_b_1",
+        "a_b_2",
+        "x_x",
+        "waveSpeed",
+        "xEnd",
+        "x_",
+    ]
+    assert list(legal_names(["r" * 80, "r" * 81]).values()) == ["r" * 63, "r" * 61 + "_1"]
 
 
 def test_excel_shows_each_table_and_computes_nothing(files, exported, made):
@@ -296,7 +314,7 @@ def test_the_command_writes_once_and_again_only_if_told_to(made, tmp_path, monke
     call += ["--results", str(made[0])]
     monkeypatch.setattr(sys, "argv", call)
     export.main()
-    assert "1 files, " in capsys.readouterr().out
+    assert "1 file, " in capsys.readouterr().out
     path = tmp_path / "out/fits.mat"
     path.write_bytes(b"mine")
     with pytest.raises(CapsuleError, match=r"fits\.mat exists; nothing was written.*--force"):
@@ -305,6 +323,34 @@ def test_the_command_writes_once_and_again_only_if_told_to(made, tmp_path, monke
     monkeypatch.setattr(sys, "argv", [*call, "--force"])
     export.main()
     assert "fits" in scipy.io.loadmat(path)["tables"].dtype.names
+
+
+def test_results_that_no_longer_fit_are_told(tmp_path, monkeypatch, capsys):
+    results = tmp_path / "results"
+    make_results(results)
+    written = {"results/report.html": None}
+    record = {"format": 1, "made_from": "", "read": {"raw/3mm/r07.csv": "0"}, "written": written}
+    write_json(results / "records/report.html.json", record)
+    call = ["export.py", "--format", "parquet", "--what", "fits", "--results", str(results)]
+    monkeypatch.setattr(sys, "argv", [*call, "--out", str(tmp_path / "out")])
+    export.main()
+    printed = capsys.readouterr().out
+    assert "does not fit 1 files any more, such as raw/3mm/r07.csv; make it again" in printed
+    stored = parquet.read_schema(tmp_path / "out/fits.parquet").metadata[b"provenance"]
+    assert json.loads(stored)["results_out_of_date"] == "raw/3mm/r07.csv"
+
+
+@pytest.mark.parametrize("kind", ["mat", "xlsx", "parquet", "netcdf", "nwb"])
+def test_an_archive_without_an_accepted_recording_is_exported_too(tmp_path, kind):
+    results = tmp_path / "results"
+    make_results(results)
+    index = results / "recordings.csv"
+    index.write_text(index.read_text().replace(",accepted,", ",rejected,"))
+    settings = read_config_file(CONFIG)
+    none = gathering.gather(results, CONFIG, settings, "recordings", lambda done, of: None)
+    assert none.matrices[0].coordinate.size == 0
+    count, _ = export_writing.write(none, kind, tmp_path / "out", force=False)
+    assert count == len(list((tmp_path / "out").iterdir()))
 
 
 def test_what_is_missing_is_named_with_how_to_make_it(tmp_path):

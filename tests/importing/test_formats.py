@@ -48,6 +48,13 @@ def test_a_sampling_rate_in_the_file_gives_the_time(tmp_path):
     assert_readings(import_files(tmp_path, tmp_path / "run.mat").the_recording(), TIME_S, COUNTS)
 
 
+def test_the_columns_of_one_matrix_are_the_sensors(tmp_path):
+    content = {"t": TIME_S, "V": COUNTS.T, "room": 20 + TIME_S % 1, "pump": COUNTS[0] + 3}
+    write_matlab(tmp_path / "run.mat", content)
+    recording = import_files(tmp_path, tmp_path / "run.mat").the_recording()
+    assert_readings(recording, TIME_S, COUNTS)
+
+
 def test_of_several_variables_one_is_asked_for(tmp_path):
     runs = {f"run{n}": {"t": TIME_S, "V": COUNTS + n} for n in (1, 2)}
     write_matlab(tmp_path / "runs.mat", runs)

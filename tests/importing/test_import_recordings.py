@@ -177,6 +177,19 @@ def test_a_map_is_written_and_one_that_differs_is_left(tmp_path, good):
     assert path.read_bytes() == written
 
 
+def test_a_number_stands_for_a_missing_sample_however_it_is_written(tmp_path):
+    lines = [
+        "time,S1,S2,S3,S4",
+        *(f"{n / 10},{500 + n % 3},{510 + n % 2},520,530" for n in range(90)),
+    ]
+    lines[40:42] = ["3.9,-999,-999.0,-9.99e2,-999", "4.0,1,1,1,1"]
+    (tmp_path / "a.csv").write_text("\n".join(lines))
+    (tmp_path / "my.yaml").write_text("missing: [-999]\n")
+    imported = import_files(tmp_path, tmp_path / "a.csv", "--map", tmp_path / "my.yaml")
+    missing = np.isnan(imported.the_recording().values).all(axis=0)
+    np.testing.assert_array_equal(np.flatnonzero(missing), [39])
+
+
 def test_an_option_outweighs_the_map(tmp_path, good):
     (tmp_path / "my.yaml").write_text("unit: kohm\nsession: monday\n")
     imported = import_files(tmp_path, good, "--map", tmp_path / "my.yaml", "--unit", "ohm")
@@ -348,3 +361,33 @@ def test_a_broken_line_where_nothing_else_tells_the_time_is_refused(tmp_path):
     recording = import_files(tmp_path, log, "--rate", "10").the_recording()
     assert_readings(recording, TIME_S, COUNTS)
     assert recording.header["import_passed_over"] == "2 lines without a whole sample"
+
+
+@pytest.mark.parametrize(
+    ("scale", "options", "words", "remedy"),
+    [
+        (5 / 1024, "--unit V", "volts are judged as they are; give --vref-v", "--vref-v 5"),
+        (20, "--unit ohm", "the median resistance stands for it; give", "--series-ohm 12000"),
+        (4, "--unit counts", "diagonal.full_scale is 1024; give --adc-bits", "--adc-bits 12"),
+    ],
+)
+def test_what_the_unit_needs_to_be_judged_is_told(tmp_path, scale, options, words, remedy):
+    path = write(tmp_path / "a.csv", [TIME_S, *COUNTS * scale])
+    assert words in import_files(tmp_path, path, *options.split()).shown
+    again = import_files(tmp_path / "again", path, *options.split(), *remedy.split())
+    assert words not in again.shown
+
+
+def test_a_run_that_stands_twice_in_a_file_is_written_once(tmp_path):
+    time_s = np.concatenate([TIME_S, TIME_S])
+    path = write(tmp_path / "day.csv", [time_s, *np.tile(COUNTS, 2)])
+    imported = import_files(tmp_path, path, "--run-gap-s", "5", "--time", "time")
+    assert list(imported.recordings()) == ["3mm/day-1"]
+    assert imported.counted == "1 recording imported, 1 already there, 0 files refused"
+
+
+def test_a_pattern_that_the_shell_has_left_names_its_files(tmp_path, good):
+    write(tmp_path / "monday 2.csv", [TIME_S, *COUNTS + 1])
+    imported = import_files(tmp_path, tmp_path / "monday*.csv")
+    assert list(imported.recordings()) == ["3mm/monday-1", "3mm/monday-2"]
+    assert "no*.csv: No such file" in import_files(tmp_path, tmp_path / "no*.csv").refused

@@ -1,82 +1,42 @@
-"""The commands of README and tutorial: what needs no boards is run, all others are parsed."""
+"""The tutorial runs, and says what it says to a reader who does not run it."""
 
-import re
-import shlex
-import shutil
-import subprocess
-import sys
+import os
 
+import nbformat
 import pytest
+from nbclient import NotebookClient
 
-import capsule_command
-from edges.script_parser import script_parser
-from support.documents import all_blocks
 from support.project import ROOT
 
-COMMAND = ROOT / "workflow/scripts/capsule_command.py"
-CALL = re.compile(r"(?:\$ )?(capsule (\w+)\b.*)")
-# What begins another command.
-AFTER = re.compile(r" [>|] | && ")
+PATH = ROOT / "docs" / "tutorial.ipynb"
 
 
-def calls():
-    """Give each call of the command `capsule` in a block: where it stands, its line, its word."""
-    for block in all_blocks():
-        for line in block.text.replace("\\\n", " ").splitlines():
-            call = CALL.fullmatch(line)
-            # Not what stands for any word, the answer to a wrong one, or a key on its way.
-            if call and call[2] not in ("WORD", "jugde") and "<Tab>" not in line:
-                yield str(block), AFTER.split(call[1])[0], call[2]
-
-
-def words_of(line):
-    return shlex.split(line, comments=True)[2:]
-
-
-@pytest.mark.parametrize(
-    ("line", "word"), sorted({(line, word) for _, line, word in calls()}), ids=lambda each: each
-)
-def test_a_call_of_the_command_in_a_document_is_one_that_it_takes(line, word, capsys):
-    parser = script_parser(capsule_command.SCRIPTS / capsule_command.WORDS[word][0])
-    try:
-        parser.parse_args(words_of(line))
-    except SystemExit as ended:
-        assert ended.code == 0, capsys.readouterr().err
-
-
-def test_make_has_what_the_documents_make():
-    targets = set(re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M))
-    made = {
-        name
-        for block in all_blocks()
-        for name in re.findall(r"^make (\w+)", block.text, re.MULTILINE)
-    }
-    assert {"report", "test"} <= made <= targets
+def texts(notebook):
+    """Give what each cell prints or shows as text; of a picture, that there is one."""
+    return [
+        [
+            output["text"] if "text" in output else output["data"]["text/plain"]
+            for output in cell["outputs"]
+        ]
+        for cell in notebook.cells
+        if cell["cell_type"] == "code"
+    ]
 
 
 @pytest.mark.slow
-def test_the_simulations_of_the_tutorial_run_in_their_order(tmp_path):
-    shutil.copytree(ROOT / "config", tmp_path / "config")
-    lines = [
-        line
-        for document, line, word in calls()
-        if document.startswith("docs/tutorial.md") and word == "simulate"
+@pytest.mark.filterwarnings("ignore:Kernel is running over TCP")
+def test_the_tutorial_gives_what_it_shows(monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", os.fspath(ROOT / "workflow" / "scripts"))
+    monkeypatch.setenv("OMP_NUM_THREADS", "1")
+    stored = nbformat.read(PATH, as_version=4)
+    fresh = nbformat.read(PATH, as_version=4)
+    NotebookClient(fresh, timeout=300, resources={"metadata": {"path": PATH.parent}}).execute()
+    assert texts(fresh) == texts(stored)
+    pictures = [
+        output
+        for cell in fresh.cells
+        if cell["cell_type"] == "code"
+        for output in cell["outputs"]
+        if "image/png" in output.get("data", {})
     ]
-    assert len(lines) == 3
-    printed = ""
-    for line in lines:
-        done = subprocess.run(
-            [sys.executable, COMMAND, "simulate", *words_of(line)],
-            cwd=tmp_path,
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        printed += done.stdout + done.stderr
-    assert len(list((tmp_path / "uneven/raw").rglob("*.csv"))) == 48
-    assert "simulated 1 of 1 recordings in mine/" in printed
-    # The recording whose verdicts the tutorial shows.
-    head = (tmp_path / "mine/3mm/r01.csv").read_text(encoding="utf-8").splitlines()
-    samples = sum(not line.startswith("#") for line in head) - 1
-    text = (ROOT / "docs/tutorial.md").read_text(encoding="utf-8")
-    assert f"mine/3mm/r01.csv: {samples} samples, " in text
+    assert len(pictures) >= 5

@@ -121,3 +121,13 @@ def test_without_its_project_the_library_says_what_to_do(environment, tmp_path):
     program += "try:\n    capsule.load('raw')\nexcept capsule.CapsuleError as error:\n"
     program += "    print(error)"
     assert "install the project again: pip install ." in run(environment, program, tmp_path)
+
+
+def test_the_installed_command_makes_an_archive_that_the_installed_library_loads(
+    environment, tmp_path
+):
+    clean = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    called = [environment / "bin" / "capsule", "simulate", "--sizes", "0", "3", "--runs", "1"]
+    subprocess.run(called, cwd=tmp_path, env=clean, check=True, capture_output=True)
+    program = "import capsule; print(*capsule.load('raw').readings)"
+    assert run(environment, program, tmp_path).split() == ["0mm/r01", "3mm/r01"]

@@ -27,6 +27,7 @@ pytestmark = [
     ),
 ]
 
+TABLES = ["results/evaluation/detection.csv", "results/detections.csv"]
 GOOD = ["0mm/r01", "0mm/r02", "unlabelled/patient"]
 GOOD += [f"3mm/r{run:02d}" for run in range(1, 6)]
 
@@ -36,7 +37,7 @@ def good(tmp_path_factory):
     """Run the good recordings alone."""
     folder = tmp_path_factory.mktemp("good") / "project"
     project = Project.create(folder, GOOD, samples=400, particles=10, iterations=10)
-    run = project.snakemake("results/evaluation/detection.csv", "results/detections.csv")
+    run = project.snakemake(*TABLES)
     assert run.status == 0, run.output
     return project
 
@@ -164,7 +165,7 @@ def test_on_request_the_run_stops_and_names_them_all(mixed):
     for case in REJECTED:
         assert f"\n  {case.listed_as}: {case.reason}\n" in run.output
     assert "set on_rejected: report in config/config.yaml" in run.output
-    assert project.snakemake().status == 0
+    assert project.snakemake(*TABLES).status == 0
 
 
 def test_a_gigabyte_is_rejected_at_once_and_in_little_memory(tmp_path):

@@ -19,7 +19,6 @@ from capsule.errors import CapsuleError
 from edges import run_lock
 from edges.files import UNFINISHED
 from support.mishaps import RECORDINGS, TABLES
-from support.preloaded import PreloadedSnakemake
 from support.project import Project
 from support.striking import kill_run, strike_at_random
 
@@ -131,12 +130,12 @@ def run(project: Project) -> Progress:
 
 
 @pytest.mark.workflow
+@pytest.mark.slow(50)
 def test_killed_at_twenty_random_moments_the_plain_command_goes_on(new, undisturbed, tmp_path):
     expected = results_of(undisturbed)
-    with PreloadedSnakemake() as preloaded, ThreadPoolExecutor() as pool:
-        begun = Project(new.folder, preloaded)
+    with ThreadPoolExecutor() as pool:
         halves = [
-            pool.submit(be_killed_again_and_again, begun, tmp_path / name, KILLS // 2, expected)
+            pool.submit(be_killed_again_and_again, new, tmp_path / name, KILLS // 2, expected)
             for name in ("one", "other")
         ]
         assert sum(half.result() for half in halves) == KILLS

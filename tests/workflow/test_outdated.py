@@ -8,7 +8,6 @@ import time
 import pytest
 
 from support.mishaps import RECORDINGS, TABLES, FreshResults, create_project, try_sequence
-from support.preloaded import PreloadedSnakemake
 
 pytestmark = [
     pytest.mark.workflow,
@@ -19,10 +18,10 @@ SEQUENCES = 20
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory):
+def finished(tmp_path_factory, preloaded_snakemake):
     """Run a small archive once; tests copy what this gives and do not change it."""
-    with PreloadedSnakemake() as preloaded:
-        yield create_project(tmp_path_factory.mktemp("finished") / "project", preloaded)
+    folder = tmp_path_factory.mktemp("finished") / "project"
+    return create_project(folder, preloaded_snakemake)
 
 
 @pytest.fixture
@@ -30,6 +29,7 @@ def project(finished, tmp_path):
     return finished.copy(tmp_path / "project")
 
 
+@pytest.mark.slow(70)
 def test_after_any_mishaps_one_plain_call_gives_the_results_of_a_fresh_run(finished, tmp_path):
     # Of three states of raw/, since each costs a fresh run; docs/robustness.md tells of more.
     fresh = FreshResults(finished, editions=3)

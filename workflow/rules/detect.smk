@@ -90,7 +90,11 @@ rule detect:
         templates=rules.average.output.matrices,
         script=script("detect.py"),
     output:
-        detections="results/detections.csv",
+        detections=report(
+            "results/detections.csv",
+            caption="../report/captions/verdicts.rst",
+            category="Verdicts",
+        ),
         # With the templates all that acquire.py needs to judge a new recording.
         learned="results/detectors.json",
     log:

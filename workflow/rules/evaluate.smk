@@ -25,7 +25,11 @@ rule evaluate:
         recordings=rules.index.output.recordings,
         script=script("evaluate.py"),
     output:
-        rates=expand("results/evaluation/{table}.csv", table=RATES),
+        rates=report(
+            expand("results/evaluation/{table}.csv", table=RATES),
+            caption="../report/captions/rates.rst",
+            category="Rates",
+        ),
         predictions="results/evaluation/predictions.csv",
         grouped="results/evaluation/group_predictions.csv",
         learning="results/evaluation/learning.csv",
@@ -61,7 +65,11 @@ rule judge:
         recordings=rules.index.output.recordings,
         script=script("judge.py"),
     output:
-        expand("results/evaluation/{table}.csv", table=JUDGEMENTS),
+        report(
+            expand("results/evaluation/{table}.csv", table=JUDGEMENTS),
+            caption="../report/captions/rates.rst",
+            category="Rates",
+        ),
     log:
         "results/logs/judge.log",
     conda:
@@ -85,7 +93,11 @@ rule combine:
         recordings=rules.index.output.recordings,
         script=script("combine.py"),
     output:
-        "results/sites.csv",
+        report(
+            "results/sites.csv",
+            caption="../report/captions/verdicts.rst",
+            category="Verdicts",
+        ),
     log:
         "results/logs/combine.log",
     conda:

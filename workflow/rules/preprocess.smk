@@ -40,7 +40,11 @@ rule index:
         signals=expand(rules.preprocess.output.signal, recording=ARCHIVE.recordings),
         script=script("index.py"),
     output:
-        recordings="results/recordings.csv",
+        recordings=report(
+            "results/recordings.csv",
+            caption="../report/captions/recordings.rst",
+            category="Recordings",
+        ),
         passed_over="results/passed_over.csv",
     log:
         "results/logs/index.log",

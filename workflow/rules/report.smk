@@ -129,7 +129,11 @@ rule report:
         script=script("report.py"),
         code=sorted(map(own_file, CODE)),
     output:
-        page="results/report.html",
+        page=report(
+            "results/report.html",
+            caption="../report/captions/report.rst",
+            category="Report",
+        ),
         beside=directory(f"results/{BESIDE}") if BESIDE else [],
     log:
         "results/logs/report.log",

@@ -25,7 +25,8 @@ def main() -> None:
             f"{changed[0]}; make it again: snakemake -c2 results/report.html"
         )
     origin = exported.provenance["origin"]
-    print(f"{count} files, {written / 1e6:.1f} MB in {arguments.out}/; recordings: {origin}")
+    files_written = "1 file" if count == 1 else f"{count} files"
+    print(f"{files_written}, {written / 1e6:.1f} MB in {arguments.out}/; recordings: {origin}")
 
 
 if __name__ == "__main__":

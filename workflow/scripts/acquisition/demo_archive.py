@@ -16,7 +16,7 @@ from edges.workflow_call import CONFIG, PROJECT
 # The simulator's seed of the labelled recordings; the runs that are played have later ones.
 LABELLED_SEED = 1
 # Enough to learn from, and few enough that a report takes seconds: runs of each size in mm.
-LABELLED = {0.0: 8, 1.0: 3, 2.0: 3, 3.0: 3, 4.0: 3, 5.0: 3}
+LABELLED = {0.0: 6, 1.0: 2, 2.0: 2, 3.0: 2, 4.0: 2, 5.0: 2}
 _MARK = "SIMULATED.txt"
 _TEXT = """Made by `capsule demo`. Everything in this folder is simulated. It shows how the system
 works, and nothing about a real gut. Delete the folder whenever you like.

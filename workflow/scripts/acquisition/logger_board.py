@@ -39,9 +39,18 @@ def header_of(identity: Identity, started: datetime, wave: Wave | None) -> dict[
         "adc_bits": entries["adc_bits"],
         "vref_v": f"{int(entries['vref_mv']) / 1000:g}",
         "series_ohm": entries["series_ohm"],
-        "started": started.isoformat(timespec="seconds").replace("+00:00", "Z"),
+        "started": moment_text(started),
     }
-    if wave:
-        header["wave_speed_mm_s"] = f"{wave.speed_mm_s:g}"
-        header["wave_direction"] = wave.direction
-    return header
+    return header | wave_entries(wave)
+
+
+def moment_text(moment: datetime) -> str:
+    """Write a moment in UTC as a header holds it."""
+    return moment.isoformat(timespec="seconds").replace("+00:00", "Z")
+
+
+def wave_entries(wave: Wave | None) -> dict[str, str]:
+    """Return a header's lines on the wave that this program drives."""
+    if wave is None:
+        return {}
+    return {"wave_speed_mm_s": f"{wave.speed_mm_s:g}", "wave_direction": wave.direction}

@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 
 from acquisition.line import BAUD
+from acquisition.stream_options import add_stream_options, fault_of_streams
 from edges.run_arguments import recording_name, size_folder
 from edges.workflow_call import data_config, data_folder
 
@@ -15,6 +16,7 @@ examples:
   %(prog)s --unlabelled --detect        record a run to be detected, and judge it
   %(prog)s --size 0 --duration 90 --drive /dev/ttyACM1
                                           start the wave, record 90 s without a nodule, stop both
+  %(prog)s --size 3 --stream-in gripper record from a stream of the Lab Streaming Layer
   %(prog)s --recover                    complete the recordings that killed recorders left
 
 exit status:
@@ -35,6 +37,7 @@ def parse(arguments: list[str] | None = None) -> argparse.Namespace:
     _add_run_options(parser)
     add_board_options(parser)
     add_wave_options(parser)
+    add_stream_options(parser)
     _add_place_options(parser)
     options = parser.parse_args(arguments)
     for option, value in vars(options).items():
@@ -44,6 +47,8 @@ def parse(arguments: list[str] | None = None) -> argparse.Namespace:
     modes = [options.size is not None, options.unlabelled, options.recover is not None]
     if sum(modes) != 1:
         parser.error("give exactly one of --size MM, --unlabelled and --recover")
+    if fault := fault_of_streams(options):
+        parser.error(fault)
     return options
 
 

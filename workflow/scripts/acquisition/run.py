@@ -7,7 +7,9 @@ import sys
 import time
 from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,6 +31,9 @@ from capsule.recording import read_recording
 from edges.config_files import read_config_file
 from edges.files import read_json
 from edges.workflow_call import PROJECT
+
+if TYPE_CHECKING:
+    from acquisition.stream_line import StreamLine
 
 SCHEMA = PROJECT / "workflow" / "schemas" / "config.schema.json"
 JUDGE_EVERY_S = 0.5
@@ -66,17 +71,25 @@ def record(options: argparse.Namespace, origin: Mapping[str, str] | None = None)
     wave = Wave(options.speed, options.ramp, options.direction)
     drive = Drive(options.drive, wave) if options.drive else None
     try:
-        line, identity = _logger(options)
-        full_scale = 2 ** int(identity.entries["adc_bits"]) - 1
-        terminal = Terminal(sys.stdout, full_scale)
+        line, identity = _source(options, settings)
+        counts = 2 ** int(identity.entries["adc_bits"]) - 1
+        terminal = Terminal(sys.stdout, line.full_scale if options.stream_in else counts)
         sensors = int(identity.entries["channels"])
         check_fits(identity, settings["recording"])
         length = settings["preprocessing"]["length"]
-        header = header_of(identity, started, wave if drive else None) | dict(origin or {})
+        describe = partial(header_of, identity)
+        if options.stream_in:
+            describe, line.tell = line.header, terminal.note
+        header = describe(started, wave if drive else None) | dict(origin or {})
         header |= {"site": options.site} if options.site else {}
         header |= {"session": options.session} if options.session else {}
         running = judge and (lambda samples: judge(samples, header))
         watchers = _watchers(options, drive, running, terminal, f"{folder}/{name}", sensors, length)
+        if options.stream_out:
+            from acquisition.stream_outlet import SampleOutlet, watched_and_sent
+
+            outlet = SampleOutlet(options.stream_out, header, sensors, f"{folder}/{name}")
+            watchers = watched_and_sent(watchers, outlet)
         if drive:
             drive.start()
         stop = StopRequest()
@@ -155,7 +168,12 @@ def _judges(
     return RunningVerdict(final, settings).judge, final.judge
 
 
-def _logger(options: argparse.Namespace) -> tuple[Line, Identity]:
+def _source(options: argparse.Namespace, settings: dict) -> tuple["Line | StreamLine", Identity]:
+    if options.stream_in:
+        from acquisition.stream_line import StreamLine  # only for those who ask for a stream
+
+        line = StreamLine(options.stream_in, options.stream_channels, settings["recording"])
+        return line, line.identity
     if options.port:
         return boards.connect(options.port, options.baud, "logger")
     skip = [options.drive] if options.drive else []

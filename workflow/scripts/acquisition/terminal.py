@@ -74,13 +74,15 @@ class Terminal:
     ----------
     stream : TextIO
         Where to write.
-    full_scale : int
-        The ADC's largest count.
+    full_scale : float
+        The largest reading: the ADC's largest count, or such as 5 where readings are volts.
     """
 
-    def __init__(self, stream: TextIO, full_scale: int) -> None:
+    def __init__(self, stream: TextIO, full_scale: float) -> None:
         self._panel = LivePanel(stream)
-        self._full_scale = full_scale
+        # A quiet sensor should look quiet: noise of a few counts does not fill the height.
+        whole = isinstance(full_scale, int)
+        self._least_span = max(full_scale // 100, 1) if whole else full_scale / 100
         self._bars = PLAIN_BARS if self._panel.plain else BARS
 
     def note(self, text: str) -> None:
@@ -109,16 +111,17 @@ class Terminal:
             return []
         lines = []
         for sensor in range(len(known[0])):
-            label = f"sensor {sensor + 1} {known[-1][sensor]:4d} "
+            last = known[-1][sensor]
+            shown = f"{last:4d}" if isinstance(last, int) else f"{last:6.4g}"
+            label = f"sensor {sensor + 1} {shown} "
             trace = list(progress.recent)[-max(width - len(label), 1) :]
             counts = [None if sample is None else sample[sensor] for sample in trace]
             lines.append((label + self.sparkline(counts))[:width])
         return lines
 
-    def sparkline(self, counts: list[int | None]) -> str:
+    def sparkline(self, counts: list[float | None]) -> str:
         """Draw a trace between its smallest and largest value; a missing sample is a space."""
-        # A quiet sensor should look quiet: noise of a few counts does not fill the height.
-        return trace(counts, self._bars, max(self._full_scale // 100, 1))
+        return trace(counts, self._bars, self._least_span)
 
 
 def trace(values: Sequence[float | None], bars: str, least_span: float = 0.0) -> str:

@@ -4,7 +4,7 @@ import contextlib
 import importlib.metadata
 import json
 import platform
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -15,6 +15,8 @@ from edges.records import files_that_do_not_fit
 PROJECT = Path(__file__).resolve().parents[3]
 PAPER = "Ge, Zong, Zhang and Nanayakkara, arXiv 2406.01371"
 _PACKAGES = ("numpy", "scipy", "pandas")
+# An attribute of NetCDF has no room for the names of a large archive.
+_MOST_NAMES = 20
 
 
 def provenance_of(
@@ -55,12 +57,12 @@ def provenance_of(
         "code_modified": "yes" if state.modified else "no",
         "exported": datetime.now(UTC).isoformat(timespec="seconds"),
         "origin": origin.kind,
-        "sources": "; ".join(origin.sources) or "not told by the recordings",
+        "sources": _listed(list(origin.sources)) or "not told by the recordings",
         "recordings_accepted": str(len(accepted)),
         "recordings_rejected": str(len(rows) - len(accepted)),
         "recordings_sha256": combined_checksum(checksums),
         "results_sha256": combined_checksum({row["path"]: row["sha256"] for row in read}),
-        "results_out_of_date": "; ".join(outdated(results)) or "no",
+        "results_out_of_date": _listed(outdated(results)) or "no",
         "configuration_file": config.name,
         "configuration": json.dumps(settings),
         "method": PAPER,
@@ -73,3 +75,9 @@ def outdated(results: Path) -> list[str]:
     """Name files that have changed since the results were made from them."""
     with contextlib.chdir(results.resolve().parent):
         return files_that_do_not_fit("results/report.html") if results.name == "results" else []
+
+
+def _listed(names: Sequence[str]) -> str:
+    """Write the first names of a list, and how many more there are."""
+    more = len(names) - _MOST_NAMES
+    return "; ".join([*names[:_MOST_NAMES], *([f"and {more} more"] if more > 0 else [])])

@@ -5,6 +5,10 @@ from collections.abc import Iterable
 
 # MATLAB's namelengthmax.
 _LONGEST_NAME = 63
+_KEYWORD = re.compile(
+    "break|case|catch|classdef|continue|else|elseif|end|for|function|global|if|otherwise|parfor|"
+    "persistent|return|spmd|switch|try|while"
+)
 
 
 def legal_names(names: Iterable[str]) -> dict[str, str]:
@@ -23,8 +27,10 @@ def legal_names(names: Iterable[str]) -> dict[str, str]:
     legal: dict[str, str] = {}
     taken = set()
     for name in names:
-        base = re.sub(r"[^A-Za-z0-9_]", "_", name)
-        base = (base if base[:1].isalpha() else f"x{base}")[:_LONGEST_NAME]
+        keyword = _KEYWORD.fullmatch(name)
+        joined = re.sub(r"\s+(\S?)", lambda match: match[1].upper(), name)
+        base = re.sub(r"[^A-Za-z0-9_]", "_", name.capitalize() if keyword else joined)
+        base = (base if base[:1].isalpha() and not keyword else f"x{base}")[:_LONGEST_NAME]
         legal[name], number = base, 0
         while legal[name] in taken:
             number += 1

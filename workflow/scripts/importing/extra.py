@@ -2,6 +2,7 @@
 
 import contextlib
 import importlib
+import logging
 import struct
 import zipfile
 import zlib
@@ -49,6 +50,9 @@ def damage_named(format_name: str, remedy: str, *own: type[Exception]) -> Iterat
     CapsuleError
         In place of any of these.
     """
+    level = logging.root.manager.disable
+    # Some log what they repair, with the damaged bytes.
+    logging.disable(logging.CRITICAL)
     try:
         yield
     except CapsuleError:
@@ -56,6 +60,8 @@ def damage_named(format_name: str, remedy: str, *own: type[Exception]) -> Iterat
     except (*_DAMAGE, *own) as fault:
         reason = " ".join(str(fault).split())[:_LONGEST_REASON] or type(fault).__name__
         raise CapsuleError(f"the {format_name} cannot be read ({reason}); {remedy}") from None
+    finally:
+        logging.disable(level)
 
 
 def needed_package(module: str, format_name: str) -> ModuleType:

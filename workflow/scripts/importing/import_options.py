@@ -4,19 +4,19 @@ import argparse
 from pathlib import Path
 
 from edges.run_arguments import recording_name, size_folder
+from edges.workflow_call import data_config, data_folder
 from importing.lab_files import lab_schema
 
-PROJECT = Path(__file__).resolve().parents[3]
 _TYPES = {"number": float, "integer": int}
 # A file a sensor is more than an option can say.
 NO_OPTION = ("sensor_files",)
 
 EXAMPLES = """
 examples:
-  import_recordings.py monday/*.csv --size 3          guess how they are written, and write lab.yaml
-  import_recordings.py tuesday/*.csv --size 0 --map lab.yaml
-  import_recordings.py log.txt --size 3 --dry-run     only show what would be done
-  import_recordings.py patient.xlsx --unlabelled --sheet "Run 2" --unit V
+  %(prog)s monday/*.csv --size 3          guess how they are written, and write lab.yaml
+  %(prog)s tuesday/*.csv --size 0 --map lab.yaml
+  %(prog)s log.txt --size 3 --dry-run     only show what would be done
+  %(prog)s patient.xlsx --unlabelled --sheet "Run 2" --unit V
 
 exit status:
   0 all came in, or were there already     1 at least one file was refused     2 wrong option
@@ -26,7 +26,6 @@ exit status:
 def build_parser() -> argparse.ArgumentParser:
     """Make the parser; the keys of lab.yaml are options too."""
     parser = argparse.ArgumentParser(
-        prog="import_recordings.py",
         description="Write recordings from other programs' files into raw/.",
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -55,11 +54,11 @@ def build_parser() -> argparse.ArgumentParser:
     )
     add("--name", type=recording_name, help="name of the recording (default: the file's)")
     add("--dry-run", action="store_true", help="show what would be done, and write nothing")
-    add("--raw", type=Path, default=PROJECT / "raw", help="archive (default: raw/)")
+    add("--raw", type=Path, default=data_folder() / "raw", help="archive (default: raw/)")
     add(
         "--config",
         type=Path,
-        default=PROJECT / "config" / "config.yaml",
+        default=data_config(),
         help="the workflow's configuration (default: config/config.yaml)",
     )
     keys = parser.add_argument_group("keys of lab.yaml; an option outweighs the file")
@@ -76,7 +75,7 @@ def _add_key(group: argparse._ArgumentGroup, key: str, part: dict) -> None:
     elif "enum" in part:
         group.add_argument(option, choices=part["enum"], help=text)
     elif part["type"] == "array":
-        word = "TEXT" if part["items"]["type"] == "string" else "COLUMN"
+        word = "TEXT" if key == "missing" else "COLUMN"
         group.add_argument(option, nargs="+", metavar=word, help=text)
     else:
         kind = _TYPES.get(part["type"] if isinstance(part["type"], str) else "", str)

@@ -2,6 +2,7 @@
 
 import argparse
 import contextlib
+import re
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -14,13 +15,15 @@ from capsule.errors import CapsuleError, RecordingError
 from capsule.importing.guess_view import guess_lines, sample_lines
 from capsule.importing.lab_map import checked_map
 from capsule.importing.mapped_runs import Bench, Guess, Run, as_map, guess_table, runs_of
+from capsule.importing.reading_units import advice
 from capsule.importing.sensor_files import joined_run
 from capsule.importing.table_choice import choose_tables
 from capsule.naming import UNLABELLED, displayed
 from capsule.recording import Recording
 from edges.config_files import read_config_file, read_schema
+from edges.workflow_call import PROJECT
 from importing.archiving import ArchivedRuns, run_name
-from importing.import_options import PROJECT, given_keys
+from importing.import_options import given_keys
 from importing.lab_files import keep_map, lab_schema, map_text, read_map
 from importing.origin import origin_lines
 from importing.source_files import Source, read_source
@@ -83,7 +86,8 @@ class Importer:
 
     def _groups(self) -> list[list[Path]]:
         """Put the files together that are one run."""
-        files, sensors = self._options.files, self._bench.sensors
+        files = [file for given in self._options.files for file in _expanded(given)]
+        sensors = self._bench.sensors
         if self._keys.sensor_files:
             wanted = [f"sensor_{number}" for number in range(1, sensors + 1)]
             named = self._keys.sensor_files
@@ -173,6 +177,8 @@ class Importer:
         self, name: str, recording: Recording, known: str, remarks: Sequence[str]
     ) -> None:
         print("\n".join(sample_lines(recording, plain=self._plain)))
+        # Two runs of one file may be the same.
+        known = known or self._archive.known(recording)
         if known:
             self.known += 1
             print(f"  already in the archive: {known} holds the same samples; nothing is written")
@@ -186,7 +192,11 @@ class Importer:
         print(f"  {verb} {path}: {count} samples, {last:g} s")
         if resampled := recording.header.get("import_resampled"):
             print(f"  resampled {resampled}")
-        for remark in (*remarks, *self._rejection(recording)):
+        for remark in (
+            *remarks,
+            *advice(recording, self._bench.full_scale),
+            *self._rejection(recording),
+        ):
             print(f"  note: {remark}")
 
     def _rejection(self, recording: Recording) -> list[str]:
@@ -220,6 +230,13 @@ def _named(place: str) -> Iterator[None]:
         yield
     except CapsuleError as fault:
         raise CapsuleError(f"{place}: {fault}" if place else str(fault)) from None
+
+
+def _expanded(given: Path) -> list[Path]:
+    """Give the files that a pattern names; Windows leaves patterns such as *.csv to the program."""
+    if given.exists() or not re.search(r"[*?\[]", given.name):
+        return [given]
+    return sorted(given.parent.glob(given.name)) or [given]
 
 
 def _names(files: Sequence[Path]) -> str:

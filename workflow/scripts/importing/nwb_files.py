@@ -24,7 +24,8 @@ def read_nwb(path: Path) -> list[SourceTable]:
         It is damaged, or holds no time series.
     """
     pynwb = needed_package("pynwb", "NWB")
-    with damage_named("NWB file", "check it by pynwb-validate"), warnings.catch_warnings():
+    damage = needed_package("hdmf.build.errors", "NWB").ConstructError
+    with damage_named("NWB file", "check it by pynwb-validate", damage), warnings.catch_warnings():
         # Of namespaces that another version of the format has written.
         warnings.simplefilter("ignore", UserWarning)
         with pynwb.NWBHDF5IO(str(path), mode="r", load_namespaces=True) as stream:

@@ -28,22 +28,22 @@ def read_bag(path: Path) -> list[SourceTable]:
     CapsuleError
         It is damaged, or holds no message with numbers.
     """
-    highlevel = needed_package("rosbags.highlevel", "A bag of ROS")
+    bags = needed_package("rosbags.highlevel.anyreader", "A bag of ROS")
     typesys = needed_package("rosbags.typesys", "A bag of ROS")
     types = typesys.get_typestore(typesys.Stores.LATEST)
     topics: dict[str, list[dict]] = {}
     remedy = "give a .bag file, or the folder of a bag of ROS 2 with its metadata.yaml"
-    own = (highlevel.AnyReaderError, typesys.TypesysError)
+    own = (bags.AnyReaderError, *bags.ReaderErrors, bags.SerdeError, bags.TypesysError)
     with (
         damage_named("bag", remedy, *own),
-        highlevel.AnyReader([path], default_typestore=types) as reader,
+        bags.AnyReader([path], default_typestore=types) as reader,
     ):
         for connection, stamp_ns, data in reader.messages():
             message = reader.deserialize(data, connection.msgtype)
             if numbers := dict(_numbers(message, "")):
                 stamp = _stamp_ns(message) or stamp_ns
                 topics.setdefault(connection.topic, []).append({"stamp": stamp} | numbers)
-    tables = [_table(topic, rows) for topic, rows in topics.items() if len(rows) > 1]
+        tables = [_table(topic, rows) for topic, rows in topics.items() if len(rows) > 1]
     if not tables:
         raise CapsuleError("no topic holds messages with numbers; was the sensors' one recorded?")
     return tables

@@ -1,7 +1,6 @@
 """LabRecorder's XDF files, by pyxdf."""
 
 import io
-import logging
 
 import numpy as np
 
@@ -24,20 +23,13 @@ def read_xdf(content: bytes) -> list[SourceTable]:
         It is damaged, or holds no stream of numbers.
     """
     pyxdf = needed_package("pyxdf", "XDF")
-    log = logging.getLogger("pyxdf.pyxdf")
-    level = log.level
-    # It tells its own user of what it repairs.
-    log.setLevel(logging.CRITICAL)
-    try:
-        with damage_named("XDF file", "copy or record it again"):
-            streams, head = pyxdf.load_xdf(io.BytesIO(content))
-    finally:
-        log.setLevel(level)
-    started = str(_first(head.get("info", {}).get("datetime")))
-    numbers = [stream for stream in streams if _is_numbers(stream)]
-    if not numbers:
+    with damage_named("XDF file", "copy or record it again"):
+        streams, head = pyxdf.load_xdf(io.BytesIO(content))
+        started = str(_first(head["info"].get("datetime")))
+        tables = [_table(stream, started) for stream in streams if _is_numbers(stream)]
+    if not tables:
         raise CapsuleError("no stream holds numbers; was the stream of the sensors recorded?")
-    return [_table(stream, started) for stream in numbers]
+    return tables
 
 
 def _is_numbers(stream: dict) -> bool:

@@ -24,7 +24,7 @@ _COUNTER_NAMES = re.compile(
     r"( ?(number|no|nr|index|#))?\.?",
     re.IGNORECASE,
 )
-_NUMBERED = re.compile(r"(.*?)([0-9]+)")
+_NUMBERED = re.compile(r"(.*?)[\[(]?([0-9]+)[\])]?")
 NO_TIME = "none"
 
 
@@ -164,7 +164,7 @@ def _may_be_time(table: SourceTable, index: int, *, text: bool = False) -> bool:
 
 
 def _rises(values: np.ndarray) -> bool:
-    return values.size > 1 and bool(np.all(np.diff(values) > 0))
+    return values.size > 1 and bool(np.isfinite(values).all() and np.all(np.diff(values) > 0))
 
 
 def _steps_evenly(values: np.ndarray) -> bool:

@@ -89,6 +89,8 @@ def allowed(part: Mapping) -> str:
     kind = part["type"]
     if kind == "array":
         return f"a list, each {allowed(part['items'])}"
+    if kind == ["string", "number"]:
+        return "text or a number"
     if kind == ["string", "integer"]:
         return "a column's name or its number, from 1 on"
     if kind == "object":

@@ -4,6 +4,8 @@ import re
 from collections.abc import Collection
 from dataclasses import dataclass
 
+# No clock and no sensor gives more than this.
+LARGEST_NUMBER = 1e20
 MISSING = frozenset(("", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--"))
 _EXPONENT = r"(?:[eE][+-]?[0-9]+)?"
 
@@ -23,23 +25,24 @@ class NumberStyle:
     decimal: str
     thousands: str = "none"
 
-    def number(self, cell: str, missing: Collection[str] = ()) -> float | None:
+    def number(self, cell: str, missing: Collection[str | float] = ()) -> float | None:
         """Read a cell: NaN where it stands for a missing sample, None where it is no number.
 
         Parameters
         ----------
         cell : str
             As it stands in the file.
-        missing : collection of str
+        missing : collection of str or float
             What also stands for a missing sample, in lower case.
         """
         text = cell.strip()
         if _PATTERNS[self].fullmatch(text):
-            if text.lower() in missing:
-                return float("nan")
             if self.thousands != "none":
                 text = text.replace("," if self.thousands == "comma" else ".", "")
-            return float(text.replace(",", "."))
+            value = float(text.replace(",", "."))
+            if value in missing or text.lower() in missing:
+                return float("nan")
+            return value if abs(value) <= LARGEST_NUMBER else None
         return float("nan") if text.lower() in MISSING or text.lower() in missing else None
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from capsule.errors import CapsuleError
 from capsule.importing.source_table import SourceTable
 from capsule.importing.unit_names import OTHER_UNITS, READING_UNITS, plain_unit, split_unit
+from capsule.recording import Recording
 
 # A full scale up to this is volts, a larger one counts.
 _HIGHEST_VOLTS = 60.0
@@ -119,3 +120,29 @@ def _by_values(values: np.ndarray, full_scale: float, label: str) -> ReadingUnit
     options = " or ".join(f"{unit} (--unit {unit})" for unit in fitting)
     told = f"can be {options}; say which" if fitting else _NO_UNIT
     raise CapsuleError(f"column {label}: {span} {told}")
+
+
+def advice(recording: Recording, full_scale: float) -> list[str]:
+    """Say what else of the bench is needed to judge readings in their unit.
+
+    Parameters
+    ----------
+    recording : Recording
+        As it is archived; its header names the unit.
+    full_scale : float
+        What the configured converter reads at the supply voltage.
+    """
+    header, unit = recording.header, recording.header["unit"]
+    highest = float(np.nanmax(recording.values, initial=0.0))
+    if unit == "V" and "vref_v" not in header:
+        return ["the supply voltage is unknown, so volts are judged as they are; give --vref-v"]
+    if unit in ("ohm", "kohm") and "series_ohm" not in header:
+        return [
+            "the resistor in series is unknown, so the median resistance stands for it; "
+            "give --series-ohm"
+        ]
+    if unit == "counts" and "adc_bits" not in header and highest >= full_scale:
+        return [
+            f"readings reach {highest:g}, diagonal.full_scale is {full_scale:g}; give --adc-bits"
+        ]
+    return []

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from capsule.errors import CapsuleError
+from capsule.importing.number_style import LARGEST_NUMBER
 
 _NAMED_AT_MOST = 20
 
@@ -118,6 +119,13 @@ class SourceTable:
                 f"{self.line(row)}, column {self.column_label(index)}: {text!r} is not a number; "
                 "if it stands for a missing sample, name it by --missing; if the table ends above "
                 "it, delete what follows"
+            )
+        wild = np.flatnonzero(np.abs(column.values) > LARGEST_NUMBER)
+        if wild.size:
+            raise CapsuleError(
+                f"{self.line(int(wild[0]))}, column {self.column_label(index)}: "
+                f"{column.values[wild[0]]:g} is too large for a reading or a time; "
+                "name another column"
             )
         return column.values
 

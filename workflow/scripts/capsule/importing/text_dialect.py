@@ -63,7 +63,10 @@ def dialect_cells(line: str, delimiter: str, style: NumberStyle, cells: int = 0)
 
 
 def guess_dialect(
-    lines: Sequence[tuple[int, str]], keys: SimpleNamespace, needed: int, missing: Collection[str]
+    lines: Sequence[tuple[int, str]],
+    keys: SimpleNamespace,
+    needed: int,
+    missing: Collection[str | float],
 ) -> Dialect:
     """Find how a text file writes its table.
 
@@ -109,7 +112,10 @@ def guess_dialect(
 
 
 def _distinct(
-    lines: Sequence[tuple[int, str]], keys: SimpleNamespace, needed: int, missing: Collection[str]
+    lines: Sequence[tuple[int, str]],
+    keys: SimpleNamespace,
+    needed: int,
+    missing: Collection[str | float],
 ) -> dict[Dialect, list]:
     """Try each way; give those that read different numbers, one of each."""
     rated = []
@@ -166,7 +172,7 @@ def _try(
     delimiter: str,
     style: NumberStyle,
     needed: int,
-    missing: Collection[str],
+    missing: Collection[str | float],
     *,
     said: bool,
 ) -> list[tuple[float, Dialect, list]]:
@@ -190,7 +196,7 @@ def _try_pairs(
     style: NumberStyle,
     width: int,
     needed: int,
-    missing: Collection[str],
+    missing: Collection[str | float],
     *,
     said: bool,
 ) -> list[tuple[float, Dialect, list]]:

@@ -6,16 +6,21 @@ from types import SimpleNamespace
 import numpy as np
 
 from capsule.errors import CapsuleError
-from capsule.importing.number_style import MISSING, NumberStyle
+from capsule.importing.number_style import MISSING, POINT, NumberStyle
 from capsule.importing.source_table import Column, SourceTable
 from capsule.importing.text_dialect import Dialect, guess_dialect
 from capsule.importing.text_lines import TextLines
 from capsule.importing.unit_names import is_unit
 
 
-def missing_words(keys: SimpleNamespace) -> frozenset[str]:
-    """Give what stands for a missing sample beside what always does, in lower case."""
-    return frozenset(word.strip().lower() for word in keys.missing or ())
+def missing_words(keys: SimpleNamespace) -> frozenset[str | float]:
+    """Give what stands for a missing sample beside what always does, in lower case, or as number.
+
+    -999 is also written -999.0.
+    """
+    words = {str(word).strip().lower() for word in keys.missing or ()}
+    numbers = {POINT.number(word) for word in words} - {None}
+    return frozenset(words | {number for number in numbers if number == number})
 
 
 def text_table(
@@ -120,7 +125,7 @@ def _as_head(line: str, dialect: Dialect) -> list[str]:
 
 
 def text_column(
-    name: str, unit: str, cells: Sequence[str], style: NumberStyle, missing: Collection[str]
+    name: str, unit: str, cells: Sequence[str], style: NumberStyle, missing: Collection[str | float]
 ) -> Column:
     """Make a column from cells of text, numbers where they are some."""
     read = [style.number(cell, missing) for cell in cells]

@@ -41,7 +41,9 @@ def split_unit(name: str) -> tuple[str, str]:
     name, unit : str
         The unit as it stands there; empty where there is none.
     """
-    if match := _BRACKETS.fullmatch(name):
+    match = _BRACKETS.fullmatch(name)
+    # data[0] and V(1) are numbered columns.
+    if match and not match[2].isdecimal():
         return match[1], match[2]
     match = _BEHIND.fullmatch(name)
     # One letter behind a blank is rather a name: sensor A, sensor R, Prox V.

@@ -1,0 +1,16 @@
+"""Waiting for something to happen, with a bound and a plain failure."""
+
+import time
+from collections.abc import Callable
+
+_LONGEST_S = 30.0
+_ASK_EVERY_S = 0.02
+
+
+def wait_until(happened: Callable[[], bool], what: str) -> None:
+    """Wait for something; raises `TimeoutError` where it does not happen."""
+    until_s = time.monotonic() + _LONGEST_S
+    while not happened():
+        if time.monotonic() > until_s:
+            raise TimeoutError(f"in {_LONGEST_S:g} s there were no {what}")
+        time.sleep(_ASK_EVERY_S)

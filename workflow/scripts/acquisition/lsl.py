@@ -1,0 +1,25 @@
+"""The Lab Streaming Layer, imported only by those who ask for a stream."""
+
+from types import ModuleType
+
+from acquisition.bench_errors import AcquisitionError
+
+EXTRA = 'pip install "origami-capsule[lsl]"'
+
+
+def import_pylsl(option: str) -> ModuleType:
+    """Import pylsl for an option; raises `AcquisitionError` where it cannot be imported."""
+    try:
+        import pylsl
+    except ModuleNotFoundError:
+        raise AcquisitionError(
+            f"{option} needs pylsl, which is not installed; run: {EXTRA}"
+        ) from None
+    except (RuntimeError, OSError) as fault:
+        # pylsl is there, but the library liblsl that it loads is not.
+        reason = str(fault).partition("\n")[0]
+        raise AcquisitionError(
+            f"{option} needs the library liblsl, which pylsl cannot load ({reason}); install it "
+            "from github.com/sccn/liblsl/releases, or with: conda install -c conda-forge liblsl"
+        ) from None
+    return pylsl

@@ -1,0 +1,218 @@
+"""Which stream is recorded, which of its channels, and what the recording's header says of it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from types import ModuleType
+from typing import TYPE_CHECKING
+
+from acquisition.bench_errors import AcquisitionError, BoardNotFoundError, WrongBoardError
+from acquisition.drive import Wave
+from acquisition.logger_board import moment_text, wave_entries
+from acquisition.protocol import Identity
+
+if TYPE_CHECKING:
+    import pylsl
+
+FIND_S = 5.0
+# Within which another stream of the same name would answer: it may not hear the first question.
+ALONE_S = 1.5
+# Where a stream tells of the board behind it, as stream_outlet.py writes it.
+BOARD, BOARD_ENTRIES = "capsule", ("adc_bits", "vref_v", "series_ohm")
+_ALL_BITS = 32  # of readings whose full scale is not known
+# The largest reading that a terminal has to show, by unit; counts of 10 bits are usual.
+_FULL_SCALES = {"V": 5.0, "ohm": 24_000.0, "kohm": 24.0}
+_USUAL_BITS = 10
+_UNITS = {"counts": "counts", "v": "V", "volt": "V", "volts": "V", "ohm": "ohm", "ohms": "ohm"}
+_UNITS |= {"kohm": "kohm", "kohms": "kohm", "": ""}
+_IMPORT = "record it with LabRecorder, then import the XDF file: import_recordings.py"
+_LONGEST = 100
+
+
+@dataclass(frozen=True)
+class ChosenStream:
+    """A stream, and the channels that are recorded.
+
+    Attributes
+    ----------
+    info : pylsl.StreamInfo
+        The whole of what the stream tells of itself.
+    channels : tuple of S int
+        Indices of the channels, from 0, in the order of the sensors.
+    unit : str
+        Of the readings, as a recording's header names it; empty where the stream tells none.
+    """
+
+    info: "pylsl.StreamInfo"
+    channels: tuple[int, ...]
+    unit: str
+
+    @property
+    def title(self) -> str:
+        """Name it for people."""
+        return f"the LSL stream {plain(self.info.name())!r}"
+
+    def board(self) -> dict[str, str]:
+        """Give what the stream tells of the board behind it."""
+        node = self.info.desc().child(BOARD)
+        entries = {key: plain(node.child_value(key)) for key in (*BOARD_ENTRIES, "source")}
+        return {key: text for key, text in entries.items() if text}
+
+    def identity(self) -> Identity:
+        """Describe it as the recorder describes a logger board."""
+        entries = {"rate_hz": f"{self.info.nominal_srate():g}", "channels": str(len(self.channels))}
+        return Identity("logger", entries | {"adc_bits": str(self._bits or _ALL_BITS)})
+
+    @property
+    def full_scale(self) -> float:
+        """The largest reading, roughly."""
+        return _FULL_SCALES.get(self.unit, 2.0 ** (self._bits or _USUAL_BITS) - 1)
+
+    @property
+    def _bits(self) -> int | None:
+        bits = self.board().get("adc_bits", "")
+        known = self.unit == "counts" and bits.isdecimal() and 1 <= int(bits) <= _ALL_BITS
+        return int(bits) if known else None
+
+    def header(self, started: datetime, wave: Wave | None) -> dict[str, str]:
+        """Return the header of its recording."""
+        info, board = self.info, self.board()
+        of = [f"type {info.type()}", f"host {info.hostname()}", f"source id {info.source_id()}"]
+        source = f"recorded from {self.title} ({plain(', '.join(of))})"
+        if board.get("source"):
+            source = f"{board.pop('source')}; {source}"
+        header = {"source": source, "rate_hz": f"{info.nominal_srate():g}", **board}
+        labels = labels_of(info)
+        header["stream_channels"] = plain(", ".join(labels[index] for index in self.channels))
+        header["stream_time"] = "time stamps of the stream, corrected to this computer's clock"
+        header |= {"unit": self.unit} if self.unit else {}
+        return header | {"started": moment_text(started)} | wave_entries(wave)
+
+
+def plain(text: str) -> str:
+    """Write what a stream tells so that a line of a header holds it."""
+    return "".join(each for each in " ".join(text.split()) if each.isprintable())[:_LONGEST]
+
+
+def find_stream(
+    lsl: ModuleType, name: str, wait_s: float, alone_s: float = ALONE_S
+) -> "pylsl.StreamInfo":
+    """Find a stream.
+
+    Parameters
+    ----------
+    lsl : module
+        pylsl.
+    name : str
+        The stream's name or source id.
+    wait_s : float
+        How long to wait for it.
+    alone_s : float
+        How long to look for another one of that name; 0: the first one is taken.
+
+    Raises
+    ------
+    BoardNotFoundError
+        There is none, or there are several.
+    """
+    query = f"name='{name}' or source_id='{name}'"
+    streams = lsl.resolve_bypred(query, 1, wait_s)
+    # The first answer has ended the search.
+    if streams and alone_s:
+        streams = lsl.resolve_bypred(query, 2, alone_s) or streams
+    if len(streams) == 1:
+        return streams[0]
+    if not streams:
+        raise BoardNotFoundError(
+            f"there is no LSL stream {name!r}; start its source, or name another one with "
+            "--stream-in. Both computers must be in the same network, and no firewall between them"
+        )
+    told = ", ".join(
+        f"source id {plain(each.source_id())!r} at {plain(each.hostname())}" for each in streams
+    )
+    raise BoardNotFoundError(
+        f"there are {len(streams)} LSL streams {name!r}: {told}; give the source id to --stream-in"
+    )
+
+
+def choose(info: "pylsl.StreamInfo", wanted: str | None, rules: Mapping) -> ChosenStream:
+    """Choose the channels of a stream.
+
+    Parameters
+    ----------
+    info : pylsl.StreamInfo
+        The whole of what the stream tells of itself.
+    wanted : str or None
+        Labels or numbers from 1, with commas between them; None: there are as many as sensors.
+    rules : mapping
+        Section ``recording`` of the configuration.
+
+    Raises
+    ------
+    WrongBoardError
+        The stream, or the choice, does not fit; the text says what does.
+    """
+    title, rate_hz = f"the LSL stream {plain(info.name())!r}", info.nominal_srate()
+    if info.channel_format() == 3:  # pylsl.cf_string
+        raise WrongBoardError(f"{title} sends text, not numbers; name another one with --stream-in")
+    if rate_hz != rules["rate_hz"]:
+        told = f"a nominal rate of {rate_hz:g} Hz" if rate_hz else "no nominal rate"
+        raise WrongBoardError(
+            f"{title} has {told}, but the workflow is configured for {rules['rate_hz']:g} Hz "
+            f"(recording.rate_hz); {_IMPORT}"
+        )
+    channels = _channels(title, labels_of(info), wanted, rules["sensors"])
+    told = {_child_texts(info, "unit")[index] for index in channels}
+    units = {_UNITS.get(unit.lower()) for unit in told}
+    if len(units) > 1 or None in units:
+        raise WrongBoardError(
+            f"{title} gives its channels in {', '.join(sorted(plain(unit) for unit in told))}; "
+            "a recording is in counts, V, ohm or kohm, all channels alike: have its source send "
+            "one of these"
+        )
+    return ChosenStream(info, channels, units.pop() or "")
+
+
+def labels_of(info: "pylsl.StreamInfo") -> list[str]:
+    """Give each channel's label; its number where it has none."""
+    return [label or str(n) for n, label in enumerate(_child_texts(info, "label"), start=1)]
+
+
+def _child_texts(info: "pylsl.StreamInfo", key: str) -> list[str]:
+    texts, channel = [], info.desc().child("channels").child("channel")
+    for _ in range(info.channel_count()):
+        texts.append(channel.child_value(key).strip())
+        channel = channel.next_sibling("channel")
+    return texts
+
+
+def _channels(
+    title: str, labels: Sequence[str], wanted: str | None, sensors: int
+) -> tuple[int, ...]:
+    listed = ", ".join(f"{n} {plain(label)}" for n, label in enumerate(labels, start=1))
+    if wanted is None:
+        if len(labels) == sensors:
+            return tuple(range(sensors))
+        raise WrongBoardError(
+            f"{title} has {len(labels)} channels ({listed}), but recording.sensors is {sensors}; "
+            "choose with --stream-channels, or name another stream"
+        )
+    chosen = []
+    for each in wanted.split(","):
+        word = each.strip()
+        number = int(word) - 1 if word.isdecimal() else -1
+        if labels.count(word) == 1:
+            chosen.append(labels.index(word))
+        elif 0 <= number < len(labels):
+            chosen.append(number)
+        else:
+            raise WrongBoardError(
+                f"--stream-channels: {title} has no channel {word!r}, or several of them; it has "
+                f"{listed}"
+            )
+    if len(set(chosen)) != sensors or len(chosen) != sensors:
+        raise AcquisitionError(
+            f"--stream-channels names {len(set(chosen))} different channels; recording.sensors is "
+            f"{sensors}, so give {sensors}"
+        )
+    return tuple(chosen)
