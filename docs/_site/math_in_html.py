@@ -14,11 +14,19 @@ from sphinx.writers.html5 import HTML5Translator
 _TAG = re.compile(r"\\tag\{(.+?)\}")
 # A line that begins with % is a comment: the equation's label in the paper's source.
 _COMMENT = re.compile(r"^\s*%.*\n", re.MULTILINE)
+# A prime is drawn high already: as an exponent it would be too small to see.
+_PRIMED = re.compile(r"<msup>(<mi[^>]*>[^<]*</mi>)<mi[^>]*>&#x02032;</mi></msup>")
+
+
+def drawn(source: str, display: str) -> str:
+    """Give an equation as MathML."""
+    prime = r'<mrow>\1<mo lspace="0" rspace="0">&#x02032;</mo></mrow>'
+    return _PRIMED.sub(prime, convert(source, display=display))
 
 
 def draw_inline(translator: HTML5Translator, node: nodes.math) -> None:
     """Write an equation within a line."""
-    translator.body.append(convert(node.astext()))
+    translator.body.append(drawn(node.astext(), "inline"))
     raise nodes.SkipNode
 
 
@@ -26,10 +34,10 @@ def draw_block(translator: HTML5Translator, node: nodes.math_block) -> None:
     """Write an equation on lines of its own, with its number."""
     source = node.astext() + "\n"
     number = _TAG.search(source)
-    drawn = convert(_TAG.sub("", _COMMENT.sub("", source)).strip(), display="block")
+    equation = drawn(_TAG.sub("", _COMMENT.sub("", source)).strip(), "block")
     name = f' id="equation-{number[1]}"' if number else ""
     label = f'<span class="eqno">({number[1]})</span>' if number else ""
-    translator.body.append(f'<div class="math"{name}>{label}{drawn}</div>\n')
+    translator.body.append(f'<div class="math"{name}>{label}{equation}</div>\n')
     raise nodes.SkipNode
 
 
