@@ -25,11 +25,12 @@ report: $(BIN)/capsule  ## set up the environment and make results/report.html
 test: $(ENVIRONMENT)/test-ready  ## set up the environment and run all tests
 	$(BIN)/python -m pytest -n $(TEST_WORKERS) --dist loadfile --no-loadscope-reorder $(PYTEST_FLAGS)
 
-lint: $(ENVIRONMENT)/test-ready  ## check the style of Python and Snakemake files
+lint: $(ENVIRONMENT)/test-ready  ## check the style of Python and Snakemake files, and the types
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/snakefmt --check Snakefile workflow
 	$(BIN)/snakemake --lint
+	$(BIN)/mypy
 
 docs: $(ENVIRONMENT)/test-ready  ## build the manual: build/site/index.html
 	$(BIN)/python -m sphinx -W --keep-going -q -d build/manual docs build/site

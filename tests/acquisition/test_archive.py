@@ -7,7 +7,7 @@ import shutil
 import pytest
 
 from acquisition import archive
-from acquisition.bench_errors import DiskFullError, NameExistsError
+from acquisition.bench_errors import AcquisitionError, DiskFullError, NameExistsError
 from capsule.recording import read_recording
 
 HEADER = {"source": "the tests", "rate_hz": "10"}
@@ -194,6 +194,17 @@ def test_where_the_folder_cannot_be_made_again_another_disk_serves(final, going_
     shutil.rmtree(final.parent)
     final.parent.write_text("a file in place of the folder")
     finish_after(going_on, tmp_path / "elsewhere" / "capsule-recordings" / "3mm" / "r01.csv")
+
+
+def test_where_recordings_have_all_its_names_the_fault_says_so(final, going_on, tmp_path):
+    part, _ = going_on
+    part.path.unlink()
+    for folder in (final.parent, tmp_path / "elsewhere" / "capsule-recordings" / "3mm"):
+        folder.mkdir(parents=True, exist_ok=True)
+        for name in ("r01.csv", *(f"r01-{number}.csv" for number in range(2, 10))):
+            (folder / name).touch()
+    with pytest.raises(AcquisitionError, match=r"cannot be written: recordings of this name"):
+        part.sync()
 
 
 def test_deleted_just_before_the_end(final, going_on):

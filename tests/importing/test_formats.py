@@ -241,6 +241,16 @@ def test_a_file_that_is_cut_off_is_a_line_and_no_stop(tmp_path, written, ending,
     assert imported.refused.count("\n") == imported.status
 
 
+def test_what_is_read_of_a_stream_that_is_cut_off_bears_a_note(tmp_path, written):
+    content = (written / "run.xdf").read_bytes()
+    cut = tmp_path / "cut.xdf"
+    cut.write_bytes(content[:-30])
+    assert "is it cut off?" not in import_files(tmp_path, written / "run.xdf", "--dry-run").shown
+    assert "note: the stream has no end in the file: is it cut off?" in (
+        import_files(tmp_path, cut, "--dry-run").shown
+    )
+
+
 def test_without_the_package_the_extra_is_named(tmp_path, written, monkeypatch):
     monkeypatch.setitem(sys.modules, "nptdms", None)
     refused = import_files(tmp_path, written / "run.tdms").refused

@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 import yaml
 
+from capsule.checking import readings_of
+from capsule.configuration import BENCH
 from capsule.detectors.registry import DETECTORS
 from capsule.errors import CapsuleError
 from capsule.figures.registry import FIGURES
-from capsule.recording import Recording, format_recording
+from capsule.recording import Recording, format_recording, read_recording
 from edges.durations import RULES
 from edges.sources import imported_files
 from support.importing import ODD, assert_readings, import_files
@@ -391,3 +393,22 @@ def test_a_pattern_that_the_shell_has_left_names_its_files(tmp_path, good):
     imported = import_files(tmp_path, tmp_path / "monday*.csv")
     assert list(imported.recordings()) == ["3mm/monday-1", "3mm/monday-2"]
     assert "no*.csv: No such file" in import_files(tmp_path, tmp_path / "no*.csv").refused
+
+
+def test_the_workflow_reads_imported_resistances_as_the_counts_that_they_were(tmp_path):
+    with (ROOT / "raw/3mm/r07.csv").open("rb") as stream:
+        original = read_recording(stream, 4)
+    ohms = 12_000 * original.values / (1024 - original.values)
+    rows = ["Zeit [ms];" + ";".join(f"R{n} [kΩ]" for n in range(1, 5))]
+    for time_s, sample in zip(original.time_s, ohms.T / 1000, strict=True):
+        cells = [f"{1000 * time_s:.0f}", *(f"{value:.6f}" for value in sample)]
+        rows.append(";".join(cells).replace(".", ","))
+    path = tmp_path / "monday.csv"
+    path.write_text("\n".join(rows), encoding="utf-8")
+    imported = import_files(tmp_path, path, "--series-ohm", "12000").the_recording()
+    settings = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
+    settings["diagonal"] = {key: settings["diagonal"][key] for key in BENCH}
+    expected, _ = readings_of(original, settings)
+    values, no_verdict = readings_of(imported, settings)
+    np.testing.assert_allclose(values, expected, atol=1e-3)
+    assert no_verdict == ""

@@ -20,13 +20,9 @@ SCRIPTS = ROOT / "workflow" / "scripts"
 # Part of the archive that ships, so that fits take a second.
 RECORDINGS = [f"{size}mm/r{run:02d}" for size in (0, 1, 3) for run in (1, 3, 5, 7)]
 BLOCKS = all_blocks()
-# tests/exporting/test_export.py runs these on exported files.
-RUN_ELSEWHERE = {"docs/export.md"}
-WITH_PYTHON = [
-    document
-    for document in dict.fromkeys(each.document for each in BLOCKS if each.is_python)
-    if document not in RUN_ELSEWHERE
-]
+WITH_PYTHON = list(
+    dict.fromkeys(each.document for each in BLOCKS if each.is_python and not each.not_run)
+)
 # What stands for a name of the reader's own.
 PLACEHOLDERS = {"NAME": "uneven-wall"}
 # What begins another command.

@@ -1,18 +1,18 @@
 """Record a run of the capsule from the logger board into raw/."""
 
+import _signal
 import os
-import signal
 import sys
 
-from acquisition.bench_errors import INTERRUPTED, AcquisitionError
-
 if __name__ == "__main__":
-    # Until the imports are done, Ctrl-C would end in a traceback from within one of them.
-    signal.signal(
-        signal.SIGINT, lambda *_: (os.write(2, f"{INTERRUPTED}\n".encode()), os._exit(130))
-    )
+    # Until the imports are done, Ctrl-C would end in a traceback from within one of them; even
+    # `signal` itself imports several modules.
+    _signal.signal(_signal.SIGINT, lambda *_: os._exit(130))
+
+import signal
 
 from acquisition import options, output, run
+from acquisition.bench_errors import INTERRUPTED, AcquisitionError
 from edges import files
 
 

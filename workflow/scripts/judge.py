@@ -6,8 +6,7 @@ from pathlib import Path
 
 from capsule.evaluation.all_tables import all_tables
 from capsule.evaluation.columns import COLUMNS
-from capsule.evaluation.rows import by_detector
-from capsule.evaluation.tables import number
+from capsule.evaluation.rows import by_detector, number
 from edges import files
 
 

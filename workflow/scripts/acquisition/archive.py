@@ -117,7 +117,8 @@ class PartFile:
                 return
         except OSError:
             pass  # it is not there
-        lost, fault = self.path, None
+        lost = self.path
+        fault: OSError | None = None
         for path in _places(self.path):
             try:
                 copy = _create(path)
@@ -139,6 +140,9 @@ class PartFile:
                 f"samples so far to {path}, and the recording continues there"
             )
             return
+        fault = fault or OSError(
+            errno.EEXIST, "recordings of this name and of those beside it exist"
+        )
         raise explain_write_fault(fault, lost) from fault
 
     def finish(self) -> Path:

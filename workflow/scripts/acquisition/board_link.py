@@ -51,7 +51,7 @@ class BoardLink:
     @property
     def line(self) -> Line:
         """The open line; raises `LineLostError` where there is none."""
-        if not self.connected:
+        if self._line is None or self._introduction is not None:
             raise LineLostError(f"{self.port} is not connected")
         return self._line
 
@@ -68,7 +68,7 @@ class BoardLink:
             if self._introduction is None:
                 return arrivals
             if identity := self._introduction.step(arrivals):
-                self._welcome(identity)
+                self._welcome(identity, self._line.port)
         except LineLostError:
             self._lose()
         except AcquisitionError as reason:
@@ -77,7 +77,7 @@ class BoardLink:
 
     def send(self, payload: str) -> None:
         """Send a command, if the board is there."""
-        if not self.connected:
+        if self._line is None or self._introduction is not None:
             return
         try:
             self._line.send(payload)
@@ -107,9 +107,9 @@ class BoardLink:
         self._line = Line(self._port.current_name(), self._baud)
         self._introduction = Introduction(self._line, self.identity.device)
 
-    def _welcome(self, identity: Identity) -> None:
+    def _welcome(self, identity: Identity, port: str) -> None:
         self._introduction = None
-        self.identity, self.port = identity, self._line.port
+        self.identity, self.port = identity, port
         self.connections += 1
         self._tell(f"the {identity.device} board is back")
 

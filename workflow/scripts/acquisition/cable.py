@@ -183,7 +183,7 @@ class Cable:
 class SocketCable(Cable):
     """A socket on this machine, which every system has."""
 
-    _server: socket.socket | None = None
+    _server: socket.socket
     _connection: socket.socket | None = None
     _number = 0
 
@@ -214,6 +214,8 @@ class SocketCable(Cable):
         return self._connection is not None
 
     def _read(self) -> bytes:
+        if self._connection is None:
+            return b""
         try:
             received = self._connection.recv(4096)
         except BlockingIOError:

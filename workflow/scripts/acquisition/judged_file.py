@@ -4,12 +4,14 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from acquisition.verdict import FinalVerdict
 from capsule.checking import check_recording
 from capsule.detectors.verdicts import Verdict, why_unknown
+from capsule.kinds import Settings
 from capsule.recording import source_of
 from edges.files import read_csv
 from edges.reading import read_limited
@@ -38,7 +40,7 @@ class JudgedFile:
     """
 
     file: str
-    check: dict
+    check: dict[str, Any]
     values: np.ndarray
     verdicts: dict[str, Verdict]
     taught_as: str
@@ -46,7 +48,7 @@ class JudgedFile:
     @property
     def is_accepted(self) -> bool:
         """Whether the workflow would accept it."""
-        return self.check["status"] == "accepted"
+        return bool(self.check["status"] == "accepted")
 
 
 def taught_recordings(index: Path) -> dict[str, str]:
@@ -56,7 +58,7 @@ def taught_recordings(index: Path) -> dict[str, str]:
 
 
 def judge_file(
-    path: Path, final: FinalVerdict, settings: Mapping, taught: Mapping[str, str]
+    path: Path, final: FinalVerdict, settings: Settings, taught: Mapping[str, str]
 ) -> JudgedFile:
     """Judge one file.
 
@@ -84,7 +86,7 @@ def judge_file(
     return JudgedFile(str(path), check, values, verdicts, taught_as)
 
 
-def as_plain_values(judged: JudgedFile, rate_hz: float) -> dict:
+def as_plain_values(judged: JudgedFile, rate_hz: float) -> dict[str, Any]:
     """Return what is said of a file as values that JSON can hold; what is unknown is None."""
     check = judged.check
     return {
@@ -103,7 +105,7 @@ def as_plain_values(judged: JudgedFile, rate_hz: float) -> dict:
     }
 
 
-def _verdict_values(verdict: Verdict, rate_hz: float) -> dict:
+def _verdict_values(verdict: Verdict, rate_hz: float) -> dict[str, Any]:
     values = dict(vars(verdict)) | {"reason": why_unknown(verdict)}
     # As results/detections.csv has it.
     values["location_s"] = values.pop("location_samples") / rate_hz

@@ -1,6 +1,5 @@
 """The picture of a judged file, as PNG or SVG."""
 
-from collections.abc import Mapping
 from pathlib import Path
 
 from acquisition.judged_file import JudgedFile
@@ -8,12 +7,13 @@ from acquisition.judged_view import places_s
 from capsule import words
 from capsule.detectors.verdicts import Verdict
 from capsule.figures.judged_picture import draw_judged, picture_bytes
+from capsule.kinds import Settings
 from capsule.page.provenance import is_simulated
 from capsule.stages import preprocess_run
 from edges import files
 
 
-def write_picture(judged: JudgedFile, settings: Mapping, path: Path) -> None:
+def write_picture(judged: JudgedFile, settings: Settings, path: Path) -> None:
     """Draw an accepted recording and the places of its verdicts into a .png or .svg file."""
     shape, rate_hz = settings["preprocessing"], settings["recording"]["rate_hz"]
     simulated = is_simulated(judged.check["header"].get("source", ""))

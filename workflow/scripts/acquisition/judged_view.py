@@ -10,13 +10,14 @@ from acquisition.terminal import BARS, PLAIN_BARS, trace
 from acquisition.verdict_table import verdict_table
 from capsule import words
 from capsule.detectors.verdicts import Verdict
+from capsule.kinds import Settings
 from capsule.recording import source_of
 
 _MARKS = "abcdefghij"
 
 
 def judged_lines(
-    judged: JudgedFile, settings: Mapping, width: int, *, plain: bool = False
+    judged: JudgedFile, settings: Settings, width: int, *, plain: bool = False
 ) -> list[str]:
     """Return the lines that tell of a judged file.
 

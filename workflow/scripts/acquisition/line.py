@@ -16,7 +16,7 @@ from acquisition.bench_errors import (
     PortBusyError,
 )
 from acquisition.clock import AWAKE, elapsed_s
-from acquisition.protocol import Event, FrameParser, encode
+from acquisition.protocol import Damaged, Event, FrameParser, encode
 
 BAUD = 115200
 READ_TIMEOUT_S = 0.05
@@ -27,6 +27,7 @@ if os.name == "posix":
     import termios
 
     _FAULTS = (*_FAULTS, termios.error)
+_OPENING_FAULTS: tuple[type[Exception], ...] = (*_FAULTS, ValueError)
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ class Line:
             # Two programs on one port would each get half of the bytes.
             self._serial.exclusive = True
             self._serial.open()
-        except (*_FAULTS, ValueError) as fault:
+        except _OPENING_FAULTS as fault:
             raise explain_open_fault(port, fault) from fault
 
     def receive(self, timeout_s: float = READ_TIMEOUT_S) -> list[Arrival]:
@@ -111,7 +112,7 @@ class Line:
         except _FAULTS as fault:
             raise LineLostError(str(fault)) from fault
 
-    def close(self) -> list[Event]:
+    def close(self) -> list[Damaged]:
         """Close the port; gives what was left of a frame."""
         with contextlib.suppress(*_FAULTS):  # it may be gone already
             self._serial.close()

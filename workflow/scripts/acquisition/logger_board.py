@@ -1,13 +1,14 @@
 """What a logger says of itself: whether it fits the workflow, and what its recordings say."""
 
 from datetime import datetime
+from typing import Any
 
 from acquisition.bench_errors import AcquisitionError
 from acquisition.drive import Wave
 from acquisition.protocol import Identity
 
 
-def check_fits(identity: Identity, settings: dict) -> None:
+def check_fits(identity: Identity, settings: dict[str, Any]) -> None:
     """Refuse to record what the workflow would refuse to read.
 
     Parameters

@@ -1,6 +1,7 @@
 """The logger of a survey: samples as they come, and missing ones where none came in time."""
 
 from collections.abc import Callable, Sequence
+from typing import TypeVar
 
 import numpy as np
 
@@ -10,10 +11,12 @@ from acquisition.board_link import BoardLink
 from acquisition.clock import AWAKE, elapsed_s
 from acquisition.frame_log import FrameLog
 from acquisition.intake import Intake
+from capsule.arrays import FloatArray
 
 # What comes later than this is given as missing: a survey does not stand still.
 LATE_S = 2.0
 LAST_WORD = "pause"
+Number = TypeVar("Number", float, np.ndarray)
 
 
 class LoggerFeed:
@@ -72,7 +75,7 @@ class LoggerFeed:
         if command := self._attendance.command(AWAKE.now_s()):
             self._link.send(command)
 
-    def take(self, count: int) -> tuple[np.ndarray, np.ndarray] | None:
+    def take(self, count: int) -> tuple[FloatArray, FloatArray] | None:
         """Take the next samples; None while they have not come and are not late.
 
         Parameters
@@ -129,7 +132,7 @@ class LoggerFeed:
             return False
         return elapsed_s() > self._moment_s(self._first + count - 1) + LATE_S
 
-    def _moment_s(self, number: np.ndarray | int) -> np.ndarray | float:
+    def _moment_s(self, number: Number) -> Number:
         """Return the computer's clock when samples were, or will be, taken."""
         newest = self._intake.progress.places - 1
         return self._intake.taken_s + (number - newest) * self._period_s

@@ -31,8 +31,9 @@ class PatientOutput(io.TextIOBase):
         self._writer = threading.Thread(target=self._write_all, daemon=True)
         self._writer.start()
 
+    # The types have an attribute to be written; Python's own streams have one to be read.
     @property
-    def encoding(self) -> str:
+    def encoding(self) -> str:  # type: ignore[override]
         """The terminal's encoding."""
         return self._encoding
 

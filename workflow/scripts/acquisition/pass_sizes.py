@@ -1,6 +1,6 @@
 """The size of the nodule at a place, from its passes, as the diagonal detector has learned it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,6 +9,7 @@ import numpy as np
 from capsule.detectors.diagonal import DiagonalModel, size_features
 from capsule.detectors.intervals import size_interval
 from capsule.detectors.passage import passage_of
+from capsule.kinds import Settings
 from edges.files import read_json
 
 _UNKNOWN = float("nan")
@@ -29,7 +30,7 @@ class PassSizes:
     """
 
     model: DiagonalModel | None
-    detector: Mapping
+    detector: Settings
     rate_hz: float
 
     def of(self, passes: Sequence[np.ndarray]) -> tuple[float, float, float]:
@@ -51,7 +52,7 @@ class PassSizes:
         return size_mm, *size_interval(size_mm, self.model.size_reach_mm, self.model.known_mm)
 
 
-def pass_sizes(results: Path, detector: Mapping, rate_hz: float) -> PassSizes:
+def pass_sizes(results: Path, detector: Settings, rate_hz: float) -> PassSizes:
     """Read what the workflow has learned, where it has; parameters as in `PassSizes`."""
     path, model = results / "detectors.json", None
     if path.exists():

@@ -169,7 +169,7 @@ class FrameParser:
             events += self.drop_pending("longer than any frame")
         return events
 
-    def drop_pending(self, reason: str = "cut off") -> list[Event]:
+    def drop_pending(self, reason: str = "cut off") -> list[Damaged]:
         """Give up the frame that has begun, because the line was closed."""
         pending, self._pending = self._pending, b""
         return [Damaged(pending, reason)] if pending else []

@@ -130,7 +130,7 @@ def rescue(content: bytes, sensors: int, final: Path, original: Path) -> tuple[b
     """
     header, damaged, samples = _read(_split(content), sensors)
     readable = [line for line in samples if line.time_s is not None]
-    kept = _longest_run([line.time_s for line in readable])
+    kept = _longest_run([line.time_s for line in samples if line.time_s is not None])
     if not kept:
         raise AcquisitionError(
             f"{original.with_suffix('')} holds no sample; there is nothing to recover, and the "

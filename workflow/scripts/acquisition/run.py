@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -37,7 +37,11 @@ if TYPE_CHECKING:
 
 SCHEMA = PROJECT / "workflow" / "schemas" / "config.schema.json"
 JUDGE_EVERY_S = 0.5
-Watcher = Callable[[Progress, list[tuple[int, ...] | None]], None]
+Samples = list[tuple[int, ...] | None]
+Watcher = Callable[[Progress, Samples], None]
+# What says, of the samples so far, how the run would be judged; of a header, or with one already.
+Judge = Callable[[Samples, Mapping[str, str]], list[str]]
+RunningJudge = Callable[[Samples], list[str]]
 
 
 def record(options: argparse.Namespace, origin: Mapping[str, str] | None = None) -> Path:
@@ -83,7 +87,7 @@ def record(options: argparse.Namespace, origin: Mapping[str, str] | None = None)
         header = describe(started, wave if drive else None) | dict(origin or {})
         header |= {"site": options.site} if options.site else {}
         header |= {"session": options.session} if options.session else {}
-        running = judge and (lambda samples: judge(samples, header))
+        running = _beside(judge, header) if judge else None
         watchers = _watchers(options, drive, running, terminal, f"{folder}/{name}", sensors, length)
         if options.stream_out:
             from acquisition.stream_outlet import SampleOutlet, watched_and_sent
@@ -113,8 +117,8 @@ def record(options: argparse.Namespace, origin: Mapping[str, str] | None = None)
     if no_verdict:
         terminal.note(f"warning: no detector will judge this recording: {no_verdict}")
     elif judge_all:
-        for line in judge_all(values):
-            terminal.note(line)
+        for verdict in judge_all(values):
+            terminal.note(verdict)
     return part.final
 
 
@@ -129,8 +133,8 @@ def recover(options: argparse.Namespace) -> None:
     for part in parts:
         try:
             rescued = recovery.recover(part, settings["recording"]["sensors"])
-        except AcquisitionError as reason:
-            failed.append(reason)
+        except AcquisitionError as fault:
+            failed.append(fault)
             continue
         print(rescued.summary())
     for reason in failed[:-1]:
@@ -139,7 +143,7 @@ def recover(options: argparse.Namespace) -> None:
         raise failed[-1]
 
 
-def _settings(config: Path) -> dict:
+def _settings(config: Path) -> dict[str, Any]:
     """Read the workflow's configuration, with the workflow's own check."""
     settings = read_config_file(config)
     check_configuration(settings, read_json(SCHEMA), {str(config): settings})
@@ -156,8 +160,8 @@ def _tell_of_unfinished(raw: Path) -> None:
 
 
 def _judges(
-    options: argparse.Namespace, settings: dict
-) -> tuple[Callable[[list, dict], list[str]] | None, Callable[[np.ndarray], list[str]] | None]:
+    options: argparse.Namespace, settings: dict[str, Any]
+) -> tuple[Judge | None, Callable[[np.ndarray], list[str]] | None]:
     """Give what judges the samples so far and what judges the whole recording, if wanted."""
     if not options.detect:
         return None, None
@@ -168,7 +172,13 @@ def _judges(
     return RunningVerdict(final, settings).judge, final.judge
 
 
-def _source(options: argparse.Namespace, settings: dict) -> tuple["Line | StreamLine", Identity]:
+def _beside(judge: Judge, header: Mapping[str, str]) -> RunningJudge:
+    return lambda samples: judge(samples, header)
+
+
+def _source(
+    options: argparse.Namespace, settings: dict[str, Any]
+) -> tuple["Line | StreamLine", Identity]:
     if options.stream_in:
         from acquisition.stream_line import StreamLine  # only for those who ask for a stream
 
@@ -187,7 +197,7 @@ def _period_s(identity: Identity) -> float:
 def _watchers(
     options: argparse.Namespace,
     drive: Drive | None,
-    judge: Callable[[list], list[str]] | None,
+    judge: RunningJudge | None,
     terminal: Terminal,
     title: str,
     sensors: int,
@@ -202,7 +212,7 @@ def _watchers(
     judged_s = 0.0
     told_of_length = False
 
-    def watch(progress: Progress, samples: list[tuple[int, ...] | None]) -> None:
+    def watch(progress: Progress, samples: Samples) -> None:
         nonlocal judged_s, told_of_length
         if progress.places > length and not told_of_length:
             told_of_length = True
@@ -250,7 +260,7 @@ def _run(session: Session, part: archive.PartFile, terminal: Terminal, log: Fram
 
 
 def _tell_outcome(
-    session: Session, terminal: Terminal, final: Path, log: Path, settings: dict
+    session: Session, terminal: Terminal, final: Path, log: Path, settings: dict[str, Any]
 ) -> tuple[np.ndarray, str] | None:
     """Say how it ended; gives what `readings_of` gives, None if the workflow will refuse it."""
     progress = session.progress
@@ -265,7 +275,7 @@ def _tell_outcome(
         return None
 
 
-def _accepted(recording: Path, settings: dict) -> tuple[np.ndarray, str]:
+def _accepted(recording: Path, settings: dict[str, Any]) -> tuple[np.ndarray, str]:
     """Ask the workflow's own check what it will say, while the run can still be made again."""
     rules = settings["recording"]
     with recording.open("rb") as stream:

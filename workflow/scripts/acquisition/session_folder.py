@@ -3,15 +3,17 @@
 import json
 import math
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from acquisition.archive import SYNC_EVERY_S
 from acquisition.bench_errors import AcquisitionError, NameExistsError
 from acquisition.growing_file import GrowingFile
+from capsule.kinds import Row, Settings
 from capsule.naming import PART, UNLABELLED
 from capsule.recording import Recording, column_names, format_recording
 from capsule.survey.odometer import mean_origin
@@ -63,7 +65,7 @@ class SessionFolder:
     """
 
     def __init__(
-        self, folder: Path, about: Mapping, sensors: int, *, resumed: bool, raw: Path | None = None
+        self, folder: Path, about: Settings, sensors: int, *, resumed: bool, raw: Path | None = None
     ) -> None:
         if not resumed:
             check_new(folder)
@@ -142,7 +144,7 @@ class SessionFolder:
                     stream.write(format_recording(recording))
         return f"{RECORDINGS}/{name}.csv"
 
-    def write_places(self, rows: Sequence[Mapping]) -> None:
+    def write_places(self, rows: Sequence[Row]) -> None:
         """Write the table of places anew."""
         write_csv(self.folder / PLACES, PLACE_COLUMNS, rows)
 
@@ -199,7 +201,7 @@ def read_origin(folders: Sequence[Path], wavelength_mm: float) -> float:
     return mean_origin(origins_mm, wavelength_mm)
 
 
-def read_about(folder: Path) -> dict:
+def read_about(folder: Path) -> dict[str, Any]:
     """Read what a session that was killed was begun with.
 
     Raises
@@ -213,7 +215,7 @@ def read_about(folder: Path) -> dict:
     return about
 
 
-def _read_entries(folder: Path, option: str = "") -> dict:
+def _read_entries(folder: Path, option: str = "") -> dict[str, Any]:
     """Read the entries of ``session.json``."""
     if not (folder / ABOUT).exists():
         raise AcquisitionError(f"{option}{folder} holds no session: there is no {ABOUT}")

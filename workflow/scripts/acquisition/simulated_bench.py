@@ -134,6 +134,8 @@ def nodule_places(seed: int, length_mm: float, count: int) -> list[float]:
     numbers = generator(seed, "survey", "nodules")
     room_mm = length_mm - _FREE_MM * (count + 1)
     if room_mm < 0:
-        return np.linspace(0, length_mm, count + 2)[1:-1].tolist()
+        evenly_mm: list[float] = np.linspace(0, length_mm, count + 2)[1:-1].tolist()
+        return evenly_mm
     gaps_mm = np.sort(numbers.uniform(0, room_mm, count))
-    return (gaps_mm + _FREE_MM * np.arange(1, count + 1)).tolist()
+    places_mm: list[float] = (gaps_mm + _FREE_MM * np.arange(1, count + 1)).tolist()
+    return places_mm

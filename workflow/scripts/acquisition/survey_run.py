@@ -5,6 +5,7 @@ import sys
 from collections.abc import Mapping
 from dataclasses import replace
 from datetime import UTC, datetime
+from typing import Any
 
 import numpy as np
 
@@ -252,9 +253,9 @@ class SurveyRun:
         recording = Recording(np.round(time_s - time_s[0], 6), values, header)
         passes.append((self._disk.add_recording(name, recording), values))
 
-    def _row(self, place: Place) -> dict:
+    def _row(self, place: Place) -> dict[str, Any]:
         passes = self._passes.get(place.number, [])
-        size = [float("nan")] * 3
+        size = (float("nan"), float("nan"), float("nan"))
         if place.status == "confirmed":
             size = self._sizes.of([values for _, values in passes])
             names = ("estimate_mm", "estimate_low_mm", "estimate_high_mm")

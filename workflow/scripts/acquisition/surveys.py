@@ -6,6 +6,7 @@ import sys
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 from acquisition.bench_errors import AcquisitionError, CannotArriveError, SurveyFaultError
 from acquisition.board_bench import Ports, board_bench, board_links
@@ -58,7 +59,7 @@ def survey(options: argparse.Namespace) -> None:
     lead(options, folder, about, settings, resumed=resumed)
 
 
-def _about(options: argparse.Namespace) -> dict:
+def _about(options: argparse.Namespace) -> dict[str, Any]:
     about = {
         "metres": options.metres,
         "goto": options.goto,
@@ -84,7 +85,7 @@ def _about(options: argparse.Namespace) -> dict:
     }
 
 
-def _ports(options: argparse.Namespace) -> dict:
+def _ports(options: argparse.Namespace) -> dict[str, Any]:
     return {
         "drive": options.drive,
         "fold": options.fold,
@@ -93,7 +94,12 @@ def _ports(options: argparse.Namespace) -> dict:
 
 
 def _simulated(
-    options: argparse.Namespace, folder: Path, about: dict, settings: dict, *, resumed: bool
+    options: argparse.Namespace,
+    folder: Path,
+    about: dict[str, Any],
+    settings: dict[str, Any],
+    *,
+    resumed: bool,
 ) -> None:
     """Survey a simulated gut; one that was killed is simulated again to where it was killed."""
     phantom = read_phantom(Path(about["parameters"]), about["changes"], about["bench"])
@@ -123,7 +129,12 @@ def _simulated(
 
 
 def _on_boards(
-    options: argparse.Namespace, folder: Path, about: dict, settings: dict, *, resumed: bool
+    options: argparse.Namespace,
+    folder: Path,
+    about: dict[str, Any],
+    settings: dict[str, Any],
+    *,
+    resumed: bool,
 ) -> None:
     """Survey on boards; one that was killed is read back, and goes on where the capsule is."""
     # From here on nobody leaves without unfolding the origami.
@@ -178,7 +189,7 @@ def _lead(
     run: SurveyRun,
     links: Mapping[str, BoardLink],
     wave: Wave,
-    about: dict,
+    about: dict[str, Any],
     folder: Path,
     patience_s: float,
     stop: StopRequest,
@@ -204,7 +215,9 @@ def _lead(
         log.close()
 
 
-def _begun(links: Mapping[str, BoardLink], settings: dict, wave: Wave, folder: Path) -> dict:
+def _begun(
+    links: Mapping[str, BoardLink], settings: dict[str, Any], wave: Wave, folder: Path
+) -> dict[str, Any]:
     """Return what is known only when the boards are there: when it began, and of what it is."""
     logger, peristalsis = links["logger"].identity, links["peristalsis"].identity
     check_fits(logger, settings["recording"])
@@ -222,7 +235,7 @@ def _begun(links: Mapping[str, BoardLink], settings: dict, wave: Wave, folder: P
     return {"begun": begun.isoformat(timespec="milliseconds"), "header": header}
 
 
-def _raw(about: dict) -> Path | None:
+def _raw(about: dict[str, Any]) -> Path | None:
     return None if about["raw"] is None else Path(about["raw"])
 
 

@@ -12,6 +12,7 @@ from capsule.checking import readings_of
 from capsule.detectors.training import NewRecording, detector_class
 from capsule.detectors.verdicts import Verdict, why_unknown
 from capsule.errors import RecordingError
+from capsule.kinds import Settings
 from capsule.recording import Recording
 from edges.detector_inputs import read_template_set
 from edges.files import read_json
@@ -49,7 +50,7 @@ class FinalVerdict:
     """
 
     def __init__(
-        self, templates: Path, learned: Path, settings: Mapping, asked_by: str = "--detect"
+        self, templates: Path, learned: Path, settings: Settings, asked_by: str = "--detect"
     ) -> None:
         stored = existing(templates, asked_by)
         known = read_template_set(stored, settings["fit"]["first_peak"])
@@ -134,7 +135,7 @@ class RunningVerdict:
         The configuration.
     """
 
-    def __init__(self, final: FinalVerdict, settings: Mapping) -> None:
+    def __init__(self, final: FinalVerdict, settings: Settings) -> None:
         self._final, self._settings = final, settings
 
     def judge(

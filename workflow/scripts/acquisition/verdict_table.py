@@ -4,11 +4,12 @@ from collections.abc import Mapping, Sequence
 
 from capsule import words
 from capsule.detectors.verdicts import Verdict, why_unknown
+from capsule.kinds import Settings
 
 _GAP = "  "
 
 
-def verdict_table(verdicts: Mapping[str, Verdict], settings: Mapping) -> list[str]:
+def verdict_table(verdicts: Mapping[str, Verdict], settings: Settings) -> list[str]:
     """Return a table with a line a detector.
 
     Parameters

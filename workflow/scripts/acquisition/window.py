@@ -3,7 +3,7 @@
 import time
 
 import matplotlib.pyplot as plt
-from matplotlib.backends import BackendFilter, backend_registry
+from matplotlib.backends.registry import BackendFilter, backend_registry
 
 from acquisition.bench_errors import AcquisitionError
 from acquisition.terminal import Progress

@@ -62,7 +62,7 @@ class Workbench:
                 cable.step(self.now_us, end_us)
             self.now_us = end_us
 
-    def run_for(self, seconds: float, **settings: float) -> None:
+    def run_for(self, seconds: float, stretch_us: int = 5000) -> None:
         """Run for some time of the bench."""
         end_us = self.now_us + int(seconds * 1e6)
-        self.run(lambda: self.now_us >= end_us, **settings)
+        self.run(lambda: self.now_us >= end_us, stretch_us=stretch_us)

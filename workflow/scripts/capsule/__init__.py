@@ -17,4 +17,5 @@ def __dir__() -> list[str]:
     """List the public names."""
     from importlib import import_module
 
-    return import_module("capsule.interface.public").public_names()
+    names: list[str] = import_module("capsule.interface.public").public_names()
+    return names

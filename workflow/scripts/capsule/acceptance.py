@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 from capsule.converter import adc_ends, share_between
 from capsule.errors import RecordingError
 from capsule.recording import Recording
@@ -26,7 +27,7 @@ def accept(
     max_sensor_correlation: float,
     window: int,
     length: int,
-) -> np.ndarray:
+) -> FloatArray:
     """Check a recording and lay its samples on an even grid in time.
 
     Parameters
@@ -86,7 +87,7 @@ def accept(
     return values
 
 
-def _check_gaps(values: np.ndarray, time_s: np.ndarray, rate_hz: float, max_gap_s: float) -> None:
+def _check_gaps(values: FloatArray, time_s: FloatArray, rate_hz: float, max_gap_s: float) -> None:
     missing = np.isnan(values).all(axis=0)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], missing.astype(np.int8), [0]])))
     starts, ends = edges[::2], edges[1::2]
@@ -102,7 +103,7 @@ def _check_gaps(values: np.ndarray, time_s: np.ndarray, rate_hz: float, max_gap_
         )
 
 
-def _check_missing(values: np.ndarray, max_missing_fraction: float) -> None:
+def _check_missing(values: FloatArray, max_missing_fraction: float) -> None:
     missing = np.isnan(values).all(axis=0)
     fraction = float(np.mean(missing))
     if fraction > max_missing_fraction:
@@ -114,7 +115,7 @@ def _check_missing(values: np.ndarray, max_missing_fraction: float) -> None:
 
 
 def _check_sensors(
-    values: np.ndarray,
+    values: FloatArray,
     header: Mapping[str, str],
     max_rail_fraction: float,
     max_constant_fraction: float,
@@ -153,7 +154,7 @@ def _check_sensors(
             )
 
 
-def _check_alike(values: np.ndarray, window: int, max_sensor_correlation: float) -> None:
+def _check_alike(values: FloatArray, window: int, max_sensor_correlation: float) -> None:
     """Refuse two channels that show one sensor; a wave reaches sensors one after the other."""
     if max_sensor_correlation >= 1:
         return

@@ -2,13 +2,15 @@
 
 import hashlib
 import io
-from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
 from capsule.acceptance import accept
+from capsule.arrays import FloatArray
 from capsule.converter import on_full_scale, shares_at_ends
 from capsule.errors import RecordingError
+from capsule.kinds import Settings
 from capsule.naming import size_mm
 from capsule.preprocessing import preprocess
 from capsule.recording import Recording, read_recording, too_large
@@ -17,8 +19,8 @@ from capsule.wave_check import missing_wave
 
 
 def check_recording(
-    name: str, content: bytes | None, max_bytes: int, settings: Mapping
-) -> tuple[dict, np.ndarray, np.ndarray]:
+    name: str, content: bytes | None, max_bytes: int, settings: Settings
+) -> tuple[dict[str, Any], FloatArray, FloatArray]:
     """Check a recording, lay its readings on an even grid and make its matrix V.
 
     Parameters
@@ -43,7 +45,7 @@ def check_recording(
         V; NaN for a rejected recording.
     """
     shape, sensors = settings["preprocessing"], settings["recording"]["sensors"]
-    check = {"recording": name, "size_mm": size_mm(name), "header": {}}
+    check: dict[str, Any] = {"recording": name, "size_mm": size_mm(name), "header": {}}
     check |= {"samples": None, "duration_s": None, "status": "rejected", "reason": ""}
     check |= {"sha256": None, "readings_sha256": None, "at_ends": [], "no_verdict": ""}
     values = matrix = np.full((sensors, shape["length"]), np.nan)
@@ -66,7 +68,7 @@ def check_recording(
     return check, values, matrix
 
 
-def readings_of(recording: Recording, settings: Mapping) -> tuple[np.ndarray, str]:
+def readings_of(recording: Recording, settings: Settings) -> tuple[FloatArray, str]:
     """Check a recording that was read, as the workflow does.
 
     Parameters

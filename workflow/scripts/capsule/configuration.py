@@ -3,12 +3,14 @@
 import difflib
 import math
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError
 from jsonschema.validators import extend
 
 from capsule.errors import CapsuleError
+from capsule.kinds import Row, Settings
 
 _LIMITS = {
     "minimum": "at least",
@@ -43,7 +45,9 @@ _Validator = extend(
 )
 
 
-def check_configuration(config: Mapping, schema: Mapping, sources: Mapping[str, Mapping]) -> None:
+def check_configuration(
+    config: Settings, schema: Settings, sources: Mapping[str, Settings]
+) -> None:
     """Refuse a configuration that breaks the schema or contradicts itself.
 
     Parameters
@@ -70,7 +74,7 @@ def check_configuration(config: Mapping, schema: Mapping, sources: Mapping[str, 
         raise CapsuleError(f"the configuration cannot be used:{lines}")
 
 
-def _source(path: str, sources: Mapping[str, Mapping]) -> str:
+def _source(path: str, sources: Mapping[str, Row]) -> str:
     """Name the last source that gives a key, or the first where none does."""
     giving = next(iter(sources))
     for name, content in sources.items():
@@ -83,7 +87,7 @@ def _source(path: str, sources: Mapping[str, Mapping]) -> str:
 
 
 def _describe(
-    error: ValidationError, schema: Mapping, config: Mapping
+    error: ValidationError, schema: Settings, config: Settings
 ) -> Iterator[tuple[str, str]]:
     """Give the key and the message of each fault in an error of the validator."""
     # A fault inside a list is told as one of the list.
@@ -101,7 +105,7 @@ def _describe(
             if name not in error.instance and repr(name) in error.message:
                 yield prefix + name, f"{prefix}{name}: is missing"
     else:
-        value: object = config
+        value: Any = config
         part = schema
         for name in keys:
             value, part = value[name], part["properties"][name]
@@ -118,7 +122,7 @@ def _hint(value: object) -> str:
     return ""
 
 
-def allowed_values(part: Mapping, schema: Mapping) -> str:
+def allowed_values(part: Settings, schema: Settings) -> str:
     """Say in words what a key may hold.
 
     Parameters
@@ -152,7 +156,7 @@ def allowed_values(part: Mapping, schema: Mapping) -> str:
     return f"one of {', '.join(map(str, part['enum']))}"
 
 
-def _contradictions(config: Mapping) -> Iterator[tuple[str, str]]:
+def _contradictions(config: Settings) -> Iterator[tuple[str, str]]:
     """Find values that are allowed one by one but not together."""
     named, detectors = config["report"]["lead"], config["detectors"]
     if named not in (_BEST, *detectors):

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from capsule.arrays import FloatArray, NumberArray
 from capsule.errors import RecordingError
 
 # Where no header says how many bits the ADC has: those of usual ones.
@@ -14,8 +15,8 @@ _OHMS = {"ohm": 1.0, "kohm": 1000.0}
 
 
 def on_full_scale(
-    values: np.ndarray, header: Mapping[str, str], full_scale: float, pressing_lowers: bool
-) -> np.ndarray:
+    values: FloatArray, header: Mapping[str, str], full_scale: float, pressing_lowers: bool
+) -> FloatArray:
     """Bring readings to the scale that the configuration names, whatever unit they come in.
 
     Parameters
@@ -60,7 +61,7 @@ def on_full_scale(
     return values * (full_scale / top) if top and top != full_scale else values
 
 
-def reading_unit(header: Mapping[str, str], values: np.ndarray) -> str:
+def reading_unit(header: Mapping[str, str], values: FloatArray) -> str:
     """Return the unit of readings (S, K) as `on_full_scale` gives them: ``counts`` or ``V``."""
     unit = header.get("unit", "").lower()
     brought = header.get("vref_v") or unit in ("counts", *_OHMS)
@@ -68,7 +69,7 @@ def reading_unit(header: Mapping[str, str], values: np.ndarray) -> str:
 
 
 def adc_ends(
-    header: Mapping[str, str], values: np.ndarray
+    header: Mapping[str, str], values: NumberArray
 ) -> tuple[bool, list[tuple[float, float]]]:
     """Tell whether readings are counts, and which bands of them are an end of the ADC's range.
 
@@ -92,7 +93,7 @@ def adc_ends(
     return False, [(0.0, step / 2), *top]
 
 
-def shares_at_ends(values: np.ndarray, header: Mapping[str, str]) -> list[float]:
+def shares_at_ends(values: NumberArray, header: Mapping[str, str]) -> list[float]:
     """Return for each sensor the largest share of its samples at one end of the ADC's range.
 
     Parameters
@@ -108,7 +109,7 @@ def shares_at_ends(values: np.ndarray, header: Mapping[str, str]) -> list[float]
     return [max(share_between(each, *band) for band in ends) for each in known]
 
 
-def share_between(known: np.ndarray, below: float, above: float) -> float:
+def share_between(known: NumberArray, below: float, above: float) -> float:
     """Return the share of readings (n,) from one value to another."""
     return float(np.mean((known >= below) & (known <= above)))
 

@@ -1,16 +1,17 @@
 """From the readings of a voltage divider to the resistance of the sensor in it."""
 
-from collections.abc import Mapping
-
 import numpy as np
+
+from capsule.arrays import FloatArray
+from capsule.kinds import Settings
 
 # Nearer to the ends of the converter a reading says no more than "very small" or "very large".
 _ENDS = 0.02
 
 
 def relative_resistance(
-    readings: np.ndarray, full_scale: float, pressing_lowers: bool
-) -> np.ndarray:
+    readings: FloatArray, full_scale: float, pressing_lowers: bool
+) -> FloatArray:
     """Give each sensor's resistance in units of the resistor in series with it.
 
     The reading is a curved function of the resistance: a sensor whose rest value has drifted
@@ -42,8 +43,8 @@ def relative_resistance(
 
 
 def pressed_and_period(
-    values: np.ndarray, rate_hz: float, settings: Mapping
-) -> tuple[np.ndarray, float]:
+    values: FloatArray, rate_hz: float, settings: Settings
+) -> tuple[FloatArray, float]:
     """Return how hard each sensor is pressed, and the configured time from wave to wave.
 
     Parameters

@@ -7,11 +7,12 @@ What makes a fit fast: (1) one cross-correlation by FFT, no longer than needed, 
 accepted: what follows an accepted one is made again.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import FloatArray, IntArray
+from capsule.kinds import Settings
 from capsule.particles import ParameterSpace, Particle, time_profile
 from capsule.seeding import fit_generator
 from capsule.sliding import SlidingComparison, rmse_at_lag
@@ -81,7 +82,7 @@ class ParticleRenderer:
         self._profiles = np.empty((sensors, 1, length))
         self._surfaces = np.empty((sensors, sensors, length))
 
-    def draw_into(self, vectors: np.ndarray, target: np.ndarray) -> None:
+    def draw_into(self, vectors: FloatArray, target: FloatArray) -> None:
         """Draw the particles of parameter vectors (B, 4 S - 1) into a (B, S, L) array."""
         sensors, length = self._sensors, self._length
         amplitude = vectors[:, :sensors, np.newaxis]
@@ -101,7 +102,7 @@ class ParticleRenderer:
 
 
 def fit_particle(
-    matrix: np.ndarray,
+    matrix: FloatArray,
     generator: np.random.Generator,
     *,
     particles: int,
@@ -166,7 +167,7 @@ def fit_particle(
     return Fit(Particle.from_vector(current), rmse_initial, rmse, int(lag), accepted)
 
 
-def fit_recording(matrix: np.ndarray, values: np.ndarray, settings: Mapping) -> Fit:
+def fit_recording(matrix: FloatArray, values: FloatArray, settings: Settings) -> Fit:
     """Fit a particle to a recording, as the configuration wants it.
 
     Parameters
@@ -189,8 +190,8 @@ def fit_recording(matrix: np.ndarray, values: np.ndarray, settings: Mapping) -> 
 
 
 def compare_vectors(
-    vectors: np.ndarray, renderer: ParticleRenderer, comparison: SlidingComparison
-) -> tuple[np.ndarray, np.ndarray]:
+    vectors: FloatArray, renderer: ParticleRenderer, comparison: SlidingComparison
+) -> tuple[FloatArray, IntArray]:
     """Render some particles and compare them with a recording.
 
     Parameters
@@ -209,7 +210,7 @@ def compare_vectors(
     return comparison.gains(len(vectors))
 
 
-def _rmse(matrix: np.ndarray, renderer: ParticleRenderer, vector: np.ndarray, lag: int) -> float:
+def _rmse(matrix: FloatArray, renderer: ParticleRenderer, vector: FloatArray, lag: int) -> float:
     drawn = np.empty_like(matrix)
     renderer.draw_into(vector[np.newaxis], drawn[np.newaxis])
     return rmse_at_lag(matrix, drawn, lag)

@@ -2,9 +2,9 @@
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
-import numpy as np
-
+from capsule.arrays import FloatArray
 from capsule.errors import CapsuleError
+from capsule.kinds import Cells, Row
 from capsule.naming import (
     Archive,
     as_cell,
@@ -25,8 +25,8 @@ NEAR_COPIES = "near_copies"
 
 
 def full_list(
-    archive: Archive, checks: Mapping[str, Mapping], load: Callable[[str], np.ndarray]
-) -> list[dict]:
+    archive: Archive, checks: Mapping[str, Row], load: Callable[[str], FloatArray]
+) -> list[Cells]:
     """Give the rows of `list_rows`, and which recordings are nearly the same.
 
     Parameters
@@ -51,7 +51,7 @@ def full_list(
     return rows
 
 
-def refuse_rejected(rows: Sequence[Mapping]) -> None:
+def refuse_rejected(rows: Sequence[Row]) -> None:
     """Stop where the configuration says that no recording may be rejected.
 
     Raises
@@ -68,7 +68,7 @@ def refuse_rejected(rows: Sequence[Mapping]) -> None:
         )
 
 
-def list_rows(archive: Archive, checks: Mapping[str, Mapping]) -> Iterator[dict]:
+def list_rows(archive: Archive, checks: Mapping[str, Row]) -> Iterator[Cells]:
     """Give one row a recording, in order; of equal contents at most one is accepted.
 
     Parameters
@@ -98,7 +98,7 @@ def list_rows(archive: Archive, checks: Mapping[str, Mapping]) -> Iterator[dict]
         yield row | {"size_mm": folder_size_mm(folder_of(path))}
 
 
-def reasons_of_copies(checks: Mapping[str, Mapping]) -> dict[str, str]:
+def reasons_of_copies(checks: Mapping[str, Row]) -> dict[str, str]:
     """Find the recordings that count no more because another one holds the same readings.
 
     Under two sizes none counts: nobody can tell which label is right. Otherwise one counts: one

@@ -132,12 +132,18 @@ def size_mm(recording: str) -> float | None:
     return folder_size_mm(folder_of(recording))
 
 
+def sizes_of(recordings: Iterable[str]) -> dict[str, float]:
+    """Give the true size of each labelled recording, in mm; the others are left aside."""
+    sizes_mm = {name: size_mm(name) for name in recordings}
+    return {name: size for name, size in sizes_mm.items() if size is not None}
+
+
 def size_label(size: float) -> str:
     """Write a size as its folder is called: ``3mm``, ``2.5mm``."""
     return f"{size:g}mm"
 
 
-def sort_key(recording: str) -> tuple:
+def sort_key(recording: str) -> tuple[object, ...]:
     """Order recordings by size (unlabelled ones last), then by name with numbers as numbers."""
     folder, _, run = recording.partition("/")
     size = folder_size_mm(folder)

@@ -9,6 +9,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from capsule.arrays import FloatArray, IntArray
+
 # Ups and downs of the readings in a row that make one mark of the fingerprint: 2^32 patterns.
 _DOUBLINGS = 5
 # Of the marks, those are kept whose hash is divisible by this.
@@ -25,7 +27,7 @@ _LEAST_OVERLAP = 0.5
 _CLIPPED_AT = 4.0
 
 
-def near_copies(names: Sequence[str], load: Callable[[str], np.ndarray]) -> dict[str, list[str]]:
+def near_copies(names: Sequence[str], load: Callable[[str], FloatArray]) -> dict[str, list[str]]:
     """Find recordings that hold the same readings over most of the run.
 
     Parameters
@@ -55,7 +57,7 @@ def near_copies(names: Sequence[str], load: Callable[[str], np.ndarray]) -> dict
     }
 
 
-def fingerprint(values: np.ndarray) -> np.ndarray:
+def fingerprint(values: FloatArray) -> IntArray:
     """Give marks of the readings that neither unit, order of the sensors nor length changes.
 
     A mark is which of 32 successive changes of a sensor go up and which go down, or the same
@@ -86,10 +88,11 @@ def fingerprint(values: np.ndarray) -> np.ndarray:
     # Multiplied by the golden ratio of 2^64, the high bits depend on all; the same are kept of
     # every recording, whatever else it holds.
     hashed = (distinct * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(32)
-    return distinct[hashed % np.uint64(_KEPT_OF) == 0]
+    kept: IntArray = distinct[hashed % np.uint64(_KEPT_OF) == 0]
+    return kept
 
 
-def _candidates(fingerprints: Sequence[np.ndarray]) -> list[tuple[int, int]]:
+def _candidates(fingerprints: Sequence[IntArray]) -> list[tuple[int, int]]:
     """Choose the pairs that share enough marks; of many with the same mark, only neighbours."""
     sizes = np.array([each.size for each in fingerprints], dtype=np.int64)
     if not sizes.sum():
@@ -106,7 +109,7 @@ def _candidates(fingerprints: Sequence[np.ndarray]) -> list[tuple[int, int]]:
     return [(int(one), int(other)) for one, other in pairs[enough]]
 
 
-def nearly_equal(one: np.ndarray, other: np.ndarray) -> bool:
+def nearly_equal(one: FloatArray, other: FloatArray) -> bool:
     """Tell whether two recordings hold the same readings over most of the shorter one.
 
     Parameters
@@ -127,7 +130,7 @@ def nearly_equal(one: np.ndarray, other: np.ndarray) -> bool:
     return min(best) >= _SAME
 
 
-def _standardized(values: np.ndarray) -> np.ndarray:
+def _standardized(values: FloatArray) -> FloatArray:
     centred = values - np.nanmedian(values, axis=1, keepdims=True)
     spread = np.nanmedian(np.abs(centred), axis=1, keepdims=True)
     # Where most readings are equal, any spread at all will do.
@@ -136,7 +139,7 @@ def _standardized(values: np.ndarray) -> np.ndarray:
     return np.where(np.isnan(values), np.nan, clipped)
 
 
-def _shift(one: np.ndarray, other: np.ndarray) -> int:
+def _shift(one: FloatArray, other: FloatArray) -> int:
     """Give how many samples later the same readings stand in the first than in the second."""
     length = one.shape[1] + other.shape[1]
     spectra = np.fft.rfft(np.nan_to_num(one[0]), length)
@@ -146,7 +149,7 @@ def _shift(one: np.ndarray, other: np.ndarray) -> int:
     return best if best < one.shape[1] else best - length
 
 
-def _usual_correlation(one: np.ndarray, other: np.ndarray) -> float:
+def _usual_correlation(one: FloatArray, other: FloatArray) -> float:
     """Give the median over sections of the correlation, without its sign."""
     known = ~(np.isnan(one) | np.isnan(other))
     sections = zip(

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import FloatArray, IntArray
+
 
 @dataclass(frozen=True)
 class Particle:
@@ -22,19 +24,19 @@ class Particle:
         sigma_s^hor, standard deviation along time, in samples.
     """
 
-    amplitude: np.ndarray
-    vertical_spread: np.ndarray
-    peak_spacing: np.ndarray
-    horizontal_spread: np.ndarray
+    amplitude: FloatArray
+    vertical_spread: FloatArray
+    peak_spacing: FloatArray
+    horizontal_spread: FloatArray
 
-    def to_vector(self) -> np.ndarray:
+    def to_vector(self) -> FloatArray:
         """Lay the parameters one after the other in a (4 S - 1,) array."""
         return np.concatenate(
             [self.amplitude, self.vertical_spread, self.peak_spacing, self.horizontal_spread]
         )
 
     @classmethod
-    def from_vector(cls, vector: np.ndarray) -> "Particle":
+    def from_vector(cls, vector: FloatArray) -> "Particle":
         """Take apart what `to_vector` made."""
         sensors = (len(vector) + 1) // 4
         cuts = [sensors, 2 * sensors, 3 * sensors - 1]
@@ -63,7 +65,7 @@ class ParameterSpace:
     continuous_step: float
     integer_step: float
 
-    def bounds(self, sensors: int) -> tuple[np.ndarray, np.ndarray]:
+    def bounds(self, sensors: int) -> tuple[FloatArray, FloatArray]:
         """Give the lowest and the highest parameter vector, each (4 S - 1,)."""
         ranges = (
             [self.amplitude_range] * sensors
@@ -74,7 +76,7 @@ class ParameterSpace:
         low, high = np.array(ranges, dtype=np.float64).T
         return low, high
 
-    def draw(self, count: int, sensors: int, generator: np.random.Generator) -> np.ndarray:
+    def draw(self, count: int, sensors: int, generator: np.random.Generator) -> FloatArray:
         """Draw random parameter vectors, uniform in the ranges (eq. particleSet).
 
         Returns
@@ -95,7 +97,7 @@ class ParameterSpace:
         )
         return drawn
 
-    def draw_steps(self, count: int, sensors: int, generator: np.random.Generator) -> np.ndarray:
+    def draw_steps(self, count: int, sensors: int, generator: np.random.Generator) -> FloatArray:
         """Draw the steps of the improvement (eq. Thetaupdate, eq. sigmaIte).
 
         Integer parameters take rounded steps, so they stay integers.
@@ -110,7 +112,7 @@ class ParameterSpace:
         return steps
 
 
-def peak_positions(peak_spacing: np.ndarray, first_peak: float) -> np.ndarray:
+def peak_positions(peak_spacing: FloatArray, first_peak: float) -> FloatArray:
     """Sum the spacings up to the peaks' columns mu_s^hor (eq. deltaMu).
 
     Parameters
@@ -127,7 +129,7 @@ def peak_positions(peak_spacing: np.ndarray, first_peak: float) -> np.ndarray:
     return first_peak + np.concatenate([[0.0], np.cumsum(peak_spacing)])
 
 
-def sensor_weights(amplitude: np.ndarray, vertical_spread: np.ndarray) -> np.ndarray:
+def sensor_weights(amplitude: FloatArray, vertical_spread: FloatArray) -> FloatArray:
     """Give the height of surface s in row i, A_s exp(-(i - s)^2 / 2 sigma_s^ver^2).
 
     Returns
@@ -142,12 +144,14 @@ def sensor_weights(amplitude: np.ndarray, vertical_spread: np.ndarray) -> np.nda
     )
 
 
-def time_profile(offset: np.ndarray, horizontal_spread: np.ndarray | float) -> np.ndarray:
+def time_profile(
+    offset: FloatArray | IntArray, horizontal_spread: FloatArray | float
+) -> FloatArray:
     """Give exp(-(j - mu)^2 / 2 sigma^hor^2) at the offsets j - mu."""
     return np.exp(-0.5 * (offset / horizontal_spread) ** 2)
 
 
-def render(particle: Particle, first_peak: float, length: int) -> np.ndarray:
+def render(particle: Particle, first_peak: float, length: int) -> FloatArray:
     """Render the matrix P of a particle (eq. generateP, eq. G, eq. mu, eq. sigma).
 
     The Gaussian surfaces are unnormalised: A_s is the height of the peak. Where surfaces
@@ -172,4 +176,5 @@ def render(particle: Particle, first_peak: float, length: int) -> np.ndarray:
     offset = column - position[:, np.newaxis]
     profiles = time_profile(offset, particle.horizontal_spread[:, np.newaxis])
     surfaces = weights[:, :, np.newaxis] * profiles[:, np.newaxis, :]
-    return surfaces.max(axis=0)
+    highest: FloatArray = surfaces.max(axis=0)
+    return highest

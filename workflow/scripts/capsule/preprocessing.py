@@ -6,8 +6,10 @@ Missing samples (NaN) take no part in the mean, the standard deviation or a wind
 
 import numpy as np
 
+from capsule.arrays import FloatArray, IntArray
 
-def normalize(values: np.ndarray) -> np.ndarray:
+
+def normalize(values: FloatArray) -> FloatArray:
     """Bring each sensor to mean 0 and standard deviation 1 (eq. normalization).
 
     The standard deviation is the sample's (N - 1), as in MATLAB's ``zscore``.
@@ -31,10 +33,11 @@ def normalize(values: np.ndarray) -> np.ndarray:
         raise ValueError("a constant sensor cannot be normalized")
     mean = np.nanmean(values, axis=1, keepdims=True)
     deviation = np.nanstd(values, axis=1, ddof=1, keepdims=True)
-    return (values - mean) / deviation
+    normalized: FloatArray = (values - mean) / deviation
+    return normalized
 
 
-def rms_envelope(normalized: np.ndarray, window: int) -> np.ndarray:
+def rms_envelope(normalized: FloatArray, window: int) -> FloatArray:
     """Take the root mean square over a centred window (eq. RMS_envelope, eq. W').
 
     The window [k - W/2, k + W/2] is cut at both ends of the recording, and the sum is divided
@@ -68,17 +71,18 @@ def rms_envelope(normalized: np.ndarray, window: int) -> np.ndarray:
     return np.sqrt(mean)
 
 
-def _window_sum(values: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+def _window_sum(values: FloatArray, start: IntArray, end: IntArray) -> FloatArray:
     running = np.concatenate([np.zeros((values.shape[0], 1)), np.cumsum(values, axis=1)], axis=1)
-    return running[:, end] - running[:, start]
+    sums: FloatArray = running[:, end] - running[:, start]
+    return sums
 
 
-def rectify(envelope: np.ndarray, threshold: float) -> np.ndarray:
+def rectify(envelope: FloatArray, threshold: float) -> FloatArray:
     """Keep what exceeds the threshold c (eq. ReLU)."""
     return np.maximum(envelope - threshold, 0.0)
 
 
-def extend(rectified: np.ndarray, length: int) -> np.ndarray:
+def extend(rectified: FloatArray, length: int) -> FloatArray:
     """Pad with zeros on the right to L columns (eq. extended).
 
     Raises
@@ -94,7 +98,7 @@ def extend(rectified: np.ndarray, length: int) -> np.ndarray:
     return matrix
 
 
-def preprocess(values: np.ndarray, *, window: int, threshold: float, length: int) -> np.ndarray:
+def preprocess(values: FloatArray, *, window: int, threshold: float, length: int) -> FloatArray:
     """Make the padded matrix V of a run (eq. normalization to eq. extended).
 
     Parameters

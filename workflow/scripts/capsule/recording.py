@@ -14,6 +14,7 @@ from typing import BinaryIO
 
 import numpy as np
 
+from capsule.arrays import FloatArray, NumberArray
 from capsule.errors import RecordingError
 
 FORMAT_VERSION = "1"
@@ -44,8 +45,8 @@ class Recording:
         The ``# key: value`` lines of the file.
     """
 
-    time_s: np.ndarray
-    values: np.ndarray
+    time_s: FloatArray
+    values: NumberArray
     header: Mapping[str, str] = field(default_factory=dict)
 
 

@@ -4,6 +4,8 @@ import hashlib
 
 import numpy as np
 
+from capsule.arrays import FloatArray
+
 
 def generator(seed: int, *names: str) -> np.random.Generator:
     """Make the random generator that belongs to a configured seed and a name.
@@ -28,7 +30,7 @@ def generator(seed: int, *names: str) -> np.random.Generator:
     return np.random.Generator(np.random.PCG64(int.from_bytes(digest, "big")))
 
 
-def readings_checksum(values: np.ndarray) -> str:
+def readings_checksum(values: FloatArray) -> str:
     """Return the SHA-256 of a recording's readings.
 
     By this, not by its name, a recording is told from another, takes its turn in sums and draws,
@@ -42,6 +44,6 @@ def readings_checksum(values: np.ndarray) -> str:
     return hashlib.sha256(values.tobytes()).hexdigest()
 
 
-def fit_generator(seed: int, values: np.ndarray) -> np.random.Generator:
+def fit_generator(seed: int, values: FloatArray) -> np.random.Generator:
     """Make the random generator of the fit to a recording, from its readings (S, K)."""
     return generator(seed, "fit", readings_checksum(values))

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import FloatArray
+
 # Two harmonics need few samples a wave.
 _SAMPLES_A_WAVE = 16
 
@@ -32,25 +34,25 @@ class Wave:
         How many samples of the recording became one of these.
     """
 
-    steady: np.ndarray
-    level: np.ndarray
-    phase: np.ndarray
-    irregular: np.ndarray
+    steady: FloatArray
+    level: FloatArray
+    phase: FloatArray
+    irregular: FloatArray
     window: int
     stride: int
 
-    def harmonics(self, turns: np.ndarray) -> np.ndarray:
+    def harmonics(self, turns: FloatArray) -> FloatArray:
         """Return twice the mean of readings times turns (H, S, K) in each window, (H, S, N)."""
         rest = window_mean(self.steady, self.window) * window_mean(turns, self.window)
         return 2 * (window_mean(self.steady * turns, self.window) - rest)
 
-    def centre(self, windows: np.ndarray) -> np.ndarray:
+    def centre(self, windows: FloatArray) -> FloatArray:
         """Return the centres of windows in samples of the recording."""
         # A thinned sample lies in the middle of those that became it.
         return self.stride * (windows + (self.window - 1) / 2) + (self.stride - 1) / 2
 
 
-def fill_missing(values: np.ndarray) -> np.ndarray:
+def fill_missing(values: FloatArray) -> FloatArray:
     """Bridge missing samples (NaN) by straight lines; the ends take the nearest reading.
 
     Parameters
@@ -71,7 +73,7 @@ def fill_missing(values: np.ndarray) -> np.ndarray:
     )
 
 
-def thinned(values: np.ndarray, period: float) -> tuple[np.ndarray, int]:
+def thinned(values: FloatArray, period: float) -> tuple[FloatArray, int]:
     """Average neighbouring samples, so that a quickly sampled recording takes no longer.
 
     Parameters
@@ -94,7 +96,7 @@ def thinned(values: np.ndarray, period: float) -> tuple[np.ndarray, int]:
     return whole.reshape(values.shape[0], count, stride).mean(axis=2), stride
 
 
-def wave_period(values: np.ndarray, expected: float) -> float:
+def wave_period(values: FloatArray, expected: float) -> float:
     """Find the wave's period: the strongest line of the spectrum within a factor of two.
 
     Parameters
@@ -125,10 +127,11 @@ def wave_period(values: np.ndarray, expected: float) -> float:
     bend = before - 2 * peak + after
     # At an end of the range the highest line need not be a peak.
     off = 0.5 * (before - after) / bend if bend < 0 else 0.0
-    return padded / (low - 1 + highest + min(max(off, -0.5), 0.5))
+    own: float = padded / (low - 1 + highest + min(max(off, -0.5), 0.5))
+    return own
 
 
-def wave_phase(values: np.ndarray, period: float) -> tuple[np.ndarray, np.ndarray]:
+def wave_phase(values: FloatArray, period: float) -> tuple[FloatArray, FloatArray]:
     """Follow the phase of the wave, which all sensors share up to a constant.
 
     Parameters
@@ -185,15 +188,15 @@ class Waves:
         As in `Wave`.
     """
 
-    values: np.ndarray
+    values: FloatArray
     stride: int
     period: float
     window: int
-    level: np.ndarray
-    steady: np.ndarray
+    level: FloatArray
+    steady: FloatArray
 
 
-def cut_into_waves(values: np.ndarray, period: float) -> Waves | None:
+def cut_into_waves(values: FloatArray, period: float) -> Waves | None:
     """Find the period of a recording's wave; parameters and None are those of `find_wave`."""
     pressed, stride = thinned(fill_missing(values), period)
     count = pressed.shape[1]
@@ -208,7 +211,7 @@ def cut_into_waves(values: np.ndarray, period: float) -> Waves | None:
     return Waves(pressed, stride, own_period, window, level, centred - level_line(level, window))
 
 
-def find_wave(values: np.ndarray, period: float) -> Wave | None:
+def find_wave(values: FloatArray, period: float) -> Wave | None:
     """Find the wave in a recording.
 
     Parameters
@@ -233,7 +236,7 @@ def find_wave(values: np.ndarray, period: float) -> Wave | None:
     return Wave(waves.steady, waves.level, phase, irregular, waves.window, waves.stride)
 
 
-def level_line(level: np.ndarray, window: int) -> np.ndarray:
+def level_line(level: FloatArray, window: int) -> FloatArray:
     """Draw the windows' level (S, N) out to every sample (S, K); the ends go on at their slope."""
     wave = min(window, level.shape[1] - 1)
     first, last = level[:, :1], level[:, -1:]
@@ -246,13 +249,14 @@ def level_line(level: np.ndarray, window: int) -> np.ndarray:
     return np.concatenate([first + before * first_slope, middle, last + after * last_slope], axis=1)
 
 
-def window_mean(values: np.ndarray, window: int) -> np.ndarray:
+def window_mean(values: FloatArray, window: int) -> FloatArray:
     """Average the last axis over each window that lies wholly inside."""
     running = np.zeros((*values.shape[:-1], values.shape[-1] + 1))
     np.cumsum(values, axis=-1, out=running[..., 1:])
     return (running[..., window:] - running[..., :-window]) / window
 
 
-def _taper(count: int) -> np.ndarray:
+def _taper(count: int) -> FloatArray:
     """Give a Hann window of so many samples, none of them zero."""
-    return 0.5 - 0.5 * np.cos(2 * np.pi / (count + 1) * np.arange(1, count + 1))
+    taper: FloatArray = 0.5 - 0.5 * np.cos(2 * np.pi / (count + 1) * np.arange(1, count + 1))
+    return taper

@@ -12,8 +12,10 @@ import itertools
 
 import numpy as np
 
+from capsule.arrays import FloatArray, IntArray
 
-def rmse_at_lag(matrix: np.ndarray, particle: np.ndarray, lag: int) -> float:
+
+def rmse_at_lag(matrix: FloatArray, particle: FloatArray, lag: int) -> float:
     """Compute the RMSE at one lag, by the formula (eq. F', eq. P', eq. shiftMatrix, eq. RMSE).
 
     Parameters
@@ -59,7 +61,7 @@ class SlidingComparison:
         The first of them, for `gain`.
     """
 
-    def __init__(self, matrix: np.ndarray, at_once: int = 1) -> None:
+    def __init__(self, matrix: FloatArray, at_once: int = 1) -> None:
         sensors, length = matrix.shape
         self.matrix = matrix
         filled = np.flatnonzero(matrix.any(axis=0))
@@ -77,7 +79,7 @@ class SlidingComparison:
         self._summed = np.empty((at_once, frequencies), dtype=np.complex128)
         self._convolved = np.empty((at_once, self._size))
 
-    def gains(self, count: int) -> tuple[np.ndarray, np.ndarray]:
+    def gains(self, count: int) -> tuple[FloatArray, IntArray]:
         """Find the best lags of what is drawn in the first of `particles`.
 
         Parameters
@@ -109,7 +111,7 @@ class SlidingComparison:
         gains, lags = self.gains(1)
         return float(gains[0]), int(lags[0])
 
-    def compare(self, particle: np.ndarray) -> tuple[float, int]:
+    def compare(self, particle: FloatArray) -> tuple[float, int]:
         """Find the smallest RMSE over all lags (eq. RMSEmin).
 
         Parameters

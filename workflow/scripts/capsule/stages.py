@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 from capsule.preprocessing import normalize, rectify, rms_envelope
 
 
@@ -29,16 +30,16 @@ class PreprocessedRun:
 
     recording: str
     title: str
-    time_s: np.ndarray
-    values: np.ndarray
-    envelope: np.ndarray
-    matrix: np.ndarray
+    time_s: FloatArray
+    values: FloatArray
+    envelope: FloatArray
+    matrix: FloatArray
 
 
 def preprocess_run(
     recording: str,
     title: str,
-    values: np.ndarray,
+    values: FloatArray,
     *,
     rate_hz: float,
     window: int,

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 from capsule.particles import Particle, render
 
 
@@ -20,7 +21,7 @@ class ParticleTotal:
         Q, the number of recordings in the sum.
     """
 
-    vector: np.ndarray
+    vector: FloatArray
     count: int
 
     def mean(self) -> Particle:
@@ -57,7 +58,7 @@ def total(particles: Sequence[Particle], sensors: int) -> ParticleTotal:
     return ParticleTotal(vector, len(vectors))
 
 
-def no_nodule_template(sensors: int, length: int) -> np.ndarray:
+def no_nodule_template(sensors: int, length: int) -> FloatArray:
     """Give T^0, the zero matrix (eq. T0)."""
     return np.zeros((sensors, length))
 
@@ -80,10 +81,10 @@ class TemplateSet:
 
     sizes_mm: tuple[float, ...]
     totals: tuple[ParticleTotal, ...]
-    matrices: tuple[np.ndarray, ...]
+    matrices: tuple[FloatArray, ...]
     first_peak: int
 
-    def without(self, size_mm: float, particle: Particle) -> tuple[np.ndarray, ...]:
+    def without(self, size_mm: float, particle: Particle) -> tuple[FloatArray, ...]:
         """Give the templates as if one recording had not been made.
 
         Parameters
@@ -101,13 +102,14 @@ class TemplateSet:
 
     def without_all(
         self, left_out: Iterable[tuple[float, Particle | None]]
-    ) -> tuple[np.ndarray, ...]:
+    ) -> tuple[FloatArray, ...]:
         """Give the templates as if several recordings had not been made.
 
         Parameters
         ----------
         left_out : iterable of (float, Particle)
-            Size and optimal particle of each; those of size 0 change nothing.
+            Size and optimal particle of each; those of size 0, and those without a particle, change
+            nothing.
 
         Returns
         -------
@@ -117,7 +119,7 @@ class TemplateSet:
         totals = dict(enumerate(self.totals))
         changed = set()
         for size_mm, particle in left_out:
-            if size_mm > 0:
+            if size_mm > 0 and particle is not None:
                 index = self.sizes_mm.index(size_mm)
                 totals[index] = totals[index].without(particle)
                 changed.add(index)

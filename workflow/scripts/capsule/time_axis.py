@@ -6,6 +6,7 @@ shift all that follow.
 
 import numpy as np
 
+from capsule.arrays import FloatArray, IntArray
 from capsule.errors import RecordingError
 
 # A step this near the usual one, relative to it, is one interval; larger ones lie over a gap.
@@ -23,8 +24,8 @@ _TOO_MANY = 1.0
 
 
 def columns_by_time(
-    time_s: np.ndarray, *, rate_hz: float, rate_tolerance: float, stretch: int, length: int
-) -> np.ndarray:
+    time_s: FloatArray, *, rate_hz: float, rate_tolerance: float, stretch: int, length: int
+) -> IntArray:
     """Give each sample its column.
 
     Parameters
@@ -62,12 +63,12 @@ def columns_by_time(
     _check_length((time_s[-1] - time_s[0]) / interval_s + 1, length, slack=1.1)
     elapsed = _on_own_clock(time_s - time_s[0], interval_s, min(2.0 * error, 2.0 * rate_tolerance))
     missing = _missing_before(elapsed - np.arange(time_s.size), time_s, interval_s)
-    columns = np.arange(time_s.size) + missing - missing[0]
+    columns: IntArray = np.arange(time_s.size) + missing - missing[0]
     _check_length(columns[-1] + 1, length)
     return columns
 
 
-def _check_forward(time_s: np.ndarray, steps: np.ndarray) -> None:
+def _check_forward(time_s: FloatArray, steps: FloatArray) -> None:
     wrong = np.flatnonzero(steps <= 0)
     if wrong.size:
         earlier, later = time_s[wrong[0]], time_s[wrong[0] + 1]
@@ -75,7 +76,7 @@ def _check_forward(time_s: np.ndarray, steps: np.ndarray) -> None:
         raise RecordingError(f"time {what}: {later:g} s follows {earlier:g} s")
 
 
-def _usual_step(steps: np.ndarray, expected: float) -> tuple[float, float]:
+def _usual_step(steps: FloatArray, expected: float) -> tuple[float, float]:
     """Give the mean of the steps without a gap, and three times its standard error, relative.
 
     Those are the steps near the expected one, or near their own median where most are not.
@@ -109,7 +110,7 @@ def _check_length(columns: float, length: int, slack: float = 1.0) -> None:
 
 
 def _check_stretches(
-    time_s: np.ndarray, interval_s: float, rate_tolerance: float, stretch: int
+    time_s: FloatArray, interval_s: float, rate_tolerance: float, stretch: int
 ) -> None:
     """Refuse a rate that changes within: by more than the tolerance, and than the jitter."""
     steps = np.diff(time_s)
@@ -126,7 +127,7 @@ def _check_stretches(
         )
 
 
-def _on_own_clock(elapsed_s: np.ndarray, interval_s: float, error: float) -> np.ndarray:
+def _on_own_clock(elapsed_s: FloatArray, interval_s: float, error: float) -> FloatArray:
     """Express time in the recording's own intervals: a clock that is 1 % off opens no gaps.
 
     The interval is where the periodogram of the instants has its peak, which neither gaps nor
@@ -137,7 +138,7 @@ def _on_own_clock(elapsed_s: np.ndarray, interval_s: float, error: float) -> np.
     tried = int(np.ceil(error * rough[-1] * _TRIED_PER_PEAK))
     factors = 1.0 + np.arange(-tried, tried + 1) / (rough[-1] * _TRIED_PER_PEAK)
     peaks = [abs(np.exp(2j * np.pi * factor * rough).sum()) for factor in factors]
-    elapsed = rough * factors[int(np.argmax(peaks))]
+    elapsed: FloatArray = rough * factors[int(np.argmax(peaks))]
     for _ in range(_LINES):
         phase = np.angle(np.exp(2j * np.pi * elapsed).sum()) / (2.0 * np.pi)
         remainders = (elapsed - phase + 0.5) % 1.0 - 0.5
@@ -146,7 +147,7 @@ def _on_own_clock(elapsed_s: np.ndarray, interval_s: float, error: float) -> np.
     return elapsed
 
 
-def _missing_before(surplus: np.ndarray, time_s: np.ndarray, interval_s: float) -> np.ndarray:
+def _missing_before(surplus: FloatArray, time_s: FloatArray, interval_s: float) -> IntArray:
     """Tell how many samples are missing before each, from the time beyond the samples' number.
 
     Parameters
@@ -181,7 +182,7 @@ def _missing_before(surplus: np.ndarray, time_s: np.ndarray, interval_s: float) 
     return missing
 
 
-def _running_median(values: np.ndarray) -> np.ndarray:
+def _running_median(values: FloatArray) -> FloatArray:
     """Take the median of each value and its neighbours; what only rises is left as it is.
 
     Towards both ends the windows become smaller and stay centred, or a gap there would be lost.

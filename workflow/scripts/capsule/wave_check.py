@@ -1,17 +1,17 @@
 """Does every sensor show the wave? A detector judges no recording in which one does not."""
 
-from collections.abc import Mapping
-
 import numpy as np
 
+from capsule.arrays import BoolArray, ComplexArray, FloatArray
 from capsule.divider import pressed_and_period
+from capsule.kinds import Settings
 from capsule.sensed_wave import cut_into_waves, wave_phase
 
 # The wave may look this much faster than it is, such as on a pulsating bench.
 _LEAST_TRAVEL = 0.25
 
 
-def missing_wave(values: np.ndarray, rate_hz: float, settings: Mapping, false_rate: float) -> str:
+def missing_wave(values: FloatArray, rate_hz: float, settings: Settings, false_rate: float) -> str:
     """Say why a recording cannot be judged: which sensor shows no wave.
 
     Two things make noise, or interference, differ from a wave. The beats of a sensor keep step with
@@ -55,7 +55,7 @@ def missing_wave(values: np.ndarray, rate_hz: float, settings: Mapping, false_ra
     return ""
 
 
-def phase_tests(pressed: np.ndarray, period: float) -> tuple[np.ndarray, float] | None:
+def phase_tests(pressed: FloatArray, period: float) -> tuple[FloatArray, float] | None:
     """Test each sensor's beats against those of the others.
 
     Parameters
@@ -83,11 +83,12 @@ def phase_tests(pressed: np.ndarray, period: float) -> tuple[np.ndarray, float] 
     whole = count // waves.window
     turns = waves.steady * np.exp(-2j * np.pi / waves.period * np.arange(count))
 
-    def directions(of: np.ndarray | slice, irregular: np.ndarray) -> np.ndarray:
+    def directions(of: BoolArray | slice, irregular: FloatArray) -> ComplexArray:
         """Return where each wave's beat on some sensors points, against a common phase."""
         against = (turns[of] * np.exp(-1j * irregular))[:, : whole * waves.window]
         sums = against.reshape(-1, whole, waves.window).sum(axis=2)
-        return sums / np.maximum(np.abs(sums), 1e-300)
+        unit: ComplexArray = sums / np.maximum(np.abs(sums), 1e-300)
+        return unit
 
     chances = []
     for alone in np.eye(sensors, dtype=bool):
@@ -98,7 +99,7 @@ def phase_tests(pressed: np.ndarray, period: float) -> tuple[np.ndarray, float] 
     return np.array(chances), float(steps.sum())
 
 
-def rayleigh(directions: np.ndarray) -> float:
+def rayleigh(directions: ComplexArray) -> float:
     """Give the chance that so many random directions agree so well (the test of Rayleigh).
 
     Parameters

@@ -6,11 +6,15 @@ their order, so no interval is shown that leaves out its value.
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import TypeGuard, TypeVar
+
+from capsule.kinds import Row
 
 UNKNOWN = "not known"
 NOT_GIVEN = "not given"
 NOT_APPLICABLE = "n/a"
 MINUS = "\u2212"
+Cell = TypeVar("Cell")
 _SCHEMES = {
     "leave_one_out": "leave-one-out",
     "resubstitution": "resubstitution",
@@ -20,7 +24,7 @@ _SCHEMES = {
 }
 
 
-def is_known(value: object) -> bool:
+def is_known(value: Cell | None) -> TypeGuard[Cell]:
     """Tell whether a cell of a table holds a value."""
     return value is not None and not (isinstance(value, float) and math.isnan(value))
 
@@ -73,7 +77,7 @@ def size(size_mm: float | None) -> str:
     return "no nodule" if size_mm == 0 else f"{size_mm:g} mm"
 
 
-def verdict(row: Mapping[str, object]) -> str:
+def verdict(row: Row) -> str:
     """Write a verdict of results/detections.csv; of none the reason, where the row has one."""
     if is_known(row["predicted_mm"]):
         return size(row["predicted_mm"])
@@ -91,7 +95,7 @@ def estimated_size(verdict: Mapping[str, float]) -> str:
     return f"{number(estimate_mm, 1)} mm{interval}"
 
 
-def place(seconds: float, way_mm: float | None) -> str:
+def place(seconds: float | None, way_mm: float | None) -> str:
     """Write where along a run a nodule lies: ``12.3 s, 6.1 mm``."""
     if not is_known(seconds):
         return NOT_GIVEN

@@ -4,7 +4,9 @@ Snakemake alone would name no file, and take the last of two equal keys without 
 """
 
 import json
+from collections.abc import Hashable
 from pathlib import Path
+from typing import Any
 
 import yaml
 
@@ -15,10 +17,11 @@ from capsule.errors import CapsuleError
 class _Loader(yaml.SafeLoader):
     """Refuses a mapping that holds a key twice, and aliases: a few of them can fill the memory."""
 
-    def compose_node(self, parent: yaml.Node | None, index: object) -> yaml.Node | None:
+    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
         """Compose what is written out, and nothing that stands for something else."""
         if self.check_event(yaml.AliasEvent):
-            event = self.get_event()
+            # The one function of the stubs that is called here and has no types.
+            event = self.get_event()  # type: ignore[no-untyped-call]
             raise yaml.composer.ComposerError(
                 None,
                 None,
@@ -27,7 +30,7 @@ class _Loader(yaml.SafeLoader):
             )
         return super().compose_node(parent, index)
 
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict:
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
         """Make a dict, and look at its keys."""
         seen = set()
         for key_node, _ in node.value:
@@ -40,7 +43,7 @@ class _Loader(yaml.SafeLoader):
         return super().construct_mapping(node, deep)
 
 
-def read_config_file(path: Path) -> dict:
+def read_config_file(path: Path) -> dict[str, Any]:
     """Read a configuration file.
 
     Parameters
@@ -81,7 +84,7 @@ def read_config_file(path: Path) -> dict:
     return content
 
 
-def read_schema(path: Path) -> dict:
+def read_schema(path: Path) -> dict[str, Any]:
     """Read the JSON Schema of the configuration; the detectors are those of the registry.
 
     Parameters
@@ -93,7 +96,7 @@ def read_schema(path: Path) -> dict:
     -------
     dict
     """
-    schema = json.loads(path.read_text(encoding="utf-8"))
+    schema: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     schema["properties"]["detectors"] |= {
         "items": {"enum": list(DETECTORS)},
         "description": "; ".join(f"{row.name}: {row.summary}" for row in DETECTORS.values()) + ".",

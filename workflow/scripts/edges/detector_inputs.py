@@ -8,25 +8,27 @@ from pathlib import Path
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 from capsule.detectors.passage import Passage
 from capsule.detectors.training import TrainingArchive
-from capsule.naming import folder_of, folder_size_mm
+from capsule.naming import folder_of, sizes_of
 from capsule.particles import Particle
-from capsule.templates import TemplateSet, total
+from capsule.templates import ParticleTotal, TemplateSet, total
 from edges import files
 from edges.fits import by_size
 from edges.scorer_files import read_features
 
 
-def read_matrix(folder: Path, recording: str) -> np.ndarray:
+def read_matrix(folder: Path, recording: str) -> FloatArray:
     """Read a recording's matrix V, (S, L)."""
-    return np.load(folder / f"{recording}.npy")
+    matrix: FloatArray = np.load(folder / f"{recording}.npy")
+    return matrix
 
 
-def read_templates(path: Path) -> dict[float, np.ndarray]:
+def read_templates(path: Path) -> dict[float, FloatArray]:
     """Read templates.npz: the template of every size in mm, (S, L), that of 0 first."""
     with np.load(path) as stored:
-        return {folder_size_mm(label): matrix for label, matrix in stored.items()}
+        return {size: stored[label] for label, size in sizes_of(stored).items()}
 
 
 def read_template_set(
@@ -44,7 +46,7 @@ def read_template_set(
         The fits behind them, where recordings are to be left out.
     """
     rendered = read_templates(path)
-    totals = ()
+    totals: tuple[ParticleTotal, ...] = ()
     if particles:
         groups = by_size(particles)
         sensors = next(iter(rendered.values())).shape[0]

@@ -5,6 +5,7 @@ Imports nothing heavy: the Snakefile takes the list of rules from here.
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 from capsule.naming import folder_of
 from capsule.page.provenance import seconds_in_log
@@ -26,7 +27,9 @@ RULES = (
 )
 
 
-def read_durations(logs: Path, names: Iterable[str], surveys: Sequence[str] = ()) -> list[dict]:
+def read_durations(
+    logs: Path, names: Iterable[str], surveys: Sequence[str] = ()
+) -> list[dict[str, Any]]:
     """Add up how long each rule's scripts took, from the last lines of their logs.
 
     Parameters

@@ -4,10 +4,11 @@ from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
+from capsule.arrays import FloatArray
 from capsule.evaluation.beside_paper import Evaluation
+from capsule.kinds import Settings
 from capsule.parts.design import Design
 from capsule.stages import PreprocessedRun, preprocess_run
 from edges import files
@@ -35,7 +36,7 @@ class StoredResults:
         Sections of the configuration.
     """
 
-    def __init__(self, results: Path, paper: Path, settings: Mapping) -> None:
+    def __init__(self, results: Path, paper: Path, settings: Settings) -> None:
         self._results, self._paper, self.settings = results, paper, settings
 
     @cached_property
@@ -55,7 +56,7 @@ class StoredResults:
         return read_learning(self._results / "evaluation")
 
     @cached_property
-    def templates(self) -> Mapping[float, np.ndarray]:
+    def templates(self) -> Mapping[float, FloatArray]:
         """The template of every size in mm, (S, L), that of 0 first."""
         return read_templates(self._results / "templates.npz")
 

@@ -14,11 +14,12 @@ import math
 import os
 import sys
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 from capsule.errors import CapsuleError
+from capsule.kinds import Row
 from capsule.naming import Archive, Entry, classify, without_formula
 from edges.reading import read_limited
 from edges.records import Record, record_path
@@ -98,7 +99,7 @@ def fingerprint(path: Path, max_bytes: int) -> str:
 
 
 @contextlib.contextmanager
-def write_whole(path: Path, mode: str = "w") -> Iterator[IO]:
+def write_whole(path: Path, mode: str = "w") -> Iterator[IO[Any]]:
     """Open a file for writing that appears under its name only when it is complete.
 
     The content is collected in memory, written beside the final name, and renamed: whenever the
@@ -167,12 +168,13 @@ def write_json(path: Path, content: object) -> None:
         stream.write("\n")
 
 
-def read_json(path: Path) -> dict:
+def read_json(path: Path) -> dict[str, Any]:
     """Read a JSON file that a stage before has written."""
-    return json.loads(path.read_text(encoding="utf-8"))
+    content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    return content
 
 
-def write_csv(path: Path, columns: Sequence[str], rows: Iterable[Mapping]) -> None:
+def write_csv(path: Path, columns: Sequence[str], rows: Iterable[Row]) -> None:
     """Write a table: comma-separated, full precision, an empty cell where a value is unknown.
 
     No text in it begins like a formula, whoever wrote it.

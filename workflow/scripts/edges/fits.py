@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from capsule.errors import CapsuleError
-from capsule.naming import size_mm
+from capsule.naming import size_mm, sizes_of
 from capsule.particles import Particle
 from edges import files
 
@@ -47,11 +47,11 @@ def read_particles(recordings: Path, folder: Path) -> dict[str, Particle]:
     return particles
 
 
-def by_size(particles: dict[str, Particle]) -> dict[float, list[Particle]]:
+def by_size(particles: Mapping[str, Particle]) -> dict[float, list[Particle]]:
     """Group particles by the true size of their recordings, in mm."""
     groups: dict[float, list[Particle]] = {}
-    for name, particle in particles.items():
-        groups.setdefault(size_mm(name), []).append(particle)
+    for name, size in sizes_of(particles).items():
+        groups.setdefault(size, []).append(particles[name])
     return groups
 
 

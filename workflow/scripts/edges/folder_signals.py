@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 from edges import files
 
 
@@ -23,7 +24,7 @@ def folder_arguments() -> argparse.ArgumentParser:
 
 def usable_signals(
     raw: Path, folder: str, signals: Path, what: str
-) -> Iterator[tuple[str, np.ndarray]]:
+) -> Iterator[tuple[str, FloatArray]]:
     """Read the readings of a folder's usable recordings, and print which are left aside.
 
     Copies of other recordings are read too: only the index, which nobody waits for here, rejects

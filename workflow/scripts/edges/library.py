@@ -1,6 +1,7 @@
 """Reads for programs what the workflow's steps read: an archive, the configuration, weights."""
 
 from pathlib import Path
+from typing import Any
 
 from capsule.checking import check_recording
 from capsule.configuration import check_configuration
@@ -9,6 +10,7 @@ from capsule.interface.loaded_archive import LoadedArchive
 from capsule.listing import full_list, refuse_rejected
 from edges import files
 from edges.config_files import read_config_file, read_schema
+from edges.reading import read_limited
 from edges.scorer_files import read_scorer
 
 _PROJECT = Path(__file__).resolve().parents[3]
@@ -51,7 +53,7 @@ def load(
     max_bytes = int(settings["recording"]["max_megabytes"] * 1e6)
     checks, readings = {}, {}
     for name in archive.recordings:
-        content = files.read_limited(folder / f"{name}.csv", max_bytes)
+        content = read_limited(folder / f"{name}.csv", max_bytes)
         checks[name], readings[name], _ = check_recording(name, content, max_bytes, settings)
     rows = full_list(archive, checks, readings.__getitem__)
     if settings["on_rejected"] == "fail":
@@ -59,7 +61,7 @@ def load(
     return LoadedArchive(rows, checks, readings, archive.passed_over, settings)
 
 
-def read_settings(config: str | Path | None = None, **changes: object) -> dict:
+def read_settings(config: str | Path | None = None, **changes: object) -> dict[str, Any]:
     """Read a configuration, check it, and change keys of it.
 
     Parameters
@@ -83,8 +85,10 @@ def read_settings(config: str | Path | None = None, **changes: object) -> dict:
     settings = dict(content)
     for key, value in changes.items():
         section = settings.get(key)
-        whole = not (isinstance(section, dict) and isinstance(value, dict))
-        settings[key] = value if whole else {**section, **value}
+        if isinstance(section, dict) and isinstance(value, dict):
+            settings[key] = {**section, **value}
+        else:
+            settings[key] = value
     check_configuration(settings, read_schema(_SCHEMA), {str(path): content, "changes": changes})
     return settings
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from pathlib import Path
 
+from capsule.kinds import Cells
 from capsule.page import beside
 from edges import files
 
@@ -19,7 +20,7 @@ class DataFiles:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
 
-    def write(self, evidence: Iterable[tuple[str, str]]) -> dict:
+    def write(self, evidence: Iterable[tuple[str, str]]) -> Cells:
         """Write the files, a few recordings in memory at a time.
 
         Parameters

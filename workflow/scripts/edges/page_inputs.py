@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from capsule.figures.registry import FIGURES
+from capsule.kinds import Cells, Settings
 from capsule.page import survey_section
 from capsule.page.dark_figures import with_dark_colours
 from capsule.page.render import Frame, image_address
@@ -62,7 +63,7 @@ SCRIPTS = (
 TEMPLATES = ("report.html.j2", "macros.html.j2", "sections/[!.]*.html.j2")
 
 
-def read_tables(results: Path, template: Path, printed: Mapping, confidence: float) -> Tables:
+def read_tables(results: Path, template: Path, printed: Settings, confidence: float) -> Tables:
     """Read the tables that the page shows.
 
     Parameters
@@ -102,7 +103,7 @@ def read_figures(folder: Path) -> dict[str, dict[str, str]]:
     }
 
 
-def read_surveys(folder: Path, names: Iterable[str], passed_over: Mapping[str, str]) -> dict:
+def read_surveys(folder: Path, names: Iterable[str], passed_over: Mapping[str, str]) -> Cells:
     """Read what the page shows of the surveys, with their pictures at both widths.
 
     Parameters

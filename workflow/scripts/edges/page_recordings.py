@@ -4,7 +4,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from capsule.evaluation.folds import scheme_folds
-from capsule.naming import folder_of, size_mm
+from capsule.kinds import Settings
+from capsule.naming import folder_of, sizes_of
 from capsule.page.evidence import Stored
 from capsule.page.judged_by import fold_particles
 from capsule.templates import total
@@ -30,7 +31,7 @@ class StoredRecordings:
         Whether a detector judges by the taught scorer's features.
     """
 
-    def __init__(self, results: Path, settings: Mapping, *, by_features: bool) -> None:
+    def __init__(self, results: Path, settings: Settings, *, by_features: bool) -> None:
         self._results, index = results, results / "recordings.csv"
         accepted = files.accepted_recordings(index)
         self._particles = read_particles(index, results / "fits")
@@ -47,7 +48,11 @@ class StoredRecordings:
         templates = {
             scheme: fold_particles(
                 self._totals,
-                [(size_mm(n), self._particles[n]) for n in left_out if n in self._particles],
+                [
+                    (size, self._particles[n])
+                    for n, size in sizes_of(left_out).items()
+                    if n in self._particles
+                ],
             )
             for scheme, left_out in self._left_out[name].items()
         }

@@ -1,19 +1,18 @@
 """The table of what the paper leaves open about the parts, and the design as it ships."""
 
-from collections.abc import Mapping
-from typing import Any
-
 import yaml
 
+from capsule.kinds import Settings
 from capsule.parts.design import Design, design_of
 from edges.phantom import CONFIG, DEFAULT_TABLE, read_phantom
 
 PARTS_TABLE = CONFIG / "parts.yaml"
 
 
-def read_parts_table() -> Mapping[str, Any]:
+def read_parts_table() -> Settings:
     """Read ``config/parts.yaml``: the choices, with the limits of all values."""
-    return yaml.safe_load(PARTS_TABLE.read_text(encoding="utf-8"))
+    table: Settings = yaml.safe_load(PARTS_TABLE.read_text(encoding="utf-8"))
+    return table
 
 
 def shipped_design() -> Design:

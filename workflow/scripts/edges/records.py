@@ -17,6 +17,7 @@ import sys
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from edges.reading import read_limited
 
@@ -80,7 +81,7 @@ class Record:
         """Note each file that this process opens for reading, or renames to its final name."""
         sys.addaudithook(self._heard)
 
-    def _heard(self, event: str, arguments: tuple) -> None:
+    def _heard(self, event: str, arguments: tuple[Any, ...]) -> None:
         if self._busy or event not in ("open", "os.rename"):
             return
         self._busy = True
@@ -95,7 +96,7 @@ class Record:
         finally:
             self._busy = False
 
-    def content(self) -> dict:
+    def content(self) -> dict[str, Any]:
         """Return the record as JSON holds it; to be written when the job has ended well."""
         files = {
             "read": dict(sorted(self.read.items())),
@@ -157,14 +158,14 @@ def files_that_do_not_fit(target: str) -> list[str]:
     return sorted(changed)
 
 
-def _changed(record: dict, now: Callable[[str], str | None]) -> set[str]:
+def _changed(record: dict[str, Any], now: Callable[[str], str | None]) -> set[str]:
     """Name the files that a record tells otherwise than they are now."""
     known = {**record["read"], **record["written"]}
     return {name for name, before in known.items() if now(name) != before}
 
 
-def _records_by_file(folder: Path) -> dict[str, dict]:
-    by_file = {}
+def _records_by_file(folder: Path) -> dict[str, dict[str, Any]]:
+    by_file: dict[str, dict[str, Any]] = {}
     for path in folder.rglob("*.json"):
         if record := _read(path):
             by_file |= dict.fromkeys(record["written"], record)
@@ -188,10 +189,10 @@ def _wrote_all(outputs: Sequence[str], written: Iterable[str]) -> bool:
     return set(outputs) <= {*written, *parents}
 
 
-def _read(path: Path) -> dict | None:
+def _read(path: Path) -> dict[str, Any] | None:
     """Read a record; None where it is not there, damaged, or of another format."""
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
+        record: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         whole = record["format"] == FORMAT and isinstance(record["made_from"], str)
         whole = whole and isinstance(record["read"], dict) and isinstance(record["written"], dict)
     except (OSError, ValueError, KeyError, TypeError):

@@ -1,15 +1,17 @@
 """Read what the stages before have written, for the figures and the report."""
 
-from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 import yaml
 
+from capsule.arrays import FloatArray
 from capsule.evaluation.beside_paper import TABLES, Evaluation
 from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.paper import printed_tables
+from capsule.kinds import Settings
 from capsule.particles import Particle
 from edges import files
 
@@ -29,7 +31,7 @@ def read_table(path: Path) -> pd.DataFrame:
     )
 
 
-def read_evaluation(folder: Path, printed: Mapping, confidence: float) -> Evaluation:
+def read_evaluation(folder: Path, printed: Settings, confidence: float) -> Evaluation:
     """Read results/evaluation and put the paper's numbers beside it."""
     paper = {name: pd.DataFrame(rows) for name, rows in printed_tables(printed, confidence).items()}
     tables = {name: read_table(folder / f"{name}.csv") for name in TABLES}
@@ -46,17 +48,19 @@ def read_learning(folder: Path) -> pd.DataFrame:
     return pd.read_csv(folder / "learning.csv")
 
 
-def read_printed(path: Path) -> dict:
+def read_printed(path: Path) -> dict[str, Any]:
     """Read paper.yaml, the numbers that the paper prints."""
-    return yaml.safe_load(path.read_text(encoding="utf-8"))
+    printed: dict[str, Any] = yaml.safe_load(path.read_text(encoding="utf-8"))
+    return printed
 
 
-def read_signal(folder: Path, name: str) -> np.ndarray:
+def read_signal(folder: Path, name: str) -> FloatArray:
     """Read an accepted recording's readings on an even grid, (S, K), NaN where one is missing."""
-    return np.load(folder / f"{name}.npy")
+    readings: FloatArray = np.load(folder / f"{name}.npy")
+    return readings
 
 
-def read_fit(path: Path) -> tuple[dict, Particle] | None:
+def read_fit(path: Path) -> tuple[dict[str, Any], Particle] | None:
     """Read a recording's fit and its particle; None where it has none."""
     if not path.exists():
         return None

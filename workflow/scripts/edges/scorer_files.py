@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import astuple, fields
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,7 +21,7 @@ def read_scorer(path: Path) -> Scorer:
 
 def write_features(path: Path, features: Mapping[str, Features]) -> None:
     """Write the features of a folder's recordings."""
-    arrays = {
+    arrays: dict[str, Any] = {
         field.name: np.array([getattr(each, field.name) for each in features.values()])
         for field in fields(Features)
     }
@@ -45,7 +46,7 @@ def write_stretches(path: Path, stretches: Mapping[str, Stretches | None]) -> No
 
     An array a recording: score, first and step, and then the losses.
     """
-    arrays = {
+    arrays: dict[str, Any] = {
         name: np.hstack(astuple(each)) for name, each in stretches.items() if each is not None
     }
     with files.write_whole(path, "wb") as stream:

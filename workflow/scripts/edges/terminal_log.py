@@ -9,6 +9,7 @@ Imports nothing heavy: the Snakefile uses it.
 import logging
 import re
 import shutil
+from typing import TextIO
 
 # Said in other words, or of no use beside the lines of the jobs.
 _LEFT_OUT = {"workflow_started", "job_started", "job_finished", "resources_info", "rulegraph"}
@@ -71,7 +72,7 @@ class TerminalLog(logging.Handler):
         Whether jobs are only listed, each with its reason.
     """
 
-    def __init__(self, default: logging.StreamHandler, *, dry_run: bool) -> None:
+    def __init__(self, default: logging.StreamHandler[TextIO], *, dry_run: bool) -> None:
         super().__init__(default.level)
         self.filters = default.filters
         self._default, self._stream, self._dry_run = default, default.stream, dry_run
@@ -96,19 +97,21 @@ class TerminalLog(logging.Handler):
             self._default.emit(record)
 
     def _tell_job(self, record: logging.LogRecord) -> None:
-        self._job = " ".join([record.rule_name, *record.wildcards.values()])
+        told = vars(record)
+        self._job = " ".join([told["rule_name"], *told["wildcards"].values()])
         if self._live:
             self._show()
         elif self._dry_run:
-            self._write(f"- {self._job}, because {reason_in_words(str(record.reason))}\n")
+            self._write(f"- {self._job}, because {reason_in_words(str(told['reason']))}\n")
         else:
             self._write(f"- {self._job}\n")
 
     def _tell_progress(self, record: logging.LogRecord) -> None:
-        self._progress = f"{record.done} of {record.total} jobs done"
+        done, total = vars(record)["done"], vars(record)["total"]
+        self._progress = f"{done} of {total} jobs done"
         if self._live:
             self._show()
-        if record.done == record.total:
+        if done == total:
             self._write(f"{_CLEAR_LINE if self._live else ''}{self._progress}\n")
 
     def _show(self) -> None:
@@ -126,6 +129,6 @@ def speak_shortly(logger: logging.Logger, *, dry_run: bool) -> None:
     It is not where the user has chosen another logger.
     """
     for default in list(logger.handlers):
-        if default.name == "DefaultStreamHandler":
+        if default.name == "DefaultStreamHandler" and isinstance(default, logging.StreamHandler):
             logger.removeHandler(default)
             logger.addHandler(TerminalLog(default, dry_run=dry_run))

@@ -47,7 +47,11 @@ def _table(stream: dict, started: str) -> SourceTable:
         name = _first(channel.get("label")) or f"channel {number}"
         columns.append(bare_column(str(name), values, str(_first(channel.get("unit")) or "")))
     return SourceTable(
-        tuple(columns), "variable", str(_first(info["name"])), started=_as_utc(started)
+        tuple(columns),
+        "variable",
+        str(_first(info["name"])),
+        started=_as_utc(started),
+        remark="" if stream.get("footer") else "the stream has no end in the file: is it cut off?",
     )
 
 

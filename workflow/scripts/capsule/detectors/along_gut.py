@@ -1,13 +1,14 @@
 """What the diagonal detector judged a recording by, laid out to be drawn."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import FloatArray, RealArray
 from capsule.detectors.beats import CHANNELS
 from capsule.detectors.candidates import try_candidates
 from capsule.detectors.passage import beats_of
+from capsule.kinds import Settings
 
 
 @dataclass(frozen=True)
@@ -31,13 +32,13 @@ class AlongGut:
 
     first: float
     step: float
-    depth: np.ndarray
+    depth: FloatArray
     step_mm: float
-    evidence: np.ndarray
-    passed: np.ndarray
+    evidence: RealArray
+    passed: FloatArray
 
 
-def along_gut(values: np.ndarray, rate_hz: float, settings: Mapping) -> AlongGut | None:
+def along_gut(values: FloatArray, rate_hz: float, settings: Settings) -> AlongGut | None:
     """Return what `capsule.detectors.passage.passage_of` chooses the best candidate from.
 
     Parameters

@@ -6,6 +6,7 @@ early or late in the wave turns the beat.
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 from capsule.detectors.beats import median
 from capsule.sensed_wave import find_wave
 
@@ -16,7 +17,7 @@ WINDOWS_A_WAVE = 4
 _LIMIT = 30.0
 
 
-def beat_series(values: np.ndarray, *, period: float) -> np.ndarray | None:
+def beat_series(values: FloatArray, *, period: float) -> FloatArray | None:
     """Take a recording apart into beats, a quarter of the configured wave apart.
 
     Parameters
@@ -41,9 +42,10 @@ def beat_series(values: np.ndarray, *, period: float) -> np.ndarray | None:
         return None
     series = np.concatenate([wave.level[np.newaxis], harmonics])
     series = (series - median(series)) / usual_depth
-    centre = wave.centre(np.arange(wave.level.shape[1]))
+    centre = wave.centre(np.arange(wave.level.shape[1], dtype=float))
     wanted = np.arange(centre[0], centre[-1] + 1e-9, period / WINDOWS_A_WAVE)
     below = np.minimum(np.searchsorted(centre, wanted, side="right") - 1, centre.size - 2)
     share = (wanted - centre[below]) / (centre[below + 1] - centre[below])
     even = series[..., below] * (1 - share) + series[..., below + 1] * share
-    return np.clip(even, -_LIMIT, _LIMIT).transpose(1, 0, 2)
+    even_series: FloatArray = np.clip(even, -_LIMIT, _LIMIT).transpose(1, 0, 2)
+    return even_series

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 from capsule.sensed_wave import find_wave
 
 CHANNELS = ("level", "depth", "shape")
@@ -32,12 +33,12 @@ class Beats:
         How far the capsule is ahead of steady motion at these moments, in mm, from the phase.
     """
 
-    channels: np.ndarray
-    centre: np.ndarray
-    irregular_mm: np.ndarray
+    channels: FloatArray
+    centre: FloatArray
+    irregular_mm: FloatArray
 
 
-def find_beats(values: np.ndarray, *, period: float, wavelength_mm: float) -> Beats | None:
+def find_beats(values: FloatArray, *, period: float, wavelength_mm: float) -> Beats | None:
     """Take a recording apart into beats.
 
     Parameters
@@ -63,7 +64,7 @@ def find_beats(values: np.ndarray, *, period: float, wavelength_mm: float) -> Be
     step = max(wave.window // _WINDOWS_A_WAVE, 1)
     channels = np.concatenate([wave.level[np.newaxis], harmonics])[..., ::step]
     channels = (channels - median(channels)) / usual_depth
-    windows = np.arange(0, wave.level.shape[1], step)
+    windows = np.arange(0, wave.level.shape[1], step, dtype=float)
     thinned_centre = windows + (wave.window - 1) / 2
     # Ahead of steady motion, the capsule meets the wave late: the phase falls behind.
     behind = np.interp(thinned_centre, np.arange(wave.irregular.size), -wave.irregular)
@@ -71,12 +72,12 @@ def find_beats(values: np.ndarray, *, period: float, wavelength_mm: float) -> Be
     return Beats(channels, wave.centre(windows), _without_line(thinned_centre, ahead))
 
 
-def median(values: np.ndarray) -> np.ndarray:
+def median(values: FloatArray) -> FloatArray:
     """Give the median along the last axis, which stays with length 1."""
     return quantile(np.sort(values, axis=-1), 0.5)
 
 
-def quantile(ordered: np.ndarray, share: float) -> np.ndarray:
+def quantile(ordered: FloatArray, share: float) -> FloatArray:
     """Give a quantile along the last axis, which is sorted and stays with length 1.
 
     As by ``np.quantile(ordered, share, axis=-1, keepdims=True)``, which takes ten times as long for
@@ -85,10 +86,12 @@ def quantile(ordered: np.ndarray, share: float) -> np.ndarray:
     rank = share * (ordered.shape[-1] - 1)
     below, above = int(np.floor(rank)), int(np.ceil(rank))
     low, high = ordered[..., below : below + 1], ordered[..., above : above + 1]
-    return low + (rank - below) * (high - low)
+    quantiles: FloatArray = low + (rank - below) * (high - low)
+    return quantiles
 
 
-def _without_line(at: np.ndarray, values: np.ndarray) -> np.ndarray:
+def _without_line(at: FloatArray, values: FloatArray) -> FloatArray:
     """Take the straight line of least squares through values (N,) off them."""
     off = at - at.mean()
-    return values - values.mean() - off * (off @ values) / (off @ off)
+    rest: FloatArray = values - values.mean() - off * (off @ values) / (off @ off)
+    return rest

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import FloatArray, IntArray, RealArray
 from capsule.detectors.beats import CHANNELS, Beats, quantile
 
 # Candidates that are tried at a time, to stay within the processor's cache.
@@ -15,7 +16,7 @@ _LEAST_DWELL = float(np.finfo(np.float32).tiny)
 
 def standardised_beats(
     beats: Beats, weights: Mapping[str, float], least_spread: float, limit: float
-) -> np.ndarray:
+) -> FloatArray:
     """Weigh the channels, in units of each sensor's own spread over the run.
 
     A sensor whose seat shifts all the time says less than one that sits firm, and no single beat
@@ -41,7 +42,8 @@ def standardised_beats(
     # the median to the lower quartile it is 0.6745 standard deviations of a normal distribution.
     ordered = np.sort(weighted, axis=1)
     spread = (quantile(ordered, 0.5) - quantile(ordered, 0.25)) / 0.6745
-    return np.clip(weighted / np.hypot(least_spread, spread), -limit, limit)
+    bounded: FloatArray = np.clip(weighted / np.hypot(least_spread, spread), -limit, limit)
+    return bounded
 
 
 @dataclass(frozen=True)
@@ -68,13 +70,13 @@ class Candidates:
         In which the Gaussian of a place is exp(-x^2).
     """
 
-    weighted: np.ndarray
-    head_mm: np.ndarray
-    behind_mm: np.ndarray
-    lag_samples: np.ndarray
-    speed: np.ndarray
-    place_mm: np.ndarray
-    evidence: np.ndarray
+    weighted: FloatArray
+    head_mm: FloatArray
+    behind_mm: RealArray
+    lag_samples: FloatArray
+    speed: IntArray
+    place_mm: FloatArray
+    evidence: RealArray
     dwell: float
     unit_mm: float
 
@@ -83,9 +85,10 @@ class Candidates:
         """Number of the candidate with the most evidence."""
         return int(self.evidence.argmax())
 
-    def beyond_mm(self) -> np.ndarray:
+    def beyond_mm(self) -> FloatArray:
         """Return how far the first sensor is beyond the best place at each moment, (N,)."""
-        return self.head_mm[self.speed[self.best]] - self.place_mm[self.best]
+        beyond_mm: FloatArray = self.head_mm[self.speed[self.best]] - self.place_mm[self.best]
+        return beyond_mm
 
 
 def try_candidates(
@@ -153,7 +156,7 @@ def try_candidates(
     )
 
 
-def _candidates(farthest_mm: np.ndarray, step_mm: float) -> tuple[np.ndarray, np.ndarray]:
+def _candidates(farthest_mm: FloatArray, step_mm: float) -> tuple[IntArray, FloatArray]:
     """List what is tried: from the start, every place up to the farthest at each speed (V,).
 
     Returns
@@ -169,13 +172,13 @@ def _candidates(farthest_mm: np.ndarray, step_mm: float) -> tuple[np.ndarray, np
 
 
 def _evidence(
-    weighted: np.ndarray,
-    head: np.ndarray,
-    behind: np.ndarray,
-    speed: np.ndarray,
-    place: np.ndarray,
+    weighted: RealArray,
+    head: RealArray,
+    behind: RealArray,
+    speed: IntArray,
+    place: RealArray,
     dwell: float,
-) -> np.ndarray:
+) -> RealArray:
     """Give the evidence of every candidate (G,), to a millionth.
 
     Single precision is enough to choose one, and takes half the time.
@@ -203,9 +206,7 @@ def _evidence(
     return evidence
 
 
-def averages(
-    channels: np.ndarray, beyond: np.ndarray, behind: np.ndarray, dwell: float
-) -> np.ndarray:
+def averages(channels: RealArray, beyond: RealArray, behind: RealArray, dwell: float) -> RealArray:
     """Average the beats at places: each sensor's over its time there, then over the sensors.
 
     Parameters

@@ -1,10 +1,12 @@
 """What the diagonal detector learns from recordings of known size, and how it judges by it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 from capsule.detectors.intervals import conformal_reach, size_interval
 from capsule.detectors.leaving_out import ProbabilityWithout, SizesWithout
 from capsule.detectors.operating_point import threshold_at
@@ -14,6 +16,7 @@ from capsule.detectors.probability import Probability
 from capsule.detectors.sizing import SizeModel, nearest_known
 from capsule.detectors.training import JudgedRecording, TrainingArchive
 from capsule.detectors.verdicts import Verdict
+from capsule.kinds import Settings
 from capsule.templates import TemplateSet
 
 UNKNOWN_VALUE = float("nan")
@@ -71,12 +74,12 @@ class DiagonalModel:
             estimate_high_mm=high,
         )
 
-    def stored(self) -> dict:
+    def stored(self) -> dict[str, Any]:
         """Return the model as JSON holds it."""
         return {"diagonal": plain(asdict(self))}
 
     @classmethod
-    def restored(cls, stored: Mapping, templates: TemplateSet) -> "DiagonalModel":
+    def restored(cls, stored: Settings, templates: TemplateSet | None) -> "DiagonalModel":
         """Take the model out of what `stored` gave; it needs no template."""
         content = dict(stored["diagonal"])
         sizes, probability = content.pop("sizes"), content.pop("probability")
@@ -95,7 +98,7 @@ class DiagonalModel:
         )
 
 
-def size_features(passages: Sequence[Passage]) -> np.ndarray:
+def size_features(passages: Sequence[Passage]) -> FloatArray:
     """Lay out the features from which sizes are estimated, (n, 9).
 
     The channels at the place, depth and shape also by their logarithms, since a size multiplies

@@ -2,8 +2,10 @@
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 
-def conformal_reach(errors: np.ndarray, share: float) -> float:
+
+def conformal_reach(errors: FloatArray, share: float) -> float:
     """Choose how far an interval reaches to both sides, to hold so many further values.
 
     Parameters

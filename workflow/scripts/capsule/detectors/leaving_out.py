@@ -10,6 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
+from capsule.arrays import BoolArray, FloatArray, IntArray
 from capsule.detectors.probability import Probability, fit_probabilities, fit_probability
 from capsule.detectors.sizing import SizeModel, fit_sizes, left_out_errors
 
@@ -32,16 +33,17 @@ class ProbabilityWithout:
         As in `fit_probability`.
     """
 
-    def __init__(self, scores: np.ndarray, nodule: np.ndarray, prevalence: float) -> None:
+    def __init__(self, scores: FloatArray, nodule: BoolArray, prevalence: float) -> None:
         self._scores, self._nodule, self._prevalence = scores, nodule, prevalence
         self.whole = fit_probability(scores, nodule, prevalence)
 
-    def without(self, left_out: np.ndarray) -> Probability | None:
+    def without(self, left_out: IntArray) -> Probability | None:
         """Give the curve without some recordings, by their places; None as in `fit_probability`."""
         if left_out.size == 0:
             return self.whole
         if left_out.size == 1:
-            return self._without_each[left_out[0]]
+            curve: Probability | None = self._without_each[left_out[0]]
+            return curve
         taught = np.ones((1, self._scores.size), dtype=bool)
         taught[:, left_out] = False
         return self._fit(taught)[0]
@@ -54,7 +56,7 @@ class ProbabilityWithout:
         blocks = (places[start : start + rows, np.newaxis] for start in places[::rows])
         return [curve for alone in blocks for curve in self._fit(alone != places)]
 
-    def _fit(self, taught: np.ndarray) -> list[Probability | None]:
+    def _fit(self, taught: BoolArray) -> list[Probability | None]:
         return fit_probabilities(self._scores, self._nodule, self._prevalence, taught, self.whole)
 
 
@@ -71,18 +73,18 @@ class SizesWithout:
         As in `fit_sizes`.
     """
 
-    def __init__(self, features: np.ndarray, sizes_mm: np.ndarray, ridge: float) -> None:
+    def __init__(self, features: FloatArray, sizes_mm: FloatArray, ridge: float) -> None:
         self._features, self._sizes_mm, self._ridge = features, sizes_mm, ridge
         self.whole = fit_sizes(features, sizes_mm, ridge)
 
-    def without(self, left_out: np.ndarray) -> SizeModel | None:
+    def without(self, left_out: IntArray) -> SizeModel | None:
         """Give the model without some recordings, by their places; None without any other."""
         if left_out.size == 0:
             return self.whole
         alone = self._without_each[left_out[0]] if left_out.size == 1 else None
         return self._anew(left_out) if alone is None else alone
 
-    def errors_without(self, left_out: np.ndarray) -> np.ndarray:
+    def errors_without(self, left_out: IntArray) -> FloatArray:
         """Return by how much each of the others is off when the rest of them predict it.
 
         Parameters
@@ -98,19 +100,19 @@ class SizesWithout:
         return self._errors_of_all if left_out.size == 0 else self._errors(left_out)
 
     @cached_property
-    def _errors_of_all(self) -> np.ndarray:
+    def _errors_of_all(self) -> FloatArray:
         return self._errors(np.array([], dtype=int))
 
-    def _errors(self, left_out: np.ndarray) -> np.ndarray:
+    def _errors(self, left_out: IntArray) -> FloatArray:
         model = self.without(left_out)
         if model is None:
             return np.empty(0)
         return left_out_errors(model, *self._others(left_out), self._ridge)
 
-    def _anew(self, left_out: np.ndarray) -> SizeModel | None:
+    def _anew(self, left_out: IntArray) -> SizeModel | None:
         return fit_sizes(*self._others(left_out), self._ridge)
 
-    def _others(self, left_out: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _others(self, left_out: IntArray) -> tuple[FloatArray, FloatArray]:
         """Return the features and sizes of the others."""
         taught = np.delete(np.arange(self._sizes_mm.size), left_out)
         return self._features[taught], self._sizes_mm[taught]
@@ -129,7 +131,8 @@ class SizesWithout:
         square = whole - outer * (1 + 1 / count)
         product = gone.T @ gone_mm - gone * gone_mm[:, np.newaxis] * (1 + 1 / count)
         spread = np.diagonal(square, axis1=1, axis2=2)
-        usable = ((spread > 0) & (spread >= _LEAST_REST * np.diag(whole))).all(axis=1)
+        enough = (spread > 0) & (spread >= _LEAST_REST * np.diag(whole))
+        usable: BoolArray = np.asarray(enough.all(axis=1))
         scale = np.sqrt(np.where(usable[:, np.newaxis], spread, count) / count)
         normal = square / (scale[:, :, np.newaxis] * scale[:, np.newaxis])
         normal += self._ridge * np.eye(mean.size)

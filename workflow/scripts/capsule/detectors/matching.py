@@ -5,10 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 from capsule.sliding import SlidingComparison, rmse_at_lag
 
 
-def template_distances(matrix: np.ndarray, templates: Sequence[np.ndarray]) -> np.ndarray:
+def template_distances(matrix: FloatArray, templates: Sequence[FloatArray]) -> FloatArray:
     """Compare a recording with every template (eq. F' to eq. RMSEmin).
 
     Parameters
@@ -33,7 +34,7 @@ def template_distances(matrix: np.ndarray, templates: Sequence[np.ndarray]) -> n
     return distances
 
 
-def nearest_size(distances: np.ndarray, sizes_mm: Sequence[float]) -> float:
+def nearest_size(distances: FloatArray, sizes_mm: Sequence[float]) -> float:
     """Give the size of the nearest template.
 
     Parameters
@@ -64,9 +65,9 @@ class Comparison:
         `template_margins`; NaN where the matrix or the template is NaN.
     """
 
-    distances: np.ndarray
-    gains: np.ndarray
-    lags: np.ndarray
+    distances: FloatArray
+    gains: FloatArray
+    lags: FloatArray
 
     def replaced(self, places: Sequence[int], others: "Comparison") -> "Comparison":
         """Put what was found of other templates in the places of these."""
@@ -78,7 +79,7 @@ class Comparison:
         return Comparison(*arrays)
 
 
-def compare_templates(matrix: np.ndarray, templates: Sequence[np.ndarray]) -> Comparison:
+def compare_templates(matrix: FloatArray, templates: Sequence[FloatArray]) -> Comparison:
     """Compare a recording with templates, distance and gain in one go.
 
     Parameters
@@ -97,8 +98,8 @@ def compare_templates(matrix: np.ndarray, templates: Sequence[np.ndarray]) -> Co
 
 
 def template_margins(
-    matrix: np.ndarray, templates: Sequence[np.ndarray]
-) -> tuple[np.ndarray, np.ndarray]:
+    matrix: FloatArray, templates: Sequence[FloatArray]
+) -> tuple[FloatArray, FloatArray]:
     """Give the gain of every template at its best lag.
 
     The paper's rule compares RMSE^2 = (|V|^2 - gain) / (3 S L), with gain = 2 sum V T(shifted)
@@ -128,7 +129,7 @@ def template_margins(
     return gains, lags
 
 
-def template_margin(comparison: SlidingComparison, template: np.ndarray) -> tuple[float, float]:
+def template_margin(comparison: SlidingComparison, template: FloatArray) -> tuple[float, float]:
     """Give gain and lag of one template (S, L) on a recording that holds no NaN."""
     if np.isnan(template).any():
         return float("nan"), float("nan")

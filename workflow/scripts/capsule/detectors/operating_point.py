@@ -2,8 +2,10 @@
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 
-def threshold_at(healthy_scores: np.ndarray, specificity: float) -> float:
+
+def threshold_at(healthy_scores: FloatArray, specificity: float) -> float:
     """Choose the threshold that a new healthy recording exceeds at most so often.
 
     The threshold is the score of rank ceil((n + 1) specificity) of n healthy recordings: whatever

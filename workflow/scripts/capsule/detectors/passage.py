@@ -1,18 +1,19 @@
 """One nodule passes all sensors in turn: the place and speed where their beats agree on it."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 from capsule.detectors.beats import Beats, find_beats
 from capsule.detectors.candidates import averages, try_candidates
 from capsule.divider import pressed_and_period
+from capsule.kinds import Settings
 
-Setting = float | tuple[float, float]
 # Keys of section ``diagonal`` that lead to the beats, or that the detector learns with.
-_OF_NO_SEARCH = ("wave_speed_mm_s", "wavelength_mm", "full_scale", "pressing_lowers_reading")
-_OF_NO_SEARCH += ("size_ridge",)
+_OF_NO_SEARCH = {"wave_speed_mm_s", "wavelength_mm", "full_scale", "pressing_lowers_reading"}
+_OF_NO_SEARCH |= {"size_ridge"}
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ class Passage:
 UNKNOWN = Passage(*[float("nan")] * len(fields(Passage)))
 
 
-def passage_of(values: np.ndarray, rate_hz: float, settings: Mapping) -> Passage:
+def passage_of(values: FloatArray, rate_hz: float, settings: Settings) -> Passage:
     """Search one recording for its best candidate for a nodule.
 
     Parameters
@@ -74,8 +75,8 @@ def passage_of(values: np.ndarray, rate_hz: float, settings: Mapping) -> Passage
 
 
 def beats_of(
-    values: np.ndarray, rate_hz: float, settings: Mapping
-) -> tuple[Beats | None, dict[str, Setting]]:
+    values: FloatArray, rate_hz: float, settings: Settings
+) -> tuple[Beats | None, dict[str, Any]]:
     """Return the beats of a recording, and the settings of the search for a passage in them.
 
     Parameters and the reasons for None are those of `passage_of` and `find_beats`.
@@ -85,7 +86,7 @@ def beats_of(
     return find_beats(pressed, period=period, wavelength_mm=settings["wavelength_mm"]), options
 
 
-def find_passage(beats: Beats, **settings: Setting) -> Passage:
+def find_passage(beats: Beats, **settings: Any) -> Passage:  # noqa: ANN401
     """Return the candidate with the most evidence; the settings are those of `try_candidates`."""
     tried = try_candidates(beats, **settings)
     best = tried.best
@@ -97,8 +98,12 @@ def find_passage(beats: Beats, **settings: Setting) -> Passage:
         tried.behind_mm / tried.unit_mm,
         tried.dwell,
     )
+    evidence, level, depth, shape = means[:, 0].tolist()
     return Passage(
-        *means[:, 0].tolist(),
+        evidence,
+        level,
+        depth,
+        shape,
         float(tried.place_mm[best]),
         float(beats.centre[np.abs(beyond_mm).argmin()]),
         float(tried.lag_samples[tried.speed[best]]),

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import BoolArray, FloatArray
+
 
 @dataclass(frozen=True)
 class Probability:
@@ -22,15 +24,13 @@ class Probability:
     intercept: float
     slope: float
 
-    def of(self, scores: np.ndarray | float) -> np.ndarray:
+    def of(self, scores: FloatArray | float) -> FloatArray:
         """Give the probability of a nodule at each score; NaN where the score is unknown."""
         odds = self.intercept + self.slope * (np.asarray(scores) - self.centre) / self.scale
         return 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
 
 
-def fit_probability(
-    scores: np.ndarray, nodule: np.ndarray, prevalence: float
-) -> Probability | None:
+def fit_probability(scores: FloatArray, nodule: BoolArray, prevalence: float) -> Probability | None:
     """Fit the logistic curve, with the recordings weighted to a stated prevalence.
 
     The score is standardised by the healthy recordings. A weak Gaussian prior on the slope keeps
@@ -55,10 +55,10 @@ def fit_probability(
 
 
 def fit_probabilities(
-    scores: np.ndarray,
-    nodule: np.ndarray,
+    scores: FloatArray,
+    nodule: BoolArray,
     prevalence: float,
-    taught: np.ndarray,
+    taught: BoolArray,
     start: Probability | None = None,
     iterations: int = 50,
 ) -> list[Probability | None]:
@@ -119,7 +119,7 @@ def fit_probabilities(
     return curves
 
 
-def _mean_and_spread(scores: np.ndarray, counted: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _mean_and_spread(scores: FloatArray, counted: BoolArray) -> tuple[FloatArray, FloatArray]:
     """Give mean and standard deviation (F,) of those scores (n,) that each fold counts (F, n)."""
     count = counted.sum(axis=1)
     mean = (counted * scores).sum(axis=1) / count

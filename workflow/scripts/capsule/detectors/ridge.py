@@ -15,6 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import FloatArray, IntArray, RealArray
+
 _TOGETHER = 128
 
 
@@ -30,10 +32,10 @@ class Regression:
         Value at features of 0.
     """
 
-    coefficients: np.ndarray
+    coefficients: FloatArray
     intercept: float
 
-    def of(self, features: np.ndarray) -> float:
+    def of(self, features: RealArray) -> float:
         """Return the value at some features (P,)."""
         return self.intercept + float(np.asarray(features, np.float64) @ self.coefficients)
 
@@ -51,7 +53,7 @@ class RidgeWithout:
         On the squared coefficients; above 0.
     """
 
-    def __init__(self, features: np.ndarray, targets: np.ndarray, penalty: float) -> None:
+    def __init__(self, features: RealArray, targets: FloatArray, penalty: float) -> None:
         self._features = np.asarray(features, np.float64)
         self._targets, self._penalty = targets, penalty
         count, dimensions = self._features.shape
@@ -72,7 +74,7 @@ class RidgeWithout:
         self._moment = self._features.T @ self._residuals
         self._block = (-1, np.empty((count, 0)))
 
-    def without(self, left_out: np.ndarray) -> tuple[Regression, np.ndarray] | None:
+    def without(self, left_out: IntArray) -> tuple[Regression, FloatArray] | None:
         """Learn from all recordings but some.
 
         Parameters
@@ -110,14 +112,17 @@ class RidgeWithout:
         intercept = float(np.mean(targets - residuals) - mean @ coefficients)
         return Regression(coefficients, intercept), targets - residuals / (1.0 - leverage)
 
-    def _columns(self, left_out: np.ndarray) -> np.ndarray:
+    def _columns(self, left_out: IntArray) -> FloatArray:
         """Return some columns of the hat matrix, (n, m).
 
         Recordings are mostly left out one after the other. Their columns are worked out together,
         which takes a fraction of the time.
         """
         if left_out.size != 1:
-            return 1.0 / self._targets.size + self._centred @ self._weights[left_out].T
+            columns: FloatArray = (
+                1.0 / self._targets.size + self._centred @ self._weights[left_out].T
+            )
+            return columns
         number, place = divmod(int(left_out[0]), _TOGETHER)
         if self._block[0] != number:
             together = self._weights[number * _TOGETHER : (number + 1) * _TOGETHER]

@@ -6,13 +6,14 @@ A subclass says how a recording is scored. The size is the one whose recordings 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from capsule.detectors.operating_point import threshold_at
 from capsule.detectors.training import JudgedRecording, TrainingArchive
 from capsule.detectors.verdicts import Verdict
+from capsule.kinds import Settings
 from capsule.templates import TemplateSet
 
 _UNKNOWN = float("nan")
@@ -50,13 +51,13 @@ class ScoredModel(ABC):
         size_mm = min(self.usual, key=lambda size: abs(self.usual[size] - score))
         return Verdict(size_mm, score, self.threshold, estimate_mm=size_mm)
 
-    def stored(self) -> dict:
+    def stored(self) -> dict[str, Any]:
         """Give the model as JSON holds it, under the detector's name."""
         threshold = None if np.isnan(self.threshold) else self.threshold
         return {self.name: {"threshold": threshold, "usual": list(self.usual.items())}}
 
     @classmethod
-    def restored(cls, stored: Mapping, templates: TemplateSet) -> "ScoredModel":
+    def restored(cls, stored: Settings, templates: TemplateSet) -> "ScoredModel":
         """Take the model out of what `stored` gave; it needs no template."""
         threshold, usual = stored[cls.name]["threshold"], stored[cls.name]["usual"]
         return cls(_UNKNOWN if threshold is None else threshold, dict(map(tuple, usual)))

@@ -14,8 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from capsule.arrays import BoolArray, FloatArray, IntArray, RealArray
 from capsule.detectors.beat_series import beat_series
 from capsule.divider import pressed_and_period
+from capsule.kinds import Settings
 from capsule.seeding import generator
 
 SENSORS = 4
@@ -39,23 +41,23 @@ class Features:
     """
 
     score: float
-    embedding: np.ndarray
-    gradient: np.ndarray
+    embedding: RealArray
+    gradient: RealArray
 
 
 class _Seen(NamedTuple):
     """What the layers make of one recording, as the way back needs it."""
 
-    taps: np.ndarray
-    own: np.ndarray
-    first: np.ndarray
-    blocks: list[tuple[np.ndarray, np.ndarray]]
-    hidden: np.ndarray
-    pooled: np.ndarray
-    share: np.ndarray
-    best: np.ndarray
-    squeezed: np.ndarray
-    embedding: np.ndarray
+    taps: FloatArray
+    own: FloatArray
+    first: FloatArray
+    blocks: list[tuple[FloatArray, BoolArray]]
+    hidden: FloatArray
+    pooled: FloatArray
+    share: FloatArray
+    best: IntArray
+    squeezed: FloatArray
+    embedding: FloatArray
     score: float
 
 
@@ -71,7 +73,7 @@ class Scorer:
         ``_bias``; and ``gradient_scale``, the usual length of a gradient.
     """
 
-    def __init__(self, weights: Mapping[str, np.ndarray]) -> None:
+    def __init__(self, weights: Mapping[str, RealArray]) -> None:
         self._weights = {name: np.asarray(value, np.float64) for name, value in weights.items()}
         self._scale = float(self._weights.pop("gradient_scale"))
         count = sum(value.size for value in self._weights.values())
@@ -79,7 +81,7 @@ class Scorer:
         self._bucket = numbers.integers(_FOLDED, size=count)
         self._sign = numbers.choice([-1.0, 1.0], size=count)
 
-    def features(self, series: np.ndarray | None) -> Features:
+    def features(self, series: FloatArray | None) -> Features:
         """Score one recording.
 
         Parameters
@@ -100,7 +102,7 @@ class Scorer:
         folded = np.bincount(self._bucket, self._sign * gradient, _FOLDED) / self._scale
         return Features(score, embedding.astype(np.float32), folded.astype(np.float32))
 
-    def score_and_gradient(self, x: np.ndarray) -> tuple[float, np.ndarray, np.ndarray]:
+    def score_and_gradient(self, x: FloatArray) -> tuple[float, FloatArray, FloatArray]:
         """Return score, embedding and the whole gradient, forward and then backward.
 
         `x` is what `standardised` gives; the gradient's order is that of the weights.
@@ -133,11 +135,11 @@ class Scorer:
         gradient["own_bias"] = down.sum(axis=(0, 2))
         return seen.score, seen.embedding, np.concatenate([gradient[name].ravel() for name in w])
 
-    def score(self, x: np.ndarray) -> float:
+    def score(self, x: FloatArray) -> float:
         """Return the score alone; `x` is what `standardised` gives."""
         return self._forward(x).score
 
-    def _forward(self, x: np.ndarray) -> "_Seen":
+    def _forward(self, x: FloatArray) -> "_Seen":
         w = self._weights
         taps = np.stack([_windows(row, 5, 1)[:, :, ::2] for row in x])
         count = taps.shape[-1]
@@ -162,7 +164,7 @@ class Scorer:
         )
 
 
-def features_of(values: np.ndarray, rate_hz: float, settings: Mapping, scorer: Scorer) -> Features:
+def features_of(values: FloatArray, rate_hz: float, settings: Settings, scorer: Scorer) -> Features:
     """Score one recording by its readings.
 
     Parameters
@@ -183,13 +185,13 @@ def features_of(values: np.ndarray, rate_hz: float, settings: Mapping, scorer: S
     return scorer.features(series_of(values, rate_hz, settings))
 
 
-def series_of(values: np.ndarray, rate_hz: float, settings: Mapping) -> np.ndarray | None:
+def series_of(values: FloatArray, rate_hz: float, settings: Settings) -> FloatArray | None:
     """Return what `Scorer.features` takes; the parameters are those of `features_of`."""
     pressed, period = pressed_and_period(values, rate_hz, settings)
     return beat_series(pressed, period=period)
 
 
-def standardised(series: np.ndarray) -> np.ndarray:
+def standardised(series: FloatArray) -> FloatArray:
     """Lay out what the network sees of the beats.
 
     Parameters
@@ -218,7 +220,7 @@ def standardised(series: np.ndarray) -> np.ndarray:
     return np.concatenate(parts, axis=1)
 
 
-def _windows(values: np.ndarray, taps: int, dilation: int) -> np.ndarray:
+def _windows(values: FloatArray, taps: int, dilation: int) -> FloatArray:
     """Lay out what each tap of a convolution sees, (taps, C, N); zeros beyond the ends."""
     reach = dilation * (taps // 2)
     wide = np.pad(values, ((0, 0), (reach, reach)))
@@ -226,12 +228,12 @@ def _windows(values: np.ndarray, taps: int, dilation: int) -> np.ndarray:
     return np.stack([wide[:, tap * dilation : tap * dilation + count] for tap in range(taps)])
 
 
-def _flat(weight: np.ndarray) -> np.ndarray:
+def _flat(weight: FloatArray) -> FloatArray:
     """Lay a convolution's weights (O, C, taps) out as a matrix."""
     return weight.reshape(weight.shape[0], -1)
 
 
-def _pool(values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _pool(values: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
     """Return mean, largest and softly largest of each row, each moment's share in the last."""
     best = values.argmax(axis=1)
     top = values[np.arange(len(values)), best]

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import FloatArray
+
 # Of one minus the leverage; what is less is rounding.
 _LEAST_REST = 1e-9
 
@@ -25,20 +27,20 @@ class SizeModel:
         Sizes of the training recordings, beyond which nothing is claimed.
     """
 
-    mean: np.ndarray
-    scale: np.ndarray
-    coefficients: np.ndarray
+    mean: FloatArray
+    scale: FloatArray
+    coefficients: FloatArray
     intercept_mm: float
     smallest_mm: float
     largest_mm: float
 
-    def estimate(self, features: np.ndarray) -> np.ndarray:
+    def estimate(self, features: FloatArray) -> FloatArray:
         """Give the size in mm of each row of features (n, F), between the sizes seen."""
         size = self.intercept_mm + ((features - self.mean) / self.scale) @ self.coefficients
         return np.clip(size, self.smallest_mm, self.largest_mm)
 
 
-def fit_sizes(features: np.ndarray, sizes_mm: np.ndarray, ridge: float) -> SizeModel | None:
+def fit_sizes(features: FloatArray, sizes_mm: FloatArray, ridge: float) -> SizeModel | None:
     """Fit the size to the features of recordings made over nodules.
 
     Parameters
@@ -69,8 +71,8 @@ def fit_sizes(features: np.ndarray, sizes_mm: np.ndarray, ridge: float) -> SizeM
 
 
 def left_out_errors(
-    model: SizeModel, features: np.ndarray, sizes_mm: np.ndarray, ridge: float
-) -> np.ndarray:
+    model: SizeModel, features: FloatArray, sizes_mm: FloatArray, ridge: float
+) -> FloatArray:
     """Return by how much each recording's size is off when the others predict it.
 
     With the model's scale of the features, no recording need be left out to know it: the error is
@@ -95,7 +97,8 @@ def left_out_errors(
     residuals = model.intercept_mm + scaled @ model.coefficients - sizes_mm
     rest = 1 - leverage
     unknown = np.full(sizes_mm.size, np.inf)
-    return np.divide(residuals, rest, out=unknown, where=rest > _LEAST_REST)
+    errors: FloatArray = np.divide(residuals, rest, out=unknown, where=rest > _LEAST_REST)
+    return errors
 
 
 def nearest_known(estimate_mm: float, sizes_mm: Sequence[float]) -> float:

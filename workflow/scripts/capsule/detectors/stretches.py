@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 from capsule.detectors.scorer import SENSORS, Scorer, standardised
 
 # In beats, of which four are a wave: two waves, each half a wave after the one before.
@@ -36,10 +37,10 @@ class Stretches:
     score: float
     first: float
     step: float
-    loss: np.ndarray
+    loss: FloatArray
 
 
-def score_stretches(scorer: Scorer, series: np.ndarray | None) -> Stretches | None:
+def score_stretches(scorer: Scorer, series: FloatArray | None) -> Stretches | None:
     """Score a recording without each of its stretches.
 
     Parameters

@@ -8,12 +8,14 @@ Whatever is learned is learned inside the training fold: the adaptation, the thr
 healthy recordings' cross-validated scores, the probability, the sizes and their intervals.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from statistics import NormalDist
+from typing import Any
 
 import numpy as np
 
+from capsule.arrays import FloatArray, RealArray
 from capsule.detectors.intervals import conformal_reach, size_interval
 from capsule.detectors.passage import Passage
 from capsule.detectors.plain import plain
@@ -23,6 +25,7 @@ from capsule.detectors.scorer import Features
 from capsule.detectors.sizing import nearest_known
 from capsule.detectors.training import JudgedRecording, TrainingArchive
 from capsule.detectors.verdicts import Verdict
+from capsule.kinds import Settings
 from capsule.templates import TemplateSet
 
 _UNKNOWN = float("nan")
@@ -93,12 +96,12 @@ class TaughtModel:
             estimate_high_mm=high,
         )
 
-    def stored(self) -> dict:
+    def stored(self) -> dict[str, Any]:
         """Return the model as JSON holds it."""
         return {"taught": plain(asdict(self))}
 
     @classmethod
-    def restored(cls, stored: Mapping, templates: TemplateSet) -> "TaughtModel":
+    def restored(cls, stored: Settings, templates: TemplateSet) -> "TaughtModel":
         """Take the model out of what `stored` gave; it needs no template."""
         content = dict(stored["taught"])
         for name in ("score", "size"):
@@ -179,7 +182,7 @@ class TaughtDetector:
         return TaughtModel(score, weight, threshold, probability, size, reach, self._known_mm)
 
 
-def adaptation_features(features: Features, passage: Passage, evidence_weight: float) -> np.ndarray:
+def adaptation_features(features: Features, passage: Passage, evidence_weight: float) -> FloatArray:
     """Lay out what the score is adapted by.
 
     Parameters
@@ -200,12 +203,12 @@ def adaptation_features(features: Features, passage: Passage, evidence_weight: f
     return np.append(features.gradient, evidence_weight * evidence)
 
 
-def _table(rows: Sequence[np.ndarray]) -> np.ndarray:
+def _table(rows: Sequence[RealArray]) -> RealArray:
     """Stack the features of recordings, (n, P); without any (0, 1)."""
     return np.stack(rows) if rows else np.empty((0, 1))
 
 
-def upper_bound(scores: np.ndarray, share: float, tail: float) -> float:
+def upper_bound(scores: FloatArray, share: float, tail: float) -> float:
     """Bound a further score like these from above, to be exceeded so rarely.
 
     For a normal distribution the bound is ``mean + t sqrt(1 + 1 / n) sd``, with Student's t of

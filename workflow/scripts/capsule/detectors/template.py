@@ -1,11 +1,13 @@
 """The paper's detector on the recordings of an archive, by its own rule and by a threshold."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
+from typing import Any
 
 import numpy as np
 
+from capsule.arrays import FloatArray, IntArray
 from capsule.detectors.matching import (
     Comparison,
     compare_templates,
@@ -16,6 +18,7 @@ from capsule.detectors.matching import (
 from capsule.detectors.operating_point import threshold_at
 from capsule.detectors.training import JudgedRecording, TrainingArchive
 from capsule.detectors.verdicts import Verdict, template_verdict, threshold_verdict
+from capsule.kinds import Settings
 from capsule.sliding import SlidingComparison
 from capsule.templates import TemplateSet
 
@@ -44,7 +47,7 @@ class TemplateMatching:
         self._norms = np.array([np.linalg.norm(archive.load(name)) for name in healthy])
         # Both detectors ask for the same fold, and then for the same recording in it.
         self._fold = lru_cache(maxsize=2)(self._render)
-        self._latest: tuple[tuple, Comparison] | None = None
+        self._latest: tuple[tuple[frozenset[str], str], Comparison] | None = None
         # The same few recordings lie near the threshold of every fold.
         self._sliding = lru_cache(maxsize=64)(self._sliding_comparison)
 
@@ -89,7 +92,7 @@ class TemplateMatching:
                 gains[row, index], _ = template_margin(self._sliding(names[row]), folds[index])
         return threshold_at(_margins(gains), self._specificity)
 
-    def _render(self, left_out: frozenset[str]) -> tuple[np.ndarray, ...]:
+    def _render(self, left_out: frozenset[str]) -> tuple[FloatArray, ...]:
         """Render the templates that the other recordings give, 1 + B of (S, L)."""
         sizes_mm, particles = self.archive.sizes_mm, self.archive.particles
         return self.templates.without_all(
@@ -108,7 +111,7 @@ class TemplateMatching:
         return SlidingComparison(self.archive.load(name))
 
 
-def margin_reach(norms: np.ndarray, whole: np.ndarray, fold: np.ndarray) -> np.ndarray:
+def margin_reach(norms: FloatArray, whole: FloatArray, fold: FloatArray) -> FloatArray:
     """Bound how far a margin moves when a template T is replaced by T'.
 
     The gain of a template is 2 <V, T shifted> - |T|^2 at its best lag (`template_margins`). At
@@ -130,7 +133,7 @@ def margin_reach(norms: np.ndarray, whole: np.ndarray, fold: np.ndarray) -> np.n
     return 2 * norms * np.linalg.norm(fold - whole) + energy
 
 
-def near_threshold(margins: np.ndarray, reach: np.ndarray, specificity: float) -> np.ndarray:
+def near_threshold(margins: FloatArray, reach: FloatArray, specificity: float) -> IntArray:
     """List the recordings of which one may be the threshold, once all margins are known.
 
     The threshold is an order statistic, so it cannot leave the interval between those of the
@@ -155,17 +158,18 @@ def near_threshold(margins: np.ndarray, reach: np.ndarray, specificity: float) -
     return np.flatnonzero((margins + reach >= lowest) & (margins - reach <= highest))
 
 
-def _changed(wholes: Sequence[np.ndarray], folds: Sequence[np.ndarray]) -> list[int]:
+def _changed(wholes: Sequence[FloatArray], folds: Sequence[FloatArray]) -> list[int]:
     """Tell which templates a fold does not share with all recordings."""
     pairs = enumerate(zip(wholes, folds, strict=True))
     return [index for index, (whole, fold) in pairs if whole is not fold]
 
 
-def _margins(gains: np.ndarray) -> np.ndarray:
+def _margins(gains: FloatArray) -> FloatArray:
     """Take each recording's largest known gain (n, B) -> (n,)."""
     known = np.where(np.isnan(gains), -np.inf, gains)
     best = known.max(axis=1, initial=-np.inf)
-    return best[np.isfinite(best)]
+    margins: FloatArray = best[np.isfinite(best)]
+    return margins
 
 
 @dataclass(frozen=True)
@@ -192,12 +196,12 @@ class NearestTemplateModel:
             _first_peak(comparison, self.templates),
         )
 
-    def stored(self) -> dict:
+    def stored(self) -> dict[str, Any]:
         """Give nothing: the templates have a file of their own."""
         return {}
 
     @classmethod
-    def restored(cls, stored: Mapping, templates: TemplateSet) -> "NearestTemplateModel":
+    def restored(cls, stored: Settings, templates: TemplateSet) -> "NearestTemplateModel":
         """Take the templates of all recordings."""
         return cls(templates, partial(_compare_with, templates.matrices))
 
@@ -224,12 +228,12 @@ class TemplateMarginModel:
         location = _first_peak(comparison, templates)
         return threshold_verdict(comparison, templates.sizes_mm, self.threshold, location)
 
-    def stored(self) -> dict:
+    def stored(self) -> dict[str, Any]:
         """Give the threshold, None where it is not known."""
         return {"margin_threshold": None if np.isnan(self.threshold) else self.threshold}
 
     @classmethod
-    def restored(cls, stored: Mapping, templates: TemplateSet) -> "TemplateMarginModel":
+    def restored(cls, stored: Settings, templates: TemplateSet) -> "TemplateMarginModel":
         """Take the threshold, and the templates of all recordings."""
         threshold = stored["margin_threshold"]
         return cls(
@@ -271,7 +275,7 @@ class TemplateMargin:
         )
 
 
-def _compare_with(matrices: Sequence[np.ndarray], recording: JudgedRecording) -> Comparison:
+def _compare_with(matrices: Sequence[FloatArray], recording: JudgedRecording) -> Comparison:
     return compare_templates(recording.matrix, matrices)
 
 

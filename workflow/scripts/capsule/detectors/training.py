@@ -6,12 +6,12 @@ from functools import cached_property
 from importlib import import_module
 from typing import Any, Protocol, TypeVar
 
-import numpy as np
-
+from capsule.arrays import FloatArray
 from capsule.detectors.passage import Passage, passage_of
 from capsule.detectors.registry import detector_row
 from capsule.detectors.scorer import Features, Scorer, features_of
 from capsule.detectors.verdicts import Verdict
+from capsule.kinds import Settings
 from capsule.particles import Particle
 from capsule.preprocessing import preprocess
 from capsule.templates import TemplateSet
@@ -27,7 +27,7 @@ class JudgedRecording(Protocol):
         """Its name; no two recordings of an archive share one."""
 
     @property
-    def matrix(self) -> np.ndarray:
+    def matrix(self) -> FloatArray:
         """V, (S, L)."""
 
     @property
@@ -68,11 +68,11 @@ class TrainingArchive:
     templates: TemplateSet
     particles: Mapping[str, Particle]
     passages: Mapping[str, Passage]
-    load: Callable[[str], np.ndarray]
-    settings: Mapping
+    load: Callable[[str], FloatArray]
+    settings: Settings
     features: Mapping[str, Features] = field(default_factory=dict)
     no_verdict: Mapping[str, str] = field(default_factory=dict)
-    _made: dict[Callable, Any] = field(default_factory=dict, repr=False)
+    _made: dict[Callable[["TrainingArchive"], Any], Any] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         judged = {n: size for n, size in self.sizes_mm.items() if not self.no_verdict.get(n)}
@@ -82,7 +82,8 @@ class TrainingArchive:
         """Make something of this archive once, for all detectors that use it."""
         if make not in self._made:
             self._made[make] = make(self)
-        return self._made[make]
+        made: Shared = self._made[make]
+        return made
 
     def recording(self, name: str) -> "ArchivedRecording":
         """Give a recording of the archive as the detectors see it."""
@@ -97,7 +98,7 @@ class ArchivedRecording:
     archive: TrainingArchive
 
     @cached_property
-    def matrix(self) -> np.ndarray:
+    def matrix(self) -> FloatArray:
         """V, (S, L)."""
         return self.archive.load(self.name)
 
@@ -127,11 +128,11 @@ class NewRecording:
 
     name = "new"
 
-    def __init__(self, values: np.ndarray, settings: Mapping, scorer: Scorer) -> None:
+    def __init__(self, values: FloatArray, settings: Settings, scorer: Scorer) -> None:
         self._values, self._settings, self._scorer = values, settings, scorer
 
     @cached_property
-    def matrix(self) -> np.ndarray:
+    def matrix(self) -> FloatArray:
         """V, (S, L)."""
         return preprocess(self._values, **self._settings["preprocessing"])
 
@@ -154,23 +155,23 @@ class Model(Protocol):
     def verdict(self, recording: JudgedRecording) -> Verdict:
         """Judge one recording."""
 
-    def stored(self) -> dict:
+    def stored(self) -> dict[str, Any]:
         """Give what results/detectors.json keeps of it: keys of its own, plain values."""
 
     @classmethod
-    def restored(cls, stored: Mapping, templates: TemplateSet) -> "Model":
+    def restored(cls, stored: Settings, templates: TemplateSet) -> "Model":
         """Make it anew from what `stored` gave, and from the templates of all recordings."""
 
 
 class Detector(Protocol):
     """A detector taught by an archive, from which any recordings may be left out."""
 
-    Model: type[Model]
-
     def __init__(self, archive: TrainingArchive) -> None: ...
 
     def without(self, left_out: Sequence[str]) -> Model:
         """Learn from all labelled recordings but those left out."""
+
+    Model: type[Model]
 
 
 def detector_class(name: str) -> type[Detector]:
@@ -182,4 +183,5 @@ def detector_class(name: str) -> type[Detector]:
         There is no such detector.
     """
     row = detector_row(name)
-    return getattr(import_module(row.module), row.built_by)
+    detector: type[Detector] = getattr(import_module(row.module), row.built_by)
+    return detector

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 from capsule.detectors.matching import Comparison, nearest_size
 
 _UNKNOWN = float("nan")
@@ -121,5 +122,5 @@ def threshold_verdict(
     )
 
 
-def _largest(gains: np.ndarray) -> float:
+def _largest(gains: FloatArray) -> float:
     return float(np.nanmax(gains)) if np.any(~np.isnan(gains)) else _UNKNOWN

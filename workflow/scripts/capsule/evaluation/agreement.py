@@ -5,9 +5,11 @@ from math import comb
 import numpy as np
 from scipy.special import ndtri
 
+from capsule.arrays import BoolArray, FloatArray
+
 
 def paired_difference(
-    first_right: np.ndarray, second_right: np.ndarray, confidence: float
+    first_right: BoolArray, second_right: BoolArray, confidence: float
 ) -> dict[str, float]:
     """Compare two detectors on the same recordings.
 
@@ -50,10 +52,11 @@ def _sign_test(first: int, second: int) -> float:
     if first == second:
         return 1.0
     count, fewer = first + second, min(first, second)
-    return 2 * sum(comb(count, k) for k in range(fewer + 1)) / 2**count
+    chance: float = 2 * sum(comb(count, k) for k in range(fewer + 1)) / 2**count
+    return chance
 
 
-def _ranks(scores: np.ndarray) -> np.ndarray:
+def _ranks(scores: FloatArray) -> FloatArray:
     """Rank scores from 1; equal ones share the mean of their ranks."""
     _, value_of, count = np.unique(scores, return_inverse=True, return_counts=True)
     last = np.cumsum(count)
@@ -61,8 +64,8 @@ def _ranks(scores: np.ndarray) -> np.ndarray:
 
 
 def permuted_areas(
-    scores: np.ndarray, nodule: np.ndarray, generator: np.random.Generator, repeats: int
-) -> np.ndarray:
+    scores: FloatArray, nodule: BoolArray, generator: np.random.Generator, repeats: int
+) -> FloatArray:
     """Give the areas under the curve that chance alone would reach: labels dealt out anew, (n,)."""
     # The area follows from the sum of the nodules' ranks (Mann and Whitney), so the scores are
     # sorted once.
@@ -72,6 +75,6 @@ def permuted_areas(
     return (sums - count * (count + 1) / 2) / (count * (nodule.size - count))
 
 
-def exceedance(observed: float, by_chance: np.ndarray) -> float:
+def exceedance(observed: float, by_chance: FloatArray) -> float:
     """Give the probability that chance reaches so much, the observation counted in."""
     return float((1 + np.sum(by_chance >= observed)) / (1 + by_chance.size))

@@ -5,14 +5,15 @@ from collections.abc import Mapping, Sequence
 from capsule.evaluation import tables
 from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.folds import group_scheme
+from capsule.kinds import Cells, Settings
 
 
 def all_tables(
     predictions: Sequence[Mapping[str, str]],
     sites: Mapping[str, str],
     nodule_at_mm: Mapping[str, float],
-    rules: Mapping,
-) -> dict[str, list[dict]]:
+    rules: Settings,
+) -> dict[str, list[Cells]]:
     """Make each table of `COLUMNS`.
 
     Parameters
@@ -31,7 +32,7 @@ def all_tables(
     dict of str to list of dict
     """
     level, tolerance_mm = rules["confidence"], rules["tolerance_mm"]
-    made: dict[str, list[dict]] = {name: [] for name in COLUMNS}
+    made: dict[str, list[Cells]] = {name: [] for name in COLUMNS}
     by_scheme: dict[str, list[tables.Verdicts]] = {}
     for verdicts in tables.collect(predictions):
         by_scheme.setdefault(verdicts.key["scheme"], []).append(verdicts)
@@ -47,8 +48,8 @@ def _of_detector(
     verdicts: tables.Verdicts,
     sites: Mapping[str, str],
     nodule_at_mm: Mapping[str, float],
-    rules: Mapping,
-) -> dict[str, list[dict]]:
+    rules: Settings,
+) -> dict[str, list[Cells]]:
     """Give the rows of one detector under one scheme, for the tables that compare none."""
     level, seed, prevalence = rules["confidence"], rules["seed"], rules["prevalence"]
     areas, points = tables.curves(verdicts, seed, rules["bootstrap"], level)

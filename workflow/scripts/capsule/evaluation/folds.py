@@ -4,6 +4,8 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from capsule.arrays import BoolArray, IntArray
+
 RESUBSTITUTION = "resubstitution"
 LEAVE_ONE_OUT = "leave_one_out"
 
@@ -64,7 +66,7 @@ class Folds:
         self._label = np.unique(np.array(groups, dtype=object), return_inverse=True)[1]
         self._alike = alike or {}
 
-    def training(self, recording: int) -> np.ndarray:
+    def training(self, recording: int) -> BoolArray:
         """Tell which recordings teach the detector that judges this one, (R,) of bool."""
         if self.scheme == RESUBSTITUTION:
             return np.ones(self._label.size, dtype=bool)
@@ -72,7 +74,7 @@ class Folds:
         taught[self._left_out(np.flatnonzero(self._label == self._label[recording]))] = False
         return taught
 
-    def parts(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    def parts(self) -> Iterator[tuple[IntArray, IntArray]]:
         """Give the recordings that one training fold judges, and those that it leaves out."""
         everybody = np.arange(self._label.size)
         if self.scheme == RESUBSTITUTION:
@@ -82,7 +84,7 @@ class Folds:
             for group in np.split(np.argsort(self._label, kind="stable"), ends):
                 yield group, self._left_out(group)
 
-    def _left_out(self, group: np.ndarray) -> np.ndarray:
+    def _left_out(self, group: IntArray) -> IntArray:
         """Give a group with all that are nearly the same as one of it, ascending."""
         others = [other for place in group.tolist() for other in self._alike.get(place, [])]
         return np.union1d(group, np.array(others, dtype=group.dtype)) if others else group

@@ -15,9 +15,11 @@ from statistics import NormalDist
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 from capsule.detectors.training import Detector, TrainingArchive
 from capsule.evaluation.folds import LEAVE_ONE_OUT
 from capsule.evaluation.rates import interval_columns, rate_columns
+from capsule.kinds import Cells, Row
 from capsule.seeding import generator
 
 PARTS = 4
@@ -155,7 +157,7 @@ def main_ranges(sizes_mm: Iterable[float]) -> list[tuple[float, float]]:
 
 
 def mean_gain(
-    before: np.ndarray, after: np.ndarray, confidence: float
+    before: FloatArray, after: FloatArray, confidence: float
 ) -> tuple[float, float, float]:
     """Give how much more often the same recordings are judged rightly.
 
@@ -187,8 +189,8 @@ def mean_gain(
 
 
 def learning_rows(
-    detectors: Mapping[str, Detector], archive: TrainingArchive, predictions: Iterable[Mapping]
-) -> list[dict]:
+    detectors: Mapping[str, Detector], archive: TrainingArchive, predictions: Iterable[Row]
+) -> list[Cells]:
     """Give the rates of each detector against the recordings that taught it.
 
     Parameters
@@ -233,7 +235,7 @@ def learning_rows(
 
 
 def _left_out_alone(
-    predictions: Iterable[Mapping], sizes_mm: Mapping[str, float]
+    predictions: Iterable[Row], sizes_mm: Mapping[str, float]
 ) -> dict[str, dict[str, float]]:
     """Tell of each detector which recordings it judges rightly by all the others."""
     alone: dict[str, dict[str, float]] = {}
@@ -251,7 +253,7 @@ def rate_rows(
     sizes_mm: Mapping[str, float],
     counts: Mapping[float, float],
     confidence: float,
-) -> list[dict]:
+) -> list[Cells]:
     """Give the rates of one detector at one share, a row a range of sizes.
 
     Parameters

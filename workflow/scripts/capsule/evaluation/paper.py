@@ -1,13 +1,12 @@
 """The paper's printed rates as tables like ours, with the counts that follow from them."""
 
-from collections.abc import Mapping
-
 from capsule.evaluation.rates import rate_columns
+from capsule.kinds import Cells, Row, Settings
 
 NAME = "paper"
 
 
-def printed_tables(printed: Mapping, confidence: float) -> dict[str, list[dict]]:
+def printed_tables(printed: Settings, confidence: float) -> dict[str, list[Cells]]:
     """Give the printed rates in the columns of our tables, detector and scheme ``paper``.
 
     The paper prints percentages. The counts follow from the number of recordings a size: TP from
@@ -28,7 +27,7 @@ def printed_tables(printed: Mapping, confidence: float) -> dict[str, list[dict]]
         the recordings without a nodule is known. Rates are fractions.
     """
     count = printed["recordings_per_size"]
-    key = {"detector": NAME, "scheme": NAME}
+    key: Cells = {"detector": NAME, "scheme": NAME}
     detection = [key | _detection_row(row, count, confidence) for row in printed["detection"]]
     sizing = [key | _sizing_row(row, count, confidence) for row in printed["sizing"]]
     negatives = count - sum(row["fp"] for row in detection)
@@ -47,7 +46,7 @@ def printed_tables(printed: Mapping, confidence: float) -> dict[str, list[dict]]
     }
 
 
-def _detection_row(row: Mapping, count: int, confidence: float) -> dict:
+def _detection_row(row: Row, count: int, confidence: float) -> Cells:
     true_positives = round(row["recall_percent"] / 100 * count)
     positives = round(true_positives / (row["precision_percent"] / 100))
     counts = {
@@ -60,7 +59,7 @@ def _detection_row(row: Mapping, count: int, confidence: float) -> dict:
     return counts | precision | rate_columns("recall", true_positives, count, confidence)
 
 
-def _sizing_row(row: Mapping, count: int, confidence: float) -> dict:
+def _sizing_row(row: Row, count: int, confidence: float) -> Cells:
     exact, within = (round(row[f"{name}_percent"] / 100 * count) for name in ("exact", "within"))
     return {
         "size_mm": float(row["size_mm"]),

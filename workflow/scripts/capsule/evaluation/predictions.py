@@ -7,6 +7,7 @@ from capsule.detectors.registry import detector_row
 from capsule.detectors.training import Detector, TrainingArchive, detector_class
 from capsule.detectors.verdicts import NO_VERDICT, Verdict, why_unknown
 from capsule.evaluation.folds import Folds
+from capsule.kinds import Cells
 from capsule.naming import size_label
 
 _COLUMNS = (
@@ -52,7 +53,7 @@ class Detectors:
         self._distances = [f"rmse_{size_label(size)}" for size in archive.templates.sizes_mm]
         self.columns = ["predicted_mm", *self._distances, *_COLUMNS]
 
-    def rows(self, names: Sequence[str], left_out: Sequence[str]) -> Iterator[dict]:
+    def rows(self, names: Sequence[str], left_out: Sequence[str]) -> Iterator[Cells]:
         """Give each detector's verdict on some recordings; those left out have taught nothing."""
         models = {name: each.without(left_out) for name, each in self._detectors.items()}
         for name in names:
@@ -71,21 +72,21 @@ class Detectors:
             if row.fixed_threshold is None and not row.by_templates
         }
 
-    def stored(self) -> dict:
+    def stored(self) -> Cells:
         """Give what all labelled recordings teach, to judge others without them."""
-        content: dict = {"recordings": len(self._archive.sizes_mm)}
+        content: Cells = {"recordings": len(self._archive.sizes_mm)}
         for detector in self._detectors.values():
             content |= detector.without([]).stored()
         return content
 
-    def _row(self, name: str, detector: str, verdict: Verdict) -> dict:
+    def _row(self, name: str, detector: str, verdict: Verdict) -> Cells:
         rate_hz = self._archive.settings["recording"]["rate_hz"]
         row = {"recording": name, "detector": detector, **verdict_cells(verdict, rate_hz)}
         distances = verdict.distances or [None] * len(self._distances)
         return row | dict(zip(self._distances, distances, strict=True))
 
 
-def verdict_cells(verdict: Verdict, rate_hz: float) -> dict:
+def verdict_cells(verdict: Verdict, rate_hz: float) -> Cells:
     """Give the cells of a verdict but for its distances; places are told in seconds."""
     cells = dict(vars(verdict))
     del cells["distances"]
@@ -95,7 +96,7 @@ def verdict_cells(verdict: Verdict, rate_hz: float) -> dict:
 
 def by_folds(
     detectors: Detectors, sizes_mm: Mapping[str, float], schemes: Sequence[Folds]
-) -> list[dict]:
+) -> list[Cells]:
     """Let the detectors judge recordings of known size, each by what its training fold teaches.
 
     Parameters
@@ -114,7 +115,7 @@ def by_folds(
         ``size_mm`` and ``scheme``.
     """
     names = list(sizes_mm)
-    rows: dict[tuple[str, str, str], dict] = {}
+    rows: dict[tuple[str, str, str], Cells] = {}
     for folds in schemes:
         for part in folds.parts():
             judged, left_out = ([names[index] for index in indices] for indices in part)
@@ -127,7 +128,7 @@ def by_folds(
 
 def of_unlabelled(
     detectors: Detectors, names: Sequence[str], near_copies: Mapping[str, Sequence[str]]
-) -> list[dict]:
+) -> list[Cells]:
     """Let the detectors judge unlabelled recordings by what all labelled ones teach.
 
     Parameters

@@ -1,10 +1,13 @@
 """How often the verdicts are right, in the paper's words and with intervals."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from statistics import NormalDist
 
 import numpy as np
+
+from capsule.arrays import BoolArray, FloatArray
+from capsule.kinds import Cells, Row
 
 _RATES = {
     name: [name, f"{name}_low", f"{name}_high"]
@@ -69,15 +72,15 @@ def rate_columns(name: str, hits: float, count: int, confidence: float) -> dict[
 
 
 def is_within(
-    predicted_mm: np.ndarray | float, true_mm: np.ndarray | float, tolerance_mm: float
-) -> np.ndarray | bool:
+    predicted_mm: FloatArray | float, true_mm: FloatArray | float, tolerance_mm: float
+) -> BoolArray:
     """Tell whether a nodule's size is given to within the tolerance; a missed nodule has none."""
     # A hair of slack: 2.3 mm must lie within 0.2 mm of 2.5 mm.
     near = np.abs(predicted_mm - true_mm) <= tolerance_mm + 1e-9
     return (np.asarray(predicted_mm) > 0) & near
 
 
-def detection_counts(true_mm: np.ndarray, predicted_mm: np.ndarray, size_mm: float) -> dict:
+def detection_counts(true_mm: FloatArray, predicted_mm: FloatArray, size_mm: float) -> Cells:
     """Count true positives, false positives and false negatives of one size b.
 
     The only reading that gives the paper's numbers: TP are the recordings of size b in which any
@@ -105,8 +108,8 @@ def detection_counts(true_mm: np.ndarray, predicted_mm: np.ndarray, size_mm: flo
 
 
 def detection_table(
-    true_mm: np.ndarray, predicted_mm: np.ndarray, sizes_mm: Sequence[float], confidence: float
-) -> list[dict]:
+    true_mm: FloatArray, predicted_mm: FloatArray, sizes_mm: Sequence[float], confidence: float
+) -> list[Cells]:
     """Give precision and recall of every nodule size, with intervals."""
     rows = []
     for size_mm in sizes_mm:
@@ -119,7 +122,7 @@ def detection_table(
     return rows
 
 
-def specificity_row(true_mm: np.ndarray, predicted_mm: np.ndarray, confidence: float) -> dict:
+def specificity_row(true_mm: FloatArray, predicted_mm: FloatArray, confidence: float) -> Cells:
     """Give the rate of recordings without a nodule in which none is detected."""
     healthy = true_mm == 0
     negatives = int(np.sum(healthy & (predicted_mm == 0)))
@@ -129,12 +132,12 @@ def specificity_row(true_mm: np.ndarray, predicted_mm: np.ndarray, confidence: f
 
 
 def sizing_table(
-    true_mm: np.ndarray,
-    predicted_mm: np.ndarray,
+    true_mm: FloatArray,
+    predicted_mm: FloatArray,
     sizes_mm: Sequence[float],
     tolerance_mm: float,
     confidence: float,
-) -> list[dict]:
+) -> list[Cells]:
     """Give the rates of exact and of tolerable size estimates of every nodule size.
 
     A recording in which no nodule is detected has no size estimate, so it is never within the
@@ -176,8 +179,8 @@ def sizing_table(
 
 
 def confusion_table(
-    true_mm: np.ndarray, predicted_mm: np.ndarray, sizes_mm: Sequence[float]
-) -> list[dict]:
+    true_mm: FloatArray, predicted_mm: FloatArray, sizes_mm: Sequence[float]
+) -> list[Cells]:
     """Count how the recordings of each true size were classified, none included."""
     return [
         {
@@ -191,13 +194,13 @@ def confusion_table(
 
 
 def tables(
-    predictions: Sequence[Mapping],
+    predictions: Sequence[Row],
     sizes_mm: Sequence[float],
     *,
     schemes: Sequence[str],
     tolerance_mm: float,
     confidence: float,
-) -> dict[str, list[dict]]:
+) -> dict[str, list[Cells]]:
     """Make every table of rates, each row marked with its detector and scheme.
 
     Parameters
@@ -220,7 +223,7 @@ def tables(
         ``detection``, ``specificity``, ``sizing`` and ``confusion``.
     """
     nodules = [size for size in sizes_mm if size > 0]
-    result: dict[str, list[dict]] = {
+    result: dict[str, list[Cells]] = {
         "detection": [],
         "specificity": [],
         "sizing": [],

@@ -2,10 +2,12 @@
 
 import numpy as np
 
+from capsule.arrays import BoolArray, FloatArray
 from capsule.evaluation.prevalence import predictive_values
+from capsule.kinds import Cells
 
 
-def prevalence_weights(nodule: np.ndarray, prevalence: float) -> np.ndarray:
+def prevalence_weights(nodule: BoolArray, prevalence: float) -> FloatArray:
     """Weigh recordings so that nodules have the stated prevalence; the weights sum to 1."""
     count = np.count_nonzero(nodule)
     if count in (0, nodule.size):
@@ -13,15 +15,15 @@ def prevalence_weights(nodule: np.ndarray, prevalence: float) -> np.ndarray:
     return np.where(nodule, prevalence / count, (1 - prevalence) / (nodule.size - count))
 
 
-def brier_score(probability: np.ndarray, nodule: np.ndarray, prevalence: float) -> float:
+def brier_score(probability: FloatArray, nodule: BoolArray, prevalence: float) -> float:
     """Give the mean squared error of the probability at the stated prevalence; 0 is best."""
     weights = prevalence_weights(nodule, prevalence)
     return float(np.sum(weights * (probability - nodule) ** 2))
 
 
 def calibration_table(
-    probability: np.ndarray, nodule: np.ndarray, prevalence: float, bins: int, confidence: float
-) -> list[dict]:
+    probability: FloatArray, nodule: BoolArray, prevalence: float, bins: int, confidence: float
+) -> list[Cells]:
     """Compare the stated probability with the frequency observed, bin by bin.
 
     A probability in a bin is a verdict, so the frequency of nodules behind it is a predictive

@@ -2,8 +2,10 @@
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 
-def auc(healthy: np.ndarray, nodule: np.ndarray) -> float:
+
+def auc(healthy: FloatArray, nodule: FloatArray) -> float:
     """Give the area under the curve: how often a nodule outscores a healthy recording.
 
     Parameters
@@ -25,12 +27,12 @@ def auc(healthy: np.ndarray, nodule: np.ndarray) -> float:
     return float((below.sum() + not_above.sum()) / nodule.size / (2 * healthy.size))
 
 
-def rates_above(scores: np.ndarray, thresholds: np.ndarray) -> np.ndarray:
+def rates_above(scores: FloatArray, thresholds: FloatArray) -> FloatArray:
     """Give the share of scores above each threshold, (T,)."""
     return 1.0 - np.searchsorted(np.sort(scores), thresholds, side="right") / scores.size
 
 
-def curve(healthy: np.ndarray, nodule: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def curve(healthy: FloatArray, nodule: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Sweep the threshold over all scores.
 
     Returns
@@ -46,13 +48,13 @@ def curve(healthy: np.ndarray, nodule: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def bootstrap(
-    healthy: np.ndarray,
-    nodule: np.ndarray,
-    grid: np.ndarray,
+    healthy: FloatArray,
+    nodule: FloatArray,
+    grid: FloatArray,
     generator: np.random.Generator,
     repeats: int,
     confidence: float,
-) -> tuple[tuple[float, float], np.ndarray, np.ndarray]:
+) -> tuple[tuple[float, float], FloatArray, FloatArray]:
     """Draw recordings again, healthy ones and nodules apart, for the bands of the curve.
 
     Parameters
@@ -90,7 +92,7 @@ def bootstrap(
     return ends, np.minimum(band[0], height), np.maximum(band[1], height)
 
 
-def height_at(healthy: np.ndarray, nodule: np.ndarray, grid: np.ndarray) -> np.ndarray:
+def height_at(healthy: FloatArray, nodule: FloatArray, grid: FloatArray) -> FloatArray:
     """Give the true positive rate reached at no more than each false positive rate, (G,)."""
     ordered = np.sort(healthy)[::-1]
     allowed = np.floor(grid * healthy.size + 1e-9).astype(int)

@@ -1,10 +1,12 @@
-"""The order of the verdicts in a table."""
+"""The order of the verdicts in a table, and what their cells read as."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from typing import Any
 
+from capsule.kinds import Row
 
-def by_detector(rows: Iterable[Mapping], turn: Callable[[str], Any]) -> list[Mapping]:
+
+def by_detector(rows: Iterable[Row], turn: Callable[[str], Any]) -> list[Row]:
     """Sort verdicts: detectors as they come, and of each detector recordings by their turn.
 
     Parameters
@@ -23,9 +25,17 @@ def by_detector(rows: Iterable[Mapping], turn: Callable[[str], Any]) -> list[Map
     return sorted(rows, key=lambda row: (detectors.index(row["detector"]), turn(row["recording"])))
 
 
-def as_text(rows: Iterable[Mapping]) -> list[dict[str, str]]:
+def as_text(rows: Iterable[Row]) -> list[dict[str, str]]:
     """Write rows as they read from a file of theirs: every cell as text, empty where unknown."""
     return [{name: _cell(value) for name, value in row.items()} for row in rows]
+
+
+def number(text: str) -> float:
+    """Read a cell or header line as a number; what is none is unknown (NaN)."""
+    try:
+        return float(text)
+    except ValueError:
+        return float("nan")
 
 
 def _cell(value: object) -> str:

@@ -9,8 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import BoolArray, FloatArray
 from capsule.detectors.operating_point import threshold_at
 from capsule.detectors.registry import detector_row
+from capsule.kinds import Cells
 
 
 @dataclass(frozen=True)
@@ -26,11 +28,11 @@ class Passes:
     """
 
     size_mm: float
-    score: np.ndarray
-    estimate_mm: np.ndarray
-    location_mm: np.ndarray
-    estimate_low_mm: np.ndarray
-    estimate_high_mm: np.ndarray
+    score: FloatArray
+    estimate_mm: FloatArray
+    location_mm: FloatArray
+    estimate_low_mm: FloatArray
+    estimate_high_mm: FloatArray
 
     def first(self, count: int) -> "Passes":
         """Take the first passes, as if no more had been made."""
@@ -78,7 +80,7 @@ COLUMNS = ("site", "size_mm", "recordings", "detector", *SiteVerdict.__annotatio
 
 def site_rows(
     predictions: Iterable[Mapping[str, str]], sites: Mapping[str, str], specificity: float
-) -> list[dict]:
+) -> list[Cells]:
     """Judge every place that was passed more than once by all its recordings together.
 
     Parameters
@@ -185,7 +187,7 @@ def detections_by_passes(
     count: int,
     specificity: float,
     fixed_threshold: float | None = None,
-) -> tuple[np.ndarray, np.ndarray]:
+) -> tuple[FloatArray, BoolArray]:
     """Tell where a nodule is detected when each place is judged by its first passes.
 
     Parameters
@@ -217,7 +219,7 @@ def _threshold(means: Sequence[float], specificity: float) -> float:
     return threshold_at(known[~np.isnan(known)], specificity)
 
 
-def _mean_of(scores: np.ndarray, count: int | None = None) -> float:
+def _mean_of(scores: FloatArray, count: int | None = None) -> float:
     """Average the first so many known scores; NaN without any."""
     known = scores[~np.isnan(scores)][:count]
     return float(known.mean()) if known.size else float("nan")

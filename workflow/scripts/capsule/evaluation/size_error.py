@@ -3,8 +3,11 @@
 import numpy as np
 from scipy.special import bdtr, stdtrit
 
+from capsule.arrays import FloatArray
+from capsule.kinds import Cells
 
-def mean_interval(values: np.ndarray, confidence: float) -> tuple[float, float, float]:
+
+def mean_interval(values: FloatArray, confidence: float) -> tuple[float, float, float]:
     """Give a mean and Student's interval of it; NaN where there are too few values."""
     count = values.size
     if count == 0:
@@ -16,7 +19,7 @@ def mean_interval(values: np.ndarray, confidence: float) -> tuple[float, float, 
     return mean, mean - float(reach), mean + float(reach)
 
 
-def median_interval(values: np.ndarray, confidence: float) -> tuple[float, float, float]:
+def median_interval(values: FloatArray, confidence: float) -> tuple[float, float, float]:
     """Give a median and an interval of it between two of the values, which any distribution allows.
 
     The ends are unknown (NaN) where there are too few values for the confidence.
@@ -34,7 +37,7 @@ def median_interval(values: np.ndarray, confidence: float) -> tuple[float, float
     return median, float(ordered[rank - 1]), float(ordered[-rank])
 
 
-def size_error_row(true_mm: np.ndarray, estimate_mm: np.ndarray, confidence: float) -> dict:
+def size_error_row(true_mm: FloatArray, estimate_mm: FloatArray, confidence: float) -> Cells:
     """Give bias and mean absolute error of the recordings in which a nodule was detected.
 
     Parameters

@@ -6,11 +6,13 @@ from itertools import combinations
 
 import numpy as np
 
+from capsule.arrays import BoolArray, FloatArray
 from capsule.detectors.registry import detector_row
 from capsule.evaluation import agreement, reliability, roc, size_error
 from capsule.evaluation.prevalence import predictive_values
 from capsule.evaluation.rates import interval_columns, is_within, rate, rate_columns
 from capsule.evaluation.sites import Passes, detections_by_passes
+from capsule.kinds import Cells
 from capsule.seeding import generator
 
 ALWAYS = "always_nodule"
@@ -30,35 +32,27 @@ class Verdicts:
     size_mm, predicted_mm, score, probability, estimate_mm, location_mm : (R,) array
     """
 
-    key: Mapping[str, str]
+    key: Cells
     recordings: tuple[str, ...]
-    size_mm: np.ndarray
-    predicted_mm: np.ndarray
-    score: np.ndarray
-    probability: np.ndarray
-    estimate_mm: np.ndarray
-    location_mm: np.ndarray
+    size_mm: FloatArray
+    predicted_mm: FloatArray
+    score: FloatArray
+    probability: FloatArray
+    estimate_mm: FloatArray
+    location_mm: FloatArray
 
     @property
-    def detected(self) -> np.ndarray:
+    def detected(self) -> BoolArray:
         """Tell in which recordings a nodule is detected, (R,) of bool."""
         return self.predicted_mm > 0
 
-    def of(self, size_mm: float | None) -> np.ndarray:
+    def of(self, size_mm: float | None) -> BoolArray:
         """Tell which recordings were made over a nodule of that size, or over any."""
         return self.size_mm > 0 if size_mm is ANY else self.size_mm == size_mm
 
     def nodule_sizes(self) -> list[float]:
         """List the sizes of nodules, ascending."""
         return sorted({float(size) for size in self.size_mm if size > 0})
-
-
-def number(text: str) -> float:
-    """Read a cell or header line as a number; what is none is unknown (NaN)."""
-    try:
-        return float(text)
-    except ValueError:
-        return float("nan")
 
 
 def collect(rows: Sequence[Mapping[str, str]]) -> list[Verdicts]:
@@ -78,22 +72,24 @@ def collect(rows: Sequence[Mapping[str, str]]) -> list[Verdicts]:
     ]
 
 
-def summary(of_scheme: Sequence[Verdicts], tolerance_mm: float, confidence: float) -> list[dict]:
+def summary(of_scheme: Sequence[Verdicts], tolerance_mm: float, confidence: float) -> list[Cells]:
     """Give each detector's rates over all recordings, and those of calling everything a nodule.
 
     The interval of the balanced accuracy is made of those of its two halves (Zou and Donner 2008).
     A missed nodule has no size, so it is neither exact nor within the tolerance.
     """
     key, nodule = of_scheme[0].key, of_scheme[0].of(ANY)
-    judged = [(each.key, each.of(ANY), each.detected, each) for each in of_scheme]
+    judged: list[tuple[Cells, BoolArray, BoolArray, Verdicts | None]] = [
+        (each.key, each.of(ANY), each.detected, each) for each in of_scheme
+    ]
     everything = np.ones(nodule.size, dtype=bool)
-    judged.append((dict(key) | {"detector": ALWAYS}, nodule, everything, None))
+    judged.append((key | {"detector": ALWAYS}, nodule, everything, None))
     rows = []
     for label, truth, detected, verdicts in judged:
         hits, quiet = int(np.sum(detected & truth)), int(np.sum(~detected & ~truth))
         sensitivity = rate(hits, int(truth.sum()), confidence)
         specificity = rate(quiet, int((~truth).sum()), confidence)
-        row = dict(label) | {"recordings": truth.size}
+        row = label | {"recordings": truth.size}
         row |= rate_columns("accuracy", hits + quiet, truth.size, confidence)
         row |= interval_columns("sensitivity", sensitivity)
         row |= interval_columns("specificity", specificity)
@@ -117,7 +113,7 @@ def _mean_of(first: Sequence[float], second: Sequence[float]) -> tuple[float, fl
 
 def curves(
     verdicts: Verdicts, seed: int, repeats: int, confidence: float
-) -> tuple[list[dict], list[dict]]:
+) -> tuple[list[Cells], list[Cells]]:
     """Give the areas under the ROC curves and the curves, any nodule and each size against none."""
     areas, points = [], []
     known = ~np.isnan(verdicts.score)
@@ -139,7 +135,7 @@ def curves(
     return areas, points
 
 
-def predictive(verdicts: Verdicts, prevalence: float, confidence: float) -> list[dict]:
+def predictive(verdicts: Verdicts, prevalence: float, confidence: float) -> list[Cells]:
     """Give the predictive values at a stated prevalence, for any nodule and for each size."""
     healthy = verdicts.size_mm == 0
     quiet = int(np.sum(healthy & ~verdicts.detected))
@@ -157,7 +153,7 @@ def predictive(verdicts: Verdicts, prevalence: float, confidence: float) -> list
 
 def calibrated(
     verdicts: Verdicts, prevalence: float, bins: int, confidence: float
-) -> tuple[list[dict], list[dict]]:
+) -> tuple[list[Cells], list[Cells]]:
     """Compare stated probabilities with what came true, for a detector that states them."""
     known = ~np.isnan(verdicts.probability)
     if not known.any():
@@ -174,7 +170,7 @@ def calibrated(
     return [verdicts.key | row for row in table], [verdicts.key | score]
 
 
-def size_errors(verdicts: Verdicts, confidence: float) -> list[dict]:
+def size_errors(verdicts: Verdicts, confidence: float) -> list[Cells]:
     """Give bias and absolute error of the estimated size, for any nodule and for each size."""
     return [
         verdicts.key
@@ -190,7 +186,7 @@ def size_errors(verdicts: Verdicts, confidence: float) -> list[dict]:
 
 def localisation(
     verdicts: Verdicts, nodule_at_mm: Mapping[str, float], confidence: float
-) -> list[dict]:
+) -> list[Cells]:
     """Give the error of the place, where the header says where the nodule lay."""
     truth = np.array([nodule_at_mm.get(name, np.nan) for name in verdicts.recordings])
     error = np.where(verdicts.detected, verdicts.location_mm - truth, np.nan)
@@ -209,7 +205,7 @@ def localisation(
 
 def comparisons(
     of_scheme: Sequence[Verdicts], tolerance_mm: float, confidence: float
-) -> list[dict]:
+) -> list[Cells]:
     """Compare every two detectors on the same recordings, detection and size apart."""
     rows = []
     for first, second in combinations(of_scheme, 2):
@@ -224,7 +220,7 @@ def comparisons(
             healthy = [0.0] if measure == "detection" else []
             for size_mm in (ANY, *healthy, *first.nodule_sizes()):
                 chosen = truth > 0 if size_mm is ANY else truth == size_mm
-                row = {"scheme": first.key["scheme"], "first": first.key["detector"]}
+                row: Cells = {"scheme": first.key["scheme"], "first": first.key["detector"]}
                 row |= {"second": second.key["detector"], "measure": measure, "size_mm": size_mm}
                 row["recordings"] = int(chosen.sum())
                 difference = agreement.paired_difference(
@@ -240,17 +236,18 @@ def _rows_of(verdicts: Verdicts, names: Sequence[str]) -> list[int]:
     return [row_of[name] for name in names]
 
 
-def _right(verdicts: Verdicts, measure: str, tolerance_mm: float) -> np.ndarray:
+def _right(verdicts: Verdicts, measure: str, tolerance_mm: float) -> BoolArray:
     if measure == "detection":
-        return verdicts.detected == verdicts.of(ANY)
+        right: BoolArray = verdicts.detected == verdicts.of(ANY)
+        return right
     return _right_size(verdicts, tolerance_mm)
 
 
-def _right_size(verdicts: Verdicts, tolerance_mm: float) -> np.ndarray:
+def _right_size(verdicts: Verdicts, tolerance_mm: float) -> BoolArray:
     return np.asarray(is_within(verdicts.predicted_mm, verdicts.size_mm, tolerance_mm))
 
 
-def permutation(verdicts: Verdicts, seed: int, repeats: int, confidence: float) -> list[dict]:
+def permutation(verdicts: Verdicts, seed: int, repeats: int, confidence: float) -> list[Cells]:
     """Compare the area under the curve with what it is when the labels are dealt out anew."""
     known = ~np.isnan(verdicts.score)
     score, nodule = verdicts.score[known], verdicts.of(ANY)[known]
@@ -271,7 +268,7 @@ def retests(
     counts: Sequence[int],
     specificity: float,
     confidence: float,
-) -> list[dict]:
+) -> list[Cells]:
     """Give the rates of detection when several passes over a site are judged together."""
     named = [sites.get(name) or f"\n{name}" for name in verdicts.recordings]
     places: dict[str, list[int]] = {}

@@ -8,7 +8,8 @@ from capsule.evaluation import learning, rates
 from capsule.evaluation.folds import group_folds, scheme_folds
 from capsule.evaluation.predictions import Detectors, by_folds
 from capsule.evaluation.rows import by_detector
-from capsule.naming import size_mm, sort_key
+from capsule.kinds import Row, Settings
+from capsule.naming import sizes_of, sort_key
 
 
 class Table(NamedTuple):
@@ -22,7 +23,7 @@ class Table(NamedTuple):
     """
 
     columns: Sequence[str]
-    rows: Sequence[Mapping]
+    rows: Sequence[Row]
 
 
 def evaluate_archive(
@@ -44,7 +45,7 @@ def evaluate_archive(
         in results/evaluation/.
     """
     rules, detectors = archive.settings["evaluation"], Detectors(archive)
-    sizes_mm = {name: size_mm(name) for name in index}
+    sizes_mm = sizes_of(index)
     made = by_folds(detectors, sizes_mm, scheme_folds(rules["schemes"], index))
     groups = [group_folds(key, index) for key in rules["groups"]]
     grouped = by_folds(detectors, sizes_mm, [folds for folds in groups if folds])
@@ -64,7 +65,7 @@ def prediction_columns(columns: Iterable[str]) -> list[str]:
 
 
 def rate_tables(
-    predictions: Sequence[Mapping], sizes_mm: Sequence[float], rules: Mapping
+    predictions: Sequence[Row], sizes_mm: Sequence[float], rules: Settings
 ) -> dict[str, Table]:
     """Give the tables of rates; `rules` is the section ``evaluation`` of the configuration."""
     counted = {key: rules[key] for key in ("schemes", "tolerance_mm", "confidence")}

@@ -14,12 +14,13 @@ from capsule.figures.style import INK, MUTED
 from capsule.geometry import stand
 from capsule.geometry.cam import follower_displacement
 from capsule.geometry.substructure import top_mm
+from capsule.kinds import Look
 from capsule.parts.design import Design
 
 CAPSULE_COLOUR = "#c9d6e4"
 _FOLLOWER, _CAM, _STEEL, _SLIDE = "#e9e4d8", "#cdd3da", "#8a8a8a", "#f4f1ea"
 _WALL, _SHEET, _EMPTY = "#f3c6b8", "#f9e3da", "#ffffff"
-_AXIS = {"color": MUTED, "linewidth": 0.5, "linestyle": (0, (8, 2, 1.5, 2))}
+_AXIS: Look = {"color": MUTED, "linewidth": 0.5, "linestyle": (0, (8, 2, 1.5, 2))}
 
 
 def draw_bench(axes: Axes, design: Design, turn_rad: float = np.pi / 2) -> None:
@@ -82,7 +83,7 @@ def _label_bench(
     left, right = np.array([-shaft, 0.0]), np.array([shaft, 0.0])
     draw_length(axes, left, right, -high - 4.5, upright=False)
     walls = [np.array([side * (wall.lumen_mm / 2 - moved), high]) for side in (-1.0, 1.0)]
-    draw_length(axes, *walls, high + 3.5, upright=False)
+    draw_length(axes, walls[0], walls[1], high + 3.5, upright=False)
     edge = shaft - span[0]
     inner, silicone = wall.lumen_mm / 2 - moved, wall.wall_mm + wall.sheet_mm
     off = length_text(cam.eccentricity_mm)

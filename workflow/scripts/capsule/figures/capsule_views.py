@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.axes import Axes
 
+from capsule.arrays import FloatArray
 from capsule.figures.dimension_lines import (
     draw_angle,
     draw_area,
@@ -24,12 +25,13 @@ from capsule.geometry.substructure import (
     top_mm,
 )
 from capsule.geometry.wiring import cut_lines, wire_positions
+from capsule.kinds import Look
 
 WALL = "#c9d6e4"
 _HOLE = "#ffffff"
-_AXIS = {"color": MUTED, "linewidth": 0.5, "linestyle": (0, (8, 2, 1.5, 2))}
-_CUT = {"color": ORANGE, "linewidth": 1.4, "linestyle": (0, (2, 1))}
-_GLUE = {"color": GREEN, "linewidth": 1.8, "solid_capstyle": "butt"}
+_AXIS: Look = {"color": MUTED, "linewidth": 0.5, "linestyle": (0, (8, 2, 1.5, 2))}
+_CUT: Look = {"color": ORANGE, "linewidth": 1.4, "linestyle": (0, (2, 1))}
+_GLUE: Look = {"color": GREEN, "linewidth": 1.8, "solid_capstyle": "butt"}
 
 
 def draw_wall(axes: Axes, shape: Shape, shift_mm: float = 0.0, colour: str = WALL) -> None:
@@ -85,7 +87,7 @@ def draw_substructure(axes: Axes, origami: Origami, choices: Choices) -> None:
 def _draw_legend(axes: Axes, shape: Shape, choices: Choices) -> None:
     """Name cut, wires and glue faces where they are."""
     beside = (shape.fold[0] + shape.lower[0]) / 2 - 0.6
-    look = {"ha": "left", "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 0.6}}
+    look: Look = {"ha": "left", "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 0.6}}
     for wire, height in zip(wire_positions(shape, choices), (1.2, -1.2), strict=True):
         draw_label(axes, wire, (beside, height), "wire", color=BLUE, **look)
     for cut in cut_lines(shape, choices)[:1]:
@@ -94,14 +96,14 @@ def _draw_legend(axes: Axes, shape: Shape, choices: Choices) -> None:
     draw_label(axes, point, (point[0] + 1.0, point[1] - 2.6), "glue", ha="left", color=GREEN)
 
 
-def _draw_names(axes: Axes, corner: dict[str, np.ndarray], side: float) -> None:
+def _draw_names(axes: Axes, corner: dict[str, FloatArray], side: float) -> None:
     offsets = {
         "A": (-0.9 * side, 0.0),
         "B": (0.9 * side, 0.0),
         "C": (1.0 * side, 0.5),
         "D": (1.5, 0.1),
     }
-    look = {"ha": "center", "va": "center", "weight": "bold"}
+    look: Look = {"ha": "center", "va": "center", "weight": "bold"}
     for name, point in corner.items():
         x, y = point + np.array(offsets[name])
         axes.text(x, y, name, **look)
@@ -109,7 +111,7 @@ def _draw_names(axes: Axes, corner: dict[str, np.ndarray], side: float) -> None:
             axes.text(x, -y, f"{name}\u2032", **look)
 
 
-def _draw_heights(axes: Axes, corner: dict[str, np.ndarray], right: float) -> None:
+def _draw_heights(axes: Axes, corner: dict[str, FloatArray], right: float) -> None:
     on_axis = np.array([right, 0.0])
     levels = (
         ("h\u2081", on_axis, corner["A"], right + 1.2),
@@ -121,7 +123,7 @@ def _draw_heights(axes: Axes, corner: dict[str, np.ndarray], right: float) -> No
         axes.text(at + 0.7, (low[1] + high[1]) / 2, name, ha="left", va="center")
 
 
-def _draw_angles(axes: Axes, origami: Origami, corner: dict[str, np.ndarray], side: float) -> None:
+def _draw_angles(axes: Axes, origami: Origami, corner: dict[str, FloatArray], side: float) -> None:
     to_b = np.degrees(np.arctan2(*(corner["B"] - corner["C"])[::-1]))
     to_a = np.degrees(np.arctan2(*(corner["A"] - corner["C"])[::-1]))
     beta = f"\u03b2 = {length_text(origami.fold_angle_deg)}\u00b0"
@@ -170,7 +172,7 @@ def draw_row(axes: Axes, origami: Origami, choices: Choices, sensors: int) -> No
     true_scale(axes, (tail - 5.0, first[0] + 5.0), (-half - 5.2, half + 5.2))
 
 
-def draw_readings(axes: Axes, origami: Origami, readings: dict[str, Choices]) -> np.ndarray:
+def draw_readings(axes: Axes, origami: Origami, readings: dict[str, Choices]) -> FloatArray:
     """Lay the outlines of several readings over each other, C at the same place.
 
     Parameters
@@ -183,7 +185,7 @@ def draw_readings(axes: Axes, origami: Origami, readings: dict[str, Choices]) ->
     array of shape (2, 2)
         Lowest and highest corner of what is drawn, in mm.
     """
-    looks = (
+    looks: tuple[Look, ...] = (
         {"color": INK, "linewidth": 1.6},
         {"color": ORANGE, "linestyle": (0, (5, 1.5))},
         {"color": BLUE, "linestyle": (0, (1.5, 1.2))},

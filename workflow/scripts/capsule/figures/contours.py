@@ -5,13 +5,14 @@ from matplotlib.axes import Axes
 from matplotlib.contour import QuadContourSet
 from matplotlib.ticker import MaxNLocator
 
+from capsule.arrays import FloatArray
 from capsule.figures.style import COLOURS_OF_HEIGHT, INK, say_nothing_to_show
 
 # More columns than this are finer than print; contours of all of them make heavy files.
 _COLUMNS_DRAWN = 250
 
 
-def contour_levels(highest: float, count: int = 8, *, with_faint: bool = False) -> np.ndarray:
+def contour_levels(highest: float, count: int = 8, *, with_faint: bool = False) -> FloatArray:
     """Choose round heights from 0 up to at least the highest value.
 
     Parameters
@@ -28,13 +29,14 @@ def contour_levels(highest: float, count: int = 8, *, with_faint: bool = False) 
     (N,) array
         Ascending from 0, two or more.
     """
-    levels = MaxNLocator(count).tick_values(0.0, highest if highest > 0 else 1.0)
+    ticks = MaxNLocator(count).tick_values(0.0, highest if highest > 0 else 1.0)
+    levels: FloatArray = np.asarray(ticks)
     levels = levels[levels >= 0]
     return np.insert(levels, 1, levels[1] / 5) if with_faint else levels
 
 
 def draw_matrix(
-    axes: Axes, matrix: np.ndarray, column: np.ndarray, levels: np.ndarray
+    axes: Axes, matrix: FloatArray, column: FloatArray, levels: FloatArray
 ) -> QuadContourSet | None:
     """Draw one matrix, sensor 1 on top; between the rows the heights are interpolated.
 

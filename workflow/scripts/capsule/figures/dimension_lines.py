@@ -1,14 +1,18 @@
 """Dimensions on a drawing: lines with arrows, angles, and labels with a leader."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon
 
+from capsule.arrays import FloatArray
 from capsule.figures.style import INK, MUTED
+from capsule.kinds import Look
 
 _END = {"mutation_scale": 5.0, "linewidth": 0.5, "color": INK, "shrinkA": 0, "shrinkB": 0}
 _ARROW = {"arrowstyle": "<|-|>"} | _END
-_THIN = {"color": MUTED, "linewidth": 0.4, "solid_capstyle": "butt"}
+_THIN: Look = {"color": MUTED, "linewidth": 0.4, "solid_capstyle": "butt"}
 
 
 def length_text(value_mm: float) -> str:
@@ -18,8 +22,8 @@ def length_text(value_mm: float) -> str:
 
 def draw_length(
     axes: Axes,
-    start: np.ndarray,
-    end: np.ndarray,
+    start: FloatArray,
+    end: FloatArray,
     at: float,
     *,
     upright: bool,
@@ -78,7 +82,7 @@ def draw_length(
 
 def draw_angle(
     axes: Axes,
-    corner: np.ndarray,
+    corner: FloatArray,
     radius_mm: float,
     start_deg: float,
     end_deg: float,
@@ -91,19 +95,24 @@ def draw_angle(
     arc = corner + radius_mm * np.column_stack([np.cos(angles), np.sin(angles)])
     axes.plot(*arc.T, color=INK, linewidth=0.5)
     middle = np.radians((start_deg + end_deg) / 2)
-    where = corner + (radius_mm + 0.9) * np.array([np.cos(middle), np.sin(middle)]) + shift
-    axes.text(*where, text, ha="center", va="center")
+    x, y = corner + (radius_mm + 0.9) * np.array([np.cos(middle), np.sin(middle)]) + shift
+    axes.text(x, y, text, ha="center", va="center")
 
 
 def draw_label(
-    axes: Axes, point: np.ndarray, where: tuple[float, float], text: str, **look: object
+    axes: Axes,
+    point: FloatArray,
+    where: tuple[float, float],
+    text: str,
+    **look: Any,  # noqa: ANN401
 ) -> None:
     """Write a label beside the drawing, with a line that leads to its point."""
     leader = {"arrowstyle": "-", "linewidth": 0.5, "color": MUTED, "shrinkA": 0, "shrinkB": 0}
-    axes.annotate(text, point, where, arrowprops=leader, va="center", **look)
+    tip = float(point[0]), float(point[1])
+    axes.annotate(text, tip, where, arrowprops=leader, va="center", **look)
 
 
-def draw_area(axes: Axes, outline: np.ndarray, colour: str, **look: object) -> None:
+def draw_area(axes: Axes, outline: FloatArray, colour: str, **look: Any) -> None:  # noqa: ANN401
     """Fill an outline."""
     style = {"facecolor": colour, "edgecolor": INK, "linewidth": 0.6} | look
     axes.add_patch(Polygon(outline, closed=True, **style))

@@ -1,7 +1,8 @@
 """The figures of the capsule: how it is built, and the readings that were not chosen."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -30,7 +31,8 @@ def other_readings(choices: Choices) -> dict[str, Choices]:
     readings = {"chosen": choices}
     for key, instead, words in _OTHERS:
         other = instead[getattr(choices, key)]
-        readings[words.format(other)] = replace(choices, **{key: other})
+        changes: dict[str, Any] = {key: other}
+        readings[words.format(other)] = replace(choices, **changes)
     return readings
 
 
@@ -65,7 +67,7 @@ def readings_drawing(inputs: FigureInputs) -> Drawing:
 def draw_capsule(design: Design, sensors: int, width_in: float = PAGE_WIDTH_IN) -> Figure:
     """Draw the capsule and the bench with their dimensions, in mm."""
     origami, choices = design.phantom.origami, design.parts.choice
-    panels = (
+    panels: tuple[tuple[str, Callable[[Axes], None]], ...] = (
         ("one substructure", lambda axes: draw_substructure(axes, origami, choices)),
         (
             "sensors, wires (blue), glue (green)",

@@ -17,6 +17,7 @@ from capsule.figures.style import (
     figure_style,
     say_nothing_to_show,
 )
+from capsule.kinds import Look
 
 
 def learning_drawing(inputs: FigureInputs) -> Drawing:
@@ -76,7 +77,7 @@ def _title(low: float, high: float) -> str:
     return f"{low:g} mm: found" if low == high else f"from {low:g} mm on: found"
 
 
-def _draw_panel(axes: Axes, table: pd.DataFrame, looks: Mapping[str, Mapping]) -> None:
+def _draw_panel(axes: Axes, table: pd.DataFrame, looks: Mapping[str, Look]) -> None:
     if table.empty:
         say_nothing_to_show(axes, "no recording to count")
         return

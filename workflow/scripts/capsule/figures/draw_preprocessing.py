@@ -144,7 +144,7 @@ def _draw_signals(axes: Axes, example: PreprocessedRun) -> None:
     distance = float(np.nanmax(centred) - np.nanmin(centred)) * 0.75
     sensors = len(centred)
     for sensor, row in enumerate(centred):
-        line = sensor_line(sensor) | {"linestyle": "-", "linewidth": 0.6}
+        line = {**sensor_line(sensor), "linestyle": "-", "linewidth": 0.6}
         axes.plot(example.time_s, row - sensor * distance, **line)
     axes.set_yticks([-sensor * distance for sensor in range(sensors)])
     axes.set_yticklabels([str(sensor + 1) for sensor in range(sensors)])

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
@@ -23,11 +24,12 @@ from capsule.figures.style import (
     figure_style,
     say_nothing_to_show,
 )
+from capsule.kinds import Look
 
 _TRUE_SIZE = "size of the nodule (mm)"
 _KEY = ["detector", "scheme"]
 # How markers and whiskers are drawn; colour and shape are the detector's own.
-_MARKS = {"linestyle": "none", "markersize": 4.5, "elinewidth": 0.9, "capsize": 1.8}
+_MARKS: Look = {"linestyle": "none", "markersize": 4.5, "elinewidth": 0.9, "capsize": 1.8}
 
 
 def detection_drawing(inputs: FigureInputs) -> Drawing:
@@ -87,7 +89,7 @@ def _drawing(
     return table, lambda width_in: draw_rates(table, panels, sizes_mm, x_label, looks, width_in)
 
 
-def rate_looks(detectors: Sequence[str]) -> dict[str, dict]:
+def rate_looks(detectors: Sequence[str]) -> dict[str, Look]:
     """Give colour and mark of each detector's points, as in the other figures, and the paper's."""
     looks = detector_looks(detectors) | {paper.NAME: PAPER_LOOK}
     return {
@@ -101,7 +103,7 @@ def draw_rates(
     panels: Mapping[str, str],
     sizes_mm: Sequence[float],
     x_label: str,
-    looks: Mapping[str, Mapping],
+    looks: Mapping[str, Look],
     width_in: float = PAGE_WIDTH_IN,
 ) -> Figure:
     """Draw rates per size with their intervals, a panel a measure.
@@ -145,7 +147,7 @@ def draw_rates(
 
 
 def _draw_panel(
-    axes: Axes, table: pd.DataFrame, sizes_mm: Sequence[float], looks: Mapping[str, Mapping]
+    axes: Axes, table: pd.DataFrame, sizes_mm: Sequence[float], looks: Mapping[str, Look]
 ) -> None:
     table = table[table["size_mm"].isin(sizes_mm)]
     known = table[table["rate"].notna()]
@@ -181,8 +183,8 @@ def _tick(size_mm: float, one_sided: bool) -> str:
     return "none" if size_mm == 0 else f"{size_mm:g}" + ("*" if one_sided else "")
 
 
-def _legend_of(grid: np.ndarray) -> tuple[list, list]:
-    handles: dict[str, object] = {}
+def _legend_of(grid: np.ndarray) -> tuple[list[Artist], list[str]]:
+    handles: dict[str, Artist] = {}
     for axes in grid.flat:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             handles.setdefault(label, handle)

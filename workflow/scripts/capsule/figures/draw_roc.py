@@ -18,6 +18,7 @@ from capsule.figures.style import (
     figure_style,
     say_nothing_to_show,
 )
+from capsule.kinds import Look
 
 _FINE = 201
 
@@ -115,13 +116,13 @@ def draw_roc(
     return figure
 
 
-def _draw_panel(axes: Axes, table: pd.DataFrame, looks: Mapping[str, Mapping]) -> None:
+def _draw_panel(axes: Axes, table: pd.DataFrame, looks: Mapping[str, Look]) -> None:
     curves = table[table["kind"] == "curve"]
     if curves.empty:
         say_nothing_to_show(axes, "no recording to count")
         return
     axes.plot([0, 1], [0, 1], color=MUTED, linewidth=0.5)
-    drawn: dict[tuple, list[str]] = {}
+    drawn: dict[tuple[float, ...], list[str]] = {}
     for name in looks:
         rows = curves[curves["detector"] == name]
         if not rows.empty:

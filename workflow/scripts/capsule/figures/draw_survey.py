@@ -6,6 +6,7 @@ it has a sawtooth. Beside it stands the evidence, below it some suspected places
 
 import textwrap
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -33,12 +34,12 @@ from capsule.survey.stored_session import Session, StoredPlace
 from capsule.survey.track import Pin, Track
 
 # The rows of a figure's data, and what draws it: it takes the width in inches.
-SurveyDrawing = tuple[list[dict], Callable[[float], Figure]]
+SurveyDrawing = tuple[list[dict[str, Any]], Callable[[float], Figure]]
 # More panels of places than these are no picture.
 _PLACES_ACROSS, _PLACES_ACROSS_NARROW = 4, 2
 
 
-def picture_table(track: Track) -> list[dict]:
+def picture_table(track: Track) -> list[dict[str, Any]]:
     """Return the data of the picture, a row a judgement."""
     columns = {
         "time_s": track.time_s.tolist(),
@@ -96,7 +97,7 @@ def unreadable_drawing(name: str, problem: str) -> SurveyDrawing:
     return [{"problem": problem}], draw
 
 
-def frames(figure: Figure) -> dict:
+def frames(figure: Figure) -> dict[str, Any]:
     """Return where map and evidence stand in a figure that was rendered.
 
     Returns
@@ -107,7 +108,7 @@ def frames(figure: Figure) -> dict:
         ``size``.
     """
     width, height = figure.get_size_inches() * 72
-    told: dict = {"size": [round(float(width), 2), round(float(height), 2)]}
+    told: dict[str, Any] = {"size": [round(float(width), 2), round(float(height), 2)]}
     for name, axes in zip(("map", "evidence"), figure.axes, strict=False):
         if not axes.xaxis.get_visible() or not len(axes.get_xticks()):
             continue
@@ -143,8 +144,8 @@ def draw_survey(picture: SurveyPicture, width_in: float = PAGE_WIDTH_IN) -> Figu
     with figure_style():
         figure = Figure(figsize=(width_in, map_in + row_in * rows + 0.35), layout="constrained")
         figure.suptitle(picture.title, x=0.01, ha="left", fontsize=8.5)
-        parts = figure.subfigures(1 + rows, 1, height_ratios=[map_in, *[row_in] * rows])
-        parts = np.atleast_1d(parts)
+        made = figure.subfigures(1 + rows, 1, height_ratios=[map_in, *[row_in] * rows])
+        parts = np.atleast_1d(np.asarray(made, dtype=object))
         space, evidence = parts[0].subplots(
             1, 2, sharey=True, width_ratios=[3.4 if narrow else 4.6, 1]
         )
@@ -181,7 +182,9 @@ def _add_legend(figure: Figure, picture: SurveyPicture, *, narrow: bool) -> None
     handles = [Line2D([], [], **look) for look in LOOKS.values()]
     handles.append(Line2D([], [], color=MUTED, linestyle=UNMEASURED, label="position not measured"))
     handles.append(Line2D([], [], label="threshold of suspicion", **THRESHOLD))
-    handles += [line for line in figure.axes[0].get_lines() if line.get_label().startswith("crest")]
+    handles += [
+        line for line in figure.axes[0].get_lines() if str(line.get_label()).startswith("crest")
+    ]
     present = {place.status for place in picture.places}
     handles += [
         Line2D([], [], label=status, **look)

@@ -6,12 +6,13 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from capsule.arrays import FloatArray
 from capsule.figures.contours import contour_levels, draw_matrix
 from capsule.figures.inputs import Drawing, FigureInputs
 from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, figure_style
 
 
-def template_table(sizes_mm: Sequence[float], matrices: Sequence[np.ndarray]) -> pd.DataFrame:
+def template_table(sizes_mm: Sequence[float], matrices: Sequence[FloatArray]) -> pd.DataFrame:
     """Lay out the templates as a table, one row a size and column of the matrix."""
     frames = []
     for size_mm, matrix in zip(sizes_mm, matrices, strict=True):
@@ -34,7 +35,7 @@ def templates_drawing(inputs: FigureInputs) -> Drawing:
 
 def draw_templates(
     sizes_mm: Sequence[float],
-    matrices: Sequence[np.ndarray],
+    matrices: Sequence[FloatArray],
     counts: Sequence[int],
     width_in: float = PAGE_WIDTH_IN,
 ) -> Figure:

@@ -4,12 +4,13 @@ from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import Protocol
 
-import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from capsule.arrays import FloatArray
 from capsule.evaluation.beside_paper import Evaluation
 from capsule.figures.registry import figure_row
+from capsule.kinds import Settings
 from capsule.parts.design import Design
 from capsule.stages import PreprocessedRun
 
@@ -21,7 +22,7 @@ class FigureInputs(Protocol):
     """The results that figures show, each read when a figure asks for it."""
 
     @property
-    def settings(self) -> Mapping:
+    def settings(self) -> Settings:
         """Of the configuration ``recording``, ``preprocessing``, ``evaluation`` and ``report``.
 
         Of the last only ``lead``.
@@ -40,7 +41,7 @@ class FigureInputs(Protocol):
         """The rates that parts of the archive reach, by `capsule.evaluation.learning`."""
 
     @property
-    def templates(self) -> Mapping[float, np.ndarray]:
+    def templates(self) -> Mapping[float, FloatArray]:
         """The template of every size in mm, (S, L), that of 0 first."""
 
     @property
@@ -64,4 +65,5 @@ def make_drawing(name: str, inputs: FigureInputs) -> Drawing:
         There is no such figure.
     """
     row = figure_row(name)
-    return getattr(import_module(row.module), row.made_by)(inputs)
+    make: Callable[[FigureInputs], Drawing] = getattr(import_module(row.module), row.made_by)
+    return make(inputs)

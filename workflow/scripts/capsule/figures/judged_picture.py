@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 from capsule import words
 from capsule.figures.draw_preprocessing import draw_preprocessing
 from capsule.figures.style import DETECTOR_LOOKS, figure_style, render_figure
+from capsule.kinds import Look
 from capsule.stages import PreprocessedRun
 
 _DOTS_PER_INCH = 200
@@ -39,7 +40,7 @@ def draw_judged(
         marks = []
         for number, (place, names) in enumerate(places_s.items()):
             look = DETECTOR_LOOKS[number % len(DETECTOR_LOOKS)]
-            line = {"color": look["color"], "linestyle": look["linestyle"], "linewidth": 1.2}
+            line: Look = {"color": look["color"], "linestyle": look["linestyle"], "linewidth": 1.2}
             label = f"place by {words.enumerate_words(names)}: {words.place(place, None)}"
             marks.append(signal.axvline(place, label=label, **line))
             for axes in (envelope, matrix):

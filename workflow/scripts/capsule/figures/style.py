@@ -8,12 +8,15 @@ machine draws the same bytes.
 import contextlib
 import io
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import matplotlib
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
+
+from capsule.kinds import Look
 
 # Widths of one and of two columns of an IEEE journal, in inches.
 COLUMN_WIDTH_IN = 3.5
@@ -33,7 +36,7 @@ COLOURS_OF_HEIGHT = "Blues"
 SENSOR_COLOURS = ("#08306b", ORANGE, GREEN, VIOLET, MUTED)
 SENSOR_DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.2, 1.5)))
 # Colour, dashes and mark of a detector by its place in the configuration.
-DETECTOR_LOOKS = (
+DETECTOR_LOOKS: tuple[Look, ...] = (
     {"color": ORANGE, "linestyle": (0, (5, 1.5)), "marker": "D"},
     {"color": INK, "linestyle": (0, (1.5, 1.2)), "marker": "s"},
     {"color": BLUE, "linestyle": "-", "marker": "o"},
@@ -43,7 +46,8 @@ DETECTOR_LOOKS = (
 # The numbers that the paper prints are no detector's: a hollow mark.
 PAPER_LOOK = {"color": GREY, "marker": "s", "markerfacecolor": "white"}
 
-_SETTINGS = {
+# To matplotlib's types each key is a kind of its own.
+_SETTINGS: dict[Any, object] = {
     "font.family": "DejaVu Sans",
     "font.size": 7.5,
     "axes.titlesize": 8,
@@ -103,7 +107,10 @@ def render_figure(figure: Figure, kind: str, name: str, *, outlines: bool = True
     bytes
     """
     metadata = {"svg": {"Date": None, "Title": name}, "pdf": {"CreationDate": None, "Title": name}}
-    settings = {"svg.hashsalt": name, "svg.fonttype": "path" if outlines else "none"}
+    settings: dict[Any, object] = {
+        "svg.hashsalt": name,
+        "svg.fonttype": "path" if outlines else "none",
+    }
     stream = io.BytesIO()
     with figure_style(), matplotlib.rc_context(settings):
         if (layout := figure.get_layout_engine()) is not None:
@@ -123,7 +130,7 @@ def render_figure(figure: Figure, kind: str, name: str, *, outlines: bool = True
 def _shorten_coordinates(svg: bytes) -> bytes:
     """Round the coordinates of paths to a hundredth of a point: half the file, same picture."""
 
-    def shorten_path(path: re.Match) -> bytes:
+    def shorten_path(path: re.Match[bytes]) -> bytes:
         return re.sub(rb"-?\d+\.\d{3,}", lambda number: b"%.2f" % float(number[0]), path[0])
 
     return re.sub(rb' d="[^"]*"', shorten_path, svg)
@@ -132,7 +139,7 @@ def _shorten_coordinates(svg: bytes) -> bytes:
 def _shorten_all(svg: bytes) -> bytes:
     """Round the coordinates of paths to a tenth of a point, and let readers choose a like font."""
 
-    def shorten_path(path: re.Match) -> bytes:
+    def shorten_path(path: re.Match[bytes]) -> bytes:
         numbers = re.sub(rb"-?\d+\.\d+", lambda number: b"%.1f" % float(number[0]), path[0])
         return re.sub(rb"\s*([MLQCz])\s*", rb"\1", numbers)
 
@@ -151,13 +158,13 @@ def say_nothing_to_show(axes: Axes, reason: str) -> None:
     axes.text(0.5, 0.5, reason, transform=axes.transAxes, ha="center", va="center", color=MUTED)
 
 
-def detector_looks(detectors: Sequence[str]) -> dict[str, Mapping]:
+def detector_looks(detectors: Sequence[str]) -> dict[str, Look]:
     """Give each detector of the configuration, in its order, colour, dashes and mark."""
     count = len(DETECTOR_LOOKS)
     return {name: DETECTOR_LOOKS[place % count] for place, name in enumerate(detectors)}
 
 
-def sensor_line(sensor: int) -> dict:
+def sensor_line(sensor: int) -> Look:
     """Give the colour and dashes of a sensor, counted from 0."""
     return {
         "color": SENSOR_COLOURS[sensor % len(SENSOR_COLOURS)],

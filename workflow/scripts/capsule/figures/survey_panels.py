@@ -8,20 +8,22 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from capsule import words
+from capsule.arrays import FloatArray
 from capsule.figures.style import BLUE, GREY, INK, MUTED, ORANGE
+from capsule.kinds import Look
 from capsule.survey.stored_session import StoredPlace
 from capsule.survey.track import AGAIN, AHEAD, BACK, Pin, Track, runs_of, simplified
 
 # One look a group of states; what was not measured is dashed.
-LOOKS = {
+LOOKS: dict[str, Look] = {
     AHEAD: {"color": BLUE, "linewidth": 1.1, "label": "travels ahead"},
     BACK: {"color": ORANGE, "linewidth": 1.1, "label": "folds, is pushed back, unfolds"},
     AGAIN: {"color": INK, "linewidth": 1.9, "label": "finds its position, passes again"},
 }
-THRESHOLD = {"color": INK, "linewidth": 0.8, "linestyle": (0, (1, 1))}
+THRESHOLD: Look = {"color": INK, "linewidth": 0.8, "linestyle": (0, (1, 1))}
 UNMEASURED = (0, (2.2, 1.4))
 _PIN = {"color": INK, "markersize": 5, "markeredgewidth": 0.9, "linestyle": "none"}
-PIN_LOOKS = {
+PIN_LOOKS: dict[str, Look] = {
     "confirmed": {**_PIN, "marker": "o", "markerfacecolor": INK},
     "dismissed": {**_PIN, "marker": "o", "markerfacecolor": "#ffffff"},
     "undecided": {**_PIN, "marker": "D", "markerfacecolor": "#ffffff"},
@@ -69,10 +71,10 @@ class SurveyPicture:
 
 
 def _draw_path(
-    axes: Axes, track: Track, within_s: tuple, per_s: float, tolerance_mm: float
+    axes: Axes, track: Track, within_s: tuple[float, float], per_s: float, tolerance_mm: float
 ) -> None:
     """Draw the head's path, each stretch in the look of its states; a line for each look."""
-    lines: dict[tuple[str, bool], list[np.ndarray]] = {}
+    lines: dict[tuple[str, bool], list[FloatArray]] = {}
     for run in runs_of(track):
         some = slice(run.first, run.last + 1)
         time_s, head_mm = track.time_s[some], track.head_mm[some]
@@ -81,10 +83,10 @@ def _draw_path(
         enough = simplified(time_s, head_mm, tolerance_mm)
         points = np.column_stack([head_mm[enough], time_s[enough] / per_s])
         lines.setdefault((run.group, run.known), []).extend([points, _BREAK])
-    for (group, known), points in lines.items():
+    for (group, known), pieces in lines.items():
         look = {key: value for key, value in LOOKS[group].items() if key != "label"}
         axes.plot(
-            *np.concatenate(points).T,
+            *np.concatenate(pieces).T,
             linestyle="-" if known else UNMEASURED,
             solid_capstyle="round",
             dash_capstyle="butt",
@@ -97,7 +99,7 @@ def _draw_waves(
     axes: Axes,
     picture: SurveyPicture,
     within_mm: tuple[float, float],
-    within_s: tuple,
+    within_s: tuple[float, float],
     per_s: float,
 ) -> int:
     """Draw crests of the wave as faint diagonals; gives the how-manieth each is."""
@@ -106,7 +108,7 @@ def _draw_waves(
     if not np.isfinite(picture.crest_mm) or np.count_nonzero(known) < 2:
         return 0
     # Fine enough for the edges of a panel: the wave runs evenly from judgement to judgement.
-    time_s = np.linspace(*within_s, 2000)
+    time_s = np.linspace(within_s[0], within_s[1], 2000)
     wave_mm = np.interp(time_s, track.time_s[known], track.wave_mm[known]) + picture.crest_mm
     numbers = np.arange(
         np.floor((within_mm[0] - wave_mm.max()) / wavelength_mm),
@@ -221,7 +223,7 @@ def _round_ticks(top: float) -> list[float]:
     return [0, *(max(step for step in steps if step <= share * top) for share in (0.25, 1.0))]
 
 
-def _highest_of_each(values: np.ndarray, most: int) -> np.ndarray:
+def _highest_of_each(values: FloatArray, most: int) -> FloatArray:
     """Return of each piece of a long series its highest value, at most so many; where it stands."""
     pieces = np.array_split(np.arange(values.size), min(most, values.size))
     return np.array(
@@ -232,7 +234,7 @@ def _highest_of_each(values: np.ndarray, most: int) -> np.ndarray:
     )
 
 
-def _around(track: Track, place_mm: float, within_s: tuple) -> tuple[float, float]:
+def _around(track: Track, place_mm: float, within_s: tuple[float, float]) -> tuple[float, float]:
     """Return the stretch of gut that a panel of a place shows: all of its path, within reason."""
     inside = (track.time_s >= within_s[0]) & (track.time_s <= within_s[1])
     head_mm = np.clip(track.head_mm[inside], place_mm - _FARTHEST_MM, place_mm + _FARTHEST_MM)

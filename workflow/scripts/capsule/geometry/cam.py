@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import FloatArray
+
 
 @dataclass(frozen=True)
 class Cam:
@@ -24,7 +26,7 @@ class Cam:
     lead_mm: float
 
 
-def follower_displacement(cam: Cam, along_mm: np.ndarray, turn_rad: np.ndarray) -> np.ndarray:
+def follower_displacement(cam: Cam, along_mm: FloatArray, turn_rad: FloatArray) -> FloatArray:
     """Return how far the cam moves its followers, in mm.
 
     In a window as wide as the circle a follower stands where the circle's centre stands:

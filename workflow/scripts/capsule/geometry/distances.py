@@ -2,16 +2,18 @@
 
 import numpy as np
 
+from capsule.arrays import BoolArray, FloatArray
 
-def _edges(polygon: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+
+def _edges(polygon: FloatArray) -> tuple[FloatArray, FloatArray]:
     return polygon, np.roll(polygon, -1, axis=0)
 
 
-def _cross(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+def _cross(first: FloatArray, second: FloatArray) -> FloatArray:
     return first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0]
 
 
-def _crossings(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+def _crossings(first: FloatArray, second: FloatArray) -> BoolArray:
     """Return which edge of one polygon crosses which of the other: shape (N, M), of bool."""
     start, end = (each[:, np.newaxis] for each in _edges(first))
     other_start, other_end = (each[np.newaxis] for each in _edges(second))
@@ -21,7 +23,7 @@ def _crossings(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     return apart & other_apart
 
 
-def crosses_itself(polygon: np.ndarray) -> bool:
+def crosses_itself(polygon: FloatArray) -> bool:
     """Say whether two edges of a polygon cross.
 
     Parameters
@@ -32,12 +34,12 @@ def crosses_itself(polygon: np.ndarray) -> bool:
     return bool(_crossings(polygon, polygon).any())
 
 
-def cross(first: np.ndarray, second: np.ndarray) -> bool:
+def cross(first: FloatArray, second: FloatArray) -> bool:
     """Say whether an edge of one polygon crosses one of the other."""
     return bool(_crossings(first, second).any())
 
 
-def _to_edges(points: np.ndarray, polygon: np.ndarray) -> float:
+def _to_edges(points: FloatArray, polygon: FloatArray) -> float:
     start, end = _edges(polygon)
     way = end - start
     squared = np.maximum((way**2).sum(axis=1), 1e-18)
@@ -46,7 +48,7 @@ def _to_edges(points: np.ndarray, polygon: np.ndarray) -> float:
     return float(np.linalg.norm(points[:, np.newaxis] - nearest, axis=2).min())
 
 
-def contains(polygon: np.ndarray, point: np.ndarray) -> bool:
+def contains(polygon: FloatArray, point: FloatArray) -> bool:
     """Say whether a point lies within a polygon (a ray to the right crosses it an odd number)."""
     start, end = _edges(polygon)
     spans = (start[:, 1] > point[1]) != (end[:, 1] > point[1])
@@ -55,7 +57,7 @@ def contains(polygon: np.ndarray, point: np.ndarray) -> bool:
     return bool((spans & (at > point[0])).sum() % 2)
 
 
-def gap(first: np.ndarray, second: np.ndarray) -> float:
+def gap(first: FloatArray, second: FloatArray) -> float:
     """Return the distance between two polygons, in mm; negative where one lies in the other.
 
     Polygons that overlap have no distance; -1 stands for that.

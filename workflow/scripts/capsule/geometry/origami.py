@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import FloatArray
+
 
 @dataclass(frozen=True)
 class Origami:
@@ -50,7 +52,7 @@ def half_width(origami: Origami) -> float:
     return origami.axis_to_fold_mm + origami.fold_to_shoulder_mm + origami.shoulder_to_tip_mm
 
 
-def vertices(origami: Origami) -> dict[str, np.ndarray]:
+def vertices(origami: Origami) -> dict[str, FloatArray]:
     """Return the corners A, B, C and the awn's tip D of one half of a substructure.
 
     B, C and D lie on one line, which leans to the tail by alpha; CA leans from it by beta towards
@@ -85,6 +87,6 @@ def pitch(origami: Origami) -> float:
     return hexagon + origami.wall_thickness_mm + origami.adhesive_mm
 
 
-def sensor_offsets(origami: Origami, sensors: int) -> np.ndarray:
+def sensor_offsets(origami: Origami, sensors: int) -> FloatArray:
     """Return how far each sensor lies behind sensor 1, the one at the head, in mm: shape (S,)."""
-    return pitch(origami) * np.arange(sensors)
+    return pitch(origami) * np.arange(sensors, dtype=float)

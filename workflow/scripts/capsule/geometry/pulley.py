@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from capsule.arrays import FloatArray
+
 # GT2, 2 mm: from the belt's pitch line down to the pulley's outside; depth and radius of a groove,
 # half the width of its mouth (the belt's tooth is 1.3 mm wide there, with rounded flanks).
 PITCH_MM = 2.0
@@ -26,7 +28,7 @@ def teeth_around(radius_mm: float) -> int:
     return int(np.ceil((radius_mm + _DEPTH_MM + _PITCH_LINE_MM) * 2 * np.pi / PITCH_MM))
 
 
-def pulley_outline(teeth: int) -> np.ndarray:
+def pulley_outline(teeth: int) -> FloatArray:
     """Return a pulley's section, anticlockwise: shape (N, 2), in mm.
 
     Each groove is a half circle with a mouth that opens a little: near to the standard's, and wide
@@ -40,7 +42,8 @@ def pulley_outline(teeth: int) -> np.ndarray:
     turns = 2 * np.pi * np.arange(teeth) / teeth
     angle = turns[:, np.newaxis] + across / radius
     points = (radius + height)[..., np.newaxis] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    return points.reshape(-1, 2)
+    outline: FloatArray = points.reshape(-1, 2)
+    return outline
 
 
 def belt_length(first_teeth: int, second_teeth: int, distance_mm: float) -> float:

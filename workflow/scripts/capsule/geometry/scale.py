@@ -1,7 +1,6 @@
 """The scale on the platform: a line a millimetre, a number every centimetre."""
 
-import numpy as np
-
+from capsule.arrays import FloatArray
 from capsule.geometry.stand import rectangle
 
 # Width of a line, and the lengths of the lines at 1, 5 and 10 mm.
@@ -14,7 +13,7 @@ _BARS = ("1110111", "0010010", "1011101", "1011011", "0111010", "1101011", "1101
          "1111111", "1111011")  # fmt: skip
 
 
-def _digit(digit: int, left: float, low: float) -> list[np.ndarray]:
+def _digit(digit: int, left: float, low: float) -> list[FloatArray]:
     wide, high = _DIGIT_MM
     middle, line = high / 2, LINE_MM
     bars = [
@@ -30,7 +29,7 @@ def _digit(digit: int, left: float, low: float) -> list[np.ndarray]:
     return [rectangle(left + a, low + b, left + c, low + d) for a, b, c, d in drawn]
 
 
-def scale_marks(length_mm: float, width_mm: float) -> list[np.ndarray]:
+def scale_marks(length_mm: float, width_mm: float) -> list[FloatArray]:
     """Return the lines and digits of a scale, each a rectangle, in (x, y).
 
     Parameters

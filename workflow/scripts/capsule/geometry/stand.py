@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 from capsule.geometry.cam import Cam, relief
 from capsule.geometry.pulley import shaft_distance
 
@@ -93,30 +94,34 @@ class Window:
     height_mm: float
 
 
-def rectangle(left: float, low: float, right: float, high: float) -> np.ndarray:
+def rectangle(left: float, low: float, right: float, high: float) -> FloatArray:
     """Return a rectangle, anticlockwise: shape (4, 2)."""
     return np.array([[left, low], [right, low], [right, high], [left, high]])
 
 
 def circle(
     radius_mm: float, centre: tuple[float, float] = (0.0, 0.0), points: int = 96
-) -> np.ndarray:
+) -> FloatArray:
     """Return a circle as a polygon of the circle's area, anticlockwise: shape (points, 2)."""
     step = 2 * np.pi / points
     angles = step * np.arange(points)
     radius = radius_mm * np.sqrt(step / np.sin(step))
-    return np.array(centre) + radius * np.column_stack([np.cos(angles), np.sin(angles)])
+    polygon: FloatArray = np.array(centre) + radius * np.column_stack(
+        [np.cos(angles), np.sin(angles)]
+    )
+    return polygon
 
 
-def slot(centre: tuple[float, float], width_mm: float, travel_mm: float) -> np.ndarray:
+def slot(centre: tuple[float, float], width_mm: float, travel_mm: float) -> FloatArray:
     """Return an upright slot with round ends, anticlockwise: shape (N, 2)."""
     half = np.linspace(0.0, np.pi, 25)
     end = width_mm / 2 * np.column_stack([np.cos(half), np.sin(half)])
     upper = end + np.array([0.0, travel_mm / 2])
-    return np.array(centre) + np.vstack([upper, -upper])
+    polygon: FloatArray = np.array(centre) + np.vstack([upper, -upper])
+    return polygon
 
 
-def bore(bench: Bench, turned: bool = False) -> np.ndarray:
+def bore(bench: Bench, turned: bool = False) -> FloatArray:
     """Return the bore for the rod: a circle with a flat, which sets the phase.
 
     Parameters
@@ -153,7 +158,7 @@ def window(bench: Bench, cam: Cam) -> Window:
     return Window(ridge, ridge + relief(thickness, bench.bevel_deg), height)
 
 
-def follower_outline(bench: Bench, cam: Cam, front_mm: float) -> tuple[np.ndarray, np.ndarray]:
+def follower_outline(bench: Bench, cam: Cam, front_mm: float) -> tuple[FloatArray, FloatArray]:
     """Return a follower's outer boundary and its window at the faces, in (u, z)."""
     opening = window(bench, cam)
     height = opening.height_mm + bench.frame_mm
@@ -192,7 +197,7 @@ def tab_places(bench: Bench, cam: Cam, front_mm: float) -> list[tuple[float, flo
     return [(low + width / 2, low + 3 * width / 2), (high - 3 * width / 2, high - width / 2)]
 
 
-def slide_outline(bench: Bench, cam: Cam, front_mm: float) -> np.ndarray:
+def slide_outline(bench: Bench, cam: Cam, front_mm: float) -> FloatArray:
     """Return a slide with the tabs that stand in the end plates, in (x, u), anticlockwise."""
     low, high = slide_span(bench, cam, front_mm)
     half = row_length(bench) / 2
@@ -205,7 +210,7 @@ def slide_outline(bench: Bench, cam: Cam, front_mm: float) -> np.ndarray:
     return np.vstack([edge, edge[::-1] * [-1.0, 1.0]])
 
 
-def platform_outline(bench: Bench) -> np.ndarray:
+def platform_outline(bench: Bench) -> FloatArray:
     """Return the platform with its ends in the end plates, in (x, y), anticlockwise."""
     half = row_length(bench) / 2 + bench.plate_mm
     return rectangle(-half, -bench.platform_width_mm / 2, half, bench.platform_width_mm / 2)
@@ -216,7 +221,7 @@ def motor_height(bench: Bench) -> float:
     return shaft_distance(bench.motor_teeth, bench.cam_teeth, bench.drive_belt_mm)
 
 
-def end_plate(bench: Bench, cam: Cam, front_mm: float) -> tuple[np.ndarray, list[np.ndarray]]:
+def end_plate(bench: Bench, cam: Cam, front_mm: float) -> tuple[FloatArray, list[FloatArray]]:
     """Return the outline of an end plate and its holes, in (y, z).
 
     Holes for the bearings, the slides' tabs, the platform and the motor, whose holes are slots that

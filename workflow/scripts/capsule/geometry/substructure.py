@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 from capsule.geometry.open_choices import Choices
 from capsule.geometry.origami import Origami, half_width
 
@@ -39,10 +40,10 @@ class Shape:
         By how much the line BD has turned to the tail since rest.
     """
 
-    fold: np.ndarray
-    lower: np.ndarray
-    shoulder: np.ndarray
-    cap: np.ndarray
+    fold: FloatArray
+    lower: FloatArray
+    shoulder: FloatArray
+    cap: FloatArray
     cap_radius_mm: float
     tilt_rad: float
     wall_mm: float
@@ -55,17 +56,17 @@ class Shape:
         return 1.0 if self.fold[0] > self.lower[0] else -1.0
 
     @property
-    def along(self) -> np.ndarray:
+    def along(self) -> FloatArray:
         """Direction of the awn, from B to D."""
         return np.array([-np.sin(self.tilt_rad), np.cos(self.tilt_rad)])
 
     @property
-    def headward(self) -> np.ndarray:
+    def headward(self) -> FloatArray:
         """Direction across the awn, to the head."""
         return np.array([np.cos(self.tilt_rad), np.sin(self.tilt_rad)])
 
 
-def named_corners(origami: Origami, choices: Choices) -> dict[str, np.ndarray]:
+def named_corners(origami: Origami, choices: Choices) -> dict[str, FloatArray]:
     """Return the corners A, B, C and D that the dimensions of a drawing refer to.
 
     As `capsule.geometry.origami.vertices`, under any choice. C is at x = 0.
@@ -84,8 +85,8 @@ def named_corners(origami: Origami, choices: Choices) -> dict[str, np.ndarray]:
 
 
 def _crossing(
-    point: np.ndarray, along: np.ndarray, other: np.ndarray, other_along: np.ndarray
-) -> np.ndarray:
+    point: FloatArray, along: FloatArray, other: FloatArray, other_along: FloatArray
+) -> FloatArray:
     """Return where two lines cross, each given by a point and a direction.
 
     Of parallel lines it is the point of the second.
@@ -93,12 +94,13 @@ def _crossing(
     if abs(along[0] * other_along[1] - along[1] * other_along[0]) < 1e-9:
         return other
     step = np.linalg.solve(np.column_stack([along, -other_along]), other - point)[0]
-    return point + step * along
+    crossing: FloatArray = point + step * along
+    return crossing
 
 
 def _offset_corners(
-    fold: np.ndarray, lower: np.ndarray, shoulder: np.ndarray, inward_mm: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    fold: FloatArray, lower: FloatArray, shoulder: FloatArray, inward_mm: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the corners A, B, C of the hexagon whose sides lie ``inward_mm`` further in."""
     side = np.sign(fold[0] - lower[0])
     slope, steep = shoulder - fold, shoulder - lower
@@ -179,7 +181,7 @@ def folded(shape: Shape, half_width_mm: float) -> Shape:
     )
 
 
-def _arc(centre: np.ndarray, radius_mm: float, start_rad: float, end_rad: float) -> np.ndarray:
+def _arc(centre: FloatArray, radius_mm: float, start_rad: float, end_rad: float) -> FloatArray:
     """Return points on an arc, both ends included, and its highest point where it holds that."""
     steps = int(np.ceil(abs(end_rad - start_rad) / _STEP_RAD)) + 1
     angles = np.linspace(start_rad, end_rad, steps)
@@ -190,7 +192,7 @@ def _arc(centre: np.ndarray, radius_mm: float, start_rad: float, end_rad: float)
     return centre + radius_mm * np.column_stack([np.cos(angles), np.sin(angles)])
 
 
-def awn_end(shape: Shape) -> np.ndarray:
+def awn_end(shape: Shape) -> FloatArray:
     """Return the awn's end from its head side over the top to its tail side: shape (N, 2)."""
     half = shape.wall_mm / 2
     radius, tilt, centre = shape.cap_radius_mm, shape.tilt_rad, shape.cap
@@ -209,12 +211,12 @@ def awn_end(shape: Shape) -> np.ndarray:
     )
 
 
-def _mirrored(half: np.ndarray) -> np.ndarray:
+def _mirrored(half: FloatArray) -> FloatArray:
     """Return a chain of points, then its mirror image about the axis on the way back."""
     return np.vstack([half, half[::-1] * [1.0, -1.0]])
 
 
-def outline(shape: Shape) -> tuple[np.ndarray, np.ndarray]:
+def outline(shape: Shape) -> tuple[FloatArray, FloatArray]:
     """Return the wall's outer and inner boundary.
 
     Returns
@@ -254,13 +256,13 @@ def wall_area(shape: Shape) -> float:
     return sum(signed_area(boundary) for boundary in outline(shape))
 
 
-def signed_area(polygon: np.ndarray) -> float:
+def signed_area(polygon: FloatArray) -> float:
     """Return the area of a polygon, negative where it runs clockwise."""
     x, y = polygon.T
     return float(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)))
 
 
-def glue_faces(shape: Shape) -> dict[str, np.ndarray]:
+def glue_faces(shape: Shape) -> dict[str, FloatArray]:
     """Return the two flat outer faces by which neighbours are glued.
 
     Returns

@@ -2,11 +2,12 @@
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 from capsule.geometry.open_choices import Choices
 from capsule.geometry.substructure import Shape, glue_faces
 
 
-def cut_lines(shape: Shape, choices: Choices) -> list[np.ndarray]:
+def cut_lines(shape: Shape, choices: Choices) -> list[FloatArray]:
     """Return the cuts along the axis through the flats, each of shape (2, 2), in mm."""
     faces = glue_faces(shape)
     inward = {"head": -shape.wall_mm, "tail": shape.wall_mm}
@@ -17,7 +18,7 @@ def cut_lines(shape: Shape, choices: Choices) -> list[np.ndarray]:
     ]
 
 
-def wire_positions(shape: Shape, choices: Choices, beside_mm: float = 1.0) -> np.ndarray:
+def wire_positions(shape: Shape, choices: Choices, beside_mm: float = 1.0) -> FloatArray:
     """Return where the two wires enter the wall: shape (2, 2), in mm.
 
     At one cut they sit above and below it, and the current runs around the loop. With both flats
@@ -26,4 +27,5 @@ def wire_positions(shape: Shape, choices: Choices, beside_mm: float = 1.0) -> np
     middles = [line.mean(axis=0) for line in cut_lines(shape, choices)]
     if choices.current == "halves":
         return np.array(middles)
-    return middles[0] + beside_mm * np.array([[0.0, 1.0], [0.0, -1.0]])
+    positions: FloatArray = middles[0] + beside_mm * np.array([[0.0, 1.0], [0.0, -1.0]])
+    return positions

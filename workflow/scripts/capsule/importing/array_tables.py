@@ -42,7 +42,8 @@ def array_tables(
     list of SourceTable
         Named by their parent; with the first column's name where a parent has several.
     """
-    rates, groups = {}, defaultdict(dict)
+    rates: dict[str, float] = {}
+    groups: defaultdict[tuple[str, int], dict[str, list[Column]]] = defaultdict(dict)
     for path, array in arrays.items():
         parent, _, name = path.rpartition(separator)
         if array.size == 1 and _RATE_NAMES.fullmatch(name) and float(array.flat[0]) > 0:
@@ -54,9 +55,9 @@ def array_tables(
     for (parent, _), members in groups.items():
         first = next(iter(members))
         label = parent if several.count(parent) == 1 and parent else first
-        columns = tuple(column for each in members.values() for column in each)
+        side_by_side = tuple(column for each in members.values() for column in each)
         rate = _nearest_rate(parent, rates, separator)
-        tables.append(SourceTable(columns, "variable", label, started=started, rate_hz=rate))
+        tables.append(SourceTable(side_by_side, "variable", label, started=started, rate_hz=rate))
     return tables
 
 

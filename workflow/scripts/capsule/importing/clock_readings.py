@@ -134,7 +134,7 @@ def _from_text(table: SourceTable, index: int, keys: SimpleNamespace) -> Clock:
     label = table.column_label(index)
     kind = "" if texts is None else text_kind(texts.tolist())
     asked = keys.time_unit
-    if not kind or (asked and asked != kind):
+    if texts is None or not kind or (asked and asked != kind):
         shown = "numbers" if texts is None else repr(str(texts[0])[:60])
         raise CapsuleError(
             f"{table.line(0)}, column {label}: {shown} is no "

@@ -1,16 +1,17 @@
 """What a laboratory says about its files: the keys of lab.yaml, also options of the command."""
 
 import difflib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from types import SimpleNamespace
 
 from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError
 
 from capsule.errors import CapsuleError
+from capsule.kinds import Settings
 
 
-def checked_map(content: Mapping, schema: Mapping, sensors: int) -> SimpleNamespace:
+def checked_map(content: Settings, schema: Settings, sensors: int) -> SimpleNamespace:
     """Check what lab.yaml and the options say, and lay it out by key.
 
     Parameters
@@ -59,7 +60,7 @@ def checked_map(content: Mapping, schema: Mapping, sensors: int) -> SimpleNamesp
     return SimpleNamespace(**{key: content.get(key) for key in schema["properties"]})
 
 
-def _describe(error: ValidationError, schema: Mapping) -> Iterator[str]:
+def _describe(error: ValidationError, schema: Settings) -> Iterator[str]:
     if error.validator == "additionalProperties":
         known = sorted(schema["properties"])
         for name in sorted(map(str, set(error.instance) - set(known))):
@@ -76,7 +77,7 @@ def _describe(error: ValidationError, schema: Mapping) -> Iterator[str]:
     yield f"{key}: {shown} is not allowed; must be {allowed(schema['properties'][key])}"
 
 
-def allowed(part: Mapping) -> str:
+def allowed(part: Settings) -> str:
     """Say in words what a key may hold.
 
     Parameters

@@ -131,7 +131,9 @@ def runs_of(guess: Guess, keys: SimpleNamespace, bench: Bench) -> list[Run]:
         time_s = guess.clock.time_s[rows]
         started = later(guess.clock.started, float(time_s[0]))
         header = header_of(guess, keys, started)
-        remarks = [f"{partly} samples lack a sensor and count as missing"] if partly else []
+        remarks = [guess.table.remark] if guess.table.remark else []
+        if partly:
+            remarks.append(f"{partly} samples lack a sensor and count as missing")
         try:
             runs.append(make_run(label, time_s, values[:, rows], header, bench, remarks))
         except CapsuleError as fault:

@@ -135,7 +135,8 @@ def _within(
     spline = make_interp_spline(at, values, k=_DEGREE, axis=1)
     inside = np.clip(instants, at[0], at[-1])
     if old_hz <= rate_hz:
-        return spline(inside)
+        read: np.ndarray = spline(inside)
+        return read
     fine_hz = max(int(np.ceil(old_hz / rate_hz)), _LEAST_FACTOR) * rate_hz
     taps = low_pass(fine_hz, rate_hz)
     half = taps.size // 2
@@ -148,7 +149,8 @@ def _within(
     padded = np.pad(even, widths, mode="reflect", reflect_type="odd")
     smooth = oaconvolve(padded, taps[None], mode="valid", axes=1)
     columns = np.rint((inside - grid[0]) * fine_hz).astype(int)
-    return smooth[:, np.clip(columns, 0, smooth.shape[1] - 1)]
+    resampled: np.ndarray = smooth[:, np.clip(columns, 0, smooth.shape[1] - 1)]
+    return resampled
 
 
 def low_pass(fine_hz: float, rate_hz: float) -> np.ndarray:
@@ -169,7 +171,9 @@ def low_pass(fine_hz: float, rate_hz: float) -> np.ndarray:
     width = (_STOP - _PASS) * rate_hz / (fine_hz / 2)
     number, _ = kaiserord(STOP_DB, width)
     cutoff = (_STOP + _PASS) / 2 * rate_hz
-    return firwin(number | 1, cutoff, window=("kaiser", kaiser_beta(STOP_DB)), fs=fine_hz)
+    window = "kaiser", kaiser_beta(STOP_DB)
+    taps: np.ndarray = firwin(number | 1, cutoff, window=window, fs=fine_hz)
+    return taps
 
 
 def _rounded(values: np.ndarray) -> np.ndarray:

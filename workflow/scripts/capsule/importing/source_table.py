@@ -38,7 +38,7 @@ class Column:
     @property
     def holds_numbers(self) -> bool:
         """Whether most of what stands in the cells is a number."""
-        numbers = np.count_nonzero(~np.isnan(self.values))
+        numbers = int(np.count_nonzero(~np.isnan(self.values)))
         return numbers > self.unreadable.size
 
 
@@ -69,6 +69,8 @@ class SourceTable:
         How the file was read, as keys of lab.yaml: encoding, delimiter, decimal.
     passed_over : tuple of int
         Numbers of the lines that hold no sample, or less than a whole one.
+    remark : str
+        What the user should know of the file; empty where nothing is odd.
     """
 
     columns: tuple[Column, ...]
@@ -81,6 +83,7 @@ class SourceTable:
     notes: Mapping[str, str] = field(default_factory=dict)
     reading: Mapping[str, str] = field(default_factory=dict)
     passed_over: tuple[int, ...] = ()
+    remark: str = ""
 
     @property
     def place(self) -> str:

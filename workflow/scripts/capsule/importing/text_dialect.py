@@ -8,6 +8,7 @@ from collections import Counter
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
+from typing import TypeAlias
 
 from capsule.errors import CapsuleError
 from capsule.importing.number_style import (
@@ -25,6 +26,8 @@ _TRIED = 200
 _LEAST_ROWS = 0.6
 # A way to read that makes fewer numbers of the cells than another by this share is dropped.
 _FEWER_NUMBERS = 0.05
+# Lines of numbers: None where a cell is none; "?" for a missing sample, for it equals itself.
+_Read: TypeAlias = list[list[float | str | None]]
 _SIGNS = {"comma": ",", "point": ".", "none": ""}
 
 
@@ -116,7 +119,7 @@ def _distinct(
     keys: SimpleNamespace,
     needed: int,
     missing: Collection[str | float],
-) -> dict[Dialect, list]:
+) -> dict[Dialect, _Read]:
     """Try each way; give those that read different numbers, one of each."""
     rated = []
     for delimiter in [keys.delimiter] if keys.delimiter else DELIMITERS:
@@ -132,7 +135,7 @@ def _distinct(
     rated = [each for each in rated if each[0] == most[each[1].delimiter]]
     if any(_is_named(lines, dialect) for _, dialect, _ in rated):
         rated = [each for each in rated if each[1].delimiter != "none"]
-    ways: dict[Dialect, list] = {}
+    ways: dict[Dialect, _Read] = {}
     for share, dialect, numbers in rated:
         # Spaces beside tabs are part of a name or of an empty cell.
         beside_tab = dialect.delimiter == "space" and any(d.delimiter == "tab" for d in ways)
@@ -143,7 +146,8 @@ def _distinct(
 
 def _is_said(keys: SimpleNamespace) -> bool:
     """Tell whether lab.yaml has commas between columns and in numbers."""
-    return keys.delimiter == "comma" and keys.decimal == "comma"
+    said: bool = keys.delimiter == "comma" and keys.decimal == "comma"
+    return said
 
 
 def _is_named(lines: Sequence[tuple[int, str]], dialect: Dialect) -> bool:
@@ -175,7 +179,7 @@ def _try(
     missing: Collection[str | float],
     *,
     said: bool,
-) -> list[tuple[float, Dialect, list]]:
+) -> list[tuple[float, Dialect, _Read]]:
     """Read all lines in one way; nothing where that makes no table."""
     rows = [split_cells(text, delimiter) for _, text in lines]
     usual = Counter(map(len, rows[len(rows) // 4 :])).most_common(1)
@@ -187,7 +191,7 @@ def _try(
     # A comma does one thing, unless quotes tell the two apart, or a number has two parts.
     if delimiter == "comma" and commas_in_numbers and not quotes:
         return _try_pairs(lines, style, width, needed, missing, said=said)
-    numbers = [[style.number(cell, missing) for cell in row] for row in rows]
+    numbers: _Read = [[style.number(cell, missing) for cell in row] for row in rows]
     return _rate(numbers, delimiter, style, width, needed)
 
 
@@ -199,25 +203,25 @@ def _try_pairs(
     missing: Collection[str | float],
     *,
     said: bool,
-) -> list[tuple[float, Dialect, list]]:
+) -> list[tuple[float, Dialect, _Read]]:
     """Take two parts for one number, where lab.yaml or half as many names say so."""
     cells = width // 2
     named = any(len(split_cells(text, "comma")) == cells for _, text in lines)
     if style != COMMA or width % 2 or not (named or said):
         return []
     rows = [dialect_cells(text, "comma", style, cells) for _, text in lines]
-    numbers = [[style.number(cell, missing) for cell in row] for row in rows]
+    numbers: _Read = [[style.number(cell, missing) for cell in row] for row in rows]
     return _rate(numbers, "comma", style, cells, needed)
 
 
 def _rate(
-    numbers: list, delimiter: str, style: NumberStyle, cells: int, needed: int
-) -> list[tuple[float, Dialect, list]]:
-    def is_sample(row: list) -> bool:
+    numbers: _Read, delimiter: str, style: NumberStyle, cells: int, needed: int
+) -> list[tuple[float, Dialect, _Read]]:
+    def is_sample(row: list[float | str | None]) -> bool:
         known = sum(number is not None and number == number for number in row)
         return len(row) == cells and known >= needed
 
-    def is_row(row: list) -> bool:
+    def is_row(row: list[float | str | None]) -> bool:
         # Of a sample that is missing, the time alone may be there.
         return len(row) == cells and None not in row and any(each == each for each in row)
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import groupby
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from capsule.errors import CapsuleError
 from capsule.evaluation.predictions import verdict_cells
 from capsule.interface.loaded_archive import LoadedArchive
 from capsule.interface.splits import folds
+from capsule.kinds import Cells
 from capsule.naming import sort_key
 
 try:
@@ -25,7 +27,7 @@ _UNKNOWN = float("nan")
 
 def estimator_rows(
     archive: LoadedArchive, estimator: object, name: str, scheme: str
-) -> Iterator[dict]:
+) -> Iterator[Cells]:
     """Fit an estimator in every fold, and give its verdicts on the recordings left out.
 
     Parameters
@@ -54,7 +56,7 @@ def estimator_rows(
             yield key | {"detector": name, "scheme": scheme} | cells
 
 
-def unlabelled_rows(archive: LoadedArchive, estimator: object, name: str) -> Iterator[dict]:
+def unlabelled_rows(archive: LoadedArchive, estimator: object, name: str) -> Iterator[Cells]:
     """Fit an estimator on all labelled recordings, and give its verdicts on the unlabelled ones.
 
     Parameters
@@ -78,7 +80,7 @@ def unlabelled_rows(archive: LoadedArchive, estimator: object, name: str) -> Ite
 
 def _judged(
     archive: LoadedArchive, estimator: object, taught: np.ndarray, names: Sequence[str]
-) -> Iterator[dict]:
+) -> Iterator[Cells]:
     """Fit on some rows of ``archive.X``, and give the cells of the verdicts on recordings."""
     size_mm, rate_hz = archive.y, archive.settings["recording"]["rate_hz"]
     index = archive.index(names)
@@ -112,7 +114,7 @@ class _Fitted:
         That of the probabilities.
     """
 
-    estimator: object
+    estimator: Any
     sizes_mm: np.ndarray
     taught_share: float
     prevalence: float
@@ -120,7 +122,8 @@ class _Fitted:
     def verdicts(self, rows: np.ndarray) -> list[Verdict]:
         """Judge recordings, a row each."""
         if hasattr(self.estimator, "verdicts"):
-            return self.estimator.verdicts(rows)
+            judged: list[Verdict] = self.estimator.verdicts(rows)
+            return judged
         if is_classifier(self.estimator):
             return self._of_classifier(rows)
         return self._of_sizes(rows)
@@ -145,7 +148,7 @@ class _Fitted:
 
     def _of_classifier(self, rows: np.ndarray) -> list[Verdict]:
         """Take the predicted class, and what speaks against the class of no nodule."""
-        sizes_mm = self.sizes_mm[np.asarray(self.estimator.predict(rows), dtype=int)]
+        sizes_mm = self.sizes_mm[np.asarray(self.estimator.predict(rows), dtype=np.int64)]
         scores, threshold, chances = self._against_none(rows)
         return [
             Verdict(size, score, threshold, chance, estimate_mm=size if size > 0 else _UNKNOWN)
@@ -155,7 +158,7 @@ class _Fitted:
     def _against_none(self, rows: np.ndarray) -> tuple[list[float], float, list[float]]:
         """Give scores, their threshold, and the probabilities of a nodule."""
         unknown = [_UNKNOWN] * len(rows)
-        classes = self.sizes_mm[np.asarray(self.estimator.classes_, dtype=int)]
+        classes = self.sizes_mm[np.asarray(self.estimator.classes_, dtype=np.int64)]
         if classes.size < 2 or classes[0] > 0:
             return unknown, _UNKNOWN, unknown
         if hasattr(self.estimator, "predict_proba"):
@@ -174,4 +177,5 @@ class _Fitted:
         """Move probabilities from the share of nodules in the training to the prevalence."""
         ratio = self.prevalence / (1 - self.prevalence)
         ratio *= (1 - self.taught_share) / self.taught_share
-        return chances * ratio / (chances * ratio + 1.0 - chances)
+        moved: np.ndarray = chances * ratio / (chances * ratio + 1.0 - chances)
+        return moved

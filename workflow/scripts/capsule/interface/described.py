@@ -5,15 +5,16 @@ checksum, what was made of the same readings under the same settings is found ag
 """
 
 import json
-from collections.abc import Mapping
 from functools import lru_cache
 
 import numpy as np
 
+from capsule.arrays import BoolArray
 from capsule.detectors.passage import Passage, passage_of
 from capsule.detectors.scorer import Features, Scorer, features_of
 from capsule.fitting import Fit, fit_recording
 from capsule.interface.reading_side import import_reader
+from capsule.kinds import Cells, Settings
 from capsule.preprocessing import preprocess
 from capsule.seeding import readings_checksum
 from capsule.wave_check import missing_wave
@@ -85,7 +86,7 @@ class JudgingSettings:
         The configuration.
     """
 
-    def __init__(self, settings: Mapping) -> None:
+    def __init__(self, settings: Settings) -> None:
         self.all = settings
         self._texts: dict[tuple[str, ...], str] = {}
 
@@ -97,10 +98,11 @@ class JudgingSettings:
         return self._texts[sections]
 
 
-def _varies(values: np.ndarray) -> np.ndarray:
+def _varies(values: np.ndarray) -> BoolArray:
     """Tell which sensors vary, (S,) of bool."""
     known = np.where(np.isnan(values), -np.inf, values).max(axis=1)
-    return known > np.where(np.isnan(values), np.inf, values).min(axis=1)
+    varies: BoolArray = known > np.where(np.isnan(values), np.inf, values).min(axis=1)
+    return varies
 
 
 class _Key:
@@ -120,8 +122,9 @@ class _Key:
         return self.recording.values
 
     @property
-    def settings(self) -> dict:
-        return json.loads(self._same[1])
+    def settings(self) -> Cells:
+        settings: Cells = json.loads(self._same[1])
+        return settings
 
 
 @lru_cache(maxsize=_KEPT)
@@ -159,7 +162,8 @@ def _fit(key: _Key) -> Fit:
 @lru_cache(maxsize=1)
 def shipped_scorer() -> Scorer:
     """Read the taught scorer that ships with the project."""
-    return import_reader("library").read_shipped_scorer()
+    scorer: Scorer = import_reader("library").read_shipped_scorer()
+    return scorer
 
 
 @lru_cache(maxsize=1)
@@ -167,6 +171,7 @@ def _shipped_settings() -> str:
     return json.dumps(import_reader("library").read_settings())
 
 
-def shipped_settings() -> dict:
+def shipped_settings() -> Cells:
     """Read the configuration that ships with the project."""
-    return json.loads(_shipped_settings())
+    settings: Cells = json.loads(_shipped_settings())
+    return settings

@@ -6,10 +6,11 @@ So these are no classifiers in scikit-learn's sense, whose classes 2.5 and NaN c
 regressors, which have no probabilities.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 from capsule.detectors.registry import detector_row
 from capsule.detectors.training import TrainingArchive, detector_class
 from capsule.detectors.verdicts import NO_VERDICT, Verdict
@@ -18,6 +19,8 @@ from capsule.evaluation.lead import balanced_accuracy
 from capsule.interface.described import DescribedRecording, JudgingSettings, shipped_settings
 from capsule.interface.frames import frame
 from capsule.interface.sample_rows import as_readings
+from capsule.kinds import Settings
+from capsule.particles import Particle
 from capsule.templates import build_templates
 
 try:
@@ -33,7 +36,7 @@ except ImportError:
 class _OfReadings(BaseEstimator):
     """What takes readings, a recording a row."""
 
-    def __init__(self, settings: Mapping | None = None) -> None:
+    def __init__(self, settings: Settings | None = None) -> None:
         self.settings = settings
 
     def __sklearn_tags__(self) -> Tags:
@@ -41,11 +44,14 @@ class _OfReadings(BaseEstimator):
         tags.input_tags.allow_nan = True
         return tags
 
-    def _settings(self) -> Mapping:
+    def _settings(self) -> Settings:
         return shipped_settings() if self.settings is None else self.settings
 
-    def _validated(self, X: object, **options: object) -> np.ndarray:
-        return validate_data(self, X, dtype=np.float64, ensure_all_finite="allow-nan", **options)
+    def _validated(self, X: object, **options: object) -> FloatArray:
+        rows: FloatArray = validate_data(
+            self, X, dtype=np.float64, ensure_all_finite="allow-nan", **options
+        )
+        return rows
 
     def _described(self, rows: np.ndarray) -> list[DescribedRecording]:
         settings = self._settings()
@@ -141,7 +147,8 @@ class _DetectorEstimator(_OfReadings):
         # The same readings may come twice.
         named = {f"{each.name} {place}": each for place, (each, _) in enumerate(usable)}
         sizes_mm = dict(zip(named, [size_mm for _, size_mm in usable], strict=True))
-        particles, by_size = {}, {}
+        particles: dict[str, Particle] = {}
+        by_size: dict[float, list[Particle]] = {}
         if row.by_templates:
             nodules = [name for name, size_mm in sizes_mm.items() if size_mm > 0]
             particles = {name: named[name].fit.particle for name in nodules}

@@ -1,11 +1,14 @@
 """Rows of results as tables of pandas."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import pandas as pd
 
+from capsule.kinds import Row
 
-def frame(columns: Sequence[str], rows: Iterable[Mapping]) -> pd.DataFrame:
+
+def frame(columns: Sequence[str], rows: Iterable[Row]) -> pd.DataFrame:
     """Make a table of rows; what is unknown is NaN, as in a table that pandas reads.
 
     Parameters
@@ -18,7 +21,7 @@ def frame(columns: Sequence[str], rows: Iterable[Mapping]) -> pd.DataFrame:
     -------
     DataFrame
     """
-    cells = {name: [] for name in columns}
+    cells: dict[str, list[Any]] = {name: [] for name in columns}
     for row in rows:
         for name, values in cells.items():
             values.append(float("nan") if row[name] in (None, "") else row[name])

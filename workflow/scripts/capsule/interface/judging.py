@@ -11,8 +11,7 @@ from capsule.evaluation.all_tables import all_tables
 from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.folds import LEAVE_ONE_OUT
 from capsule.evaluation.predictions import Detectors, of_unlabelled
-from capsule.evaluation.rows import as_text, by_detector
-from capsule.evaluation.tables import number
+from capsule.evaluation.rows import as_text, by_detector, number
 from capsule.evaluation.whole_evaluation import (
     Table,
     evaluate_archive,
@@ -21,6 +20,7 @@ from capsule.evaluation.whole_evaluation import (
 )
 from capsule.interface.frames import frame
 from capsule.interface.loaded_archive import LoadedArchive
+from capsule.kinds import Settings
 from capsule.naming import sort_key
 
 
@@ -125,7 +125,7 @@ def _judge_configured(archive: LoadedArchive) -> Judgement:
 
 
 def _assessed(
-    archive: LoadedArchive, predictions: list[list[dict[str, str]]], rules: Mapping
+    archive: LoadedArchive, predictions: list[list[dict[str, str]]], rules: Settings
 ) -> dict[str, Table]:
     """Give the tables that judge.py makes of what evaluate.py has written."""
     index = archive.index([*archive.labelled, *archive.unlabelled])

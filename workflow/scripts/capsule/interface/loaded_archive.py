@@ -12,8 +12,9 @@ from capsule.fitting import Fit
 from capsule.interface.described import DescribedRecording, JudgingSettings
 from capsule.interface.frames import frame
 from capsule.interface.sample_rows import as_rows
+from capsule.kinds import Cells, Row, Settings
 from capsule.listing import COLUMNS, NEAR_COPIES
-from capsule.naming import folder_size_mm, size_mm
+from capsule.naming import folder_size_mm, size_mm, sizes_of
 from capsule.particles import ParameterSpace, Particle
 from capsule.seeding import fit_generator
 from capsule.templates import TemplateSet, build_templates
@@ -50,11 +51,11 @@ class LoadedArchive:
 
     def __init__(
         self,
-        rows: Sequence[Mapping],
-        checks: Mapping[str, Mapping],
+        rows: Sequence[Row],
+        checks: Mapping[str, Row],
         readings: Mapping[str, np.ndarray],
         passed_over: Mapping[str, str],
-        settings: Mapping,
+        settings: Settings,
     ) -> None:
         self._rows = {row["recording"]: row for row in rows}
         self._checks, self.settings = checks, dict(settings)
@@ -98,19 +99,19 @@ class LoadedArchive:
         return np.array([size_mm(name) for name in self.labelled], dtype=np.float64)
 
     @property
-    def preprocess_options(self) -> dict:
+    def preprocess_options(self) -> Cells:
         """What `capsule.preprocess` takes beside the readings."""
         return dict(self.settings["preprocessing"])
 
     @property
-    def fit_options(self) -> dict:
+    def fit_options(self) -> Cells:
         """What `capsule.fit_particle` takes beside matrix and generator."""
         ranges = {key: value for key, value in self.settings["fit"].items() if key != "seed"}
         counts = {key: ranges.pop(key) for key in ("particles", "iterations", "first_peak")}
         return {**counts, "space": ParameterSpace(**ranges)}
 
     @property
-    def template_options(self) -> dict:
+    def template_options(self) -> Cells:
         """What `capsule.build_templates` takes beside the particles."""
         return {
             "sensors": self.settings["recording"]["sensors"],
@@ -133,7 +134,8 @@ class LoadedArchive:
 
     def time_s(self, name: str) -> np.ndarray:
         """Return the time of each reading of a recording in seconds, (K,)."""
-        return np.arange(self.readings[name].shape[1]) / self.settings["recording"]["rate_hz"]
+        rate_hz: float = self.settings["recording"]["rate_hz"]
+        return np.arange(self.readings[name].shape[1]) / rate_hz
 
     def generator(self, name: str) -> np.random.Generator:
         """Make the random numbers of a recording's fit, as the workflow does."""
@@ -153,8 +155,9 @@ class LoadedArchive:
         The first call fits each recording of a nodule that shows a wave, some 0.2 s each.
         """
         groups: dict[float, list[Particle]] = {}
+        sizes_mm = sizes_of(self._particles)
         for name, particle in self._particles.items():
-            groups.setdefault(size_mm(name), []).append(particle)
+            groups.setdefault(sizes_mm[name], []).append(particle)
         return groups
 
     @cached_property
@@ -176,7 +179,7 @@ class LoadedArchive:
             row[NEAR_COPIES] = " ".join(others)
         return LoadedArchive(rows, self._checks, self.readings, self._passed_over, self.settings)
 
-    def index(self, names: Iterable[str]) -> dict[str, Mapping]:
+    def index(self, names: Iterable[str]) -> dict[str, Row]:
         """Return the rows of some accepted recordings by content, as the workflow takes them."""
         rows = [self._rows[name] for name in names]
         rows.sort(key=lambda row: row["readings_sha256"])
@@ -194,7 +197,7 @@ class LoadedArchive:
         described = self._described
         by_features = any(row.by_features for row in rows)
         return TrainingArchive(
-            {name: size_mm(name) for name in self.index(self.labelled)},
+            sizes_of(self.index(self.labelled)),
             self.templates,
             self._particles,
             {name: described[name].passage for name in judged},

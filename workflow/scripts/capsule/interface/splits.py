@@ -14,6 +14,7 @@ from capsule.evaluation.folds import (
     scheme_folds,
 )
 from capsule.interface.loaded_archive import LoadedArchive
+from capsule.kinds import Row
 
 
 class RecordingSplitter:
@@ -29,7 +30,7 @@ class RecordingSplitter:
         Their rows of results/recordings.csv, in the order of the recordings.
     """
 
-    def __init__(self, scheme: Folds, rows: Mapping[str, Mapping]) -> None:
+    def __init__(self, scheme: Folds, rows: Mapping[str, Row]) -> None:
         self.scheme = scheme.scheme
         self._judged = np.array([not row["no_verdict"] for row in rows.values()], dtype=bool)
         self._parts = list(scheme.parts())
@@ -84,8 +85,8 @@ def folds(archive: LoadedArchive, scheme: str = LEAVE_ONE_OUT) -> RecordingSplit
     """
     rows = {name: archive.index([name])[name] for name in archive.labelled}
     if scheme in (LEAVE_ONE_OUT, RESUBSTITUTION):
-        (made,) = scheme_folds([scheme], rows)
-        return RecordingSplitter(made, rows)
+        (one_each,) = scheme_folds([scheme], rows)
+        return RecordingSplitter(one_each, rows)
     key = scheme.removeprefix("leave_one_").removesuffix("_out")
     if scheme != group_scheme(key):
         raise CapsuleError(

@@ -10,6 +10,7 @@ import pandas as pd
 
 from capsule.evaluation.rates import rate
 from capsule.evaluation.size_error import mean_interval
+from capsule.kinds import Row, Settings
 
 
 @dataclass(frozen=True)
@@ -99,7 +100,7 @@ class PaperAnswers:
 
 
 def our_answers(
-    tables: Mapping[str, pd.DataFrame], predictions: pd.DataFrame, settings: Mapping
+    tables: Mapping[str, pd.DataFrame], predictions: pd.DataFrame, settings: Settings
 ) -> Answers:
     """Return what a detector achieves on these recordings.
 
@@ -142,7 +143,7 @@ def our_answers(
 def paper_answers(
     paper: Mapping[str, pd.DataFrame],
     our_sizing: pd.DataFrame,
-    settings: Mapping,
+    settings: Settings,
     printed_tolerance_mm: float,
 ) -> PaperAnswers:
     """Return what the paper achieves, and what of it can be compared with ours.
@@ -254,11 +255,12 @@ def mean_size_error(predictions: pd.DataFrame, confidence: float) -> Estimate:
 def specificity(table: pd.DataFrame) -> Estimate:
     """Return the specificity in the one row of its table, NaN where the table has none."""
     if table.empty:
-        return Estimate(*[float("nan")] * 3, 0, 0)
+        unknown = float("nan")
+        return Estimate(unknown, unknown, unknown, 0, 0)
     row = table.iloc[0]
     return _estimate(row, "specificity", row["true_negatives"], row["healthy"])
 
 
-def _estimate(row: Mapping, name: str, hits: float, of: float) -> Estimate:
-    bounds = (float(row[column]) for column in (name, f"{name}_low", f"{name}_high"))
-    return Estimate(*bounds, int(hits), int(of))
+def _estimate(row: Row, name: str, hits: float, of: float) -> Estimate:
+    value, low, high = (float(row[column]) for column in (name, f"{name}_low", f"{name}_high"))
+    return Estimate(value, low, high, int(hits), int(of))

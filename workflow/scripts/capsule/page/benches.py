@@ -1,11 +1,12 @@
 """How far a detector's rates differ from one simulated bench to another."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from capsule import words
+from capsule.kinds import Cells, Row
 
 
-def page_values(rows: Sequence[Mapping], detectors: Sequence[str]) -> dict:
+def page_values(rows: Sequence[Row], detectors: Sequence[str]) -> Cells:
     """Return what the page says of other benches.
 
     Parameters
@@ -39,7 +40,7 @@ def page_values(rows: Sequence[Mapping], detectors: Sequence[str]) -> dict:
     }
 
 
-def _in_one_sentence(ranges: Sequence[Mapping]) -> str:
+def _in_one_sentence(ranges: Sequence[Row]) -> str:
     """Say each detector's range over the benches; nothing without any."""
     clauses = []
     for detector in dict.fromkeys(row["detector"] for row in ranges):

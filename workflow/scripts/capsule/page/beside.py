@@ -12,7 +12,9 @@ import hashlib
 import itertools
 import json
 import zlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
+
+from capsule.kinds import Settings
 
 # In bytes: the figures and all that does not grow; a recording's row, verdicts and header; of a
 # sensor the envelope and the matrix, 250 points each; a reading, 16 bits in base64.
@@ -21,7 +23,7 @@ _PAGE, _RECORDING, _SENSOR, _READING = 2.5e6, 5400, 670, 8 / 3
 RECORDINGS_A_FILE = 32
 
 
-def stands_beside(recordings: int, settings: Mapping) -> bool:
+def stands_beside(recordings: int, settings: Settings) -> bool:
     """Tell whether the evidence stands beside the page, which would become too large with it.
 
     Parameters
@@ -32,8 +34,9 @@ def stands_beside(recordings: int, settings: Mapping) -> bool:
         The configuration; each recording counts as one of the longest that it allows.
     """
     sensors, length = settings["recording"]["sensors"], settings["preprocessing"]["length"]
-    one = _RECORDING + sensors * (_SENSOR + length * _READING)
-    return _PAGE + recordings * one > 1e6 * settings["report"]["max_megabytes"]
+    one: float = _RECORDING + sensors * (_SENSOR + length * _READING)
+    most_bytes: float = 1e6 * settings["report"]["max_megabytes"]
+    return _PAGE + recordings * one > most_bytes
 
 
 def data_files(evidence: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:

@@ -6,10 +6,11 @@ What is worded, and what is left out, depends on the values of `capsule.page.ans
 from capsule import words
 from capsule.detectors.registry import PAPER
 from capsule.evaluation.lead import Lead
+from capsule.kinds import Cells
 from capsule.page.answers import Answers, Estimate, PaperAnswers
 
 
-def answer_cards(ours: Answers, paper: PaperAnswers, method: Answers | None) -> list[dict]:
+def answer_cards(ours: Answers, paper: PaperAnswers, method: Answers | None) -> list[Cells]:
     """Return the answers to the questions that a reader brings.
 
     Parameters

@@ -1,14 +1,28 @@
 """The report's tables, cell by cell: text to read, and the value that it was written from."""
 
 from collections.abc import Mapping, Sequence
+from typing import Protocol
 
 import pandas as pd
 
 from capsule import words
 from capsule.evaluation import points
+from capsule.kinds import Cells, Row, Settings
 
 
-def rate_table(rates: pd.DataFrame, measures: Mapping[str, str], sizes_mm: Sequence[float]) -> dict:
+class Rate(Protocol):
+    """A row of the table of rates, as pandas gives it."""
+
+    rate: float
+    low: float
+    high: float
+    hits: int
+    of: int
+
+
+def rate_table(
+    rates: pd.DataFrame, measures: Mapping[str, str], sizes_mm: Sequence[float]
+) -> Cells:
     """Return rates: a row a size, a group of columns a measure, a column a scheme.
 
     Parameters
@@ -52,7 +66,7 @@ def rate_table(rates: pd.DataFrame, measures: Mapping[str, str], sizes_mm: Seque
     return {"groups": groups, "rows": rows}
 
 
-def rate_cell(point: object | None, scheme: str = "") -> dict:
+def rate_cell(point: Rate | None, scheme: str = "") -> Cells:
     """Return one rate with its interval and its counts."""
     if point is None or not words.is_known(point.rate):
         text = words.NOT_GIVEN if scheme == "paper" else words.UNKNOWN
@@ -66,12 +80,12 @@ def rate_cell(point: object | None, scheme: str = "") -> dict:
     }
 
 
-def plain_cell(value: float | None, text: str, interval: str = "", count: str = "") -> dict:
+def plain_cell(value: float | None, text: str, interval: str = "", count: str = "") -> Cells:
     """Return a cell that belongs to no scheme."""
     return {"value": value, "text": text, "interval": interval, "count": count, "scheme": ""}
 
 
-def rate_cell_of(row: Mapping, name: str) -> dict:
+def rate_cell_of(row: Row, name: str) -> Cells:
     """Return the rate in a row of a table with the interval beside it."""
     value, low, high = row[name], row[f"{name}_low"], row[f"{name}_high"]
     if not words.is_known(value):
@@ -80,7 +94,7 @@ def rate_cell_of(row: Mapping, name: str) -> dict:
     return plain_cell(float(value), words.percent(value), bounds)
 
 
-def confusion_rows(confusion: pd.DataFrame, scheme: str, sizes_mm: Sequence[float]) -> list[dict]:
+def confusion_rows(confusion: pd.DataFrame, scheme: str, sizes_mm: Sequence[float]) -> list[Cells]:
     """Return the counts of one scheme: a row a true size, a cell a predicted size.
 
     A cell has its ``count``, its ``share`` of the row in tenths (for its shade), and says whether
@@ -104,7 +118,7 @@ def confusion_rows(confusion: pd.DataFrame, scheme: str, sizes_mm: Sequence[floa
     return rows
 
 
-def template_rows(entries: Sequence[Mapping]) -> list[dict]:
+def template_rows(entries: Sequence[Row]) -> list[Cells]:
     """Return the averaged parameters of every template, a row a size and sensor."""
     rows = []
     for entry in entries:
@@ -138,7 +152,7 @@ def template_rows(entries: Sequence[Mapping]) -> list[dict]:
     return rows
 
 
-def detection_rows(detections: pd.DataFrame) -> dict:
+def detection_rows(detections: pd.DataFrame) -> Cells:
     """Return the verdicts on unlabelled recordings with the distance to every template.
 
     Returns
@@ -172,7 +186,7 @@ def detection_rows(detections: pd.DataFrame) -> dict:
     return {"sizes": sizes, "rows": rows}
 
 
-def _verdict_words(row: Mapping) -> dict:
+def _verdict_words(row: Row) -> Cells:
     """Write a detector's verdict; what it leaves open, such as the place of none, is not given."""
     return {
         "detector": row["detector"],
@@ -188,8 +202,8 @@ def rate_tables(
     sizing: pd.DataFrame,
     confusion: pd.DataFrame,
     sizes_mm: Sequence[float],
-    settings: Mapping,
-) -> dict:
+    settings: Settings,
+) -> Cells:
     """Return the tables of rates by size and of the negatives, the paper's beside ours.
 
     Parameters
@@ -238,8 +252,8 @@ def rate_tables(
     }
 
 
-def _error_cell(value: float | None, scheme: str) -> dict:
+def _error_cell(value: float | None, scheme: str) -> Cells:
     known = words.is_known(value)
     text = f"{words.number(value)} mm" if known else words.UNKNOWN
-    value = float(value) if known else None
+    value = float(value) if words.is_known(value) else None
     return {"value": value, "text": text, "interval": "", "count": "", "scheme": scheme}

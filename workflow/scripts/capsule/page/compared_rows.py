@@ -1,11 +1,13 @@
 """Which rows the table of the compared detectors has, and how a cell of each is written."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Literal
 
 from capsule import words
+from capsule.kinds import Cells
+from capsule.kinds import Row as TableRow
 from capsule.page.cells import plain_cell, rate_cell_of
 
 
@@ -30,7 +32,7 @@ class Row:
 
     title: str
     table: str
-    cell: Callable[[Mapping], dict]
+    cell: Callable[[TableRow], Cells]
     sizes: Literal["all", "healthy", "each", "smallest"] = "all"
     measure: str = ""
 
@@ -54,12 +56,12 @@ class Group:
     folded: bool = True
 
 
-def rate_of(name: str) -> Callable[[Mapping], dict]:
+def rate_of(name: str) -> Callable[[TableRow], Cells]:
     """Return what makes a cell out of the rate in a column."""
     return partial(rate_cell_of, name=name)
 
 
-def number_of(name: str, unit: str = "", end: str = "") -> Callable[[Mapping], dict]:
+def number_of(name: str, unit: str = "", end: str = "") -> Callable[[TableRow], Cells]:
     """Return what makes a cell out of the number in a column, with its unit.
 
     Parameters
@@ -74,7 +76,7 @@ def number_of(name: str, unit: str = "", end: str = "") -> Callable[[Mapping], d
     return partial(_number_cell, name=name, unit=unit, end=end)
 
 
-def _number_cell(row: Mapping, name: str, unit: str, end: str) -> dict:
+def _number_cell(row: TableRow, name: str, unit: str, end: str) -> Cells:
     value, low, high = (row[f"{name}{part}{end}"] for part in ("", "_low", "_high"))
     if not words.is_known(value):
         return plain_cell(None, words.UNKNOWN)
@@ -82,7 +84,7 @@ def _number_cell(row: Mapping, name: str, unit: str, end: str) -> dict:
     return plain_cell(float(value), words.number(value) + unit, interval)
 
 
-def chance(row: Mapping) -> dict:
+def chance(row: TableRow) -> Cells:
     """Return the area that chance alone reaches, and how often it reaches the detector's."""
     bounds = f"{words.number(row['by_chance_low'])} to {words.number(row['by_chance_high'])}"
     return plain_cell(
@@ -90,25 +92,25 @@ def chance(row: Mapping) -> dict:
     )
 
 
-def brier(row: Mapping) -> dict:
+def brier(row: TableRow) -> Cells:
     """Return the Brier score, and that of stating the prevalence every time."""
     uninformed = f"always stating the prevalence: {words.number(row['brier_uninformed'], 3)}"
     return plain_cell(float(row["brier"]), words.number(row["brier"], 3), "", uninformed)
 
 
-def size_error(row: Mapping) -> dict:
+def size_error(row: TableRow) -> Cells:
     """Return the mean absolute error of the size, and of how many nodules it is."""
     cell = _number_cell(row, "absolute_error", " mm", "_mm")
     return cell | {"count": words.count_of(row["detected"], row["recordings"])}
 
 
-def location_error(row: Mapping) -> dict:
+def location_error(row: TableRow) -> Cells:
     """Return the median error of the place, and of how many recordings it is."""
     cell = _number_cell(row, "median_absolute_error_mm", " mm", "")
     return cell | {"count": words.plural(int(row["recordings"]), "recording")}
 
 
-def difference(row: Mapping) -> dict:
+def difference(row: TableRow) -> Cells:
     """Return a difference of two rates, with the p of McNemar's test."""
     value = row["difference"]
     if not words.is_known(value):

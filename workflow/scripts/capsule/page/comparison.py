@@ -8,6 +8,7 @@ from capsule import words
 from capsule.detectors.registry import DETECTORS, detector_row
 from capsule.evaluation.folds import group_scheme, main_scheme
 from capsule.evaluation.tables import ALWAYS
+from capsule.kinds import Cells, Settings
 from capsule.page.cells import plain_cell, rate_cell_of
 from capsule.page.compared_rows import GROUPS, Row
 
@@ -16,7 +17,7 @@ REFERENCE = plain_cell(None, "reference")
 Judgements = Mapping[str, pd.DataFrame]
 
 
-def page_values(judgements: Judgements, settings: Mapping, lead: str) -> dict:
+def page_values(judgements: Judgements, settings: Settings, lead: str) -> Cells:
     """Return the page's values that set the detectors side by side.
 
     Parameters
@@ -47,8 +48,8 @@ def page_values(judgements: Judgements, settings: Mapping, lead: str) -> dict:
 
 
 def compared(
-    judgements: Judgements, schemes: Sequence[str], settings: Mapping, lead: str
-) -> list[dict]:
+    judgements: Judgements, schemes: Sequence[str], settings: Settings, lead: str
+) -> list[Cells]:
     """Return what the tables say of every detector, ready to be laid out.
 
     Parameters
@@ -97,13 +98,18 @@ def _groups(
     tables: Judgements,
     detectors: Sequence[str],
     reference: str,
-    settings: Mapping,
+    settings: Settings,
     *,
     folded: bool,
-) -> list[dict]:
+) -> list[Cells]:
     """Fill in the rows of `compared_rows.GROUPS`; differences are from `reference`."""
     sizes_mm = sorted(tables["predictive_values"]["size_mm"].dropna().unique())
-    sizes_of = {"all": [None], "healthy": [0.0], "each": sizes_mm, "smallest": sizes_mm[:1]}
+    sizes_of: dict[str, list[float | None]] = {
+        "all": [None],
+        "healthy": [0.0],
+        "each": sizes_mm,
+        "smallest": sizes_mm[:1],
+    }
     filled_in = {
         "reference": reference,
         "tolerance": f"{settings['tolerance_mm']:g} mm",
@@ -132,7 +138,7 @@ def _cells(
     size_mm: float | None,
     detectors: Sequence[str],
     reference: str,
-) -> list[dict]:
+) -> list[Cells]:
     """Make a row's cells, one a detector."""
     by_detector = {}
     if row.measure:
@@ -147,11 +153,12 @@ def _cells(
     return [by_detector.get(name, NOT_APPLICABLE) for name in detectors]
 
 
-def _of_size(table: pd.DataFrame, size_mm: float | None) -> list[dict]:
+def _of_size(table: pd.DataFrame, size_mm: float | None) -> list[Cells]:
     if "size_mm" in table:
         size = pd.to_numeric(table["size_mm"])
         table = table[size.isna() if size_mm is None else size == size_mm]
-    return table.to_dict("records")
+    rows: list[Cells] = table.to_dict("records")
+    return rows
 
 
 def silent(judgements: Judgements, scheme: str, detectors: Sequence[str]) -> str:
@@ -179,7 +186,7 @@ def _sentence(name: str) -> str:
     return detector_row(name).sentence
 
 
-def calibration_rows(calibration: pd.DataFrame, scheme: str) -> list[dict]:
+def calibration_rows(calibration: pd.DataFrame, scheme: str) -> list[Cells]:
     """Return stated and observed frequencies of nodules, bin by bin, of one scheme.
 
     Returns

@@ -8,6 +8,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from capsule.arrays import FloatArray
+
 # White becomes the colour that sections have in the dark, and the figures' ink that of the text,
 # as report.css has them.
 PAPER, INK = "#1b2026", "#e9ecf0"
@@ -79,14 +81,15 @@ def _rules(colours: Iterable[tuple[bytes, bytes]]) -> bytes:
     )
 
 
-def _lab_of(colour: str) -> np.ndarray:
+def _lab_of(colour: str) -> FloatArray:
     """Return lightness and the axes of colour, (3,)."""
     part = np.array([int(colour[at : at + 2], 16) for at in (1, 3, 5)]) / 255
     linear = np.where(part <= 0.04045, part / 12.92, ((part + 0.055) / 1.055) ** 2.4)
-    return _TO_LAB @ np.cbrt(_TO_CONES @ linear)
+    lab: FloatArray = _TO_LAB @ np.cbrt(_TO_CONES @ linear)
+    return lab
 
 
-def _colour_of(lab: np.ndarray) -> str:
+def _colour_of(lab: FloatArray) -> str:
     """Return the colour of lightness and axes of colour, the nearest that a screen shows."""
     linear = np.linalg.solve(_TO_CONES, np.linalg.solve(_TO_LAB, lab) ** 3).clip(0, 1)
     part = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)

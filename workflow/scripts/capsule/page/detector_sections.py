@@ -1,7 +1,7 @@
 """What the page says of each detector: answers, rates beside the paper's, confusions."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 
 import pandas as pd
 
@@ -10,6 +10,7 @@ from capsule.detectors.registry import PAPER, detector_row
 from capsule.evaluation.beside_paper import TABLES, Evaluation
 from capsule.evaluation.folds import RESUBSTITUTION, main_scheme
 from capsule.evaluation.lead import Lead
+from capsule.kinds import Cells, Settings
 from capsule.page import answers, cards, cells, provenance, trust
 
 
@@ -17,9 +18,9 @@ def page_values(
     evaluation: Evaluation,
     index: pd.DataFrame,
     lead: Lead,
-    settings: Mapping,
+    settings: Settings,
     printed_tolerance_mm: float,
-) -> dict:
+) -> Cells:
     """Return the page's values that follow from the detectors' rates.
 
     Parameters
@@ -76,8 +77,8 @@ def lead_first(detectors: Iterable[str], lead: Lead) -> list[str]:
 
 
 def result_of(
-    evaluation: Evaluation, detector: str, settings: Mapping, printed_tolerance_mm: float
-) -> dict:
+    evaluation: Evaluation, detector: str, settings: Settings, printed_tolerance_mm: float
+) -> Cells:
     """Return a detector's answers and tables.
 
     Parameters
@@ -127,7 +128,7 @@ def result_of(
     }
 
 
-def answers_of(evaluation: Evaluation, detector: str, settings: Mapping) -> answers.Answers:
+def answers_of(evaluation: Evaluation, detector: str, settings: Settings) -> answers.Answers:
     """Return what a detector achieves, by the scheme that the page stands on.
 
     Parameters

@@ -9,9 +9,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 from capsule.converter import reading_unit
 from capsule.detectors.along_gut import along_gut
 from capsule.detectors.stretches import Stretches
+from capsule.kinds import Cells, Row, Settings
 from capsule.page import judged_by, recordings
 from capsule.page.packing import pack
 from capsule.page.provenance import fit_words
@@ -20,8 +22,10 @@ from capsule.preprocessing import extend
 from capsule.sliding import SlidingComparison
 from capsule.stages import PreprocessedRun, preprocess_run
 
-VERDICT_KEYS = ("detector", "scheme", "predicted_mm", "details", "distances")
-VERDICT_KEYS += ("score", "threshold", "location_mm")
+VERDICT_KEYS = (
+    *("detector", "scheme", "predicted_mm", "details", "distances"),
+    *("score", "threshold", "location_mm"),
+)
 # Envelopes and matrices are smooth over the window of the envelope; more points show no more.
 SMOOTH_POINTS = 250
 
@@ -47,15 +51,15 @@ class Stored:
         Of each sensor the largest share of its samples at one end of the ADC's range.
     """
 
-    values: np.ndarray
+    values: FloatArray
     header: Mapping[str, str]
-    fit: tuple[Mapping, Particle] | None = None
+    fit: tuple[Row, Particle] | None = None
     templates: Mapping[str, Mapping[float, Particle]] = field(default_factory=dict)
     stretches: Stretches | None = None
     at_ends: Sequence[float] = ()
 
 
-def peaks(envelope: np.ndarray, time_s: np.ndarray, threshold: float) -> list[list[float]]:
+def peaks(envelope: FloatArray, time_s: FloatArray, threshold: float) -> list[list[float]]:
     """Return the highest value of each sensor's envelope, its time, and the time above threshold.
 
     Parameters
@@ -85,10 +89,10 @@ def peaks(envelope: np.ndarray, time_s: np.ndarray, threshold: float) -> list[li
 def recording_evidence(
     run: PreprocessedRun,
     threshold: float,
-    judged: Mapping,
-    verdicts: Sequence[Mapping],
+    judged: Row,
+    verdicts: Sequence[Row],
     facts: Mapping[str, str],
-) -> dict:
+) -> Cells:
     """Return what the page shows of one recording.
 
     Parameters
@@ -127,7 +131,7 @@ def recording_evidence(
     }
 
 
-def what_was_judged(run: PreprocessedRun, stored: Stored, settings: Mapping) -> dict:
+def what_was_judged(run: PreprocessedRun, stored: Stored, settings: Settings) -> Cells:
     """Return what the detectors judged a recording by.
 
     Parameters
@@ -176,10 +180,10 @@ def what_was_judged(run: PreprocessedRun, stored: Stored, settings: Mapping) -> 
 
 
 def archive_evidence(
-    rows: Sequence[Mapping],
-    verdicts: Mapping[str, Sequence[Mapping]],
+    rows: Sequence[Row],
+    verdicts: Mapping[str, Sequence[Row]],
     load: Callable[[str], Stored],
-    settings: Mapping,
+    settings: Settings,
 ) -> Iterator[tuple[str, str]]:
     """Yield what the page shows of each recording, one at a time.
 

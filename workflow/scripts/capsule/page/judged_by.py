@@ -9,6 +9,7 @@ from capsule.detectors.along_gut import AlongGut
 from capsule.detectors.beat_series import WINDOWS_A_WAVE
 from capsule.detectors.matching import template_margin
 from capsule.detectors.stretches import Stretches
+from capsule.kinds import Cells, Settings
 from capsule.page.packing import pack, rounded
 from capsule.particles import Particle, peak_positions, render
 from capsule.sliding import SlidingComparison
@@ -78,7 +79,7 @@ def nearest_template(
     return nearest
 
 
-def surface(particle: Particle, first_peak: float, lag: int, length: int) -> dict:
+def surface(particle: Particle, first_peak: float, lag: int, length: int) -> Cells:
     """Return what the page draws a particle over a recording from (eq. G, eq. RMSE).
 
     Parameters
@@ -111,7 +112,7 @@ def surface(particle: Particle, first_peak: float, lag: int, length: int) -> dic
     }
 
 
-def beats_evidence(along: AlongGut, rate_hz: float) -> dict:
+def beats_evidence(along: AlongGut, rate_hz: float) -> Cells:
     """Return the depth of the beats, in usual depths, and when each sensor passes the place."""
     passed = [None if np.isnan(at) else round(float(at) / rate_hz, 2) for at in along.passed]
     return {
@@ -122,14 +123,14 @@ def beats_evidence(along: AlongGut, rate_hz: float) -> dict:
     }
 
 
-def gut_evidence(along: AlongGut) -> dict:
+def gut_evidence(along: AlongGut) -> Cells:
     """Return the evidence at each place along the gut."""
     return {"step_mm": along.step_mm, **pack(along.evidence[np.newaxis], 8)}
 
 
 def stretches_evidence(
-    stretches: Stretches, along: AlongGut, rate_hz: float, settings: Mapping
-) -> dict:
+    stretches: Stretches, along: AlongGut, rate_hz: float, settings: Settings
+) -> Cells:
     """Return what the taught score loses without each stretch.
 
     Parameters

@@ -1,6 +1,6 @@
 """A methods paragraph for a paper, from the configuration and the numbers that were really used."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import pandas as pd
 
@@ -9,6 +9,7 @@ from capsule.detectors.registry import detector_row
 from capsule.evaluation.beside_paper import Evaluation
 from capsule.evaluation.folds import LEAVE_ONE_OUT, RESUBSTITUTION, main_scheme
 from capsule.evaluation.lead import Lead
+from capsule.kinds import Settings
 from capsule.page.notation import cited
 from capsule.page.provenance import ProjectState, is_simulated
 
@@ -35,7 +36,7 @@ def methods_sentences(
     evaluation: Evaluation,
     index: pd.DataFrame,
     lead: Lead,
-    settings: Mapping,
+    settings: Settings,
     equations: Sequence[str],
 ) -> list[str]:
     """Return what was done, a sentence or two a step; references stand in brackets by their keys.
@@ -69,7 +70,7 @@ def software_sentence(state: ProjectState, versions: Sequence[tuple[str, str]]) 
     return f"The results were made by {state.text()}, with {words.enumerate_words(programs)}."
 
 
-def _recorded(index: pd.DataFrame, rules: Mapping) -> str:
+def _recorded(index: pd.DataFrame, rules: Settings) -> str:
     labelled = index[(index["status"] == "accepted") & index["size_mm"].notna()]
     counts = [
         f"{count} without a nodule" if size_mm == 0 else f"{count} of {words.size(float(size_mm))}"
@@ -89,7 +90,7 @@ def _recorded(index: pd.DataFrame, rules: Mapping) -> str:
     )
 
 
-def _processed(rules: Mapping, sensors: int, equations: Sequence[str]) -> str:
+def _processed(rules: Settings, sensors: int, equations: Sequence[str]) -> str:
     standardised, envelope, rectified, matrix = (
         cited(f"eq. {label}", equations)
         for label in ("normalization", "RMS_envelope", "ReLU", "extended")
@@ -102,7 +103,7 @@ def _processed(rules: Mapping, sensors: int, equations: Sequence[str]) -> str:
     )
 
 
-def _fitted(rules: Mapping, equations: Sequence[str]) -> str:
+def _fitted(rules: Settings, equations: Sequence[str]) -> str:
     particles, update, mean = (
         cited(f"eq. {label}", equations) for label in ("particleSet", "Thetaupdate", "barTheta")
     )
@@ -113,7 +114,7 @@ def _fitted(rules: Mapping, equations: Sequence[str]) -> str:
     )
 
 
-def _judged(evaluation: Evaluation, settings: Mapping) -> str:
+def _judged(evaluation: Evaluation, settings: Settings) -> str:
     rules, names = settings["evaluation"], settings["detectors"]
     scheme = main_scheme(rules["schemes"])
     rows = evaluation.predictions[evaluation.predictions["scheme"] == scheme]
@@ -137,7 +138,7 @@ def _threshold(rows: pd.DataFrame, name: str) -> str:
     return f"; threshold {low}" if low == high else f"; threshold {low} to {high} over the folds"
 
 
-def _led(evaluation: Evaluation, lead: Lead, rules: Mapping) -> str:
+def _led(evaluation: Evaluation, lead: Lead, rules: Settings) -> str:
     scheme = main_scheme(rules["schemes"])
     of_lead = {
         name: table[table["scheme"] == scheme].to_dict("records")
@@ -169,7 +170,7 @@ def _led(evaluation: Evaluation, lead: Lead, rules: Mapping) -> str:
     return sentence
 
 
-def _bounded(predictions: pd.DataFrame, rules: Mapping) -> str:
+def _bounded(predictions: pd.DataFrame, rules: Settings) -> str:
     level, of_size = words.percent(rules["confidence"]), ""
     if "estimate_low_mm" in predictions and predictions["estimate_low_mm"].notna().any():
         of_size = (

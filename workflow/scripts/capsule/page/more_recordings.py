@@ -1,6 +1,7 @@
 """What more recordings would bring: narrower intervals, and better taught detectors."""
 
 from collections.abc import Mapping, Sequence
+from typing import Protocol
 
 import pandas as pd
 
@@ -9,6 +10,7 @@ from capsule.evaluation.beside_paper import Evaluation
 from capsule.evaluation.folds import main_scheme
 from capsule.evaluation.learning import ALL_BUT_ONE, main_ranges
 from capsule.evaluation.precision import recordings_needed, recordings_needed_within
+from capsule.kinds import Cells, Row, Settings
 from capsule.page.cells import plain_cell, rate_cell_of
 
 # The interval that the page plans for: +-10 points.
@@ -19,7 +21,14 @@ _HALF = 0.5
 _SHARES = {0.25: "a quarter", _HALF: "a half", 0.75: "three quarters", ALL_BUT_ONE: "all but one"}
 
 
-def page_values(evaluation: Evaluation, learning: pd.DataFrame, settings: Mapping) -> dict:
+class Taught(Protocol):
+    """A row of the table of what parts of the archive reach, as pandas gives it."""
+
+    taught: float
+    taught_healthy: float
+
+
+def page_values(evaluation: Evaluation, learning: pd.DataFrame, settings: Settings) -> Cells:
     """Return the page's values on the number of recordings.
 
     Parameters
@@ -45,7 +54,7 @@ def page_values(evaluation: Evaluation, learning: pd.DataFrame, settings: Mappin
     }
 
 
-def needed_rows(evaluation: Evaluation, rules: Mapping) -> dict:
+def needed_rows(evaluation: Evaluation, rules: Settings) -> Cells:
     """Return how many recordings would give every rate its interval, a column a detector.
 
     Parameters
@@ -63,7 +72,7 @@ def needed_rows(evaluation: Evaluation, rules: Mapping) -> dict:
     """
     scheme, confidence = main_scheme(rules["schemes"]), rules["confidence"]
     detectors = evaluation.detectors()
-    rates: dict[float, list[tuple[int, Mapping | None]]] = {}
+    rates: dict[float, list[tuple[int, Row | None]]] = {}
     for detector in detectors:
         of_detector = _rates_of(evaluation, detector, scheme)
         for size_mm in evaluation.sizes_mm():
@@ -71,7 +80,7 @@ def needed_rows(evaluation: Evaluation, rules: Mapping) -> dict:
     rows = []
     for size_mm, each in rates.items():
         count = max(judged for judged, _ in each)
-        needed = [_needed(rate, confidence) for judged, rate in each if judged]
+        needed = [_needed(rate, confidence) for judged, rate in each if judged and rate is not None]
         if count:
             missing = max(max(needed) - count, 0)
             rows.append(
@@ -90,7 +99,7 @@ def needed_rows(evaluation: Evaluation, rules: Mapping) -> dict:
     }
 
 
-def _needed_sentence(rows: Sequence[Mapping], confidence: float) -> str:
+def _needed_sentence(rows: Sequence[Row], confidence: float) -> str:
     """Return how many more recordings of each size narrow all intervals take."""
     wanted = f"{words.percent(confidence)} interval of ±{100 * HALF_WIDTH:g} points"
     missing = [f"{row['missing']} of {row['size']}" for row in rows if row["missing"]]
@@ -99,9 +108,7 @@ def _needed_sentence(rows: Sequence[Mapping], confidence: float) -> str:
     return f"A {wanted} for each detector takes so many more: {words.enumerate_words(missing)}."
 
 
-def _rates_of(
-    evaluation: Evaluation, detector: str, scheme: str
-) -> dict[float, tuple[int, Mapping]]:
+def _rates_of(evaluation: Evaluation, detector: str, scheme: str) -> dict[float, tuple[int, Row]]:
     """Return specificity (of size 0) and recall of a detector, with the recordings counted."""
     tables = {name: evaluation.of(name, detector) for name in ("specificity", "detection")}
     chosen = {
@@ -112,7 +119,7 @@ def _rates_of(
     return {size_mm: (judged, row) for size_mm, judged, row in healthy + nodules}
 
 
-def _needed_cell(judged: int, row: Mapping | None, confidence: float) -> dict:
+def _needed_cell(judged: int, row: Row | None, confidence: float) -> Cells:
     if not judged or row is None:
         return plain_cell(None, words.UNKNOWN)
     name, needed = _name(row), _needed(row, confidence)
@@ -120,15 +127,15 @@ def _needed_cell(judged: int, row: Mapping | None, confidence: float) -> dict:
     return rate_cell_of(row, name) | {"count": f"takes {needed}, at most {most}"}
 
 
-def _needed(row: Mapping, confidence: float) -> int:
+def _needed(row: Row, confidence: float) -> int:
     return recordings_needed(row[_name(row)], HALF_WIDTH, confidence)
 
 
-def _name(row: Mapping) -> str:
+def _name(row: Row) -> str:
     return "specificity" if "specificity" in row else "recall"
 
 
-def learning_rows(learning: pd.DataFrame) -> dict:
+def learning_rows(learning: pd.DataFrame) -> Cells:
     """Return the learning curves, a row a detector and range of sizes, a column a share.
 
     Parameters
@@ -164,18 +171,18 @@ def learning_rows(learning: pd.DataFrame) -> dict:
     return {"shares": shares, "rows": rows, "sentences": sentences}
 
 
-def _taught(row: object) -> str:
+def _taught(row: Taught) -> str:
     return f"{words.number(row.taught, 0)} ({words.number(row.taught_healthy, 0)})"
 
 
-def _gain_cell(half: Mapping) -> dict:
+def _gain_cell(half: Row) -> Cells:
     if not words.is_known(half["gain"]):
         return plain_cell(None, words.UNKNOWN)
     low, high = (words.points(half[f"gain_{end}"]) for end in ("low", "high"))
     return plain_cell(float(half["gain"]), words.points(half["gain"]), f"{low} to {high}")
 
 
-def _advice(half: Mapping) -> str:
+def _advice(half: Row) -> str:
     """Say what the second half of the archive lets expect of still more recordings."""
     if half["gain_low"] > 0:
         return "more recordings are likely to help"
@@ -184,7 +191,7 @@ def _advice(half: Mapping) -> str:
     return "this can be chance; too few recordings to tell"
 
 
-def _sentence(curves: Mapping[str, Mapping[float, Mapping]]) -> str:
+def _sentence(curves: Mapping[str, Mapping[float, Row]]) -> str:
     """Say of a detector's curves, by title, what half of the archive and all but one reach."""
     by_advice: dict[str, list[str]] = {}
     for title, curve in curves.items():

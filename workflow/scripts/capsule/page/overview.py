@@ -3,10 +3,11 @@
 import pandas as pd
 
 from capsule import words
+from capsule.kinds import Cells
 from capsule.page.provenance import Origin, origin_of
 
 
-def overview(index: pd.DataFrame, passed_over: pd.DataFrame) -> dict:
+def overview(index: pd.DataFrame, passed_over: pd.DataFrame) -> Cells:
     """Return how many recordings there are, where they come from and what could not be used.
 
     Parameters
@@ -47,7 +48,7 @@ def overview(index: pd.DataFrame, passed_over: pd.DataFrame) -> dict:
     }
 
 
-def _near_copies(accepted: pd.DataFrame) -> list[dict]:
+def _near_copies(accepted: pd.DataFrame) -> list[Cells]:
     """Return each group of recordings that are nearly the same once."""
     sizes_mm = dict(zip(accepted["recording"], accepted["size_mm"], strict=True))
     groups = {
@@ -63,7 +64,7 @@ def _near_copies(accepted: pd.DataFrame) -> list[dict]:
     ]
 
 
-def _origin_words(origin: Origin) -> dict:
+def _origin_words(origin: Origin) -> Cells:
     """Return where the recordings come from, in a headline and a sentence."""
     total = origin.simulated + origin.recorded + origin.silent
     match origin.kind:

@@ -8,8 +8,11 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from capsule.arrays import RealArray
+from capsule.kinds import Cells
 
-def pack(values: np.ndarray, bits: int = 16) -> dict:
+
+def pack(values: RealArray, bits: int = 16) -> Cells:
     """Return an array as whole numbers of 8 or 16 bits in base64.
 
     Parameters

@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from capsule import words
 from capsule.detectors.registry import detector_row
 from capsule.evaluation.folds import main_scheme
+from capsule.kinds import Cells, Row, Settings
 from capsule.page.packing import rounded
 from capsule.page.recordings import OUTCOMES, outcome
 
@@ -13,12 +14,12 @@ MAX_MARKS = 200
 
 
 def page_data(
-    rows: Sequence[Mapping],
-    verdicts: Mapping[str, Sequence[Mapping]],
+    rows: Sequence[Row],
+    verdicts: Mapping[str, Sequence[Row]],
     detectors: Sequence[str],
     sizes_mm: Sequence[float],
-    settings: Mapping,
-) -> dict:
+    settings: Settings,
+) -> Cells:
     """Return what the page's scripts know of all recordings.
 
     Parameters
@@ -68,7 +69,7 @@ def page_data(
     }
 
 
-def score_marks(rows: Sequence[Mapping], judged: Sequence[Mapping | None]) -> list[dict]:
+def score_marks(rows: Sequence[Row], judged: Sequence[Row | None]) -> list[Cells]:
     """Return the scores of the labelled recordings, a row a size, at most `MAX_MARKS` of each.
 
     Parameters
@@ -98,16 +99,14 @@ def score_marks(rows: Sequence[Mapping], judged: Sequence[Mapping | None]) -> li
     return marks
 
 
-def _verdict(verdicts: Sequence[Mapping], detector: str, scheme: str) -> Mapping | None:
+def _verdict(verdicts: Sequence[Row], detector: str, scheme: str) -> Row | None:
     """Find the verdict of a detector; unlabelled recordings have one for all schemes."""
     wanted = (scheme, "all")
     chosen = (v for v in verdicts if v["detector"] == detector and v["scheme"] in wanted)
     return next(chosen, None)
 
 
-def _columns(
-    rows: Sequence[Mapping], judged: Sequence[Mapping | None], tolerance_mm: float
-) -> dict:
+def _columns(rows: Sequence[Row], judged: Sequence[Row | None], tolerance_mm: float) -> Cells:
     predicted = [None if verdict is None else verdict["predicted_mm"] for verdict in judged]
     outcomes = [
         outcome(row["size_mm"], size_mm, tolerance_mm) if row["accepted"] else "rejected"

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from capsule import words
+from capsule.kinds import Cells, Row
 from capsule.naming import UNLABELLED, folder_of
 from capsule.page.evidence import Stored
 from capsule.page.quality import quality_words
@@ -50,7 +51,7 @@ def page_values(
     lead: str,
     load: Callable[[str], Stored],
     rate_hz: float,
-) -> dict:
+) -> Cells:
     """Return the verdicts of the first screen.
 
     Parameters
@@ -90,7 +91,7 @@ def _recording_rows(
     lead: str,
     quality: Callable[[str], str],
     of_sites: set[str],
-) -> Iterator[dict]:
+) -> Iterator[Cells]:
     """Yield a row an unlabelled recording that belongs to no site with a verdict of its own."""
     verdicts: dict[str, dict[str, Found]] = {}
     for row in detections.to_dict("records"):
@@ -106,7 +107,7 @@ def _recording_rows(
 
 def _site_rows(
     index: pd.DataFrame, sites: pd.DataFrame, lead: str, quality: Callable[[str], str]
-) -> Iterator[dict]:
+) -> Iterator[Cells]:
     """Yield a row an unlabelled site that was passed several times."""
     unlabelled = index[(index["status"] == "accepted") & index["size_mm"].isna()]
     for site, rows in sites[sites["size_mm"].isna()].groupby("site", sort=False):
@@ -126,7 +127,7 @@ def _row(
     quality: str,
     *,
     site: bool = False,
-) -> dict:
+) -> Cells:
     verdict = verdicts.get(lead, Found("no verdict"))
     return {
         "patient": patient,
@@ -148,20 +149,20 @@ def _label(name: str) -> str:
     return name.removeprefix(f"{UNLABELLED}/")
 
 
-def of_recording(row: Mapping) -> Found:
+def of_recording(row: Row) -> Found:
     """Return what a row of results/detections.csv says."""
     predicted_mm = row["predicted_mm"]
     if not words.is_known(predicted_mm):
         return Found("no verdict", reason=_reason(row))
     chance = row["probability"]
-    stated = {"probability": words.probability(chance), "chance": _or_zero(chance)}
+    probability, chance = words.probability(chance), _or_zero(chance)
     if predicted_mm == 0:
-        return Found("no nodule", **stated)
+        return Found("no nodule", probability=probability, chance=chance)
     place = words.place(row["location_s"], row["location_mm"])
-    return Found("nodule", _size(row), place, **stated)
+    return Found("nodule", _size(row), place, probability=probability, chance=chance)
 
 
-def of_site(row: Mapping) -> Found:
+def of_site(row: Row) -> Found:
     """Return what a row of results/sites.csv says; a site has no probability."""
     if not words.is_known(row["detected"]):
         return Found("no verdict", reason=_reason(row))
@@ -191,7 +192,7 @@ def others_words(verdict: Found, others: Mapping[str, Found]) -> str:
     return "; ".join([agree, *(f"{name}: {each.kind}" for name, each in differing.items())])
 
 
-def _counts(rows: Sequence[Mapping], lead: str, *, sites: bool) -> str:
+def _counts(rows: Sequence[Row], lead: str, *, sites: bool) -> str:
     if not rows:
         return ""
     several = [sum(row["kind"] == kind for row in rows) for kind in _ORDER]
@@ -202,14 +203,14 @@ def _counts(rows: Sequence[Mapping], lead: str, *, sites: bool) -> str:
     return sentence + (f" On {several[1]} it gives no verdict." if several[1] else "")
 
 
-def _size(row: Mapping) -> str:
+def _size(row: Row) -> str:
     """Write a nodule's size; a detector may give one without an interval, or none."""
     size = words.estimated_size(row)
     known, bounded = words.is_known(row["estimate_mm"]), words.is_known(row["estimate_low_mm"])
     return f"{size}, no interval" if known and not bounded else size
 
 
-def _reason(row: Mapping) -> str:
+def _reason(row: Row) -> str:
     reason = row.get("no_verdict")
     return str(reason) if words.is_known(reason) else ""
 

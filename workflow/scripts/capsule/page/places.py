@@ -1,14 +1,13 @@
 """Places that were passed several times: one verdict each, and what more passes bring."""
 
-from collections.abc import Mapping
-
 import pandas as pd
 
 from capsule import words
+from capsule.kinds import Cells, Row
 from capsule.page.cells import plain_cell, rate_cell_of
 
 
-def place_rows(sites: pd.DataFrame) -> dict:
+def place_rows(sites: pd.DataFrame) -> Cells:
     """Return the verdicts on places, a row a place and a column a detector.
 
     Parameters
@@ -36,7 +35,7 @@ def place_rows(sites: pd.DataFrame) -> dict:
     return {"detectors": detectors, "rows": rows}
 
 
-def _verdict(row: Mapping) -> str:
+def _verdict(row: Row) -> str:
     if not words.is_known(row["detected"]):
         return words.verdict({**row, "predicted_mm": None})
     if str(row["detected"]) != "True":
@@ -47,7 +46,7 @@ def _verdict(row: Mapping) -> str:
     return f"{what}, at {words.number(where, 1)} mm" if words.is_known(where) else what
 
 
-def retest_rows(retest: pd.DataFrame) -> dict:
+def retest_rows(retest: pd.DataFrame) -> Cells:
     """Return how often a nodule is reported by the number of passes that are judged together.
 
     Returns
@@ -67,5 +66,5 @@ def retest_rows(retest: pd.DataFrame) -> dict:
     return {"sizes": [words.size(size_mm) for size_mm in sizes_mm], "rows": rows}
 
 
-def _retest_cell(row: Mapping) -> dict:
+def _retest_cell(row: Row) -> Cells:
     return rate_cell_of(row, "detected") | {"count": words.plural(int(row["sites"]), "place")}

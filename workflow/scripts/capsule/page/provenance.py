@@ -5,7 +5,9 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from typing import Any
 
+from capsule.kinds import Cells, Row, Settings
 from capsule.page.notation import cited, typeset
 from capsule.words import duration, enumerate_words, number, plural, setting
 
@@ -59,8 +61,8 @@ class ProjectState:
 
 
 def page_values(
-    recordings: Iterable[Mapping], settings: Mapping, schema: Mapping, printed: Mapping
-) -> dict:
+    recordings: Iterable[Row], settings: Settings, schema: Settings, printed: Settings
+) -> Cells:
     """Return the page's values that say from what it was made.
 
     Parameters
@@ -94,10 +96,10 @@ def page_values(
 def how_made(
     code: Mapping[str, str],
     versions: Sequence[tuple[str, str]],
-    durations: Iterable[Mapping],
+    durations: Iterable[Row],
     made: datetime,
     state: ProjectState,
-) -> dict:
+) -> Cells:
     """Return the page's values that say by what it was made, when, and in what time.
 
     Parameters
@@ -156,8 +158,8 @@ def seconds_in_log(log: str) -> float | None:
 
 
 def configuration_table(
-    config: Mapping, schema: Mapping, printed: Mapping, equations: Sequence[str]
-) -> list[dict]:
+    config: Settings, schema: Settings, printed: Settings, equations: Sequence[str]
+) -> list[Cells]:
     """Return every key of the configuration with what the paper gives for it.
 
     Parameters
@@ -179,7 +181,7 @@ def configuration_table(
     """
     rows = []
     for key, value, description in _leaves(config, schema):
-        in_paper = printed.get(key)
+        in_paper: Settings | None = printed.get(key)
         rows.append(
             {
                 "key": key,
@@ -189,13 +191,13 @@ def configuration_table(
                 "description": description.get("description", ""),
                 "paper": setting(in_paper["value"]) if in_paper else "",
                 "where": cited(in_paper["where"], equations) if in_paper else "",
-                "differs": bool(in_paper) and not _agrees(value, in_paper),
+                "differs": in_paper is not None and not _agrees(value, in_paper),
             }
         )
     return rows
 
 
-def differences(rows: Iterable[Mapping]) -> str:
+def differences(rows: Iterable[Row]) -> str:
     """Return a sentence about what of `configuration_table` differs from the paper."""
     differing = [
         f"{row['key']} is {row['value']} instead of {row['paper']}"
@@ -207,7 +209,9 @@ def differences(rows: Iterable[Mapping]) -> str:
     return f"Different from the paper: {enumerate_words(differing)}."
 
 
-def _leaves(config: Mapping, schema: Mapping, prefix: str = "") -> Iterable[tuple]:
+def _leaves(
+    config: Settings, schema: Settings, prefix: str = ""
+) -> Iterable[tuple[str, Any, Settings]]:
     described_keys = schema.get("properties", {})
     # In the order of the schema, which is the order of the file; unknown keys are refused earlier.
     for key in sorted(config, key=list(described_keys).index):
@@ -218,15 +222,15 @@ def _leaves(config: Mapping, schema: Mapping, prefix: str = "") -> Iterable[tupl
             yield f"{prefix}{key}", value, described
 
 
-def _agrees(value: object, in_paper: Mapping) -> bool:
+def _agrees(value: Any, in_paper: Settings) -> bool:  # noqa: ANN401
     """Compare with the paper; its ranges that are open at 0 begin at any small number here."""
     if in_paper.get("open_at_low_end"):
         low, high = in_paper["value"]
-        return value[1] == high and low < value[0] <= low + 0.01
-    return value == in_paper["value"]
+        return bool(value[1] == high and low < value[0] <= low + 0.01)
+    return bool(value == in_paper["value"])
 
 
-def fit_words(fit: Mapping) -> str:
+def fit_words(fit: Row) -> str:
     """Return how well a particle fits, from the fit's file."""
     return (
         f"RMSE {number(fit['rmse'], 4)}; the best of the random particles had "

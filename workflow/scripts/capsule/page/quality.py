@@ -5,12 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from capsule import words
+from capsule.arrays import BoolArray, FloatArray
 
 # A sensor that touches an end of the range for less of a run is pressed hard rather than loose.
 _LOOSE_FROM = 0.01
 
 
-def quality_words(values: np.ndarray, at_ends: Sequence[float], rate_hz: float) -> str:
+def quality_words(values: FloatArray, at_ends: Sequence[float], rate_hz: float) -> str:
     """Return what is wrong with an accepted recording, or that nothing is.
 
     Parameters
@@ -24,7 +25,7 @@ def quality_words(values: np.ndarray, at_ends: Sequence[float], rate_hz: float) 
         Sampling rate.
     """
     faults = []
-    missing = np.isnan(values).all(axis=0)
+    missing: BoolArray = np.asarray(np.isnan(values).all(axis=0))
     if missing.any():
         faults.append(
             f"gaps: {words.percent(float(missing.mean()))} of the samples, the longest "
@@ -39,7 +40,7 @@ def quality_words(values: np.ndarray, at_ends: Sequence[float], rate_hz: float) 
     return "; ".join(faults) or "no gap, no loose sensor"
 
 
-def _longest(missing: np.ndarray) -> int:
+def _longest(missing: BoolArray) -> int:
     """Return the length of the longest run of missing samples."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], missing.astype(np.int8), [0]])))
     return int(np.max(edges[1::2] - edges[::2]))

@@ -9,7 +9,8 @@ from capsule import words
 from capsule.detectors.registry import detector_row
 from capsule.evaluation.folds import main_scheme
 from capsule.evaluation.rates import is_within
-from capsule.evaluation.tables import number
+from capsule.evaluation.rows import number
+from capsule.kinds import Cells, Row, Settings
 
 OUTCOMES = (
     "exact",
@@ -29,8 +30,8 @@ EVIDENCE = ("score", "threshold", "location_mm")
 
 
 def page_values(
-    index: pd.DataFrame, verdicts: Mapping[str, list[dict]], detector: str, settings: Mapping
-) -> dict:
+    index: pd.DataFrame, verdicts: Mapping[str, list[Cells]], detector: str, settings: Settings
+) -> Cells:
     """Return the page's values that list the recordings.
 
     Parameters
@@ -99,7 +100,7 @@ def outcome(size_mm: float | None, predicted_mm: float | None, tolerance_mm: flo
 
 def verdicts_by_recording(
     predictions: pd.DataFrame, detections: pd.DataFrame
-) -> dict[str, list[dict]]:
+) -> dict[str, list[Cells]]:
     """Return every verdict on every recording, in the order of the tables.
 
     Returns
@@ -110,7 +111,7 @@ def verdicts_by_recording(
         empty for a detector that does not judge by them; and `EVIDENCE`. Unlabelled recordings
         have the scheme ``all``.
     """
-    verdicts: dict[str, list[dict]] = {}
+    verdicts: dict[str, list[Cells]] = {}
     for table in (predictions, detections):
         labels = [name for name in table.columns if name.startswith("rmse_")]
         for row in table.to_dict("records"):
@@ -129,7 +130,7 @@ def verdicts_by_recording(
     return verdicts
 
 
-def _details(row: Mapping) -> str:
+def _details(row: Row) -> str:
     """Return what a verdict says beyond its size; of no nodule only the probability."""
     parts = {
         "estimated": (row.get("estimate_mm"), words.estimated_size(row)),
@@ -155,11 +156,11 @@ def _known_or_none(value: float) -> float | None:
 
 def recording_rows(
     index: pd.DataFrame,
-    verdicts: Mapping[str, list[dict]],
+    verdicts: Mapping[str, list[Cells]],
     detector: str,
     scheme: str,
     tolerance_mm: float,
-) -> list[dict]:
+) -> list[Cells]:
     """Return a row a recording, the rejected ones too.
 
     Parameters
@@ -214,13 +215,14 @@ def recording_rows(
     return rows
 
 
-def truth(row: Mapping) -> str:
+def truth(row: Row) -> str:
     """Return what a recording is of, such as ``3 mm nodule``; `row` is from `recording_rows`."""
     return {None: "unlabelled", 0.0: "no nodule"}.get(row["size_mm"], f"{row['size']} nodule")
 
 
-def _why_not(row: Mapping) -> str:
+def _why_not(row: Row) -> str:
     """Return why a recording takes no part, or has no verdict; empty where it has one."""
     if row["status"] != "accepted":
-        return row["reason"]
+        reason: str = row["reason"]
+        return reason
     return f"no verdict: {row['no_verdict']}" if words.is_known(row["no_verdict"]) else ""

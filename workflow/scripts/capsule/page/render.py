@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from jinja2 import DictLoader, Environment, StrictUndefined
 from markupsafe import Markup
 
+from capsule.kinds import Row
+
 PAGE = "report.html.j2"
 # A checksum in the policy would need `integrity`, which browsers refuse for files from disk.
 _READ_BY_SCRIPT = "'strict-dynamic'"
@@ -32,7 +34,7 @@ class Frame:
     script: str
 
 
-def render_page(frame: Frame, page: Mapping) -> str:
+def render_page(frame: Frame, page: Row) -> str:
     """Return the template filled in; every value is escaped, and an unknown name is an error.
 
     The page's Content-Security-Policy allows this style and this script by their checksums, images

@@ -8,6 +8,7 @@ import pandas as pd
 from capsule import words
 from capsule.evaluation.beside_paper import Evaluation
 from capsule.evaluation.lead import leading
+from capsule.kinds import Cells, Row, Settings
 from capsule.page import (
     benches,
     cells,
@@ -51,22 +52,22 @@ class Tables:
     passed_over: pd.DataFrame
     detections: pd.DataFrame
     sites: pd.DataFrame
-    templates: Sequence[Mapping]
+    templates: Sequence[Row]
     evaluation: Evaluation
     judgements: Mapping[str, pd.DataFrame]
     learning: pd.DataFrame
-    benches: Sequence[Mapping]
+    benches: Sequence[Row]
     references: str
 
 
 def page_values(
     tables: Tables,
     load: Callable[[str], evidence.Stored],
-    settings: Mapping,
-    schema: Mapping,
-    printed: Mapping,
-    put_beside: Callable[[Iterator[tuple[str, str]]], Mapping] | None = None,
-) -> dict:
+    settings: Settings,
+    schema: Settings,
+    printed: Settings,
+    put_beside: Callable[[Iterator[tuple[str, str]]], Row] | None = None,
+) -> Cells:
     """Return the page's values, but for the figures and how this run of the workflow went.
 
     Parameters

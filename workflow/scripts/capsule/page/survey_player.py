@@ -8,7 +8,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from capsule.arrays import BoolArray, FloatArray
 from capsule.geometry.origami import Origami, half_width, pitch, vertices
+from capsule.kinds import Cells
 from capsule.page.packing import pack, rounded
 from capsule.phantom.parameters import Phantom
 from capsule.survey.state_words import STATE_WORDS
@@ -25,7 +27,7 @@ _WAVE_MM, _FOLDED, _THRESHOLD = 0.5, 0.02, 0.002
 _HEAD_MM, _HEAD_PARTS = 0.4, 5000
 
 
-def player(session: Session, track: Track, crest_mm: float, phantom: Phantom) -> dict:
+def player(session: Session, track: Track, crest_mm: float, phantom: Phantom) -> Cells:
     """Return what moves the capsule through a survey.
 
     Parameters
@@ -80,7 +82,7 @@ def player(session: Session, track: Track, crest_mm: float, phantom: Phantom) ->
     }
 
 
-def capsule_outline(origami: Origami, folded_half_mm: float, sensors: int) -> dict:
+def capsule_outline(origami: Origami, folded_half_mm: float, sensors: int) -> Cells:
     """Return the outline of the capsule in mm; x runs to the head, from the first shoulder.
 
     Returns
@@ -105,7 +107,7 @@ def capsule_outline(origami: Origami, folded_half_mm: float, sensors: int) -> di
 
 
 def _points(
-    time_s: np.ndarray, values: np.ndarray, tolerance: float, digits: int = 2
+    time_s: FloatArray, values: FloatArray, tolerance: float, digits: int = 2
 ) -> list[list[float | None]]:
     """Return the points of a line that matter; where it has a gap, a point without a value."""
     points: list[list[float | None]] = []
@@ -120,7 +122,7 @@ def _points(
     return points
 
 
-def _stretches(time_s: np.ndarray, true: np.ndarray) -> list[list[float]]:
+def _stretches(time_s: FloatArray, true: BoolArray) -> list[list[float]]:
     """Return where something was true, as [first, last] time."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], true, [False]]).astype(int)))
     return [
@@ -129,16 +131,16 @@ def _stretches(time_s: np.ndarray, true: np.ndarray) -> list[list[float]]:
     ]
 
 
-def _states(session: Session, track: Track) -> Sequence[list]:
+def _states(session: Session, track: Track) -> Sequence[list[float | str]]:
     """Return when the state changed, and to which; a reason goes with it."""
-    states: list[list] = [[round(float(track.time_s[0]), 2), "starting", ""]]
+    states: list[list[float | str]] = [[round(float(track.time_s[0]), 2), "starting", ""]]
     for event in session.events:
         what = event.event.replace("_", " ")
         states.append([round(event.time_s, 2), event.after, f"{what}, {event.reason}"])
     return states
 
 
-def _signals(session: Session) -> dict:
+def _signals(session: Session) -> Cells:
     """Return the readings, thinned: means of neighbouring samples, a scale of its own a sensor."""
     step_s = float(np.median(np.diff(session.time_s)))
     from_s, whole_s = float(session.time_s[0]), float(np.ptp(session.time_s))
@@ -155,7 +157,7 @@ def _signals(session: Session) -> dict:
     return {"from_s": from_s, "every_s": every_s, "rows": rows}
 
 
-def _on_grid(track: Track, values: np.ndarray, every_s: float) -> dict:
+def _on_grid(track: Track, values: FloatArray, every_s: float) -> Cells:
     """Return values of judgements on an even grid in time, packed; unknown where none is near."""
     grid_s = np.arange(track.time_s[0], track.time_s[-1] + every_s / 2, every_s)
     at = np.searchsorted(track.time_s, grid_s + every_s / 2, side="right") - 1

@@ -2,10 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 
+from capsule.kinds import Cells, Row
 from capsule.page.evidence import to_json
 
 
-def page_values(surveys: Sequence[Mapping], passed_over: Mapping[str, str]) -> dict:
+def page_values(surveys: Sequence[Row], passed_over: Mapping[str, str]) -> Cells:
     """Return the page's section on surveys.
 
     Parameters
@@ -32,7 +33,7 @@ def page_values(surveys: Sequence[Mapping], passed_over: Mapping[str, str]) -> d
     }
 
 
-def _shown(survey: Mapping) -> dict:
+def _shown(survey: Row) -> Cells:
     carried = ("title", "places", "frames", "player")
     return {
         **{name: value for name, value in survey.items() if name not in ("player", "frames")},

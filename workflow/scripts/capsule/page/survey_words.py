@@ -4,6 +4,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from capsule import words
+from capsule.kinds import Cells
 from capsule.page.provenance import is_simulated
 from capsule.survey.stored_session import Session, StoredPlace
 from capsule.survey.suspected_place import STATUSES
@@ -17,7 +18,7 @@ def title_of(session: Session) -> str:
     return session.name if session.source else f"{session.name}, of unknown origin"
 
 
-def survey_values(session: Session, track: Track, pins: Sequence[Pin]) -> dict:
+def survey_values(session: Session, track: Track, pins: Sequence[Pin]) -> Cells:
     """Return what the page says of one survey, ready for JSON.
 
     Returns
@@ -61,7 +62,7 @@ def _outcome(session: Session) -> str:
     return f"{words.plural(len(session.places), 'suspected place')}: {said}"
 
 
-def _place(place: StoredPlace, pin: Pin) -> dict:
+def _place(place: StoredPlace, pin: Pin) -> Cells:
     names = ("size_mm", "size_low_mm", "size_high_mm")
     size = {f"estimate_{name.removeprefix('size_')}": getattr(place, name) for name in names}
     confirmed = place.status == "confirmed"

@@ -3,6 +3,7 @@
 import numpy as np
 from manifold3d import Manifold
 
+from capsule.arrays import FloatArray
 from capsule.geometry import stand
 from capsule.geometry.cam import Cam, phase_step, steepest_overhang
 from capsule.geometry.pulley import outer_radius, pulley_outline
@@ -187,7 +188,7 @@ def end_plate(design: Design) -> Part:
     )
 
 
-def _pulley_solid(teeth: int, hole: np.ndarray) -> Manifold:
+def _pulley_solid(teeth: int, hole: FloatArray) -> Manifold:
     high = _RIM_MM + _BELT_MM
     solid = solids.prism([pulley_outline(teeth)], high)
     solid += solids.prism([stand.circle(outer_radius(teeth) + _FLANGE_MM)], _RIM_MM)

@@ -3,6 +3,7 @@
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
+from capsule.arrays import FloatArray, IntArray
 from capsule.geometry.cam import Cam
 
 # Cubic pieces around the circle, and along the helix. A cubic misses a circle of radius R by
@@ -11,7 +12,7 @@ _PIECES = 32
 DEGREE = 3
 
 
-def cam_surface(cam: Cam) -> tuple[np.ndarray, np.ndarray]:
+def cam_surface(cam: Cam) -> tuple[FloatArray, IntArray]:
     """Return the flank of one turn of the cam, upright on z = 0, as a B-spline of degree 3.
 
     Since the circle moves without turning, a point of the flank is a point of the circle plus a

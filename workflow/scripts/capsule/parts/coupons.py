@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 from capsule.geometry.cam import relief
 from capsule.geometry.stand import bore, circle, rectangle, window
 from capsule.geometry.substructure import awn_end, loop_length
@@ -23,7 +24,7 @@ def coupons(design: Design) -> list[Part]:
 
 
 def _flat_coupon(
-    design: Design, name: str, shape: np.ndarray, quantity: int, note: str, **sizes: float
+    design: Design, name: str, shape: FloatArray, quantity: int, note: str, **sizes: float
 ) -> Part:
     height = design.phantom.origami.height_mm
     return Part(

@@ -140,7 +140,7 @@ def design_of(
     return Design(phantom, parts, resistivity(unchanged, parts.choice), table[LIMITS])
 
 
-def _check(name: str, value: object, entry: Mapping[str, Any]) -> None:
+def _check(name: str, value: float | str, entry: Mapping[str, Any]) -> None:
     if "allowed" in entry:
         if value not in entry["allowed"]:
             raise CapsuleError(f"{name} is {value}; allowed are {', '.join(entry['allowed'])}")

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from capsule.arrays import FloatArray, IntArray
 from capsule.geometry.cam import Cam
 
 CAPSULE, BENCH = "conductive TPU", "PLA"
@@ -22,8 +23,8 @@ class Flat:
         Closed outlines of what is engraved and not cut.
     """
 
-    cuts: Sequence[np.ndarray]
-    marks: Sequence[np.ndarray] = ()
+    cuts: Sequence[FloatArray]
+    marks: Sequence[FloatArray] = ()
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,7 @@ class Spiral:
     """
 
     cam: Cam
-    bore: np.ndarray
+    bore: FloatArray
 
 
 @dataclass(frozen=True)
@@ -71,8 +72,8 @@ class Part:
     """
 
     name: str
-    vertices: np.ndarray
-    triangles: np.ndarray
+    vertices: FloatArray
+    triangles: IntArray
     quantity: int
     material: str
     note: str
@@ -89,6 +90,7 @@ def volume(part: Part) -> float:
     return float(np.einsum("ij,ij->i", first, np.cross(second, third)).sum() / 6)
 
 
-def extent(part: Part) -> np.ndarray:
+def extent(part: Part) -> FloatArray:
     """Return the lengths of the box around a part, along x, y and z: shape (3,)."""
-    return np.ptp(part.vertices, axis=0)
+    lengths: FloatArray = np.ptp(part.vertices, axis=0)
+    return lengths

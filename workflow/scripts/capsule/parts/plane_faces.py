@@ -6,6 +6,8 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from capsule.arrays import FloatArray, IntArray
+
 # Neighbouring triangles lie in one plane if they differ by less, in mm: a tenth of a nanometre.
 _PLANE_MM = 1e-7
 # Two planes that meet at less than some 8 degrees and keep that distance are one.
@@ -25,11 +27,11 @@ class PlaneFace:
         lies to the left of each as seen from outside.
     """
 
-    normal: np.ndarray
-    loops: list[np.ndarray]
+    normal: FloatArray
+    loops: list[IntArray]
 
 
-def plane_faces(vertices: np.ndarray, triangles: np.ndarray) -> list[PlaneFace]:
+def plane_faces(vertices: FloatArray, triangles: IntArray) -> list[PlaneFace]:
     """Join the triangles of a closed mesh that lie in one plane.
 
     Parameters
@@ -50,7 +52,7 @@ def plane_faces(vertices: np.ndarray, triangles: np.ndarray) -> list[PlaneFace]:
     np.add.at(normal, face, area)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
 
-    outline: list[list[tuple[float, np.ndarray]]] = [[] for _ in normal]
+    outline: list[list[tuple[float, IntArray]]] = [[] for _ in normal]
     start = triangles.ravel()
     for loop in _boundaries(face, twin):
         of_face = face[loop[0] // 3]
@@ -64,7 +66,7 @@ def plane_faces(vertices: np.ndarray, triangles: np.ndarray) -> list[PlaneFace]:
     ]
 
 
-def _twins(triangles: np.ndarray, vertices: int) -> np.ndarray:
+def _twins(triangles: IntArray, vertices: int) -> IntArray:
     """Return the other side of each edge; edge 3 t + k leaves corner k of triangle t."""
     start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
     key = start * vertices + end
@@ -73,8 +75,8 @@ def _twins(triangles: np.ndarray, vertices: int) -> np.ndarray:
 
 
 def _same_plane(
-    vertices: np.ndarray, triangles: np.ndarray, area: np.ndarray, twin: np.ndarray
-) -> np.ndarray:
+    vertices: FloatArray, triangles: IntArray, area: FloatArray, twin: IntArray
+) -> IntArray:
     """Return for each triangle the number of its face."""
     size = np.linalg.norm(area, axis=1)
     edge = np.arange(len(twin))
@@ -96,7 +98,7 @@ def _same_plane(
     return np.argsort(np.argsort(first))[number]
 
 
-def _boundaries(face: np.ndarray, twin: np.ndarray) -> list[np.ndarray]:
+def _boundaries(face: IntArray, twin: IntArray) -> list[IntArray]:
     """Return the edges around each face, a loop each."""
     edge = np.arange(len(twin))
     following = edge - edge % 3 + (edge + 1) % 3
@@ -105,7 +107,7 @@ def _boundaries(face: np.ndarray, twin: np.ndarray) -> list[np.ndarray]:
     # Around a corner, through the face's own triangles, to the next edge that ends the face.
     while (through := inner[after]).any():
         after[through] = following[twin[after[through]]]
-    loops = []
+    loops: list[IntArray] = []
     unused = ~inner
     for first in np.flatnonzero(~inner):
         if not unused[first]:

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 from capsule.errors import CapsuleError
 from capsule.geometry.cam import steepest_overhang
 from capsule.geometry.distances import cross, crosses_itself, gap
@@ -133,7 +134,7 @@ def _is_simple(origami: Origami, design: Design) -> bool:
     return True
 
 
-def _outline_of(phantom: Phantom, choices: Choices) -> tuple[Shape, np.ndarray, np.ndarray] | None:
+def _outline_of(phantom: Phantom, choices: Choices) -> tuple[Shape, FloatArray, FloatArray] | None:
     """Return shape and boundaries, or nothing where lines meet nowhere."""
     try:
         shape = shape_of(phantom.origami, choices)
@@ -184,13 +185,13 @@ def _room_pressed(phantom: Phantom, choices: Choices) -> float:
     return _room_to_next(outer, spacing(pressed, phantom.origami.adhesive_mm))
 
 
-def _room_to_next(outer: np.ndarray, pitch_mm: float) -> float:
+def _room_to_next(outer: FloatArray, pitch_mm: float) -> float:
     """Return the distance to the neighbour's outline."""
     upper = _upper(outer)
     return gap(upper, upper - np.array([pitch_mm, 0.0]))
 
 
-def _upper(outer: np.ndarray) -> np.ndarray:
+def _upper(outer: FloatArray) -> FloatArray:
     """Return one half of an outline; the other is its mirror image."""
     return outer[outer[:, 1] > 0]
 
@@ -265,7 +266,7 @@ def _check_end_plate(design: Design) -> None:
     under = low - bench.play_mm - _LEFT_MM
     most = under + bench.platform_top_mm - bench.play_mm
     _refuse("bench.platform_mm", bench.platform_mm, most, False, reason)
-    least = teeth_around(bench.rod_mm / 2 + bench.fit_mm + _LEFT_MM)
+    least: float = teeth_around(bench.rod_mm / 2 + bench.fit_mm + _LEFT_MM)
     reason = "a wall is left between rod and teeth"
     _refuse("bench.cam_teeth", bench.cam_teeth, least, True, reason)
     # Motor body above the upper slide, and both pulleys clear of each other.

@@ -2,8 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeVar, overload
 
 import numpy as np
+
+from capsule.arrays import BoolArray, FloatArray, IntArray
+
+Numbers = TypeVar("Numbers", float, FloatArray)
 
 
 @dataclass(frozen=True)
@@ -74,17 +79,17 @@ class Strokes:
     """
 
     stroke_mm: float
-    factors: np.ndarray
-    moves: np.ndarray
+    factors: FloatArray
+    moves: BoolArray
 
 
 def stick_and_slip(
     generator: np.random.Generator,
     spread: float,
     stick_probability: float,
-    carried: np.ndarray | bool,
+    carried: BoolArray | bool,
     waves: int,
-) -> tuple[np.ndarray, np.ndarray, float]:
+) -> tuple[FloatArray, BoolArray, float]:
     """Draw how the strokes of some waves differ.
 
     Parameters
@@ -108,7 +113,7 @@ def stick_and_slip(
         Mean factor over the waves that move it and those that do not.
     """
     factors = np.exp(generator.normal(0.0, spread, waves))
-    moves = carried & (generator.random(waves) >= stick_probability)
+    moves: BoolArray = carried & (generator.random(waves) >= stick_probability)
     return factors, moves, np.exp(spread**2 / 2) * (1 - stick_probability)
 
 
@@ -117,7 +122,7 @@ def draw_strokes(
     generator: np.random.Generator,
     period_s: float,
     waves: int,
-    carried: np.ndarray | bool = True,
+    carried: BoolArray | bool = True,
 ) -> Strokes:
     """Draw the strokes of one journey.
 
@@ -140,7 +145,7 @@ def draw_strokes(
     return Strokes(stroke, factors, moves)
 
 
-def draw_holds(advance: Advance, generator: np.random.Generator, awns: int) -> np.ndarray:
+def draw_holds(advance: Advance, generator: np.random.Generator, awns: int) -> FloatArray:
     """Draw for how many waves each awn will hold the capsule once it catches: shape (awns,).
 
     Where several nodules lie along the way, an awn has a chance of its own at each.
@@ -150,8 +155,8 @@ def draw_holds(advance: Advance, generator: np.random.Generator, awns: int) -> n
 
 
 def one_stroke(
-    advance: Advance, strokes: Strokes, wave: int, climbs_mm: np.ndarray, holds: np.ndarray
-) -> tuple[float, np.ndarray]:
+    advance: Advance, strokes: Strokes, wave: int, climbs_mm: FloatArray, holds: FloatArray
+) -> tuple[float, FloatArray]:
     """Return how far a wave carries the capsule, in mm, and the waves that its awns still hold.
 
     Parameters
@@ -174,7 +179,7 @@ def one_stroke(
 
 def slips_back(
     advance: Advance, generator: np.random.Generator, period_s: float, waves: int
-) -> np.ndarray:
+) -> FloatArray:
     """Return how far the capsule slips back after each wave's stroke, in mm: shape (waves,).
 
     Awns hold until they lose their grip; how far the capsule then falls back has no typical
@@ -190,12 +195,12 @@ def stroke_positions(
     generator: np.random.Generator,
     period_s: float,
     waves: int,
-    rise: Callable[[float, float], np.ndarray],
+    rise: Callable[[float, float], FloatArray],
     sensors: int,
     *,
-    slips_mm: np.ndarray | float = 0.0,
-    carried: np.ndarray | bool = True,
-) -> np.ndarray:
+    slips_mm: FloatArray | float = 0.0,
+    carried: BoolArray | bool = True,
+) -> FloatArray:
     """Return where the capsule's head stands at the start of each wave, in mm: shape (waves + 1,).
 
     Parameters
@@ -227,11 +232,11 @@ def stroke_positions(
 
 def head_position(
     advance: Advance,
-    positions_mm: np.ndarray,
+    positions_mm: FloatArray,
     period_s: float,
-    time_s: np.ndarray,
-    slips_mm: np.ndarray | float = 0.0,
-) -> np.ndarray:
+    time_s: FloatArray,
+    slips_mm: FloatArray | float = 0.0,
+) -> FloatArray:
     """Return the head's position over time, in mm: it moves with each wave's grip, then rests.
 
     A capsule that slips back does so while it would rest.
@@ -251,10 +256,11 @@ def head_position(
     carried, slipped = carried_part(advance, part), slipped_part(advance, part)
     farthest_mm = positions_mm[wave + 1] + slips_mm[wave]
     advanced_mm = carried * (farthest_mm - positions_mm[wave])
-    return positions_mm[wave] + advanced_mm - slipped * slips_mm[wave]
+    head_mm: FloatArray = positions_mm[wave] + advanced_mm - slipped * slips_mm[wave]
+    return head_mm
 
 
-def carried_part(advance: Advance, part: np.ndarray) -> np.ndarray:
+def carried_part(advance: Advance, part: Numbers) -> Numbers:
     """Return how much of its stroke a wave has carried the capsule by then, 0..1.
 
     Parameters
@@ -265,13 +271,17 @@ def carried_part(advance: Advance, part: np.ndarray) -> np.ndarray:
     return _smooth_step(part / advance.grip_fraction)
 
 
-def slipped_part(advance: Advance, part: np.ndarray) -> np.ndarray:
+def slipped_part(advance: Advance, part: Numbers) -> Numbers:
     """Return how much of the way back after a wave the capsule has slipped by then, 0..1."""
     rest = max(1 - advance.grip_fraction, np.finfo(float).eps)
     return _smooth_step((part - advance.grip_fraction) / rest)
 
 
-def first_arrival(head_mm: np.ndarray, position_mm: np.ndarray | float) -> np.ndarray:
+@overload
+def first_arrival(head_mm: FloatArray, position_mm: float) -> np.intp: ...
+@overload
+def first_arrival(head_mm: FloatArray, position_mm: FloatArray) -> IntArray: ...
+def first_arrival(head_mm: FloatArray, position_mm: FloatArray | float) -> IntArray | np.intp:
     """Return the sample at which the head first stands at each position; K where it never does.
 
     A capsule that slips back passes a place more than once.
@@ -279,6 +289,6 @@ def first_arrival(head_mm: np.ndarray, position_mm: np.ndarray | float) -> np.nd
     return np.searchsorted(np.maximum.accumulate(head_mm), position_mm)
 
 
-def _smooth_step(part: np.ndarray) -> np.ndarray:
+def _smooth_step(part: Numbers) -> Numbers:
     part = np.clip(part, 0.0, 1.0)
     return part**2 * (3 - 2 * part)

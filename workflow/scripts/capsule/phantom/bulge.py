@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 from capsule.geometry.origami import Origami
 from capsule.phantom import contact as touch
 from capsule.phantom.contact import Contact
@@ -33,7 +34,7 @@ class Bulge:
     height_mm: float
     width_mm: float
     sphere_n_mm: float
-    coupling: np.ndarray
+    coupling: FloatArray
 
 
 def bulge_of(
@@ -44,7 +45,7 @@ def bulge_of(
     nodule_mm: float,
     at_mm: float,
     height_offset_mm: float,
-    coupling: np.ndarray,
+    coupling: FloatArray,
 ) -> Bulge:
     """Return the bulge of a nodule.
 
@@ -68,7 +69,7 @@ def bulge_of(
     )
 
 
-def climbs(bulges: Sequence[Bulge], position_mm: np.ndarray, stroke_mm: float) -> np.ndarray:
+def climbs(bulges: Sequence[Bulge], position_mm: FloatArray, stroke_mm: float) -> FloatArray:
     """Return by how much each awn would climb each bulge during a stroke: shape (N S,), in mm.
 
     Parameters
@@ -84,7 +85,7 @@ def climbs(bulges: Sequence[Bulge], position_mm: np.ndarray, stroke_mm: float) -
     return np.concatenate(rises)
 
 
-def bulge_heights(bulges: Sequence[Bulge], position_mm: np.ndarray) -> tuple[np.ndarray, ...]:
+def bulge_heights(bulges: Sequence[Bulge], position_mm: FloatArray) -> tuple[FloatArray, ...]:
     """Return height, in mm, and stiffness, in N/mm, of all bulges under the sensors.
 
     Parameters

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 from capsule.phantom import contact as touch
 from capsule.phantom.advance import Strokes, draw_holds, draw_strokes, slips_back
 from capsule.phantom.bulge import Bulge, bulge_of
@@ -49,7 +50,7 @@ class Pass:
     """
 
     bulges: tuple[Bulge, ...]
-    holds: np.ndarray
+    holds: FloatArray
     looseness_mm: float
 
 

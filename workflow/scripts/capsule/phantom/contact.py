@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 from capsule.geometry.origami import Origami
 from capsule.phantom.seat import shaped_noise
 from capsule.phantom.wall import Wall, cushion_stiffness
@@ -128,14 +129,14 @@ def stray_offset(contact: Contact, generator: np.random.Generator) -> float:
     return float(contact.stray_mm * (generator.random() < contact.stray_probability))
 
 
-def bulge_profile(height_mm: np.ndarray, width_mm: float, distance_mm: np.ndarray) -> np.ndarray:
+def bulge_profile(height_mm: float, width_mm: float, distance_mm: FloatArray) -> FloatArray:
     """Return the bulge's height at a distance along the gut from its centre, in mm."""
     return height_mm * np.exp(-0.5 * (distance_mm / width_mm) ** 2)
 
 
 def compression(
-    contact: Contact, wall: Wall, overlap_mm: np.ndarray, sphere_n_mm: np.ndarray | float = 0.0
-) -> np.ndarray:
+    contact: Contact, wall: Wall, overlap_mm: FloatArray, sphere_n_mm: FloatArray | float = 0.0
+) -> FloatArray:
     """Return how far half a substructure yields to a wall that overlaps it, in mm.
 
     Wall and substructure are two springs in series and share the overlap; a sphere below the tip
@@ -157,7 +158,7 @@ def compression(
 
 def seat_wander(
     contact: Contact, generator: np.random.Generator, sensors: int, samples: int, rate_hz: float
-) -> np.ndarray:
+) -> FloatArray:
     """Return the slow shift of each substructure in its seat, of deviation 1: shape (S, K).
 
     White noise smoothed by a Gaussian of the correlation time. How far the seat shifts in mm, each

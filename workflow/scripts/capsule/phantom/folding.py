@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import BoolArray, FloatArray
 from capsule.phantom.advance import stick_and_slip
 
 
@@ -41,7 +42,7 @@ class Folding:
     drift_return_s: float
 
 
-def reach(folding: Folding, unfolded_mm: float, folded: np.ndarray) -> np.ndarray:
+def reach(folding: Folding, unfolded_mm: float, folded: FloatArray) -> FloatArray:
     """Return the half width of an origami that is folded in part, in mm.
 
     Parameters
@@ -54,7 +55,7 @@ def reach(folding: Folding, unfolded_mm: float, folded: np.ndarray) -> np.ndarra
     return unfolded_mm + folded * (folding.half_width_mm - unfolded_mm)
 
 
-def shown(folding: Folding, folded: np.ndarray) -> np.ndarray:
+def shown(folding: Folding, folded: FloatArray) -> FloatArray:
     """Return the part of its compression that an origami shows that is folded in part."""
     return 1 - folded * (1 - folding.signal_left)
 
@@ -64,8 +65,8 @@ def folded_strokes(
     generator: np.random.Generator,
     period_s: float,
     waves: int,
-    carried: np.ndarray | bool = True,
-) -> np.ndarray:
+    carried: BoolArray | bool = True,
+) -> FloatArray:
     """Draw how far each wave would push the folded capsule, in mm: shape (waves,).
 
     Parameters

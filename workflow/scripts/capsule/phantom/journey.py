@@ -5,6 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
+from capsule.arrays import FloatArray, IntArray
 from capsule.geometry.origami import half_width, sensor_offsets
 from capsule.phantom.advance import Strokes, carried_part, one_stroke, slipped_part
 from capsule.phantom.bulge import climbs
@@ -25,10 +26,10 @@ class Fate(Protocol):
 
     pressing: Pressing
     strokes: Strokes
-    folded_mm: np.ndarray
-    slips_mm: np.ndarray
-    wander: np.ndarray
-    strength: np.ndarray
+    folded_mm: FloatArray
+    slips_mm: FloatArray
+    wander: FloatArray
+    strength: FloatArray
     unloaded: Unloaded
 
     def draw_pass(self, number: int) -> Pass:
@@ -53,11 +54,11 @@ class Stretch:
         Way of sensor 1 from the start: the truth that no controller sees, shape (K,).
     """
 
-    time_s: np.ndarray
-    counts: np.ndarray
-    wave_mm: np.ndarray
-    folded: np.ndarray
-    head_mm: np.ndarray
+    time_s: FloatArray
+    counts: IntArray
+    wave_mm: FloatArray
+    folded: FloatArray
+    head_mm: FloatArray
 
 
 class Journey:
@@ -98,7 +99,8 @@ class Journey:
     @property
     def samples_left(self) -> int:
         """How many more samples chance was drawn for."""
-        return self._fate.wander.shape[1] - self._sample
+        left: int = self._fate.wander.shape[1] - self._sample
+        return left
 
     @property
     def at_end(self) -> bool:
@@ -169,13 +171,13 @@ class Journey:
         wave_mm = phantom.wall.speed_mm_s * cams_s - self._crest_mm
         return Stretch(time_s, readings, wave_mm, folded, head_mm)
 
-    def _drive_time(self, time_s: np.ndarray) -> np.ndarray:
+    def _drive_time(self, time_s: FloatArray) -> FloatArray:
         """Return for how long a drive that never stops would have run, in seconds: shape (K,)."""
         ramping_s = np.clip(time_s - self._stopped_s, 0.0, _RAMP_S)
         slower_s = ramping_s - ramping_s**2 / (2 * _RAMP_S)
         return np.minimum(time_s, self._stopped_s) + slower_s
 
-    def _fold_on(self, samples: int, rate_hz: float) -> np.ndarray:
+    def _fold_on(self, samples: int, rate_hz: float) -> FloatArray:
         """Return how far the origami is folded at each sample: at a constant speed."""
         if self._bent is not None:
             folded = np.linspace(self._folded, self._bent, samples + 1)[1:]
@@ -187,7 +189,7 @@ class Journey:
         self._folded = float(folded[-1])
         return folded
 
-    def _move_on(self, cams_s: np.ndarray, folded: np.ndarray) -> np.ndarray:
+    def _move_on(self, cams_s: FloatArray, folded: FloatArray) -> FloatArray:
         """Return where the head stands at each sample, in mm."""
         number, part = np.divmod(cams_s / self._period_s, 1.0)
         number = number.astype(int)

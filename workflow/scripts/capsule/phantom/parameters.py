@@ -78,7 +78,7 @@ def phantom_from_table(table: Mapping[str, Any]) -> Phantom:
     )
 
 
-def bench_table(table: Mapping[str, Any], bench: Any) -> dict[str, dict]:  # noqa: ANN401
+def bench_table(table: Mapping[str, Any], bench: Any) -> dict[str, dict[str, Any]]:  # noqa: ANN401
     """Return the table of a bench that is written as its differences from another.
 
     Parameters
@@ -149,7 +149,8 @@ def value_of(phantom: Phantom, name: str) -> float:
     """Return the value of the parameter ``part.parameter``."""
     _check_known(name)
     part, key = name.split(".")
-    return getattr(getattr(phantom, part), key)
+    number: float = getattr(getattr(phantom, part), key)
+    return number
 
 
 def rewritten(text: str, values: Mapping[str, float]) -> str:

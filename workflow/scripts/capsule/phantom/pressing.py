@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
+from capsule.arrays import FloatArray
 from capsule.phantom import contact as touch
 from capsule.phantom.bulge import Bulge, bulge_heights
 from capsule.phantom.contact import Contact
@@ -55,12 +54,12 @@ class Pressing:
     def compression(
         self,
         bulges: Sequence[Bulge],
-        position_mm: np.ndarray,
-        time_s: np.ndarray,
-        half_width_mm: np.ndarray | float,
-        wander_mm: np.ndarray,
-        strength: np.ndarray,
-    ) -> np.ndarray:
+        position_mm: FloatArray,
+        time_s: FloatArray,
+        half_width_mm: FloatArray | float,
+        wander_mm: FloatArray,
+        strength: FloatArray,
+    ) -> FloatArray:
         """Return the compression of each substructure, both halves together, in mm: shape (S, K).
 
         Parameters

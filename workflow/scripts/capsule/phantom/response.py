@@ -7,10 +7,12 @@ from itertools import accumulate
 
 import numpy as np
 
+from capsule.arrays import FloatArray
+
 
 def low_pass(
-    signal: np.ndarray, time_constant_s: float, rate_hz: float, before: np.ndarray | None = None
-) -> np.ndarray:
+    signal: FloatArray, time_constant_s: float, rate_hz: float, before: FloatArray | None = None
+) -> FloatArray:
     """Return the first-order response to a signal (S, K).
 
     Parameters
@@ -31,8 +33,8 @@ def low_pass(
 
 
 def play(
-    compression_mm: np.ndarray, width_mm: float, before: np.ndarray | None = None
-) -> np.ndarray:
+    compression_mm: FloatArray, width_mm: float, before: FloatArray | None = None
+) -> FloatArray:
     """Return what a play operator (backlash) holds while it follows a load, in mm: shape (S, K).
 
     It follows only once the load has turned back by the whole width, so loading and unloading take
@@ -58,18 +60,18 @@ def play(
     return np.array([list(accumulate(row, follow, initial=held))[1:] for row, held in rows])
 
 
-def hysteresis(compression_mm: np.ndarray, held_mm: np.ndarray, share: float) -> np.ndarray:
+def hysteresis(compression_mm: FloatArray, held_mm: FloatArray, share: float) -> FloatArray:
     """Return the compression of which a share, 0..1, has the play that `play` follows it with."""
     return (1 - share) * compression_mm + share * held_mm
 
 
 def release_peak(
-    compression_mm: np.ndarray,
+    compression_mm: FloatArray,
     strength: float,
     time_s: float,
     rate_hz: float,
-    before: tuple[np.ndarray, np.ndarray] | None = None,
-) -> np.ndarray:
+    before: tuple[FloatArray, FloatArray] | None = None,
+) -> FloatArray:
     """Return what a sensor shows beside its load as it is released, in mm: shape (S, K).
 
     While the polymer springs back its network of carbon is disturbed once more, in proportion to
@@ -95,10 +97,11 @@ def release_peak(
     # The low-pass gives a sudden release the height 1 - decay.
     height = 1 - np.exp(-1 / (rate_hz * time_s))
     rest = None if peak is None else peak * height / strength
-    return strength * low_pass(released, time_s, rate_hz, rest) / height
+    peaks: FloatArray = strength * low_pass(released, time_s, rate_hz, rest) / height
+    return peaks
 
 
-def crosstalk(signal: np.ndarray, share: float) -> np.ndarray:
+def crosstalk(signal: FloatArray, share: float) -> FloatArray:
     """Return the signals with a share of each neighbour's added: shape (S, K).
 
     Neighbours are glued and wired side by side, so that one that is pressed strains the next.
@@ -118,7 +121,7 @@ def base_line_jumps(
     size: float,
     recovery_s: float,
     rate_hz: float,
-) -> np.ndarray:
+) -> FloatArray:
     """Return how far each sensor's base line has jumped, relative to its resistance: shape (S, K).
 
     A joint that works loose or a crack that opens changes the resistance at once; the polymer
@@ -142,4 +145,5 @@ def base_line_jumps(
     decay = np.exp(-1 / (rate_hz * recovery_s))
     # The low-pass gives a sudden step the height 1 - decay; before the run nothing had jumped.
     steps[:, 0] = 0.0
-    return low_pass(steps, recovery_s, rate_hz) / (1 - decay)
+    jumps: FloatArray = low_pass(steps, recovery_s, rate_hz) / (1 - decay)
+    return jumps

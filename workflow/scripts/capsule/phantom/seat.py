@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import FloatArray, IntArray
+
 
 @dataclass(frozen=True)
 class Seat:
@@ -29,8 +31,8 @@ class Seat:
 
 
 def shaped_noise(
-    generator: np.random.Generator, gain: np.ndarray, sensors: int, samples: int
-) -> np.ndarray:
+    generator: np.random.Generator, gain: FloatArray, sensors: int, samples: int
+) -> FloatArray:
     """Return noise of standard deviation 1 with a given spectrum: shape (sensors, samples).
 
     Parameters
@@ -45,12 +47,13 @@ def shaped_noise(
     deviation = np.sqrt(
         (gain[0] ** 2 + 2 * np.sum(gain[1:-1] ** 2) + gain[-1] ** 2) / (2 * samples)
     )
-    return smooth / deviation
+    shaped: FloatArray = smooth / deviation
+    return shaped
 
 
 def wandering_strength(
     seat: Seat, generator: np.random.Generator, sensors: int, samples: int, rate_hz: float
-) -> np.ndarray:
+) -> FloatArray:
     """Return the strength of each substructure's contact over time: shape (S, K).
 
     Its logarithm is a first-order (Ornstein-Uhlenbeck) noise of its own in each sensor: it has no
@@ -62,16 +65,17 @@ def wandering_strength(
     gain = 1 / np.sqrt(1 + (2 * np.pi * frequencies * seat.strength_time_s) ** 2)
     wander = shaped_noise(generator, gain, sensors, samples)
     run_factor = np.exp(generator.normal(0.0, seat.strength_run_spread))
-    return np.exp(seat.strength_spread * run_factor * wander)
+    strength: FloatArray = np.exp(seat.strength_spread * run_factor * wander)
+    return strength
 
 
 def reseated_strength(
     seat: Seat,
     generator: np.random.Generator,
     sensors: int,
-    slips_mm: np.ndarray,
-    wave: np.ndarray,
-) -> np.ndarray:
+    slips_mm: FloatArray,
+    wave: IntArray,
+) -> FloatArray:
     """Return the strength of each substructure's contact as slips change it: shape (S, K).
 
     A slip moves the awns to other places of the wall, where each finds a seat of its own.

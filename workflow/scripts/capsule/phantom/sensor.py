@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import FloatArray, IntArray
 from capsule.phantom.response import (
     base_line_jumps,
     crosstalk,
@@ -127,9 +128,10 @@ class Polymer:
 
     def __init__(self, sensor: Sensor, rate_hz: float) -> None:
         self._sensor, self._rate_hz = sensor, rate_hz
-        self._felt = self._held = self._peak = self._quick = self._slow = None
+        nothing: FloatArray | None = None
+        self._felt = self._held = self._peak = self._quick = self._slow = nothing
 
-    def follow(self, compression_mm: np.ndarray) -> np.ndarray:
+    def follow(self, compression_mm: FloatArray) -> FloatArray:
         """Return what the sensors follow of the next samples, in mm: shape (S, K).
 
         Parameters
@@ -140,7 +142,9 @@ class Polymer:
         sensor, rate_hz = self._sensor, self._rate_hz
         strained = crosstalk(compression_mm, sensor.crosstalk)
         felt = sensor.saturation_mm * np.tanh(strained / sensor.saturation_mm)
-        before = None if self._felt is None else (self._felt, self._peak)
+        before = None
+        if self._felt is not None and self._peak is not None:
+            before = self._felt, self._peak
         peak = release_peak(felt, sensor.release_peak, sensor.release_s, rate_hz, before)
         load = felt
         if sensor.hysteresis:
@@ -166,8 +170,8 @@ class Unloaded:
         Relative change of it: drift, settling, noise and jumps, shape (S, K).
     """
 
-    rest_ohm: np.ndarray
-    change: np.ndarray
+    rest_ohm: FloatArray
+    change: FloatArray
 
 
 def draw_unloaded(
@@ -214,8 +218,8 @@ def draw_unloaded(
 
 
 def loaded_resistance(
-    sensor: Sensor, rest_ohm: np.ndarray, change: np.ndarray, followed_mm: np.ndarray
-) -> np.ndarray:
+    sensor: Sensor, rest_ohm: FloatArray, change: FloatArray, followed_mm: FloatArray
+) -> FloatArray:
     """Return the resistance of each sensor, in ohm: compression lowers it.
 
     Parameters
@@ -232,9 +236,9 @@ def loaded_resistance(
 def resistance(
     sensor: Sensor,
     generator: np.random.Generator,
-    compression_mm: np.ndarray,
+    compression_mm: FloatArray,
     rate_hz: float,
-) -> np.ndarray:
+) -> FloatArray:
     """Return the resistance of each sensor over one run, in ohm.
 
     Parameters
@@ -247,7 +251,7 @@ def resistance(
     return loaded_resistance(sensor, unloaded.rest_ohm, unloaded.change, followed_mm)
 
 
-def counts(electronics: Electronics, resistance_ohm: np.ndarray) -> np.ndarray:
+def counts(electronics: Electronics, resistance_ohm: FloatArray) -> IntArray:
     """Return the converter's reading of the voltage across each sensor: integers of shape (S, K).
 
     The silicon converts ``floor(V 2^bits / Vref)`` and stays at its highest code above that.
@@ -255,4 +259,5 @@ def counts(electronics: Electronics, resistance_ohm: np.ndarray) -> np.ndarray:
     steps = 2**electronics.adc_bits
     voltage_v = electronics.vref_v * resistance_ohm / (resistance_ohm + electronics.series_ohm)
     codes = np.floor(voltage_v * steps / electronics.vref_v)
-    return np.clip(codes, 0, steps - 1).astype(int)
+    readings: IntArray = np.clip(codes, 0, steps - 1).astype(int)
+    return readings

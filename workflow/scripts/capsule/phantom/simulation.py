@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import FloatArray, IntArray
 from capsule.geometry.origami import half_width, pitch, sensor_offsets
 from capsule.phantom import contact as touch
 from capsule.phantom.advance import (
@@ -51,11 +52,11 @@ class Run:
     """
 
     nodule_mm: float
-    time_s: np.ndarray
-    head_mm: np.ndarray
+    time_s: FloatArray
+    head_mm: FloatArray
     nodule_at_mm: float
-    compression_mm: np.ndarray
-    counts: np.ndarray
+    compression_mm: FloatArray
+    counts: IntArray
 
 
 @dataclass(frozen=True)
@@ -134,7 +135,7 @@ def simulate_run(
         height_offset_mm=height_offset_mm, coupling=coupling,
     )  # fmt: skip
 
-    def climb(position_mm: float, stroke_mm: float) -> np.ndarray:
+    def climb(position_mm: float, stroke_mm: float) -> FloatArray:
         return climbs([bulge], position_mm - offsets, stroke_mm)
 
     period_s = wave_period(wall)

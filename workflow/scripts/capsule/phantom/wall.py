@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import FloatArray
+
 
 @dataclass(frozen=True)
 class Wall:
@@ -47,7 +49,7 @@ def wave_period(wall: Wall) -> float:
     return wall.wavelength_mm / wall.speed_mm_s
 
 
-def overlap(wall: Wall, half_width_mm: float, height_mm: np.ndarray) -> np.ndarray:
+def overlap(wall: Wall, half_width_mm: FloatArray | float, height_mm: FloatArray) -> FloatArray:
     """Return how far a wall would reach into a relaxed capsule, in mm; 0 where they are apart.
 
     Parameters
@@ -72,8 +74,8 @@ class Unevenness:
         In radians, shape (waves,).
     """
 
-    wave_numbers: np.ndarray
-    phases: np.ndarray
+    wave_numbers: FloatArray
+    phases: FloatArray
 
 
 def draw_unevenness(wall: Wall, generator: np.random.Generator, waves: int = 24) -> Unevenness:
@@ -87,11 +89,12 @@ def draw_unevenness(wall: Wall, generator: np.random.Generator, waves: int = 24)
     return Unevenness(wave_numbers, generator.uniform(0.0, 2 * np.pi, waves))
 
 
-def uneven_height(wall: Wall, uneven: Unevenness, position_mm: np.ndarray) -> np.ndarray:
+def uneven_height(wall: Wall, uneven: Unevenness, position_mm: FloatArray) -> FloatArray:
     """Return the unevenness of one wall at the given places, in mm."""
     angles = position_mm[..., np.newaxis] * uneven.wave_numbers + uneven.phases
     scale = wall.unevenness_mm * np.sqrt(2.0 / uneven.phases.size)
-    return scale * np.cos(angles).sum(axis=-1)
+    height_mm: FloatArray = scale * np.cos(angles).sum(axis=-1)
+    return height_mm
 
 
 def roughness(wall: Wall, generator: np.random.Generator) -> float:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 from capsule.phantom.wall import Wall
 
 
@@ -52,9 +53,9 @@ class WaveTrain:
         Height of each crest in parts of the amplitude, 0 where it is missing, shape (waves,).
     """
 
-    starts_s: np.ndarray
-    delays_s: np.ndarray
-    crests: np.ndarray
+    starts_s: FloatArray
+    delays_s: FloatArray
+    crests: FloatArray
 
 
 def wave_train(
@@ -82,7 +83,7 @@ def wave_train(
     return WaveTrain(starts_s, delays_s, np.where(missing, 0.0, crests))
 
 
-def cam_time(train: WaveTrain, time_s: np.ndarray) -> np.ndarray:
+def cam_time(train: WaveTrain, time_s: FloatArray) -> FloatArray:
     """Return the time at which evenly turning cams would stand as these do, in seconds.
 
     One motor turns all cams, so a wave that is late is late along the whole gut.
@@ -90,7 +91,7 @@ def cam_time(train: WaveTrain, time_s: np.ndarray) -> np.ndarray:
     return time_s - np.interp(time_s, train.starts_s, train.delays_s)
 
 
-def crest_shape(wave: Wave, angle: np.ndarray) -> np.ndarray:
+def crest_shape(wave: Wave, angle: FloatArray) -> FloatArray:
     """Return the shape of the wave, -1 to 1, crest at angle 0; a place's angle falls with time.
 
     Parameters
@@ -113,10 +114,10 @@ def wave_height(
     wall: Wall,
     wave: Wave,
     train: WaveTrain,
-    position_mm: np.ndarray,
-    time_s: np.ndarray,
+    position_mm: FloatArray,
+    time_s: FloatArray,
     phase: float,
-) -> np.ndarray:
+) -> FloatArray:
     """Return how far the wave pushes a wall inwards of its baseline, in mm.
 
     Parameters

@@ -4,14 +4,16 @@ The same beats, weights and averages as in `capsule.detectors.candidates`. Only 
 not searched among mean speeds: the odometer measures it.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
+from capsule.arrays import FloatArray, RealArray
 from capsule.detectors.beats import CHANNELS
 from capsule.detectors.candidates import averages, standardised_beats
 from capsule.detectors.passage import beats_of
+from capsule.kinds import Settings
 
 # Half the width of what counts as the top of the evidence.
 _TOP_MM = 4.0
@@ -29,8 +31,8 @@ class GutEvidence:
         How much speaks for a nodule at each.
     """
 
-    place_mm: np.ndarray
-    evidence: np.ndarray
+    place_mm: FloatArray
+    evidence: RealArray
 
     def within(self, low_mm: float, high_mm: float) -> "GutEvidence":
         """Take the places from `low_mm` to `high_mm`."""
@@ -59,10 +61,10 @@ class GutEvidence:
 
 
 def evidence_along(
-    values: np.ndarray,
+    values: FloatArray,
     rate_hz: float,
-    settings: Mapping,
-    way: Callable[[np.ndarray], np.ndarray],
+    settings: Settings,
+    way: Callable[[FloatArray], FloatArray],
 ) -> GutEvidence | None:
     """Return the evidence at all places that at least half the sensors have passed.
 

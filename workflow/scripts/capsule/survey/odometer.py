@@ -7,10 +7,12 @@ modulo one wavelength. Which wavelength, the last known position tells.
 This needs the drive's phase. A gut offers none.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
+from capsule.arrays import ComplexArray, FloatArray, IntArray, RealArray
+from capsule.kinds import Settings
 from capsule.sensed_wave import fill_missing
 
 # A sensor whose readings stay within this is not pressed by any wave, in units of R / R_series.
@@ -20,7 +22,7 @@ _MOST_MISSING = 0.25
 
 
 def place_in_wave(
-    pressed: np.ndarray, wave_mm: np.ndarray, pitch_mm: float, wavelength_mm: float
+    pressed: FloatArray, wave_mm: FloatArray, pitch_mm: float, wavelength_mm: float
 ) -> float:
     """Return the head's place modulo one wavelength, in mm; NaN without a wave on two sensors.
 
@@ -55,7 +57,7 @@ def place_in_wave(
 
 
 def newest_place(
-    pressed: np.ndarray, wave_mm: np.ndarray, pitch_mm: float, wavelength_mm: float
+    pressed: FloatArray, wave_mm: FloatArray, pitch_mm: float, wavelength_mm: float
 ) -> float:
     """Return the head's place as `place_in_wave` does, for the middle of the newer half.
 
@@ -78,19 +80,19 @@ def newest_place(
     return _common_place(cosine + 1j * sine, pitch_mm * known, wavelength_mm)
 
 
-def _known(pressed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _known(pressed: FloatArray) -> tuple[IntArray, FloatArray]:
     """Return which sensors have enough samples, (N,), and those without their gaps, (N, K)."""
     known = np.flatnonzero(np.isnan(pressed).mean(axis=1) <= _MOST_MISSING)
     return known, fill_missing(pressed[known])
 
 
-def _harmonics(wave_mm: np.ndarray, wavelength_mm: float) -> np.ndarray:
+def _harmonics(wave_mm: FloatArray, wavelength_mm: float) -> FloatArray:
     """Return the wave under place 0 and its double frequency, cosine and sine: shape (4, K)."""
     turns = np.exp(2j * np.pi / wavelength_mm * wave_mm)
     return np.stack([turns.real, turns.imag, (turns**2).real, (turns**2).imag])
 
 
-def _common_place(phasors: np.ndarray, behind_mm: np.ndarray, wavelength_mm: float) -> float:
+def _common_place(phasors: ComplexArray, behind_mm: RealArray, wavelength_mm: float) -> float:
     """Return the place that the phases of several sensors agree on; NaN of fewer than two.
 
     Parameters
@@ -152,11 +154,11 @@ class Odometer:
         journey on the same bench; otherwise the first fix is taken to be at `start_mm`.
     """
 
-    def __init__(self, settings: Mapping, rate_hz: float, start_mm: float) -> None:
+    def __init__(self, settings: Settings, rate_hz: float, start_mm: float) -> None:
         self._wavelength_mm = float(settings["wavelength_mm"])
         self._pitch_mm = float(settings["pitch_mm"])
         wave = rate_hz * self._wavelength_mm / settings["wave_speed_mm_s"]
-        self.span = 2 * round(wave)
+        self.span: int = 2 * round(wave)
         self.start_mm = start_mm
         self.origin_mm: float | None = None
         self._samples: list[int] = []
@@ -177,7 +179,7 @@ class Odometer:
         """How many fixes there are since the capsule unfolded."""
         return len(self._fixes_mm)
 
-    def fix(self, last: int, pressed: np.ndarray, wave_mm: np.ndarray, expected_mm: float) -> float:
+    def fix(self, last: int, pressed: FloatArray, wave_mm: FloatArray, expected_mm: float) -> float:
         """Find the position; NaN where no wave is felt.
 
         Parameters
@@ -199,7 +201,7 @@ class Odometer:
         self._fixes_mm.append(position_mm)
         return position_mm
 
-    def newest(self, pressed: np.ndarray, wave_mm: np.ndarray) -> float:
+    def newest(self, pressed: FloatArray, wave_mm: FloatArray) -> float:
         """Find the position half a wave ago; it is not kept.
 
         NaN where no wave is felt, or without a fix before.
@@ -209,7 +211,7 @@ class Odometer:
         pressed, wave_mm
             As in `newest_place`: the newest `span` samples.
         """
-        if not self._fixes_mm:
+        if not self._fixes_mm or self.origin_mm is None:
             return float("nan")
         place_mm = newest_place(pressed, wave_mm, self._pitch_mm, self._wavelength_mm)
         if np.isnan(place_mm):
@@ -221,7 +223,7 @@ class Odometer:
         self._samples.clear()
         self._fixes_mm.clear()
 
-    def way(self, samples: np.ndarray) -> np.ndarray:
+    def way(self, samples: FloatArray) -> FloatArray:
         """Return the position at some samples (N,), by straight lines between the fixes."""
         return np.interp(samples, self._samples, self._fixes_mm)
 

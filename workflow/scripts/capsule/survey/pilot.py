@@ -1,9 +1,10 @@
 """Decides what the capsule does: readings in, commands and a log of reasons out."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from capsule.kinds import Settings
 from capsule.survey import cycle as cycles
 from capsule.survey.cycle import Cycle
 from capsule.survey.sensing import Sensing
@@ -46,7 +47,7 @@ class Pilot:
 
     def __init__(
         self,
-        detector: Mapping,
+        detector: Settings,
         rate_hz: float,
         settings: SurveySettings | None = None,
         targets_mm: Sequence[float] = (),
@@ -57,17 +58,18 @@ class Pilot:
         self.log: list[Event] = []
         self.sensing = Sensing(detector, rate_hz, self._settings, start_mm)
         self.suspects = Suspects(self._settings, (_SENSORS - 1) * detector["pitch_mm"])
-        self._rate_hz = rate_hz
         self._targets_mm = list(targets_mm)
         self._way_back = WayBack(float(detector["wavelength_mm"]), self.sensing.period_s)
         self._since_s = self._now_s = 0.0
+        self._leg: Leg
 
     def tick(self, readings: Readings) -> tuple[str, ...]:
         """Take the newest samples; give the commands for the boards."""
         self._now_s = float(readings.time_s[-1])
         self.sensing.take(readings)
         self.suspects.newest_score = _UNKNOWN
-        return getattr(self, f"_in_{self.cycle.state}")(readings.fold)
+        judge: Callable[[str], tuple[str, ...]] = getattr(self, f"_in_{self.cycle.state}")
+        return judge(readings.fold)
 
     def tell(self, event: str, reason: str) -> tuple[str, ...]:
         """Tell of what no reading shows: ``stopped``, ``gut_ended`` or ``fault``."""
@@ -114,9 +116,8 @@ class Pilot:
         place = self.suspects.look(evidence, self.sensing.fix_mm)
         if place is None:
             return ()
-        score = self.suspects.best_score
         reason = f"place {place.number}: evidence at {place.first_mm:.0f} mm"
-        return self._happen("suspected", reason, score, place.threshold)
+        return self._happen("suspected", reason, self.suspects.best_score, place.threshold)
 
     def _in_finishing(self, fold: str) -> tuple[str, ...]:
         if self.sensing.follow() and (evidence := self.sensing.evidence()) is not None:

@@ -1,10 +1,10 @@
 """What the unfolded capsule feels: where it is, and what the last samples say of the gut."""
 
-from collections.abc import Mapping
-
 import numpy as np
 
+from capsule.arrays import FloatArray
 from capsule.divider import pressed_and_period
+from capsule.kinds import Settings
 from capsule.survey.gut_evidence import GutEvidence, evidence_along
 from capsule.survey.odometer import Odometer
 from capsule.survey.survey_log import RESTING, UNFOLDED, Readings
@@ -44,13 +44,13 @@ class Sensing:
     """
 
     def __init__(
-        self, detector: Mapping, rate_hz: float, settings: SurveySettings, start_mm: float
+        self, detector: Settings, rate_hz: float, settings: SurveySettings, start_mm: float
     ) -> None:
         self._detector, self._rate_hz, self._settings = detector, rate_hz, settings
         self._odometer = Odometer(detector, rate_hz, start_mm)
         self._keep = max(settings.longest_window, self._odometer.span)
         self._count = 0
-        self._values: np.ndarray | None = None
+        self._values: FloatArray | None = None
         self._wave_mm = np.empty(0)
         self._last_mm = start_mm
         self._fixed_at: int | None = None
@@ -79,12 +79,12 @@ class Sensing:
         wave_mm = self._wave_mm[-span:]
         if np.isnan(wave_mm).any() or np.isnan(self.fix_mm):
             return self.position_mm
-        newest_mm = self._odometer.newest(self._pressed(), wave_mm)
+        newest_mm = self._odometer.newest(self._pressed(self._values), wave_mm)
         return newest_mm + self._since_fix_mm() / 2 if np.isfinite(newest_mm) else self.position_mm
 
-    def _pressed(self) -> np.ndarray:
+    def _pressed(self, values: FloatArray) -> FloatArray:
         """Return how hard the newest samples are pressed."""
-        newest = self._values[:, -self._odometer.span :]
+        newest = values[:, -self._odometer.span :]
         return pressed_and_period(newest, self._rate_hz, self._detector)[0]
 
     @property
@@ -167,7 +167,9 @@ class Sensing:
             expected_mm = before_mm + self.step_mm
         elif expected_mm is None:
             expected_mm = self._last_mm
-        fix_mm = self._odometer.fix(self._count - 1, self._pressed(), wave_mm, expected_mm)
+        fix_mm = self._odometer.fix(
+            self._count - 1, self._pressed(self._values), wave_mm, expected_mm
+        )
         if np.isnan(fix_mm):
             return False
         self._last_mm, self._fixed_at = fix_mm, self._count
@@ -192,7 +194,7 @@ class Sensing:
         )
 
     @staticmethod
-    def _any_still(values: np.ndarray) -> bool:
+    def _any_still(values: FloatArray) -> bool:
         """Say whether a sensor has died: it would look as if nothing pressed it."""
         highest = np.nanmax(values, axis=1, initial=-np.inf)
         return bool(np.any(highest <= np.nanmin(values, axis=1, initial=np.inf)))

@@ -7,10 +7,13 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
+from capsule.arrays import FloatArray, TextArray
 from capsule.errors import CapsuleError
+from capsule.kinds import Row, Settings
 from capsule.naming import displayed
 from capsule.survey.session_names import ABOUT, EVENTS, PLACES, STREAM
 from capsule.survey.survey_log import Event
@@ -80,14 +83,14 @@ class Session:
     """
 
     name: str
-    about: Mapping
-    time_s: np.ndarray
-    values: np.ndarray
-    wave_mm: np.ndarray
-    head_mm: np.ndarray
-    score: np.ndarray
-    threshold: np.ndarray
-    fold: np.ndarray
+    about: Settings
+    time_s: FloatArray
+    values: FloatArray
+    wave_mm: FloatArray
+    head_mm: FloatArray
+    score: FloatArray
+    threshold: FloatArray
+    fold: TextArray
     events: Sequence[Event]
     places: Sequence[StoredPlace]
 
@@ -131,7 +134,7 @@ def _text(file: str, content: bytes) -> str:
         raise SessionError(f"{file}: byte {error.start} is no UTF-8") from error
 
 
-def _parse_about(text: str) -> Mapping:
+def _parse_about(text: str) -> Row:
     try:
         about = json.loads(text)
     except ValueError as error:
@@ -171,13 +174,13 @@ def _number(file: str, line: int, name: str, cell: str) -> float:
     return value
 
 
-def _parse_stream(text: str) -> dict[str, np.ndarray]:
+def _parse_stream(text: str) -> dict[str, Any]:
     named = ("wave_mm", "head_mm", "score", "threshold")
     head, rows = _rows(STREAM, text, ("time_s", "sensor_1", *named, "fold"))
     if len(rows) < 2:
         raise SessionError(f"{STREAM}: there are no samples")
 
-    def column(name: str) -> np.ndarray:
+    def column(name: str) -> FloatArray:
         at = head.index(name)
         cells = [_number(STREAM, line, name, row[at]) for line, row in enumerate(rows, start=2)]
         return np.array(cells)
@@ -209,14 +212,17 @@ def _parse_events(text: str) -> list[Event]:
 def _event(number: int, line: str) -> Event:
     try:
         content = json.loads(line)
-        cells = {each.name: content[each.name] for each in fields(Event)}
+        cells: dict[str, Any] = {each.name: content[each.name] for each in fields(Event)}
     except (ValueError, KeyError, TypeError) as error:
         raise SessionError(f"{EVENTS}: line {number} is no event") from error
     for name, value in cells.items():
         wanted = isinstance(value, str) if name in _TEXTS else value is None or _is_number(value)
         if not wanted or (name == "time_s" and value is None):
             raise SessionError(f"{EVENTS}: line {number}: {name} is {displayed(str(value))[:60]!r}")
-    return Event(**{name: math.nan if value is None else value for name, value in cells.items()})
+    known: dict[str, Any] = {
+        name: math.nan if value is None else value for name, value in cells.items()
+    }
+    return Event(**known)
 
 
 def _is_number(value: object) -> bool:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-import numpy as np
+from capsule.arrays import FloatArray
 
 # What a fold board says of the origami.
 UNFOLDED, FOLDING, FOLDED, UNFOLDING = "unfolded", "folding", "folded", "unfolding"
@@ -28,9 +28,9 @@ class Readings:
         ``unfolding``, ``resting``, or ``unknown`` where it says nothing.
     """
 
-    time_s: np.ndarray
-    values: np.ndarray
-    wave_mm: np.ndarray
+    time_s: FloatArray
+    values: FloatArray
+    wave_mm: FloatArray
     fold: str
 
 

@@ -1,12 +1,14 @@
 """Where the head was, in which state, and why: a survey as the survey itself knew it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
+from capsule.arrays import BoolArray, FloatArray, IntArray, TextArray
 from capsule.divider import pressed_and_period
+from capsule.kinds import Settings
 from capsule.survey.stored_session import Session
 from capsule.survey.survey_log import FOLDED, FOLDING, UNFOLDED, UNFOLDING, Event
 
@@ -41,13 +43,13 @@ class Track:
         How far the drive had carried the wave; NaN where that is not known.
     """
 
-    time_s: np.ndarray
-    head_mm: np.ndarray
-    known: np.ndarray
-    state: np.ndarray
-    score: np.ndarray
-    threshold: np.ndarray
-    wave_mm: np.ndarray
+    time_s: FloatArray
+    head_mm: FloatArray
+    known: BoolArray
+    state: TextArray
+    score: FloatArray
+    threshold: FloatArray
+    wave_mm: FloatArray
 
 
 @dataclass(frozen=True)
@@ -105,7 +107,7 @@ def track_of(session: Session) -> Track:
     )
 
 
-def states_at(events: Sequence[Event], time_s: np.ndarray) -> np.ndarray:
+def states_at(events: Sequence[Event], time_s: FloatArray) -> TextArray:
     """Return the state after whatever had happened by some times (J,); a state a time."""
     states = np.array(["starting", *(event.after for event in events)])
     when_s = np.array([event.time_s for event in events])
@@ -150,7 +152,7 @@ def pins_of(session: Session) -> list[Pin]:
     return pins
 
 
-def folded_part(time_s: np.ndarray, fold: np.ndarray) -> np.ndarray:
+def folded_part(time_s: FloatArray, fold: TextArray) -> FloatArray:
     """Return how far an origami is folded, 0 to 1: evenly from one report to the other.
 
     Parameters
@@ -177,7 +179,7 @@ def folded_part(time_s: np.ndarray, fold: np.ndarray) -> np.ndarray:
     return part
 
 
-def crest_at_mm(session: Session, detector: Mapping) -> float:
+def crest_at_mm(session: Session, detector: Settings) -> float:
     """Return where a crest of the wave stood when the drive had not carried it yet, as it was felt.
 
     Parameters
@@ -217,7 +219,7 @@ def crest_at_mm(session: Session, detector: Mapping) -> float:
     return float(-np.angle(turned) / (2 * np.pi) * wavelength_mm)
 
 
-def simplified(time_s: np.ndarray, values: np.ndarray, tolerance: float) -> np.ndarray:
+def simplified(time_s: FloatArray, values: FloatArray, tolerance: float) -> IntArray:
     """Return which points are enough for straight lines that stay within a tolerance.
 
     After Ramer (1972) and Douglas and Peucker (1973), with distances along `values`.
