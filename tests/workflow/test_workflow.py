@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import zipfile
 from itertools import product
 
 import numpy as np
@@ -27,7 +28,8 @@ RECORDINGS = [*HEALTHY, *(f"{size}mm/r{run:02d}" for size in (1, 2.5) for run in
 # What a run makes before the figures, which take most of the time and depend on all of it.
 TABLES = ["results/evaluation/detection.csv", "results/detections.csv"]
 # What a run makes but for the page, which holds the date and durations.
-ALL_BUT_PAGE = [*TABLES, "results/sites.csv", "results/figures/roc.svg"]
+ALL_BUT_PAGE = [*TABLES, "results/sites.csv"]
+ALL_BUT_PAGE += ["results/figures/roc.svg", "results/figures/capsule.svg"]
 RECORDINGS.append("unlabelled/patient")
 FOLDERS = {name.partition("/")[0] for name in RECORDINGS}
 NODULES = [name for name in RECORDINGS if name.startswith(("1mm", "2.5mm"))]
@@ -311,7 +313,8 @@ def test_a_fault_in_the_configuration_is_told_before_anything_runs(new, tmp_path
     [
         ("scripts/capsule/figures/draw_rates.py", {"draw": 1, "report": 1}),
         ("scripts/capsule/figures/draw_roc.py", {"draw": 1, "report": 1}),
-        ("scripts/capsule/figures/style.py", {"draw": 1, "report": 1}),
+        ("scripts/capsule/figures/capsule_views.py", {"draw_design": 1, "report": 1}),
+        ("scripts/capsule/figures/style.py", {"draw": 1, "draw_design": 1, "report": 1}),
         ("scripts/capsule/evaluation/roc.py", {"judge": 1, "draw": 1, "report": 1}),
         ("scripts/capsule/page/cards.py", {"report": 1}),
         ("report/report.css", {"report": 1}),
@@ -324,6 +327,20 @@ def test_an_edit_to_what_people_see_computes_nothing_again(project, file, expect
     project.append(f"workflow/{file}", "\n# an edit\n")
     jobs = project.snakemake("--dry-run").jobs
     assert {name: count for name, count in jobs.items() if name != "everything"} == expected
+
+
+def test_snakemakes_own_report_shows_tables_figures_and_the_page(project, tmp_path):
+    # Snakemake's own use of docutils warns.
+    run = project.snakemake("--report", "own.zip", environment={"PYTHONWARNINGS": ""})
+    assert run.status == 0, run.output
+    with zipfile.ZipFile(project.folder / "own.zip") as archive:
+        shown = {name.rpartition("/")[2] for name in archive.namelist()}
+        results = "".join(
+            archive.read(name).decode() for name in archive.namelist() if name.endswith(".html")
+        )
+    assert {"report.html", "detections.csv", "recordings.csv", "detection.csv"} <= shown
+    assert {f"{name}.svg" for name in FIGURES} <= shown
+    assert all(category in results for category in ("Verdicts", "Rates", "Figures"))
 
 
 def test_the_figures_for_print_are_made_on_request(project):

@@ -15,8 +15,11 @@ from edges.durations import RULES
 DRAW_SETTINGS = {name: config[name] for name in ("recording", "preprocessing", "evaluation")}
 # Of the report's section only which detector leads: nothing else of it changes a figure.
 DRAW_SETTINGS["report"] = {"lead": config["report"]["lead"]}
+DESIGN_SETTINGS = {"recording": {"sensors": config["recording"]["sensors"]}}
+RESULT_FIGURES = [name for name, row in FIGURES.items() if not row.of_design]
+DESIGN_FIGURES = [name for name, row in FIGURES.items() if row.of_design]
 FIGURE_MODULES = sorted({row.module for row in FIGURES.values()})
-# What the figures show.
+# What the figures of results show.
 FIGURE_INPUTS = [
     rules.evaluate.output.predictions,
     *rules.evaluate.output.rates,
@@ -54,11 +57,15 @@ rule draw:
     input:
         shown=FIGURE_INPUTS,
         paper=report_file("paper.yaml"),
-        design=DESIGN_TABLES,
         script=script("draw.py"),
     output:
-        expand("results/figures/{figure}{width}.svg", figure=FIGURES, width=["", "_column"]),
-        expand("results/figures/{figure}.csv", figure=FIGURES),
+        report(
+            expand("results/figures/{figure}.svg", figure=RESULT_FIGURES),
+            caption="../report/captions/figures.rst",
+            category="Figures",
+        ),
+        expand("results/figures/{figure}_column.svg", figure=RESULT_FIGURES),
+        expand("results/figures/{figure}.csv", figure=RESULT_FIGURES),
     log:
         "results/logs/draw.log",
     conda:
@@ -69,12 +76,46 @@ rule draw:
         made_from=made_from(
             "draw",
             as_parameter(DRAW_SETTINGS),
-            modules=FIGURE_MODULES,
+            modules=sorted({FIGURES[name].module for name in RESULT_FIGURES}),
             members=ARCHIVE.labelled(),
         ),
+        figures=RESULT_FIGURES,
     shell:
         "python {input.script:q} --results {params.results:q} --paper {input.paper:q}"
-        " --settings {params.settings:q} --kind svg --output {params.results:q}/figures"
+        " --settings {params.settings:q} --figures {params.figures:q} --kind svg"
+        " --output {params.results:q}/figures"
+        " --record {params.made_from:q} > {log:q} 2>&1"
+
+
+# One recording more draws these not again, nor waits for them.
+rule draw_design:
+    input:
+        design=DESIGN_TABLES,
+        script=script("draw_design.py"),
+    output:
+        report(
+            expand("results/figures/{figure}.svg", figure=DESIGN_FIGURES),
+            caption="../report/captions/figures.rst",
+            category="Figures",
+        ),
+        expand("results/figures/{figure}_column.svg", figure=DESIGN_FIGURES),
+        expand("results/figures/{figure}.csv", figure=DESIGN_FIGURES),
+    log:
+        "results/logs/draw_design.log",
+    conda:
+        "../../environment.yml"
+    params:
+        results=results_folder,
+        settings=as_parameter(DESIGN_SETTINGS),
+        made_from=made_from(
+            "draw_design",
+            as_parameter(DESIGN_SETTINGS),
+            modules=sorted({FIGURES[name].module for name in DESIGN_FIGURES}),
+        ),
+        figures=DESIGN_FIGURES,
+    shell:
+        "python {input.script:q} --settings {params.settings:q} --figures {params.figures:q}"
+        " --output {params.results:q}/figures"
         " --record {params.made_from:q} > {log:q} 2>&1"
 
 
@@ -101,9 +142,11 @@ rule print_figures:
             modules=FIGURE_MODULES,
             members=ARCHIVE.labelled(),
         ),
+        figures=list(FIGURES),
     shell:
         "python {input.script:q} --results {params.results:q} --paper {input.paper:q}"
-        " --settings {params.settings:q} --kind pdf --output {params.results:q}/print"
+        " --settings {params.settings:q} --figures {params.figures:q} --kind pdf"
+        " --output {params.results:q}/print"
         " --record {params.made_from:q} > {log:q} 2>&1"
 
 
@@ -117,7 +160,7 @@ rule report:
         learning=rules.evaluate.output.learning,
         detections=rules.detect.output.detections,
         sites=rules.combine.output,
-        figures=rules.draw.output,
+        figures=[*rules.draw.output, *rules.draw_design.output],
         surveys=expand(rules.chart_survey.output, survey=SURVEYS.names),
         signals=expand(rules.preprocess.output.signal, recording=ARCHIVE.recordings),
         checks=expand(rules.preprocess.output.check, recording=ARCHIVE.recordings),

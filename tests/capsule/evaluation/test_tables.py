@@ -34,6 +34,31 @@ def test_the_curves_height_is_what_a_threshold_reaches():
     assert heights.tolist() == [0.5, 0.75, 1.0]
 
 
+@given(SCORES, SCORES, st.booleans())
+def test_draws_that_are_judged_together_are_judged_as_each_alone(healthy, nodule, lowest):
+    healthy = np.where(healthy == 0, -np.inf, healthy) if lowest else healthy
+    grid, level, repeats = np.linspace(0, 1, 5), 0.5, 8
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(roc, "_VALUES_AT_ONCE", 3 * (healthy.size + nodule.size))
+        area, low, high = roc.bootstrap(
+            healthy, nodule, grid, generator(1, "one by one"), repeats, level
+        )
+    numbers = generator(1, "one by one")
+    drawn = [
+        [part[numbers.integers(0, part.size, part.size)] for part in (healthy, nodule)]
+        for _ in range(repeats)
+    ]
+    areas = [roc.auc(*each) for each in drawn]
+    ends = np.quantile(areas, [0.25, 0.75])
+    observed = roc.auc(healthy, nodule)
+    assert area == (min(ends[0], observed), max(ends[1], observed))
+    band = np.quantile([roc.height_at(*each, grid) for each in drawn], [0.25, 0.75], axis=0)
+    height = roc.height_at(healthy, nodule, grid)
+    np.testing.assert_array_equal(
+        [low, high], [np.minimum(band[0], height), np.maximum(band[1], height)]
+    )
+
+
 def test_bootstrap_intervals_hold_the_truth_as_often_as_they_say():
     numbers, inside = generator(1, "coverage"), 0
     for _ in range(100):

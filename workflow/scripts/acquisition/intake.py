@@ -62,7 +62,7 @@ class Intake:
         self._timeline = Timeline(rate_hz)
         self._sieve = Sieve(self._timeline, 1.0 / rate_hz)
         self.progress = Progress(1.0 / rate_hz, end_s=(limit or 0) / rate_hz)
-        self.samples: list[tuple[int, ...] | None] = []
+        self.samples: list[tuple[float, ...] | None] = []
         self.ended = ""
 
     @property
@@ -136,7 +136,7 @@ class Intake:
         elif place.index + 1 == self._limit:
             self.ended = "--duration is over"
 
-    def _keep(self, index: int, counts: tuple[int, ...] | None) -> None:
+    def _keep(self, index: int, counts: tuple[float, ...] | None) -> None:
         # Rounded: 3 * 0.1 would be written 0.30000000000000004.
         self._rows.add(round(index * self.progress.period_s, 6), counts)
         if len(self.samples) < self._kept:

@@ -22,4 +22,5 @@ def import_pylsl(option: str) -> ModuleType:
             f"{option} needs the library liblsl, which pylsl cannot load ({reason}); install it "
             "from github.com/sccn/liblsl/releases, or with: conda install -c conda-forge liblsl"
         ) from None
-    return pylsl
+    layer: ModuleType = pylsl
+    return layer

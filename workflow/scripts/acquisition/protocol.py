@@ -30,15 +30,15 @@ class Sample:
         Number of the sample since the board started.
     device_ms : int
         When the conversion began, in milliseconds since the board started.
-    counts : tuple of S int
-        ADC counts.
+    counts : tuple of S float
+        ADC counts; of a stream, whatever it sends.
     at_end : bool
         The capsule has closed the end stop.
     """
 
     sequence: int
     device_ms: int
-    counts: tuple[int, ...]
+    counts: tuple[float, ...]
     at_end: bool
 
 

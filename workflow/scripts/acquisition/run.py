@@ -37,11 +37,12 @@ if TYPE_CHECKING:
 
 SCHEMA = PROJECT / "workflow" / "schemas" / "config.schema.json"
 JUDGE_EVERY_S = 0.5
-Samples = list[tuple[int, ...] | None]
+Samples = list[tuple[float, ...] | None]
 Watcher = Callable[[Progress, Samples], None]
 # What says, of the samples so far, how the run would be judged; of a header, or with one already.
 Judge = Callable[[Samples, Mapping[str, str]], list[str]]
 RunningJudge = Callable[[Samples], list[str]]
+Describe = Callable[[datetime, Wave | None], dict[str, str]]
 
 
 def record(options: argparse.Namespace, origin: Mapping[str, str] | None = None) -> Path:
@@ -76,14 +77,15 @@ def record(options: argparse.Namespace, origin: Mapping[str, str] | None = None)
     drive = Drive(options.drive, wave) if options.drive else None
     try:
         line, identity = _source(options, settings)
+        stream = None if isinstance(line, Line) else line
         counts = 2 ** int(identity.entries["adc_bits"]) - 1
-        terminal = Terminal(sys.stdout, line.full_scale if options.stream_in else counts)
+        terminal = Terminal(sys.stdout, stream.full_scale if stream else counts)
         sensors = int(identity.entries["channels"])
         check_fits(identity, settings["recording"])
         length = settings["preprocessing"]["length"]
-        describe = partial(header_of, identity)
-        if options.stream_in:
-            describe, line.tell = line.header, terminal.note
+        describe: Describe = partial(header_of, identity)
+        if stream:
+            describe, stream.tell = stream.header, terminal.note
         header = describe(started, wave if drive else None) | dict(origin or {})
         header |= {"site": options.site} if options.site else {}
         header |= {"session": options.session} if options.session else {}

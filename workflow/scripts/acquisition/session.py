@@ -3,6 +3,7 @@
 import math
 import time
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 from acquisition.archive import PartFile
 from acquisition.attendance import SILENT_AFTER_S, Attendance
@@ -22,6 +23,9 @@ from acquisition.protocol import Acknowledgement, Identity
 from acquisition.terminal import Progress, Terminal
 from acquisition.usb import UsbPort
 
+if TYPE_CHECKING:
+    from acquisition.stream_line import StreamLine
+
 LAST_FRAMES_S = 0.5
 RATE_OVER_S = 5.0
 KNOCK_EVERY_S = 0.2
@@ -32,7 +36,7 @@ class Session:
 
     Parameters
     ----------
-    line : Line
+    line : Line or StreamLine
         The open line to the logger.
     identity : Identity
         What the logger says of itself.
@@ -52,14 +56,14 @@ class Session:
 
     def __init__(
         self,
-        line: Line,
+        line: "Line | StreamLine",
         identity: Identity,
         part: PartFile,
         log: FrameLog,
         terminal: Terminal,
         limits: Limits,
         stop: StopRequest,
-        watch: Callable[[Progress, list[tuple[int, ...] | None]], None],
+        watch: Callable[[Progress, list[tuple[float, ...] | None]], None],
     ) -> None:
         self._line = line
         self._port = UsbPort(line.port)

@@ -1,6 +1,6 @@
 """Which stream is recorded, which of its channels, and what the recording's header says of it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from types import ModuleType
@@ -10,6 +10,7 @@ from acquisition.bench_errors import AcquisitionError, BoardNotFoundError, Wrong
 from acquisition.drive import Wave
 from acquisition.logger_board import moment_text, wave_entries
 from acquisition.protocol import Identity
+from capsule.kinds import Settings
 
 if TYPE_CHECKING:
     import pylsl
@@ -135,7 +136,7 @@ def find_stream(
     )
 
 
-def choose(info: "pylsl.StreamInfo", wanted: str | None, rules: Mapping) -> ChosenStream:
+def choose(info: "pylsl.StreamInfo", wanted: str | None, rules: Settings) -> ChosenStream:
     """Choose the channels of a stream.
 
     Parameters
@@ -162,11 +163,11 @@ def choose(info: "pylsl.StreamInfo", wanted: str | None, rules: Mapping) -> Chos
             f"(recording.rate_hz); {_IMPORT}"
         )
     channels = _channels(title, labels_of(info), wanted, rules["sensors"])
-    told = {_child_texts(info, "unit")[index] for index in channels}
-    units = {_UNITS.get(unit.lower()) for unit in told}
+    written = {_child_texts(info, "unit")[index] for index in channels}
+    units = {_UNITS.get(unit.lower()) for unit in written}
     if len(units) > 1 or None in units:
         raise WrongBoardError(
-            f"{title} gives its channels in {', '.join(sorted(plain(unit) for unit in told))}; "
+            f"{title} gives its channels in {', '.join(sorted(plain(unit) for unit in written))}; "
             "a recording is in counts, V, ohm or kohm, all channels alike: have its source send "
             "one of these"
         )

@@ -1,7 +1,7 @@
 """A stream of the Lab Streaming Layer in the place of a logger board's serial line."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from types import ModuleType
 from typing import TYPE_CHECKING
 
@@ -13,6 +13,7 @@ from acquisition.protocol import Acknowledgement, Damaged, Event, Sample
 from acquisition.stamp_grid import StampGrid
 from acquisition.stream_choice import ALONE_S, FIND_S, ChosenStream, choose, find_stream
 from acquisition.timeline import CLOCK_ENDS_MS, COUNTER_ENDS
+from capsule.kinds import Settings
 
 if TYPE_CHECKING:
     import pylsl
@@ -62,7 +63,7 @@ class StreamLine:
 
     baud = BAUD
 
-    def __init__(self, name: str, wanted: str | None, rules: Mapping) -> None:
+    def __init__(self, name: str, wanted: str | None, rules: Settings) -> None:
         self._lsl: ModuleType = import_pylsl("--stream-in")
         self._name, self._wanted, self._rules = name, wanted, rules
         self._inlet, self.chosen = self._open(FIND_S, ALONE_S)
@@ -95,7 +96,7 @@ class StreamLine:
         if payload == "pause":
             self._answers.append(Arrival(Acknowledgement("pause", ""), elapsed_s()))
 
-    def close(self) -> list[Event]:
+    def close(self) -> list[Damaged]:
         """Leave the stream."""
         if self._inlet is not None:
             self._inlet.close_stream()
@@ -117,11 +118,13 @@ class StreamLine:
             ) from None
         return inlet, chosen
 
-    def _pull(self, timeout_s: float) -> tuple[list, list[float]]:
+    def _pull(self, timeout_s: float) -> tuple[list[list[float]], list[float]]:
         if self._inlet is None and not self._find_again():
             return [], []
         try:
-            return self._inlet.pull_chunk(timeout_s, _MOST_SAMPLES)
+            pulled: tuple[list[list[float]], list[float]]
+            pulled = self._inlet.pull_chunk(timeout_s, _MOST_SAMPLES)
+            return pulled
         except self._lsl.util.LostError:
             self._inlet = None
             self._note_away("has ended")

@@ -45,7 +45,7 @@ class Progress:
     gaps: int = 0
     damaged: int = 0
     rate_hz: float = 0.0
-    recent: deque[tuple[int, ...] | None] = field(default_factory=lambda: deque(maxlen=KEPT))
+    recent: deque[tuple[float, ...] | None] = field(default_factory=lambda: deque(maxlen=KEPT))
     wave: str = ""
     verdicts: list[str] = field(default_factory=list)
 
@@ -115,7 +115,9 @@ class Terminal:
             shown = f"{last:4d}" if isinstance(last, int) else f"{last:6.4g}"
             label = f"sensor {sensor + 1} {shown} "
             trace = list(progress.recent)[-max(width - len(label), 1) :]
-            counts = [None if sample is None else sample[sensor] for sample in trace]
+            counts: list[float | None] = [
+                None if sample is None else sample[sensor] for sample in trace
+            ]
             lines.append((label + self.sparkline(counts))[:width])
         return lines
 

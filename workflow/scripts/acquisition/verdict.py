@@ -139,7 +139,7 @@ class RunningVerdict:
         self._final, self._settings = final, settings
 
     def judge(
-        self, samples: Sequence[Sequence[int] | None], header: Mapping[str, str]
+        self, samples: Sequence[Sequence[float] | None], header: Mapping[str, str]
     ) -> list[str]:
         """Say what every detector would say if the run ended now.
 

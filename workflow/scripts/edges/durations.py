@@ -23,6 +23,7 @@ RULES = (
     "detect",
     "combine",
     "draw",
+    "draw_design",
     "chart_survey",
 )
 

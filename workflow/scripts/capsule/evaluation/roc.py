@@ -2,7 +2,10 @@
 
 import numpy as np
 
-from capsule.arrays import FloatArray
+from capsule.arrays import FloatArray, IntArray
+
+# The draws of the bootstrap are judged together, as many at a time as make up so many scores.
+_VALUES_AT_ONCE = 1_000_000
 
 
 def auc(healthy: FloatArray, nodule: FloatArray) -> float:
@@ -78,12 +81,14 @@ def bootstrap(
         Band of the true positive rate at each false positive rate. Draws may lie to one side of
         what was observed; interval and band are then widened to it.
     """
+    # Only the order of scores counts: their ranks, 0 for what is below them all.
+    pool = np.unique(np.concatenate([[-np.inf], healthy, nodule]))
+    ranks = pool.searchsorted(healthy), pool.searchsorted(nodule)
     areas, heights = np.empty(repeats), np.empty((repeats, grid.size))
-    for repeat in range(repeats):
-        healthy_drawn = np.sort(healthy[generator.integers(0, healthy.size, healthy.size)])
-        nodule_drawn = np.sort(nodule[generator.integers(0, nodule.size, nodule.size)])
-        areas[repeat] = auc(healthy_drawn, nodule_drawn)
-        heights[repeat] = height_at(healthy_drawn, nodule_drawn, grid)
+    at_once = max(1, _VALUES_AT_ONCE // (healthy.size + nodule.size))
+    for first in range(0, repeats, at_once):
+        some = slice(first, min(first + at_once, repeats))
+        areas[some], heights[some] = _of_draws(*ranks, grid, generator, some.stop - first)
     tails = [(1 - confidence) / 2, (1 + confidence) / 2]
     low, high = np.quantile(areas, tails)
     band = np.quantile(heights, tails, axis=0)
@@ -92,10 +97,51 @@ def bootstrap(
     return ends, np.minimum(band[0], height), np.maximum(band[1], height)
 
 
+def _of_draws(
+    healthy: IntArray,
+    nodule: IntArray,
+    grid: FloatArray,
+    generator: np.random.Generator,
+    repeats: int,
+) -> tuple[FloatArray, FloatArray]:
+    """Draw again so often, and give each draw's `auc`, (R,), and `height_at`, (R, G).
+
+    Parameters
+    ----------
+    healthy, nodule : (n,), (m,) array of int
+        Ranks of the scores, from 0 for what is below them all.
+    """
+    n, m = healthy.size, nodule.size
+    # Rows of draws: behind one another they are in order too, each beginning where one ends.
+    ends = (max(healthy.max(), nodule.max()) + 1) * np.arange(repeats)[:, np.newaxis]
+    healthy_drawn, nodule_drawn = np.empty((repeats, n), int), np.empty((repeats, m), int)
+    for row in range(repeats):
+        healthy_drawn[row] = healthy[generator.integers(0, n, n)]
+        nodule_drawn[row] = nodule[generator.integers(0, m, m)]
+    healthy_drawn, nodule_drawn = (
+        np.sort(drawn, axis=1) + ends for drawn in (healthy_drawn, nodule_drawn)
+    )
+    rows = np.arange(repeats)
+    counts = sum(
+        healthy_drawn.ravel().searchsorted(nodule_drawn.ravel(), side).reshape(repeats, m).sum(1)
+        for side in ("left", "right")
+    )
+    areas = (counts - 2 * n * m * rows) / m / (2 * n)
+    falling = np.concatenate([healthy_drawn[:, ::-1], ends], axis=1)
+    thresholds = falling[:, _allowed(grid, n)]
+    below = nodule_drawn.ravel().searchsorted(thresholds.ravel(), "right").reshape(repeats, -1)
+    return areas, 1.0 - (below - m * rows[:, np.newaxis]) / m
+
+
+def _allowed(grid: FloatArray, healthy: int) -> IntArray:
+    """Give how many of the healthy may be called nodules at each false positive rate, (G,)."""
+    allowed: IntArray = np.floor(grid * healthy + 1e-9).astype(int)
+    return np.minimum(allowed, healthy)
+
+
 def height_at(healthy: FloatArray, nodule: FloatArray, grid: FloatArray) -> FloatArray:
     """Give the true positive rate reached at no more than each false positive rate, (G,)."""
     ordered = np.sort(healthy)[::-1]
-    allowed = np.floor(grid * healthy.size + 1e-9).astype(int)
     # With k false positives allowed, the threshold is the score of rank k + 1 from the top.
-    thresholds = np.concatenate([ordered, [-np.inf]])[np.minimum(allowed, healthy.size)]
+    thresholds = np.concatenate([ordered, [-np.inf]])[_allowed(grid, healthy.size)]
     return rates_above(nodule, thresholds)

@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.contour import QuadContourSet
 from matplotlib.ticker import MaxNLocator
 
-from capsule.arrays import FloatArray
+from capsule.arrays import FloatArray, NumberArray
 from capsule.figures.style import COLOURS_OF_HEIGHT, INK, say_nothing_to_show
 
 # More columns than this are finer than print; contours of all of them make heavy files.
@@ -36,7 +36,7 @@ def contour_levels(highest: float, count: int = 8, *, with_faint: bool = False) 
 
 
 def draw_matrix(
-    axes: Axes, matrix: FloatArray, column: FloatArray, levels: FloatArray
+    axes: Axes, matrix: FloatArray, column: NumberArray, levels: FloatArray
 ) -> QuadContourSet | None:
     """Draw one matrix, sensor 1 on top; between the rows the heights are interpolated.
 

@@ -20,11 +20,15 @@ class Row:
     module, made_by : str
         The module, and its function: it takes a `capsule.figures.inputs.FigureInputs` and gives a
         `capsule.figures.inputs.Drawing`.
+    of_design : bool
+        Whether it shows the capsule and the bench as they can be built, and so no result: no
+        recording changes it.
     """
 
     name: str
     module: str
     made_by: str
+    of_design: bool = False
 
 
 _ROWS = (
@@ -35,8 +39,8 @@ _ROWS = (
     Row("negatives", "capsule.figures.draw_rates", "negatives_drawing"),
     Row("roc", "capsule.figures.draw_roc", "roc_drawing"),
     Row("learning", "capsule.figures.draw_learning", "learning_drawing"),
-    Row("capsule", "capsule.figures.draw_capsule", "capsule_drawing"),
-    Row("readings", "capsule.figures.draw_capsule", "readings_drawing"),
+    Row("capsule", "capsule.figures.draw_capsule", "capsule_drawing", of_design=True),
+    Row("readings", "capsule.figures.draw_capsule", "readings_drawing", of_design=True),
 )
 FIGURES = {row.name: row for row in _ROWS}
 

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import MaxNLocator
 
 from capsule import words
-from capsule.arrays import FloatArray
+from capsule.arrays import FloatArray, IntArray
 from capsule.figures.style import BLUE, GREY, INK, MUTED, ORANGE
 from capsule.kinds import Look
 from capsule.survey.stored_session import StoredPlace
@@ -223,7 +223,7 @@ def _round_ticks(top: float) -> list[float]:
     return [0, *(max(step for step in steps if step <= share * top) for share in (0.25, 1.0))]
 
 
-def _highest_of_each(values: FloatArray, most: int) -> FloatArray:
+def _highest_of_each(values: FloatArray, most: int) -> IntArray:
     """Return of each piece of a long series its highest value, at most so many; where it stands."""
     pieces = np.array_split(np.arange(values.size), min(most, values.size))
     return np.array(

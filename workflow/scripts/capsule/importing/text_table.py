@@ -19,8 +19,9 @@ def missing_words(keys: SimpleNamespace) -> frozenset[str | float]:
     -999 is also written -999.0.
     """
     words = {str(word).strip().lower() for word in keys.missing or ()}
-    numbers = {POINT.number(word) for word in words} - {None}
-    return frozenset(words | {number for number in numbers if number == number})
+    numbers = {POINT.number(word) for word in words}
+    known = {number for number in numbers if number is not None and number == number}
+    return frozenset(words | known)
 
 
 def text_table(
@@ -132,5 +133,6 @@ def text_column(
     unreadable = [index for index, number in enumerate(read) if number is None]
     values = np.array([np.nan if number is None else number for number in read])
     if missing:
-        cells = ["" if cell.lower() in MISSING | missing else cell for cell in cells]
+        unknown = MISSING.union(missing)
+        cells = ["" if cell.lower() in unknown else cell for cell in cells]
     return Column(name, values, unit, np.array(cells, dtype=object), np.array(unreadable, int))

@@ -246,7 +246,7 @@ def mean_size_error(predictions: pd.DataFrame, confidence: float) -> Estimate:
         In mm; the lower bound is never below 0.
     """
     nodules = predictions[predictions["size_mm"] > 0]
-    errors = (nodules["predicted_mm"] - nodules["size_mm"]).abs().dropna().to_numpy()
+    errors = (nodules["predicted_mm"] - nodules["size_mm"]).abs().dropna().to_numpy(dtype=float)
     mean, low, high = mean_interval(errors, confidence)
     # NaN stays NaN here: it is not smaller than 0.
     return Estimate(mean, 0.0 if low < 0 else low, high, 0, errors.size)

@@ -1,0 +1,33 @@
+"""Write figures for one and for two columns, with their data as CSV."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from capsule.figures.inputs import FigureInputs, make_drawing
+from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
+from edges import files
+
+
+def write_figures(names: Iterable[str], inputs: FigureInputs, kind: str, folder: Path) -> None:
+    """Draw figures of `capsule.figures.registry` and write them.
+
+    Parameters
+    ----------
+    names : iterable of str
+        The figures.
+    inputs : FigureInputs
+        What they show.
+    kind : {"svg", "pdf"}
+        The format.
+    folder : Path
+        Where they are written: ``<figure>.<kind>``, ``<figure>_column.<kind>``, ``<figure>.csv``.
+    """
+    for name in names:
+        table, draw = make_drawing(name, inputs)
+        with files.write_whole(folder / f"{name}.csv") as stream:
+            table.to_csv(stream, index=False, lineterminator="\n")
+        for width, suffix in ((PAGE_WIDTH_IN, ""), (COLUMN_WIDTH_IN, "_column")):
+            content = render_figure(draw(width), kind, name + suffix)
+            with files.write_whole(folder / f"{name}{suffix}.{kind}", "wb") as stream:
+                stream.write(content)
+        print(f"{name}: {len(table)} rows of data")
