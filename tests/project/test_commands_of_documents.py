@@ -29,6 +29,50 @@ def calls():
                 yield str(block), AFTER.split(call[1])[0], call[2]
 
 
+# Each line of a block of README and tutorial begins with one of these; the named file runs such a
+# line, or nobody does, for the reason given.
+SHOWN_BY = {
+    "make report": ".ci/run",
+    "make test": ".ci/run",
+    "pip install --require-hashes -r requirements-test.lock": ".github/workflows/check.yml",
+    "snakemake -c2 results/report.html": "tests/workflow/test_workflow.py",
+    "pytest": ".github/workflows/check.yml",
+    "capsule demo": "tests/acquisition/test_demo.py",
+    "capsule judge": "tests/acquisition/test_judged_file.py",
+    "capsule simulate": "tests/project/test_commands_of_documents.py",
+    "capsule report": "tests/project/test_make.py",
+    "capsule --help": "tests/project/test_command.py",
+}
+NOT_RUN = {
+    "capsule record": "it needs the logger board, and the document says so",
+    "conda": "it needs conda",
+    "py -m venv": "it needs Windows",
+    "source .venv/bin/activate": "a shell's own",
+    "cd ": "a shell's own",
+    "mkdir ": "a shell's own",
+    "cp ": "a shell's own",
+}
+
+
+def lines_to_type(document):
+    """Give each line of a document that a reader types."""
+    for block in all_blocks():
+        if block.document == document and not block.is_python:
+            lines = [line for line in block.text.splitlines() if line]
+            yield from [line[2:] for line in lines if line.startswith("$ ")] or lines
+
+
+@pytest.mark.parametrize("document", ["README.md", "docs/tutorial.md"])
+def test_every_line_that_a_newcomer_types_is_run_or_has_a_reason(document):
+    lines = list(lines_to_type(document))
+    assert len(lines) > 8
+    for line in lines:
+        assert line.startswith((*SHOWN_BY, *NOT_RUN)), line
+        if line.startswith("capsule record"):
+            assert "needs the logger board" in line
+    assert all((ROOT / path).exists() for path in SHOWN_BY.values())
+
+
 def words_of(line):
     return shlex.split(line, comments=True)[2:]
 
