@@ -6,6 +6,8 @@
 | ``<!-- filled: options -->`` | what each command prints for ``--help`` |
 | ``<!-- filled: public names -->`` | the names that ``import capsule`` offers |
 | ``<!-- filled: modules of capsule.NAME -->`` | the modules of a package, by their docstrings |
+
+What stands between ``<!-- source -->`` and ``<!-- /source -->`` is for readers of the source alone.
 """
 
 import os
@@ -27,6 +29,7 @@ SCRIPTS = ROOT / "workflow" / "scripts"
 OTHER_SCRIPTS = ("make_parts.py", "study_phantom.py", "teach_scorer.py")
 BOARDS = ("logger", "peristalsis", "fold")
 _FILLED = re.compile(r"<!-- filled: (.+?) -->")
+_SOURCE_ALONE = re.compile(r"<!-- source -->.*?<!-- /source -->\n?", re.DOTALL)
 # Where a page links to a file of the project that has a page of its own in the site.
 _PAGES = {"../README.md": "index.md", "../config/README.md": "configuration.md"}
 
@@ -53,14 +56,16 @@ def options() -> str:
 
 def library() -> str:
     """Give the entries of all public names."""
-    lines = []
+    entries: dict[str, list[str]] = {"Functions": [], "Classes": [], "Errors": []}
     for name in public_names():
-        kind = "autoclass" if name[0].isupper() else "autofunction"
-        kind = "autoexception" if name.endswith("Error") else kind
-        lines += [f".. {kind}:: capsule.{name}"]
-        lines += [] if kind == "autofunction" else ["   :members:"]
-        lines += [""]
-    return _as_directives(lines)
+        if name.endswith("Error"):
+            entries["Errors"] += [f".. autoexception:: capsule.{name}", ""]
+        elif name[0].isupper():
+            entries["Classes"] += [f".. autoclass:: capsule.{name}", "   :members:", ""]
+        else:
+            entries["Functions"] += [f".. autofunction:: capsule.{name}", ""]
+    parts = [f"## {title}\n\n{_as_directives(lines)}" for title, lines in entries.items()]
+    return "\n\n".join(parts)
 
 
 def modules(package: str) -> str:
@@ -113,7 +118,7 @@ def filled(text: str) -> str:
         what = comment[1]
         return modules(what.split()[-1]) if what.startswith("modules of ") else _FILLINGS[what]()
 
-    text = _FILLED.sub(filling, text)
+    text = _FILLED.sub(filling, _SOURCE_ALONE.sub("", text))
     for file, page in _PAGES.items():
         text = text.replace(f"]({file}", f"]({page}")
     return text

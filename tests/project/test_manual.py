@@ -88,6 +88,8 @@ def test_the_pages_hold_what_is_taken_from_the_code(site):
     assert 'id="capsule.judge"' in text("api.html")
     assert 'id="capsule.sliding.SlidingComparison"' in text("modules/the-method.html")
     assert text("method.html").count("<math") > 28
+    # For readers of the source alone.
+    assert "filled from the docstrings" not in text("api.html")
     assert not any(
         "<!-- filled" in path.read_text(encoding="utf-8") for path in site.rglob("*.html")
     )
