@@ -15,7 +15,16 @@ from support.documents import documents
 from support.project import ROOT
 
 DOCS = ROOT / "docs"
-LONGEST_SENTENCE = 35  # words, in what a newcomer reads first
+LONGEST_SENTENCE = 35  # words
+NAMES = [path.relative_to(ROOT).as_posix() for path in documents()]
+# Benchmarks write these, each with a paragraph on how it was judged.
+MADE_BY_PROGRAMS = {
+    "docs/detection-benches.md",
+    "docs/detection-growth.md",
+    "docs/detection-limits.md",
+    "docs/detection-results.md",
+    "docs/survey-results.md",
+}
 _LINK = re.compile(r"\]\(([^)\s]+)\)")
 _TARGETS = {"a": "href", "img": "src", "link": "href", "script": "src"}
 
@@ -129,10 +138,9 @@ def test_every_package_of_the_library_has_its_page_or_is_named_as_internal():
     assert shown | named == {".".join(each.parts) for each in packages}
 
 
-@pytest.mark.parametrize(
-    "document", documents(), ids=lambda path: path.relative_to(ROOT).as_posix()
-)
-def test_every_link_in_a_document_leads_to_a_file(document):
+@pytest.mark.parametrize("name", NAMES)
+def test_every_link_in_a_document_leads_to_a_file(name):
+    document = ROOT / name
     for target in _LINK.findall(document.read_text(encoding="utf-8")):
         parts = urlsplit(target)
         if not parts.scheme and parts.path:
@@ -149,16 +157,16 @@ def test_every_equation_has_the_label_and_the_number_of_the_paper():
 def sentences(text):
     """List the sentences of a document: no code, no tables; each item of a list by itself."""
     text = re.sub(r"^(`{3,}).*?^\1`*$", "\n", text, flags=re.DOTALL | re.MULTILINE)
-    lines = [line for line in text.splitlines() if not re.match(r"    |\||#|<", line)]
+    lines = [line for line in text.splitlines() if not re.match(r"    | *\||#|<", line)]
     for paragraph in re.split(r"\n\s*\n|\n(?=[-*] |\d+\. )", "\n".join(lines)):
         if plain := re.sub(r"\]\([^)]*\)|[*`!\[]", "", " ".join(paragraph.split())):
             yield from re.split(r"(?<=[.:?!])\s+", plain)
 
 
-@pytest.mark.parametrize("name", ["README.md", "docs/tutorial.md", "docs/index.md"])
+@pytest.mark.parametrize("name", [name for name in NAMES if name not in MADE_BY_PROGRAMS])
 def test_no_sentence_is_too_long_for_a_newcomer(name):
     told = list(sentences((ROOT / name).read_text(encoding="utf-8")))
-    assert len(told) > 5
+    assert told
     assert not [each for each in told if len(each.split()) > LONGEST_SENTENCE]
 
 
