@@ -14,7 +14,7 @@ export XDG_CACHE_HOME := $(CURDIR)/.snakemake/cache
 $(info note: the home folder cannot be written; caches are kept in .snakemake/cache)
 endif
 
-.PHONY: help report test lint environment
+.PHONY: help report test lint docs environment
 
 help:  ## list what make can do
 	@sed -n 's/^\([a-z]*\):.*## /make \1  /p' Makefile | awk '{printf "%-18s", $$1 " " $$2; $$1 = $$2 = ""; print}'
@@ -31,6 +31,9 @@ lint: $(ENVIRONMENT)/test-ready  ## check the style of Python and Snakemake file
 	$(BIN)/snakefmt --check Snakefile workflow
 	$(BIN)/snakemake --lint
 	$(BIN)/mypy
+
+docs: $(ENVIRONMENT)/test-ready  ## build the manual: build/site/index.html
+	$(BIN)/python -m sphinx -W --keep-going -q -d build/manual docs build/site
 
 environment: $(BIN)/capsule  ## set up the environment in .venv
 
@@ -54,7 +57,7 @@ $(BIN)/capsule: $(ENVIRONMENT)/ready
 	  "$(CURDIR)/workflow/scripts/capsule_command.py" > $@
 	@chmod +x $@
 
-# The tests need what the workflow needs, and more beside it.
+# The tests and the manual need what the workflow needs, and more beside it.
 $(ENVIRONMENT)/test-ready: $(BIN)/capsule requirements-test.lock
 	$(BIN)/python -m pip install --quiet --require-hashes --requirement requirements-test.lock
 	@touch $@

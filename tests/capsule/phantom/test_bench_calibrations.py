@@ -94,7 +94,7 @@ def test_the_page_says_how_many_runs_miss_a_nodule_of_1_mm():
 
     words = re.search(
         r"In `missed-nodules` (\d+) % of the runs over 1 mm never touch the nodule, and (\d+) %"
-        r" keep less than a quarter of\nthe contact; in the usual bench these"
+        r" keep less than a quarter of\nthe contact. In the usual bench, these"
         r" are (\d+) % and (\d+) %",
         PAGE,
     )

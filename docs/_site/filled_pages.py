@@ -1,0 +1,143 @@
+"""What a page takes from the code when the site is built, in the place of a comment.
+
+| comment in the page | what the site shows there |
+|---|---|
+| ``<!-- filled: configuration -->`` | config/README.md, which a test holds to the schema |
+| ``<!-- filled: options -->`` | what each command prints for ``--help`` |
+| ``<!-- filled: public names -->`` | the names that ``import capsule`` offers |
+| ``<!-- filled: modules of capsule.NAME -->`` | the modules of a package, by their docstrings |
+
+What stands between ``<!-- source -->`` and ``<!-- /source -->`` is for readers of the source alone.
+"""
+
+import os
+import re
+from collections.abc import Callable
+from pathlib import Path
+from unittest import mock
+
+from pygments.lexers.special import TextLexer
+from sphinx.application import Sphinx
+
+from capsule.interface.public import attribute, public_names
+from capsule_command import WORDS
+from edges.script_parser import script_parser
+
+ROOT = Path(__file__).resolve().parents[2]
+SCRIPTS = ROOT / "workflow" / "scripts"
+# Scripts for people that are no words of the command `capsule`.
+OTHER_SCRIPTS = ("make_parts.py", "study_phantom.py", "teach_scorer.py")
+BOARDS = ("logger", "peristalsis", "fold")
+_FILLED = re.compile(r"<!-- filled: (.+?) -->")
+_SOURCE_ALONE = re.compile(r"<!-- source -->.*?<!-- /source -->\n?", re.DOTALL)
+# Where a page links to a file of the project that has a page of its own in the site.
+_PAGES = {"../README.md": "index.md", "../config/README.md": "configuration.md"}
+
+
+def configuration() -> str:
+    """Give the page on the configuration, with links as they are from docs/."""
+    text = (ROOT / "config" / "README.md").read_text(encoding="utf-8")
+    return text.partition("\n")[2].replace("](../docs/", "](")
+
+
+def options() -> str:
+    """Give what each command prints for --help."""
+    parts = []
+    with mock.patch.dict(os.environ, {"COLUMNS": "90"}):
+        for word, (script, _) in WORDS.items():
+            parser = script_parser(SCRIPTS / script)
+            parser.prog = f"capsule {word}"
+            parts += [f"## capsule {word}", _as_text(parser.format_help())]
+        for script in OTHER_SCRIPTS:
+            parser = script_parser(SCRIPTS / script)
+            parts += [f"## {script}", _as_text(parser.format_help())]
+    return "\n\n".join(parts)
+
+
+def library() -> str:
+    """Give the entries of all public names."""
+    entries: dict[str, list[str]] = {"Functions": [], "Classes": [], "Errors": []}
+    for name in public_names():
+        if name.endswith("Error"):
+            entries["Errors"] += [f".. autoexception:: capsule.{name}", ""]
+        elif name[0].isupper():
+            entries["Classes"] += [f".. autoclass:: capsule.{name}", "   :members:", ""]
+        else:
+            entries["Functions"] += [f".. autofunction:: capsule.{name}", ""]
+    parts = [f"## {title}\n\n{_as_directives(lines)}" for title, lines in entries.items()]
+    return "\n\n".join(parts)
+
+
+def modules(package: str) -> str:
+    """Give the entries of all modules of a package, without those of packages in it."""
+    folder = SCRIPTS.joinpath(*package.split("."))
+    parts = []
+    for path in sorted(folder.glob("*.py")):
+        if path.stem != "__init__":
+            module = f"{package}.{path.stem}"
+            public = _public_of(module)
+            lines = [f".. automodule:: {module}", "   :members:"]
+            lines += [f"   :exclude-members: {', '.join(public)}"] if public else []
+            lines += ["", *(f"Offered as :py:obj:`capsule.{name}`.\n" for name in public)]
+            parts += [f"## {module}", _as_directives(lines)]
+    return "\n\n".join(parts)
+
+
+def _public_of(module: str) -> list[str]:
+    """List what stands on the page of public names, and so not on that of its module."""
+    return [name for name in public_names() if attribute(name).__module__ == module]
+
+
+def _escaped(line: str) -> str:
+    """Put a backslash before each bar outside backticks."""
+    parts = line.split("`")
+    return "`".join(
+        [part.replace("|", "\\|") if i % 2 == 0 else part for i, part in enumerate(parts)]
+    )
+
+
+def _as_text(text: str) -> str:
+    return f"```text\n{text.rstrip()}\n```"
+
+
+def _as_directives(lines: list[str]) -> str:
+    return "\n".join(["```{eval-rst}", *lines, "```"])
+
+
+_FILLINGS: dict[str, Callable[[], str]] = {
+    "configuration": configuration,
+    "options": options,
+    "public names": library,
+}
+
+
+def filled(text: str) -> str:
+    """Fill a page, and lead its links to the site's own pages."""
+
+    def filling(comment: re.Match[str]) -> str:
+        what = comment[1]
+        return modules(what.split()[-1]) if what.startswith("modules of ") else _FILLINGS[what]()
+
+    text = _FILLED.sub(filling, _SOURCE_ALONE.sub("", text))
+    for file, page in _PAGES.items():
+        text = text.replace(f"]({file}", f"]({page}")
+    return text
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Tell Sphinx."""
+
+    def fill(app: Sphinx, page: str, source: list[str]) -> None:
+        source[0] = filled(source[0])
+
+    def escape(app: Sphinx, kind: str, name: str, of: object, how: object, text: list[str]) -> None:
+        """Let |x| be a magnitude; in a docstring's markup it would be a name to replace."""
+        text[:] = [_escaped(line) for line in text]
+
+    app.connect("source-read", fill)
+    # Before napoleon takes the docstring apart.
+    app.connect("autodoc-process-docstring", escape, priority=400)
+    # Examples of what the boards say, marked by the board.
+    for board in BOARDS:
+        app.add_lexer(board, TextLexer)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

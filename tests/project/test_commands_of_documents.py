@@ -1,0 +1,126 @@
+"""The commands in the documents: each is one that exists, and those of the tutorial run."""
+
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+import capsule_command
+from edges.script_parser import script_parser
+from support.documents import all_blocks
+from support.project import ROOT
+
+COMMAND = ROOT / "workflow/scripts/capsule_command.py"
+CALL = re.compile(r"(?:\$ )?(capsule (\w+)\b.*)")
+# What begins another command.
+AFTER = re.compile(r" [>|] | && ")
+
+
+def calls():
+    """Give each call of the command `capsule` in a block: where it stands, its line, its word."""
+    for block in all_blocks():
+        for line in block.text.replace("\\\n", " ").splitlines():
+            call = CALL.fullmatch(line)
+            # Not what stands for any word, the answer to a wrong one, or a key on its way.
+            if call and call[2] not in ("WORD", "jugde") and "<Tab>" not in line:
+                yield str(block), AFTER.split(call[1])[0], call[2]
+
+
+# Each line of a block of README and tutorial begins with one of these; the named file runs such a
+# line, or nobody does, for the reason given.
+SHOWN_BY = {
+    "make report": ".ci/run",
+    "make test": ".ci/run",
+    "pip install --require-hashes -r requirements-test.lock": ".github/workflows/check.yml",
+    "snakemake -c2 results/report.html": "tests/workflow/test_workflow.py",
+    "pytest": ".github/workflows/check.yml",
+    "capsule demo": "tests/acquisition/test_demo.py",
+    "capsule judge": "tests/acquisition/test_judged_file.py",
+    "capsule simulate": "tests/project/test_commands_of_documents.py",
+    "capsule report": "tests/project/test_make.py",
+    "capsule --help": "tests/project/test_command.py",
+}
+NOT_RUN = {
+    "capsule record": "it needs the logger board, and the document says so",
+    "conda": "it needs conda",
+    "py -m venv": "it needs Windows",
+    "source .venv/bin/activate": "a shell's own",
+    "cd ": "a shell's own",
+    "mkdir ": "a shell's own",
+    "cp ": "a shell's own",
+}
+
+
+def lines_to_type(document):
+    """Give each line of a document that a reader types."""
+    for block in all_blocks():
+        if block.document == document and not block.is_python:
+            lines = [line for line in block.text.splitlines() if line]
+            yield from [line[2:] for line in lines if line.startswith("$ ")] or lines
+
+
+@pytest.mark.parametrize("document", ["README.md", "docs/tutorial.md"])
+def test_every_line_that_a_newcomer_types_is_run_or_has_a_reason(document):
+    lines = list(lines_to_type(document))
+    assert len(lines) > 8
+    for line in lines:
+        assert line.startswith((*SHOWN_BY, *NOT_RUN)), line
+        if line.startswith("capsule record"):
+            assert "needs the logger board" in line
+    assert all((ROOT / path).exists() for path in SHOWN_BY.values())
+
+
+def words_of(line):
+    return shlex.split(line, comments=True)[2:]
+
+
+@pytest.mark.parametrize(
+    ("line", "word"), sorted({(line, word) for _, line, word in calls()}), ids=lambda each: each
+)
+def test_a_call_of_the_command_in_a_document_is_one_that_it_takes(line, word, capsys):
+    parser = script_parser(capsule_command.SCRIPTS / capsule_command.WORDS[word][0])
+    try:
+        parser.parse_args(words_of(line))
+    except SystemExit as ended:
+        assert ended.code == 0, capsys.readouterr().err
+
+
+def test_make_has_what_the_documents_make():
+    targets = set(re.findall(r"^(\w+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.M))
+    made = {
+        name
+        for block in all_blocks()
+        for name in re.findall(r"^make (\w+)", block.text, re.MULTILINE)
+    }
+    assert {"report", "test"} <= made <= targets
+
+
+@pytest.mark.slow
+def test_the_simulations_of_the_tutorial_run_in_their_order(tmp_path):
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    lines = [
+        line
+        for document, line, word in calls()
+        if document.startswith("docs/tutorial.md") and word == "simulate"
+    ]
+    assert len(lines) == 3
+    printed = ""
+    for line in lines:
+        done = subprocess.run(
+            [sys.executable, COMMAND, "simulate", *words_of(line)],
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        printed += done.stdout + done.stderr
+    assert len(list((tmp_path / "uneven/raw").rglob("*.csv"))) == 48
+    assert "simulated 1 of 1 recordings in mine/" in printed
+    # The recording whose verdicts the tutorial shows.
+    head = (tmp_path / "mine/3mm/r01.csv").read_text(encoding="utf-8").splitlines()
+    samples = sum(not line.startswith("#") for line in head) - 1
+    text = (ROOT / "docs/tutorial.md").read_text(encoding="utf-8")
+    assert f"mine/3mm/r01.csv: {samples} samples, " in text

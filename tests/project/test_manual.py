@@ -1,0 +1,185 @@
+"""The manual as a site: it builds without a warning, its links lead somewhere, its search finds."""
+
+import re
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import pytest
+import yaml
+
+from support.browser import Browser, missing_browser
+from support.documents import documents
+from support.project import ROOT
+
+DOCS = ROOT / "docs"
+LONGEST_SENTENCE = 35  # words
+NAMES = [path.relative_to(ROOT).as_posix() for path in documents()]
+# Benchmarks write these, each with a paragraph on how it was judged.
+MADE_BY_PROGRAMS = {
+    "docs/detection-benches.md",
+    "docs/detection-growth.md",
+    "docs/detection-limits.md",
+    "docs/detection-results.md",
+    "docs/survey-results.md",
+}
+_LINK = re.compile(r"\]\(([^)\s]+)\)")
+_TARGETS = {"a": "href", "img": "src", "link": "href", "script": "src"}
+
+
+class Page(HTMLParser):
+    """Collects what a page links to, what it loads, and what can be linked to in it."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__()
+        self.targets: list[tuple[str, str]] = []
+        self.anchors: set[str] = set()
+        self.feed(path.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag, attrs):
+        """Note what a tag gives."""
+        given = dict(attrs)
+        self.anchors |= {given[key] for key in ("id", "name") if given.get(key)}
+        if target := given.get(_TARGETS.get(tag, "")):
+            self.targets.append((tag, target))
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    """Build the manual, where a warning is an error."""
+    pytest.importorskip("sphinx", reason="Sphinx is not installed")
+    folder = tmp_path_factory.mktemp("manual")
+    command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-d", folder / "trees"]
+    built = subprocess.run(
+        [*command, DOCS, folder / "site"], capture_output=True, text=True, check=False
+    )
+    assert built.returncode == 0, built.stderr
+    return folder / "site"
+
+
+@pytest.fixture(scope="module")
+def pages(site):
+    return {path: Page(path) for path in site.rglob("*.html")}
+
+
+@pytest.mark.slow
+def test_every_link_in_the_site_leads_to_a_file_and_to_an_anchor_in_it(pages):
+    checked = 0
+    for path, page in pages.items():
+        for _, target in page.targets:
+            parts = urlsplit(target)
+            if parts.scheme:
+                continue
+            aim = (path.parent / unquote(parts.path)).resolve() if parts.path else path
+            assert aim.exists(), f"{path.name}: {target}"
+            if parts.fragment and aim in pages:
+                assert unquote(parts.fragment) in pages[aim].anchors, f"{path.name}: {target}"
+            checked += 1
+    assert checked > 1000
+
+
+@pytest.mark.slow
+def test_no_page_loads_anything_from_elsewhere(pages):
+    loaded = [target for page in pages.values() for tag, target in page.targets if tag != "a"]
+    assert len(loaded) > len(pages)
+    assert not [target for target in loaded if urlsplit(target).scheme not in ("", "data")]
+
+
+@pytest.mark.slow
+def test_the_pages_hold_what_is_taken_from_the_code(site):
+    def text(page):
+        return (site / page).read_text(encoding="utf-8")
+
+    assert "usage: capsule record" in text("options.html")
+    assert "preprocessing.window" in text("configuration.html")
+    assert 'id="capsule.judge"' in text("api.html")
+    assert 'id="capsule.sliding.SlidingComparison"' in text("modules/the-method.html")
+    assert text("method.html").count("<math") > 28
+    # For readers of the source alone.
+    assert "filled from the docstrings" not in text("api.html")
+    assert not any(
+        "<!-- filled" in path.read_text(encoding="utf-8") for path in site.rglob("*.html")
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.browser
+@pytest.mark.skipif(bool(missing_browser()), reason=missing_browser() or "installed")
+def test_the_search_finds_a_page_without_a_server(site, tmp_path):
+    browser = Browser(tmp_path)
+    try:
+        browser.open(site / "search.html", "?q=resubstitution")
+        # It looks again after each result that the page has added.
+        results = browser.driver.execute_async_script(
+            "const done = arguments[0];"
+            "const look = () => {"
+            "  const links = [...document.querySelectorAll('ul.search li a')];"
+            "  const titles = links.map((each) => each.textContent);"
+            "  if (titles.includes('Glossary')) done(titles); else setTimeout(look, 50);"
+            "};"
+            "look();"
+        )
+    finally:
+        browser.close()
+    assert "Glossary" in results
+
+
+def test_every_package_of_the_library_has_its_page_or_is_named_as_internal():
+    shown = {
+        re.search(r"filled: modules of (\S+) ", path.read_text(encoding="utf-8"))[1]
+        for path in (DOCS / "modules").glob("*.md")
+    }
+    without = (DOCS / "modules.md").read_text(encoding="utf-8").partition("Four more packages")[2]
+    named = set(re.findall(r"`(capsule\.\w+)`", without))
+    library = ROOT / "workflow/scripts/capsule"
+    packages = {path.parent.relative_to(library.parent) for path in library.rglob("__init__.py")}
+    assert len(named) == 4 and not shown & named
+    assert shown | named == {".".join(each.parts) for each in packages}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_link_in_a_document_leads_to_a_file(name):
+    document = ROOT / name
+    for target in _LINK.findall(document.read_text(encoding="utf-8")):
+        parts = urlsplit(target)
+        if not parts.scheme and parts.path:
+            assert (document.parent / parts.path).exists(), target
+
+
+def test_every_equation_has_the_label_and_the_number_of_the_paper():
+    text = (DOCS / "method.md").read_text(encoding="utf-8")
+    labels = yaml.safe_load((ROOT / "workflow/report/paper.yaml").read_text(encoding="utf-8"))
+    shown = re.findall(r"```math\n% (\S+)\n.*?\\tag\{(\d+)\}", text, re.DOTALL)
+    assert shown == [(label, str(n)) for n, label in enumerate(labels["equations"], 1)]
+
+
+def sentences(text):
+    """List the sentences of a document: no code, no tables; each item of a list by itself."""
+    text = re.sub(r"^(`{3,}).*?^\1`*$", "\n", text, flags=re.DOTALL | re.MULTILINE)
+    lines = [line for line in text.splitlines() if not re.match(r"    | *\||#|<", line)]
+    for paragraph in re.split(r"\n\s*\n|\n(?=[-*] |\d+\. )", "\n".join(lines)):
+        if plain := re.sub(r"\]\([^)]*\)|[*`!\[]", "", " ".join(paragraph.split())):
+            yield from re.split(r"(?<=[.:?!])\s+", plain)
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if name not in MADE_BY_PROGRAMS])
+def test_no_sentence_is_too_long_for_a_newcomer(name):
+    told = list(sentences((ROOT / name).read_text(encoding="utf-8")))
+    assert told
+    assert not [each for each in told if len(each.split()) > LONGEST_SENTENCE]
+
+
+def test_sentences_are_told_apart():
+    text = (
+        "# Head\n\nOne. Two\nof `it`: three.\n\n- a [link](x.md)\n- b\n\n    code. more\n\n| t |\n"
+    )
+    assert list(sentences(text)) == ["One.", "Two of it:", "three.", "- a link", "- b"]
+    long = " ".join(["word"] * (LONGEST_SENTENCE + 1))
+    assert [each for each in sentences(long) if len(each.split()) > LONGEST_SENTENCE] == [long]
+
+
+def test_the_readme_is_short():
+    lines = (ROOT / "README.md").read_text(encoding="utf-8").splitlines()
+    assert len(lines) <= 90
