@@ -1,6 +1,11 @@
 """What all tests share."""
 
+import os
 from collections import defaultdict
+
+# Before numpy is there. Tests run side by side, and threads inside one only disturb the others.
+for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(variable, "1")
 
 import pytest
 
