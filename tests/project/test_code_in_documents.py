@@ -4,7 +4,6 @@ import argparse
 import itertools
 import os
 import re
-import runpy
 import shlex
 import shutil
 import subprocess
@@ -13,6 +12,7 @@ from functools import cache
 
 import pytest
 
+from edges.script_parser import script_parser
 from support.documents import Block, all_blocks, blocks, documents
 from support.project import ROOT
 
@@ -78,24 +78,10 @@ def test_blocks_are_told_apart(tmp_path, monkeypatch):
     assert [each.is_python for each in blocks(document)] == [True, True, False]
 
 
-class Reached(BaseException):
-    """Carries a script's parser out of it; nothing that the script catches."""
-
-
 @cache
 def parser_of(script: str) -> argparse.ArgumentParser:
-    """Start a script, and stop it where it reads its arguments."""
-
-    def stop(parser: argparse.ArgumentParser, *_: object) -> None:
-        raise Reached(parser)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(argparse.ArgumentParser, "parse_known_args", stop)
-        patch.setattr(sys, "argv", [f"{script}.py"])
-        patch.syspath_prepend(SCRIPTS)
-        with pytest.raises(Reached) as reached:
-            runpy.run_path(str(SCRIPTS / f"{script}.py"), run_name="__main__")
-    return reached.value.args[0]
+    """Give the parser of a script."""
+    return script_parser(SCRIPTS / f"{script}.py")
 
 
 def options(parser: argparse.ArgumentParser) -> set[str]:

@@ -2,7 +2,6 @@
 
 import _signal
 import os
-import sys
 
 if __name__ == "__main__":
     # Until the imports are done, Ctrl-C would end in a traceback from within one of them; even
@@ -12,25 +11,19 @@ if __name__ == "__main__":
 import signal
 
 from acquisition import options, output, run
-from acquisition.bench_errors import INTERRUPTED, AcquisitionError
+from acquisition.bench_errors import INTERRUPTED, end_with_status
 from edges import files
 
 
 def main() -> None:
     """Record, or recover; each fault at the bench has its own exit status."""
-    try:
+    with end_with_status(INTERRUPTED):
         signal.signal(signal.SIGINT, signal.default_int_handler)
         arguments = options.parse()
         if arguments.recover is not None:
             run.recover(arguments)
         else:
             run.record(arguments)
-    except AcquisitionError as error:
-        print(f"error: {error}", file=sys.stderr)
-        sys.exit(error.status)
-    except KeyboardInterrupt:
-        print(INTERRUPTED, file=sys.stderr)
-        sys.exit(130)
 
 
 if __name__ == "__main__":

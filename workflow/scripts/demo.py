@@ -1,11 +1,10 @@
 """Play a simulated run on a board that is not there, judge it live, and make its report."""
 
 import argparse
-import sys
 from pathlib import Path
 
 from acquisition import demo_run, output
-from acquisition.bench_errors import INTERRUPTED, AcquisitionError
+from acquisition.bench_errors import INTERRUPTED, end_with_status
 from edges import files
 from edges.phantom import natural
 
@@ -46,14 +45,8 @@ def read_arguments() -> argparse.Namespace:
 
 def main() -> None:
     """Play the demo; faults of the recorder have its exit status."""
-    try:
+    with end_with_status(INTERRUPTED):
         demo_run.demo(read_arguments())
-    except AcquisitionError as error:
-        print(f"error: {error}", file=sys.stderr)
-        sys.exit(error.status)
-    except KeyboardInterrupt:
-        print(INTERRUPTED, file=sys.stderr)
-        sys.exit(130)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,9 @@
 """The ways in which recording fails, each with an exit status of its own."""
 
+import contextlib
+import sys
+from collections.abc import Iterator
+
 from capsule.errors import CapsuleError
 
 INTERRUPTED = "interrupted before the recording began; nothing is archived"
@@ -85,3 +89,23 @@ class SurveyFaultError(AcquisitionError):
 
 class LineLostError(Exception):
     """The port went away while it was open; the session waits for it to come back."""
+
+
+@contextlib.contextmanager
+def end_with_status(interrupted: str = "") -> Iterator[None]:
+    """End the program with the exit status of a fault at the bench, or with 130 at Ctrl-C.
+
+    Parameters
+    ----------
+    interrupted : str
+        What to say at Ctrl-C; nothing where the program has told it already.
+    """
+    try:
+        yield
+    except AcquisitionError as error:
+        print(f"error: {error}", file=sys.stderr)
+        sys.exit(error.status)
+    except KeyboardInterrupt:
+        if interrupted:
+            print(interrupted, file=sys.stderr)
+        sys.exit(130)
