@@ -39,7 +39,7 @@ def wanted(extra):
 
 
 # As the recipes of conda-forge and bioconda have it.
-NOT_ON_CONDA = {"manifold3d", "pylsl"}
+NOT_ON_CONDA = {"manifold3d", "pylsl", "types-pyserial"}
 OTHER_NAMES_OF_CONDA = {"build": "python-build"}
 WANTED = dict(zip(LOCKS, (wanted("workflow"), wanted("test")), strict=True))
 
