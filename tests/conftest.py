@@ -16,6 +16,8 @@ from support.project import Project
 SECONDS = {"workflow": 4.0, "packages": 4.0, "browser": 0.5, "slow": 4.0}
 # Tests that mostly wait leave the processors to others.
 WAITING = "waits"
+# What keeps a test from being a quick one.
+LENGTHY = {*SECONDS, WAITING, "boards", "slicer", "cad"}
 
 
 def pytest_addoption(parser):
@@ -33,8 +35,16 @@ def pytest_runtest_makereport(item, call):
         report.longrepr = f"{item.nodeid} was skipped, which --no-skips forbids: {reason}"
 
 
+# Before pytest looks for what `-m` asks for.
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
-    """Begin with the files that take longest, so that no worker is left alone with them."""
+    """Mark the quick tests; begin with the files that take longest.
+
+    So no worker is left alone with a long file at the end.
+    """
+    for item in items:
+        if not any(mark.name in LENGTHY for mark in item.iter_markers()):
+            item.add_marker("quick")
     waiting = {item.path for item in items if item.get_closest_marker(WAITING)}
     seconds = defaultdict(float)
     for item in items:
@@ -45,9 +55,10 @@ def pytest_collection_modifyitems(items):
 
 
 @pytest.fixture(scope="session", autouse=True)
-def preloaded_snakemake():
+def preloaded_snakemake(pytestconfig):
     """Import Snakemake once for all its calls; `make` and the plain command start it anew."""
-    with PreloadedSnakemake() as preloaded:
+    measured = bool(pytestconfig.getoption("cov_source", default=None))
+    with PreloadedSnakemake(measured=measured) as preloaded:
         Project.preloaded_for_all = preloaded
         yield preloaded
         Project.preloaded_for_all = None

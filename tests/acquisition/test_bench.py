@@ -31,6 +31,7 @@ from support.bench.recorder import (
 from support.bench.world import Clock
 
 pytestmark = [
+    pytest.mark.boards,
     pytest.mark.slow,
     emulated.needed,
 ]

@@ -28,6 +28,8 @@ from edges.phantom import DEFAULT_TABLE, read_phantom
 from edges.workflow_call import PROJECT
 from support.learned import taught_by, write_learned, write_templates
 
+pytestmark = pytest.mark.boards
+
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
 CONFIGURATION = read_config_file(PROJECT / "config/config.yaml")
 

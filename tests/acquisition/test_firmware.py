@@ -14,7 +14,7 @@ from support.bench.page import PAGE as PROTOCOL_PAGE
 from support.bench.page import board_of_the_page, conversation, hold
 from support.bench.talk import Talk
 
-pytestmark = emulated.needed
+pytestmark = [pytest.mark.boards, emulated.needed]
 
 # docs/bench.md: 28BYJ-48 with its real gear, belted 60:20 to a cam shaft of one wave a turn.
 HALF_STEPS_PER_MM = 64 * (32 / 9) * (22 / 11) * (26 / 9) * (31 / 10) / (3 * 80)

@@ -12,7 +12,7 @@ from support.bench import emulated
 from support.bench.folding import SWITCH_TRAVEL, TRAVEL, FoldingOrigami
 from support.bench.talk import Talk
 
-pytestmark = emulated.needed
+pytestmark = [pytest.mark.boards, emulated.needed]
 
 HALF_STEPS_PER_S = 400
 HALF_STEPS_PER_TURN = 64 * (32 / 9) * (22 / 11) * (26 / 9) * (31 / 10)  # of a 28BYJ-48

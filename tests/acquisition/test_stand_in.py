@@ -16,6 +16,8 @@ from acquisition.workbench import Workbench
 from support.bench.recorder import Recorder, check_complete, check_times, count_samples, samples_in
 from support.bench.world import Clock
 
+pytestmark = pytest.mark.boards
+
 
 @pytest.fixture
 def cable():

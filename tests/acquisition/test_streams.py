@@ -26,6 +26,8 @@ from support.bench.streams import Source, describe, environment, readings_of, wa
 from support.bench.waiting import wait_until
 from support.bench.world import Clock
 
+pytestmark = pytest.mark.boards
+
 STARTED = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
 RULES = {"sensors": 4, "rate_hz": 10}
 

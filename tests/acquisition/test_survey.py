@@ -14,6 +14,8 @@ import pytest
 from capsule.recording import read_recording
 from support.project import ROOT
 
+pytestmark = pytest.mark.boards
+
 SURVEY = [sys.executable, str(ROOT / "workflow" / "scripts" / "survey.py")]
 GUT = ["--simulate", "--metres", "0.35", "--nodules", "3", "--seed", "5"]
 

@@ -8,7 +8,10 @@ import pytest
 
 from capsule.phantom.chance import Nodule
 
-pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs pseudo-terminals")
+pytestmark = [
+    pytest.mark.boards,
+    pytest.mark.skipif(os.name != "posix", reason="needs pseudo-terminals"),
+]
 AT_MM = 45.0
 THERE_AND_BACK = "--goto", 25, 12
 SOON = "--patience", 15

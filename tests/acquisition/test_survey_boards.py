@@ -11,7 +11,10 @@ import pytest
 from capsule.phantom.chance import Nodule
 from capsule.recording import read_recording
 
-pytestmark = pytest.mark.skipif(os.name != "posix", reason="needs pseudo-terminals")
+pytestmark = [
+    pytest.mark.boards,
+    pytest.mark.skipif(os.name != "posix", reason="needs pseudo-terminals"),
+]
 AT_MM = 45.0
 THERE_AND_BACK = "--goto", 25, 12
 

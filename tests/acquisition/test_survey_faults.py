@@ -14,6 +14,8 @@ from capsule.survey.pilot import Pilot
 from edges.config_files import read_config_file
 from edges.phantom import CONFIG, DEFAULT_TABLE, read_phantom
 
+pytestmark = pytest.mark.boards
+
 DETECTOR = read_config_file(CONFIG / "config.yaml")["diagonal"]
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
 AT_MM = 120.0

@@ -6,7 +6,7 @@ from support.bench import emulated
 from support.bench.emulated_rig import EmulatedRig
 from support.bench.surveyor import Surveyor
 
-pytestmark = emulated.needed
+pytestmark = [pytest.mark.boards, emulated.needed]
 # The first target is reached as soon as the wave is felt.
 BACK_SOON = "--goto", 11, 3
 

@@ -92,13 +92,14 @@ class Browser:
             selector,
         )
 
-    def violations(self) -> list[str]:
-        """Ask axe-core for faults of accessibility, one line each."""
+    def violations(self, selector: str = "html") -> list[str]:
+        """Return the faults of accessibility that axe-core finds in an element, one line each."""
         self.run(AXE.read_text(encoding="utf-8"))
         found = self.driver.execute_async_script(
-            "const done = arguments[0];"
-            "axe.run(document, {resultTypes: ['violations']})"
-            ".then((result) => done(result.violations), (error) => done([{id: String(error)}]));"
+            "const done = arguments[1];"
+            "axe.run(arguments[0], {resultTypes: ['violations']})"
+            ".then((result) => done(result.violations), (error) => done([{id: String(error)}]));",
+            selector,
         )
         return [
             f"{fault['id']}: {fault.get('help', '')} {node['target']}"

@@ -17,6 +17,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from support.preloaded_jobs import PreloadedJobs, start_of
+
 
 class ForkedCall:
     """A call of snakemake that is at work, as far as it is like `subprocess.Popen`.
@@ -67,11 +69,19 @@ class ForkedCall:
 
 
 class PreloadedSnakemake:
-    """Processes that have imported Snakemake, one for each call at work at the same time."""
+    """Processes that have imported Snakemake, one for each call at work at the same time.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    measured : bool
+        Whether `coverage` counts which branches the jobs run.
+    """
+
+    def __init__(self, *, measured: bool = False) -> None:
+        self._measured = measured
         self._idle: list[socket.socket] = []
         self._servers: list[tuple[subprocess.Popen[bytes], socket.socket]] = []
+        self._jobs: PreloadedJobs | None = None
 
     def __enter__(self) -> "PreloadedSnakemake":
         return self
@@ -80,13 +90,22 @@ class PreloadedSnakemake:
         for server, connection in self._servers:
             connection.close()
             server.wait()
+        if self._jobs:
+            self._jobs.close()
 
     def start(
         self, arguments: Sequence[str], folder: Path, environment: Mapping[str, str]
     ) -> ForkedCall:
-        """Call snakemake in a folder."""
+        """Call snakemake in a folder; on Linux its jobs are forks of a preloaded process, too."""
         connection = self._idle.pop() if self._idle else self._new(environment)
-        call = {"arguments": list(arguments), "folder": str(folder), "environment": {**environment}}
+        if sys.platform == "linux" and self._jobs is None:
+            self._jobs = PreloadedJobs(environment, measured=self._measured)
+        call = {
+            "arguments": list(arguments),
+            "folder": str(folder),
+            "environment": {**environment},
+            "python": str(self._jobs.python) if self._jobs else sys.executable,
+        }
         reading, writing = os.pipe()
         socket.send_fds(connection, [json.dumps(call).encode() + b"\n"], [writing])
         os.close(writing)
@@ -101,7 +120,7 @@ class PreloadedSnakemake:
         with theirs:
             handle = theirs.fileno()
             server = subprocess.Popen(
-                [sys.executable, __file__, str(handle)], pass_fds=[handle], env={**environment}
+                start_of(__name__, handle), pass_fds=[handle], env={**environment}
             )
         self._servers.append((server, ours))
         return ours
@@ -133,6 +152,8 @@ def serve(connection: socket.socket) -> None:
             os.environ.update(call["environment"])
             # Where `python -m snakemake` looks first.
             sys.path[0] = call["folder"]
+            # The workflow's jobs run the Python that runs Snakemake.
+            sys.executable = call["python"]
             sys.exit(snakemake.cli.main(call["arguments"]))
         os.close(output)
         connection.sendall(f"{process}\n".encode())
@@ -148,8 +169,3 @@ def _receive(connection: socket.socket) -> tuple[dict[str, Any], int] | None:
     while not content.endswith(b"\n"):
         content += connection.recv(2**16)
     return json.loads(content), handles[0]
-
-
-if __name__ == "__main__":
-    with socket.socket(fileno=int(sys.argv[1])) as served:
-        serve(served)

@@ -173,7 +173,8 @@ def test_readings_have_their_unit(browser, page):
 @pytest.mark.parametrize("width", [PHONE, DESKTOP])
 def test_axe_finds_no_fault_in_the_evidence(browser, page, width, dark, detector):
     browser.open(page, f"#recording=2.5mm/r01&detector={detector}", width=width, dark=dark)
-    assert browser.violations() == []
+    # The rest of the page is the same for every detector.
+    assert browser.violations("#viewer") == []
     assert browser.run("return document.documentElement.scrollWidth") <= width
     assert browser.messages() == []
 
