@@ -4,7 +4,7 @@
 include: "workflow/Snakefile"
 
 
-# The default target of an included file does not count.
+# Snakemake ignores the default target of an included file, so this file names its own.
 rule everything:
     default_target: True
     input:

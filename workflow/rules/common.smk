@@ -1,5 +1,5 @@
-# What all rules share: the check of the configuration, the recordings under raw/, and the
-# parameters that make exactly what changed run again.
+# Shared by all rules: check the configuration, list the recordings under raw/, and define the
+# parameters that make Snakemake run a job again when its code, settings or recordings change.
 #
 # takes: config/config.yaml, workflow/schemas/config.schema.json, the names under raw/
 # gives: ARCHIVE, and the functions as_parameter, section, made_from, content_of_recording
@@ -26,15 +26,15 @@ from edges.records import parameter
 from edges.run_lock import is_held
 from edges.sources import imported_files
 
-# The jobs' "python" is the one that runs Snakemake, activated or not.
+# A job's "python" is the interpreter that runs Snakemake, even if its environment is not activated.
 os.environ.update(PATH=os.pathsep.join([str(Path(sys.executable).parent), *os.get_exec_path()]))
-# Jobs run side by side; threads inside one would only disturb the others.
+# Snakemake runs several jobs at a time, so each job uses only one thread.
 for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
 SCHEMA = PROJECT / "workflow" / "schemas" / "config.schema.json"
 SHIPPED = PROJECT / "config" / "config.yaml"
-# A folder that holds recordings and no configuration takes the one that ships with the project.
+# A folder with recordings but without a configuration uses the configuration of the project.
 CONFIG = Path("config/config.yaml") if Path("config/config.yaml").exists() else SHIPPED
 
 try:
@@ -48,7 +48,8 @@ except CapsuleError as error:
     raise WorkflowError(str(error)) from None
 
 if IS_MODULE:
-    # Who uses this workflow as a module gives only what differs from the shipped configuration.
+    # A workflow that uses this one as a module names only the keys that differ from the project's
+    # configuration.
     given, config = config, copy.deepcopy(main_settings)
     update_config(config, given)
     sources = {"the configuration that ships with the capsule": main_settings}
@@ -62,7 +63,7 @@ else:
 
 try:
     if not IS_MODULE:
-        # Which source gives a key: the later ones override the earlier ones.
+        # An error message names the source of a key. Later sources override earlier ones.
         for path in workflow.config_settings.configfiles:
             sources[os.path.relpath(path)] = read_config_file(path)
         sources["--config"] = workflow.config_settings.config
@@ -72,7 +73,8 @@ try:
 except CapsuleError as error:
     raise WorkflowError(str(error)) from None
 
-# Not the jobs of a cluster, which start Snakemake anew, nor beside a run that is at work.
+# Only the main process may mark results to be made again, and only while no run holds the lock.
+# A job of a cluster starts another Snakemake, which is not the main process.
 MAY_RENEW = workflow.is_main_process and not is_held(Path(".snakemake/run.lock"))
 DETECTOR_MODULES = sorted({row.module for row in DETECTORS})
 DETECTOR_SECTIONS = sorted({row.section for row in DETECTORS if row.section})
@@ -84,22 +86,24 @@ TEMPLATE_SETTINGS = {
 
 
 def code_files(name, *modules):
-    """List a script, and the modules that it imports or finds in a registry."""
+    """Return the paths of a script and of the modules that it imports or finds in a registry."""
     return [SCRIPTS / name, *imported_files(SCRIPTS / name, modules)]
 
 
 def made_from(rule, *settings, script=None, modules=(), members=()):
-    """Give what changes with a rule's code, settings and members, whatever time stamps say.
+    """Return a rule's parameter that changes with its code, settings and members.
 
-    It changes too where the job's results do not fit their record. Settings are what `section` and
-    `as_parameter` give; members are the names of the recordings, or a function of the wildcards that
-    gives them. The script is called as the rule, unless it is named.
+    Time stamps do not change it. It also changes if a job's results do not fit their record.
+    Settings are the values of `section` and `as_parameter`. Members are the names of the
+    recordings, or a function of the wildcards that returns them. Without `script`, the script has
+    the rule's name.
     """
     contents = [path.read_bytes() for path in code_files(script or f"{rule}.py", *modules)]
     contents += [text(None).encode() for text in settings]
     fixed = hashlib.sha256(b"\0".join(contents)).hexdigest()
 
-    # Of a function that takes the output, Snakemake would not notice that its value has changed.
+    # The outputs come from `rules`, not from an argument `output`: Snakemake does not notice a
+    # changed value of a function that has this argument.
     def told(wildcards):
         names = members(wildcards) if callable(members) else members
         key = hashlib.sha256("\0".join([fixed, *names]).encode()).hexdigest()
@@ -111,19 +115,22 @@ def made_from(rule, *settings, script=None, modules=(), members=()):
 
 
 def content_of_recording(wildcards):
-    """Hand a rule what changes with a recording's content, whatever its time stamp says."""
+    """Return a checksum of the recording's content, which does not depend on its time stamp."""
     limit = int(config["recording"]["max_megabytes"] * 1e6)
     return fingerprint(Path(RAW) / f"{wildcards.recording}.csv", limit)
 
 
 def as_parameter(settings):
-    """Hand settings to a rule as one parameter; a function, since Snakemake expands braces."""
+    """Return a function that gives the settings as JSON text, as a rule's parameter.
+
+    A plain text would not do: Snakemake expands its braces.
+    """
     text = json.dumps(settings, sort_keys=True)
     return lambda wildcards: text
 
 
 def section(*names):
-    """Hand a rule its own sections of the configuration."""
+    """Return the named sections of the configuration, as a rule's parameter."""
     return as_parameter({name: config[name] for name in names})
 
 

@@ -1,4 +1,5 @@
-# Search every recording for its best candidate, and apply the detectors to the unlabelled ones.
+# Search every recording for its best candidate, and apply the detectors to the unlabelled
+# recordings.
 #
 # takes: results/signals/, results/matrices/, results/recordings.csv, results/templates.npz
 # gives: results/passages/<folder>.csv, results/detections.csv, results/detectors.json
@@ -9,7 +10,7 @@ DETECT_SECTIONS += DETECTOR_SECTIONS
 BY_FEATURES = any(row.by_features for row in DETECTORS)
 
 
-# A folder a job: one recording more is searched with those of its size, not with all.
+# One job searches one folder, so a new recording repeats the search only for its size.
 rule passages:
     input:
         signals=lambda wildcards: expand(
@@ -51,7 +52,7 @@ rule features:
         script=script("features.py"),
     output:
         features="results/features/{folder}.npz",
-        # What the report shows of a score.
+        # The report draws these to explain a score.
         stretches="results/features/{folder}.stretches.npz",
     log:
         "results/logs/features/{folder}.log",
@@ -80,11 +81,11 @@ rule features:
 
 rule detect:
     input:
-        # Labelled ones too: they teach the thresholds.
+        # The labelled recordings are needed too: the detectors learn their thresholds from them.
         matrices=expand(rules.preprocess.output.matrix, recording=ARCHIVE.recordings),
         passages=expand(rules.passages.output, folder=FOLDERS),
         features=expand(rules.features.output.features, folder=FOLDERS) if BY_FEATURES else [],
-        # What is nearly the same as an unlabelled recording is left out of its templates.
+        # The templates for an unlabelled recording leave out the fits of its near copies.
         fits=expand(rules.fit.output, recording=ARCHIVE.of_nodules()),
         recordings=rules.index.output.recordings,
         templates=rules.average.output.matrices,
@@ -95,7 +96,7 @@ rule detect:
             caption="../report/captions/verdicts.rst",
             category="Verdicts",
         ),
-        # With the templates all that acquire.py needs to judge a new recording.
+        # acquire.py judges a new recording with this file and the templates alone.
         learned="results/detectors.json",
     log:
         "results/logs/detect.log",

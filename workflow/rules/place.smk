@@ -1,5 +1,5 @@
-# Where this project lies, and where its files lie in the folder that Snakemake works in. Both are
-# the same folder unless another workflow uses this one as a module.
+# Paths of the project's files and of the working directory. Both are the same folder unless another
+# workflow uses this one as a module.
 #
 # takes: nothing
 # gives: PROJECT, SCRIPTS, RAW, RESULTS, SESSIONS, IS_MODULE, and the functions raw_folder,
@@ -13,15 +13,15 @@ from pathlib import Path
 
 from snakemake.sourcecache import HostingProviderFile
 
-# What the steps need of the project, and what tells the report its version and commit.
+# The steps need these files. The report reads its version and commit from the last two.
 NEEDED = ["workflow", "config", "environment.yml", "pyproject.toml", ".git_archival.txt"]
 
 
 def project_folder(rules):
-    """Give the project's folder; of one that lies in a repository elsewhere, unpack a copy.
+    """Return the project's folder; unpack a copy of it if the project is in a remote repository.
 
-    A workflow that `module: snakefile: github(...)` names has no folder here, and its scripts
-    import one another.
+    The scripts import one another, so they need a folder. A workflow that `module: snakefile:
+    github(...)` names has none on this computer.
     """
     if not isinstance(rules, HostingProviderFile):
         return Path(rules.get_path_or_uri(secret_free=False)).resolve().parents[1]
@@ -42,32 +42,32 @@ if str(SCRIPTS) not in sys.path:
     sys.path.insert(0, str(SCRIPTS))
 
 IS_MODULE = not workflow.modifier.is_main_snakefile()
-# A module's prefix stands before each of them.
+# In a module, the prefix of the module precedes each of these paths.
 RAW, RESULTS, SESSIONS = (
     str(workflow.modifier.modify_path(name)) for name in ("raw", "results", "sessions")
 )
 
 
 def raw_folder(wildcards):
-    """Hand a rule the folder of the recordings."""
+    """Return the folder of the recordings, as a rule's parameter."""
     return RAW
 
 
 def results_folder(wildcards):
-    """Hand a rule the folder of the results."""
+    """Return the folder of the results, as a rule's parameter."""
     return RESULTS
 
 
 def own_file(path):
-    """Name a file of this project relative to the working directory, whatever a module's prefix."""
+    """Return the path of a project's file from the working directory, without a module's prefix."""
     return local(os.path.relpath(path))
 
 
 def script(name):
-    """Name a script, as a rule's input."""
+    """Return the path of a script, as a rule's input."""
     return own_file(SCRIPTS / name)
 
 
 def report_file(name):
-    """Name a file of the report's template."""
+    """Return the path of a file under workflow/report, as a rule's input."""
     return own_file(PROJECT / "workflow" / "report" / name)

@@ -22,7 +22,8 @@ rule preprocess:
         "../../environment.yml"
     params:
         settings=as_parameter(CHECK_SETTINGS),
-        # No input: its content counts, not its time stamp, which may lie in the future.
+        # The recording is no input: its content decides whether the job runs again, not its time
+        # stamp, which may be in the future.
         recording=lambda wildcards: f"{RAW}/{wildcards.recording}.csv",
         content=content_of_recording,
         made_from=made_from("preprocess", as_parameter(CHECK_SETTINGS)),
@@ -36,7 +37,7 @@ rule preprocess:
 rule index:
     input:
         checks=expand(rules.preprocess.output.check, recording=ARCHIVE.recordings),
-        # Recordings that are nearly the same are found by their readings.
+        # The job compares the readings to find recordings that are nearly the same.
         signals=expand(rules.preprocess.output.signal, recording=ARCHIVE.recordings),
         script=script("index.py"),
     output:
@@ -54,7 +55,7 @@ rule index:
         raw=raw_folder,
         results=results_folder,
         on_rejected=config["on_rejected"],
-        # Files that are no recordings must be listed anew when they change, too.
+        # The table also lists files that are not recordings, so it changes with them.
         made_from=made_from(
             "index",
             as_parameter([config["on_rejected"], ARCHIVE.refused, ARCHIVE.passed_over]),

@@ -1,4 +1,4 @@
-# Draw the figures, and write the report as one page.
+# Draw the figures, and write the report.
 #
 # takes: results/recordings.csv, results/passed_over.csv, results/signals/, results/checks/,
 #        results/fits/, results/features/<folder>.stretches.npz, results/templates.{json,npz},
@@ -13,13 +13,13 @@ from capsule.page.beside import stands_beside
 from edges.durations import RULES
 
 DRAW_SETTINGS = {name: config[name] for name in ("recording", "preprocessing", "evaluation")}
-# Of the report's section only which detector leads: nothing else of it changes a figure.
+# Figures use only one key of the section `report`: the detector that is shown first.
 DRAW_SETTINGS["report"] = {"lead": config["report"]["lead"]}
 DESIGN_SETTINGS = {"recording": {"sensors": config["recording"]["sensors"]}}
 RESULT_FIGURES = [name for name, row in FIGURES.items() if not row.of_design]
 DESIGN_FIGURES = [name for name, row in FIGURES.items() if row.of_design]
 FIGURE_MODULES = sorted({row.module for row in FIGURES.values()})
-# What the figures of results show.
+# The figures of results are drawn from these files.
 FIGURE_INPUTS = [
     rules.evaluate.output.predictions,
     *rules.evaluate.output.rates,
@@ -28,12 +28,12 @@ FIGURE_INPUTS = [
     *rules.average.output,
     *expand(rules.preprocess.output.signal, recording=ARCHIVE.labelled()),
 ]
-# What the figures of the capsule show: it can be built from the same tables.
+# The figures of the capsule's design are drawn from the tables that also describe its parts.
 DESIGN_TABLES = [own_file(PROJECT / "config" / name) for name in ("phantom.yaml", "parts.yaml")]
-# The report says by a checksum which code its results come from.
+# The report prints a checksum of this code, which identifies the code behind its results.
 REGISTERED = [*DETECTOR_MODULES, *FIGURE_MODULES]
 CODE = {path for stage in [*RULES, "report"] for path in code_files(f"{stage}.py", *REGISTERED)}
-# What the report is filled into, with the paper's numbers.
+# The page is made from these templates, and shows the paper's numbers from these tables.
 PAGE = sorted(
     own_file(path)
     for pattern in [
@@ -49,7 +49,7 @@ PAGE = sorted(
     for path in Path(report_file("")).glob(pattern)
 )
 LISTED_SURVEYS = as_parameter({"names": SURVEYS.names, "passed_over": SURVEYS.passed_over})
-# Of a large archive what the page draws of each recording stands beside it.
+# For a large archive, the data that the page draws are in a folder beside the page.
 BESIDE = "report" if stands_beside(len(ARCHIVE.recordings), config) else ""
 
 
@@ -87,7 +87,7 @@ rule draw:
         " --record {params.made_from:q} > {log:q} 2>&1"
 
 
-# One recording more draws these not again, nor waits for them.
+# These figures show no recording, so a new recording does not draw them again.
 rule draw_design:
     input:
         design=DESIGN_TABLES,

@@ -1,8 +1,8 @@
-# Start and end of a run: tell each job in a line, allow one run at a time in a folder, check the
-# free disk space, mark an outdated report, and print a summary.
+# Start and end of a run: print one line for each job, allow one run at a time in a folder, check
+# the free disk space, mark an outdated report, and print a summary.
 #
 # takes: results/records/; results/recordings.csv and results/passed_over.csv, when a run has ended
-# gives: the lock .snakemake/run.lock, and what is said on the terminal
+# gives: the lock .snakemake/run.lock, and the lines on the terminal
 
 import atexit
 import shutil
@@ -14,22 +14,22 @@ from edges.records import files_that_do_not_fit
 from edges.run_lock import hold
 from edges.terminal_log import speak_shortly
 
-# With less room than this no run gets far.
+# With less free space than this, a run stops before its first job.
 FULL_DISK_BYTES = 1_000_000
 REPORT = Path(rules.report.output[0])
-# Kept open, and so locked, until this process ends.
+# This list keeps the lock's file open. The lock ends when the process ends.
 RUN_LOCK = []
 
 
-# A module leaves the terminal to the workflow that uses it; --printshellcmds and --verbose bring
-# Snakemake's own lines back.
+# A module does not change the lines of the workflow that uses it. With --printshellcmds or
+# --verbose, Snakemake prints its own lines.
 ASKED_FOR_MORE = workflow.output_settings.printshellcmds or workflow.output_settings.verbose
 if workflow.is_main_process and not IS_MODULE and not ASKED_FOR_MORE:
     speak_shortly(logger, dry_run=workflow.output_settings.dryrun)
 
 
 def take_run_lock():
-    """Let no two runs work in this folder at once."""
+    """Take the folder's run lock, so that a second run stops with an error."""
     try:
         RUN_LOCK.append(hold(Path(".snakemake") / "run.lock"))
     except CapsuleError as error:
@@ -37,13 +37,13 @@ def take_run_lock():
 
 
 def free_bytes():
-    """Return the room on the disks that hold the results and Snakemake's own notes."""
+    """Return the free bytes on the disk of the results or of the working directory, the smaller."""
     places = [place for place in (".", RESULTS) if Path(place).exists()]
     return min(shutil.disk_usage(place).free for place in places)
 
 
 def explain_full_disk():
-    """Say that the disk is full: a job's log, or Snakemake's, may have found no room for it."""
+    """Print an error if the disk is full; the logs may have no room left for it."""
     if free_bytes() < FULL_DISK_BYTES:
         print(
             f"The disk is full: only {free_bytes() / 1e6:.1f} MB are free. Free some space and run "
@@ -53,7 +53,7 @@ def explain_full_disk():
 
 
 def summarize_recordings():
-    """Say on the terminal what was rejected or passed over."""
+    """Print the recordings that were rejected, and the files that were passed over."""
     index, others = Path(rules.index.output.recordings), Path(rules.index.output.passed_over)
     if not index.exists() or not others.exists():
         return
@@ -74,7 +74,7 @@ def summarize_recordings():
 
 
 def summarize_surveys():
-    """Say on the terminal which surveys are not in the report, and why."""
+    """Print the surveys that are not in the report, each with the reason."""
     problems = dict(SURVEYS.passed_over)
     for name in SURVEYS.names:
         values = Path(RESULTS) / "surveys" / name / "survey.json"
@@ -85,9 +85,10 @@ def summarize_surveys():
 
 
 def tell_whether_the_report_fits():
-    """Take the mark off a report that is up to date; otherwise name what has changed.
+    """Remove the mark from a report that is up to date; otherwise print what has changed.
 
-    It may have changed because this run was asked for something else, or while it worked.
+    A report can be out of date if this run made another target, or if a file changed during the
+    run.
     """
     mark_outdated(REPORT, outdated=False)
     if REPORT.exists() and (changed := files_that_do_not_fit(REPORT.as_posix())):
@@ -102,7 +103,7 @@ def tell_whether_the_report_fits():
 onstart:
     take_run_lock()
     remove_unfinished(Path(RESULTS))
-    # Not onerror: where Snakemake itself finds no room, it ends without calling that.
+    # onerror would not do: on a full disk, Snakemake itself can end without calling it.
     atexit.register(explain_full_disk)
     if free_bytes() < FULL_DISK_BYTES:
         raise WorkflowError(

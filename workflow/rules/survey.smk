@@ -1,4 +1,4 @@
-# Draw each finished survey under sessions/, where there are any.
+# Draw each finished survey under sessions/.
 #
 # takes: sessions/<survey>/, config/phantom.yaml
 # gives: results/surveys/<survey>/picture{,_column}.svg, picture.csv, survey.json; on request
@@ -14,7 +14,7 @@ rule chart_survey:
         phantom=own_file(PROJECT / "config" / "phantom.yaml"),
         script=script("chart_survey.py"),
     output:
-        # What the report shows of it.
+        # The report shows these values.
         values="results/surveys/{survey}/survey.json",
         pictures=expand("results/surveys/{{survey}}/picture{width}.svg", width=["", "_column"]),
         table="results/surveys/{survey}/picture.csv",
@@ -26,7 +26,8 @@ rule chart_survey:
         "../../environment.yml"
     params:
         settings=section("diagonal"),
-        # No inputs: their content counts, not their time stamps.
+        # The survey's files are no inputs: their content decides whether the job runs again, not
+        # their time stamps.
         session=lambda wildcards: f"{SESSIONS}/{wildcards.survey}",
         content=lambda wildcards: survey_content(Path(SESSIONS) / wildcards.survey),
         made_from=made_from("chart_survey", section("diagonal")),
