@@ -1,1 +1,1 @@
-"""What the scripts share: files and settings in, files out."""
+"""Modules that read files, settings and command lines for the scripts, and write their results."""

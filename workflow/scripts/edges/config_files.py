@@ -1,6 +1,7 @@
-"""Reads a configuration file and its schema; what is wrong is told with name and line.
+"""Read a configuration file and its schema; an error message names the file and the line.
 
-Snakemake alone would name no file, and take the last of two equal keys without a word.
+Snakemake's own reader names no file. If a key appears twice, it uses the last one without a
+warning.
 """
 
 import json
@@ -15,12 +16,12 @@ from capsule.errors import CapsuleError
 
 
 class _Loader(yaml.SafeLoader):
-    """Refuses a mapping that holds a key twice, and aliases: a few of them can fill the memory."""
+    """A YAML loader that refuses repeated keys, and aliases: a few aliases can fill the memory."""
 
     def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
-        """Compose what is written out, and nothing that stands for something else."""
+        """Compose a node; raise an error if it is an alias."""
         if self.check_event(yaml.AliasEvent):
-            # The one function of the stubs that is called here and has no types.
+            # The type stubs of PyYAML give no types for this function.
             event = self.get_event()  # type: ignore[no-untyped-call]
             raise yaml.composer.ComposerError(
                 None,
@@ -31,7 +32,7 @@ class _Loader(yaml.SafeLoader):
         return super().compose_node(parent, index)
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
-        """Make a dict, and look at its keys."""
+        """Return the mapping as a dict; raise an error if a key appears twice."""
         seen = set()
         for key_node, _ in node.value:
             key = key_node.value if isinstance(key_node, yaml.ScalarNode) else None
@@ -58,7 +59,7 @@ def read_config_file(path: Path) -> dict[str, Any]:
     Raises
     ------
     CapsuleError
-        There is no such file, or it holds no configuration; the text names the file.
+        The file does not exist, or holds no configuration; the message names the file.
     """
     try:
         content = yaml.load(path.read_text(encoding="utf-8-sig"), Loader=_Loader)
@@ -72,7 +73,7 @@ def read_config_file(path: Path) -> dict[str, Any]:
     except yaml.YAMLError as error:
         raise CapsuleError(f"{path}: this is not valid YAML: {error}") from None
     except ValueError as error:
-        # A whole number of thousands of digits.
+        # Python refuses to read an integer with thousands of digits.
         raise CapsuleError(f"{path}: a value cannot be read: {error}") from None
     except RecursionError:
         raise CapsuleError(f"{path}: the keys are nested too deeply") from None
@@ -85,7 +86,7 @@ def read_config_file(path: Path) -> dict[str, Any]:
 
 
 def read_schema(path: Path) -> dict[str, Any]:
-    """Read the JSON Schema of the configuration; the detectors are those of the registry.
+    """Read the JSON Schema of the configuration, and add the detectors of the registry to it.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Read what the detectors judge recordings by: matrices, passages, features and templates."""
+"""Read the inputs of the detectors: matrices, passages, features and templates."""
 
 import argparse
 from collections.abc import Iterable, Mapping
@@ -26,7 +26,7 @@ def read_matrix(folder: Path, recording: str) -> FloatArray:
 
 
 def read_templates(path: Path) -> dict[float, FloatArray]:
-    """Read templates.npz: the template of every size in mm, (S, L), that of 0 first."""
+    """Read templates.npz: the template of every size in mm, (S, L); size 0 is the first."""
     with np.load(path) as stored:
         return {size: stored[label] for label, size in sizes_of(stored).items()}
 
@@ -34,7 +34,7 @@ def read_templates(path: Path) -> dict[float, FloatArray]:
 def read_template_set(
     path: Path, first_peak: int, particles: Mapping[str, Particle] | None = None
 ) -> TemplateSet:
-    """Read the templates of all recordings.
+    """Read the templates that are made from all recordings.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def read_template_set(
     first_peak : int
         u, the column of the first peak.
     particles : mapping of str to Particle, optional
-        The fits behind them, where recordings are to be left out.
+        The fits behind the templates; needed only to leave recordings out later.
     """
     rendered = read_templates(path)
     totals: tuple[ParticleTotal, ...] = ()
@@ -55,7 +55,10 @@ def read_template_set(
 
 
 def read_passages(folder: Path, recordings: Iterable[str]) -> dict[str, Passage]:
-    """Read the passages of some recordings, a table a folder; an empty cell is unknown."""
+    """Read the passages of some recordings from one table for each folder.
+
+    An empty cell becomes NaN, which means unknown.
+    """
     wanted = set(recordings)
     names = [field.name for field in fields(Passage)]
     return {
@@ -73,17 +76,17 @@ def read_training_archive(
     templates: TemplateSet,
     particles: Mapping[str, Particle],
 ) -> TrainingArchive:
-    """Read what teaches the detectors.
+    """Read the recordings and templates that the detectors learn from.
 
     Parameters
     ----------
     arguments : argparse.Namespace
-        Of a script: ``matrices``, ``passages`` and ``features`` are folders, the last None where no
-        detector needs it; ``settings`` are sections of the configuration.
+        Arguments of a script: the folders ``matrices``, ``passages`` and ``features``, and the
+        sections of the configuration, ``settings``. ``features`` is None if no detector needs it.
     rows : mapping of str to mapping
-        The rows of recordings.csv of all recordings that are judged, or teach.
+        The rows of recordings.csv, for all recordings that are judged or that teach.
     sizes_mm, templates, particles
-        As `TrainingArchive` takes them.
+        The arguments of `TrainingArchive` with these names.
     """
     passages = read_passages(arguments.passages, rows)
     features = read_features(arguments.features, rows) if arguments.features else {}

@@ -1,6 +1,6 @@
-"""How long the stages took, from their logs.
+"""Read the durations of the workflow's steps from their logs.
 
-Imports nothing heavy: the Snakefile takes the list of rules from here.
+The Snakefile reads the list of rules from this module, so it imports only fast modules.
 """
 
 from collections.abc import Iterable, Sequence
@@ -10,7 +10,7 @@ from typing import Any
 from capsule.naming import folder_of
 from capsule.page.provenance import seconds_in_log
 
-# All rules before the report, in the order of the work.
+# All rules before the rule report, in the order in which they run.
 RULES = (
     "preprocess",
     "index",
@@ -31,16 +31,16 @@ RULES = (
 def read_durations(
     logs: Path, names: Iterable[str], surveys: Sequence[str] = ()
 ) -> list[dict[str, Any]]:
-    """Add up how long each rule's scripts took, from the last lines of their logs.
+    """Add up the durations of each rule's jobs, from the last lines of their logs.
 
     Parameters
     ----------
     logs : Path
-        results/logs: a rule's log, or the folder of the logs of its jobs.
+        results/logs, with the log of each rule or a folder with the logs of its jobs.
     names : iterable of str
-        The recordings: each has its own jobs, and so has each of their folders.
+        Names of the recordings; a job belongs to one recording or to one of their folders.
     surveys : sequence of str
-        The surveys, which have a job each.
+        Names of the surveys; each has one job.
 
     Returns
     -------

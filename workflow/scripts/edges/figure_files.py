@@ -1,4 +1,4 @@
-"""Write figures for one and for two columns, with their data as CSV."""
+"""Write figures in the widths of one and of two columns, with their data as CSV."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -14,13 +14,13 @@ def write_figures(names: Iterable[str], inputs: FigureInputs, kind: str, folder:
     Parameters
     ----------
     names : iterable of str
-        The figures.
+        Names of the figures.
     inputs : FigureInputs
-        What they show.
+        The results that the figures show.
     kind : {"svg", "pdf"}
-        The format.
+        The file format.
     folder : Path
-        Where they are written: ``<figure>.<kind>``, ``<figure>_column.<kind>``, ``<figure>.csv``.
+        Folder for ``<figure>.<kind>``, ``<figure>_column.<kind>`` and ``<figure>.csv``.
     """
     for name in names:
         table, draw = make_drawing(name, inputs)

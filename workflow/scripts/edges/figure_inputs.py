@@ -1,4 +1,4 @@
-"""Read what the figures show."""
+"""Read the results that the figures show."""
 
 from collections.abc import Mapping
 from functools import cached_property
@@ -41,38 +41,38 @@ class StoredResults:
 
     @cached_property
     def evaluation(self) -> Evaluation:
-        """The rates, ours and the paper's."""
+        """The rates of this project and of the paper."""
         confidence = self.settings["evaluation"]["confidence"]
         return read_evaluation(self._results / "evaluation", read_printed(self._paper), confidence)
 
     @cached_property
     def judgements(self) -> Mapping[str, pd.DataFrame]:
-        """The tables by which the detectors are compared, by name."""
+        """The tables that compare the detectors, by name."""
         return read_judgements(self._results / "evaluation")
 
     @property
     def learning(self) -> pd.DataFrame:
-        """The rates that parts of the archive reach."""
+        """The rates that the detectors reach with parts of the archive."""
         return read_learning(self._results / "evaluation")
 
     @cached_property
     def templates(self) -> Mapping[float, FloatArray]:
-        """The template of every size in mm, (S, L), that of 0 first."""
+        """The template of every size in mm, (S, L); size 0 is the first."""
         return read_templates(self._results / "templates.npz")
 
     @property
     def template_counts(self) -> list[int]:
-        """How many recordings each template is the average of."""
+        """The number of recordings behind each template."""
         entries = files.read_json(self._results / "templates.json")["templates"]
         return [entry["recordings"] for entry in entries]
 
     @property
     def design(self) -> Design:
-        """The capsule and the bench as they can be built."""
+        """The design of the capsule and the bench, with the shipped values."""
         return shipped_design()
 
     def run(self, name: str, title: str) -> PreprocessedRun:
-        """Take an accepted recording through the stages of pre-processing."""
+        """Return an accepted recording after each stage of pre-processing."""
         shape = self.settings["preprocessing"]
         return preprocess_run(
             name,

@@ -1,6 +1,6 @@
-"""A lock on an open file that the system itself takes back, however the process that holds it ends.
+"""Lock an open file; the operating system releases the lock when the process ends.
 
-Imports nothing heavy: the Snakefile uses it.
+The Snakefile uses this module, so it imports only fast modules.
 """
 
 import os
@@ -9,7 +9,8 @@ import sys
 if sys.platform == "win32":
     import msvcrt
 
-    # Windows locks bytes, and keeps others from reading them: one far behind any file's end.
+    # Other processes cannot read a byte that is locked on Windows, so the locked byte lies far
+    # behind the end of any file.
     _LOCKED_BYTE = 2**31 - 2
 
     def lock_file(descriptor: int) -> None:
@@ -32,13 +33,13 @@ else:
         Parameters
         ----------
         descriptor : int
-            Of the open file.
+            Descriptor of the open file.
 
         Raises
         ------
         BlockingIOError
             Another process holds the lock.
         OSError
-            The file system knows no locks.
+            The file system does not support locks.
         """
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -1,6 +1,6 @@
-"""Where the library meets the disk: listing raw/, writing files whole, one style of error.
+"""List raw/, read and write files, and run a script with errors of one line.
 
-Imports nothing heavy: the Snakefile and every script use it.
+The Snakefile and every script use this module, so it imports only fast modules.
 """
 
 import contextlib
@@ -25,9 +25,10 @@ from edges.reading import read_limited
 from edges.records import Record, record_path
 
 UNFINISHED = ".unfinished"
-# Objects that come to be between two searches for garbage; Python's own 700 are for long runs.
+# Number of new objects between two garbage collections. Python's default of 700 suits programs
+# that run longer.
 _SELDOM = 100_000
-# Seen first on a page whose successor was begun and is not there.
+# The first line of the report from the start of a run until a new report is complete.
 OUTDATED = (
     b'<p class="outdated" role="alert">This report is out of date: recordings, settings or code '
     b"have changed since. Make it again: <code>snakemake -c2 results/report.html</code></p>\n"
@@ -35,7 +36,7 @@ OUTDATED = (
 
 
 def list_archive(raw: Path) -> Archive:
-    """List the recordings under raw/, without opening any."""
+    """Return the list of the recordings under raw/; open none of them."""
     if not raw.is_dir():
         raise CapsuleError(
             f"{raw}/ does not exist; create it and put recordings into folders such as {raw}/3mm/"
@@ -55,10 +56,10 @@ def _entries(raw: Path) -> Iterator[Entry]:
 
 def _kind(path: Path, root: Path) -> str:
     try:
-        # Links are followed, so what is not there is a link that leads nowhere, or to itself.
+        # `exists` follows links, so a listed name that does not exist is a dead link or a loop.
         if not path.exists():
             return "dead link"
-        # Nothing of it is read: a page would show to all what one user may see.
+        # A link out of raw/ is not read: the report would show a file that only its owner may see.
         if path.is_symlink() and not path.resolve().is_relative_to(root):
             return "device" if _is_device(path) else "link out"
     except PermissionError:
@@ -75,21 +76,22 @@ def _is_device(path: Path) -> bool:
 
 
 def fingerprint(path: Path, max_bytes: int) -> str:
-    """Give what changes when a file's content changes, and only then.
+    """Return the SHA-256 of a file's content, which does not depend on its time stamp.
 
-    Snakemake alone goes by the time stamp: a file that is renamed, or copied or unpacked with
-    its old time stamp, would replace another one unnoticed.
+    Snakemake itself compares time stamps. If a file is renamed, copied or unpacked with its old
+    time stamp, Snakemake does not notice that it replaces another one.
 
     Parameters
     ----------
     path : Path
         The file.
     max_bytes : int
-        Of a larger file only the size counts; no such recording is ever read.
+        Limit of the size. A larger file is not read.
 
     Returns
     -------
     str
+        The checksum, or a text that says why the file cannot be read.
     """
     try:
         content = read_limited(path, max_bytes)
@@ -100,15 +102,15 @@ def fingerprint(path: Path, max_bytes: int) -> str:
 
 @contextlib.contextmanager
 def write_whole(path: Path, mode: str = "w") -> Iterator[IO[Any]]:
-    """Open a file for writing that appears under its name only when it is complete.
+    """Open a file for writing; the file appears under its name only when it is complete.
 
-    The content is collected in memory, written beside the final name, and renamed: whenever the
-    process is killed, the name stands for nothing or for all of it.
+    The content is collected in memory and written to a temporary file, which is then renamed. If
+    the process is killed, the file is either complete or unchanged.
 
     Parameters
     ----------
     path : Path
-        The final name; its folder is made.
+        The final name; its folder is created.
     mode : {"w", "wb"}
         Text (UTF-8, line feeds on every system) or binary.
 
@@ -119,7 +121,7 @@ def write_whole(path: Path, mode: str = "w") -> Iterator[IO[Any]]:
     Raises
     ------
     OSError
-        Names the file.
+        The file cannot be written; the error names it.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     buffer: io.BytesIO | io.StringIO = io.BytesIO() if "b" in mode else io.StringIO()
@@ -133,24 +135,24 @@ def write_whole(path: Path, mode: str = "w") -> Iterator[IO[Any]]:
         with unfinished.open("wb") as stream:
             stream.write(content)
             stream.flush()
-            # Or a power cut could leave the name with nothing behind it.
+            # Without this, the file could be empty after a power cut.
             os.fsync(stream.fileno())
         unfinished.replace(path)
     except OSError as error:
-        # A failed write names no file by itself.
+        # The error of a failed write does not name the file.
         raise OSError(error.errno, error.strerror, str(path)) from error
     finally:
         unfinished.unlink(missing_ok=True)
 
 
 def remove_unfinished(folder: Path) -> None:
-    """Remove what writers that were killed have left behind."""
+    """Remove the temporary files of processes that were killed."""
     for path in folder.rglob(f".*{UNFINISHED}"):
         path.unlink(missing_ok=True)
 
 
 def mark_outdated(page: Path, *, outdated: bool) -> None:
-    """Write into a page that it is out of date, or take that back; nothing else is changed."""
+    """Add the line "out of date" to a page, or remove it; the rest of the page does not change."""
     if not page.exists():
         return
     content = page.read_bytes()
@@ -162,22 +164,22 @@ def mark_outdated(page: Path, *, outdated: bool) -> None:
 
 
 def write_json(path: Path, content: object) -> None:
-    """Write JSON, indented; NaN is refused, so that every reader of JSON can read it."""
+    """Write indented JSON; NaN raises an error, since JSON has no such number."""
     with write_whole(path) as stream:
         json.dump(content, stream, indent=1, allow_nan=False)
         stream.write("\n")
 
 
 def read_json(path: Path) -> dict[str, Any]:
-    """Read a JSON file that a stage before has written."""
+    """Read a JSON file that an earlier step has written."""
     content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     return content
 
 
 def write_csv(path: Path, columns: Sequence[str], rows: Iterable[Row]) -> None:
-    """Write a table: comma-separated, full precision, an empty cell where a value is unknown.
+    """Write a CSV table in full precision; the cell of an unknown value is empty.
 
-    No text in it begins like a formula, whoever wrote it.
+    A text that begins like a formula is changed, so that no spreadsheet program runs it.
     """
     with write_whole(path) as stream:
         writer = csv.DictWriter(stream, columns, lineterminator="\n")
@@ -193,22 +195,27 @@ def _cell(value: object) -> object:
 
 
 def read_csv(path: Path) -> list[dict[str, str]]:
-    """Read a table that a stage before has written; every cell as text."""
+    """Read a table that an earlier step has written; every cell is a text."""
     with path.open(encoding="utf-8", newline="") as stream:
         return list(csv.DictReader(stream))
 
 
 def accepted_recordings(index: Path) -> dict[str, dict[str, str]]:
-    """Read the rows of the accepted recordings, from results/recordings.csv, by content.
+    """Read the rows of the accepted recordings, in the order of their readings' checksums.
 
-    Sums of the same numbers in another order may differ in the last digit, and draws in another
-    order fall on other recordings. So whatever computes takes recordings in an order that no name
-    changes, that of their readings' checksums; tables are written in the order of names.
+    The order must not depend on names. Sums in another order can differ in the last digit, and
+    random numbers in another order belong to other recordings. Tables are written in the order of
+    names.
+
+    Parameters
+    ----------
+    index : Path
+        results/recordings.csv.
 
     Returns
     -------
     dict of str to dict
-        By the recording's name.
+        The rows, by the recording's name.
     """
     rows = [row for row in read_csv(index) if row["status"] == "accepted"]
     rows.sort(key=lambda row: row["readings_sha256"])
@@ -216,14 +223,15 @@ def accepted_recordings(index: Path) -> dict[str, dict[str, str]]:
 
 
 def run(main: Callable[[], None]) -> None:
-    """Run a script: faults of the input and of the disk end in one plain line, not a traceback.
+    """Run a script; print an error of the input or of the disk as one line, without a traceback.
 
-    The last line that a successful script prints, into its log, is how long it took; the report
-    adds these up. A rule calls its script with ``--record OUTPUT:KEY``; what the script has read
-    and written is then recorded (`edges.records`).
+    At the end, a successful script prints its duration into its log, and the report adds the
+    durations up. A rule calls its script with ``--record OUTPUT:KEY``. The files that the script
+    reads and writes are then recorded (`edges.records`).
     """
     started = time.perf_counter()
-    # What the imports made is no garbage, and little of what follows is: seldom look for it.
+    # Garbage collection rarely finds anything in a short script, so it runs less often. Objects of
+    # the imports are never garbage.
     gc.freeze()
     gc.set_threshold(_SELDOM)
     record, path = None, None
@@ -237,7 +245,7 @@ def run(main: Callable[[], None]) -> None:
             stream.reconfigure(errors="backslashreplace")
     try:
         if record and path:
-            # Whatever ends this job from now on, its old record does not vouch for it.
+            # If this job fails, its old record must not remain: it would call the results valid.
             path.unlink(missing_ok=True)
             record.watch()
         main()

@@ -1,4 +1,4 @@
-"""Read the fits that belong to the recordings that can be judged, and no others."""
+"""Read the fits of the recordings that can be judged."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -17,19 +17,19 @@ def read_particles(recordings: Path, folder: Path) -> dict[str, Particle]:
     Parameters
     ----------
     recordings : Path
-        results/recordings.csv; a fit on disk whose recording does not count there is not read.
+        results/recordings.csv. Fits of other recordings are not read.
     folder : Path
         results/fits.
 
     Returns
     -------
     dict of str to Particle
-        By the recording's name, in the order of `files.accepted_recordings`.
+        The particles by the recording's name, in the order of `files.accepted_recordings`.
 
     Raises
     ------
     CapsuleError
-        There is none, so there is nothing to make a template from.
+        There is no such recording, so no template can be made.
     """
     particles = {}
     for name, row in files.accepted_recordings(recordings).items():

@@ -1,4 +1,4 @@
-"""The signals of one folder under raw/, as the jobs of a folder read them."""
+"""Read the signals of one folder under raw/, for the jobs that work on a whole folder."""
 
 import argparse
 import json
@@ -12,7 +12,7 @@ from edges import files
 
 
 def folder_arguments() -> argparse.ArgumentParser:
-    """Return a parser of what every job of a folder takes."""
+    """Return a parser of the arguments that every job of a folder has."""
     parser = argparse.ArgumentParser(add_help=False)
     parser.add_argument("--raw", type=Path, required=True, help="the folder raw")
     parser.add_argument("--folder", required=True, help="a folder of recordings, such as 3mm")
@@ -25,26 +25,26 @@ def folder_arguments() -> argparse.ArgumentParser:
 def usable_signals(
     raw: Path, folder: str, signals: Path, what: str
 ) -> Iterator[tuple[str, FloatArray]]:
-    """Read the readings of a folder's usable recordings, and print which are left aside.
+    """Read the readings of a folder's usable recordings, and print the names of the others.
 
-    Copies of other recordings are read too: only the index, which nobody waits for here, rejects
-    them.
+    Copies of other recordings are read too: only the rule index rejects them, and these jobs do
+    not wait for it.
 
     Parameters
     ----------
     raw, signals : Path
         raw/ and results/signals/.
     folder : str
-        The folder below raw/.
+        Name of the folder under raw/.
     what : str
-        What is done with them, such as ``searched``.
+        A participle for the printed line, such as ``searched``.
 
     Yields
     ------
     name : str
-        The recording.
+        Name of the recording.
     values : (S, K) array
-        Its readings; NaN where a sample is missing.
+        Readings; NaN if a sample is missing.
     """
     for name in files.list_archive(raw).by_folder().get(folder, []):
         signal = signals / f"{name}.npy"

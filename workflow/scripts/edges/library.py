@@ -1,4 +1,4 @@
-"""Reads for programs what the workflow's steps read: an archive, the configuration, weights."""
+"""Read an archive, the configuration and the scorer's weights, for users of the library."""
 
 from pathlib import Path
 from typing import Any
@@ -29,8 +29,8 @@ def load(
     raw : str or Path
         The folder, with folders such as ``0mm``, ``2.5mm`` and ``unlabelled`` in it.
     config : str or Path, optional
-        A configuration file; if not given ``config/config.yaml`` beside the folder, and where
-        there is none, the one that ships with the library.
+        A configuration file. The default is ``config/config.yaml`` beside the folder; if that file
+        does not exist, the configuration that ships with the library.
     **changes
         Other values for keys of the configuration; a dict changes keys of a section, as in
         ``load(fit={"iterations": 500})``.
@@ -42,8 +42,8 @@ def load(
     Raises
     ------
     CapsuleError
-        The folder or the configuration cannot be used. A recording that cannot be used stops
-        nothing: it is listed with its reason.
+        The folder or the configuration cannot be used. A recording that cannot be used raises no
+        error: it is listed with the reason.
     """
     folder = Path(raw)
     beside = folder.resolve().parent / "config" / "config.yaml"
@@ -67,9 +67,9 @@ def read_settings(config: str | Path | None = None, **changes: object) -> dict[s
     Parameters
     ----------
     config : str or Path, optional
-        The file; the one that ships with the library if not given.
+        The file; the default is the configuration that ships with the library.
     **changes
-        As in `load`.
+        Other values for keys of the configuration, as in `load`.
 
     Returns
     -------
@@ -78,7 +78,8 @@ def read_settings(config: str | Path | None = None, **changes: object) -> dict[s
     Raises
     ------
     CapsuleError
-        A key or a value is not allowed; the text names file, key, value and what is allowed.
+        A key or a value is not allowed; the message names the file, the key, the value and the
+        allowed values.
     """
     path = _SHIPPED if config is None else Path(config)
     content = read_config_file(path)

@@ -1,4 +1,4 @@
-"""Files that are written under a free name alone."""
+"""Write new files; an existing file is never replaced."""
 
 import os
 from pathlib import Path
@@ -7,23 +7,23 @@ from edges.files import write_whole
 
 
 def write_new(path: Path, content: bytes) -> None:
-    """Write a file whole under a name that is free; none is ever replaced.
+    """Write a new file; the name must be free.
 
     Raises
     ------
     FileExistsError
-        The name is taken.
+        A file with this name exists.
     OSError
-        Names the file.
+        The file cannot be written; the error names it.
     """
     beside = path.with_name(f".{path.name}.{os.getpid()}.new")
     with write_whole(beside, "wb") as stream:
         stream.write(content)
     try:
-        os.link(beside, path)  # atomic, and fails where the name exists
+        os.link(beside, path)  # atomic, and fails if the name exists
     except FileExistsError:
         raise
-    except OSError:  # a file system without links, such as a USB stick's
+    except OSError:  # a file system without links, as on a USB stick
         with path.open("xb") as stream:
             stream.write(content)
     finally:

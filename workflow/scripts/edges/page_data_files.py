@@ -1,4 +1,4 @@
-"""The files beside the page, in which the evidence of a large archive stands."""
+"""Write the data files beside the page, which hold the evidence of a large archive."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -9,30 +9,30 @@ from edges import files
 
 
 class DataFiles:
-    """The folder beside the page, named as the page is.
+    """The folder beside the page, which has the page's name.
 
     Parameters
     ----------
     folder : Path
-        For ``results/report.html`` it is ``results/report``.
+        ``results/report`` for the page ``results/report.html``.
     """
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
 
     def write(self, evidence: Iterable[tuple[str, str]]) -> Cells:
-        """Write the files, a few recordings in memory at a time.
+        """Write the files, with only a few recordings in memory at a time.
 
         Parameters
         ----------
         evidence : iterable of (str, str)
-            From `capsule.page.evidence.archive_evidence`.
+            Pairs from `capsule.page.evidence.archive_evidence`.
 
         Returns
         -------
         dict
-            What the page's scripts read them by: ``folder``, ``files`` and, of how many recordings
-            in their order a file is made, ``each``.
+            Values for the page's scripts: ``folder``, ``files``, and ``each``, the number of
+            recordings in one file.
         """
         self._folder.mkdir(parents=True, exist_ok=True)
         names = []

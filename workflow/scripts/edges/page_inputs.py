@@ -1,4 +1,4 @@
-"""Read what the report is made of: results, figures, its template, and the versions used."""
+"""Read the parts of the report: results, figures, the template and the versions of packages."""
 
 import hashlib
 import importlib.metadata
@@ -23,7 +23,7 @@ from edges.results import (
 PACKAGES = ("snakemake", "numpy", "scipy", "pandas", "matplotlib", "jinja2")
 UPLOT = "vendor/uplot/uPlot.iife.min.js"
 STYLES = ("vendor/uplot/uPlot.min.css", "report.css")
-# Each stands below those that it uses.
+# Each script uses only scripts above it.
 SCRIPTS = (
     UPLOT,
     "scripts/signals.js",
@@ -73,9 +73,9 @@ def read_tables(results: Path, template: Path, printed: Settings, confidence: fl
     template : Path
         The folder of the template.
     printed : mapping
-        Content of paper.yaml.
+        The content of paper.yaml.
     confidence : float
-        Level of the intervals of the paper's rates.
+        Confidence level of the intervals of the paper's rates.
     """
     evaluation = results / "evaluation"
     return Tables(
@@ -93,7 +93,7 @@ def read_tables(results: Path, template: Path, printed: Settings, confidence: fl
 
 
 def read_figures(folder: Path) -> dict[str, dict[str, str]]:
-    """Read each figure at the width of a page and of a column, as addresses of images."""
+    """Read each figure at the widths of a page and of a column, as addresses of images."""
     return {
         name: {
             width: image_address(with_dark_colours((folder / f"{name}{suffix}.svg").read_bytes()))
@@ -104,16 +104,16 @@ def read_figures(folder: Path) -> dict[str, dict[str, str]]:
 
 
 def read_surveys(folder: Path, names: Iterable[str], passed_over: Mapping[str, str]) -> Cells:
-    """Read what the page shows of the surveys, with their pictures at both widths.
+    """Read the values that the page shows for each survey, with its pictures at both widths.
 
     Parameters
     ----------
     folder : Path
         results/surveys.
     names : iterable of str
-        The surveys.
+        Names of the surveys.
     passed_over : mapping of str to str
-        Folders that are no finished survey, and why.
+        Folders that hold no finished survey, each with the reason.
     """
     drawn = [
         files.read_json(folder / name / "survey.json") | {"pictures": _pictures(folder / name)}
@@ -130,7 +130,7 @@ def _pictures(folder: Path) -> dict[str, str]:
 
 
 def read_frame(folder: Path) -> Frame:
-    """Read what the page is filled into, from the folder of the template."""
+    """Read the templates, styles and scripts of the page from the folder of the template."""
     templates = {
         path.relative_to(folder).as_posix(): path.read_text(encoding="utf-8")
         for pattern in TEMPLATES
@@ -144,17 +144,17 @@ def read_frame(folder: Path) -> Frame:
 
 
 def read_checksums(paths: Iterable[Path]) -> dict[str, str]:
-    """Read files, and return the SHA-256 of each by its name."""
+    """Return the SHA-256 of each file, by its path."""
     return {str(path): hashlib.sha256(path.read_bytes()).hexdigest() for path in paths}
 
 
 def read_versions(template: Path) -> list[tuple[str, str]]:
-    """Read the versions of Python, of the packages that the results come from, and of uPlot.
+    """Read the versions of Python, of the packages that computed the results, and of uPlot.
 
     Parameters
     ----------
     template : Path
-        The folder of the template, where uPlot names its version in its first line.
+        The folder of the template; the first line of uPlot's file names its version.
     """
     packages = [(name, importlib.metadata.version(name)) for name in PACKAGES]
     first_line = (template / UPLOT).read_text(encoding="utf-8").partition("\n")[0]

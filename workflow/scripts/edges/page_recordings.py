@@ -1,4 +1,4 @@
-"""Read what the stages have stored of each recording that the report shows."""
+"""Read the stored results of each recording, for the report."""
 
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -14,12 +14,12 @@ from edges.fits import by_size, read_particles
 from edges.results import read_fit, read_signal
 from edges.scorer_files import read_stretches
 
-# Under which an unlabelled recording is judged: all labelled ones teach.
+# Scheme of an unlabelled recording: all labelled recordings teach.
 ALL = "all"
 
 
 class StoredRecordings:
-    """The recordings of a run of the workflow, read one at a time.
+    """The accepted recordings of a run of the workflow, read one at a time.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ class StoredRecordings:
     settings : mapping
         The configuration.
     by_features : bool
-        Whether a detector judges by the taught scorer's features.
+        Whether a detector uses the taught scorer's features.
     """
 
     def __init__(self, results: Path, settings: Settings, *, by_features: bool) -> None:
@@ -43,7 +43,7 @@ class StoredRecordings:
         self._stretches = read_stretches(features, accepted) if by_features and folders else {}
 
     def __call__(self, name: str) -> Stored:
-        """Read what is stored of an accepted recording."""
+        """Read the stored results of an accepted recording."""
         check = files.read_json(self._results / "checks" / f"{name}.json")
         templates = {
             scheme: fold_particles(
@@ -69,7 +69,7 @@ class StoredRecordings:
 def _left_out(
     accepted: Mapping[str, Mapping[str, str]], schemes: list[str]
 ) -> dict[str, dict[str, list[str]]]:
-    """Tell which labelled recordings taught nothing of each recording, under each scheme."""
+    """Return the labelled recordings that did not teach for each recording and each scheme."""
     labelled = {name: row for name, row in accepted.items() if row["size_mm"]}
     left_out: dict[str, dict[str, list[str]]] = {name: {} for name in accepted}
     for name, scheme, others in _of_folds(labelled, schemes):

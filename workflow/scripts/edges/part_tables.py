@@ -1,4 +1,4 @@
-"""The table of what the paper leaves open about the parts, and the design as it ships."""
+"""Read config/parts.yaml, the choices that the paper leaves open, and the shipped design."""
 
 import yaml
 
@@ -10,12 +10,12 @@ PARTS_TABLE = CONFIG / "parts.yaml"
 
 
 def read_parts_table() -> Settings:
-    """Read ``config/parts.yaml``: the choices, with the limits of all values."""
+    """Read ``config/parts.yaml``: the choices, and the limits of all values."""
     table: Settings = yaml.safe_load(PARTS_TABLE.read_text(encoding="utf-8"))
     return table
 
 
 def shipped_design() -> Design:
-    """Return the design that the two tables describe, with nothing changed."""
+    """Return the design with the values of ``config/parts.yaml`` and ``config/phantom.yaml``."""
     phantom = read_phantom(DEFAULT_TABLE, [])
     return design_of(read_parts_table(), {}, phantom, phantom)

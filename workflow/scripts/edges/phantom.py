@@ -1,4 +1,4 @@
-"""The table of the phantom's parameters, its benches, and the arguments that choose them."""
+"""Read the phantom's parameters and its benches, and parse the arguments that choose them."""
 
 import argparse
 import difflib
@@ -23,7 +23,7 @@ def natural(text: str) -> int:
 
 
 def bench_file(name: str) -> Path:
-    """Return the file of a bench; an unknown name is answered with the nearest one."""
+    """Return the file of a bench; the error for an unknown name suggests the nearest one."""
     benches = {path.stem: path for path in sorted(BENCHES.glob("*.yaml"))}
     if name not in benches:
         nearest = difflib.get_close_matches(name, benches, n=1, cutoff=0.4)
@@ -33,21 +33,21 @@ def bench_file(name: str) -> Path:
 
 
 def read_phantom(table: Path, changes: list[str], bench: str | None = None) -> Phantom:
-    """Read the table of parameters, then a bench's differences from it, then apply changes.
+    """Read the table of parameters, then apply the differences of a bench, then the changes.
 
     Parameters
     ----------
     table
-        A whole table, such as ``config/phantom.yaml``.
+        A complete table, such as ``config/phantom.yaml``.
     changes
-        ``part.parameter=value``, each.
+        Texts of the form ``part.parameter=value``.
     bench
-        Name of a file in ``config/benches/``, without its ending.
+        Name of a file in ``config/benches/``, without its suffix.
 
     Raises
     ------
     CapsuleError
-        The table, the bench or a change cannot be used; the text names it.
+        The table, the bench or a change cannot be used; the message names it.
     """
     differing = None if bench is None else bench_file(bench)
     path = table

@@ -1,7 +1,7 @@
-"""Which state of the project makes a page: its version, and the commit of its code.
+"""Read the version of the project and the commit of its code, which the report shows.
 
-Both are read when the page is made, and are no input of any rule: a commit that changes nothing
-the page depends on makes no page anew.
+Neither is an input of a rule: a commit that does not change the report's inputs does not make the
+report again.
 """
 
 import os
@@ -13,7 +13,8 @@ from pathlib import Path
 
 from capsule.page.provenance import ProjectState
 
-# What results come from, beside recordings: only these can make a commit modified.
+# Results depend on these files and on the recordings. Only a change of these files marks the commit
+# as modified.
 _CODE = ("Snakefile", "config", "profiles", "workflow", "pyproject.toml")
 _PATIENCE_S = 20
 
@@ -36,8 +37,8 @@ def read_project_state(root: Path) -> ProjectState:
     version = None
     if path.is_file():
         version = tomllib.loads(path.read_text(encoding="utf-8"))["project"]["version"]
-    # The folder of the project must be that of the clone: an unpacked archive of the project may
-    # lie in somebody else's repository.
+    # The project must be the top folder of the clone: an unpacked archive of the project may lie
+    # inside another repository.
     head = _git(root, "rev-parse", "--show-prefix", "--verify", "HEAD")
     if head is None or not head.startswith("\n"):
         return ProjectState(version, _commit_of_archive(root / ".git_archival.txt"), False)
@@ -49,16 +50,17 @@ def _commit_of_archive(note: Path) -> str | None:
     """Return the commit that git has written into an archive that it made of the project."""
     text = note.read_text(encoding="utf-8") if note.is_file() else ""
     commit = text.removeprefix("node:").strip()
-    # In a clone, and in a copy of one, the note is still as it was written.
+    # git fills the note only in an archive. In a clone, it holds a format text, not a commit.
     return commit if re.fullmatch("[0-9a-f]{40,64}", commit) else None
 
 
 def _git(root: Path, *arguments: str) -> str | None:
-    """Return what git says; None where it is not installed, refuses or does not answer."""
+    """Return the output of git; None if git is not installed, fails or does not answer."""
     program = shutil.which("git")
     if program is None:
         return None
-    # A hook's variables would lead to another repository; no lock disturbs a git at work.
+    # The variables of a hook could lead to another repository. Without optional locks, this call
+    # does not disturb another git command.
     environment = {key: text for key, text in os.environ.items() if not key.startswith("GIT_")}
     environment["GIT_OPTIONAL_LOCKS"] = "0"
     try:

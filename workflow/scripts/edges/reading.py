@@ -1,6 +1,6 @@
-"""Reading a file whole, with a bound, and without waiting for what is no file.
+"""Read a whole file up to a size limit, without waiting for a pipe or a device.
 
-Imports nothing heavy: the Snakefile and every script use it.
+The Snakefile and every script use this module, so it imports only fast modules.
 """
 
 import errno
@@ -14,14 +14,14 @@ def _open_without_waiting(path: str, flags: int) -> int:
 
 
 def read_limited(path: Path, max_bytes: int) -> bytes | None:
-    """Read a file whole, or tell by None that it is larger; no larger one is taken in.
+    """Read a whole file; return None if it is larger than the limit.
 
     Raises
     ------
     OSError
-        It cannot be read, or is no file but a pipe, a device or a folder.
+        The file cannot be read, or is a pipe, a device or a folder.
     """
-    # What was a file when it was listed may be a pipe by now, and opening one waits for ever.
+    # A pipe may have replaced the file since it was listed, and opening a pipe can wait forever.
     with open(path, "rb", opener=_open_without_waiting) as stream:
         if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
             raise OSError(errno.EINVAL, "a pipe or a device, not a file", str(path))

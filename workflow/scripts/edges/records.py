@@ -1,11 +1,12 @@
-"""What each result was made from: a record that a job writes last, and the check against it.
+"""Record what each result was made from, and check later whether the result still fits.
 
-Snakemake's own notes go by time stamps, and may be lost or belong to another run. A record holds
-the key of the settings and the code, and the checksum of each file that the job has read or
-written. A result fits as long as all of these are as they were. What does not fit is made again by
-Snakemake's own means: its parameter changes, and its files count as old.
+Snakemake's own notes use time stamps, and can be lost or belong to another run. A job's last act is
+to write its record. The record holds the key of the settings and the code, and the checksum of each
+file that the job has read or written. A result fits as long as none of these has changed. For a
+result that does not fit, the parameter of its rule changes and its files get an old time stamp, so
+that Snakemake makes it again.
 
-Imports nothing heavy: the Snakefile and every script use it.
+The Snakefile and every script use this module, so it imports only fast modules.
 """
 
 import functools
@@ -21,31 +22,32 @@ from typing import Any
 
 from edges.reading import read_limited
 
-# Raised when records or results change their form: everything is then made again.
+# Increase this number when the form of records or results changes; all results are then made again.
 FORMAT = 1
-# Of a larger file only the size counts; no such file is ever read whole.
+# For a larger file, the size replaces the checksum.
 _LARGEST_BYTES = 100_000_000
 _RESULTS, _RECORDS = "results", "records"
-# What a job's results depend on: recordings, surveys, other results, what ships beside the code.
+# A job's results depend on files in these folders: recordings, surveys, other results, and the
+# files beside the code.
 _FOLLOWED = {"raw", _RESULTS, "sessions", "workflow"}
 _NOT_FOLLOWED = {"logs", _RECORDS}
 
 
 def _record_folder(result: Path | str) -> Path:
-    """Name the folder of the records; another workflow may give results/ a prefix."""
+    """Return the folder of the records; another workflow may give results/ a prefix."""
     parts = Path(result).parts
     return Path(*parts[: parts.index(_RESULTS) + 1], _RECORDS)
 
 
 def record_path(output: Path | str) -> Path:
-    """Name the record of the job whose first output is this file under results/."""
+    """Return the path of the record of the job whose first output is this file."""
     folder = _record_folder(output)
     path = folder / Path(output).relative_to(folder.parent)
     return path.with_name(f"{path.name}.json")
 
 
 def checksum(path: Path | str) -> str | None:
-    """Return the SHA-256 of a file; None where it is not there or cannot be read."""
+    """Return the SHA-256 of a file; None if the file does not exist or cannot be read."""
     try:
         content = read_limited(Path(path), _LARGEST_BYTES)
         if content is None:
@@ -56,8 +58,8 @@ def checksum(path: Path | str) -> str | None:
 
 
 def followed(path: object) -> str | None:
-    """Name a file relative to the working directory, if a result may depend on its content."""
-    # Most of what a job opens is code.
+    """Return a file's path from the working directory; None if no result depends on the file."""
+    # Most files that a job opens are code.
     if not isinstance(path, str | os.PathLike) or os.fsdecode(path).endswith((".py", ".pyc")):
         return None
     name = os.path.relpath(os.fsdecode(path)).replace(os.sep, "/")
@@ -70,7 +72,7 @@ def followed(path: object) -> str | None:
 
 @dataclass
 class Record:
-    """What one job has read and written, by its checksums, and the key of what it was told."""
+    """The key of one job, and the checksums of the files that it has read and written."""
 
     made_from: str
     read: dict[str, str | None] = field(default_factory=dict)
@@ -78,7 +80,7 @@ class Record:
     _busy: bool = False
 
     def watch(self) -> None:
-        """Note each file that this process opens for reading, or renames to its final name."""
+        """Record each file that this process opens for reading, or renames to its final name."""
         sys.addaudithook(self._heard)
 
     def _heard(self, event: str, arguments: tuple[Any, ...]) -> None:
@@ -88,7 +90,7 @@ class Record:
         try:
             if event == "open" and arguments[1] in ("r", "rb"):
                 name = followed(arguments[0])
-                # What the job has written itself, and reads again, comes from nowhere else.
+                # A file that the job wrote itself is no input, even if the job reads it again.
                 if name and name not in self.read and name not in self.written:
                     self.read[name] = checksum(name)
             elif event == "os.rename" and (name := followed(arguments[1])):
@@ -97,7 +99,7 @@ class Record:
             self._busy = False
 
     def content(self) -> dict[str, Any]:
-        """Return the record as JSON holds it; to be written when the job has ended well."""
+        """Return the record for a JSON file, to be written when the job has succeeded."""
         files = {
             "read": dict(sorted(self.read.items())),
             "written": dict(sorted(self.written.items())),
@@ -107,24 +109,24 @@ class Record:
 
 @functools.cache
 def parameter(key: str, outputs: tuple[str, ...], *, renew: bool) -> str:
-    """Give the parameter by which Snakemake tells whether a job's results are still good.
+    """Return the parameter by which Snakemake decides whether to run a job again.
 
-    One process gives one answer: Snakemake asks several times.
+    Snakemake asks several times; the cache makes all answers of one process equal.
 
     Parameters
     ----------
     key : str
-        The job's first output, a colon, and what changes with its settings, code and members.
+        The job's first output, a colon, and a checksum of its settings, code and members.
     outputs : tuple of str
-        Its files; the first one names the record.
+        The job's output files; the first one names the record.
     renew : bool
-        Whether results that do not fit are to be made again: their parameter then changes, and
-        their time stamps become old for a Snakemake that remembers no parameter.
+        Whether results that do not fit are made again. Their parameter then changes. Their time
+        stamps become old, in case Snakemake has lost its notes of the parameters.
 
     Returns
     -------
     str
-        The key, and behind it a token where the job had to be done again.
+        The key, followed by a token if the results did not fit once.
     """
     token = record_path(outputs[0]).with_suffix(".again")
     told = key + _text(token)
@@ -138,15 +140,15 @@ def parameter(key: str, outputs: tuple[str, ...], *, renew: bool) -> str:
 
 
 def files_that_do_not_fit(target: str) -> list[str]:
-    """Follow the records from a result to all that it was made from, and find what has changed.
+    """Return the changed files among all files that a result was made from.
 
     Returns
     -------
     list of str
-        Sorted; files that are missing or have another content than a record says.
+        Sorted paths of files that are missing, or whose content differs from a record.
     """
     changed, waiting, written_by = set(), [target], _records_by_file(_record_folder(target))
-    # Many jobs read the same file.
+    # Many jobs read the same file, so each checksum is computed once.
     seen, now = set(waiting), functools.cache(checksum)
     while waiting:
         record = written_by.get(waiting.pop())
@@ -159,7 +161,7 @@ def files_that_do_not_fit(target: str) -> list[str]:
 
 
 def _changed(record: dict[str, Any], now: Callable[[str], str | None]) -> set[str]:
-    """Name the files that a record tells otherwise than they are now."""
+    """Return the files whose checksums differ from those in the record."""
     known = {**record["read"], **record["written"]}
     return {name for name, before in known.items() if now(name) != before}
 
@@ -173,7 +175,7 @@ def _records_by_file(folder: Path) -> dict[str, dict[str, Any]]:
 
 
 def _fits(told: str, outputs: Sequence[str]) -> bool:
-    """Tell whether a job's results are as its record says; so they are where there are neither."""
+    """Return whether a job's results fit its record; True if neither results nor record exist."""
     path = record_path(outputs[0])
     if not path.exists() and not any(map(os.path.exists, outputs)):
         return True
@@ -184,13 +186,13 @@ def _fits(told: str, outputs: Sequence[str]) -> bool:
 
 
 def _wrote_all(outputs: Sequence[str], written: Iterable[str]) -> bool:
-    """Tell whether each output was written; of a folder, a file in it."""
+    """Return whether each output was written; for a folder, whether a file in it was written."""
     parents = {name.rpartition("/")[0] for name in written}
     return set(outputs) <= {*written, *parents}
 
 
 def _read(path: Path) -> dict[str, Any] | None:
-    """Read a record; None where it is not there, damaged, or of another format."""
+    """Read a record; return None if it is missing, damaged, or of another format."""
     try:
         record: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         whole = record["format"] == FORMAT and isinstance(record["made_from"], str)
@@ -209,5 +211,5 @@ def _text(path: Path) -> str:
 
 @functools.cache
 def _checksum_at_start(name: str) -> str | None:
-    """Return a file's checksum; many jobs read the same one."""
+    """Return a file's checksum; the cache computes it once for all jobs that read the file."""
     return checksum(name)

@@ -1,4 +1,4 @@
-"""Read what the stages before have written, for the figures and the report."""
+"""Read the results of the earlier steps, for the figures and the report."""
 
 from pathlib import Path
 from typing import Any
@@ -15,13 +15,13 @@ from capsule.kinds import Settings
 from capsule.particles import Particle
 from edges import files
 
-# What people write: 01 is no number there, and NA a name as good as others.
+# Columns of text that people have written: in these, 01 is not a number and NA is a name.
 TEXT = {"recording", "status", "reason", "sha256", "readings_sha256", "source", "near_copies"}
 TEXT |= {"path", "site", "session", "detector", "scheme"}
 
 
 def read_table(path: Path) -> pd.DataFrame:
-    """Read a table that a stage before has written; an empty cell alone is unknown."""
+    """Read a table that an earlier step has written; only an empty cell is an unknown value."""
     columns = pd.read_csv(path, nrows=0).columns
     return pd.read_csv(
         path,
@@ -32,19 +32,19 @@ def read_table(path: Path) -> pd.DataFrame:
 
 
 def read_evaluation(folder: Path, printed: Settings, confidence: float) -> Evaluation:
-    """Read results/evaluation and put the paper's numbers beside it."""
+    """Read results/evaluation, and add the paper's numbers."""
     paper = {name: pd.DataFrame(rows) for name, rows in printed_tables(printed, confidence).items()}
     tables = {name: read_table(folder / f"{name}.csv") for name in TABLES}
     return Evaluation(read_table(folder / "predictions.csv"), tables, paper)
 
 
 def read_judgements(folder: Path) -> dict[str, pd.DataFrame]:
-    """Read the tables by which the detectors are compared."""
+    """Read the tables that compare the detectors."""
     return {name: read_table(folder / f"{name}.csv") for name in COLUMNS}
 
 
 def read_learning(folder: Path) -> pd.DataFrame:
-    """Read the rates that parts of the archive reach."""
+    """Read the rates that the detectors reach with parts of the archive."""
     return pd.read_csv(folder / "learning.csv")
 
 
@@ -55,13 +55,13 @@ def read_printed(path: Path) -> dict[str, Any]:
 
 
 def read_signal(folder: Path, name: str) -> FloatArray:
-    """Read an accepted recording's readings on an even grid, (S, K), NaN where one is missing."""
+    """Read an accepted recording's readings on an even time grid, (S, K); NaN is a missing one."""
     readings: FloatArray = np.load(folder / f"{name}.npy")
     return readings
 
 
 def read_fit(path: Path) -> tuple[dict[str, Any], Particle] | None:
-    """Read a recording's fit and its particle; None where it has none."""
+    """Read a recording's fit and its particle; return None if it has no fit."""
     if not path.exists():
         return None
     fit = files.read_json(path)

@@ -1,4 +1,4 @@
-"""Options that say which run is archived, whoever writes it into raw/."""
+"""Read the options that name a recording and its size, for all commands that write into raw/."""
 
 import argparse
 import re
@@ -9,8 +9,8 @@ LONGEST_NAME = 96  # without .csv
 
 
 def size_folder(text: str) -> str:
-    """Read a size and give its folder: 3mm, 2.5mm."""
-    # ASCII alone: float() would also read -0, 1_0 and digits of other scripts.
+    """Read a size, and return the name of its folder, such as 3mm or 2.5mm."""
+    # Only ASCII digits: float() would also accept -0, 1_0 and digits of other scripts.
     if not re.fullmatch(r"[0-9]{1,9}(\.[0-9]{1,9})?|\.[0-9]{1,9}", text) or float(text) >= 100:
         raise argparse.ArgumentTypeError(f"{text!r} is not a size in mm from 0 to below 100")
     label = size_label(float(text))
@@ -23,7 +23,7 @@ def size_folder(text: str) -> str:
 
 
 def recording_name(text: str) -> str:
-    """Read the name of a recording; one that the workflow would pass over is refused."""
+    """Read the name of a recording; raise an error if the workflow would pass over this name."""
     repeated = len(text) <= LONGEST_NAME and repeated_end(text)
     if repeated:
         raise argparse.ArgumentTypeError(

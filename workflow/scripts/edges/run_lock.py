@@ -1,9 +1,9 @@
-"""One run at a time in a folder, by a lock that the system itself takes back.
+"""Lock a folder, so that only one run can use it at a time.
 
-Snakemake's own lock is a file, which `kill -9` or a power cut leaves behind, and the user has to
-remove it. A lock of the operating system ends with the process that holds it, however it ends.
+Snakemake's own lock is a file. After `kill -9` or a power cut the file stays, and the user has to
+remove it. A lock of the operating system always ends with the process that holds it.
 
-Imports nothing heavy: the Snakefile uses it.
+The Snakefile uses this module, so it imports only fast modules.
 """
 
 import contextlib
@@ -19,22 +19,22 @@ from edges.file_lock import lock_file
 
 
 def hold(path: Path) -> IO[bytes]:
-    """Take the lock of a folder, for as long as this process lives.
+    """Take the lock of a folder until this process ends.
 
     Parameters
     ----------
     path : Path
-        The file that carries the lock; it is made, and stays.
+        The file that carries the lock; it is created, and stays.
 
     Returns
     -------
     binary file
-        To be kept: when it is closed, the lock is gone.
+        The open file; the lock ends when this file is closed.
 
     Raises
     ------
     CapsuleError
-        Another process holds the lock; the text says which.
+        Another process holds the lock; the message names it.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     stream = path.open("a+b")
@@ -62,7 +62,7 @@ def hold(path: Path) -> IO[bytes]:
 
 
 def is_held(path: Path) -> bool:
-    """Tell whether a process holds the lock of a folder."""
+    """Return whether a process holds the lock of a folder."""
     if not path.exists():
         return False
     with path.open("rb+") as stream:
@@ -71,7 +71,7 @@ def is_held(path: Path) -> bool:
         except BlockingIOError:
             return True
         except OSError:
-            # A file system without locks, of which `hold` warns.
+            # The file system does not support locks; `hold` prints a warning.
             return False
     return False
 

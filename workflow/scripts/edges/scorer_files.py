@@ -1,4 +1,4 @@
-"""Read the taught scorer's weights; read and write what it makes of recordings."""
+"""Read the taught scorer's weights; read and write the features that it computes."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import astuple, fields
@@ -30,7 +30,7 @@ def write_features(path: Path, features: Mapping[str, Features]) -> None:
 
 
 def read_features(folder: Path, recordings: Iterable[str]) -> dict[str, Features]:
-    """Read the features of some recordings, a file a folder."""
+    """Read the features of some recordings from one file for each folder."""
     wanted, features = set(recordings), {}
     for label in sorted({folder_of(name) for name in wanted}):
         with np.load(folder / f"{label}.npz") as stored:
@@ -42,9 +42,9 @@ def read_features(folder: Path, recordings: Iterable[str]) -> dict[str, Features
 
 
 def write_stretches(path: Path, stretches: Mapping[str, Stretches | None]) -> None:
-    """Write what the score of a folder's recordings loses without each stretch, where it is known.
+    """Write the losses of each recording's score without each stretch, if they are known.
 
-    An array a recording: score, first and step, and then the losses.
+    The file holds one array for each recording: score, first, step, and then the losses.
     """
     arrays: dict[str, Any] = {
         name: np.hstack(astuple(each)) for name, each in stretches.items() if each is not None
@@ -54,7 +54,7 @@ def write_stretches(path: Path, stretches: Mapping[str, Stretches | None]) -> No
 
 
 def read_stretches(folder: Path, recordings: Iterable[str]) -> dict[str, Stretches]:
-    """Read what `write_stretches` wrote of some recordings, a file a folder."""
+    """Read the stretches of some recordings from one file for each folder."""
     wanted, stretches = set(recordings), {}
     for label in sorted({folder_of(name) for name in wanted}):
         with np.load(folder / f"{label}.stretches.npz") as stored:

@@ -1,4 +1,4 @@
-"""The parser of any script's command line, as the script itself makes it."""
+"""Get the command-line parser of any script."""
 
 import argparse
 import runpy
@@ -8,7 +8,7 @@ from unittest import mock
 
 
 class _Stopped(BaseException):
-    """A script is about to read its command line; no script catches this."""
+    """The signal that a script is about to read its command line; no script catches it."""
 
     def __init__(self, parser: argparse.ArgumentParser) -> None:
         super().__init__()
@@ -18,7 +18,7 @@ class _Stopped(BaseException):
 def script_parser(script: Path) -> argparse.ArgumentParser:
     """Return the parser with which a script reads its command line.
 
-    The script's `main` runs to the moment at which it would read the command line, and no further.
+    The script's `main` runs until it would read the command line, and stops there.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def script_parser(script: Path) -> argparse.ArgumentParser:
     Raises
     ------
     ValueError
-        It ends without reading a command line.
+        The script ends without reading a command line.
     """
 
     def stop(parser: argparse.ArgumentParser, *_: object) -> None:

@@ -1,6 +1,6 @@
-"""Which files a script's result depends on: itself and the library modules that it imports.
+"""Find the code files that a script's result depends on: the local modules that it imports.
 
-Imports nothing heavy: the Snakefile asks at every start.
+The Snakefile uses this module at every start, so it imports only fast modules.
 """
 
 import ast
@@ -10,20 +10,19 @@ from pathlib import Path
 
 
 def imported_files(script: Path, modules: Iterable[str] = ()) -> list[Path]:
-    """Find the local modules that a script imports, directly or through one another.
+    """Return the files of the local modules that a script imports, directly or indirectly.
 
     Parameters
     ----------
     script : Path
-        A script; modules are looked for beside it, in the folder of the library's package.
+        A script; local modules lie in its folder.
     modules : iterable of str
-        More modules that it imports, by names that a registry gives.
+        Names of further modules, which the script imports by the names in a registry.
 
     Returns
     -------
     list of Path
-        Sorted, without the script itself; what is not found beside it belongs to Python or an
-        installed package.
+        Sorted paths, without the script itself, Python's modules and installed packages.
     """
     folder = script.parent
     waiting = {script, *_files_of(frozenset(modules), folder)}
@@ -37,7 +36,7 @@ def imported_files(script: Path, modules: Iterable[str] = ()) -> list[Path]:
 
 @cache
 def _imports(source: Path) -> frozenset[str]:
-    """Name every module that a file imports; of ``from a import b`` both a and a.b."""
+    """Return the modules that a file imports; for ``from a import b`` both a and a.b."""
     names: set[str] = set()
     for node in _statements(ast.parse(source.read_text(encoding="utf-8"), str(source))):
         if isinstance(node, ast.Import):
@@ -48,25 +47,25 @@ def _imports(source: Path) -> frozenset[str]:
 
 
 def _statements(module: ast.Module) -> Iterator[ast.AST]:
-    """Give all statements of a file, at any depth, but no expressions: those are most of it."""
+    """Yield all statements of a file at any depth; skip expressions, which are most of a file."""
     waiting: list[ast.AST] = [module]
     while waiting:
         node = waiting.pop()
         yield node
-        # What holds statements: bodies, the other branches, handlers of exceptions, cases.
+        # These fields of a statement hold further statements.
         for block in ("body", "orelse", "handlers", "finalbody", "cases"):
             waiting += getattr(node, block, [])
 
 
 @cache
 def _files_of(modules: frozenset[str], folder: Path) -> frozenset[Path]:
-    """Give the local files that importing these modules runs, the packages above included."""
+    """Return the local files that run when these modules are imported, with their packages."""
     return frozenset().union(*(_module_files(folder, module) for module in modules))
 
 
 @cache
 def _module_files(folder: Path, module: str) -> frozenset[Path]:
-    """Give the files that importing a dotted name runs, the packages above it included."""
+    """Return the files that run when a dotted name is imported, with the packages above it."""
     files, path = [], folder
     for part in module.split("."):
         path /= part

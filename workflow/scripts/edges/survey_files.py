@@ -1,4 +1,4 @@
-"""What the files of a survey hold."""
+"""Read the files of a survey."""
 
 from pathlib import Path
 
@@ -14,7 +14,7 @@ def read_session(folder: Path) -> Session:
     Raises
     ------
     SessionError
-        A file cannot be read; the text says which and why.
+        A file cannot be read; the message names the file and the reason.
     """
     contents = {}
     for file in FILES:

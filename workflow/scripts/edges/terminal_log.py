@@ -1,9 +1,9 @@
-"""What a run of Snakemake says on the terminal: a line a job, and one that tells how far it is.
+"""Print one line for each job of a Snakemake run, and one line for the progress.
 
-Snakemake's own lines tell a job's files, which are a thousand for some; they stay in the log file
-under .snakemake/log/. What has gone wrong is told as Snakemake tells it.
+Snakemake's own lines list a job's files, sometimes a thousand of them. They remain in the log file
+under .snakemake/log/. Snakemake's own error messages are printed as they are.
 
-Imports nothing heavy: the Snakefile uses it.
+The Snakefile uses this module, so it imports only fast modules.
 """
 
 import logging
@@ -11,7 +11,8 @@ import re
 import shutil
 from typing import TextIO
 
-# Said in other words, or of no use beside the lines of the jobs.
+# Events and messages that are not printed: this module prints them in other words, or the lines of
+# the jobs make them superfluous.
 _LEFT_OUT = {"workflow_started", "job_started", "job_finished", "resources_info", "rulegraph"}
 _LEFT_OUT_TEXTS = (
     "Assuming unrestricted",
@@ -24,7 +25,7 @@ _LEFT_OUT_TEXTS = (
     "Some jobs were triggered",
     "Rules with provenance",
 )
-# Snakemake's reasons, and what they mean here.
+# Beginnings of Snakemake's reasons, and the words that are printed for them.
 _REASONS = (
     ("Missing output files", "its results are missing"),
     ("Params have changed", "its recording, its settings or the code have changed"),
@@ -38,17 +39,17 @@ _CLEAR_LINE = "\r\x1b[K"
 
 
 def reason_in_words(reason: str) -> str:
-    """Say why a job runs.
+    """Return the reason why a job runs, in plain words.
 
     Parameters
     ----------
     reason : str
-        As Snakemake gives it: a sentence, a colon, and all files or values that it concerns.
+        Snakemake's reason: a sentence, a colon, and all files or values that it concerns.
 
     Returns
     -------
     str
-        A clause that follows "because"; of many files it names the first.
+        A clause that follows "because"; it names only the first of many files.
     """
     for beginning, words in _REASONS:
         start = reason.find(beginning)
@@ -62,12 +63,12 @@ def reason_in_words(reason: str) -> str:
 
 
 class TerminalLog(logging.Handler):
-    """Says in short what Snakemake's own handler would say at length.
+    """A log handler that prints short lines in place of those of Snakemake's own handler.
 
     Parameters
     ----------
     default : logging.StreamHandler
-        Snakemake's own handler, which tells everything else.
+        Snakemake's own handler, which prints all other messages.
     dry_run : bool
         Whether jobs are only listed, each with its reason.
     """
@@ -80,7 +81,7 @@ class TerminalLog(logging.Handler):
         self._job, self._progress, self._table_told = "", "", False
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Say one thing."""
+        """Print one message, or leave it out."""
         event = getattr(record, "event", None)
         kind = getattr(event, "value", event)
         if kind in _LEFT_OUT or record.getMessage().startswith(_LEFT_OUT_TEXTS):
@@ -124,9 +125,9 @@ class TerminalLog(logging.Handler):
 
 
 def speak_shortly(logger: logging.Logger, *, dry_run: bool) -> None:
-    """Put a `TerminalLog` in the place of Snakemake's own handler for the terminal, if it is there.
+    """Replace Snakemake's own handler for the terminal with a `TerminalLog`.
 
-    It is not where the user has chosen another logger.
+    If the user has chosen another logger, that handler does not exist, and nothing changes.
     """
     for default in list(logger.handlers):
         if default.name == "DefaultStreamHandler" and isinstance(default, logging.StreamHandler):

@@ -1,4 +1,4 @@
-"""Calls Snakemake as a user would, and says what is missing where it cannot."""
+"""Run Snakemake; if that is impossible, raise an error that names what is missing."""
 
 import importlib.util
 import subprocess
@@ -14,11 +14,11 @@ INTERRUPTED = 130
 
 
 def data_folder() -> Path:
-    """Return the folder whose raw/ and results/ are meant.
+    """Return the folder that holds raw/ and results/.
 
-    That is the working directory, where it holds raw/ and config/config.yaml; otherwise the folder
-    of the project. Where the project was installed as a package, that holds no raw/ and should
-    never get one: then it is the working directory again.
+    This is the working directory if it holds raw/ and config/config.yaml, and otherwise the folder
+    of the project. An installed package has no raw/ and must not get one; then the working
+    directory is returned.
     """
     here = Path.cwd()
     whole = (here / "raw").is_dir() and (here / CONFIG).is_file()
@@ -26,18 +26,18 @@ def data_folder() -> Path:
 
 
 def data_config() -> Path:
-    """Return the configuration of the data's folder, or the project's where it has none."""
+    """Return the configuration in the data's folder; if it has none, the project's."""
     path = data_folder() / CONFIG
     return path if path.is_file() else PROJECT / CONFIG
 
 
 def check_workflow(folder: Path) -> None:
-    """Make sure that the workflow can run in a folder.
+    """Raise an error if the workflow cannot run in a folder.
 
     Raises
     ------
     CapsuleError
-        Snakemake or a part of the project is missing; the text says which, and the remedy.
+        Snakemake or a part of the project is missing; the message names it and the remedy.
     """
     if importlib.util.find_spec("snakemake") is None:
         raise CapsuleError(
@@ -46,8 +46,8 @@ def check_workflow(folder: Path) -> None:
         )
     if not (PROJECT / "Snakefile").is_file():
         raise CapsuleError(
-            f"{PROJECT} holds no Snakefile, so it is no whole project; get the project's folder "
-            "whole, and run its own workflow/scripts/capsule_command.py"
+            f"{PROJECT} holds no Snakefile, so the project is incomplete; get the complete folder "
+            "of the project, and run its workflow/scripts/capsule_command.py"
         )
     for part in (Path("raw"), CONFIG):
         if not (folder / part).exists():
@@ -64,14 +64,14 @@ def call_workflow(folder: Path, arguments: Sequence[str]) -> int:
     Parameters
     ----------
     folder : Path
-        Holds raw/ and config/config.yaml, and will hold results/.
+        The folder with raw/ and config/config.yaml; results/ is written into it.
     arguments : sequence of str
         Targets and options.
 
     Raises
     ------
     CapsuleError
-        As `check_workflow`.
+        The workflow cannot run in the folder; see `check_workflow`.
     """
     check_workflow(folder)
     command = [sys.executable, "-m", "snakemake", *arguments]
@@ -84,4 +84,4 @@ def call_workflow(folder: Path, arguments: Sequence[str]) -> int:
                 status = process.wait()
                 return INTERRUPTED if interrupted else status
             except KeyboardInterrupt:
-                interrupted = True  # Snakemake was told as well, and ends its jobs first
+                interrupted = True  # Snakemake receives Ctrl-C too, and ends its jobs first
