@@ -170,12 +170,12 @@ def test_the_guess_is_shown_with_the_first_samples_and_a_line_a_sensor(tmp_path,
 def test_a_map_is_written_and_one_that_differs_is_left(tmp_path, good):
     shown = import_files(tmp_path, good).shown
     path = tmp_path / "lab.yaml"
-    assert f"wrote {path}: change it where it is wrong" in shown
+    assert f"wrote {path}: correct it if it is wrong" in shown
     written = path.read_bytes()
     assert yaml.safe_load(written)["sensors"] == ["S1", "S2", "S3", "S4"]
     other = write(tmp_path / "other.csv", [TIME_S * 1000, *COUNTS + 9], ("t", "a", "b", "c", "d"))
     shown = import_files(tmp_path, other).shown
-    assert f"{path} says otherwise (time, time_unit, sensors) and was left as it is" in shown
+    assert f"{path} exists and differs (time, time_unit, sensors), so it was not changed" in shown
     assert path.read_bytes() == written
 
 
@@ -309,7 +309,7 @@ def test_a_recording_that_the_report_would_reject_is_told(tmp_path):
 def test_a_file_without_a_name_that_can_be_one_is_refused_with_the_remedy(tmp_path):
     path = write(tmp_path / "....csv", [TIME_S, *COUNTS])
     refused = import_files(tmp_path, path).refused
-    assert "makes no name of a recording; give one by --name" in refused
+    assert "gives no valid name; give one with --name" in refused
 
 
 def test_no_step_of_the_workflow_imports_the_import():

@@ -1,4 +1,4 @@
-"""Average the fits of each nodule size into its template, and render it."""
+"""Average the fits of each nodule size to its template, and render the template."""
 
 import argparse
 import json
@@ -12,7 +12,7 @@ from edges import files, fits
 
 
 def main() -> None:
-    """Read the accepted recordings' fits, write the templates."""
+    """Read the fits of the accepted recordings, and write the templates."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--recordings", type=Path, required=True, help="recordings.csv")
     parser.add_argument("--fits", type=Path, required=True, help="the folder of fits")

@@ -1,4 +1,4 @@
-"""Draw one survey: for the report, with what it shows of it packed, or for print."""
+"""Draw one survey: for the report, with the values that the page shows, or for print."""
 
 import argparse
 import json
@@ -18,7 +18,7 @@ WIDTHS = {"wide": (PAGE_WIDTH_IN, ""), "narrow": (COLUMN_WIDTH_IN, "_column")}
 
 
 def main() -> None:
-    """Read the survey, write the picture, its data, and what the page shows."""
+    """Read the survey, and write the picture, its data and the values for the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--session", type=Path, required=True, help="the survey's folder")
     parser.add_argument("--phantom", type=Path, required=True, help="config/phantom.yaml")

@@ -1,4 +1,4 @@
-"""Combine the recordings of each site that has several passes to one verdict."""
+"""Combine all recordings of a site to one verdict, for each site with several passes."""
 
 import argparse
 import json
@@ -10,7 +10,7 @@ from edges import files
 
 
 def main() -> None:
-    """Read the verdicts on labelled and unlabelled recordings, write a row a detector and place."""
+    """Read the verdicts on all recordings, and write a row for each detector and site."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--recordings", type=Path, required=True, help="recordings.csv")
     parser.add_argument("--evaluation", type=Path, required=True, help="the folder of predictions")
@@ -23,7 +23,7 @@ def main() -> None:
     sites = {name: row["site"] for name, row in accepted.items()}
     by_group = files.read_csv(arguments.evaluation / "group_predictions.csv")
     labelled = [row for row in by_group if row["scheme"] == group_scheme("site")]
-    if not labelled:  # no labelled place was passed twice
+    if not labelled:  # no two labelled recordings share a site
         one_by_one = files.read_csv(arguments.evaluation / "predictions.csv")
         labelled = [row for row in one_by_one if row["scheme"] == main_scheme(rules["schemes"])]
     every = labelled + files.read_csv(arguments.detections)

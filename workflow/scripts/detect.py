@@ -11,14 +11,14 @@ from edges.detector_inputs import read_template_set, read_training_archive
 
 
 def main() -> None:
-    """Write detections.csv: verdict, size, probability and place, and the template distances."""
+    """Write detections.csv with the verdicts, and detectors.json with the trained detectors."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--recordings", type=Path, required=True, help="recordings.csv")
     parser.add_argument("--matrices", type=Path, required=True, help="the folder of matrices")
     parser.add_argument("--templates", type=Path, required=True, help="templates.npz")
     parser.add_argument("--passages", type=Path, required=True, help="the folder of passages")
     parser.add_argument("--fits", type=Path, required=True, help="the folder of fits")
-    parser.add_argument("--features", type=Path, help="the folder of features, where needed")
+    parser.add_argument("--features", type=Path, help="the folder of features, if needed")
     parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
     parser.add_argument("--output", type=Path, required=True, help="output: detections.csv")
     parser.add_argument("--learned", type=Path, required=True, help="output: detectors.json")
@@ -30,7 +30,7 @@ def main() -> None:
     unlabelled = sorted((name for name in names if name not in sizes_mm), key=sort_key)
     alike = {name: set(rows[name]["near_copies"].split()) & sizes_mm.keys() for name in unlabelled}
     alike = {name: sorted(others) for name, others in alike.items() if others}
-    # Only what is nearly the same as one to be judged is left out.
+    # The fits are needed only to leave near copies of an unlabelled recording out of its templates.
     particles = fits.read_particles(arguments.recordings, arguments.fits) if alike else {}
     templates = read_template_set(arguments.templates, settings["fit"]["first_peak"], particles)
     archive = read_training_archive(arguments, rows, sizes_mm, templates, particles)

@@ -1,4 +1,4 @@
-"""Draw figures for one and for two columns, with their data as CSV."""
+"""Draw figures in the widths of one and of two columns, with their data as CSV."""
 
 import argparse
 import json
@@ -10,7 +10,7 @@ from edges.figure_inputs import StoredResults
 
 
 def main() -> None:
-    """Read the tables and templates, write the figures."""
+    """Read the tables and templates, and write the figures."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--results", type=Path, required=True, help="the folder of results")
     parser.add_argument("--paper", type=Path, required=True, help="paper.yaml")

@@ -1,4 +1,4 @@
-"""Draw the figures of the capsule and the bench as they can be built: they show no result."""
+"""Draw the figures of the design of the capsule and the bench; these figures show no results."""
 
 import argparse
 import json
@@ -11,7 +11,7 @@ from edges.part_tables import shipped_design
 
 
 def main() -> None:
-    """Read the tables of the design, write the figures."""
+    """Read the tables of the design, and write the figures."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
     parser.add_argument("--figures", nargs="+", required=True, help="names of figures")

@@ -1,4 +1,4 @@
-"""Apply every detector to each labelled recording, trained on the other recordings."""
+"""Apply every detector to each labelled recording, after training on the other recordings."""
 
 import argparse
 import json
@@ -19,7 +19,7 @@ def main() -> None:
     parser.add_argument("--matrices", type=Path, required=True, help="the folder of matrices")
     parser.add_argument("--fits", type=Path, required=True, help="the folder of fits")
     parser.add_argument("--passages", type=Path, required=True, help="the folder of passages")
-    parser.add_argument("--features", type=Path, help="the folder of features, where needed")
+    parser.add_argument("--features", type=Path, help="the folder of features, if needed")
     parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
     parser.add_argument(
         "--template-settings", type=json.loads, required=True, help="S, L and u, JSON"

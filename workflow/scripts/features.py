@@ -1,4 +1,4 @@
-"""Score every usable recording of a folder, whole and by stretches, with the trained scorer."""
+"""Score every usable recording of a folder with the taught scorer, whole and in stretches."""
 
 import argparse
 from pathlib import Path
@@ -13,7 +13,7 @@ from edges.scorer_files import read_scorer, write_features, write_stretches
 
 
 def main() -> None:
-    """Read the signals and the weights, write the features and what each stretch adds."""
+    """Read the signals and the weights, and write the features and the stretches."""
     parser = argparse.ArgumentParser(description=__doc__, parents=[folder_arguments()])
     parser.add_argument("--weights", type=Path, required=True, help="the scorer's weights, .npz")
     parser.add_argument("--output", type=Path, required=True, help="output: the features, .npz")

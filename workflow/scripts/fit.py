@@ -12,7 +12,7 @@ from edges import files
 
 
 def main() -> None:
-    """Read a matrix, and the readings that seed its fit; write the optimal parameter set."""
+    """Read a matrix and the readings that seed its fit, and write the optimal parameters."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("matrix", type=Path, help="the matrix, .npy")
     parser.add_argument("--signal", type=Path, required=True, help="the readings, .npy")

@@ -1,4 +1,4 @@
-"""List every file under raw/: what was accepted, what was not, and why."""
+"""List every file under raw/: accepted, rejected or passed over, with the reason."""
 
 import argparse
 from pathlib import Path
@@ -10,7 +10,7 @@ from edges import files
 
 
 def main() -> None:
-    """Write recordings.csv and passed_over.csv; with --on-rejected fail, stop on a rejected one."""
+    """Write recordings.csv and passed_over.csv; with --on-rejected fail, stop at a rejection."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--raw", type=Path, required=True, help="the folder of recordings")
     parser.add_argument("--checks", type=Path, required=True, help="the folder of checks")

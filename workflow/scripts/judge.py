@@ -1,4 +1,4 @@
-"""Make the tables that assess the detectors, from their predictions."""
+"""Compute the tables that assess the detectors from their predictions."""
 
 import argparse
 import json
@@ -11,7 +11,7 @@ from edges import files
 
 
 def main() -> None:
-    """Read the predictions of all detectors, write the tables."""
+    """Read the predictions of all detectors, and write the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--recordings", type=Path, required=True, help="recordings.csv")
     parser.add_argument("--predictions", type=Path, nargs="+", required=True, help="predictions")

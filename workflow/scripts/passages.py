@@ -10,7 +10,7 @@ from edges.folder_signals import folder_arguments, usable_signals
 
 
 def main() -> None:
-    """Read the signals, write one row a recording."""
+    """Read the signals, and write one row for each recording."""
     parser = argparse.ArgumentParser(description=__doc__, parents=[folder_arguments()])
     parser.add_argument("--output", type=Path, required=True, help="output: the table")
     arguments = parser.parse_args()

@@ -14,7 +14,7 @@ from edges import files
 
 
 def main() -> None:
-    """Read a recording, write its matrix and the outcome of its check."""
+    """Read a recording, and write its readings, its matrix and the result of its check."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("recording", type=Path, help="the CSV file")
     parser.add_argument("--name", required=True, help="the recording's name, such as 3mm/r07")

@@ -1,4 +1,4 @@
-"""Write results/report.html: one page that opens from disk, with no network."""
+"""Write results/report.html, a page that needs no network."""
 
 import argparse
 import datetime
@@ -22,16 +22,16 @@ NO_SURVEYS = '{"names": [], "passed_over": {}}'
 
 
 def main() -> None:
-    """Read everything that was made, write the page."""
+    """Read all results, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--results", type=Path, required=True, help="the folder of results")
     parser.add_argument("--template", type=Path, required=True, help="the folder of the template")
     parser.add_argument("--schema", type=Path, required=True, help="the schema of the config")
     parser.add_argument("--settings", type=json.loads, required=True, help="the config, JSON")
-    parser.add_argument("--surveys", type=json.loads, default=NO_SURVEYS, help="which, JSON")
+    parser.add_argument("--surveys", type=json.loads, default=NO_SURVEYS, help="surveys, JSON")
     parser.add_argument("--code", type=Path, nargs="+", required=True, help="the files of the code")
     parser.add_argument("--output", type=Path, required=True, help="output: the page")
-    parser.add_argument("--beside", type=Path, help="output: the folder of what stands beside it")
+    parser.add_argument("--beside", type=Path, help="output: the folder of the page's data files")
     arguments = parser.parse_args()
     results, settings = arguments.results, arguments.settings
     template, confidence = arguments.template, settings["evaluation"]["confidence"]

@@ -1,1 +1,1 @@
-"""Recordings from other programs' files into raw/: one module a format, one way for all."""
+"""Import recordings from files of other programs into raw/; each format has one module."""

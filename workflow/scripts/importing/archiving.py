@@ -1,4 +1,4 @@
-"""A recording into raw/, unless it is there already."""
+"""Write imported recordings into raw/, except those that raw/ already holds."""
 
 import hashlib
 import re
@@ -14,18 +14,20 @@ from edges.run_arguments import LONGEST_NAME
 
 
 def run_name(stem: str, label: str) -> str:
-    """Make a name that a shell, the report and any file system take, from a file's and a run's.
+    """Return a recording's name, made from the names of its file and its run.
+
+    A shell, the report and any file system accept the characters of this name.
 
     Raises
     ------
     CapsuleError
-        None can be made; the remedy is --name.
+        No valid name can be made; the message names the remedy, --name.
     """
     text = f"{stem}-{label}" if label else stem
     name = re.sub(r"[^A-Za-z0-9_.+-]+", "-", text).strip("-._+")[:LONGEST_NAME]
     name = name.removesuffix(".csv").strip("-._+")
     if not classify([Entry(f"unlabelled/{name}.csv")]).recordings:
-        raise CapsuleError(f"{displayed(text)!r} makes no name of a recording; give one by --name")
+        raise CapsuleError(f"{displayed(text)!r} gives no valid name; give one with --name")
     return name
 
 
@@ -46,16 +48,16 @@ class ArchivedRuns:
         }
 
     def known(self, recording: Recording) -> str:
-        """Name the recording that holds the same samples; empty where there is none."""
+        """Return the name of the recording with the same samples; empty if there is none."""
         return self._names.get(_checksum(format_recording(recording)), "")
 
     def check_free(self, names: Sequence[str]) -> None:
-        """Make sure that recordings such as ``3mm/r07`` can be written.
+        """Raise an error if recordings with names such as ``3mm/r07`` cannot be written.
 
         Raises
         ------
         CapsuleError
-            A name is taken, or two of them are the same.
+            A name is taken, or two names are the same.
         """
         for at, name in enumerate(names):
             path = self._raw / f"{name}.csv"
@@ -63,10 +65,12 @@ class ArchivedRuns:
             if taken := next((each for each in (path, part) if each.exists()), None):
                 raise CapsuleError(_taken(taken))
             if name in names[:at]:
-                raise CapsuleError(f"two of its runs would be {path}; give them other names")
+                raise CapsuleError(
+                    f"two of its runs would be written to {path}; give them different names"
+                )
 
     def add(self, name: str, recording: Recording) -> None:
-        """Write a recording whose name is free."""
+        """Write a recording; its name must be free."""
         path = self._raw / f"{name}.csv"
         content = format_recording(recording)
         try:
@@ -76,19 +80,17 @@ class ArchivedRuns:
         self._names[_checksum(content)] = name
 
     def refuse_other_size(self, known: str, name: str) -> None:
-        """Refuse samples that are in the archive under another size."""
+        """Raise an error if the archive holds the same samples under another size."""
         reason = reason_of_copy(known, name)
         if "mislabelled" in reason:
-            raise CapsuleError(
-                f"{reason}; move {self._raw / known}.csv, or give the size that it has"
-            )
+            raise CapsuleError(f"{reason}; move {self._raw / known}.csv, or give the right size")
 
 
 def _taken(path: Path) -> str:
-    return f"{path} exists and holds other samples; nothing is overwritten: give another --name"
+    return f"{path} exists and holds other samples, so it is not overwritten; give another --name"
 
 
 def _checksum(content: bytes) -> str:
-    """Return the checksum of a recording's samples, whatever its header lines say."""
+    """Return the checksum of a recording's samples, without its header lines."""
     lines = [line for line in content.splitlines() if not line.lstrip().startswith(b"#")]
     return hashlib.sha256(b"\n".join(lines)).hexdigest()

@@ -1,4 +1,4 @@
-"""Sheets of an Excel workbook, by openpyxl."""
+"""Read the sheets of an Excel workbook with openpyxl."""
 
 import io
 import warnings
@@ -23,18 +23,18 @@ def read_excel(content: bytes, keys: SimpleNamespace, needed: int) -> list[Sourc
     content : bytes
         The file.
     keys : SimpleNamespace
-        What lab.yaml says.
+        The keys of lab.yaml.
     needed : int
         Number of columns of numbers that a sample has.
 
     Raises
     ------
     CapsuleError
-        It is damaged.
+        The file is damaged.
     """
     openpyxl = needed_package("openpyxl", "An Excel workbook")
     with damage_named("workbook", "save it again as .xlsx"), warnings.catch_warnings():
-        # Of charts, styles and checks that are of no concern here.
+        # openpyxl warns about charts, styles and checks, which do not change the values.
         warnings.simplefilter("ignore", UserWarning)
         book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
         sheets = [(sheet.title, list(sheet.values)) for sheet in book.worksheets]
@@ -45,7 +45,7 @@ def _table(title: str, rows: list[tuple], keys: SimpleNamespace, needed: int) ->
     cells = [[_cell(value) for value in row] for row in rows]
     counted = [sum(POINT.number(cell) is not None and cell != "" for cell in row) for row in cells]
     first = next((at for at in range(keys.skip_lines or 0, len(cells)) if counted[at] >= needed), 0)
-    # Cells that were only formatted make rows wider, and sheets longer.
+    # Empty cells that have a format make rows wider and sheets longer, so they are dropped.
     below = [(at, row) for at, row in enumerate(cells[first:], start=first + 1) if any(row)]
     width = max((at for _, row in below for at, cell in enumerate(row, 1) if cell), default=0)
     heads = [row[:width] for row in cells[:first] if Counter(map(bool, row))[True] > width / 2]

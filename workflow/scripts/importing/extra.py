@@ -1,4 +1,4 @@
-"""The packages of the extra ``import``: imported when a file needs one."""
+"""Import the packages of the extra ``import``, each only when a file needs it."""
 
 import contextlib
 import importlib
@@ -11,7 +11,7 @@ from types import ModuleType
 
 from capsule.errors import CapsuleError
 
-# What the readers of binary formats raise is whatever the damaged bytes lead them to.
+# Damaged bytes can make the readers of binary formats raise any of these.
 _DAMAGE = (
     ArithmeticError,
     AssertionError,
@@ -34,24 +34,24 @@ _LONGEST_REASON = 100
 
 @contextlib.contextmanager
 def damage_named(format_name: str, remedy: str, *own: type[Exception]) -> Iterator[None]:
-    """Turn what a package raises on a damaged file into one line.
+    """Turn the exceptions of a package on a damaged file into an error of one line.
 
     Parameters
     ----------
     format_name : str
-        What the package reads, in words.
+        Name of the format in words.
     remedy : str
-        What the user can do.
+        Advice for the user.
     *own : exception types
-        Those of the package itself.
+        Exceptions that the package defines.
 
     Raises
     ------
     CapsuleError
-        In place of any of these.
+        The package cannot read the file.
     """
     level = logging.root.manager.disable
-    # Some log what they repair, with the damaged bytes.
+    # Some packages log their repairs, with the damaged bytes.
     logging.disable(logging.CRITICAL)
     try:
         yield
@@ -70,14 +70,14 @@ def needed_package(module: str, format_name: str) -> ModuleType:
     Parameters
     ----------
     module : str
-        What is imported.
+        Name of the module.
     format_name : str
-        What it reads, in words.
+        Name of the format in words.
 
     Raises
     ------
     CapsuleError
-        It is not installed; the text says how it is.
+        The package is not installed; the message says how to install it.
     """
     try:
         return importlib.import_module(module)

@@ -1,4 +1,4 @@
-"""HDF5 files, and MATLAB's from version 7.3 on, by h5py."""
+"""Read HDF5 files, and MATLAB files from version 7.3 on, with h5py."""
 
 import io
 
@@ -11,7 +11,7 @@ from importing.extra import damage_named, needed_package
 
 SEPARATOR = "/"
 _UNITS = ("unit", "units")
-# What MATLAB keeps of cells and objects.
+# MATLAB stores the contents of cells and objects in these groups.
 _HIDDEN = ("#refs#", "#subsystem#")
 
 
@@ -26,7 +26,7 @@ def read_hdf(content: bytes) -> list[SourceTable]:
     Raises
     ------
     CapsuleError
-        It is damaged, or holds no series of numbers.
+        The file is damaged, or holds no series of numbers.
     """
     h5py = needed_package("h5py", "HDF5")
     arrays: dict[str, np.ndarray] = {}

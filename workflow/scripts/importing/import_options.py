@@ -1,4 +1,4 @@
-"""The command line of import_recordings.py: a file's origin, and each key of lab.yaml."""
+"""Define the command line of import_recordings.py; each key of lab.yaml is an option."""
 
 import argparse
 from pathlib import Path
@@ -8,23 +8,23 @@ from edges.workflow_call import data_config, data_folder
 from importing.lab_files import lab_schema
 
 _TYPES = {"number": float, "integer": int}
-# A file a sensor is more than an option can say.
+# One option cannot hold one file for each sensor.
 NO_OPTION = ("sensor_files",)
 
 EXAMPLES = """
 examples:
-  %(prog)s monday/*.csv --size 3          guess how they are written, and write lab.yaml
+  %(prog)s monday/*.csv --size 3          guess the format, and write lab.yaml
   %(prog)s tuesday/*.csv --size 0 --map lab.yaml
   %(prog)s log.txt --size 3 --dry-run     only show what would be done
   %(prog)s patient.xlsx --unlabelled --sheet "Run 2" --unit V
 
 exit status:
-  0 all came in, or were there already     1 at least one file was refused     2 wrong option
+  0 every file was imported, or was in the archive   1 a file was refused   2 wrong option
 """
 
 
 def build_parser() -> argparse.ArgumentParser:
-    """Make the parser; the keys of lab.yaml are options too."""
+    """Return the parser; the keys of lab.yaml are options too."""
     parser = argparse.ArgumentParser(
         description="Write recordings from other programs' files into raw/.",
         epilog=EXAMPLES,
@@ -44,13 +44,13 @@ def build_parser() -> argparse.ArgumentParser:
         "--size", type=size_folder, metavar="MM", help="nodule size of these runs; 0: no nodule"
     )
     condition.add_argument("--unlabelled", action="store_true", help="runs whose nodule is unknown")
-    add("--map", type=Path, metavar="FILE", help="lab.yaml: what is what in these files")
+    add("--map", type=Path, metavar="FILE", help="lab.yaml, which describes these files")
     add(
         "--write-map",
         type=Path,
         default=Path("lab.yaml"),
         metavar="FILE",
-        help="where to write what was guessed (default: %(default)s)",
+        help="file for the guessed description (default: %(default)s)",
     )
     add("--name", type=recording_name, help="name of the recording (default: the file's)")
     add("--dry-run", action="store_true", help="show what would be done, and write nothing")
@@ -61,7 +61,7 @@ def build_parser() -> argparse.ArgumentParser:
         default=data_config(),
         help="the workflow's configuration (default: config/config.yaml)",
     )
-    keys = parser.add_argument_group("keys of lab.yaml; an option outweighs the file")
+    keys = parser.add_argument_group("keys of lab.yaml; an option overrides the file")
     for key, part in lab_schema()["properties"].items():
         if key not in NO_OPTION:
             _add_key(keys, key, part)
@@ -84,7 +84,7 @@ def _add_key(group: argparse._ArgumentGroup, key: str, part: dict) -> None:
 
 
 def given_keys(options: argparse.Namespace) -> dict[str, object]:
-    """Give the keys of lab.yaml that the options say."""
+    """Return the keys of lab.yaml that are given as options."""
     said = {
         key: getattr(options, key) for key in lab_schema()["properties"] if key not in NO_OPTION
     }

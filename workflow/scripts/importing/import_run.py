@@ -1,4 +1,4 @@
-"""Files one after the other: read, guessed, shown, written; a bad one is a line and no stop."""
+"""Import files one after the other; a file that cannot be imported is named and passed over."""
 
 import argparse
 import contextlib
@@ -32,17 +32,18 @@ _CONFIG_SCHEMA = PROJECT / "workflow" / "schemas" / "config.schema.json"
 
 
 class Importer:
-    """Writes the runs of files into an archive.
+    """An import of files into an archive.
 
     Parameters
     ----------
     options : argparse.Namespace
-        As `importing.import_options.build_parser` gives them.
+        Options of the parser from `importing.import_options.build_parser`.
 
     Attributes
     ----------
     written, known, refused : int
-        Recordings written, recordings that were there, files that were refused.
+        Numbers of recordings written, of recordings that the archive already held, and of files
+        refused.
 
     Raises
     ------
@@ -75,7 +76,7 @@ class Importer:
             return checked_map(given | given_keys(self._options), lab_schema(), self._bench.sensors)
 
     def run(self) -> None:
-        """Import all files; those that cannot be are named, and the others come in."""
+        """Import all files; print the name of each file that cannot be imported."""
         for files in self._groups():
             try:
                 self._import(files)
@@ -85,7 +86,7 @@ class Importer:
                 print(f"refused: {_names(files)}: {text}", file=sys.stderr, flush=True)
 
     def _groups(self) -> list[list[Path]]:
-        """Put the files together that are one run."""
+        """Return the files in groups; the files of one group are one run."""
         files = [file for given in self._options.files for file in _expanded(given)]
         sensors = self._bench.sensors
         if self._keys.sensor_files:
@@ -94,7 +95,7 @@ class Importer:
             if sorted(named) != sorted(wanted) or files:
                 raise CapsuleError(
                     f"sensor_files: {', '.join(named)} are given; give the files of "
-                    f"{', '.join(wanted)} there, and no FILE beside"
+                    f"{', '.join(wanted)} there, and no FILE on the command line"
                 )
             return [[Path(named[sensor]) for sensor in wanted]]
         if not files:
@@ -133,7 +134,8 @@ class Importer:
         for guess in guesses:
             print("\n".join(guess_lines(guess)))
         planned = [self._plan(files, sources, run, guess, guesses) for run, guess in runs]
-        # All or nothing of a file: half of its runs would hide the fault of the other half.
+        # A file is imported completely or not at all. Half of its runs in the archive would hide
+        # the error in the other half.
         self._archive.check_free([name for name, _, known, _ in planned if not known])
         for name, recording, known, remarks in planned:
             self._archive_run(name, recording, known, remarks)
@@ -141,7 +143,7 @@ class Importer:
             self._keep_map(as_map(guesses[0], self._keys))
 
     def _guess(self, file: Path, *, together: bool) -> tuple[list[Guess], Source]:
-        """Read a file and find out what its columns are."""
+        """Read a file, and find out what its columns are."""
         bench = self._bench
         needed = 1 if together else bench.sensors
         guesses = []
@@ -163,7 +165,7 @@ class Importer:
         guess: Guess,
         guesses: Sequence[Guess],
     ) -> tuple[str, Recording, str, tuple[str, ...]]:
-        """Name a run, complete its header, and find out whether the archive holds it."""
+        """Name a run, complete its header, and check whether the archive holds it."""
         stem = files[0].name if files[0].is_dir() else files[0].stem
         name = f"{self._folder}/{run_name(self._options.name or stem, run.label)}"
         header = origin_lines(files, sources, run, guess, guesses) | dict(run.recording.header)
@@ -200,7 +202,7 @@ class Importer:
             print(f"  note: {remark}")
 
     def _rejection(self, recording: Recording) -> list[str]:
-        """Say what the report will say of a recording that it cannot use."""
+        """Return the report's reason against a recording that it cannot use; empty if it can."""
         try:
             _, no_verdict = readings_of(recording, self._settings)
         except RecordingError as reason:
@@ -209,13 +211,13 @@ class Importer:
 
     def _keep_map(self, content: dict) -> None:
         if self._options.dry_run:
-            print("  lab.yaml would say:")
+            print("  lab.yaml would be:")
             print("".join(f"    {line}\n" for line in map_text(content).splitlines()[1:]), end="")
         elif told := keep_map(self._options.write_map, content):
             print(f"  {told}")
 
     def summary(self) -> str:
-        """Count what came in, what was there and what was refused."""
+        """Return a line with the numbers of recordings imported and known, and files refused."""
         verb = "would be imported" if self._options.dry_run else "imported"
         there = f", {self.known} already there" if self.known else ""
         came = "1 recording" if self.written == 1 else f"{self.written} recordings"
@@ -225,7 +227,7 @@ class Importer:
 
 @contextlib.contextmanager
 def _named(place: str) -> Iterator[None]:
-    """Put a place in front of what is wrong there."""
+    """Put the place of an error in front of its message."""
     try:
         yield
     except CapsuleError as fault:
@@ -233,7 +235,7 @@ def _named(place: str) -> Iterator[None]:
 
 
 def _expanded(given: Path) -> list[Path]:
-    """Give the files that a pattern names; Windows leaves patterns such as *.csv to the program."""
+    """Return the files of a pattern such as *.csv, which a shell of Windows does not expand."""
     if given.exists() or not re.search(r"[*?\[]", given.name):
         return [given]
     return sorted(given.parent.glob(given.name)) or [given]
@@ -244,7 +246,7 @@ def _names(files: Sequence[Path]) -> str:
 
 
 def _near(path: Path) -> Path:
-    """Name a path from the working directory where it lies below it."""
+    """Return a path relative to the working directory, if it lies below it."""
     here = Path.cwd()
     return path.relative_to(here) if path.is_relative_to(here) else path
 

@@ -1,4 +1,4 @@
-"""lab.yaml on disk: read with its schema, written where no other one stands."""
+"""Read lab.yaml and its schema; write a new lab.yaml, but never over another one."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,7 +11,7 @@ from edges.files import read_json
 from edges.new_file import write_new
 
 LAB_SCHEMA = Path(__file__).resolve().parents[2] / "schemas" / "lab.schema.json"
-_HEAD = "# What import_recordings.py takes for what; docs/import.md explains each key.\n"
+_HEAD = "# How import_recordings.py reads your files; docs/import.md explains each key.\n"
 
 
 def lab_schema() -> dict:
@@ -20,12 +20,12 @@ def lab_schema() -> dict:
 
 
 def read_map(path: Path) -> dict:
-    """Read lab.yaml; its files of sensors are taken from beside it.
+    """Read lab.yaml; the paths under its key sensor_files start at its folder.
 
     Raises
     ------
     CapsuleError
-        It is not there or holds no keys; the text names it.
+        The file does not exist, or holds no keys; the message names it.
     """
     content = read_config_file(path)
     files = content.get("sensor_files")
@@ -39,7 +39,7 @@ def read_map(path: Path) -> dict:
 
 
 def map_text(content: Mapping) -> str:
-    """Write keys of lab.yaml as text."""
+    """Return keys of lab.yaml as the text of a file."""
     plain = yaml.safe_dump(
         dict(content), sort_keys=False, allow_unicode=True, default_flow_style=None
     )
@@ -47,12 +47,12 @@ def map_text(content: Mapping) -> str:
 
 
 def keep_map(path: Path, content: Mapping) -> str:
-    """Write lab.yaml, and never over one that says something else.
+    """Write lab.yaml; leave an existing file unchanged.
 
     Returns
     -------
     str
-        What was done, for the user; empty where the same already stands there.
+        A message for the user; empty if the existing file holds the same keys.
     """
     try:
         write_new(path, map_text(content).encode("utf-8"))
@@ -65,7 +65,7 @@ def keep_map(path: Path, content: Mapping) -> str:
         if not other:
             return ""
         return (
-            f"{path} says otherwise ({', '.join(other)}) and was left as it is; write another by "
-            "--write-map FILE, or give it by --map"
+            f"{path} exists and differs ({', '.join(other)}), so it was not changed; write another "
+            "file with --write-map FILE, or use this one with --map"
         )
-    return f"wrote {path}: change it where it is wrong, and give it by --map the next time"
+    return f"wrote {path}: correct it if it is wrong, and use it the next time with --map"

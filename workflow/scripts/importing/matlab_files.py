@@ -1,4 +1,4 @@
-"""MATLAB's files up to version 7.2, by scipy."""
+"""Read MATLAB files up to version 7.2 with scipy."""
 
 import io
 from collections.abc import Iterator
@@ -26,7 +26,7 @@ def read_matlab(content: bytes) -> list[SourceTable]:
     Raises
     ------
     CapsuleError
-        It is damaged, or holds no series of numbers.
+        The file is damaged, or holds no series of numbers.
     """
     with damage_named("MATLAB file", "save it again: save -v7", MatReadError):
         variables = loadmat(io.BytesIO(content), struct_as_record=False, squeeze_me=True)
@@ -35,8 +35,8 @@ def read_matlab(content: bytes) -> list[SourceTable]:
     tables = array_tables(arrays, {}, SEPARATOR)
     if not tables:
         raise CapsuleError(
-            f"no variable holds a series of numbers; it holds {', '.join(named) or 'nothing'}. A "
-            "table or timetable of MATLAB is read by MATLAB alone: save its columns as arrays, "
+            f"no variable holds a series of numbers; it holds {', '.join(named) or 'nothing'}. "
+            "Only MATLAB can read a table or timetable: save its columns as arrays, "
             "x = table2array(T)"
         )
     return tables

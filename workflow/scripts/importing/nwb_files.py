@@ -1,4 +1,4 @@
-"""Neurodata Without Borders, by pynwb."""
+"""Read files of Neurodata Without Borders (NWB) with pynwb."""
 
 import warnings
 from pathlib import Path
@@ -21,12 +21,13 @@ def read_nwb(path: Path) -> list[SourceTable]:
     Raises
     ------
     CapsuleError
-        It is damaged, or holds no time series.
+        The file is damaged, or holds no time series.
     """
     pynwb = needed_package("pynwb", "NWB")
     damage = needed_package("hdmf.build.errors", "NWB").ConstructError
-    with damage_named("NWB file", "check it by pynwb-validate", damage), warnings.catch_warnings():
-        # Of namespaces that another version of the format has written.
+    remedy = "check it with pynwb-validate"
+    with damage_named("NWB file", remedy, damage), warnings.catch_warnings():
+        # pynwb warns about namespaces of other versions of the format.
         warnings.simplefilter("ignore", UserWarning)
         with pynwb.NWBHDF5IO(str(path), mode="r", load_namespaces=True) as stream:
             file = stream.read()

@@ -1,4 +1,4 @@
-"""Where an imported recording is from, as lines of its header."""
+"""Make the header lines that name the origin of an imported recording."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,7 +17,7 @@ def origin_lines(
     guess: Guess,
     guesses: Sequence[Guess],
 ) -> dict[str, str]:
-    """Write where a recording is from."""
+    """Return the header lines with a recording's origin: files, columns, time and unit."""
     table, choice = guess.table, guess.choice
     names = [displayed(file.name) for file in files]
     origin = {

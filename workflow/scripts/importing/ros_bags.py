@@ -1,4 +1,4 @@
-"""Bags of ROS 1 and ROS 2, by rosbags."""
+"""Read bags of ROS 1 and ROS 2 with rosbags."""
 
 import dataclasses
 from collections.abc import Iterator
@@ -11,12 +11,12 @@ from capsule.errors import CapsuleError
 from capsule.importing.source_table import SourceTable, bare_column
 from importing.extra import damage_named, needed_package
 
-# A longer array in a message is an image or a scan.
+# A longer array in a message is taken for an image or a scan, and not read.
 _LONGEST_ARRAY = 256
 
 
 def read_bag(path: Path) -> list[SourceTable]:
-    """Read the topics of a bag: each number in a message is a column.
+    """Read the topics of a bag; each number in a message becomes a column.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def read_bag(path: Path) -> list[SourceTable]:
     Raises
     ------
     CapsuleError
-        It is damaged, or holds no message with numbers.
+        The bag is damaged, or holds no message with numbers.
     """
     bags = needed_package("rosbags.highlevel.anyreader", "A bag of ROS")
     typesys = needed_package("rosbags.typesys", "A bag of ROS")
@@ -45,13 +45,16 @@ def read_bag(path: Path) -> list[SourceTable]:
                 topics.setdefault(connection.topic, []).append({"stamp": stamp} | numbers)
         tables = [_table(topic, rows) for topic, rows in topics.items() if len(rows) > 1]
     if not tables:
-        raise CapsuleError("no topic holds messages with numbers; was the sensors' one recorded?")
+        raise CapsuleError(
+            "no topic holds messages with numbers; check that the sensors' topic was recorded"
+        )
     return tables
 
 
 def _table(topic: str, rows: list[dict[str, float]]) -> SourceTable:
     first = rows[0]["stamp"]
-    # Nanoseconds since 1970 are more digits than a float holds.
+    # A float cannot hold all digits of the nanoseconds since 1970, so times are relative to the
+    # first.
     seconds = np.array([(row["stamp"] - first) / 1e9 for row in rows])
     columns = [bare_column("stamp", seconds, "s")]
     for name in list(rows[0])[1:]:
@@ -61,13 +64,13 @@ def _table(topic: str, rows: list[dict[str, float]]) -> SourceTable:
 
 
 def _stamp_ns(message: object) -> int:
-    """Read the time stamp of a message's header; 0 where it has none."""
+    """Return the time stamp in a message's header; 0 if it has none."""
     stamp = getattr(getattr(message, "header", None), "stamp", None)
     return 0 if stamp is None else int(stamp.sec) * 10**9 + int(stamp.nanosec)
 
 
 def _numbers(value: object, name: str) -> Iterator[tuple[str, float]]:
-    """Name the numbers in a message: ``data[0]``, ``wrench.force.x``."""
+    """Yield the numbers in a message, with names such as ``data[0]`` and ``wrench.force.x``."""
     if dataclasses.is_dataclass(value):
         for field in dataclasses.fields(value):
             if field.name not in ("header", "layout") and not field.name.startswith("_"):

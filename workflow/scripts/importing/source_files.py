@@ -1,4 +1,4 @@
-"""Which reader a file takes: by its first bytes, not by its name."""
+"""Read a file of any format; the first bytes of the file decide which reader is used."""
 
 import hashlib
 from dataclasses import dataclass
@@ -9,7 +9,8 @@ from capsule.errors import CapsuleError
 from capsule.importing.source_table import SourceTable
 from edges.reading import read_limited
 
-# A day of 64 channels at 100 Hz in single precision is more; one run is far less.
+# 500 MB is far more than one run needs. It is less than a day of 64 channels at 100 Hz in single
+# precision.
 _MAX_BYTES = 500_000_000
 _MATLAB_73 = b"MATLAB 7.3 MAT-file"
 _NO_TABLE = {
@@ -28,9 +29,9 @@ class Source:
     Attributes
     ----------
     tables : list of SourceTable
-        What it holds.
+        Tables in the file.
     sha256 : str
-        Checksum of its content.
+        Checksum of the file's content.
     """
 
     tables: list[SourceTable]
@@ -45,14 +46,14 @@ def read_source(path: Path, keys: SimpleNamespace, needed: int) -> Source:
     path : Path
         A file, or the folder of a bag of ROS 2.
     keys : SimpleNamespace
-        What lab.yaml says.
+        The keys of lab.yaml.
     needed : int
         Number of columns of numbers that a run must have.
 
     Raises
     ------
     CapsuleError
-        It cannot be read, or is of no format that is known.
+        The file cannot be read, or its format is unknown.
     """
     if path.is_dir():
         return Source(_tables_in_folder(path), _folder_checksum(path))
@@ -62,14 +63,15 @@ def read_source(path: Path, keys: SimpleNamespace, needed: int) -> Source:
         raise CapsuleError(f"{error.strerror}; give the name of a file that can be read") from None
     if content is None:
         raise CapsuleError(
-            f"it is larger than {_MAX_BYTES / 1e6:g} MB and cannot be one session; cut it"
+            f"it is larger than {_MAX_BYTES / 1e6:g} MB, too large for one session; split it into "
+            "smaller files"
         )
     tables = _tables(path, content, keys, needed)
     return Source(tables, hashlib.sha256(content).hexdigest())
 
 
 def _tables(path: Path, content: bytes, keys: SimpleNamespace, needed: int) -> list[SourceTable]:
-    # Each reader is imported when a file of its format comes.
+    # Each reader is imported only for a file of its format, since it needs its own package.
     for mark, reason in _NO_TABLE.items():
         if content.startswith(mark):
             raise CapsuleError(reason)
@@ -108,7 +110,7 @@ def _tables(path: Path, content: bytes, keys: SimpleNamespace, needed: int) -> l
 
 def _tables_in_folder(path: Path) -> list[SourceTable]:
     if not (path / "metadata.yaml").is_file():
-        raise CapsuleError("it is a folder, and no bag of ROS 2; give the files in it")
+        raise CapsuleError("it is a folder, but not a bag of ROS 2; give the files in it")
     from importing.ros_bags import read_bag
 
     return read_bag(path)

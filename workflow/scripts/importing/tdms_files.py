@@ -1,4 +1,4 @@
-"""LabVIEW's TDMS files, by npTDMS."""
+"""Read TDMS files of LabVIEW with npTDMS."""
 
 import io
 
@@ -20,7 +20,7 @@ def read_tdms(content: bytes) -> list[SourceTable]:
     Raises
     ------
     CapsuleError
-        It is damaged, or holds no channel of numbers.
+        The file is damaged, or holds no channel of numbers.
     """
     nptdms = needed_package("nptdms", "TDMS")
     with damage_named("TDMS file", "copy or export it again"):
@@ -32,7 +32,7 @@ def read_tdms(content: bytes) -> list[SourceTable]:
 
 
 def _tables(group: object) -> list[SourceTable]:
-    """Make a table of the channels of each length."""
+    """Return one table for the channels of each length."""
     lengths: dict[int, list] = {}
     for channel in group.channels():
         if len(channel) > 1 and channel.dtype.kind in "iufM":
@@ -59,5 +59,5 @@ def _column(channel: object) -> Column:
     data = np.asarray(channel[:])
     if data.dtype.kind != "M":
         return bare_column(channel.name, data, unit)
-    # Time stamps, in microseconds since the epoch.
+    # Time stamps are converted to seconds since 1970, with a resolution of 1 microsecond.
     return bare_column(channel.name, data.astype("datetime64[us]").astype(float) / 1e6, "s")

@@ -1,4 +1,4 @@
-"""Text files: tables of any dialect, and logs of a serial line."""
+"""Read text files: tables of any dialect, and logs of a serial line."""
 
 from types import SimpleNamespace
 
@@ -16,14 +16,14 @@ def read_text(content: bytes, keys: SimpleNamespace, needed: int) -> list[Source
     content : bytes
         The file.
     keys : SimpleNamespace
-        What lab.yaml says.
+        The keys of lab.yaml.
     needed : int
-        Number of columns of numbers that there must be.
+        Smallest number of columns of numbers.
 
     Raises
     ------
     CapsuleError
-        It is no text, or holds no table that can be told.
+        The file is not text, or no table can be recognised in it.
     """
     text, encoding = decode(content, keys.encoding)
     lines = split_lines(text, encoding, keys.comment, keys.skip_lines or 0)

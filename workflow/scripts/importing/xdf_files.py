@@ -1,4 +1,4 @@
-"""LabRecorder's XDF files, by pyxdf."""
+"""Read XDF files of LabRecorder with pyxdf."""
 
 import io
 
@@ -10,7 +10,7 @@ from importing.extra import damage_named, needed_package
 
 
 def read_xdf(content: bytes) -> list[SourceTable]:
-    """Read the streams of an XDF file; time stamps are those of one clock, without jitter.
+    """Read the streams of an XDF file; pyxdf brings the time stamps to one clock, without jitter.
 
     Parameters
     ----------
@@ -20,7 +20,7 @@ def read_xdf(content: bytes) -> list[SourceTable]:
     Raises
     ------
     CapsuleError
-        It is damaged, or holds no stream of numbers.
+        The file is damaged, or holds no stream of numbers.
     """
     pyxdf = needed_package("pyxdf", "XDF")
     with damage_named("XDF file", "copy or record it again"):
@@ -28,7 +28,7 @@ def read_xdf(content: bytes) -> list[SourceTable]:
         started = str(_first(head["info"].get("datetime")))
         tables = [_table(stream, started) for stream in streams if _is_numbers(stream)]
     if not tables:
-        raise CapsuleError("no stream holds numbers; was the stream of the sensors recorded?")
+        raise CapsuleError("no stream holds numbers; check that the sensors' stream was recorded")
     return tables
 
 
@@ -51,17 +51,17 @@ def _table(stream: dict, started: str) -> SourceTable:
         "variable",
         str(_first(info["name"])),
         started=_as_utc(started),
-        remark="" if stream.get("footer") else "the stream has no end in the file: is it cut off?",
+        remark="" if stream.get("footer") else "the stream has no end: the file may be incomplete",
     )
 
 
 def _first(values: object) -> object:
-    """XML as pyxdf gives it: each element is a list."""
+    """Return the first value of an XML element, which pyxdf reads as a list."""
     return (values[0] if values else "") if isinstance(values, list) else values or ""
 
 
 def _as_utc(text: str) -> str:
-    """Write a file's time as this project does; nothing where it has none."""
+    """Return a file's time in ISO format; empty if it has none."""
     try:
         return np.datetime64(text[:19]).item().isoformat() if text else ""
     except ValueError:
