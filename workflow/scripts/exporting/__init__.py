@@ -1,5 +1,5 @@
-"""Recordings and results for other programs, behind `export.py`: one module a format.
+"""Export recordings and results for other programs; each format has one module.
 
-`gathering` reads what is exported into the plain structure of `exported`; each format writes that
-structure, so that all of them hold the same values, units and provenance.
+`gathering` reads the results into the classes of `exported`. The module of each format writes these
+classes, so all formats hold the same values, units and provenance.
 """

@@ -1,4 +1,4 @@
-"""Results that are read for an export: each with its checksum, a missing one with its remedy."""
+"""Read results for an export: record their checksums, and name the remedy if one is missing."""
 
 import json
 import zipfile
@@ -14,7 +14,7 @@ _LARGEST_BYTES = 1_000_000_000
 
 
 class CheckedFiles:
-    """The folder of results.
+    """The folder of results, and a list of the files that were read from it.
 
     Parameters
     ----------
@@ -32,11 +32,11 @@ class CheckedFiles:
         self.read: list[dict[str, str]] = []
 
     def has(self, name: str) -> bool:
-        """Tell whether there is such a file."""
+        """Return whether the file exists."""
         return (self.folder / name).is_file()
 
     def rows(self, name: str) -> list[dict[str, str]]:
-        """Read a table; every cell as text."""
+        """Read a table; every cell is a text."""
         return files.read_csv(self._noted(name))
 
     def columns(self, name: str) -> list[str]:
@@ -61,7 +61,7 @@ class CheckedFiles:
             raise _damaged(path, error) from None
 
     def arrays(self, name: str) -> dict[str, np.ndarray]:
-        """Read the arrays of an archive of them."""
+        """Read the arrays of an .npz file."""
         path = self._noted(name)
         try:
             with np.load(path) as stored:

@@ -1,10 +1,10 @@
-"""What the columns of the results mean: the unit of each, and its name in words."""
+"""Describe the columns of the results: the unit of each column, and its name in words."""
 
 import re
 
 from exporting.exported import NO_UNIT
 
-# Endings of a column's name that say its unit; an interval's end may stand behind it.
+# Parts of a column's name that give its unit, or the end of an interval.
 _UNITS = {"mm": "mm", "s": "s", "hz": "Hz"}
 _ENDS = {"low": "lower end of the interval of", "high": "upper end of the interval of"}
 _WORDS = {
@@ -14,9 +14,9 @@ _WORDS = {
     "duration": "time from the first to the last sample",
     "sha256": "SHA-256 of the file",
     "readings_sha256": "SHA-256 of the accepted readings",
-    "no_verdict": "why no detector judges it",
+    "no_verdict": "reason why no detector judges the recording",
     "near_copies": "recordings that are nearly the same",
-    "nodule_at": "place of the nodule, as the header tells it",
+    "nodule_at": "place of the nodule according to the header",
     "reading_unit": "unit of the exported readings",
     "key": "key of a header line",
     "value": "value of a header line",
@@ -44,32 +44,32 @@ _WORDS = {
     "accepted_moves": "steps that improved the particle",
     "recordings": "number of recordings",
     "healthy": "recordings without a nodule",
-    "path": "file, from the project's folder",
-    "detected": "how many are detected as any nodule",
+    "path": "path of the file from the project's folder",
+    "detected": "number of recordings detected as a nodule of any size",
     "exact_rate": "share of the sizes that are exactly right",
     "within_rate": "share of the sizes that are right within the tolerance",
 }
-# Of the parameters of particles and templates; behind each stands the number of the sensor.
+# Units and names of the parameters of particles and templates. The number of the sensor follows.
 PARAMETERS = {
     "amplitude": (NO_UNIT, "A, height of the Gaussian surface in standard deviations, sensor"),
     "vertical_spread": (NO_UNIT, "sigma_ver, spread across the sensors in rows, sensor"),
-    "peak_spacing": ("samples", "Delta mu_hor, from this sensor's peak to the next one's, sensor"),
+    "peak_spacing": ("samples", "Delta mu_hor, distance from this peak to the next, sensor"),
     "horizontal_spread": ("samples", "sigma_hor, spread along time, sensor"),
 }
 
 
 def describe(name: str) -> tuple[str, str]:
-    """Return unit and long name of a column of numbers, from its name.
+    """Return the unit and the long name of a column of numbers.
 
     Parameters
     ----------
     name : str
-        Such as ``estimate_low_mm`` or ``recall_high``.
+        Name of the column, such as ``estimate_low_mm`` or ``recall_high``.
 
     Returns
     -------
     tuple of str
-        ``1`` for a number without a unit.
+        Unit and long name; the unit is ``1`` for a number without a unit.
     """
     base, _, number = name.rpartition("_")
     if base in PARAMETERS and number.isdecimal():

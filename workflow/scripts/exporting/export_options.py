@@ -1,4 +1,4 @@
-"""The command line of export.py."""
+"""Define and read the command line of export.py."""
 
 import argparse
 from pathlib import Path
@@ -9,21 +9,21 @@ from exporting.gathering import ALL, CHOICES
 
 SCHEMA = PROJECT / "workflow" / "schemas" / "config.schema.json"
 EXTRA = 'pip install "origami-capsule[export]"'
-# Each is written by the module of that name: mat_export, xlsx_export, ...
+# The module of a format has its name: mat_export, xlsx_export and so on.
 FORMATS = ("mat", "xlsx", "parquet", "netcdf", "nwb")
 
 EXAMPLES = """
 examples:
-  %(prog)s --format mat                     everything, as export/all.mat
+  %(prog)s --format mat                     write everything to export/all.mat
   %(prog)s --format parquet --what evaluation --out tables/
-  %(prog)s --format nwb --what recordings   one NWB file a recording, in export/
+  %(prog)s --format nwb --what recordings   write one NWB file for each recording
 
 docs/export.md shows how to open each format in MATLAB, Python, R and Excel.
 """
 
 
 def read_arguments(arguments: list[str] | None = None) -> argparse.Namespace:
-    """Read what to export, and where to."""
+    """Read the command line: the format, the kind of data and the output folder."""
     parser = argparse.ArgumentParser(
         description="Export recordings and results for other programs.",
         epilog=EXAMPLES,

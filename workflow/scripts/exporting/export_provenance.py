@@ -1,4 +1,4 @@
-"""Where an export comes from: recordings, configuration, code, versions."""
+"""Collect the provenance of an export: recordings, configuration, code and versions."""
 
 import contextlib
 import importlib.metadata
@@ -15,7 +15,7 @@ from edges.records import files_that_do_not_fit
 PROJECT = Path(__file__).resolve().parents[3]
 PAPER = "Ge, Zong, Zhang and Nanayakkara, arXiv 2406.01371"
 _PACKAGES = ("numpy", "scipy", "pandas")
-# An attribute of NetCDF has no room for the names of a large archive.
+# A NetCDF attribute is too small for the names of a large archive.
 _MOST_NAMES = 20
 
 
@@ -26,7 +26,7 @@ def provenance_of(
     rows: Iterable[Mapping[str, str]],
     read: Iterable[Mapping[str, str]],
 ) -> dict[str, str]:
-    """Return where an export comes from.
+    """Return the provenance of an export.
 
     Parameters
     ----------
@@ -37,14 +37,14 @@ def provenance_of(
     settings : mapping
         The configuration.
     rows : iterable of mapping
-        Of results/recordings.csv.
+        The rows of results/recordings.csv.
     read : iterable of mapping
         ``path`` and ``sha256`` of the results that were read.
 
     Returns
     -------
     dict of str to str
-        The keys are legal names in MATLAB and elsewhere.
+        The provenance; the keys are valid names in MATLAB and in other programs.
     """
     rows = list(rows)
     accepted = [row for row in rows if row["status"] == "accepted"]
@@ -57,7 +57,7 @@ def provenance_of(
         "code_modified": "yes" if state.modified else "no",
         "exported": datetime.now(UTC).isoformat(timespec="seconds"),
         "origin": origin.kind,
-        "sources": _listed(list(origin.sources)) or "not told by the recordings",
+        "sources": _listed(list(origin.sources)) or "not named in the recordings",
         "recordings_accepted": str(len(accepted)),
         "recordings_rejected": str(len(rows) - len(accepted)),
         "recordings_sha256": combined_checksum(checksums),
@@ -72,12 +72,12 @@ def provenance_of(
 
 
 def outdated(results: Path) -> list[str]:
-    """Name files that have changed since the results were made from them."""
+    """Return the files that have changed since the results were made from them."""
     with contextlib.chdir(results.resolve().parent):
         return files_that_do_not_fit("results/report.html") if results.name == "results" else []
 
 
 def _listed(names: Sequence[str]) -> str:
-    """Write the first names of a list, and how many more there are."""
+    """Return the first names of a list as a text, with the number of further names."""
     more = len(names) - _MOST_NAMES
     return "; ".join([*names[:_MOST_NAMES], *([f"and {more} more"] if more > 0 else [])])

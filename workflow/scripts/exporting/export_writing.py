@@ -1,4 +1,4 @@
-"""Write what is exported: whole files, nothing overwritten, one line of progress."""
+"""Write the files of an export, and show the progress in one line."""
 
 import importlib
 import io
@@ -12,7 +12,7 @@ from exporting.exported import Exported
 
 
 def tell(done: int, of: int, what: str) -> None:
-    """Show how far the work is, on a terminal, in one line."""
+    """Print the progress in one line, if standard error is a terminal."""
     if sys.stderr.isatty():
         end = "\n" if done == of else ""
         print(f"\r{what} {done} of {of}", end=end, file=sys.stderr, flush=True)
@@ -24,18 +24,18 @@ def write(exported: Exported, kind: str, out: Path, *, force: bool) -> tuple[int
     Parameters
     ----------
     exported : Exported
-        What is exported.
+        The data.
     kind : str
         The format.
     out : Path
-        The folder.
+        The output folder.
     force : bool
-        Whether files that exist are overwritten.
+        Whether existing files are overwritten.
 
     Returns
     -------
     tuple of int
-        Number of files, and their bytes.
+        Number of files, and their total size in bytes.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What is exported, as a plain structure: tables, matrices with named axes, provenance."""
+"""Classes for exported data: tables, matrices with named axes, and provenance."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -15,13 +15,13 @@ class Column:
     Attributes
     ----------
     name : str
-        As in the results.
+        Name of the column in the results.
     unit : str
-        Of the numbers; ``1`` where they have none, empty for text.
+        Unit of the numbers; ``1`` for numbers without a unit, empty for text.
     long_name : str
-        What it is, in words.
+        Description in words.
     values : (n,) array
-        Of float64 (NaN: unknown), int64, bool, or objects that are text.
+        Values as float64 (NaN: unknown), int64, bool, or objects that are text.
     """
 
     name: str
@@ -32,16 +32,16 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """Columns of equal length.
+    """A table: columns of equal length.
 
     Attributes
     ----------
     name : str
-        Of letters, digits and underscores.
+        Name of letters, digits and underscores.
     long_name : str
-        What its rows are.
+        Description of the rows.
     columns : tuple of Column
-        In their order.
+        The columns in their order.
     """
 
     name: str
@@ -60,24 +60,24 @@ class Table:
 
 @dataclass(frozen=True)
 class Matrices:
-    """A matrix for each recording, or for each size of a template; a row is a sensor.
+    """A group of matrices: one for each recording, or one for each size of a template.
 
     Attributes
     ----------
     name, long_name : str
-        What they are.
+        Name and description of the group.
     units : mapping of str to str
-        Unit of each one's values, by the same names as `values`.
+        Unit of the values of each matrix, by the same names as `values`.
     of : {"recording", "size"}
-        What each belongs to.
+        Kind of item that each matrix belongs to.
     axis : str
-        Name of the second axis; the first is ``sensor``, counted from 1.
+        Name of the second axis; the first axis is ``sensor``, counted from 1.
     axis_unit : str
-        Its unit.
+        Unit of the second axis.
     coordinate : (n,) array
-        Where the columns of the longest one stand on that axis.
+        Positions on the second axis of the columns of the longest matrix.
     values : mapping of str to (S, K) array
-        By names such as ``3mm/r07`` or ``3mm``; NaN where a sample is missing. A rejected
+        Matrices by names such as ``3mm/r07`` or ``3mm``; NaN if a sample is missing. A rejected
         recording has K = 0.
     """
 
@@ -92,7 +92,7 @@ class Matrices:
 
     @property
     def unit(self) -> str:
-        """The unit of all; where recordings differ, those that occur."""
+        """The common unit; if the recordings differ, all units, joined by "or"."""
         return " or ".join(sorted(set(self.units.values()))) or NO_UNIT
 
     @property
@@ -103,12 +103,12 @@ class Matrices:
 
 @dataclass(frozen=True)
 class Exported:
-    """All that is exported.
+    """All data of one export.
 
     Attributes
     ----------
     what : str
-        What was asked for, such as ``recordings`` or ``all``.
+        Kind of the exported data, such as ``recordings`` or ``all``.
     rate_hz : float
         Sampling rate of readings and matrices.
     tables : tuple of Table
@@ -118,7 +118,7 @@ class Exported:
     headers : mapping of str to mapping
         The ``# key: value`` lines of each recording.
     provenance : mapping of str to str
-        Where all this is from; the keys are plain names.
+        Provenance of the data; the keys are plain names.
     """
 
     what: str
@@ -129,12 +129,12 @@ class Exported:
     provenance: Mapping[str, str]
 
     def table(self, name: str) -> Table | None:
-        """Return a table, if it is exported."""
+        """Return a table; None if it is not exported."""
         return next((table for table in self.tables if table.name == name), None)
 
 
 def long_table(matrices: Matrices) -> Table:
-    """Lay matrices one below the other: one row a sample, or a column of a template.
+    """Return matrices as one long table; each row is a column of a matrix.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def long_table(matrices: Matrices) -> Table:
     Returns
     -------
     Table
-        The names, the second axis, and a column for each sensor.
+        Columns for the names, for the second axis and for each sensor.
     """
     names = list(matrices.values)
     lengths = [matrices.values[name].shape[1] for name in names]

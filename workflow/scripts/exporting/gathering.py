@@ -1,4 +1,4 @@
-"""Read what is exported from the results, into the plain structure that all formats write."""
+"""Read the results that are exported into the classes of `exporting.exported`."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
@@ -21,33 +21,33 @@ _FIT = ["recording", "size_mm", "seed", "first_peak", "lag", "accepted_moves"]
 _FIT += ["rmse_initial", "rmse"]
 _EVALUATION = {
     "predictions": "verdict of each detector on each recording, under each scheme",
-    "group_predictions": "the same with whole sites or sessions left out",
+    "group_predictions": "verdict of each detector, with whole sites or sessions left out",
     **{name: f"evaluation: {name.replace('_', ' ')}" for name in (*TABLES, *COLUMNS)},
-    "learning": "rates that parts of the archive reach",
+    "learning": "rates that the detectors reach with parts of the archive",
 }
 _VERDICTS = {
-    "detections": "verdict of each detector on each recording to be detected",
-    "sites": "one verdict for each place that was passed several times",
+    "detections": "verdict of each detector on each unlabelled recording",
+    "sites": "one verdict for each site with several passes",
 }
 
 
 def gather(
     results: Path, config: Path, settings: Mapping, what: str, tell: Callable[[int, int], None]
 ) -> Exported:
-    """Read what is exported.
+    """Read the results that are exported.
 
     Parameters
     ----------
     results : Path
         The folder of results.
     config : Path
-        The file that `settings` were read from.
+        The file of `settings`.
     settings : mapping
         The configuration.
     what : str
         One of `CHOICES`.
     tell : callable
-        Is told how many recordings of how many are read.
+        Function that is called with the numbers of recordings read and of all recordings.
 
     Returns
     -------
@@ -56,7 +56,7 @@ def gather(
     Raises
     ------
     CapsuleError
-        A result is missing or damaged; the text names its file.
+        A result is missing or damaged; the message names its file.
     """
     stored, wanted = CheckedFiles(results), set(CHOICES) if what == ALL else {what}
     rows, columns = stored.rows("recordings.csv"), stored.columns("recordings.csv")
@@ -79,7 +79,7 @@ def gather(
         columns.append("reading_unit")
     tables.append(table_of("recordings", "every file of the archive", columns, rows))
     tables.append(_headers_table(headers))
-    tables.append(_whole(stored, "passed_over.csv", "files that are no recordings"))
+    tables.append(_whole(stored, "passed_over.csv", "files that are not recordings"))
     if MATRICES in wanted:
         long_name = "padded matrix V after pre-processing, in standard deviations"
         matrices.append(_by_column("matrix", long_name, "recording", shapes))
@@ -95,7 +95,7 @@ def gather(
 
 
 def _header(stored: CheckedFiles, name: str, accepted: bool) -> dict[str, str]:
-    """Read the header lines of a recording; what was refused by its name alone has none."""
+    """Read the header lines of a recording; empty if it was rejected because of its name alone."""
     check = f"checks/{name}.json"
     return stored.content(check)["header"] if accepted or stored.has(check) else {}
 
@@ -111,7 +111,7 @@ def _headers_table(headers: Mapping[str, Mapping[str, str]]) -> Table:
 
 
 def _whole(stored: CheckedFiles, name: str, long_name: str) -> Table:
-    """Read a table as it is."""
+    """Read a whole table."""
     stem = Path(name).stem
     return table_of(stem, long_name, stored.columns(name), stored.rows(name))
 
@@ -133,7 +133,7 @@ def _by_column(name: str, long_name: str, of: str, matrices: Mapping[str, np.nda
 
 
 def _fits(stored: CheckedFiles, rows: Iterable[Mapping[str, str]]) -> Table:
-    """Read the fits that make the templates; those of other recordings count nowhere."""
+    """Read the fits that the templates are made from."""
     fits = []
     for row in rows:
         size = row["size_mm"] and float(row["size_mm"])
@@ -151,7 +151,7 @@ def _templates(stored: CheckedFiles) -> Table:
 def _with_parameters(
     name: str, long_name: str, columns: list[str], contents: list[Mapping]
 ) -> Table:
-    """Spread the parameters over columns, numbered by sensor."""
+    """Return a table with one column for each parameter and sensor."""
     spread = [
         {
             f"{key}_{sensor}": repr(value)

@@ -1,9 +1,9 @@
-"""Names that MATLAB takes for fields; other formats' files are called by them too."""
+"""Make names that are valid as fields in MATLAB; they also name the files of other formats."""
 
 import re
 from collections.abc import Iterable
 
-# MATLAB's namelengthmax.
+# The value of namelengthmax in MATLAB.
 _LONGEST_NAME = 63
 _KEYWORD = re.compile(
     "break|case|catch|classdef|continue|else|elseif|end|for|function|global|if|otherwise|parfor|"
@@ -12,17 +12,17 @@ _KEYWORD = re.compile(
 
 
 def legal_names(names: Iterable[str]) -> dict[str, str]:
-    """Make field names as MATLAB's ``matlab.lang.makeValidName`` does, none of them twice.
+    """Return unique field names, made as MATLAB's ``matlab.lang.makeValidName`` makes them.
 
     Parameters
     ----------
     names : iterable of str
-        Such as ``3mm/r07``.
+        Names such as ``3mm/r07``.
 
     Returns
     -------
     dict of str to str
-        The legal name, such as ``x3mm_r07``, of each.
+        The valid name of each, such as ``x3mm_r07``.
     """
     legal: dict[str, str] = {}
     taken = set()

@@ -1,4 +1,4 @@
-"""MATLAB: named structures in one .mat file of version 5, which every MATLAB since 5 opens."""
+"""Export to MATLAB: one .mat file of version 5, which all later versions of MATLAB open."""
 
 from collections.abc import Callable
 from functools import partial
@@ -12,7 +12,7 @@ from exporting.legal_names import legal_names
 
 
 def contents(exported: Exported) -> dict[str, Callable[[BinaryIO], None]]:
-    """Name the file, and what writes it."""
+    """Return the name of the file, with the function that writes it."""
     return {f"{exported.what}.mat": partial(_write, exported)}
 
 
@@ -46,6 +46,6 @@ def _write(exported: Exported, stream: BinaryIO) -> None:
 
 
 def _columns(table: Table) -> dict[str, np.ndarray]:
-    """Columns of numbers and cells of text, so that ``struct2table`` makes a table of them."""
+    """Return the columns of a table in a form that MATLAB's ``struct2table`` accepts."""
     names = legal_names(column.name for column in table.columns)
     return {names[column.name]: column.values.reshape(-1, 1) for column in table.columns}

@@ -1,4 +1,7 @@
-"""NetCDF: matrices along recording, sensor and time in one file; each other table is a group."""
+"""Export to NetCDF: one file with the matrices by recording, sensor and time, and the tables.
+
+Each table, except that of the recordings, is a group.
+"""
 
 import tempfile
 from collections.abc import Callable, Mapping
@@ -18,7 +21,7 @@ _PACKED = {"zlib": True, "complevel": 4}
 
 
 def contents(exported: Exported) -> dict[str, Callable[[BinaryIO], None]]:
-    """Name the file, and what writes it."""
+    """Return the name of the file, with the function that writes it."""
     return {f"{exported.what}.nc": partial(_write, exported)}
 
 
@@ -40,7 +43,7 @@ def _write(exported: Exported, stream: BinaryIO) -> None:
 
 
 def _variables(table: Table, dimension: str) -> dict[str, tuple]:
-    """Make a variable of each column; truth is 0 or 1, for which NetCDF has no type."""
+    """Return a variable for each column; NetCDF has no truth values, so these become 0 or 1."""
     return {
         column.name: (
             dimension,
@@ -52,12 +55,12 @@ def _variables(table: Table, dimension: str) -> dict[str, tuple]:
 
 
 def _stacked(matrices: Matrices) -> Mapping[str, tuple]:
-    """Lay matrices over each other; a shorter one ends in NaN."""
+    """Return the variables of stacked matrices; shorter matrices are padded with NaN."""
     shape = len(matrices.values), matrices.sensors, matrices.coordinate.size
     stack = np.full(shape, np.nan)
     for page, matrix in zip(stack, matrices.values.values(), strict=True):
         page[: matrix.shape[0], : matrix.shape[1]] = matrix
-    # Templates and recordings may differ in their number of columns.
+    # Templates can have another number of columns than recordings, so their axis has its own name.
     axis = matrices.axis if matrices.of == "recording" else f"{matrices.of}_{matrices.axis}"
     lengths = np.array([matrix.shape[1] for matrix in matrices.values.values()])
     along = {"units": matrices.axis_unit, "long_name": axis.replace("_", " ")}

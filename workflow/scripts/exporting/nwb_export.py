@@ -1,4 +1,4 @@
-"""Neurodata Without Borders: a file for each recording, and one for the tables."""
+"""Export to Neurodata Without Borders (NWB): a file for each recording, and one for the tables."""
 
 import json
 from collections.abc import Callable
@@ -16,7 +16,10 @@ if TYPE_CHECKING:
 
 
 def contents(exported: Exported) -> dict[str, Callable[[BinaryIO], None]]:
-    """Name the files, and what writes each; a rejected recording stands in a table alone."""
+    """Return the names of the files, with the functions that write them.
+
+    A rejected recording has no file; it is only in a table.
+    """
     of_recordings = [each.values for each in exported.matrices if each.of == "recording"]
     names = {name for values in of_recordings for name, matrix in values.items() if matrix.size}
     legal = legal_names(exported.headers)
@@ -35,7 +38,7 @@ def _write_recording(exported: Exported, name: str, stream: BinaryIO) -> None:
         if matrices.of == "recording":
             series = TimeSeries(
                 name=matrices.name,
-                # Time stands first in NWB; a sensor is a column.
+                # Time is the first axis in NWB, so a sensor is a column.
                 data=matrices.values[name].T.copy(),
                 unit=matrices.units[name],
                 rate=exported.rate_hz,

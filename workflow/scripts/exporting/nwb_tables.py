@@ -1,4 +1,4 @@
-"""The tables of an NWB file."""
+"""Write the tables of an NWB file."""
 
 from typing import TYPE_CHECKING
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 def add_tables(file: "pynwb.NWBFile", exported: Exported) -> None:
-    """Add every table, and the templates as one."""
+    """Add every table to an NWB file, and the templates as one more table."""
     from hdmf.common import DynamicTable, VectorData
 
     module = file.create_processing_module("tables", "tables of the archive")
@@ -29,5 +29,5 @@ def add_tables(file: "pynwb.NWBFile", exported: Exported) -> None:
 
 
 def _texts(values: np.ndarray) -> list[str] | np.ndarray:
-    # HDF5 must be told that a column without a row is one of text.
+    # HDF5 cannot infer that a column without rows holds text.
     return [str(each) for each in values] if values.size else np.array([], dtype="S1")

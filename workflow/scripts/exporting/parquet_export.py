@@ -1,4 +1,4 @@
-"""Parquet: one file a table; units and provenance stand in the metadata of its schema."""
+"""Export to Parquet: one file for each table; its metadata holds the units and the provenance."""
 
 import json
 from collections.abc import Callable
@@ -9,7 +9,7 @@ from exporting.exported import Exported, Table, long_table
 
 
 def contents(exported: Exported) -> dict[str, Callable[[BinaryIO], None]]:
-    """Name the files, and what writes each."""
+    """Return the names of the files, with the functions that write them."""
     tables = [*exported.tables, *map(long_table, exported.matrices)]
     return {f"{table.name}.parquet": partial(_write, table, exported) for table in tables}
 
@@ -18,7 +18,7 @@ def _write(table: Table, exported: Exported, stream: BinaryIO) -> None:
     import pyarrow
     from pyarrow import parquet
 
-    # What is unknown is null; text stays text where no row has any.
+    # An unknown value becomes null. The type is given, so that a column without text is still text.
     arrays = [
         pyarrow.array(
             column.values,

@@ -1,15 +1,15 @@
-"""When a recording was started, as its header tells it, or not at all."""
+"""Read the start date of a recording from its header."""
 
 from collections.abc import Mapping
 from datetime import UTC, datetime
 
-# NWB demands a date. This one stands for an unknown one, and the file says so.
+# NWB requires a date. This one replaces an unknown date, and the file says so.
 NO_DATE = datetime(1970, 1, 1, tzinfo=UTC)
 UNKNOWN = "session_start_time is not known: 1970-01-01T00:00:00Z stands for it"
 
 
 def session_start(header: Mapping[str, str]) -> tuple[datetime, str]:
-    """Return when a recording was started, and what a reader must know of that date."""
+    """Return the start date of a recording, and a remark about an unknown date or time zone."""
     told = header.get("started", "")
     try:
         started = datetime.fromisoformat(told)

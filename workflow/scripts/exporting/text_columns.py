@@ -1,4 +1,4 @@
-"""Tables of text as columns of numbers and text, to the last bit."""
+"""Convert tables of text into columns of numbers and text, in full precision."""
 
 from collections.abc import Iterable, Mapping, Sequence
 
@@ -9,21 +9,21 @@ from exporting.column_words import describe
 from exporting.exported import Column, Table
 
 _TRUTH = {"True": True, "False": False}
-# Beside what people write: a header's value may look like a number in every recording.
+# Further columns of text; in these, a text can look like a number in every row.
 _TEXT = TEXT | {"key", "value", "first", "second", "measure", "no_verdict", "reading_unit"}
 
 
 def table_of(name: str, long_name: str, columns: Sequence[str], rows: Iterable[Mapping]) -> Table:
-    """Make a table of rows whose cells are text, as a CSV file holds them.
+    """Return a table made from rows of text cells, such as those of a CSV file.
 
     Parameters
     ----------
     name, long_name : str
-        Of the table.
+        Name and description of the table.
     columns : sequence of str
-        Their names.
+        Names of the columns.
     rows : iterable of mapping
-        Cells by the column's name; an empty one is unknown.
+        Cells by the column's name; an empty cell is an unknown value.
 
     Returns
     -------
@@ -35,7 +35,7 @@ def table_of(name: str, long_name: str, columns: Sequence[str], rows: Iterable[M
 
 
 def column_of(name: str, cells: Sequence[str]) -> Column:
-    """Make a column of numbers if every cell is one, of text otherwise."""
+    """Return a column of numbers if every cell is a number, and otherwise a column of text."""
     unit, long_name = describe(name)
     values = None if name in _TEXT else _numbers(cells)
     if values is None:
@@ -51,7 +51,7 @@ def _numbers(cells: Sequence[str]) -> np.ndarray | None:
     except (ValueError, OverflowError):
         pass
     try:
-        # float() reads what repr() wrote to the last bit; pandas need not.
+        # float() restores every number that repr() wrote exactly; pandas may not.
         return np.array([float(cell) if cell else np.nan for cell in cells])
     except ValueError:
         return None

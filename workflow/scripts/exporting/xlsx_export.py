@@ -1,4 +1,4 @@
-"""Excel: one sheet a table, the unit behind the name in its head."""
+"""Export to Excel: one sheet for each table; the head of a column gives its name and unit."""
 
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -12,13 +12,13 @@ from exporting.sheet_cells import content
 if TYPE_CHECKING:
     from openpyxl import Workbook
 
-# Excel's limits: the rows of a sheet below its head, and its columns.
+# Excel's limits for one sheet: rows below the head, and columns.
 MOST_ROWS = 1_048_575
 _MOST_COLUMNS = 16_384
 
 
 def contents(exported: Exported) -> dict[str, Callable[[BinaryIO], None]]:
-    """Name the file, and what writes it."""
+    """Return the name of the file, with the function that writes it."""
     return {f"{exported.what}.xlsx": partial(_write, exported)}
 
 
@@ -31,7 +31,7 @@ def _write(exported: Exported, stream: BinaryIO) -> None:
         columns = [column.values.tolist() for column in table.columns]
         fill(book, table.name, [*map(head, table.columns)], zip(*columns, strict=True))
     for matrices in exported.matrices:
-        # One row a sensor, as the paper writes a matrix; the head tells where its columns stand.
+        # A row is a sensor, as in the paper's matrices. The head gives the time or the column.
         first = [matrices.of, "unit", f"sensor, along {matrices.axis} [{matrices.axis_unit}]"]
         first += matrices.coordinate.tolist()
         if len(first) > _MOST_COLUMNS:
@@ -44,7 +44,7 @@ def _write(exported: Exported, stream: BinaryIO) -> None:
 
 
 def fill(book: "Workbook", name: str, first: Sequence, rows: Iterable[Iterable]) -> None:
-    """Fill a sheet below its head, and as many more sheets as the rows need."""
+    """Write rows below the head of a sheet; add further sheets if the rows need them."""
     sheet, left, number = None, 0, 0
     for row in itertools.chain([()], rows):
         if sheet is None or not left:
@@ -58,7 +58,7 @@ def fill(book: "Workbook", name: str, first: Sequence, rows: Iterable[Iterable])
 
 
 def head(column: Column) -> str:
-    """Write the head of a column: ``duration_s [s]``."""
+    """Return the head of a column, such as ``duration_s [s]``."""
     return f"{column.name} [{column.unit}]" if column.unit not in ("", NO_UNIT) else column.name
 
 

@@ -1,1 +1,1 @@
-"""The edge of `make_parts.py`: its options, the files of meshes, outlines, drawings and lists."""
+"""Options of `make_parts.py`, and writers of meshes, outlines, drawings and lists of parts."""

@@ -1,4 +1,4 @@
-"""Outlines of flat parts as DXF and SVG, at true size."""
+"""Make the outlines of flat parts as DXF and SVG, at true size."""
 
 from collections.abc import Sequence
 
@@ -14,7 +14,7 @@ _MARGIN_MM = 1.0
 
 
 def dxf_text(flat: Flat) -> str:
-    """Return an outline as DXF (release 12, closed polylines, in mm, a layer a kind)."""
+    """Return an outline as DXF (release 12, closed polylines, in mm, a layer for each kind)."""
     layers = "".join(
         _groups((0, "LAYER"), (2, name), (70, 0), (62, colour), (6, "CONTINUOUS"))
         for name, colour in _COLOURS.items()
@@ -54,7 +54,7 @@ def _by_layer(flat: Flat) -> list[tuple[str, Sequence[np.ndarray]]]:
 
 
 def svg_text(name: str, flat: Flat) -> str:
-    """Return an outline as SVG whose millimetres are millimetres; y runs upwards as in the DXF."""
+    """Return an outline as SVG at true size; as in the DXF, y points upwards."""
     points = np.vstack(flat.cuts)
     low, high = points.min(axis=0) - _MARGIN_MM, points.max(axis=0) + _MARGIN_MM
     width, height = high - low

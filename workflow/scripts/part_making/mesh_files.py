@@ -1,4 +1,4 @@
-"""Meshes as STL and 3MF; the same mesh gives the same bytes."""
+"""Make meshes as STL and 3MF; the same mesh always gives the same bytes."""
 
 import io
 import zipfile
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-# A facet of binary STL: normal, three corners, two bytes that nobody uses.
+# A facet of binary STL: normal, three corners, two unused bytes.
 _FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("unused", "<u2")])
 _HEADER_BYTES = 80
 _EPOCH = (1980, 1, 1, 0, 0, 0)
@@ -33,9 +33,9 @@ def stl_bytes(name: str, vertices: np.ndarray, triangles: np.ndarray) -> bytes:
     Parameters
     ----------
     name
-        Written into the header.
+        Name in the header.
     vertices, triangles
-        As `capsule.parts.part.Part` has them.
+        The mesh, in the form of `capsule.parts.part.Part`.
     """
     corners = vertices[triangles]
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -47,12 +47,12 @@ def stl_bytes(name: str, vertices: np.ndarray, triangles: np.ndarray) -> bytes:
 
 
 def threemf_bytes(bodies: Sequence[tuple[str, np.ndarray, np.ndarray]]) -> bytes:
-    """Return meshes as 3MF, an object each, in mm.
+    """Return meshes as 3MF, in mm; each mesh is one object.
 
     Parameters
     ----------
     bodies
-        Name, vertices and triangles of each.
+        Name, vertices and triangles of each mesh.
     """
     objects = [
         f'<object id="{number}" name="{name}" type="model"><mesh>\n<vertices>\n'
@@ -74,7 +74,7 @@ def threemf_bytes(bodies: Sequence[tuple[str, np.ndarray, np.ndarray]]) -> bytes
             ("_rels/.rels", _RELATIONS),
             ("3D/3dmodel.model", model),
         ):
-            # No time of writing and no system's name: the bytes depend on the mesh alone.
+            # A fixed date and system: the bytes must depend only on the mesh.
             entry = zipfile.ZipInfo(path, _EPOCH)
             entry.create_system, entry.compress_type = 3, zipfile.ZIP_DEFLATED
             package.writestr(entry, text, compresslevel=6)
@@ -84,8 +84,8 @@ def threemf_bytes(bodies: Sequence[tuple[str, np.ndarray, np.ndarray]]) -> bytes
 def split_bodies(
     name: str, vertices: np.ndarray, triangles: np.ndarray
 ) -> list[tuple[str, np.ndarray, np.ndarray]]:
-    """Return each separate body of a mesh with a name of its own, that of the head first."""
-    # The smallest vertex that is reached along edges names a body.
+    """Return the separate bodies of a mesh with their names; the one at the head is first."""
+    # The label of a body is the smallest number among its vertices.
     label = np.arange(len(vertices))
     while True:
         lowest = label[triangles].min(axis=1)

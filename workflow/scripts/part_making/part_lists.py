@@ -1,4 +1,4 @@
-"""parts.json and bom.csv: what the parts measure and weigh, and all that the experiment takes."""
+"""Make parts.json (sizes and masses of the parts) and bom.csv (the bill of materials)."""
 
 import csv
 import io
@@ -11,13 +11,13 @@ from capsule.geometry.substructure import loop_length
 from capsule.parts.design import Design, resistance
 from capsule.parts.part import CAPSULE, Part, extent, volume
 
-# What is bought: quantity, what, for which purpose.
+# Columns of bom.csv.
 _COLUMNS = ("item", "quantity", "unit", "kind", "material", "note")
 _SHEET_HEIGHT_MM = 35.0
 
 
 def parts_table(design: Design, parts: Sequence[Part]) -> dict[str, Any]:
-    """Return what parts.json holds."""
+    """Return the content of parts.json."""
     bench = design.parts.bench
     return {
         "unit": "mm",
@@ -64,7 +64,7 @@ def _shaft_belt(design: Design) -> float:
 
 
 def bill_of_materials(design: Design, parts: Sequence[Part], sensors: int) -> str:
-    """Return bom.csv: the parts to print, and what is bought."""
+    """Return the text of bom.csv: the parts to print, and the items to buy."""
     bench, wall = design.parts.bench, design.phantom.wall
     rod = row_length(bench) + 2 * (bench.plate_mm + 25.0)
     sheet = f"{bench.length_mm:g} x {_SHEET_HEIGHT_MM:g} mm"
@@ -99,7 +99,7 @@ def bill_of_materials(design: Design, parts: Sequence[Part], sensors: int) -> st
 
 
 def title_lines(design: Design) -> list[str]:
-    """Return what every drawing says of its choices."""
+    """Return the lines with the design's choices that every drawing shows."""
     choices = design.parts.choice
     return [
         f"A at the {choices.fold_side} of BC; corners on the wall's {choices.corners}; "

@@ -1,4 +1,4 @@
-"""The options of `make_parts.py`, and the design that they describe."""
+"""Read the options of `make_parts.py`, and the design that they describe."""
 
 import argparse
 import difflib
@@ -17,7 +17,7 @@ _NOZZLE = "print.nozzle_mm"
 
 
 def read_arguments(description: str | None) -> argparse.Namespace:
-    """Read what to make, and where to."""
+    """Read the command line: the changes of the design and the output folder."""
     parser = argparse.ArgumentParser(description=description)
     add = parser.add_argument
     output = Path("parts")
@@ -37,19 +37,19 @@ def read_arguments(description: str | None) -> argparse.Namespace:
 
 
 def read_design(changes: list[str], nozzle: str | None = None) -> Design:
-    """Read both tables, apply the changes, and refuse what cannot be made.
+    """Read both tables, apply the changes, and raise an error if the design cannot be made.
 
     Parameters
     ----------
     changes
-        ``part.name=value``, each; a value is a number or a word.
+        Texts of the form ``part.name=value``; a value is a number or a word.
     nozzle
         Diameter of the nozzle in mm, as text.
 
     Raises
     ------
     CapsuleError
-        A name is unknown or a value not allowed; the text names it and its limit.
+        A name is unknown or a value is not allowed; the message names it and its limit.
     """
     if nozzle is not None:
         changes = [*changes, f"{_NOZZLE}={nozzle}"]
@@ -75,17 +75,17 @@ def read_design(changes: list[str], nozzle: str | None = None) -> Design:
 
 
 def step_writer() -> Callable[[Part], bytes]:
-    """Give what writes a part as STEP; its large library is imported here and nowhere else.
+    """Return the function that writes a part as STEP; only this function imports its large library.
 
     Raises
     ------
     CapsuleError
-        The library is not installed; the text names the extra.
+        The library is not installed; the message names the extra.
     """
     try:
         from part_making.step_files import step_bytes
     except ModuleNotFoundError as error:
-        # An older release lacks some of its modules.
+        # Older releases of the library lack some of these modules.
         if (error.name or "").partition(".")[0] != "OCP":
             raise
         raise CapsuleError(
@@ -95,7 +95,7 @@ def step_writer() -> Callable[[Part], bytes]:
 
 
 def read_sensors() -> int:
-    """Read how many substructures a capsule has."""
+    """Read the number of substructures of a capsule."""
     return read_config_file(CONFIG / "config.yaml")["recording"]["sensors"]
 
 

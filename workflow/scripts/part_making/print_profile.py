@@ -1,13 +1,13 @@
-"""The print profile for PrusaSlicer."""
+"""Make the print profile for PrusaSlicer."""
 
 from capsule.parts.design import Printing
 
 
 def profile_text(printing: Printing) -> str:
-    """Return a profile in which a wall of up to twice the nozzle is one line.
+    """Return a profile that prints a wall of up to twice the nozzle's width as one line.
 
-    Arachne lets a line be as wide as its wall; the classic way would lay two, or leave a gap.
-    Support stays off: no part needs it.
+    The generator Arachne makes a line as wide as its wall. The classic generator would print two
+    lines, or leave a gap. Support is off, since no part needs it.
     """
     x, y, z = printing.bed_x_mm, printing.bed_y_mm, printing.bed_z_mm
     nozzle, layer = printing.nozzle_mm, printing.layer_mm

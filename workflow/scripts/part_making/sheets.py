@@ -1,4 +1,4 @@
-"""Dimensioned drawings on A4, at the scale that they name."""
+"""Draw the parts on A4 sheets with dimensions; each sheet states its scale."""
 
 import io
 from collections.abc import Callable, Sequence
@@ -21,7 +21,7 @@ _BLOCK_MM = 24.0
 
 @dataclass(frozen=True)
 class Sheet:
-    """A drawing: its name, its title, how many times true size it is, and what draws it."""
+    """A drawing: its name, title and scale, the sheet's orientation, and the drawing function."""
 
     name: str
     title: str
@@ -58,14 +58,14 @@ def sheets(design: Design, sensors: int) -> list[Sheet]:
 
 
 def sheet_figure(sheet: Sheet, lines: Sequence[str]) -> Figure:
-    """Return a drawing on A4; a millimetre of the part is as many as the scale says."""
+    """Return a drawing on A4 at its scale."""
     width, height = (210.0, 297.0) if sheet.upright else (297.0, 210.0)
     figure = Figure(figsize=(width / _MM_IN, height / _MM_IN))
     left, low = _MARGIN_MM, _MARGIN_MM + _BLOCK_MM
     wide, high = width - 2 * _MARGIN_MM, height - low - _MARGIN_MM
     axes = figure.add_axes((left / width, low / height, wide / width, high / height))
     sheet.draw(axes)
-    # The middle of what is drawn comes to the middle of the sheet.
+    # The drawing is centred on the sheet.
     middle = np.mean([axes.get_xlim(), axes.get_ylim()], axis=1)
     half = (wide / sheet.scale / 2, high / sheet.scale / 2)
     axes.set_xlim(middle[0] - half[0], middle[0] + half[0])
@@ -83,9 +83,9 @@ def sheet_figure(sheet: Sheet, lines: Sequence[str]) -> Figure:
 
 
 def sheet_files(sheet: Sheet, lines: Sequence[str]) -> dict[str, bytes]:
-    """Return a drawing as SVG, with its numbers as text, and as PDF; always the same bytes."""
+    """Return a drawing as SVG and as PDF; the same drawing always gives the same bytes."""
     dates = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
-    # Glyphs as drawings: as a font they would take a third of the time of all parts.
+    # Type 3 draws the glyphs. To embed them as a font would take a third of the time of all parts.
     settings = {"svg.fonttype": "none", "pdf.fonttype": 3, "svg.hashsalt": sheet.name}
     made = {}
     with figure_style(), matplotlib.rc_context(settings):

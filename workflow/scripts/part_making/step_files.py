@@ -1,6 +1,7 @@
-"""Parts as STEP: the faces that they have, not the triangles of a mesh. Needs Open CASCADE (OCP).
+"""Make parts as STEP files with exact faces, not with the triangles of a mesh.
 
-The only module that knows OCP; `make_parts.py` imports it for ``--step`` alone.
+This is the only module that needs Open CASCADE (OCP). `make_parts.py` imports it only for
+``--step``.
 """
 
 import io
@@ -42,16 +43,16 @@ from capsule.parts.part import Part, Spiral
 from capsule.parts.plane_faces import plane_faces
 from part_making.mesh_files import split_bodies
 
-# No time of writing: the bytes depend on the part alone.
+# A fixed date: the bytes must depend only on the part.
 _EPOCH = "1980-01-01T00:00:00"
 _TOLERANCE_MM = 1e-6
 _UP, _DOWN = np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0])
 
 
 def step_bytes(part: Part) -> bytes:
-    """Return a part as STEP (AP214), in mm: a solid for each of its bodies.
+    """Return a part as STEP (AP214), in mm, with a solid for each of its bodies.
 
-    A mesh of plane faces becomes those faces, exactly. A cam becomes its spiral, to 1e-4 mm.
+    A mesh of plane faces becomes exactly these faces. A cam becomes its spiral, to 1e-4 mm.
 
     Raises
     ------
@@ -63,11 +64,11 @@ def step_bytes(part: Part) -> bytes:
     else:
         bodies = split_bodies(part.name, part.vertices, part.triangles)
         solids = [_plane_solid(vertices, triangles) for _, vertices, triangles in bodies]
-    # What it tells of its progress would stand between the lines of this program.
+    # Without this, Open CASCADE prints its progress between the lines of this program.
     for printer in Message.DefaultMessenger_s().Printers():
         printer.SetTraceLevel(Message_Gravity.Message_Fail)
     writer, stream = STEPControl_Writer(), io.BytesIO()
-    # A plane needs no curves in its own parameters; the seam of a flank does.
+    # Only the seam of a flank needs curves in the parameters of its surface; a plane does not.
     Interface_Static.SetIVal_s("write.surfacecurve.mode", int(part.spiral is not None))
     done = [writer.Transfer(_one_shape(solids), STEPControl_StepModelType.STEPControl_AsIs)]
     _set_names(writer.Model(), part.name)
@@ -78,7 +79,7 @@ def step_bytes(part: Part) -> bytes:
 
 
 def _set_names(model: StepData_StepModel, name: str) -> None:
-    """Name a file and its product, without a number and without the time of writing."""
+    """Set the names of a file and of its product, without a number and with a fixed date."""
     text = TCollection_HAsciiString(name)
     header = APIHeaderSection_MakeHeader(model)
     header.SetName(text)
@@ -102,7 +103,7 @@ def _one_shape(solids: Sequence[TopoDS_Solid]) -> TopoDS_Shape:
 
 
 class _Shell:
-    """The faces of a solid, which share their edges and corners.
+    """A shell: the faces of a solid, which share their edges and corners.
 
     Parameters
     ----------
@@ -119,7 +120,7 @@ class _Shell:
         self._builder.MakeShell(self._shell)
 
     def edge(self, start: int, end: int) -> TopoDS_Shape:
-        """Return the straight edge between two corners, the same one in both directions."""
+        """Return the straight edge between two corners; both directions share one edge."""
         if (end, start) in self._edges:
             return self._edges[end, start].Reversed()
         if (start, end) not in self._edges:
@@ -140,7 +141,7 @@ class _Shell:
         Parameters
         ----------
         normal
-            Outward.
+            Normal of the plane, outward.
         origin
             A point of the plane.
         loops
@@ -168,7 +169,7 @@ class _Shell:
         self._builder.Add(self._shell, face)
 
     def solid(self) -> TopoDS_Solid:
-        """Return what the faces enclose."""
+        """Return the solid that the faces enclose."""
         self._shell.Closed(True)
         solid = TopoDS_Solid()
         self._builder.MakeSolid(solid)
@@ -177,7 +178,7 @@ class _Shell:
 
 
 def _plane_solid(vertices: np.ndarray, triangles: np.ndarray) -> TopoDS_Solid:
-    """Return the solid within a mesh, with one face where the mesh has triangles in a plane."""
+    """Return the solid within a mesh; triangles in one plane become one face."""
     shell = _Shell(vertices)
     for face in plane_faces(vertices, triangles):
         shell.add_polygon(face.normal, face.loops)
@@ -197,7 +198,7 @@ def _spiral_solid(spiral: Spiral) -> TopoDS_Solid:
     upper = shell.loop(count + ring[::-1])
     shell.add_plane(_UP, gp_Pnt(0.0, 0.0, lead), [[high.Reversed()], upper])
     for this in ring:
-        # The bore runs anticlockwise: from one corner to the next the solid lies to the right.
+        # The corners of the bore run anticlockwise, so the solid lies to the right of each edge.
         other = (this + 1) % count
         x, y = spiral.bore[other] - spiral.bore[this]
         inwards = np.array([-y, x, 0.0])
@@ -219,7 +220,7 @@ def _flank(spiral: Spiral) -> Geom_BSplineSurface:
 
 
 def _rims(flank: TopoDS_Face, lead_mm: float) -> tuple[TopoDS_Edge, TopoDS_Edge]:
-    """Return the lower and the upper rim of a flank, as the flank runs along them."""
+    """Return the lower and the upper rim of a flank, in the flank's direction."""
     rims: list[TopoDS_Edge | None] = [None, None]
     edges = TopExp_Explorer(flank, TopAbs_ShapeEnum.TopAbs_EDGE)
     while edges.More():

@@ -1,1 +1,1 @@
-"""Studies of the phantom: its calibration, its judgement, the pictures of its documentation."""
+"""Studies of the phantom: calibration, comparison with the paper, figures of the documentation."""

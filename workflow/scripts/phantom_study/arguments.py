@@ -1,4 +1,4 @@
-"""What all studies of the phantom take and read: phantom, detector and the paper's numbers."""
+"""Arguments and inputs of all studies of the phantom: phantom, detector, the paper's numbers."""
 
 import argparse
 from pathlib import Path
@@ -34,5 +34,5 @@ def read_detector(config: Path) -> DetectorSettings:
 
 
 def read_paper_table() -> PaperTable:
-    """Read what the paper prints, which the report shows, too."""
+    """Read the numbers that the paper prints."""
     return PaperTable.from_printed(yaml.safe_load(PRINTED.read_text(encoding="utf-8")))

@@ -29,7 +29,7 @@ from phantom_study.trial_log import TrialLog
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add what this study takes."""
+    """Add the arguments of this study."""
     add = functools.partial(parser.add_argument, metavar="N", type=natural)
     add("--generations", default=1, help="number of generations (default: 1)")
     add("--candidates", default=24, help="candidates in a generation (default: 24)")
@@ -47,9 +47,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Run the search, say how it goes, and write the winner."""
+    """Run the search, print its progress, and write the winner."""
     phantom = read_phantom(arguments.parameters, arguments.changes, arguments.bench)
-    # A bench's own ranges are searched, and its file is what the winner is written into.
+    # For a bench, the search uses the ranges in its file, and the output is a copy of this file.
     source = bench_file(arguments.bench) if arguments.bench else arguments.parameters
     table = source.read_text(encoding="utf-8")
     free = free_parameters(bench_parts(yaml.safe_load(table)))

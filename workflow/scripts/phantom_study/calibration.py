@@ -1,4 +1,4 @@
-"""The calibration of the phantom: generations of candidates, then finalists on further archives."""
+"""Calibrate the phantom: try generations of candidates, then finalists on further archives."""
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,15 +12,15 @@ from phantom_study.paper_table import PaperTable
 from phantom_study.search import Cloud, FreeParameter, Generation, evolve, values_at
 from phantom_study.trials import mean_distance, shortfall
 
-# Archives of the search have seeds from here on; those that judge the winner count from 10 001.
+# First seed of the search's archives. The archives that judge the winner have seeds from 10 001 on.
 FIRST_SEED = 100_000
-# A search has so many seeds, of which the finalists' archives have those from `_FINAL_SEED` on.
+# Number of seeds of one search. The finalists' archives use those from `_FINAL_SEED` on.
 _SEEDS = 1000
 _FINAL_SEED = 500
 
 
 class TrialSource(Protocol):
-    """Where trials come from: made, or looked up where they were made before."""
+    """A source of trials; it may look up trials that were made before."""
 
     def trials(self, stage: str, values: Sequence[Mapping], seeds: Sequence[int]) -> list[dict]:
         """Return the trials of one stage, one for each of the values and its seed.
@@ -28,28 +28,28 @@ class TrialSource(Protocol):
         Parameters
         ----------
         stage
-            Name of the stage, which no other stage of the search has.
+            Name of the stage, unique in the search.
         values
             A candidate's parameters for each trial, by ``part.parameter``.
         seeds
-            The archive of each trial.
+            Seed of the archive of each trial.
         """
 
 
 @dataclass(frozen=True)
 class Plan:
-    """How long a search is, and how it moves.
+    """The size of a search, its step sizes and its seed.
 
     Attributes
     ----------
     generations, candidates, archives
-        Number of generations, of candidates in each, and of archives that each candidate meets.
+        Numbers of generations, of candidates in each, and of archives for each candidate.
     finalists, final_archives
-        Number of finalists, and of archives that each of them meets.
+        Numbers of finalists, and of archives for each finalist.
     spread, rate
-        Of `evolve`.
+        Arguments of `evolve`.
     seed
-        Of candidates and archives: the same seed gives the same winner.
+        Seed of candidates and archives; the same seed gives the same winner.
     """
 
     generations: int
@@ -64,7 +64,7 @@ class Plan:
 
 @dataclass(frozen=True)
 class Finalist:
-    """A candidate of the last cloud, and how it does on the final's archives.
+    """A candidate of the last cloud, with its results on the archives of the final.
 
     Attributes
     ----------
@@ -73,7 +73,7 @@ class Finalist:
     values
         Its parameters, by ``part.parameter``.
     worst, difference
-        From `shortfall`: of the worst cell in spreads, and of all cells in points.
+        Differences from `shortfall`: of the worst cell in spreads, and of all cells in points.
     """
 
     stage: str
@@ -89,13 +89,13 @@ class Calibration:
     Attributes
     ----------
     free
-        What is searched for.
+        The parameters that are searched for.
     source
-        Where the trials come from.
+        Source of the trials.
     paper
         The paper's table.
     plan
-        How long the search is.
+        Size of the search.
     """
 
     free: Sequence[FreeParameter]
@@ -104,7 +104,7 @@ class Calibration:
     plan: Plan
 
     def generations(self) -> Iterator[Generation]:
-        """Move the cloud of candidates, and yield each generation when it was tried."""
+        """Move the cloud of candidates, and yield each generation after its trials."""
         generations = evolve(
             self.free,
             self._losses,
@@ -116,19 +116,19 @@ class Calibration:
         return itertools.islice(generations, self.plan.generations)
 
     def finalists(self, cloud: Cloud) -> Iterator[Finalist]:
-        """Draw the finalists from the last generation's cloud, and yield each when it was tried."""
+        """Draw the finalists from the last cloud, and yield each finalist after its trials."""
         first = FIRST_SEED + _SEEDS * self.plan.seed + _FINAL_SEED
         seeds = range(first, first + self.plan.final_archives)
         drawn = cloud.draw(self._numbers(self.plan.generations), self.plan.finalists)
         for number, positions in enumerate(drawn, start=1):
             values = values_at(self.free, positions)
-            # As the stages of the log that ships are called.
+            # The log that ships with the project uses these names.
             stage = f"final 1 candidate {number}"
             trials = self.source.trials(stage, [values] * len(seeds), seeds)
             yield Finalist(stage, values, *shortfall(trials, self.paper))
 
     def _losses(self, candidates: Sequence[Mapping], generation: int) -> list[float]:
-        """Try the candidates of a generation, all of them on the same archives."""
+        """Return the losses of a generation's candidates; all are tried on the same archives."""
         count = self.plan.archives
         first = FIRST_SEED + _SEEDS * self.plan.seed + generation * count
         seeds = list(range(first, first + count))
@@ -141,10 +141,10 @@ class Calibration:
         ]
 
     def _numbers(self, generation: int) -> np.random.Generator:
-        """Return the source of a generation's candidates; the finalists come after the last."""
+        """Return the random numbers of a generation; the finalists use those after the last."""
         return generator(self.plan.seed, "calibration", str(generation))
 
 
 def winner(finalists: Sequence[Finalist]) -> Finalist:
-    """Return the finalist whose worst cell is nearest to the paper; of equal ones, all cells."""
+    """Return the finalist whose worst cell is nearest to the paper; all cells break a tie."""
     return min(finalists, key=lambda finalist: (finalist.worst, finalist.difference))

@@ -1,4 +1,4 @@
-"""What the runs and templates of a simulated archive are like."""
+"""Describe the runs and the templates of a simulated archive."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ class Example:
     Attributes
     ----------
     title
-        What to call it.
+        Title in the figure.
     run
         The simulated run.
     envelope
@@ -53,7 +53,7 @@ def examples(
     sizes_mm: Sequence[float],
     window: int,
 ) -> list[Example]:
-    """Return, for some sizes, the run whose matrix holds the middling sum.
+    """Return, for each of some sizes, the run whose matrix has the median sum.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def examples(
     matrices
         Their matrices V, shape (S, L).
     sizes_mm
-        The sizes, one example each.
+        The sizes; each has one example.
     window
         W of the RMS envelope, in samples.
     """
@@ -81,7 +81,7 @@ def describe(
     templates: TemplateSet,
     phantom: Phantom,
 ) -> list[dict]:
-    """Describe the runs of each size.
+    """Return a description of the runs of each size.
 
     Parameters
     ----------
@@ -90,17 +90,17 @@ def describe(
     matrices
         Their matrices V, shape (S, L).
     templates
-        Learned from them.
+        Templates learned from the matrices.
     phantom
-        The bench on which they were made.
+        The bench of the runs.
 
     Returns
     -------
     list of dict
-        One row a size, with `COLUMNS`: how long the runs are, how many were stopped by hand, how
-        high the matrix of the run with the middling sum and that of any run is, the 5 and 95 %
-        points of the times from sensor to sensor over the nodule, and the smallest and largest
-        Delta mu and sigma_hor of the size's template, as text such as ``128-181``.
+        One row for each size, with `COLUMNS`: the lengths of the runs; the number of runs stopped
+        by hand; the maximum of the matrix with the median sum and of all matrices. Further, the
+        5 % and 95 % points of the times from sensor to sensor over the nodule; the smallest and
+        largest Delta mu and sigma_hor of the size's template, as text such as ``128-181``.
     """
     particles = {
         size: total.mean()

@@ -1,8 +1,8 @@
-"""Draw the figures of the phantom's documentation, and measure what they show.
+"""Draw the figures of the phantom's documentation, and compute their data.
 
-It makes three figures, as SVG. phantom-signals shows simulated runs. phantom-table shows the output
-of study_phantom.py judge. phantom-sensitivity shows how the rates change with the bench. The data
-of the first and the last figure are also written as CSV.
+The study draws three figures as SVG. phantom-signals shows simulated runs. phantom-table shows the
+output of study_phantom.py judge. phantom-sensitivity shows how the rates change with the bench. The
+data of the first and the last figure are also written as CSV.
 """
 
 import argparse
@@ -17,12 +17,12 @@ from edges.phantom import natural, read_phantom
 from phantom_study import description, drawings, sensitivity, simulated_archive
 from phantom_study.arguments import read_detector, read_paper_table
 
-# Of the signals that are shown; a size more would make the page too wide.
+# Sizes of the signals that are shown. One more size would make the page too wide.
 SHOWN_MM = (0, 2, 3, 4, 5)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add what this study takes."""
+    """Add the arguments of this study."""
     parser.add_argument(
         "--table",
         type=Path,
@@ -73,6 +73,6 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure as SVG, without the date: the same figure is the same bytes."""
+    """Write a figure as SVG without a date, so that the same figure gives the same bytes."""
     with files.write_whole(path) as stream:
         figure.savefig(stream, format="svg", metadata={"Date": None})

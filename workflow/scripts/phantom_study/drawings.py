@@ -1,4 +1,4 @@
-"""Figures of the phantom's documentation."""
+"""Draw the figures of the phantom's documentation."""
 
 from collections.abc import Mapping, Sequence
 
@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from phantom_study.description import Example
 
-# Told apart without colour, too: by shade, line style and marker.
+# Shade, line style and marker also differ, so the lines can be told apart without colour.
 STYLES = (
     {"color": "#000000", "linestyle": "-", "marker": "o"},
     {"color": "#0072b2", "linestyle": "--", "marker": "s"},
@@ -20,12 +20,12 @@ STYLES = (
 
 
 def repeatable() -> None:
-    """Make matplotlib write the same figure as the same bytes, with text as text."""
+    """Set matplotlib so that the same figure gives the same bytes, and text remains text."""
     mpl.rcParams.update({"svg.hashsalt": "phantom", "svg.fonttype": "none", "font.size": 9})
 
 
 def signals(examples: Sequence[Example]) -> Figure:
-    """Draw runs as the paper's pre-processing figure does, one a column: readings to matrix."""
+    """Draw each run in a column, from readings to matrix, as in the paper's figure."""
     figure = Figure(figsize=(2.4 * len(examples), 5.6), layout="constrained")
     axes = figure.subplots(3, len(examples), sharex=True, sharey="row", squeeze=False)
     for (top, middle, bottom), example in zip(axes.T, examples, strict=True):
@@ -44,7 +44,7 @@ def signals(examples: Sequence[Example]) -> Figure:
 
 
 def _draw_sensors(readings_axes: Axes, envelope_axes: Axes, example: Example) -> None:
-    """Draw each sensor's readings, below those of the one before, and its envelope."""
+    """Draw the readings of the sensors one below the other, and their envelopes."""
     counts = example.run.counts
     samples = np.arange(example.run.time_s.size)
     for sensor, style in zip(range(len(counts)), STYLES, strict=False):
@@ -67,7 +67,7 @@ def cells(rows: Sequence[Mapping[str, str]]) -> Figure:
     Parameters
     ----------
     rows
-        As `phantom_study.paper_table.summary` gives them; numbers or their text.
+        Rows from `phantom_study.paper_table.summary`; numbers may be text.
     """
     figure = Figure(figsize=(7, 0.24 * len(rows) + 1.0), layout="constrained")
     axes = figure.subplots()
@@ -90,13 +90,13 @@ def cells(rows: Sequence[Mapping[str, str]]) -> Figure:
 
 
 def sensitivity(rows: Sequence[Mapping[str, str]]) -> Figure:
-    """Draw how the rates move with each disturbance.
+    """Draw how the rates change with each disturbance.
 
     Parameters
     ----------
     rows
-        One a disturbance and level: ``variation``, ``level`` (a factor, or the kind of a fault),
-        and one column a rate, in percent.
+        One row for each disturbance and level, with ``variation``, ``level`` (a factor, or the
+        kind of a fault) and the rates in percent.
     """
     variations = list(dict.fromkeys(row["variation"] for row in rows))
     figure = Figure(figsize=(9.5, 5.6), layout="constrained")

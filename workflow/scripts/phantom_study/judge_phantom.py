@@ -16,7 +16,7 @@ from phantom_study.arguments import read_detector, read_paper_table
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add what this study takes."""
+    """Add the arguments of this study."""
     add = functools.partial(parser.add_argument, metavar="N", type=natural)
     add("--archives", default=20, help="number of simulated archives (default: 20)")
     add("--runs", default=20, help="runs of each size in an archive (default: 20)")
@@ -35,7 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Write each cell's paper value, mean and central 95 %."""
+    """Write the paper's value, the mean and the central 95 % of each cell."""
     phantom = read_phantom(arguments.parameters, arguments.changes, arguments.bench)
     detector, paper = read_detector(arguments.config), read_paper_table()
     detector = simulated_archive.quick(detector) if arguments.quick else detector
@@ -50,7 +50,8 @@ def run(arguments: argparse.Namespace) -> None:
             motions.append(motion)
             rows = paper_table.summary([paper_table.cells(each, paper) for each in tables], paper)
             if arguments.output:
-                # After each archive: an interrupted judgement is still one over fewer archives.
+                # The table is written after each archive, so that an interrupted study still has a
+                # result from fewer archives.
                 files.write_csv(arguments.output, list(rows[0]), rows)
             print(f"\rarchive {len(tables)} of {arguments.archives}", end="", file=sys.stderr)
     print(file=sys.stderr)
@@ -62,7 +63,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def print_cells(rows: Sequence[dict]) -> None:
-    """Print the cells from `paper_table.summary`, and how near their means are to the paper."""
+    """Print the cells from `paper_table.summary`, and the mean difference from the paper."""
     print(f"{'cell, %':22}{'paper':>7}{'mean':>7}{'central 95 %':>15}")
     for row in rows:
         remark = "" if row["inside"] else "  the paper's value is outside"

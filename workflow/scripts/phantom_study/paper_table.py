@@ -1,4 +1,4 @@
-"""The paper's printed numbers as cells, and how simulated archives compare with them."""
+"""Compare simulated archives with the paper's printed numbers, cell by cell."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -8,28 +8,29 @@ import numpy as np
 from capsule.evaluation.paper import printed_tables
 from capsule.evaluation.rates import tables
 
-# Of the intervals in the tables of rates; no cell shows one.
+# Confidence level of the intervals in the tables of rates; no cell uses them.
 _CONFIDENCE = 0.95
-# The tables of rates are marked with a detector and a scheme; here there is one of each.
+# Rows of the tables of rates name a detector and a scheme; here there is only one of each.
 _KEY = {"detector": "template", "scheme": "resubstitution"}
 
 
 @dataclass(frozen=True)
 class PaperTable:
-    """What the paper prints of its 120 runs.
+    """The numbers that the paper prints for its 120 runs.
 
     Attributes
     ----------
     cells
-        In percent, by name: precision and recall of every size, exact and within-tolerance rates
-        of the sizes that the paper estimates, the specificity that follows from the printed pie,
-        and that pie: how the runs without a nodule were classified.
+        Values in percent, by name: precision and recall of every size; exact and within-tolerance
+        rates of the sizes that the paper estimates; specificity; shares of the paper's pie chart.
+        The pie chart shows the classes of the runs without a nodule, and the specificity follows
+        from it.
     runs
-        Runs of each size.
+        Number of runs of each size.
     tolerance_mm
-        Of the within-tolerance rates.
+        Tolerance of the within-tolerance rates, in mm.
     passing_samples
-        Least and largest Delta mu: the time from sensor to sensor, in samples.
+        Smallest and largest Delta mu: the time from sensor to sensor, in samples.
     """
 
     cells: Mapping[str, float]
@@ -39,9 +40,9 @@ class PaperTable:
 
     @classmethod
     def from_printed(cls, printed: Mapping) -> "PaperTable":
-        """Work the table out of the content of ``paper.yaml``."""
+        """Return the table, computed from the content of ``paper.yaml``."""
         paper = printed_tables(printed, _CONFIDENCE)
-        # The printed pie has no slice for a size that no run was taken for.
+        # The printed pie chart has no slice for a size that no run was classified as.
         paper["confusion"] = [row for row in paper["confusion"] if row["count"] > 0]
         tolerance_mm = printed["sizing_tolerance_mm"]
         return cls(
@@ -53,29 +54,30 @@ class PaperTable:
 
     @property
     def motion(self) -> dict[str, float]:
-        """Return what the paper's words say of the motion, in percent of the runs.
+        """Return the motion according to the paper's text, in percent of the runs.
 
-        A recording ends when the capsule has reached the far side, and Delta mu, here a run's mean
-        time from sensor to sensor, lies in its range.
+        In all runs, the capsule reaches the far side, and Delta mu lies in its range. Here, Delta
+        mu is a run's mean time from sensor to sensor.
         """
         low, high = self.passing_samples
         return {"reaches the far side": 100.0, f"Delta mu {low:g} to {high:g}": 100.0}
 
 
 def cells(confusion: np.ndarray, paper: PaperTable) -> dict[str, float]:
-    """Return the paper's cells of one archive, in percent, as the evaluation computes them.
+    """Return the paper's cells for one archive, in percent, computed as in the evaluation.
 
     Parameters
     ----------
     confusion : (B, B) array of int
         Runs of true size (row) classified as size (column), 0, 1, 2, ... mm.
     paper
-        Names the cells and the tolerance.
+        Names of the cells, and the tolerance.
 
     Returns
     -------
     dict of str to float
-        The names of `PaperTable.cells`; NaN for a precision where no run was taken for the size.
+        Rates by the names of `PaperTable.cells`; a precision is NaN if no run was classified as
+        this size.
     """
     sizes_mm = range(len(confusion))
     predictions = [
@@ -96,7 +98,7 @@ def cells(confusion: np.ndarray, paper: PaperTable) -> dict[str, float]:
 
 
 def motion(arrived: np.ndarray, passing_samples: np.ndarray, paper: PaperTable) -> dict[str, float]:
-    """Return in how many runs the capsule moves as the paper says, in percent.
+    """Return the share of runs in which the capsule moves as in the paper, in percent.
 
     Parameters
     ----------
@@ -105,12 +107,12 @@ def motion(arrived: np.ndarray, passing_samples: np.ndarray, paper: PaperTable) 
     passing_samples : (n,) array
         Mean time from sensor to sensor over the nodule of each run, in samples.
     paper
-        Names the range of that time.
+        The range of that time.
 
     Returns
     -------
     dict of str to float
-        The names of `PaperTable.motion`.
+        Shares by the names of `PaperTable.motion`.
     """
     low, high = paper.passing_samples
     usual = (passing_samples >= low) & (passing_samples <= high)
@@ -121,37 +123,37 @@ def motion(arrived: np.ndarray, passing_samples: np.ndarray, paper: PaperTable) 
 def distance(means: Mapping[str, float], paper: PaperTable) -> float:
     """Return the root mean square difference from the paper, in spreads of a rate.
 
-    The spread is that of a rate over as many runs as the paper has of a size. A rate near 0 or
-    100 % hardly varies from archive to archive, one of 50 % over 20 runs by 11 points; so a mean
-    recall of 100 % where the paper has 85 is farther off than an exact rate of 65 % where it has
-    50.
+    The spread belongs to a rate over as many runs as the paper has of a size. A rate near 0 or
+    100 % hardly varies from archive to archive; a rate of 50 % over 20 runs varies by 11 points.
+    So a mean recall of 100 % instead of 85 % counts more than an exact rate of 65 % instead of
+    50 %.
 
     Parameters
     ----------
     means
         Means over archives of the cells (from `cells`) and of the motion (from `motion`).
     paper
-        What they should be.
+        The paper's values.
     """
     printed = {**paper.cells, **paper.motion}
     wanted = np.array(list(printed.values())) / 100
-    # A precision that is unknown, since no run was taken for the size, is as far off as can be.
+    # A precision is unknown if no run was classified as this size. It counts as 0.
     rates = np.nan_to_num([means[name] for name in printed]) / 100
-    # Laplace's rule: no rate is known to be exactly 0 or 1.
+    # Laplace's rule keeps each rate away from 0 and 1, so no spread is 0.
     likely = (paper.runs * rates + 1) / (paper.runs + 2)
     spreads = np.sqrt(likely * (1 - likely) / paper.runs)
     return float(np.sqrt(np.mean(((rates - wanted) / spreads) ** 2)))
 
 
 def summary(archives: Sequence[Mapping[str, float]], paper: PaperTable) -> list[dict]:
-    """Return each cell's paper value beside the mean and the central 95 % of the archives.
+    """Return for each cell the paper's value, and the mean and central 95 % of the archives.
 
     Parameters
     ----------
     archives
         The cells of each archive.
     paper
-        The paper's.
+        The paper's table.
 
     Returns
     -------
@@ -182,7 +184,7 @@ def mean_difference(rows: Sequence[Mapping]) -> float:
 
 
 def _cells(rates: Mapping[str, Sequence[Mapping]], tolerance_mm: float) -> dict[str, float]:
-    """Return tables of rates, the paper's or an archive's, as cells in percent."""
+    """Return the cells in percent from tables of rates, of the paper or of an archive."""
     detection, sizing = rates["detection"], rates["sizing"]
     (healthy,) = rates["specificity"]
     cells = {}

@@ -1,4 +1,4 @@
-"""A plain evolutionary search for the free parameters of the phantom."""
+"""Search for the free parameters of the phantom with a simple evolutionary method."""
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -14,11 +14,11 @@ class FreeParameter:
     Attributes
     ----------
     name
-        ``part.parameter``.
+        Name of the form ``part.parameter``.
     low, high
-        Its range.
+        Ends of its range.
     logarithmic
-        Whether steps are in its logarithm (for scales) or in itself.
+        Whether the search steps in the logarithm of the value.
     """
 
     name: str
@@ -27,7 +27,7 @@ class FreeParameter:
     logarithmic: bool
 
     def at(self, position: float) -> float:
-        """Return the value at a position in the range: 0 is its low end, 1 its high one."""
+        """Return the value at a position in the range: 0 is the low end, 1 the high end."""
         if self.logarithmic:
             return float(self.low * (self.high / self.low) ** position)
         return float(self.low + (self.high - self.low) * position)
@@ -35,7 +35,7 @@ class FreeParameter:
 
 @dataclass(frozen=True)
 class Cloud:
-    """Where the search looks: a normal distribution for each parameter's position in its range.
+    """A cloud of candidates: a normal distribution of each parameter's position in its range.
 
     Attributes
     ----------
@@ -47,7 +47,7 @@ class Cloud:
     spread: np.ndarray
 
     def draw(self, generator: np.random.Generator, count: int) -> np.ndarray:
-        """Return candidates' positions, shape (count, D), in 0..1; the first is the centre."""
+        """Return candidate positions in 0..1, shape (count, D); the first is the centre."""
         steps = generator.standard_normal((count, self.centre.size))
         positions = self.centre + self.spread * steps
         positions[0] = self.centre
@@ -55,19 +55,20 @@ class Cloud:
         return np.abs(np.mod(positions + 1, 2) - 1)
 
     def moved(self, candidates: np.ndarray, losses: Sequence[float], rate: float) -> "Cloud":
-        """Return the cloud drawn towards the best quarter of the candidates.
+        """Return the cloud moved towards the best quarter of the candidates.
 
         Parameters
         ----------
         candidates : (count, D) array
-            The positions that were tried.
+            The positions of the candidates.
         losses
-            What each gave; smaller is better.
+            The loss of each candidate; smaller is better.
         rate
-            How far to move, 0..1. Slow moves average the noise of single archives out.
+            Share of the way to move, 0..1. Small steps average out the noise of single archives.
         """
         best = candidates[np.argsort(losses)[: max(len(losses) // 4, 2)]]
-        # The spread shrinks more slowly than the centre moves, lest chance decide too early.
+        # The spread shrinks more slowly than the centre moves, so that chance does not decide too
+        # early.
         spread = (1 - rate / 2) * self.spread + rate / 2 * best.std(axis=0)
         return Cloud((1 - rate) * self.centre + rate * best.mean(axis=0), spread)
 
@@ -81,9 +82,9 @@ class Generation:
     values
         The parameters of each candidate; the first is the centre of the cloud.
     losses
-        What each gave.
+        The loss of each candidate.
     cloud
-        Where to look next.
+        The next cloud.
     """
 
     values: list[dict[str, float]]
@@ -100,25 +101,26 @@ def evolve(
     spread: float,
     rate: float,
 ) -> Iterator[Generation]:
-    """Search without end: try a cloud of candidates, move it towards the best, try again.
+    """Yield generations without end; each cloud of candidates moves towards its best ones.
 
-    The first cloud lies in the middle of all ranges, so nothing depends on earlier results.
+    The first cloud lies in the middle of all ranges, so the search does not depend on earlier
+    results.
 
     Parameters
     ----------
     free
-        What is searched for.
+        The parameters that are searched for.
     losses_of
-        ``losses_of(candidates, number)``: how bad each candidate of generation ``number`` is. All
-        candidates of a generation should meet the same random numbers: a fair comparison.
+        Function ``losses_of(candidates, number)`` that returns the losses of generation
+        ``number``. For a fair comparison, all candidates should use the same random numbers.
     draw
-        ``draw(number)``: source of the candidates of generation ``number``.
+        Function ``draw(number)`` that returns the random numbers of generation ``number``.
     candidates
         Number of candidates in a generation.
     spread
-        Standard deviation of the first cloud, in parts of the ranges.
+        Standard deviation of the first cloud, as a part of each range.
     rate
-        How far the cloud moves in a generation, 0..1.
+        Share of the way that the cloud moves in a generation, 0..1.
     """
     cloud = Cloud(np.full(len(free), 0.5), np.full(len(free), spread))
     for number in itertools.count():
@@ -138,13 +140,13 @@ def values_at(free: Sequence[FreeParameter], positions: np.ndarray) -> dict[str,
 
 
 def free_parameters(table: Mapping) -> list[FreeParameter]:
-    """Return the parameters that a table marks with a ``range`` to search.
+    """Return the parameters of a table that have a ``range``.
 
     Parameters
     ----------
     table
-        As in ``config/phantom.yaml``: ``range: [low, high]``; a positive lower end means steps
-        in the logarithm.
+        A table such as ``config/phantom.yaml``, with entries ``range: [low, high]``. If the low
+        end is positive, the search steps in the logarithm.
     """
     return [
         FreeParameter(f"{part}.{key}", *map(float, entry["range"]), entry["range"][0] > 0)

@@ -1,4 +1,4 @@
-"""How the detector bears a bench that changes after its templates were made."""
+"""Measure how the detector's rates change if the bench changes after the templates were made."""
 
 import functools
 from collections.abc import Iterator, Sequence
@@ -22,7 +22,7 @@ from phantom_study.simulated_archive import (
 
 @dataclass(frozen=True)
 class Variation:
-    """A disturbance: the parameters that a level multiplies, and the levels that are tried."""
+    """A disturbance: the parameters that each level multiplies, and the levels."""
 
     parameters: tuple[str, ...]
     levels: tuple[float, ...]
@@ -44,12 +44,12 @@ VARIATIONS = {
     ),
 }
 FAULTS = ("none", "dead", "saturated")
-# The archive whose templates are used, and the first of those that are classified.
+# Seed of the archive that makes the templates, and first seed of the archives that are classified.
 _TEMPLATE_SEED, _FIRST_SEED = 1, 1001
 
 
 def varied(phantom: Phantom, variation: str, level: float) -> Phantom:
-    """Return the phantom with one kind of disturbance at a multiple of its calibrated strength.
+    """Return the phantom with one disturbance at a multiple of its calibrated strength.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def varied(phantom: Phantom, variation: str, level: float) -> Phantom:
     variation
         A key of `VARIATIONS`.
     level
-        Factor on each of its parameters; 1 is the calibrated bench.
+        Factor on each parameter of the disturbance; 1 is the calibrated bench.
     """
     names = VARIATIONS[variation].parameters
     return with_values(phantom, {name: level * value_of(phantom, name) for name in names})
@@ -67,20 +67,20 @@ def varied(phantom: Phantom, variation: str, level: float) -> Phantom:
 def with_fault(
     counts: np.ndarray, fault: str, sensor: int, generator: np.random.Generator
 ) -> np.ndarray:
-    """Return the readings of a run in which one sensor is faulty.
+    """Return the readings of a run with a fault in one sensor.
 
     Parameters
     ----------
     counts : (S, K) array of int
         Readings of a sound run.
     fault
-        ``none``; ``dead``: the sensor no longer answers to compression and only the last digit
-        of the converter moves; ``saturated``: everything below its middle reading, that is every
-        firm compression, is cut off.
+        One of three words. ``none``: no fault. ``dead``: the sensor does not react to compression;
+        only the last digit of the converter changes. ``saturated``: the reading does not fall
+        below the sensor's median, so every firm compression is cut off.
     sensor
         Index of the faulty sensor, from 0.
     generator
-        Source of the dead sensor's last digit.
+        Random numbers for the dead sensor's last digit.
 
     Returns
     -------
@@ -89,7 +89,7 @@ def with_fault(
     Raises
     ------
     ValueError
-        The fault is none of `FAULTS`.
+        The fault is not one of `FAULTS`.
     """
     if fault not in FAULTS:
         raise ValueError(f"{fault!r} is not one of {', '.join(FAULTS)}")
@@ -110,7 +110,7 @@ def measure(
     fault: str,
     runs: int,
 ) -> np.ndarray:
-    """Classify fresh archives of a bench with given templates and add their tables up.
+    """Return the added confusion tables of new archives of a bench, with given templates.
 
     Parameters
     ----------
@@ -119,13 +119,13 @@ def measure(
     detector
         The settings of the detector.
     templates
-        From an archive of the calibrated bench: a lab makes its templates once.
+        Templates of the calibrated bench; a laboratory makes its templates once.
     seeds
-        One archive each.
+        Seeds of the archives.
     fault
-        One of `FAULTS`; each run has another sensor at fault, chosen by chance.
+        One of `FAULTS`; the faulty sensor of each run is chosen at random.
     runs
-        Runs of each size in an archive.
+        Number of runs of each size in an archive.
 
     Returns
     -------
@@ -148,7 +148,7 @@ def headline(confusion: np.ndarray, paper: PaperTable) -> dict[str, float]:
     confusion : (6, 6) array of int
         Runs of true size (row) classified as size (column), 0..5 mm.
     paper
-        Its sizes are those over which exact and within-tolerance rates are averaged.
+        The paper's table; exact and within-tolerance rates are averaged over its sizes.
     """
     rates = cells(confusion, paper)
     within = f"within {paper.tolerance_mm:g} mm"
@@ -168,7 +168,7 @@ def sweep(
     phantom
         The calibrated bench, on which the templates are made.
     detector, paper
-        Settings of the detector, and what the rates are called.
+        Settings of the detector, and the names of the rates.
     archives, runs
         Number of archives at each level, and of runs of each size in an archive.
 
@@ -191,7 +191,10 @@ def sweep(
 
 
 def _with_fault_by_chance(fault: str, seed: int, counts: np.ndarray, name: str) -> np.ndarray:
-    """Return the readings of a run, by its archive's seed and its name, with one faulty sensor."""
+    """Return the readings of a run with a fault in a random sensor.
+
+    The archive's seed and the run's name determine the random numbers.
+    """
     numbers = generator(seed, "fault", name)
     return with_fault(counts, fault, int(numbers.integers(len(counts))), numbers)
 

@@ -1,4 +1,4 @@
-"""The paper's detector on a simulated archive, templates and test from the same runs."""
+"""Apply the paper's detector to a simulated archive, with templates from the same runs."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -23,16 +23,16 @@ SIZES_MM = (0, 1, 2, 3, 4, 5)
 
 @dataclass(frozen=True)
 class DetectorSettings:
-    """The settings of the paper's detector, and how much of its labour is spared.
+    """The settings of the paper's detector, and a stride that makes it faster.
 
     Attributes
     ----------
     preprocessing
         Arguments of `capsule.preprocessing.preprocess`.
     fit
-        The config's section ``fit``.
+        The section ``fit`` of the configuration.
     stride
-        Only every so many columns of a matrix are used; the envelope is smooth over W = 84
+        Distance of the columns of a matrix that are used. The envelope is smooth over W = 84
         columns, so a stride of 10 hardly changes a table and saves most of the time.
     """
 
@@ -49,7 +49,7 @@ def quick(detector: DetectorSettings) -> DetectorSettings:
 
 
 def simulate_archive(phantom: Phantom, seed: int, runs: int) -> dict[str, Run]:
-    """Simulate so many runs of each size, 0..5 mm, by recording name such as ``3mm/r07``."""
+    """Return simulated runs of each size, 0..5 mm, by recording names such as ``3mm/r07``."""
     names = [f"{size}mm/r{run:02d}" for size in SIZES_MM for run in range(1, runs + 1)]
     return {name: simulate_run(phantom, size_mm(name), seed, name) for name in names}
 
@@ -59,14 +59,14 @@ def archive_matrices(
     detector: DetectorSettings,
     spoil: Callable[[np.ndarray, str], np.ndarray] | None = None,
 ) -> dict[str, np.ndarray]:
-    """Return the matrices V of an archive, thinned by the stride, by recording name.
+    """Return the matrices V of an archive, reduced by the stride, by recording name.
 
     Parameters
     ----------
     archive
-        From `simulate_archive`.
+        Runs from `simulate_archive`.
     spoil
-        Changes the readings (S, K) of a run, given its name; a fault of a sensor.
+        Function that adds a sensor fault to the readings (S, K) of a run, given its name.
     """
     matrices = {}
     for name, run in archive.items():
@@ -77,13 +77,13 @@ def archive_matrices(
 
 
 def middle_recording(matrices: Mapping[str, np.ndarray]) -> str:
-    """Return the name of the recording whose matrix V holds the middling sum."""
+    """Return the name of the recording whose matrix V has the median sum."""
     names = list(matrices)
     return names[int(np.argsort([matrix.sum() for matrix in matrices.values()])[len(names) // 2])]
 
 
 def passing_samples(run: Run, phantom: Phantom) -> np.ndarray:
-    """Return the samples from sensor to sensor over the nodule, shape (S - 1,)."""
+    """Return the times from sensor to sensor over the nodule in samples, shape (S - 1,)."""
     behind_mm = sensor_offsets(phantom.origami, SENSORS)
     return np.diff(first_arrival(run.head_mm, run.nodule_at_mm + behind_mm))
 
@@ -91,7 +91,7 @@ def passing_samples(run: Run, phantom: Phantom) -> np.ndarray:
 def archive_motion(
     archive: Mapping[str, Run], phantom: Phantom, paper: PaperTable
 ) -> dict[str, float]:
-    """Return in how many runs over a nodule the capsule moves as the paper says, in percent."""
+    """Return the share of runs over a nodule that move as in the paper, in percent."""
     over_nodules = [run for run in archive.values() if run.nodule_mm > 0]
     longest = int(phantom.advance.longest_samples)
     arrived = [run.time_s.size < longest for run in over_nodules]
@@ -102,10 +102,10 @@ def archive_motion(
 def fit_archive(
     matrices: Mapping[str, np.ndarray], detector: DetectorSettings
 ) -> dict[str, Particle]:
-    """Fit a particle to every matrix V of a run with a nodule, by recording name.
+    """Return a fitted particle for every matrix V of a run with a nodule, by recording name.
 
-    The fit's random numbers come from the name, which seeds the simulated run as well: no two runs
-    are copies, and a trial that was logged can be made again.
+    The name seeds the random numbers of the fit, as it seeds the simulated run. So no two runs are
+    copies, and a trial in the log can be repeated.
 
     Parameters
     ----------
@@ -131,16 +131,16 @@ def fit_archive(
 def average_fits(
     particles: Mapping[str, Particle], detector: DetectorSettings, length: int
 ) -> TemplateSet:
-    """Average the particles of each size into its template.
+    """Return the templates: the average of the particles of each size.
 
     Parameters
     ----------
     particles
-        From `fit_archive`.
+        Particles from `fit_archive`.
     detector
-        Their settings.
+        Settings of the fits.
     length
-        Columns of the matrices that they were fitted to.
+        Number of columns of the fitted matrices.
     """
     by_size = {float(size): [] for size in SIZES_MM if size > 0}
     for name, particle in particles.items():
@@ -150,13 +150,13 @@ def average_fits(
 
 
 def learn(matrices: Mapping[str, np.ndarray], detector: DetectorSettings) -> TemplateSet:
-    """Fit every run with a nodule and average the fits of each size into its template."""
+    """Fit every run with a nodule, and return the average of the fits of each size."""
     length = next(iter(matrices.values())).shape[1]
     return average_fits(fit_archive(matrices, detector), detector, length)
 
 
 def classify(matrices: Mapping[str, np.ndarray], templates: TemplateSet) -> np.ndarray:
-    """Return how often runs of true size (row) are taken for size (column): (6, 6) array of int."""
+    """Return the confusion table: true size (row), classified size (column), (6, 6) int array."""
     table = np.zeros((len(SIZES_MM), len(SIZES_MM)), dtype=int)
     for name, matrix in matrices.items():
         distances = template_distances(matrix, templates.matrices)
@@ -165,21 +165,21 @@ def classify(matrices: Mapping[str, np.ndarray], templates: TemplateSet) -> np.n
 
 
 def resubstitution(matrices: Mapping[str, np.ndarray], detector: DetectorSettings) -> np.ndarray:
-    """Learn from an archive and classify that same archive, as the paper most likely did."""
+    """Return the confusion table of an archive with its own templates, as probably in the paper."""
     return classify(matrices, learn(matrices, detector))
 
 
 def simulate_and_judge(
     phantom: Phantom, detector: DetectorSettings, paper: PaperTable, runs: int, seed: int
 ) -> tuple[np.ndarray, dict[str, float]]:
-    """Simulate one archive of so many runs a size, and judge it as the paper does.
+    """Simulate one archive with some runs of each size, and judge it as in the paper.
 
     Returns
     -------
     confusion : (6, 6) array of int
-        From `resubstitution`.
+        Table from `resubstitution`.
     motion : dict of str to float
-        From `archive_motion`.
+        Shares from `archive_motion`.
     """
     archive = simulate_archive(phantom, seed, runs)
     confusion = resubstitution(archive_matrices(archive, detector), detector)

@@ -1,4 +1,4 @@
-"""The trials of a search in a CSV file: looked up where they are known, made where not."""
+"""Keep the trials of a search in a CSV file, so that no trial is made twice."""
 
 import csv
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -9,19 +9,19 @@ from edges import files
 
 
 class TrialLog:
-    """A source of trials that keeps them in a file, so that an interrupted search goes on.
+    """A source of trials that keeps them in a file, so that an interrupted search can continue.
 
     Parameters
     ----------
     path
-        The CSV file, one row a trial; it need not exist.
+        The CSV file with one row for each trial; it need not exist.
     make
-        ``make(values, seeds)`` makes the trials of some candidates, each on one archive, in order.
+        Function ``make(values, seeds)`` that makes one trial for each candidate and seed, in order.
 
     Raises
     ------
     CapsuleError
-        The file is no log of trials.
+        The file is not a log of trials.
     """
 
     def __init__(
@@ -33,12 +33,12 @@ class TrialLog:
             raise CapsuleError(f"{path}: this is not a log of trials; choose another --log")
 
     def trials(self, stage: str, values: Sequence[Mapping], seeds: Sequence[int]) -> list[dict]:
-        """Return the trials of one stage; each that is made is in the file before the next.
+        """Return the trials of one stage; write each new trial before the next is made.
 
         Raises
         ------
         CapsuleError
-            The file holds trials of this stage that were made of other candidates.
+            The file holds trials of other candidates for this stage.
         """
         known = [row for row in self._rows if row["stage"] == stage]
         if len(known) > len(seeds) or any(

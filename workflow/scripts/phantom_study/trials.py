@@ -1,4 +1,4 @@
-"""One trial of the phantom's calibration, and how far a candidate's trials are from the paper."""
+"""Make one trial of the phantom's calibration, and measure its difference from the paper."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -10,7 +10,8 @@ from phantom_study import paper_table
 from phantom_study.paper_table import PaperTable
 from phantom_study.simulated_archive import DetectorSettings, simulate_and_judge
 
-# In points. Twenty runs move a rate by 5 at a time: a mean that is nearer than this fits.
+# Smallest spread, in points. With 20 runs, a rate changes in steps of 5 points, so a mean that is
+# closer than this fits.
 _LEAST_SPREAD = 1.5
 
 
@@ -21,16 +22,16 @@ def try_out(
     values: Mapping[str, float],
     seed: int,
 ) -> dict:
-    """Simulate one archive with as many runs as the paper's, and judge it as the paper does.
+    """Simulate one archive with as many runs as in the paper, and judge it as in the paper.
 
     Parameters
     ----------
     phantom, detector, paper
-        What all trials share.
+        Inputs that all trials share.
     values
         The candidate's parameters, by ``part.parameter``.
     seed
-        Of the archive.
+        Seed of the archive.
 
     Returns
     -------
@@ -49,36 +50,36 @@ def trial_rates(trial: Mapping, paper: PaperTable) -> dict[str, float]:
     Parameters
     ----------
     trial
-        From `try_out`; its numbers may be text, as in a file.
+        A trial from `try_out`; its numbers may be text, as in a file.
     paper
-        Names the cells and the motion.
+        Names of the cells and of the motion.
     """
     motion = {name: float(trial[name]) for name in paper.motion}
     return paper_table.cells(np.array(json.loads(trial["confusion"])), paper) | motion
 
 
 def mean_distance(trials: Sequence[Mapping], paper: PaperTable) -> float:
-    """Return how far the means of some trials of a candidate are from the paper, in spreads."""
+    """Return the distance of the means of a candidate's trials from the paper, in spreads."""
     rates = [trial_rates(trial, paper) for trial in trials]
     means = {name: float(np.mean([each[name] for each in rates])) for name in rates[0]}
     return paper_table.distance(means, paper)
 
 
 def shortfall(trials: Sequence[Mapping], paper: PaperTable) -> tuple[float, float]:
-    """Return how far a candidate is from the paper over several archives.
+    """Return a candidate's differences from the paper over several archives.
 
     Parameters
     ----------
     trials
-        From `try_out`, or from a file.
+        Trials from `try_out`, or from a file.
     paper
-        What they should give.
+        The paper's table.
 
     Returns
     -------
     worst : float
-        By how many standard deviations of the archives the paper lies off the mean of the cell
-        that fits worst. Where that is well below 2, the paper is inside the central 95 %.
+        Difference of the paper from the mean in the worst cell, in standard deviations of the
+        archives. If it is well below 2, the paper's value lies inside the central 95 %.
     difference : float
         Mean absolute difference of the cells' means from the paper, in points.
     """
