@@ -1,1 +1,1 @@
-"""Teaching the scorer of the detector ``taught`` by simulated recordings of many random benches."""
+"""Training of the scorer of the detector ``taught`` on simulated recordings of random benches."""

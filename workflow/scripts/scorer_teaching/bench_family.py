@@ -1,9 +1,9 @@
-"""A wide random family of benches: what all recordings of one bench share, and how it is drawn.
+"""Draw random benches from a wide family; all recordings of a bench share its parameters.
 
-The models are simple and know nothing of the phantom's geometry, so that the scorer learns what
-nodules have in common and not one bench. Lengths are in pitches (the way from sensor to sensor),
-times in samples, heights in amplitudes of the wave at a sensor. A spread is the standard deviation
-of a logarithm; a share lies between 0 and 1; 0 stands for a mechanism that a bench does without.
+The models are simple and do not use the phantom's geometry, so that the scorer learns what nodules
+have in common, not one bench. Lengths are in pitches, times in samples, and heights in amplitudes
+of the wave at a sensor. A spread is the standard deviation of a logarithm. A share lies between 0
+and 1. A value of 0 switches a mechanism off.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ WAVE_FORMS = ("sine", "skewed", "power", "double")
 
 @dataclass(frozen=True)
 class Wander:
-    """A slow wander: standard deviation, time, kind (0 to 2) and spread from run to run."""
+    """A slow random variation: standard deviation, time, kind (0 to 2), spread between runs."""
 
     size: float
     time: float
@@ -25,11 +25,11 @@ class Wander:
 
 @dataclass(frozen=True)
 class WaveTrain:
-    """The wave: its period and beats, its form, and where a wall touches a sensor.
+    """The parameters of the wave: its period and beats, its form, and the contact of the wall.
 
-    `bias` of 0 presses for half of the period; `softness` rounds the first touch;
-    `offset_waves` is the phase from sensor to sensor that fits no travelling wave; `pitch_waves` is
-    a pitch in wavelengths; with `both_walls` the opposite wall presses too.
+    With a `bias` of 0, the wall presses for half of the period. `softness` rounds the start of a
+    contact. `offset_waves` is a phase from sensor to sensor that no travelling wave causes.
+    `pitch_waves` is a pitch in wavelengths. With `both_walls`, the opposite wall presses too.
     """
 
     period: float
@@ -50,12 +50,13 @@ class WaveTrain:
 
 @dataclass(frozen=True)
 class Way:
-    """The way of the capsule: pace, strokes, what a nodule does to it, and the end of a run.
+    """The parameters of the capsule's motion: pace, strokes, effect of a nodule, end of a run.
 
-    `lag` is the time for a pitch. Strokes come `by_wave` (during the share `grip`; a share
-    `stick` of them fails) or wander in `stroke_time`. `slip_back` is in strokes. A nodule slows the
-    climb by `snag` and holds each sensor for up to twice `hold`. The first sensor meets the nodule
-    after `lead` pitches; a run ends `tail` pitches after the last, or when the memory is full.
+    `lag` is the time for a pitch. With `by_wave`, a stroke lasts the share `grip` of a wave, and
+    the share `stick` of the strokes fails. Otherwise the pace varies within `stroke_time`.
+    `slip_back` is in strokes. A nodule slows the climb by `snag`, and holds each sensor for up to
+    twice `hold`. The first sensor meets the nodule after `lead` pitches. A run ends `tail` pitches
+    after the last sensor has met it, or when the memory is full.
     """
 
     lag: float
@@ -76,12 +77,12 @@ class Way:
 
 @dataclass(frozen=True)
 class Lump:
-    """What a nodule does: height at 3 mm, growth with size, where it is missed, its profile.
+    """The parameters of a nodule: height at 3 mm, growth with size, distance, profile.
 
-    Shares of the height are added to the wall (`adds`), multiply the press (`multiplies`) or lift
-    it at all times (`lifts`). `miss_mm` is how far a nodule lies off the sensors' line,
-    `miss_alike` the share of its variance that all nodules of a size share; `strip_mm` is how wide
-    a sensor is.
+    Shares of the height are added to the wall (`adds`), multiply the press (`multiplies`) or raise
+    the press at all times (`lifts`). `miss_mm` is the distance of a nodule from the line of the
+    sensors. `miss_alike` is the share of its variance that is common to all nodules of a size.
+    `strip_mm` is the width of a sensor.
     """
 
     height: float
@@ -101,9 +102,10 @@ class Lump:
 
 @dataclass(frozen=True)
 class Disturbances:
-    """What looks like a nodule: wanders, an uneven wall, jumps, drift and settling.
+    """Disturbances that look like a nodule: wanders, an uneven wall, jumps, drift and settling.
 
-    `seat_jumps` and `base_jumps` are numbers a run; `drift` is a random walk's size over a run.
+    `seat_jumps` and `base_jumps` are mean numbers in a run. `drift` is the size of a random walk
+    over a run.
     """
 
     common_strength: Wander
@@ -124,10 +126,11 @@ class Disturbances:
 
 @dataclass(frozen=True)
 class Sensing:
-    """The sensors and their electronics.
+    """The parameters of the sensors and their electronics.
 
-    `limit` bounds the press; `echo` is a second press `echo_waves` later; `counts` is what one
-    amplitude changes a reading by; `rest` is the logarithm of the resistance over the divider's.
+    `limit` bounds the press. `echo` is a second press `echo_waves` later. `counts` is the change
+    of a reading by one amplitude. `rest` is the logarithm of the sensor's resistance, relative to
+    the resistor in series.
     """
 
     limit: float
@@ -148,7 +151,7 @@ class Sensing:
 
 @dataclass(frozen=True)
 class RandomBench:
-    """All that the recordings of one bench share."""
+    """One bench: the parameters that all its recordings share."""
 
     wave: WaveTrain
     way: Way
@@ -158,32 +161,32 @@ class RandomBench:
 
 
 class _Draw:
-    """The distributions of the family, from one generator."""
+    """A source of random values for the parameters of a bench."""
 
     def __init__(self, numbers: np.random.Generator) -> None:
         self.numbers = numbers
         self.between = numbers.uniform
 
     def log(self, low: float, high: float) -> float:
-        """Draw a number whose logarithm is uniform."""
+        """Return a random number whose logarithm is uniform."""
         return float(np.exp(self.numbers.uniform(np.log(low), np.log(high))))
 
     def chance(self, share: float) -> bool:
-        """Draw whether something is so."""
+        """Return True with the given probability."""
         return bool(self.numbers.random() < share)
 
     def maybe(self, share: float, value: float) -> float:
-        """Give the value with a chance, else 0."""
+        """Return the value with the given probability, and otherwise 0."""
         return value if self.chance(share) else 0.0
 
     def wander(self, low: float, high: float) -> Wander:
-        """Draw a wander of such a size."""
+        """Return a random wander with a standard deviation in the given range."""
         spread = self.maybe(0.5, self.log(0.1, 0.9))
         return Wander(self.log(low, high), self.log(20, 400), int(self.numbers.integers(3)), spread)
 
 
 def draw_bench(numbers: np.random.Generator) -> RandomBench:
-    """Draw a bench."""
+    """Return a random bench."""
     draw = _Draw(numbers)
     return RandomBench(
         wave=_draw_wave(draw),

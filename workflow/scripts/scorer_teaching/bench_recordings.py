@@ -17,23 +17,23 @@ from scorer_teaching.travel import (
 _FULL_SCALE = 1024
 _SHORTEST = 250
 _BEHIND = np.arange(SENSORS)[:, np.newaxis]
-# Cosines that the unevenness of a wall is made of.
+# Number of cosines in the model of an uneven wall.
 _COSINES = 12
-# Change of the resistance, as a share, by so many counts at half of the scale.
+# At half of the scale, a relative change x of the resistance changes a reading by 256 x counts.
 _COUNTS_A_SHARE = 256
 
 
 def simulate_bench(bench: RandomBench, sizes_mm: np.ndarray, streams: Streams) -> list[np.ndarray]:
-    """Simulate recordings of one bench.
+    """Return simulated recordings of one bench.
 
     Parameters
     ----------
     bench : RandomBench
-        From `scorer_teaching.bench_family.draw_bench`.
+        Bench from `scorer_teaching.bench_family.draw_bench`.
     sizes_mm : (n,) array
-        Size of the nodule in each recording; 0 for none.
+        Size of the nodule in each recording, in mm; 0 for none.
     streams : Streams
-        Random numbers; the same ones give the same recordings, but for the nodule.
+        Random numbers; with the same numbers, recordings differ only by the nodule.
 
     Returns
     -------
@@ -58,7 +58,7 @@ def simulate_bench(bench: RandomBench, sizes_mm: np.ndarray, streams: Streams) -
 def _presses(
     bench: RandomBench, nodules: Nodules, phase: np.ndarray, head: np.ndarray, streams: Streams
 ) -> np.ndarray:
-    """Let the wall press each sensor, (n, S, K) in amplitudes of the wave."""
+    """Return the press of the wall on each sensor, (n, S, K), in amplitudes of the wave."""
     wave, lump, disturbances = bench.wave, bench.lump, bench.disturbances
     runs, count = phase.shape
     place = head[:, np.newaxis] - _BEHIND
@@ -89,7 +89,7 @@ def _presses(
 
 
 def _strength(bench: RandomBench, number: np.ndarray, streams: Streams) -> np.ndarray:
-    """Draw how strongly each wave reaches each sensor, (n, S, K), 1 on average."""
+    """Return the random strength of each wave at each sensor, (n, S, K), about 1."""
     wave, disturbances = bench.wave, bench.disturbances
     runs, count = number.shape
     shape = (runs, SENSORS)
@@ -107,7 +107,7 @@ def _strength(bench: RandomBench, number: np.ndarray, streams: Streams) -> np.nd
 
 
 def _wave_height(wave: WaveTrain, angle: np.ndarray) -> np.ndarray:
-    """Give the wave's height, between about -1 and 1, at a phase."""
+    """Return the wave's height at a phase, between about -1 and 1."""
     if wave.form == "sine":
         return np.cos(angle)
     if wave.form == "skewed":
@@ -118,14 +118,14 @@ def _wave_height(wave: WaveTrain, angle: np.ndarray) -> np.ndarray:
 
 
 def _touched(wave: WaveTrain, near: np.ndarray) -> np.ndarray:
-    """Press only where the wall reaches the sensor."""
+    """Return the press, which is 0 if the wall does not reach the sensor."""
     if wave.softness == 0:
         return np.maximum(near, 0)
     return wave.softness * np.logaddexp(0, near / wave.softness)
 
 
 def _unevenness(bench: RandomBench, place: np.ndarray, numbers: np.random.Generator) -> np.ndarray:
-    """Draw the uneven wall of each run and give it where each sensor is, (n, S, K)."""
+    """Return the random unevenness of each run's wall at the sensors, (n, S, K)."""
     size, length = bench.disturbances.unevenness, bench.disturbances.unevenness_length
     runs = len(place)
     turns = numbers.standard_normal((runs, _COSINES)) / length
@@ -138,7 +138,7 @@ def _unevenness(bench: RandomBench, place: np.ndarray, numbers: np.random.Genera
 
 
 def _sensed(bench: RandomBench, press: np.ndarray) -> np.ndarray:
-    """Let the sensors follow the presses (n, S, K): limit, echo, crosstalk, lag and creep."""
+    """Return the sensors' response to the presses (n, S, K): limit, echo, crosstalk, lag, creep."""
     sensing = bench.sensing
     limit = sensing.limit * (2 if bench.wave.both_walls else 1)
     press = press / (1 + (np.maximum(press, 0) / limit) ** 4) ** 0.25
@@ -157,7 +157,7 @@ def _sensed(bench: RandomBench, press: np.ndarray) -> np.ndarray:
 
 
 def _counts(bench: RandomBench, press: np.ndarray, streams: Streams) -> np.ndarray:
-    """Read the sensors: gain, noise, drift and the converter, (n, S, K) of int16."""
+    """Return the readings with gain, noise, drift and the converter, (n, S, K) of int16."""
     sensing, shape = bench.sensing, press.shape
     numbers = streams.of("sensors")
     gain = np.exp(sensing.gain_spread * numbers.standard_normal((*shape[:2], 1)))
@@ -177,7 +177,7 @@ def _counts(bench: RandomBench, press: np.ndarray, streams: Streams) -> np.ndarr
 
 
 def _drift(bench: RandomBench, shape: tuple[int, ...], streams: Streams) -> np.ndarray:
-    """Draw what the sensors drift, (n, S, K): a random walk, settling, and jumps."""
+    """Return the random drift of the sensors, (n, S, K): a random walk, settling and jumps."""
     disturbances, (runs, sensors, count) = bench.disturbances, shape
     walk = streams.of("drift").standard_normal(shape, dtype=np.float32)
     drift = disturbances.drift / np.sqrt(count) * np.cumsum(walk, axis=-1)

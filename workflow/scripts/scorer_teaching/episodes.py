@@ -1,4 +1,4 @@
-"""Episodes of the lesson: the recordings of one bench as beats, laid out in a fixed length."""
+"""Make the episodes of the training: the beats of one bench's recordings, padded to one length."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -14,11 +14,11 @@ from scorer_teaching.random_numbers import Streams
 from scorer_teaching.random_phantoms import draw_phantom, simulate_phantom
 from scorer_teaching.travel import SENSORS
 
-# Every bench shows as many recordings of each size, in mm, as here.
+# Sizes of the nodules in the recordings of every bench, in mm.
 SIZES_MM = np.repeat(np.arange(6.0), (16, 12, 12, 8, 6, 6))
-# A run of 990 samples gives up to 120 beats' windows.
+# A run of 990 samples gives at most 120 windows of beats.
 LENGTH = 128
-# As config/config.yaml has them for the bench that the capsule was made for.
+# Values of the paper's bench, as in config/config.yaml.
 _FULL_SCALE, _PERIOD = 1024, 32.0
 
 
@@ -29,22 +29,22 @@ class Episodes:
     Attributes
     ----------
     series : (B, n, 4, 5, `LENGTH`) array of float16
-        Beats as `capsule.detectors.beat_series.beat_series` gives them; zeros beyond the end.
+        Beats from `capsule.detectors.beat_series.beat_series`; zeros after the end.
     counts : (B, n) array of int64
-        How many windows are filled; 0 for a recording without beats.
+        Number of filled windows; 0 for a recording without beats.
     """
 
     series: np.ndarray
     counts: np.ndarray
 
     def recordings(self, bench: int) -> list[np.ndarray]:
-        """Give a bench's recordings that have beats, each (4, 5, N)."""
+        """Return the recordings of a bench that have beats, each (4, 5, N)."""
         rows = zip(self.series[bench], self.counts[bench].tolist(), strict=True)
         return [row[..., :count].astype(np.float64) for row, count in rows if count]
 
 
 def episode(recordings: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Lay out the recordings of one bench.
+    """Return the recordings of one bench as an episode.
 
     Parameters
     ----------
@@ -54,9 +54,9 @@ def episode(recordings: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     Returns
     -------
     series : (n, 4, 5, `LENGTH`) array of float16
-        As in `Episodes`.
+        Beats, as in `Episodes`.
     counts : (n,) array of int64
-        As in `Episodes`.
+        Numbers of filled windows, as in `Episodes`.
     """
     series = np.zeros((len(recordings), SENSORS, len(SERIES), LENGTH), np.float16)
     counts = np.zeros(len(recordings), np.int64)
@@ -70,13 +70,13 @@ def episode(recordings: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
 
 
 def random_recordings(seed: int, name: str) -> list[np.ndarray]:
-    """Draw a bench of the family by its name and simulate its recordings."""
+    """Return simulated recordings of a random bench; seed and name determine the bench."""
     streams = Streams(seed, "bench", name)
     return simulate_bench(draw_bench(streams.of("bench")), SIZES_MM, streams)
 
 
 def phantom_recordings(base: Phantom, seed: int, name: str) -> list[np.ndarray]:
-    """Draw a phantom by its name and simulate its recordings."""
+    """Return simulated recordings of a random phantom; seed and name determine the phantom."""
     numbers = Streams(seed, "random phantom", name).of("parameters")
     phantom = draw_phantom(base, numbers)
     return simulate_phantom(phantom, SIZES_MM, int(numbers.integers(1 << 31)))
@@ -85,14 +85,14 @@ def phantom_recordings(base: Phantom, seed: int, name: str) -> list[np.ndarray]:
 def episodes_of(
     makers: Sequence[Callable[[], list[np.ndarray]]], tell: Callable[[int, str], None]
 ) -> Episodes:
-    """Simulate many benches.
+    """Simulate many benches, and return their episodes.
 
     Parameters
     ----------
     makers : sequence of callable
-        Each simulates the recordings of one bench.
+        Functions that simulate the recordings of one bench.
     tell : callable
-        Takes how many benches are ready, and a text.
+        Function that is called with the number of finished benches and a text.
 
     Returns
     -------

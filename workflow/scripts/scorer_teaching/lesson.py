@@ -1,9 +1,9 @@
-"""The lesson: the network learns to make features from which a small archive learns well.
+"""Train the network to compute features that a small archive can learn from.
 
-An episode is a small archive of one bench. Ridge regression on the network's embedding, as the
-archive itself would do it, predicts each recording from the others; the loss is that of these
-predictions, differentiated through the closed form (Bertinetto et al. 2019, "Meta-learning with
-differentiable closed-form solvers").
+An episode is a small archive of one bench. Ridge regression on the network's embedding predicts
+each recording from the others, as in the adaptation to a real archive. The loss of these
+predictions is differentiated through the closed form of the regression (Bertinetto et al. 2019,
+"Meta-learning with differentiable closed-form solvers").
 """
 
 import math
@@ -20,11 +20,12 @@ from scorer_teaching.network import Network, reversed_in_time
 
 _EPISODES_A_STEP = 4
 _PEAK_RATE, _WARM_UP, _DECAY, _LONGEST_STEP = 4e-3, 0.05, 1e-3, 1.0
-# Benches where the lesson finds fewer nodules of 3 mm after so many rounds teach nothing more.
+# After this many rounds, benches are left out if less than this share of their nodules, from this
+# size on, is detected.
 _SIFT_AFTER, _SIFT_BELOW, _SIFT_FROM_MM = 2, 0.3, 3.0
-# A nodule should score so many standard deviations above the healthy mean.
+# Target of a nodule's score, in standard deviations above the healthy mean.
 _ABOVE, _STEEPNESS = 1.75, 1.5
-# Nodules of 4 and 5 mm matter less: they are found anyway.
+# Nodules of 4 and 5 mm have less weight, since they are easy to detect.
 _IMPORTANCE = (0.0, 1.0, 1.0, 1.0, 0.6, 0.6)
 _SHARE_PLAIN, _SHARE_ODDS, _SHARE_SIZE = 0.3, 0.09, 0.5
 
@@ -33,7 +34,7 @@ _SIZE_PLACE = torch.as_tensor(SIZES_MM).long()
 
 
 class Learner(nn.Module):
-    """The network with what only the lesson needs: two penalties and the targets by size."""
+    """The network with the parameters of the training: two penalties, and the targets by size."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -42,7 +43,7 @@ class Learner(nn.Module):
         self.rise = nn.Parameter(torch.tensor([1.5, 1.5, 1.5, 0.5, 0.5]))
 
     def targets(self) -> torch.Tensor:
-        """Give the score that each recording of an episode should have, rising with its size."""
+        """Return the target score of each recording of an episode, which rises with its size."""
         by_size = torch.cat([torch.zeros(1), functional.softplus(self.rise).cumsum(0)])
         return by_size[_SIZE_PLACE]
 
@@ -50,21 +51,21 @@ class Learner(nn.Module):
 def loss_of(
     learner: Learner, series: torch.Tensor, counts: torch.Tensor
 ) -> tuple[torch.Tensor, torch.Tensor]:
-    """Judge some episodes.
+    """Return the loss and the scores of some episodes.
 
     Parameters
     ----------
     learner : Learner
-        Who learns.
+        The network with its training parameters.
     series : (B, n, 4, 5, T) tensor
-        Their recordings.
+        Recordings of the episodes.
     counts : (B, n) tensor of int
-        How many windows are filled.
+        Numbers of filled windows.
 
     Returns
     -------
     loss : tensor
-        To be made small.
+        Loss to minimise.
     adapted : (B, n) tensor
         Leave-one-out score of each recording.
     """
@@ -85,7 +86,7 @@ def loss_of(
 
 
 def missed(scores: torch.Tensor) -> torch.Tensor:
-    """Tell smoothly how far nodules (B, n) lie below what the healthy ones would allow."""
+    """Return a smooth loss for nodules whose scores (B, n) are too close to the healthy ones."""
     healthy, nodules = scores[:, _HEALTHY], scores[:, ~_HEALTHY]
     spread = healthy.std(1, keepdim=True) + 0.05
     above = (nodules - healthy.mean(1, keepdim=True)) / spread - _ABOVE
@@ -96,7 +97,7 @@ def missed(scores: torch.Tensor) -> torch.Tensor:
 def leave_one_out(
     features: torch.Tensor, targets: torch.Tensor, penalty: torch.Tensor
 ) -> torch.Tensor:
-    """Predict each target (B, n) by ridge regression on the features (B, n, P) of the others."""
+    """Return each target (B, n), predicted by ridge regression on the other features (B, n, P)."""
     count, dimensions = features.shape[1:]
     centred = features - features.mean(1, keepdim=True)
     across = centred.transpose(1, 2)
@@ -110,18 +111,18 @@ def leave_one_out(
 def teach(
     episodes: Episodes, rounds: int, seed: int, tell: Callable[[float, str], None]
 ) -> Network:
-    """Teach a network.
+    """Train a network, and return it.
 
     Parameters
     ----------
     episodes : Episodes
-        What teaches.
+        The training data.
     rounds : int
-        How often each bench is seen.
+        Number of rounds over all benches.
     seed : int
-        Of the first weights and of the order.
+        Seed of the first weights and of the order.
     tell : callable
-        Takes the share of the lesson that is done, and a text.
+        Function that is called with the finished share of the training and a text.
 
     Returns
     -------
@@ -163,13 +164,13 @@ def teach(
 
 
 def rate_at(done: float) -> float:
-    """Give the learning rate at a share of the lesson: a short rise, then half a cosine to 0."""
+    """Return the learning rate at a share of the training: a short rise, then a cosine to 0."""
     if done < _WARM_UP:
         return _PEAK_RATE * (0.04 + 0.96 * done / _WARM_UP)
     return _PEAK_RATE * 0.5 * (1 + math.cos(math.pi * (done - _WARM_UP) / (1 - _WARM_UP)))
 
 
 def told_apart(scores: np.ndarray) -> np.ndarray:
-    """Give the share of large nodules above all healthy recordings but one, for each of (B, n)."""
+    """Return the share of large nodules that score above all but one healthy recording, (B,)."""
     second = np.sort(scores[:, _HEALTHY], axis=1)[:, -2:-1]
     return (scores[:, SIZES_MM >= _SIFT_FROM_MM] > second).mean(axis=1)

@@ -1,4 +1,4 @@
-"""The network of `capsule.detectors.scorer` in torch, where it can be taught."""
+"""Define the network of `capsule.detectors.scorer` in torch, for its training."""
 
 import numpy as np
 import torch
@@ -11,27 +11,27 @@ _SENSORS = 4
 _SEEN = 17
 _OWN, _WIDTH, _POOLED, _EMBEDDED = 24, 64, 48, 64
 _DILATIONS = (1, 2, 4, 8, 4)
-# Keeps what lies beyond the end of a recording out of a maximum.
+# This is subtracted after the end of a recording, so that no maximum lies there.
 _FAR = 50.0
 _FEWEST = 8
 
 
 def standardised(series: torch.Tensor, counts: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-    """Lay out what the network sees, as `capsule.detectors.scorer.standardised` does.
+    """Return the network's inputs, computed as in `capsule.detectors.scorer.standardised`.
 
     Parameters
     ----------
     series : (B, 4, 5, T) tensor
-        Beats; whatever lies beyond the end of a recording.
+        Beats; values after the end of a recording are ignored.
     counts : (B,) tensor of int
-        How many windows of each recording are filled.
+        Number of filled windows of each recording.
 
     Returns
     -------
     seen : (B, 4, 17, T) tensor
-        Zeros beyond the end.
+        Inputs; zeros after the end.
     inside : (B, T) tensor
-        1 within the recording, 0 beyond its end.
+        1 within the recording, 0 after its end.
     """
     counts = counts.clamp(min=_FEWEST)
     length = series.shape[-1]
@@ -56,17 +56,17 @@ def standardised(series: torch.Tensor, counts: torch.Tensor) -> tuple[torch.Tens
 
 
 def reversed_in_time(series: torch.Tensor, counts: torch.Tensor) -> torch.Tensor:
-    """Let the capsule come from the other end: the same diagonal, mirrored (B, 4, 5, T)."""
+    """Return the beats (B, 4, 5, T) of a capsule that comes from the other end of the gut."""
     length = series.shape[-1]
     place = (counts[:, None] - 1 - torch.arange(length)) % length
     turned = series.flip(1).gather(-1, place[:, None, None].expand_as(series))
-    # Backwards, what came early in the wave comes late.
+    # Reversed in time, early in the wave becomes late.
     sign = torch.tensor([-1.0 if name in ("swing", "lean") else 1.0 for name in SERIES])
     return turned * sign[:, None]
 
 
 class Network(nn.Module):
-    """The network; its layers bear the names that `capsule.detectors.scorer.Scorer` reads."""
+    """The network; its layers have the names that `capsule.detectors.scorer.Scorer` reads."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -83,21 +83,21 @@ class Network(nn.Module):
     def forward(
         self, series: torch.Tensor, counts: torch.Tensor
     ) -> tuple[torch.Tensor, torch.Tensor]:
-        """Score recordings.
+        """Return the scores and the embeddings of recordings.
 
         Parameters
         ----------
         series : (B, 4, 5, T) tensor
             Beats.
         counts : (B,) tensor of int
-            How many windows of each are filled.
+            Number of filled windows of each recording.
 
         Returns
         -------
         score : (B,) tensor
-            The higher, the more it looks like a nodule.
+            Score; it is higher for a nodule.
         embedding : (B, 64) tensor
-            What the last layer sees.
+            Input of the last layer.
         """
         seen, inside = standardised(series, counts)
         runs, sensors, channels, length = seen.shape
@@ -122,7 +122,7 @@ class Network(nn.Module):
         }
 
     def gradient(self, series: np.ndarray) -> tuple[float, np.ndarray]:
-        """Score one recording (4, 5, N); return also the gradient, in the order of `stored`."""
+        """Return the score and the gradient, ordered as `stored`, of one recording (4, 5, N)."""
         recording = torch.as_tensor(series, dtype=self.score.bias.dtype)[None]
         score, _ = self(recording, torch.tensor([series.shape[-1]]))
         parts = torch.autograd.grad(score[0], list(self.parameters()))
@@ -134,7 +134,7 @@ def _stored_name(name: str) -> str:
 
 
 def _stored_shape(name: str, value: torch.Tensor) -> torch.Tensor:
-    """Give a convolution of one tap, or of one result, as the matrix or row that it is."""
+    """Return the weights of a convolution of one tap, or of one output, without that axis."""
     if name in ("mix.weight", "pool.weight"):
         return value[..., 0]
     return value[0] if name == "score.weight" else value

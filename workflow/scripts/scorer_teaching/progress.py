@@ -1,4 +1,4 @@
-"""How far a long work is, and how long it will still take."""
+"""Print the progress of a long computation, and the time that it will still take."""
 
 import sys
 import time
@@ -8,14 +8,14 @@ _SECONDS_BETWEEN = 20.0
 
 
 class Progress:
-    """Prints a line now and then.
+    """A printer of progress lines, at intervals of at least 20 s.
 
     Parameters
     ----------
     whole : float
-        What is done at the end, in the unit of `tell`.
+        Amount of the whole work, in the unit of `tell`.
     clock : callable
-        Seconds; the clock of the computer.
+        Function that returns the time in seconds.
     """
 
     def __init__(self, whole: float, clock: Callable[[], float] = time.monotonic) -> None:
@@ -23,7 +23,7 @@ class Progress:
         self._begin = self._last = clock()
 
     def tell(self, done: float, text: str) -> None:
-        """Print what is done, unless a line stands there since a moment ago."""
+        """Print the progress, unless the last line is less than 20 s old."""
         now = self._clock()
         if done <= 0 or now - self._last < _SECONDS_BETWEEN:
             return

@@ -1,4 +1,4 @@
-"""Random courses in time that the family of benches is made of, and their streams of numbers."""
+"""Make random courses in time for the simulated benches, from separate random streams."""
 
 import numpy as np
 from scipy.signal import lfilter
@@ -8,39 +8,39 @@ from scorer_teaching.bench_family import Wander
 
 
 class Streams:
-    """A stream of random numbers for each subject, so that no mechanism shifts another's numbers.
+    """Random streams, one for each subject, so that the subjects do not affect one another.
 
     Parameters
     ----------
     seed : int
-        Seed of the teaching.
+        Seed of the training.
     *names : str
-        What the streams are for.
+        Names of the streams' purpose, such as the name of a bench.
     """
 
     def __init__(self, seed: int, *names: str) -> None:
         self._seed, self._names = seed, names
 
     def of(self, subject: str) -> np.random.Generator:
-        """Give the stream of a subject, from its beginning."""
+        """Return the stream of a subject, from its beginning."""
         return generator(self._seed, *self._names, subject)
 
 
 def smooth_noise(
     numbers: np.random.Generator, shape: tuple[int, ...], count: int, time: float, kind: int
 ) -> np.ndarray:
-    """Draw courses of unit variance that wander within a time.
+    """Return random courses of unit variance.
 
     Parameters
     ----------
     numbers : numpy.random.Generator
         Random numbers.
     shape : tuple of int
-        How many courses.
+        Numbers of courses along each axis.
     count : int
-        Samples of each.
+        Number of samples of each course.
     time : float
-        Time in samples within which a course changes.
+        Time within which a course changes, in samples.
     kind : int
         0: smooth (Gaussian spectrum), 1: rough (Ornstein-Uhlenbeck), 2: one over the frequency.
 
@@ -48,7 +48,7 @@ def smooth_noise(
     -------
     (*shape, count) array
     """
-    # Twice as long as needed: the Fourier transform joins the ends.
+    # The courses are twice as long as needed, since the Fourier transform joins their ends.
     length = 2 * count
     frequency = np.fft.rfftfreq(length)
     if kind == 0:
@@ -68,7 +68,7 @@ def smooth_noise(
 def wandering(
     numbers: np.random.Generator, wander: Wander, shape: tuple[int, ...], count: int
 ) -> np.ndarray:
-    """Draw the courses of a bench's wander, (*shape, count); its size differs from run to run."""
+    """Return random courses of a bench's wander, (*shape, count); each run has its own size."""
     runs = numbers.standard_normal((shape[0],) + (1,) * len(shape))
     course = smooth_noise(numbers, shape, count, wander.time, wander.kind)
     return wander.size * np.exp(wander.run_spread * runs) * course
@@ -77,13 +77,13 @@ def wandering(
 def jumps(
     numbers: np.random.Generator, shape: tuple[int, ...], count: int, rate: float, size: float
 ) -> np.ndarray:
-    """Draw courses (*shape, count) of sudden jumps, `rate` in each on average."""
+    """Return random courses (*shape, count) with `rate` sudden jumps in each on average."""
     happens = numbers.random((*shape, count), dtype=np.float32) < rate / count
     return np.cumsum(happens * numbers.normal(0, size, (*shape, count)), axis=-1)
 
 
 def followed(values: np.ndarray, time: float) -> np.ndarray:
-    """Follow courses (..., K) with a time constant in samples, from where they begin."""
+    """Return courses (..., K) after a first-order lag with a time constant in samples."""
     decay = np.exp(-1 / time)
     begin = values[..., :1]
     return begin + lfilter([1 - decay], [1, -decay], values - begin, axis=-1)

@@ -1,11 +1,11 @@
-"""The phantom's simulator with parameters drawn anew for each bench, to teach beside the family."""
+"""Simulate recordings of phantoms with random parameters, as further data for the training."""
 
 import numpy as np
 
 from capsule.phantom.parameters import Phantom, value_of, with_values
 from capsule.phantom.simulation import simulate_run
 
-# A factor of twice as much changes what most do to a recording; these leave the model's range.
+# A factor of 2 would move these parameters out of the model's range, so they vary less.
 _GENTLE = (
     "contact.unit_stiffness_n_mm",
     "contact.patch_mm2",
@@ -42,7 +42,7 @@ _GENTLE_SPREAD, _FREE_SPREAD = 0.2, 0.7
 
 
 def draw_phantom(base: Phantom, numbers: np.random.Generator) -> Phantom:
-    """Draw a phantom: each parameter of the table times a random factor."""
+    """Return a random phantom: many parameters are multiplied by a random factor."""
     spreads = dict.fromkeys(_GENTLE, _GENTLE_SPREAD) | dict.fromkeys(_FREE, _FREE_SPREAD)
     values = {
         name: value_of(base, name) * float(np.exp(numbers.normal(0, spread)))
@@ -52,14 +52,14 @@ def draw_phantom(base: Phantom, numbers: np.random.Generator) -> Phantom:
 
 
 def simulate_phantom(phantom: Phantom, sizes_mm: np.ndarray, seed: int) -> list[np.ndarray]:
-    """Simulate recordings of a phantom, a list of (4, K) arrays of counts.
+    """Return simulated recordings of a phantom, in counts.
 
     Parameters
     ----------
     phantom : Phantom
         The bench.
     sizes_mm : (n,) array
-        Size of the nodule in each recording; 0 for none.
+        Size of the nodule in each recording, in mm; 0 for none.
     seed : int
         Seed of the archive.
 

@@ -1,4 +1,4 @@
-"""The wave's phase in the gut and the capsule's way through it, in every run of a random bench."""
+"""Compute the phase of the wave and the motion of the capsule in each run of a random bench."""
 
 from dataclasses import dataclass
 
@@ -9,26 +9,26 @@ from scorer_teaching.random_numbers import Streams, smooth_noise
 
 SENSORS = 4
 LONGEST = 990
-# The wall as it seems to a capsule that spends its way on it, in pitches.
+# Places along the gut, in pitches, for which `_spent` is computed.
 _FINE = np.linspace(0, 60, 2400)
-# Only a nodule of this height holds a sensor.
+# Only a nodule higher than this holds a sensor.
 _HOLDS_FROM = 0.3
 
 
 @dataclass(frozen=True)
 class Nodules:
-    """The nodule of each run, as a bench's `Lump` makes it.
+    """The nodules of a bench's runs, from its `Lump`.
 
     Attributes
     ----------
     height : (n,) array
-        In amplitudes of the wave.
+        Height in amplitudes of the wave.
     touch : (n, S) array
-        Factor on it at each sensor.
+        Factor on the height at each sensor.
     width : (n,) array
-        Of the profile, in pitches.
+        Width of the profile, in pitches.
     lead : (n,) array
-        Way of the first sensor until it meets the nodule, in pitches.
+        Distance of the first sensor from the nodule at the start, in pitches.
     """
 
     height: np.ndarray
@@ -38,7 +38,7 @@ class Nodules:
 
 
 def draw_nodules(bench: RandomBench, sizes_mm: np.ndarray, streams: Streams) -> Nodules:
-    """Draw the nodules of runs with such sizes (n,); 0 has the place of one but no height."""
+    """Return random nodules of the given sizes (n,); size 0 has a place, but no height."""
     lump, way, count = bench.lump, bench.way, len(sizes_mm)
     known = {size: streams.of(f"size {size:g}").normal() for size in sorted(set(sizes_mm.tolist()))}
     alike = np.array([known[size] for size in sizes_mm.tolist()])
@@ -58,7 +58,7 @@ def draw_nodules(bench: RandomBench, sizes_mm: np.ndarray, streams: Streams) -> 
 
 
 def wave_phase_of(wave: WaveTrain, runs: int, streams: Streams) -> np.ndarray:
-    """Draw the phase of the wave at the start of the gut, (n, K) in radians."""
+    """Return a random phase of the wave at the start of the gut, (n, K), in radians."""
     numbers = streams.of("phase")
     begin = numbers.uniform(0, 2 * np.pi, (runs, 1))
     jitter = wave.period_jitter * smooth_noise(numbers, (runs,), LONGEST, 80, 0)
@@ -66,7 +66,7 @@ def wave_phase_of(wave: WaveTrain, runs: int, streams: Streams) -> np.ndarray:
 
 
 def wave_number(phase: np.ndarray) -> np.ndarray:
-    """Give each sample (n, K) the number of its wave, from 0."""
+    """Return the number of the wave at each sample (n, K), from 0."""
     number = np.floor(phase / (2 * np.pi)).astype(int)
     return number - number[:, :1]
 
@@ -74,16 +74,16 @@ def wave_number(phase: np.ndarray) -> np.ndarray:
 def head_way(
     bench: RandomBench, nodules: Nodules, phase: np.ndarray, streams: Streams
 ) -> np.ndarray:
-    """Follow the first sensor, (n, K) in pitches.
+    """Return the place of the first sensor at each sample, (n, K), in pitches.
 
     Parameters
     ----------
     bench : RandomBench
-        Whose wave and way are taken.
+        The bench, with the parameters of its wave and of the motion.
     nodules : Nodules
-        Which slow the capsule.
+        The nodules, which slow the capsule.
     phase : (n, K) array
-        From `wave_phase_of`.
+        Phase from `wave_phase_of`.
     streams : Streams
         Random numbers.
 
@@ -107,7 +107,7 @@ def head_way(
 def _free_way(
     way: Way, period: float, phase: np.ndarray, numbers: np.random.Generator
 ) -> np.ndarray:
-    """Draw the way (n, K) where nothing slows the capsule, at a mean pace of 1 a sample."""
+    """Return a random motion (n, K) without a nodule, at a mean pace of 1 for each sample."""
     runs, count = phase.shape
     if not way.by_wave:
         pace = np.exp(way.stroke_spread * smooth_noise(numbers, (runs,), count, way.stroke_time, 1))
@@ -124,7 +124,7 @@ def _free_way(
 
 
 def _spent(way: Way, nodules: Nodules, held: np.ndarray, run: int) -> np.ndarray:
-    """Give the free way that is spent until each place of `_FINE`: a climb costs more."""
+    """Return for each place of `_FINE` the way of a capsule without a nodule in the same time."""
     height, width, lead = nodules.height[run], nodules.width[run], nodules.lead[run]
     if height == 0:
         return _FINE

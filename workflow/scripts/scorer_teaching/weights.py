@@ -1,4 +1,4 @@
-"""From a taught network to the weights that the detector reads, checked against it."""
+"""Convert a trained network to the weights that the detector reads, and check them."""
 
 import numpy as np
 
@@ -8,30 +8,30 @@ from scorer_teaching.episodes import Episodes
 from scorer_teaching.network import Network
 
 _TOLERANCE = 1e-6
-# Recordings of each held-out bench on which both are compared.
+# Number of recordings of each held-out bench for the comparison of network and detector.
 _COMPARED = 2
 
 
 def checked_weights(network: Network, held_out: Episodes) -> dict[str, np.ndarray]:
-    """Take the weights out of a network.
+    """Return the weights of a network; check them with the detector's scorer.
 
     Parameters
     ----------
     network : Network
-        As the lesson has taught it.
+        The trained network.
     held_out : Episodes
-        Of benches that took no part.
+        Episodes of benches that were not used in the training.
 
     Returns
     -------
     dict of str to array
-        As `capsule.detectors.scorer.Scorer` takes them. ``gradient_scale`` is the square root of
+        Weights for `capsule.detectors.scorer.Scorer`. ``gradient_scale`` is the square root of
         the median, over the benches, of the gradients' mean squared length.
 
     Raises
     ------
     CapsuleError
-        The detector's scorer does not give the network's scores or gradients.
+        The detector's scorer computes other scores or gradients than the network.
     """
     weights = network.stored() | {"gradient_scale": np.float32(1.0)}
     scorer, exact = Scorer(weights), network.double()
@@ -48,12 +48,13 @@ def checked_weights(network: Network, held_out: Episodes) -> dict[str, np.ndarra
 
 
 def _compare(network: Network, series: np.ndarray, score: float, gradient: np.ndarray) -> None:
-    """Refuse a score or gradient that is not the network's."""
+    """Raise an error if a score or gradient differs from the network's."""
     true_score, true_gradient = network.gradient(series)
     off_score = abs(score - true_score) / (1 + abs(true_score))
     off = np.linalg.norm(gradient - true_gradient) / np.linalg.norm(true_gradient)
     if not max(off_score, off) < _TOLERANCE:
         raise CapsuleError(
             "the scorer of the detector does not reproduce the trained network: its score is "
-            f"{score:.6g} instead of {true_score:.6g}, its gradient differs by {off:.2g}, relative"
+            f"{score:.6g} instead of {true_score:.6g}, the "
+            f"relative difference of the gradients is {off:.2g}"
         )
