@@ -1,8 +1,8 @@
-# Two commands do everything on a fresh machine: `make report` and `make test`.
+# On a new machine, `make report` makes the report and `make test` runs the tests.
 
 PYTHON ?= python3
 CORES ?= 2
-# One more than the cores: some tests spend their time waiting for a cluster or an emulated board.
+# One more than the cores, since some tests wait for a cluster or an emulated board.
 TEST_WORKERS ?= $(shell expr $(CORES) + 1)
 ENVIRONMENT := .venv
 BIN := $(ENVIRONMENT)/bin
@@ -45,8 +45,8 @@ $(ENVIRONMENT)/ready: requirements.lock
 	$(BIN)/python -m pip install --quiet --require-hashes --requirement requirements.lock
 	@touch $@
 
-# The command `capsule`, and `import capsule`, use the code of this folder. Links are made at once and
-# need no package to build with; through them Python finds the library, and none of the scripts.
+# The command `capsule`, and `import capsule`, use the code of this folder through links. Links need
+# no build. Python finds the library through them, but none of the scripts.
 $(BIN)/capsule: $(ENVIRONMENT)/ready
 	@mkdir -p $(ENVIRONMENT)/library/capsule_project
 	@ln -sfn ../../workflow/scripts/capsule $(ENVIRONMENT)/library/capsule
@@ -57,7 +57,7 @@ $(BIN)/capsule: $(ENVIRONMENT)/ready
 	  "$(CURDIR)/workflow/scripts/capsule_command.py" > $@
 	@chmod +x $@
 
-# The tests and the manual need what the workflow needs, and more beside it.
+# The tests and the manual need further packages.
 $(ENVIRONMENT)/test-ready: $(BIN)/capsule requirements-test.lock
 	$(BIN)/python -m pip install --quiet --require-hashes --requirement requirements-test.lock
 	@touch $@

@@ -135,7 +135,7 @@ def test_nothing_is_overwritten(tmp_path, good):
     written = (first.raw / "3mm/monday-1.csv").read_bytes()
     write(good, [TIME_S, *COUNTS + 5])
     imported = import_files(tmp_path, good)
-    assert "monday-1.csv exists and holds other samples; nothing is overwritten: give" in (
+    assert "monday-1.csv exists and holds other samples, so it is not overwritten; give" in (
         imported.refused
     )
     assert (first.raw / "3mm/monday-1.csv").read_bytes() == written
