@@ -1,9 +1,9 @@
-"""What all tests share."""
+"""Fixtures, options and the order of the tests."""
 
 import os
 from collections import defaultdict
 
-# Before numpy is there. Tests run side by side, and threads inside one only disturb the others.
+# This must come before the import of numpy. Several tests run at a time, so each uses one thread.
 for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
@@ -12,11 +12,11 @@ import pytest
 from support.preloaded import PreloadedSnakemake
 from support.project import Project
 
-# How many seconds of a processor tests with these marks take, about; `slow(60)` gives its own.
+# Approximate processor time, in s, of tests with these marks; `slow(60)` gives the time itself.
 SECONDS = {"workflow": 4.0, "packages": 4.0, "browser": 0.5, "slow": 4.0}
-# Tests that mostly wait leave the processors to others.
+# Mark of tests that mostly wait, so other tests can use the processors.
 WAITING = "waits"
-# What keeps a test from being a quick one.
+# Marks of tests that are not quick.
 LENGTHY = {*SECONDS, WAITING, "boards", "slicer", "cad"}
 
 
@@ -35,12 +35,12 @@ def pytest_runtest_makereport(item, call):
         report.longrepr = f"{item.nodeid} was skipped, which --no-skips forbids: {reason}"
 
 
-# Before pytest looks for what `-m` asks for.
+# Runs before pytest selects tests by `-m`.
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
-    """Mark the quick tests; begin with the files that take longest.
+    """Mark the quick tests; sort the files by their time, longest first.
 
-    So no worker is left alone with a long file at the end.
+    Then no worker starts a long file last.
     """
     for item in items:
         if not any(mark.name in LENGTHY for mark in item.iter_markers()):
@@ -56,7 +56,7 @@ def pytest_collection_modifyitems(items):
 
 @pytest.fixture(scope="session", autouse=True)
 def preloaded_snakemake(pytestconfig):
-    """Import Snakemake once for all its calls; `make` and the plain command start it anew."""
+    """Import Snakemake once for all calls of it, except those by `make` or as a command."""
     measured = bool(pytestconfig.getoption("cov_source", default=None))
     with PreloadedSnakemake(measured=measured) as preloaded:
         Project.preloaded_for_all = preloaded

@@ -1,1 +1,1 @@
-"""What the tests share: projects to run, recordings, boards, a browser."""
+"""Helpers of the tests: projects to run, recordings, boards, a browser."""

@@ -1,6 +1,6 @@
-"""What can be wrong with a file under raw/, and what is then done: one case each.
+"""Cases of faulty files under raw/, each with the reason that the workflow gives.
 
-`python tests/support/bad_recordings.py` prints the table that stands in docs/robustness.md.
+`python tests/support/bad_recordings.py` prints the tables of docs/robustness.md.
 """
 
 import io
@@ -21,18 +21,18 @@ HOSTILE = "<script>alert(1)</script>"
 
 @dataclass(frozen=True)
 class Case:
-    """One thing that is wrong.
+    """A faulty file.
 
     Attributes
     ----------
     what : str
-        In words, for the documentation.
+        Description of the fault, for the documentation.
     name : str or bytes
         The path under raw/.
     make : callable
-        Puts it at a path.
+        Function that makes the file at a path.
     reason : str
-        What recordings.csv or passed_over.csv says about it, whole.
+        The complete reason in recordings.csv or passed_over.csv.
     """
 
     what: str
@@ -42,44 +42,44 @@ class Case:
 
     @property
     def listed_as(self) -> str:
-        """Give the name under which the tables list it."""
+        """Return the name of the file in the tables."""
         text = displayed(os.fsdecode(self.name))
         return text if self.refused_by_name else text.removesuffix(".csv")
 
     @property
     def refused_by_name(self) -> bool:
-        """Tell whether it was refused without being opened."""
+        """Return whether the file is rejected without being opened."""
         return self.reason.startswith(("rename the file", "a folder", "a link", "a pipe"))
 
 
 def recording(name: str) -> Recording:
-    """Make a good recording, a different one for every name."""
+    """Return a good recording, a different one for every name."""
     return make_recording(3.0, f"bad/{name}", samples=SAMPLES)
 
 
 def content(name: str) -> bytes:
-    """Make the bytes of a good recording, a different one for every name."""
+    """Return the bytes of a good recording, different ones for every name."""
     return format_recording(recording(name))
 
 
 def bare(name: str) -> bytes:
-    """Make a good recording without header lines."""
+    """Return a good recording without header lines."""
     return content(name)[content(name).index(b"time_s") :]
 
 
 def write(data: bytes) -> Callable[[Path], object]:
-    """Put bytes at a path."""
+    """Return a function that writes bytes to a path."""
     return lambda path: path.write_bytes(data)
 
 
 def changed(name: str, **changes: object) -> Callable[[Path], object]:
-    """Put a recording there of which something is changed."""
+    """Return a function that writes a changed recording to a path."""
     made = vars(recording(name)) | changes
     return write(format_recording(Recording(**made)))
 
 
 def cell(name: str, line: int, text: str) -> bytes:
-    """Make a recording whose second cell of a line is replaced."""
+    """Return a recording in which the second cell of a line is replaced."""
     lines = content(name).decode().splitlines()
     cells = lines[line - 1].split(",")
     lines[line - 1] = ",".join([cells[0], text, *cells[2:]])
@@ -87,14 +87,14 @@ def cell(name: str, line: int, text: str) -> bytes:
 
 
 def sensor(name: str, number: int, readings: object) -> np.ndarray:
-    """Give the readings with one sensor replaced."""
+    """Return the readings with one sensor replaced."""
     values = recording(name).values.copy()
     values[number - 1] = readings
     return values
 
 
 def huge(path: Path) -> None:
-    """Make a file of 1 GB that takes no room on the disk."""
+    """Make a file of 1 GB that uses no space on the disk."""
     with path.open("wb") as stream:
         stream.truncate(1_000_000_000)
 
@@ -109,14 +109,14 @@ RENAME = (
 
 
 def swapped(values: np.ndarray, index: int, value: float) -> np.ndarray:
-    """Give times with one of them replaced."""
+    """Return times with one of them replaced."""
     result = values.copy()
     result[index] = value
     return np.round(result, 3)
 
 
 def jittered(data: bytes) -> bytes:
-    """Move every instant of a recording to and fro, but for the first and the last."""
+    """Return a recording with jitter in all its times except the first and the last."""
     read = read_recording(io.BytesIO(data), 4)
     moved = np.random.default_rng(1).uniform(-0.025, 0.025, read.time_s.size)
     moved[[0, -1]] = 0.0
@@ -627,7 +627,7 @@ HARMLESS = [
 
 
 def table() -> str:
-    """Make the tables of docs/robustness.md."""
+    """Return the tables of docs/robustness.md."""
     parts = []
     for title, cases, head in [
         ("Files that cannot be read", UNREADABLE, "reason"),
@@ -636,7 +636,7 @@ def table() -> str:
         ("Names", STRANGE_NAMES, ""),
         ("Passed over", PASSED_OVER, "reason in `results/passed_over.csv`"),
     ]:
-        # Names are all refused for the same reason, which then stands above the table.
+        # All names are rejected for the same reason, so the reason is above the table.
         same = "" if head else f"Refused by name: `{cases[0].reason}`.\n\n"
         rows = [["what", "as", head], ["---"] * 3]
         for case in cases:

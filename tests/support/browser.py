@@ -1,4 +1,4 @@
-"""A real Chromium without a screen and without a network, for tests of the report."""
+"""Control a real Chromium without a screen and without a network, for tests of the report."""
 
 import base64
 import shutil
@@ -8,12 +8,12 @@ import pytest
 
 AXE = Path(__file__).parents[1] / "vendor" / "axe-core" / "axe.min.js"
 PHONE, DESKTOP = 360, 1280
-# A4 between Chromium's margins, in CSS pixels.
+# Width of A4 between Chromium's margins, in CSS pixels.
 PAPER = 718
 
 
 def missing_browser() -> str:
-    """Say what of the browser is not installed; empty where all is."""
+    """Return a message if a program of the browser is not installed, otherwise an empty text."""
     for program in ("chromium", "chromedriver"):
         if shutil.which(program) is None:
             return f"{program} is not installed (Debian: apt install chromium chromium-driver)"
@@ -61,31 +61,31 @@ class Browser:
         self.driver.get(page.as_uri() + fragment)
 
     def prefer(self, *, dark: bool, on_paper: bool = False) -> None:
-        """Choose the theme, as a reader does in the system's settings, and screen or paper."""
+        """Set the theme, as in the settings of the system, and the medium: screen or paper."""
         scheme = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
         media = "print" if on_paper else ""
         self._command("Emulation.setEmulatedMedia", media=media, features=scheme)
 
     def lay_on_paper(self, *, dark: bool = False) -> None:
-        """Lay the open page out as for printing, after telling it so as a browser does."""
+        """Show the open page as for printing, after the event that a browser sends before it."""
         self.run("window.dispatchEvent(new Event('beforeprint'))")
         self._resize(PAPER)
         self.prefer(dark=dark, on_paper=True)
 
     def run(self, script: str, *arguments: object) -> object:
-        """Run JavaScript in the page and give what it returns."""
+        """Run JavaScript in the page, and return its result."""
         return self.driver.execute_script(script, *arguments)
 
     def messages(self) -> list[str]:
-        """Give what the console said since the page was opened."""
+        """Return the messages of the console since the page was opened."""
         return [entry["message"] for entry in self.driver.get_log("browser")]
 
     def find(self, selector: str):
-        """Give the first element that a CSS selector finds."""
+        """Return the first element that a CSS selector finds."""
         return self.driver.find_element("css selector", selector)
 
     def texts(self, selector: str) -> list[str]:
-        """Give the text of every visible element that a CSS selector finds."""
+        """Return the text of every visible element that a CSS selector finds."""
         return self.run(
             "return [...document.querySelectorAll(arguments[0])]"
             ".filter((e) => e.offsetParent !== null).map((e) => e.textContent.trim())",
@@ -93,7 +93,7 @@ class Browser:
         )
 
     def violations(self, selector: str = "html") -> list[str]:
-        """Return the faults of accessibility that axe-core finds in an element, one line each."""
+        """Return the accessibility faults that axe-core finds in an element, one line each."""
         self.run(AXE.read_text(encoding="utf-8"))
         found = self.driver.execute_async_script(
             "const done = arguments[1];"
@@ -108,7 +108,7 @@ class Browser:
         ]
 
     def picture(self, target: Path) -> None:
-        """Keep a picture of the whole page."""
+        """Write a picture of the whole page to a file."""
         height = self.run("return document.documentElement.scrollHeight")
         width = self.run("return document.documentElement.clientWidth")
         clip = {"x": 0, "y": 0, "width": width, "height": height, "scale": 1}
@@ -117,7 +117,7 @@ class Browser:
         target.write_bytes(base64.b64decode(shot["data"]))
 
     def print(self, target: Path) -> bytes:
-        """Print the page to a PDF file."""
+        """Print the page to a PDF file, and return its content."""
         printed = base64.b64decode(self._command("Page.printToPDF", printBackground=True)["data"])
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_bytes(printed)

@@ -1,4 +1,4 @@
-"""The blocks of code in the project's documents."""
+"""Read the blocks of code in the project's documents."""
 
 import re
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from pathlib import Path
 
 from support.project import ROOT
 
-# In the source of a document, above a block of Python that no test can run: why.
+# A comment above a block of Python that no test can run; it gives the reason.
 NOT_RUN = re.compile(r"<!-- not run: (.+?) -->")
 _PYTHON = re.compile(r"(import|from) \w")
 
@@ -20,13 +20,13 @@ class Block:
     document : str
         Its document, relative to the project.
     line : int
-        Where it begins.
+        Number of its first line.
     language : str
-        As a fenced block names it; ``""`` for an indented one.
+        Language that a fenced block names; ``""`` for an indented block.
     text : str
-        Without indentation.
+        Code without indentation.
     not_run : str
-        Why no test can run it, as the document says; empty for one that is run.
+        Reason in the document why no test can run it; empty for a block that is run.
     """
 
     document: str
@@ -37,7 +37,7 @@ class Block:
 
     @property
     def is_python(self) -> bool:
-        """Tell whether it is Python: a fenced one says so, an indented one begins like it."""
+        """Return whether the block is Python: by its language, or by its beginning if indented."""
         return self.language == "python" or (not self.language and bool(_PYTHON.match(self.text)))
 
     def __str__(self) -> str:
@@ -45,7 +45,7 @@ class Block:
 
 
 def documents() -> list[Path]:
-    """List README and what lies in docs/ and config/, as Markdown."""
+    """Return the paths of README.md, config/README.md and the Markdown files in docs/."""
     return [
         ROOT / "README.md",
         ROOT / "config/README.md",
@@ -54,7 +54,7 @@ def documents() -> list[Path]:
 
 
 def blocks(document: Path) -> list[Block]:
-    """List the blocks of a document, fenced and indented ones."""
+    """Return the blocks of a document, both fenced and indented."""
     name = document.relative_to(ROOT).as_posix()
     lines = document.read_text(encoding="utf-8").splitlines()
     result, index, why = [], 0, ""
@@ -80,5 +80,5 @@ def blocks(document: Path) -> list[Block]:
 
 
 def all_blocks() -> list[Block]:
-    """List the blocks of all documents."""
+    """Return the blocks of all documents."""
     return [block for document in documents() for block in blocks(document)]

@@ -1,4 +1,4 @@
-"""Rates and tables of a few verdicts, for tests of what the report says of them."""
+"""Make rates and tables from a few verdicts, for tests of the report."""
 
 import pandas as pd
 
@@ -26,7 +26,7 @@ def read_paper():
 
 
 def evaluated(verdicts, sizes_mm=(0.0, 2.0, 3.0), detectors=("template",)):
-    """Judge triples of recording, true and predicted size; the paper stands beside them."""
+    """Return the evaluation of triples (recording, true size, predicted size), with the paper's."""
     rows = [
         {
             "recording": name,
@@ -48,7 +48,7 @@ def evaluated(verdicts, sizes_mm=(0.0, 2.0, 3.0), detectors=("template",)):
 
 
 def index_of(*rows):
-    """Make results/recordings.csv out of rows."""
+    """Return the table of results/recordings.csv, made from rows."""
     columns = ["recording", "size_mm", "status", "reason", "source", "sha256", "duration_s"]
     frame = pd.DataFrame(rows, columns=columns)
     return frame.assign(samples=100, near_copies=None, site=None, no_verdict=None)

@@ -1,4 +1,4 @@
-"""Applies what docs/extending.md says to a copy of the project."""
+"""Apply the changes in the tables of docs/extending.md to a copy of the project."""
 
 import re
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ _EDIT = re.compile(
 
 @dataclass(frozen=True)
 class Change:
-    """What an extension does to one file."""
+    """A change of one file by an extension."""
 
     file: str
     text: str
@@ -25,7 +25,7 @@ class Change:
     how: str = "new"
 
     def apply(self, folder: Path) -> None:
-        """Do it in a copy of the project."""
+        """Apply the change to a copy of the project."""
         path = folder / self.file
         if self.how == "new":
             assert not path.exists(), f"{self.file} exists already"
@@ -43,7 +43,7 @@ class Change:
 
 
 def changes(title: str) -> list[Change]:
-    """Read the table of a section; every row is understood, or the test fails."""
+    """Return the changes in the table of a section; fail if a row cannot be understood."""
     _, _, rest = PAGE.read_text(encoding="utf-8").partition(f"## {title}\n")
     section = rest.partition("\n## ")[0]
     rows = [line for line in section.splitlines() if line.startswith("| `")]

@@ -1,7 +1,7 @@
-"""Recordings of a tactile finger that slides over a board of ridges (wngfra/FabricSlide, MIT).
+"""Import recordings of a tactile finger on a board of ridges (wngfra/FabricSlide, MIT).
 
-They lie in tests/data/fabricslide/ with their licence: 16 channels, a time stamp in ms. A lab.yaml
-alone makes recordings of them.
+The files are in tests/data/fabricslide/ with their licence. They have 16 channels and a time stamp
+in ms. A lab.yaml is enough to import them.
 """
 
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Calls import_recordings.py within the process of the tests, into an archive of their own."""
+"""Run import_recordings.py inside the tests' process, with an archive of its own."""
 
 import contextlib
 import io
@@ -17,16 +17,16 @@ ODD = ROOT / "tests" / "data" / "odd"
 
 @dataclass
 class Imported:
-    """What an import did.
+    """The result of an import.
 
     Attributes
     ----------
     shown, refused : str
-        What it printed, and the lines of what it refused.
+        Printed lines, and the lines about refused files.
     counted : str
-        Its last line.
+        Last line, with the counts.
     status : int
-        Its exit status.
+        Exit status.
     raw : Path
         The archive.
     """
@@ -38,7 +38,7 @@ class Imported:
     raw: Path
 
     def recordings(self, sensors: int = 4) -> dict[str, Recording]:
-        """Read the recordings in the archive."""
+        """Return the recordings in the archive."""
         read = {}
         for path in sorted(self.raw.glob("*/*.csv")):
             with path.open("rb") as stream:
@@ -47,7 +47,7 @@ class Imported:
         return read
 
     def the_recording(self) -> Recording:
-        """Read the only recording in the archive."""
+        """Return the only recording in the archive."""
         assert not self.refused, self.refused
         (recording,) = self.recordings().values()
         return recording
@@ -67,6 +67,6 @@ def import_files(folder: Path, *arguments: str | Path, size: str = "3") -> Impor
 
 
 def assert_readings(recording: Recording, time_s: np.ndarray, values: np.ndarray) -> None:
-    """Compare a recording's samples with those that it was written from."""
+    """Check that a recording has the given times and readings."""
     np.testing.assert_allclose(recording.time_s, time_s, atol=1e-6)
     np.testing.assert_allclose(recording.values, values, rtol=1e-9)

@@ -1,4 +1,4 @@
-"""Files of a laboratory, each written by the library that keeps its format."""
+"""Write files of a laboratory, each with the library of its format."""
 
 from datetime import UTC, datetime
 
@@ -15,7 +15,7 @@ from rosbags.typesys import Stores, get_typestore
 from support.xdf_writer import xdf_file, xdf_stream
 
 TIME_S = np.arange(120) / 10
-# As resistances that no other unit fits; a float of MATLAB comes back to the bit.
+# Resistances that fit no other unit. A float of MATLAB is restored exactly.
 KILO_OHMS = 12 + np.sin(2 * np.pi * TIME_S / 3.2 + np.arange(4)[:, None])
 COUNTS = np.rint(500 + 40 * np.sin(2 * np.pi * TIME_S / 3.2 + np.arange(4)[:, None]))
 STARTED = datetime(2026, 3, 4, 12, tzinfo=UTC)
@@ -26,7 +26,7 @@ def write_matlab(path, content):
 
 
 def write_matlab_73(path, arrays):
-    """Write HDF5 as MATLAB does: behind a block of its own, arrays transposed, classes named."""
+    """Write HDF5 as MATLAB does: after a block of MATLAB, with transposed arrays and classes."""
     with h5py.File(path, "w", userblock_size=512) as file:
         for name, array in arrays.items():
             file[name] = np.asarray(array).T
@@ -95,14 +95,14 @@ def write_bag_2(path, plugin):
 
 
 def wave(hertz, seconds):
-    """Give instants, and counts of four sensors that a wave of 3.2 s passes."""
+    """Return times, and counts of four sensors under a wave with a period of 3.2 s."""
     time_s = np.arange(round(seconds * hertz)) / hertz
     delays = np.arange(4)[:, None] * 6.3 / 25
     return time_s, np.rint(512 + 60 * np.sin(2 * np.pi * (time_s - delays) / 3.2))
 
 
 def write_examples(folder):
-    """Write the files of docs/import.md."""
+    """Write the example files of docs/import.md."""
     time_s, counts = wave(40, 30)
     rows = ["Zeit (ms);S1;S2;S3;S4;Akku"]
     rows += [

@@ -1,4 +1,4 @@
-"""What the workflow leaves for those who judge new recordings, made from a few passages."""
+"""Make the files that judging new recordings needs, from a few passages."""
 
 import json
 
@@ -11,7 +11,7 @@ from support.training import archive_of_passages
 
 
 def taught_by(healthy_scores=(0.1, 0.2)):
-    """Teach the detectors with a few made-up passages."""
+    """Return an archive of a few invented passages that teaches the detectors."""
     place, usual = (1, 1, 130), (0.1, 0.1, 0.1)
     passages = {
         f"0mm/{n}": Passage(score, 0, 0, 0, *place, *usual)
@@ -25,7 +25,7 @@ def taught_by(healthy_scores=(0.1, 0.2)):
 
 
 def stored_of(archive):
-    """Give what the detectors would keep of it."""
+    """Return the values that the detectors store of an archive."""
     margin = 5.0 if 0.0 in archive.sizes_mm.values() else None
     learned = {"margin_threshold": margin}
     for detector in (DiagonalDetector, TaughtDetector):
@@ -34,7 +34,7 @@ def stored_of(archive):
 
 
 def write_templates(folder):
-    """Write templates that know one shape, 3 mm."""
+    """Write templates with one shape, for the size 3 mm."""
     shape = np.zeros((4, 1000))
     for sensor in range(4):
         shape[sensor, 150 + 100 * sensor : 250 + 100 * sensor] = 1.0
@@ -42,7 +42,7 @@ def write_templates(folder):
 
 
 def write_learned(folder, configuration, archive, **changes):
-    """Write what the detectors have learned from an archive, with these settings of `diagonal`."""
+    """Write the trained detectors of an archive, with changed settings of `diagonal`."""
     settings = {"diagonal": configuration["diagonal"] | changes}
     content = stored_of(archive) | {"settings": settings}
     (folder / "detectors.json").write_text(json.dumps(content), encoding="utf-8")

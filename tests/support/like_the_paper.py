@@ -1,8 +1,8 @@
-"""One table of 120 runs that gives every printed number of the paper."""
+"""A confusion table of 120 runs that gives every printed number of the paper."""
 
 import numpy as np
 
-# Runs of true size (row) taken for size (column), 0..5 mm.
+# Runs of true size (row) classified as size (column), 0..5 mm.
 LIKE_THE_PAPER = np.array(
     [
         [6, 11, 3, 0, 0, 0],

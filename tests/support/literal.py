@@ -1,6 +1,6 @@
-"""The paper's formulas written out slowly, element by element, with its 1-based indices.
+"""The paper's formulas, written element by element with the paper's indices from 1.
 
-These are what the library is tested against; nothing here is shared with it.
+Tests compare the library with them. They share no code with it.
 """
 
 import math
@@ -9,14 +9,14 @@ import numpy as np
 
 
 def normalization(readings: list[float]) -> list[float]:
-    """Eq. normalization for one sensor, with the sample standard deviation."""
+    """Return eq. normalization for one sensor, with the sample standard deviation."""
     mean = math.fsum(readings) / len(readings)
     deviation = math.sqrt(math.fsum((v - mean) ** 2 for v in readings) / (len(readings) - 1))
     return [(v - mean) / deviation for v in readings]
 
 
 def rms_envelope(normalized: list[float], window: int) -> list[float]:
-    """Eq. RMS_envelope for one sensor; W'(k) is the number of terms in the sum."""
+    """Return eq. RMS_envelope for one sensor; W'(k) is the number of terms in the sum."""
     count = len(normalized)
     envelope = []
     for k in range(1, count + 1):
@@ -29,7 +29,7 @@ def rms_envelope(normalized: list[float], window: int) -> list[float]:
 
 
 def preprocess(values: np.ndarray, window: int, threshold: float, length: int) -> np.ndarray:
-    """Eq. normalization to eq. extended."""
+    """Return the result of eq. normalization to eq. extended."""
     sensors, samples = values.shape
     matrix = np.zeros((sensors, length))
     for i in range(1, sensors + 1):
@@ -42,7 +42,7 @@ def preprocess(values: np.ndarray, window: int, threshold: float, length: int) -
 def render(
     amplitude: list, vertical: list, spacing: list, horizontal: list, first_peak: float, length: int
 ) -> np.ndarray:
-    """Eq. generateP to eq. sigma; `spacing` holds Delta mu_s for s = 2..S."""
+    """Return the result of eq. generateP to eq. sigma; `spacing` holds Delta mu_s for s = 2..S."""
     sensors = len(amplitude)
     mean = [first_peak]
     for s in range(2, sensors + 1):
@@ -61,7 +61,7 @@ def render(
 
 
 def sliding_rmse(matrix: np.ndarray, particle: np.ndarray) -> list[float]:
-    """Eq. F' to eq. RMSE: RMSE(tau) for tau = 1..2L, with the shift matrix R of 3L x 3L."""
+    """Return RMSE(tau) for tau = 1..2L, eq. F' to eq. RMSE, with the shift matrix R of 3L x 3L."""
     sensors, length = matrix.shape
     zeros = np.zeros((sensors, length))
     extended_matrix = np.hstack([zeros, matrix, zeros])
@@ -76,5 +76,5 @@ def sliding_rmse(matrix: np.ndarray, particle: np.ndarray) -> list[float]:
 
 
 def smallest_rmse(matrix: np.ndarray, particle: np.ndarray) -> float:
-    """Eq. RMSEmin."""
+    """Return eq. RMSEmin."""
     return min(sliding_rmse(matrix, particle))

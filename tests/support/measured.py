@@ -1,4 +1,4 @@
-"""Dimensions measured back from files: readers of their own, and what their lines say."""
+"""Measure dimensions in the written files, with readers that share no code with the writers."""
 
 import re
 import struct
@@ -11,7 +11,7 @@ _MODEL = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
 
 
 def read_stl(path):
-    """Give the triangles of a binary STL, shape (T, 3, 3), and the normals that it holds."""
+    """Return the triangles of a binary STL, shape (T, 3, 3), and its normals."""
     content = path.read_bytes()
     (count,) = struct.unpack_from("<I", content, 80)
     assert len(content) == 84 + 50 * count
@@ -21,7 +21,7 @@ def read_stl(path):
 
 
 def read_3mf(path):
-    """Give each object of a 3MF: its name, vertices and triangles; they are in mm."""
+    """Return name, vertices in mm, and triangles of each object of a 3MF."""
     with zipfile.ZipFile(path) as package:
         model = ElementTree.fromstring(package.read("3D/3dmodel.model"))
     assert model.get("unit") == "millimeter"
@@ -38,10 +38,10 @@ def read_3mf(path):
 
 
 def read_svg(path):
-    """Give the outlines of an SVG in mm, y upwards, by the layer that they lie on."""
+    """Return the outlines of an SVG by layer, in mm, with y upwards."""
     root = ElementTree.fromstring(path.read_text(encoding="utf-8"))
     width, height = (float(root.get(name).removesuffix("mm")) for name in ("width", "height"))
-    # A unit of the picture is a millimetre.
+    # One unit of the picture is one millimetre.
     assert [float(each) for each in root.get("viewBox").split()] == [0, 0, width, height]
     layers = {}
     for group in root.iter("{http://www.w3.org/2000/svg}g"):
@@ -53,16 +53,16 @@ def read_svg(path):
 
 
 def edges_of(outlines):
-    """Give the edges of closed outlines: shape (N, 2, 2)."""
+    """Return the edges of closed outlines, shape (N, 2, 2)."""
     return np.vstack([np.stack([each, np.roll(each, -1, axis=0)], axis=1) for each in outlines])
 
 
 def section(triangles, height):
-    """Give the edges in which a mesh meets a level: shape (N, 2, 2)."""
+    """Return the edges of a mesh's section at a height, shape (N, 2, 2)."""
     above = triangles[:, :, 2] > height
     cut = above.any(axis=1) & ~above.all(axis=1)
     triangles, above = triangles[cut], above[cut]
-    # Two of a triangle's three sides reach across; the third is left out.
+    # Two sides of a triangle cross the height; the third is left out.
     ends = np.roll(triangles, -1, axis=1)
     across = above != np.roll(above, -1, axis=1)
     low, high = triangles[across], ends[across]
@@ -71,9 +71,9 @@ def section(triangles, height):
 
 
 def straight_lines(edges, shortest=0.3):
-    """Join edges to straight lines: angle from 0 to 180 degrees, distance from the origin, length.
+    """Return straight lines, joined from edges: angle in degrees, distance from origin, length.
 
-    Short edges, of which arcs consist, are left out.
+    The angle lies between 0 and 180 degrees. Short edges are left out, since they form arcs.
     """
     way = edges[:, 1] - edges[:, 0]
     length = np.linalg.norm(way, axis=1)
@@ -96,16 +96,17 @@ def straight_lines(edges, shortest=0.3):
 
 
 def measured_substructure(edges):
-    """Measure a substructure, whose fold A lies at the head: corners on the middle of the wall.
+    """Return the dimensions of a substructure with the fold A at the head.
 
-    Gives A, B, C, D in mm, alpha and beta in degrees, and the wall's thickness on each side.
+    They are A, B, C and D in mm, in the middle of the wall; alpha and beta in degrees; and the
+    thickness of the wall on each side.
     """
     upper = edges[edges[:, :, 1].max(axis=1) > 0.02]
     lines = straight_lines(upper)
     flats = lines[np.abs(lines[:, 0] - 90) < 0.02]
     steep = lines[(lines[:, 0] > 90.5) & (lines[:, 0] < 115)]
     slope = lines[(lines[:, 0] > 115) & (lines[:, 0] < 170)]
-    # Of an upright line the distance from the origin is -x.
+    # The distance of an upright line from the origin is -x.
     x = np.sort(-flats[:, 1])
     middles = {"B": x[:2].mean(), "A": x[-2:].mean()}
     middle_lines = {}

@@ -1,7 +1,7 @@
-"""Random sequences of what befalls a project between two plain calls of snakemake.
+"""Try random sequences of mishaps in a project between two calls of snakemake.
 
-After each sequence one call must give the results of a fresh run to the bit, and the next call must
-do nothing.
+After each sequence, one call must give exactly the results of a new run, and the next call must do
+nothing.
 """
 
 import os
@@ -22,7 +22,7 @@ from support.striking import kill_job, kill_run, kill_snakemake, strike_at_rando
 from support.synthetic import make_recording
 
 RECORDINGS = ["0mm/r01", "3mm/r01", "3mm/r02", "unlabelled/patient"]
-# What a run makes before the figures, which take most of the time.
+# The results of a run before the figures. The figures would take most of the time.
 TABLES = ["results/evaluation/detection.csv", "results/detections.csv"]
 _SAMPLES = 400
 DAMAGES = {
@@ -35,7 +35,7 @@ DAMAGES = {
 
 
 def create_project(folder: Path, preloaded: PreloadedSnakemake) -> Project:
-    """Make a small project and run it once; sequences begin with copies of it."""
+    """Make a small project, run it once, and return it; sequences begin with copies of it."""
     project = Project.create(folder, RECORDINGS, samples=_SAMPLES, particles=10, iterations=10)
     project.preloaded = preloaded
     run = project.snakemake(*TABLES)
@@ -47,7 +47,7 @@ def _other(size_mm: float, name: str) -> bytes:
     return format_recording(make_recording(size_mm, name, samples=_SAMPLES))
 
 
-# States of raw/ that an edit may bring about: what differs from the one at the beginning.
+# States of raw/ that an edit can make; each lists its differences from the first state.
 EDITIONS: list[dict[str, bytes]] = [
     {},
     {"3mm/r02": _other(3.0, "3mm/other")},
@@ -59,7 +59,7 @@ EDITIONS: list[dict[str, bytes]] = [
 
 
 def put_edition(base: Project, project: Project, edition: Mapping[str, bytes]) -> list[Path]:
-    """Bring raw/ into a state; return the recordings that have changed and are there."""
+    """Change raw/ to another state; return the recordings that were written."""
     changed = []
     for name in sorted({name for each in EDITIONS for name in each}):
         path, original = project.raw / f"{name}.csv", base.raw / f"{name}.csv"
@@ -73,7 +73,7 @@ def put_edition(base: Project, project: Project, edition: Mapping[str, bytes]) -
 
 
 def results_of(project: Project) -> dict[str, bytes]:
-    """Give every result but those left behind by a recording that is gone."""
+    """Return every result, except those of recordings that were removed."""
     gone = [
         name for each in EDITIONS for name in each if not (project.raw / f"{name}.csv").exists()
     ]
@@ -85,14 +85,14 @@ def results_of(project: Project) -> dict[str, bytes]:
 
 
 class FreshResults:
-    """What a fresh run gives for each state of raw/, made once.
+    """The results of a new run for each state of raw/; each run is made once.
 
     Parameters
     ----------
     base : Project
-        From `create_project`.
+        Project from `create_project`.
     editions : int
-        So many of `EDITIONS` may come about; each costs a fresh run.
+        Number of `EDITIONS` in use; each needs a new run.
     """
 
     def __init__(self, base: Project, editions: int = len(EDITIONS)) -> None:
@@ -101,7 +101,7 @@ class FreshResults:
         self._lock = threading.Lock()
 
     def of(self, edition: int) -> dict[str, bytes]:
-        """Give the results for one state, by its place in `EDITIONS`."""
+        """Return the results for one state, by its place in `EDITIONS`."""
         with self._lock:
             if edition not in self._made:
                 with tempfile.TemporaryDirectory() as folder:
@@ -117,20 +117,20 @@ class FreshResults:
 
 @dataclass
 class Sequence:
-    """One sequence on a project of its own.
+    """One sequence of mishaps, with its own project.
 
     Attributes
     ----------
     project : Project
-        Where it happens.
+        The project.
     fresh : FreshResults
-        What the results must be in the end.
+        The results that the sequence must end with.
     numbers : Random
-        Draws everything.
+        Random numbers for all choices.
     edition : int
         The state of raw/, by its place in `EDITIONS`.
     told : list of str
-        What has happened.
+        The mishaps so far.
     """
 
     project: Project
@@ -140,7 +140,7 @@ class Sequence:
     told: list[str] = field(default_factory=list)
 
     def edit(self) -> None:
-        """Bring raw/ into another state, or back; sometimes with time stamps of long ago."""
+        """Change raw/ to another state, or back; sometimes with old time stamps."""
         others = set(range(len(self.fresh.editions))) - {self.edition}
         self.edition = self.numbers.choice(sorted(others))
         changed = put_edition(self.fresh.base, self.project, EDITIONS[self.edition])
@@ -150,7 +150,7 @@ class Sequence:
         self.told.append(f"edition {self.edition}" + ", dated long ago" * old)
 
     def step_clock(self) -> None:
-        """Date a recording ahead or back."""
+        """Change the time stamp of a recording to the past or to the future."""
         path = self.numbers.choice(sorted(self.project.raw.rglob("*.csv")))
         step_s = self.numbers.choice([-1e6, -3600.0, 600.0, 1e6])
         os.utime(path, (time.time() + step_s,) * 2)
@@ -166,7 +166,7 @@ class Sequence:
             self.told.append(f"{name} {how}")
 
     def lose_notes(self) -> None:
-        """Lose what Snakemake or the records know."""
+        """Delete the notes of Snakemake or the records."""
         folders = [self.project.folder / ".snakemake", self.project.results / "records"]
         folder = self.numbers.choice(folders)
         shutil.rmtree(folder, ignore_errors=True)
@@ -177,24 +177,24 @@ class Sequence:
         self._run_and_strike("run", kill_run)
 
     def kill_snakemake(self) -> None:
-        """Kill Snakemake and leave its jobs behind."""
+        """Kill Snakemake, but not its jobs."""
         self._run_and_strike("snakemake", kill_snakemake)
 
     def kill_job(self) -> None:
-        """Kill a single job, beside others and their results."""
+        """Kill a single job while other jobs run."""
         self._run_and_strike("job", lambda process: kill_job(process, self.numbers))
 
     def _run_and_strike(
         self, what: str, strike: Callable[[subprocess.Popen[str] | ForkedCall], None]
     ) -> None:
         if not self.told or self.told[-1].endswith("ended"):
-            self.edit()  # or there is nothing to do, and so no job to kill
+            self.edit()  # otherwise there is nothing to do, so no job to kill
         process = self.project.start(*TABLES, cores=2)
         strike_at_random(process, self.numbers, lambda: strike(process), most_jobs=6)
         self.told.append(f"{what} killed" if process.returncode else "run had ended")
 
     def end(self) -> str:
-        """Run as a user does; return what is wrong then, or nothing."""
+        """Run snakemake as a user does; return the fault, or an empty text."""
         run = self.project.snakemake(*TABLES)
         if run.status != 0:
             return f"the run stopped:\n{run.output[-3000:]}"
@@ -224,25 +224,25 @@ _MISHAPS = [
 def try_sequence(
     fresh: FreshResults, folder: Path, seed: int, most: int = 5
 ) -> tuple[list[str], str]:
-    """Try one sequence of mishaps.
+    """Try one sequence of mishaps, and return it with the fault.
 
     Parameters
     ----------
     fresh : FreshResults
-        Holds the project that it begins with.
+        Holds the first project.
     folder : Path
-        Where the project is copied to; removed where nothing is wrong.
+        Folder of the project's copy; removed if there is no fault.
     seed : int
-        The same seed draws the same mishaps, though a kill never hits the very same moment.
+        Seed of the mishaps; the same seed does not give the same moment of a kill.
     most : int
-        So many mishaps at most.
+        Largest number of mishaps.
 
     Returns
     -------
     told : list of str
-        What happened.
+        The mishaps.
     fault : str
-        What was wrong in the end; empty where nothing was.
+        The fault at the end; empty if there is none.
     """
     numbers = random.Random(seed)
     sequence = Sequence(fresh.base.copy(folder), fresh, numbers)

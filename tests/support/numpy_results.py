@@ -1,6 +1,6 @@
-"""Computes what depends on numpy, from recordings in raw/, and saves it to the named file.
+"""Compute results that depend on numpy, from recordings in raw/, and save them to a file.
 
-Run by `test_numpy_versions.py` under one version of numpy after the other. It needs numpy alone.
+`test_numpy_versions.py` runs this program with several versions of numpy. It needs only numpy.
 """
 
 import json
@@ -23,7 +23,7 @@ SIZES = range(6)
 
 
 def results(config: dict) -> dict[str, np.ndarray]:
-    """Take one recording of every size the whole way, by the configuration given."""
+    """Return the matrix, fit and distances of one recording of each size, and the templates."""
     sensors = config["recording"]["sensors"]
     max_bytes = int(config["recording"]["max_megabytes"] * 1e6)
     shape, settings = config["preprocessing"], dict(config["fit"])

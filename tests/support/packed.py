@@ -1,4 +1,4 @@
-"""Undo what `capsule.page.packing` does, as the page does."""
+"""Unpack the numbers of `capsule.page.packing`, as the page does."""
 
 import base64
 
@@ -6,7 +6,7 @@ import numpy as np
 
 
 def unpack(packed):
-    """Turn packed numbers back."""
+    """Return the unpacked numbers."""
     numbers = np.frombuffer(base64.b64decode(packed["data"]), f"<u{packed['bits'] // 8}")
     values = packed["low"] + packed["scale"] * numbers.astype(float)
     values[numbers == 2 ** packed["bits"] - 1] = np.nan

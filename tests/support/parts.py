@@ -1,4 +1,4 @@
-"""The parts as `make_parts.py` makes them, in this process."""
+"""Run `make_parts.py` in this process."""
 
 import sys
 
@@ -8,7 +8,7 @@ import make_parts
 
 
 def make_into(folder, *options, drawings=True):
-    """Make all parts; without drawings it takes half the time. Gives the folder."""
+    """Make all parts, and return the folder; without drawings, this takes half the time."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sys, "argv", ["make_parts.py", "--out", str(folder), *options])
         if not drawings:

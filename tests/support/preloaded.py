@@ -1,7 +1,7 @@
-"""Calls of snakemake by forks of a process that has imported it: a second less for each call.
+"""Call snakemake in forks of a process that has imported it, which saves a second for each call.
 
-For tests that call it a hundred times. A fork runs the same program in a session of its own, and
-can be killed like any other. Not on Windows, which knows no forks.
+Tests that call snakemake a hundred times use this. A fork runs the same program in its own session,
+and can be killed like any process. Windows has no forks.
 """
 
 import contextlib
@@ -21,16 +21,16 @@ from support.preloaded_jobs import PreloadedJobs, start_of
 
 
 class ForkedCall:
-    """A call of snakemake that is at work, as far as it is like `subprocess.Popen`.
+    """A running call of snakemake, with a part of the interface of `subprocess.Popen`.
 
     Attributes
     ----------
     pid : int
-        Of Snakemake, and of the process group of it and its jobs.
+        Process of Snakemake, and process group of Snakemake and its jobs.
     stdout : file
-        What it prints, errors too.
+        Printed output, including errors.
     returncode : int or None
-        Known when it has been waited for; the negative signal where one has ended it.
+        Exit status, known after `wait`; negative if a signal has ended the call.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class ForkedCall:
         self.wait()
 
     def wait(self) -> int:
-        """Wait for its end."""
+        """Wait for the end of the call, and return its exit status."""
         if self.returncode is None:
             self.returncode = int(self._replies.readline())
             self._replies.close()
@@ -58,18 +58,18 @@ class ForkedCall:
         return self.returncode
 
     def poll(self) -> int | None:
-        """Give its exit status, None while it is at work."""
+        """Return the exit status; None while the call is running."""
         ended = self.returncode is None and select.select([self._connection], [], [], 0)[0]
         return self.wait() if ended else self.returncode
 
     def kill(self) -> None:
-        """Kill Snakemake alone."""
+        """Kill only Snakemake, not its jobs."""
         with contextlib.suppress(ProcessLookupError):
             os.kill(self.pid, signal.SIGKILL)
 
 
 class PreloadedSnakemake:
-    """Processes that have imported Snakemake, one for each call at work at the same time.
+    """A group of processes that have imported Snakemake, one for each simultaneous call.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ class PreloadedSnakemake:
         return ForkedCall(self, connection, reading)
 
     def take_back(self, connection: socket.socket) -> None:
-        """Use a process for the next call; its last one has ended."""
+        """Keep a process for the next call, after its last call has ended."""
         self._idle.append(connection)
 
     def _new(self, environment: Mapping[str, str]) -> socket.socket:
@@ -127,15 +127,15 @@ class PreloadedSnakemake:
 
 
 def serve(connection: socket.socket) -> None:
-    """Fork for each call that comes; tell its process, and at its end its exit status."""
-    # What Snakemake imports when it opens the first Snakefile, and what that one imports.
+    """Fork for each call; send its process number, and its exit status when it ends."""
+    # Snakemake and the Snakefile would import these later, in each fork.
     import jsonschema  # noqa: F401
     import smart_open  # noqa: F401
     import snakemake.cli
 
-    # Finds and imports the plug-ins.
+    # This finds and imports the plug-ins.
     snakemake.cli.get_argument_parser()
-    # A fork need not look through what was there before it for garbage, nor copy its pages.
+    # Without garbage collection of these objects, a fork copies fewer pages of memory.
     gc.collect()
     gc.freeze()
     while message := _receive(connection):
@@ -150,7 +150,7 @@ def serve(connection: socket.socket) -> None:
             os.chdir(call["folder"])
             os.environ.clear()
             os.environ.update(call["environment"])
-            # Where `python -m snakemake` looks first.
+            # `python -m snakemake` also looks for modules here first.
             sys.path[0] = call["folder"]
             # The workflow's jobs run the Python that runs Snakemake.
             sys.executable = call["python"]
@@ -162,7 +162,7 @@ def serve(connection: socket.socket) -> None:
 
 
 def _receive(connection: socket.socket) -> tuple[dict[str, Any], int] | None:
-    """Wait for a call and for where its output goes; None when no more will come."""
+    """Return the next call and the file of its output; None if no further call will come."""
     content, handles, _, _ = socket.recv_fds(connection, 2**16, 1)
     if not content:
         return None

@@ -1,4 +1,4 @@
-"""A copy of the project with its own recordings, in which tests run Snakemake for real."""
+"""Copy the project with other recordings, and run Snakemake in the copy."""
 
 import csv
 import os
@@ -21,19 +21,19 @@ PARTS = ["Snakefile", "workflow", "config", "profiles", "environment.yml"]
 
 
 class Project:
-    """A project folder.
+    """A copy of the project.
 
     Parameters
     ----------
     folder : Path
-        Where it lies.
+        The folder of the copy.
     preloaded : PreloadedSnakemake, optional
-        By which it, and its copies, call snakemake; that of the test run if not given.
+        Processes for the calls of snakemake; the default is those of the test run.
 
     Attributes
     ----------
     preloaded_for_all : PreloadedSnakemake or None
-        That of the test run; without it each call starts snakemake anew.
+        Processes of the test run; if None, each call starts a new process.
     """
 
     preloaded_for_all: ClassVar[PreloadedSnakemake | None] = None
@@ -47,16 +47,16 @@ class Project:
     def create(
         cls, folder: Path, recordings: Sequence[str] = (), samples: int = 700, **fit: int
     ) -> "Project":
-        """Copy the project's code and configuration, with other recordings and a smaller fit.
+        """Return a copy of the project's code and configuration, with other recordings and fits.
 
         Parameters
         ----------
         folder : Path
-            Where it will lie.
+            The folder of the copy.
         recordings : sequence of str
-            Names such as ``3mm/r01``: recordings made by formula.
+            Names such as ``3mm/r01``; a formula makes these recordings.
         samples : int
-            K of these recordings.
+            Number of samples K of these recordings.
         **fit : int
             Changed keys of section ``fit`` of the configuration.
         """
@@ -74,7 +74,7 @@ class Project:
         return project
 
     def copy(self, folder: Path, *, keep_times: bool = True) -> "Project":
-        """Copy everything, results too; without times it is as after a fresh checkout."""
+        """Return a copy of everything, with the results; without times as after a new checkout."""
         function = shutil.copy2 if keep_times else shutil.copyfile
         shutil.copytree(self.folder, folder, copy_function=function, symlinks=True)
         return Project(folder, self.preloaded)
@@ -98,7 +98,7 @@ class Project:
     def snakemake(
         self, *arguments: str, cores: int = 2, environment: Mapping[str, str] | None = None
     ) -> "Run":
-        """Call snakemake as a user does, with more environment variables where given."""
+        """Call snakemake as a user does, with additional environment variables."""
         if self.preloaded and environment is None:
             with self.start(*arguments, cores=cores) as process:
                 output = process.stdout.read()
@@ -108,9 +108,9 @@ class Project:
         return Run(done.returncode, done.stdout + done.stderr)
 
     def start(self, *arguments: str, cores: int = 1) -> subprocess.Popen[str] | ForkedCall:
-        """Start snakemake in a process group of its own, which can be killed as a whole.
+        """Start snakemake in its own process group, so that a test can kill the whole group.
 
-        What it prints, errors too, is the process's standard output.
+        The process's standard output also contains the errors.
         """
         if self.preloaded:
             called = self._call(arguments, cores)
@@ -125,8 +125,8 @@ class Project:
     def _call(
         self, arguments: Sequence[str], cores: int, environment: Mapping[str, str] | None = None
     ) -> dict[str, Any]:
-        """Say how `subprocess` is to call snakemake."""
-        # Warnings are errors in the jobs too, but for files that Snakemake leaves to be closed.
+        """Return the arguments with which `subprocess` calls snakemake."""
+        # Warnings are errors in the jobs too, except for files that Snakemake does not close.
         strict = {"PYTHONPATH": "", "PYTHONWARNINGS": "error,ignore::ResourceWarning"}
         return {
             "args": [sys.executable, "-m", "snakemake", f"-c{cores}", *arguments],
@@ -136,12 +136,12 @@ class Project:
         }
 
     def table(self, name: str) -> list[dict[str, str]]:
-        """Read a table of the results, such as ``recordings.csv``; every cell as text."""
+        """Read a table of the results, such as ``recordings.csv``; every cell is a text."""
         with (self.results / name).open(encoding="utf-8", newline="") as stream:
             return list(csv.DictReader(stream))
 
     def result_bytes(self) -> dict[str, bytes]:
-        """Give the content of every result but the logs, which hold durations, and the records."""
+        """Return the content of every result, without the records and the logs with durations."""
         return {
             path.relative_to(self.results).as_posix(): path.read_bytes()
             for path in sorted(self.results.rglob("*"))
@@ -150,7 +150,7 @@ class Project:
 
 
 class Run:
-    """What a call of snakemake did."""
+    """The result of a call of snakemake."""
 
     def __init__(self, status: int, output: str) -> None:
         self.status = status
@@ -159,5 +159,5 @@ class Run:
 
     @property
     def did_nothing(self) -> bool:
-        """Tell whether snakemake said that there is nothing to do."""
+        """Return whether snakemake printed that there is nothing to do."""
         return self.status == 0 and "Nothing to be done" in self.output and not self.jobs

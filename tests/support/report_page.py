@@ -1,4 +1,4 @@
-"""The archive whose report the tests open in a browser, and what they ask of the page."""
+"""Names of the recordings in the report that tests open in a browser, and helpers for it."""
 
 import time
 
@@ -8,7 +8,7 @@ EVIL = "<script>document.title='broken'</script><img src=x onerror=\"document.ti
 
 
 def wait_for_title(browser, start):
-    """Wait until the viewer shows a recording: the page hears of a new address a moment later."""
+    """Wait until the viewer shows a recording; the page reacts to a new address with a delay."""
     title, deadline = browser.find("#viewer-title"), time.monotonic() + 10
     while not title.text.startswith(start) and time.monotonic() < deadline:
         time.sleep(0.05)

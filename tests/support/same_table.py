@@ -1,4 +1,4 @@
-"""Whether a table of pandas holds what a file holds, every number to the last bit."""
+"""Compare a pandas table with a file exactly."""
 
 import csv
 from pathlib import Path
@@ -7,12 +7,12 @@ import pandas as pd
 
 
 def cell(value):
-    """Write a value as a table's file has it."""
+    """Return a value as the text in a table's file."""
     return "" if pd.isna(value) else str(value)
 
 
 def assert_same_table(table: pd.DataFrame, path: Path) -> None:
-    """Compare a table with a file: columns, order of the rows, and cells."""
+    """Check that a table and a file have the same columns, rows in the same order, and cells."""
     with path.open(encoding="utf-8", newline="") as stream:
         columns, *rows = csv.reader(stream)
     assert list(table.columns) == columns, path

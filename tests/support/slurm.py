@@ -1,4 +1,4 @@
-"""A Slurm cluster of one node on loopback, in a folder of its own, for the time of a test."""
+"""Run a Slurm cluster of one node on loopback, in its own folder, during a test."""
 
 import os
 import secrets
@@ -12,7 +12,7 @@ PROGRAMS = ["munged", "slurmctld", "slurmd", "sbatch", "srun", "sinfo", "squeue"
 
 
 def missing_reason() -> str | None:
-    """Say why Slurm cannot start here, or None if it can."""
+    """Return the reason why Slurm cannot start here; None if it can."""
     missing = [name for name in PROGRAMS if not _find(name)]
     if missing:
         return f"Slurm cannot start: {', '.join(missing)} not installed (slurm-wlm, munge)"
@@ -26,17 +26,17 @@ def _find(name: str) -> str | None:
 
 
 class SingleNodeSlurm:
-    """Start munged, slurmctld and slurmd; stop them at the end.
+    """A Slurm cluster: munged, slurmctld and slurmd, which are stopped at the end.
 
     Parameters
     ----------
     folder : Path
-        Holds the configuration, the key, the state and the logs; nothing is written elsewhere.
+        Folder of the configuration, the key, the state and the logs.
 
     Attributes
     ----------
     environment : dict of str to str
-        What a client needs to find this cluster.
+        Environment variables with which a client finds this cluster.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -47,7 +47,7 @@ class SingleNodeSlurm:
 
     def __enter__(self) -> "SingleNodeSlurm":
         self.folder.mkdir(parents=True)
-        # munged wants to own its folder and every folder above it to be closed to strangers.
+        # munged requires that no other user can write to its folder or to a folder above it.
         socket_path = self.folder / "munge.socket"
         key = self.folder / "munge.key"
         key.write_bytes(secrets.token_bytes(1024))
@@ -77,7 +77,7 @@ class SingleNodeSlurm:
                 daemon.wait()
 
     def _wrap_srun(self) -> None:
-        """Give jobs an srun that finds this cluster: inside a job SLURM_ variables are dropped."""
+        """Write an srun for jobs that finds this cluster; SLURM_ variables do not reach a job."""
         wrapper = self.folder / "bin" / "srun"
         wrapper.parent.mkdir()
         configuration = self.environment["SLURM_CONF"]

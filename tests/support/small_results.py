@@ -1,4 +1,4 @@
-"""A folder of results as the workflow leaves it, small enough to be exported in a test."""
+"""Make a small folder of results like that of the workflow, for tests of the export."""
 
 import numpy as np
 
@@ -7,9 +7,9 @@ from capsule.evaluation.columns import COLUMNS
 from edges.files import write_csv, write_json
 
 LENGTH = 30
-# Written by 16 digits, none of these would come back.
+# 16 digits are not enough to restore any of these numbers.
 AWKWARD = (0.1 + 0.2, 1 / 3, 2 / 3 * 1e-7, -1e300 / 7)
-# What a spreadsheet would compute, and what none can write as it is.
+# A text that a spreadsheet program would compute.
 FORMULA = '=HYPERLINK("http://elsewhere")'
 HEADER = {"source": "simulated phantom", "started": "2024-06-03T10:00:00Z", "adc_bits": "10"}
 RECORDINGS = {
@@ -27,7 +27,7 @@ _LISTED += ["sha256", "readings_sha256", "source", "site"]
 
 
 def make_results(results):
-    """Fill a folder; returns the readings and the matrices by recording."""
+    """Write the results, and return the readings and the matrices by recording."""
     generator = np.random.default_rng(1)
     signals, matrices, rows = {}, {}, []
     for name, (samples, header) in RECORDINGS.items():

@@ -1,4 +1,4 @@
-"""Strike at a run at a random moment: at all of it, at Snakemake alone, or at a single job."""
+"""Kill a run, only Snakemake, or a single job at a random moment."""
 
 import contextlib
 import os
@@ -14,7 +14,7 @@ import psutil
 
 from support.preloaded import ForkedCall
 
-# A run of few recordings starts its next job within this time, or has none left.
+# A run of few recordings starts its next job within this time, in s, or has no job left.
 _PATIENCE_S = 2.0
 
 
@@ -26,24 +26,24 @@ def strike_at_random(
     most_jobs: int = 2,
     hear: Callable[[str], None] = lambda line: None,
 ) -> None:
-    """Read a run's log to its end, and strike once.
+    """Read a run's log to its end, and call a function once during the run.
 
-    The moment is a random time after a random number of jobs have begun, so that moments spread
-    over the run however busy the machine is; with no job, over the start of Snakemake. A run that
-    ends before is left alone.
+    The moment is a random time after a random number of jobs have begun. So the moments spread over
+    the run, even on a busy computer. With 0 jobs, the moment is during the start of Snakemake. If
+    the run ends before, the function is not called.
 
     Parameters
     ----------
     process : Popen
-        From `Project.start`.
+        Process from `Project.start`.
     numbers : Random
-        Draws the moment.
+        Random numbers for the moment.
     strike : callable
-        What is done then.
+        The function.
     most_jobs : int
-        After so many jobs at the latest.
+        Largest number of jobs before the moment.
     hear : callable
-        Gets each line of the log.
+        Function that is called with each line of the log.
     """
     jobs = numbers.randint(0, most_jobs)
     timer = threading.Timer(numbers.uniform(0.0, 0.5 if jobs else 1.5), strike)
@@ -57,26 +57,26 @@ def strike_at_random(
             if jobs and begun == jobs:
                 timer.start()
                 jobs = 0
-        # Not at whatever may get the number of a process that has ended.
+        # After the end, another process could have the same number.
         timer.cancel()
         if timer.ident is not None:
             timer.join()
 
 
 def kill_run(process: subprocess.Popen[str] | ForkedCall) -> None:
-    """Kill Snakemake and all its jobs without warning."""
-    # The group's last member may just have ended by itself.
+    """Kill Snakemake and all its jobs."""
+    # The last process of the group may have ended just before.
     with contextlib.suppress(ProcessLookupError):
         os.killpg(process.pid, signal.SIGKILL)
 
 
 def kill_snakemake(process: subprocess.Popen[str] | ForkedCall) -> None:
-    """Kill Snakemake alone; its jobs go on as orphans."""
+    """Kill only Snakemake; its jobs continue."""
     process.kill()
 
 
 def kill_job(process: subprocess.Popen[str] | ForkedCall, numbers: random.Random) -> None:
-    """Kill one of the jobs that are at work, as soon as there is one."""
+    """Kill one of the running jobs, as soon as there is one."""
     deadline = time.monotonic() + _PATIENCE_S
     with contextlib.suppress(psutil.NoSuchProcess):
         while time.monotonic() < deadline:
@@ -87,7 +87,7 @@ def kill_job(process: subprocess.Popen[str] | ForkedCall, numbers: random.Random
 
 
 def _jobs(snakemake: psutil.Process) -> list[psutil.Process]:
-    """List the scripts that work for a Snakemake."""
+    """Return the processes of the scripts that a Snakemake runs."""
     scripts = []
     for child in snakemake.children(recursive=True):
         with contextlib.suppress(psutil.NoSuchProcess):

@@ -1,4 +1,4 @@
-"""A survey made by formula: it suspects two places, goes back to the first and confirms it."""
+"""Make a survey by formula: it suspects two places, goes back to the first and confirms it."""
 
 import csv
 import io
@@ -9,9 +9,9 @@ import numpy as np
 RATE_HZ = 10
 EVERY = 8
 WAVE_MM_S, WAVELENGTH_MM, PITCH_MM = 25.0, 80.0, 6.3
-# Where a crest of the wave stands at the start.
+# Place of a crest of the wave at the start, in mm.
 CREST_MM = 17.0
-# Of section `diagonal` of the configuration what such a survey needs.
+# The keys of the section `diagonal` that such a survey needs.
 DETECTOR = {
     "wavelength_mm": WAVELENGTH_MM,
     "wave_speed_mm_s": WAVE_MM_S,
@@ -19,7 +19,7 @@ DETECTOR = {
     "full_scale": 1024,
     "pressing_lowers_reading": True,
 }
-# When, from which state, by what, to which state, where, and with which score.
+# Time in s, state before, event, state after, position in mm, score.
 EVENTS = [
     (8.0, "starting", "placed", "exploring", 4.0, None),
     (96.0, "exploring", "suspected", "finishing", 48.0, 0.31),
@@ -42,7 +42,7 @@ PLACE_HEAD += ["evidence", "height", "threshold", "recordings"]
 
 
 def head_mm(time_s):
-    """Give where the head is: half a millimetre a second, but for the way back."""
+    """Return the position of the head, which moves at 0.5 mm/s, except on the way back."""
     back = np.interp(time_s, [125.6, 200.0], [60.0, 22.0])
     again = 22.0 + 0.5 * (time_s - 205.6)
     return np.select(
@@ -53,7 +53,7 @@ def head_mm(time_s):
 
 
 def fold_at(time_s):
-    """Give what the fold board says."""
+    """Return the states of the fold board."""
     return np.select(
         [time_s <= 120, time_s <= 125.6, time_s <= 200, time_s <= 205.6],
         ["unfolded", "folding", "folded", "unfolding"],
@@ -62,7 +62,7 @@ def fold_at(time_s):
 
 
 def stream_rows(until_s=344.0):
-    """Give the head and the rows of stream.csv."""
+    """Return the head and the rows of stream.csv."""
     time_s = np.round(np.arange(0, until_s + 0.05, 1 / RATE_HZ), 3)
     wave_mm, head, fold = WAVE_MM_S * time_s, head_mm(time_s), fold_at(time_s)
     rows = []
@@ -72,7 +72,7 @@ def stream_rows(until_s=344.0):
         counts = np.rint(512 - 60 * np.cos(angle)).astype(int).tolist()
         judged = ["", "", ""]
         if number % EVERY == 0 and number:
-            # Two waves after it has unfolded the survey knows its position again.
+            # The survey knows its position again two waves after the origami has unfolded.
             known = fold[number] == "unfolded" and not 205.6 < now_s < 212
             score = 0.05 + 0.35 * np.exp(-(((head[number] - 55.2) / 3) ** 2))
             judged = [
@@ -86,14 +86,14 @@ def stream_rows(until_s=344.0):
 
 
 def table(head, rows):
-    """Write a table as CSV."""
+    """Return a table as the bytes of a CSV file."""
     stream = io.StringIO()
     csv.writer(stream, lineterminator="\n").writerows([head, *rows])
     return stream.getvalue().encode()
 
 
 def session_contents(**about):
-    """Give the content of a session's files by their names."""
+    """Return the contents of a session's files by their names."""
     names = ("time_s", "before", "event", "after", "position_mm", "score")
     lines = [
         dict(zip(names, event, strict=True))

@@ -1,4 +1,4 @@
-"""Small recordings made by formula, for tests that need data but no physics."""
+"""Make small recordings by formula, for tests that need data but no physics."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -12,20 +12,20 @@ from capsule.seeding import generator
 def make_recording(
     size_mm: float, name: str, samples: int = 700, sensors: int = 4, spacing: int = 130
 ) -> Recording:
-    """Make a run: waves and noise on every sensor, and a bump where it meets the nodule.
+    """Return a run with waves and noise on every sensor, and a bump at the nodule.
 
     Parameters
     ----------
     size_mm : float
-        Sets the height of the bumps; 0 gives none.
+        Size that determines the height of the bumps; 0 gives none.
     name : str
-        The recording's name, from which its random numbers come.
+        The recording's name, which seeds its random numbers.
     samples, sensors, spacing : int
         K, S, and the samples between the bumps of neighbouring sensors.
     """
     numbers = generator(7, "synthetic", name)
     sample = np.arange(samples)
-    # The wave reaches each sensor 6.3 mm of its 80 mm after the one before.
+    # The wave, 80 mm long, reaches each sensor 6.3 mm after the one before.
     behind = 6.3 / 80.0 * np.arange(sensors)[:, np.newaxis]
     wave = 6.0 * np.sin(2.0 * np.pi * (sample / 32.0 - behind))
     values = np.round(512 + wave + numbers.normal(0.0, 4.0, (sensors, samples)))

@@ -1,4 +1,4 @@
-"""Archives that teach detectors, put together from what a test needs."""
+"""Make archives that teach detectors, with only the parts that a test needs."""
 
 import numpy as np
 
@@ -18,7 +18,7 @@ NO_TEMPLATES = TemplateSet((0.0,), (), (no_nodule_template(4, 1000),), 150)
 
 
 def archive_of_passages(passages, sizes_mm, *, specificity, prevalence, size_ridge):
-    """Put together an archive of which only the passages count; nothing scores its recordings."""
+    """Return an archive with passages only; its recordings have no score."""
     rules = {"specificity": specificity, "prevalence": prevalence, "size_confidence": 0.9}
     settings = {
         "evaluation": rules,
@@ -30,11 +30,11 @@ def archive_of_passages(passages, sizes_mm, *, specificity, prevalence, size_rid
 
 
 def archive_of_matrices(matrices, sizes_mm, templates, particles, specificity):
-    """Put together an archive of which only the matrices count."""
+    """Return an archive with matrices only."""
     settings = {"evaluation": {"specificity": specificity}}
     return TrainingArchive(sizes_mm, templates, particles, {}, matrices.__getitem__, settings)
 
 
 def verdict_values(verdict):
-    """List what a verdict says, to compare it with another one's."""
+    """Return the values of a verdict as a list, to compare it with another verdict."""
     return [np.nan if value is None else value for value in vars(verdict).values()]

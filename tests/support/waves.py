@@ -1,4 +1,4 @@
-"""Readings of sensors that a wave presses, with deeper presses where each passes a place."""
+"""Make readings of sensors under a wave, with deeper presses at one place."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from capsule.seeding import generator
 
 
 def wave_readings(samples=800, deeper=0.0, sensors=4):
-    """Make the readings; each sensor passes the place 150 samples after the one before it."""
+    """Return the readings; each sensor passes the place 150 samples after the one before it."""
     time = np.arange(samples)
     wave = np.sin(2 * np.pi * time / 32) + 0.2 * np.sin(4 * np.pi * time / 32)
     noise = generator(1, "readings").normal(0, 0.05, (sensors, samples))

@@ -1,7 +1,8 @@
-"""Writes an XDF file, by the format's specification 1.0 (github.com/sccn/xdf, Specifications).
+"""Make an XDF file according to specification 1.0 (github.com/sccn/xdf, Specifications).
 
-A file is ``XDF:`` and chunks: the number of bytes of the length, the length, a tag of two bytes,
-then the content. A sample is a mark whether a time stamp follows, the stamp, then its values.
+A file is ``XDF:``, followed by chunks. A chunk holds the number of bytes of the length, the length,
+a tag of two bytes, and the content. A sample holds a mark for a time stamp, the time stamp, and the
+values.
 """
 
 import struct
@@ -30,14 +31,14 @@ def xdf_stream(
     unit: str,
     offset_s: float = 0.0,
 ) -> bytes:
-    """Write a stream of numbers.
+    """Return a stream of numbers.
 
     Parameters
     ----------
     number : int
         The stream's number in the file.
     name : str
-        Its name.
+        Name of the stream.
     stamps : (K,) array
         Time of each sample in seconds of the sender's clock.
     values : (C, K) array
@@ -45,9 +46,9 @@ def xdf_stream(
     labels : sequence of C str
         Names of the channels.
     unit : str
-        Their unit.
+        Unit of the channels.
     offset_s : float
-        What the recorder's clock was ahead of the sender's.
+        Time by which the recorder's clock is ahead of the sender's, in s.
     """
     channels = "".join(
         f"<channel><label>{escape(label)}</label><unit>{escape(unit)}</unit></channel>"
@@ -82,7 +83,7 @@ def xdf_stream(
 
 
 def xdf_file(*streams: bytes) -> bytes:
-    """Put streams together to a file."""
+    """Return the content of a file with the streams."""
     head = (
         "<?xml version='1.0'?><info><version>1.0</version>"
         "<datetime>2026-03-04T12:00:00+0000</datetime></info>"
