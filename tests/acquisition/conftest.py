@@ -1,4 +1,4 @@
-"""What the tests of surveys on boards share."""
+"""Fixtures of the tests of surveys on boards."""
 
 import pytest
 
@@ -8,7 +8,7 @@ from support.bench.surveyor import Surveyor
 
 @pytest.fixture
 def rig(tmp_path):
-    """Give what makes a bench of boards; at the end its cables are pulled."""
+    """Return a function that makes a bench of boards; unplug its cables at the end."""
     made = []
 
     def make(**settings):

@@ -1,7 +1,7 @@
-"""Which tests of the parts can run here."""
+"""Leave out tests of the parts that cannot run here."""
 
 import importlib.util
 
-# Left out rather than skipped where the extra `cad` is not installed: CI, which counts a skipped
-# test as failed, does without those 380 MB.
+# Without the extra `cad` (380 MB), these tests are left out, not skipped: CI does not install it,
+# and counts a skipped test as failed.
 collect_ignore = [] if importlib.util.find_spec("OCP") else ["test_step_files.py"]

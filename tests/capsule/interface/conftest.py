@@ -1,11 +1,11 @@
-"""A small archive on disk, loaded once: recordings that ship, one size under another name."""
+"""A small archive for all tests here: shipped recordings, with one size under another name."""
 
 import pytest
 
 import capsule
 from support.project import ROOT
 
-# A size that is no whole number takes those of 2 mm.
+# The size 1.5 mm has copies of the recordings of 2 mm.
 ORIGINALS = {"0mm": "0mm", "1.5mm": "2mm", "3mm": "3mm"}
 RUNS = ["r01", "r02", "r03", "r04"]
 # These were made at one site.

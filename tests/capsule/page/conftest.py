@@ -1,4 +1,4 @@
-"""One report for all tests that look at the page, and one browser in each of their processes."""
+"""Fixtures: one report for all tests of the page, and one browser for each of their processes."""
 
 import fcntl
 import os
@@ -14,9 +14,9 @@ from support.surveys import write_session
 
 @pytest.fixture(scope="session")
 def project(tmp_path_factory):
-    """Run the workflow on an archive that holds what a careless or malicious hand may leave.
+    """Run the workflow on an archive with careless or malicious content, and return the project.
 
-    The processes of a test run share it: the first one makes it, and no test changes it.
+    The processes of a test run share the project. The first process makes it; no test changes it.
     """
     shared = tmp_path_factory.getbasetemp()
     if "PYTEST_XDIST_WORKER" in os.environ:

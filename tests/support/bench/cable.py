@@ -1,4 +1,4 @@
-"""A cable that is a pseudo-terminal: a port that a program opens as it opens a USB port."""
+"""Connect a board to a pseudo-terminal, which a program opens like a USB port."""
 
 import contextlib
 import os
@@ -17,7 +17,7 @@ except ImportError:  # Windows: the socket serves there
 
 
 class TerminalCable(Cable):
-    """A pseudo-terminal; `link` is its lasting name, as /dev/serial/by-id gives one."""
+    """A pseudo-terminal; `link` is its permanent name, like one in /dev/serial/by-id."""
 
     def __init__(self, board: Board, link: Path, **settings: object) -> None:
         self.link = link
@@ -25,7 +25,7 @@ class TerminalCable(Cable):
 
     @property
     def port(self) -> str:
-        """The port's name, as a user types it."""
+        """The port's name for the command line."""
         return str(self.link)
 
     def _open_port(self) -> None:
@@ -55,7 +55,7 @@ class TerminalCable(Cable):
             try:
                 content = content[os.write(self._master, content) :]
             except BlockingIOError:
-                # A program slower than this board: real boards would not wait, but nor hurry so.
+                # The program is slower than this board. A real board would not wait, but is slower.
                 if not select.select([], [self._master], [], 5)[1]:
                     return False
             except OSError:  # closed meanwhile
@@ -68,14 +68,14 @@ class TerminalCable(Cable):
 
     @staticmethod
     def waiting(end: int) -> int:
-        """Count the bytes that lie in the port, of which this is an open end."""
+        """Return the number of bytes in the port, given its open end."""
         count_waiting = 0x541B
         return struct.unpack("i", fcntl.ioctl(end, count_waiting, bytes(4)))[0]
 
     def wait_until_read(self, limit_s: float = 5.0) -> None:
-        """Wait until the program has read what lies in the port."""
-        # Closing a pseudo-terminal throws away what has not been read. The kernel passes bytes on
-        # in its own time, so "empty" counts once it has lasted.
+        """Wait until the program has read all bytes in the port."""
+        # Closing a pseudo-terminal discards unread bytes. The kernel passes bytes on with a delay,
+        # so the port counts as empty only after it has been empty for a while.
         end = os.open(self._name, os.O_RDWR | os.O_NOCTTY)
         empty_since = started = time.monotonic()
         while (now := time.monotonic()) - empty_since < 0.05:

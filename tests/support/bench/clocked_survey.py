@@ -1,8 +1,8 @@
-"""survey.py whose clock is the bench's: where it waits, the bench runs on, and nobody else waits.
+"""Run survey.py with the bench's clock: instead of waiting, it lets the bench run.
 
-Started by `support.bench.surveyor` as a program that has imported everything, and forks for each
-survey, so that a survey can be killed. It asks its parent to let the bench run for as long as it
-would wait, over a pair of pipes.
+`support.bench.surveyor` starts this program. It imports everything once and forks for each survey,
+so that a test can kill a survey. Through a pair of pipes, a survey asks its parent to run the bench
+for the time that it would wait.
 """
 
 import json
@@ -15,12 +15,12 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 ASK, ANSWER, ENDED = struct.Struct("dQ"), struct.Struct("d"), struct.Struct("i")
-# How often the boards are looked at; more often only takes longer.
+# Interval at which the boards are read; a shorter one only takes longer.
 LOOK_EVERY_S = 0.2
 
 
 class BenchClock:
-    """The bench's time, in place of this computer's."""
+    """A clock with the bench's time, in place of the computer's."""
 
     def __init__(self, ask: int, answer: int) -> None:
         self._ask, self._answer = ask, answer
@@ -28,19 +28,19 @@ class BenchClock:
         self.rest(0.0)
 
     def rest(self, seconds: float) -> None:
-        """Let the bench run."""
+        """Run the bench for this time."""
         os.write(self._ask, ASK.pack(seconds, self.sent))
         (self.now_s,) = ANSWER.unpack(os.read(self._answer, ANSWER.size))
 
 
 def survey_by(clock: BenchClock) -> None:
-    """Run survey.py by a bench's clock."""
+    """Run survey.py with a bench's clock."""
     time.monotonic = lambda: clock.now_s
     time.clock_gettime = lambda _: clock.now_s
     time.sleep = clock.rest
 
     class BenchDatetime(datetime):
-        """Dates by the bench's clock."""
+        """A datetime with the bench's clock."""
 
         @classmethod
         def now(cls, tz: object = None) -> datetime:
@@ -68,7 +68,7 @@ def survey_by(clock: BenchClock) -> None:
 
 
 def serve(connection: socket.socket) -> None:
-    """Fork for each survey that is wanted; tell its process, and at its end its exit status."""
+    """Fork for each survey; send its process number, and its exit status when it ends."""
     while True:
         content, handles, _, _ = socket.recv_fds(connection, 2**16, 4)
         if not content:

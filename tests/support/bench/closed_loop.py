@@ -1,7 +1,7 @@
-"""The bench as one: the motor carries the wave, the wave the capsule, the capsule its signals.
+"""Couple motor, wave, capsule and sensors to one bench.
 
-The phantom is the simulator's (`capsule.phantom`): one run of the capsule along the intestine. Here
-its clock is the wave: it goes on by as many seconds as the wave has travelled, so that it
+The phantom is the simulator's (`capsule.phantom`): one run of the capsule along the gut. Here, the
+wave is the phantom's clock. The phantom advances by the time that the wave has travelled, so it
 stands still while the motor does.
 """
 
@@ -11,7 +11,7 @@ from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import simulate_run
 from support.bench.emulated import EmulatedBoard
 
-# docs/bench.md: half-steps of the motor per mm of the wave, of its wave speed in the simulator.
+# From docs/bench.md: half-steps of the motor for each mm of the wave, and the wave's speed.
 HALF_STEPS_PER_MM = 64 * (32 / 9) * (22 / 11) * (26 / 9) * (31 / 10) / (3 * 80)
 
 
@@ -46,7 +46,7 @@ class ClosedLoop:
         run = simulate_run(phantom, nodule_mm, seed, "closed loop")
         self.time_s, self.counts = run.time_s, run.counts
         electronics = phantom.electronics
-        # The middle of each of the converter's steps.
+        # Voltage in the middle of a step of the converter.
         self._voltages_mv = (run.counts + 0.5) * 1000 * electronics.vref_v / 2**electronics.adc_bits
         self._speed_mm_s = phantom.wall.speed_mm_s
         self._motor, self._logger = motor, logger
@@ -54,7 +54,7 @@ class ClosedLoop:
         self.progress_s: list[tuple[float, float]] = [(0.0, 0.0)]
 
     def __call__(self, start_s: float, end_s: float) -> None:
-        """Move the capsule on by what the motor did in the last stretch."""
+        """Move the capsule according to the motor's half-steps in the last stretch of time."""
         before_s = self._phantom_s
         travelled_mm = self._motor.half_steps / HALF_STEPS_PER_MM
         self._phantom_s = travelled_mm / self._speed_mm_s
@@ -66,7 +66,7 @@ class ClosedLoop:
         return np.array([np.interp(phantom_s, self.time_s, sensor) for sensor in self._voltages_mv])
 
     def expected_counts(self, moments_s: np.ndarray) -> np.ndarray:
-        """Give the counts (S, K) that the sensors have at moments of the bench."""
+        """Return the counts (S, K) of the sensors at moments of the bench."""
         bench_s, phantom_s = np.array(self.progress_s).T
         moments_s = np.interp(moments_s, bench_s, phantom_s)
         return np.array([np.interp(moments_s, self.time_s, sensor) for sensor in self.counts])

@@ -1,4 +1,4 @@
-"""The boards with their real firmware, in libsimavr."""
+"""Run the boards' real firmware in the emulator libsimavr."""
 
 import atexit
 import ctypes
@@ -22,7 +22,7 @@ MHZ = 16
 
 
 def missing_tools() -> str:
-    """Say why the emulator cannot run here; empty where it can."""
+    """Return the reason why the emulator cannot run here; empty if it can."""
     for tool in ("avr-gcc", "make", "gcc"):
         if shutil.which(tool) is None:
             return f"{tool} is not installed (Debian: gcc-avr avr-libc make gcc)"
@@ -31,12 +31,12 @@ def missing_tools() -> str:
     return ""
 
 
-# For the tests that need the emulator.
+# Mark of tests that need the emulator.
 needed = pytest.mark.skipif(bool(missing_tools()), reason=f"no emulator: {missing_tools()}")
 
 
 def temporary_folder() -> Path:
-    """Make a folder that lasts as long as the test run."""
+    """Make a folder that is removed at the end of the test run, and return it."""
     folder = Path(tempfile.mkdtemp(prefix="capsule-bench-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     return folder
@@ -44,7 +44,7 @@ def temporary_folder() -> Path:
 
 @functools.cache
 def build_folder() -> Path:
-    """Build the firmware and the emulator's library, once a test run."""
+    """Build the firmware and the emulator's library once, and return their folder."""
     folder = temporary_folder()
     _run("make", "-s", "-C", FIRMWARE, f"BUILD={folder}")
     library = folder / "libavrboard.so"
@@ -93,14 +93,14 @@ def _library() -> ctypes.CDLL:
 
 
 class EmulatedBoard:
-    """One board with its firmware; the caller lets time pass.
+    """A board with its firmware; the caller advances its time.
 
     Parameters
     ----------
     board : tuple of str
-        `LOGGER`, `PERISTALSIS` or `FOLD`: the firmware's name and the processor's.
+        `LOGGER`, `PERISTALSIS` or `FOLD`: names of the firmware and the processor.
     image : Path, optional
-        The firmware, where it was built in another way.
+        Another build of the firmware.
     """
 
     def __init__(self, board: tuple[str, str], image: Path | None = None) -> None:
@@ -119,12 +119,12 @@ class EmulatedBoard:
 
     @property
     def half_steps(self) -> int:
-        """Half-steps that the rotor has made, forward counted up."""
+        """The half-steps of the rotor; forward counts up."""
         return self._library.board_half_steps(self._board)
 
     @property
     def illegal_steps(self) -> int:
-        """Changes of the coils that are no half-step."""
+        """The number of changes of the coils that are not half-steps."""
         return self._library.board_illegal_steps(self._board)
 
     @property
@@ -134,21 +134,21 @@ class EmulatedBoard:
 
     @property
     def watchdog_resets(self) -> int:
-        """How often the watchdog has restarted the board."""
+        """The number of restarts by the watchdog."""
         return self._library.board_watchdog_resets(self._board)
 
     @property
     def fraction_asleep(self) -> float:
-        """The part of all cycles in which the processor slept."""
+        """The share of all cycles in which the processor slept."""
         cycles = self._library.board_cycles(self._board)
         return self._library.board_cycles_asleep(self._board) / cycles
 
     def sample_times_us(self) -> np.ndarray:
-        """Give the moments at which the last samples were begun."""
+        """Return the start times of the last samples, in microseconds."""
         return self._times_us(self._library.board_sample_cycles)
 
     def step_times_us(self) -> np.ndarray:
-        """Give the moments of the last half-steps."""
+        """Return the times of the last half-steps, in microseconds."""
         return self._times_us(self._library.board_step_cycles)
 
     def _times_us(self, read: ctypes._CFuncPtr) -> np.ndarray:
@@ -156,7 +156,7 @@ class EmulatedBoard:
         return np.array(cycles[: read(self._board, cycles, 8192)]) / MHZ
 
     def set_voltages(self, from_mv: np.ndarray, to_mv: np.ndarray) -> None:
-        """Let the analogue inputs move evenly over the next stretch of time."""
+        """Set the analogue inputs to change evenly over the next stretch of time."""
         for channel, (start, end) in enumerate(zip(from_mv, to_mv, strict=True)):
             self._library.board_set_voltage(self._board, channel, float(start), float(end))
 
@@ -169,22 +169,22 @@ class EmulatedBoard:
         self._library.board_set_switch(self._board, switch, int(closed))
 
     def set_cam(self, turn: float, index: float, closed: float) -> None:
-        """Let the motor turn a cam whose index closes the switch at digital pin 3.
+        """Attach a cam to the motor; its index closes the switch at digital pin 3.
 
         Parameters
         ----------
         turn, index, closed : float
-            Half-steps of the rotor: of a turn, at the index, and for which the switch stays closed.
+            Half-steps of the rotor: in a turn, at the index, and while the switch stays closed.
         """
         self._library.board_set_cam(self._board, turn, index, closed)
 
     def hang(self, interrupts: bool) -> None:
-        """Let the program run astray into an endless loop; interrupts may go on."""
+        """Put the program into an endless loop, with or without interrupts."""
         if not self._library.board_hang(self._board, int(interrupts)):
             raise RuntimeError("the firmware has no endless loop behind main")
 
     def stop_timer(self) -> None:
-        """Let Timer1 no longer interrupt."""
+        """Stop the interrupts of Timer1."""
         self._library.board_stop_timer(self._board)
 
     def advance(self, until_us: int) -> None:
@@ -193,7 +193,7 @@ class EmulatedBoard:
             raise RuntimeError("the emulated processor stopped")
 
     def skip(self, until_us: int) -> None:
-        """Let time pass without the firmware: no power, or the boot loader waits."""
+        """Advance the time without the firmware, as without power or in the boot loader."""
         self._library.board_skip(self._board, until_us)
 
     def reset(self) -> None:
@@ -201,10 +201,10 @@ class EmulatedBoard:
         self._library.board_reset(self._board)
 
     def take_sent(self) -> bytes:
-        """Take what the board has sent since the last call."""
+        """Return the bytes that the board has sent since the last call."""
         length = self._library.board_take_sent(self._board, self._buffer, len(self._buffer))
         return self._buffer.raw[:length]
 
     def deliver(self, received: bytes) -> None:
-        """Hand bytes to the board's UART."""
+        """Send bytes to the board's UART."""
         self._library.board_deliver(self._board, received, len(received))

@@ -1,4 +1,4 @@
-"""The bench of a survey with the real firmware of the boards with motors, in the emulator."""
+"""Make a bench for surveys with the real firmware of the boards with motors, in the emulator."""
 
 from pathlib import Path
 
@@ -10,7 +10,7 @@ from support.bench.stand_in_motors import WAVELENGTH_MM
 
 
 class Cams:
-    """The cam shaft on the peristalsis board's motor; attributes as `StandInPeristalsis` has."""
+    """The cam shaft on the peristalsis board's motor, with attributes of `StandInPeristalsis`."""
 
     def __init__(self, board: emulated.EmulatedBoard) -> None:
         self._board = board
@@ -19,40 +19,40 @@ class Cams:
 
     @property
     def cam_mm(self) -> float:
-        """How far the cams have carried the wave."""
+        """The distance that the cams have carried the wave, in mm."""
         return self._board.half_steps / HALF_STEPS_PER_MM
 
     @property
     def state(self) -> str:
-        """Whether the motor is on."""
+        """The state of the motor: running or stopped."""
         return "running" if self._board.coils else "stopped"
 
 
 class Thread:
-    """The thread on the fold board's motor; `folded` is 0 or 1 where an end switch closes."""
+    """The thread on the fold board's motor; `folded` is 0 or 1 if an end switch is closed."""
 
     def __init__(self, board: emulated.EmulatedBoard) -> None:
         self.origami = FoldingOrigami(board)
 
     @property
     def folded(self) -> float:
-        """How far the origami is folded, 0..1."""
+        """The folded share of the origami, 0..1."""
         way = (self.origami.wound - SWITCH_TRAVEL) / (TRAVEL - 2 * SWITCH_TRAVEL)
         return min(max(way, 0.0), 1.0)
 
 
 class EmulatedRig(Rig):
-    """A `Rig` some of whose boards are no imitations.
+    """A `Rig` with some real boards in the emulator.
 
     Parameters
     ----------
     folder : Path
-        Where ports and sessions are.
+        Folder of ports and sessions.
     *real : str
-        Which boards run their firmware: ``wave``, ``fold``.
+        Boards that run their firmware: ``wave``, ``fold``.
     """
 
-    # In less time than a motor needs for the way of a switch.
+    # Shorter than the time that a motor needs to move through a switch.
     stretch_us = 50_000
 
     def __init__(self, folder: Path, *real: str) -> None:

@@ -1,4 +1,4 @@
-"""The origami on its thread: from the half-steps of the fold board's motor to its end switches."""
+"""Simulate the origami on its thread, from the fold board's motor to its end switches."""
 
 from support.bench.emulated import PIN_2, PIN_3, EmulatedBoard
 
@@ -8,14 +8,14 @@ SWITCHES = {"unfolded": PIN_2, "folded": PIN_3}
 
 
 class FoldingOrigami:
-    """A world that winds the thread as the motor turns, and closes the end switches.
+    """A world in which the motor winds the thread, and the thread closes the end switches.
 
     Parameters
     ----------
     board : EmulatedBoard
         The fold board.
     wound : float
-        Half-steps that the thread is wound at the start; 0 is unfolded, `TRAVEL` folded.
+        Wound thread at the start, in half-steps; 0 is unfolded, `TRAVEL` is folded.
 
     Attributes
     ----------
@@ -40,11 +40,11 @@ class FoldingOrigami:
 
     @property
     def folded(self) -> float:
-        """How far the origami is folded, 0..1."""
+        """The folded share of the origami, 0..1."""
         return 0.0 if self.broken else min(max(self.wound / TRAVEL, 0.0), 1.0)
 
     def __call__(self, start_s: float, end_s: float) -> None:
-        """Move the thread by what the motor did in the last stretch."""
+        """Move the thread by the motor's half-steps in the last stretch of time."""
         del start_s, end_s
         now = self._board.half_steps
         if not self.stalled:

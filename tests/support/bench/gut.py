@@ -1,7 +1,7 @@
-"""A gut for surveys on boards: the motors carry the wave and fold, the phantom's capsule obeys.
+"""Simulate a gut for surveys on boards: the motors move the wave and fold the capsule.
 
-The phantom is the simulator's journey. Its clock is the wave: it goes on by a sample each time
-the cams have carried the wave as far as they do in a sample's time.
+The phantom is the simulator's journey, and the wave is its clock. The phantom advances by a sample
+each time the cams have carried the wave by the distance of a sample's time.
 """
 
 from collections import deque
@@ -18,22 +18,22 @@ _AT_ONCE = 8
 
 
 class Motor(Protocol):
-    """What carries the wave."""
+    """The motor that carries the wave."""
 
     cam_mm: float
 
 
 class Thread(Protocol):
-    """What folds the origami: part of the way to folded, 0..1."""
+    """The thread that folds the origami; `folded` is the folded share, 0..1."""
 
     folded: float
 
 
 class Converter(Protocol):
-    """What takes the samples."""
+    """The board that takes the samples."""
 
     def set_voltages(self, from_mv: np.ndarray, to_mv: np.ndarray) -> None:
-        """Let the analogue inputs move over the next stretch of time."""
+        """Set the analogue inputs to change evenly over the next stretch of time."""
 
     def set_end_stop(self, closed: bool) -> None:
         """Press or release the end stop."""
@@ -49,16 +49,16 @@ class Gut:
     motor, thread, logger
         The boards.
     length_mm : float
-        Where the end stop is.
+        Place of the end stop, in mm.
     nodules : sequence of Nodule
-        What lies under the wall.
+        Nodules under the wall.
     seed : int
         The simulation's seed.
 
     Attributes
     ----------
     head_mm : float
-        Where the head truly is.
+        True place of the head, in mm.
     dead : dict of int to float
         Sensors that have died, and what they read, in counts.
     """
@@ -90,7 +90,7 @@ class Gut:
         self.dead: dict[int, float] = {}
 
     def __call__(self, start_s: float, end_s: float) -> None:
-        """Move the capsule on by what the motors did in the last stretch."""
+        """Move the capsule according to the motors in the last stretch of time."""
         del start_s, end_s
         way_mm = self._motor.cam_mm - self._cam_mm
         while way_mm > self._before_mm + self._step_mm:
@@ -101,17 +101,17 @@ class Gut:
         counts = self._before + share * (self._after - self._before)
         for sensor, count in self.dead.items():
             counts[sensor] = count
-        # The middle of each of the converter's steps.
+        # Voltage in the middle of a step of the converter.
         voltages_mv = (counts + 0.5) * self._mv
         self._logger.set_voltages(voltages_mv, voltages_mv)
         self._logger.set_end_stop(self.head_mm >= self._length_mm)
 
     def _sample(self) -> tuple[np.ndarray, float]:
-        """Give the next counts, and where the head is."""
+        """Return the next counts, and the place of the head."""
         if not self._ahead:
             folded = self._thread.folded
             self._journey.bend(folded)
-            # Several at once take less time; while the origami moves, each for itself.
+            # Several samples at once take less time, but not while the origami moves.
             stretch = self._journey.advance(_AT_ONCE if folded in (0.0, 1.0) else 1)
             self._ahead.extend(zip(stretch.counts.T.astype(float), stretch.head_mm, strict=True))
         return self._ahead.popleft()

@@ -1,4 +1,4 @@
-"""The test vectors of docs/protocol.md."""
+"""Run the test vectors of docs/protocol.md."""
 
 import re
 from pathlib import Path
@@ -11,7 +11,7 @@ VOLTAGES_MV = [1000, 2500, 4000, 5000]  # at the logger's inputs, as the page sa
 
 
 def board_of_the_page(board: tuple[str, str], image: Path | None = None) -> EmulatedBoard:
-    """Start a board, its inputs as the page says for its conversation."""
+    """Start a board with the inputs that the page gives for its conversation, and return it."""
     started = EmulatedBoard(board, image)
     if board == LOGGER:
         started.set_voltages(VOLTAGES_MV, VOLTAGES_MV)
@@ -29,7 +29,7 @@ def conversation(board: str) -> list[tuple[int, str, str]]:
 
 
 def hold(board: Board, lines: list[tuple[int, str, str]]) -> list[tuple[int, str, str]]:
-    """Say our part of a conversation to a board, and write down its part at the page's times."""
+    """Send the lines of a conversation to a board, and return its answers at the page's times."""
     held = []
     for ms, direction, line in lines:
         board.advance(ms * 1000)

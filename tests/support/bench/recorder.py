@@ -1,4 +1,4 @@
-"""acquire.py as a user starts it, and what must hold of its recordings."""
+"""Run acquire.py as a user does, and check its recordings."""
 
 import signal
 import subprocess
@@ -16,7 +16,7 @@ ACQUIRE = Path(__file__).parents[3] / "workflow" / "scripts" / "acquire.py"
 
 
 class Recorder:
-    """A running acquire.py, with its files in a folder of the test; `end_all` after each test."""
+    """A running acquire.py with its files in a test's folder; call `end_all` after each test."""
 
     started: ClassVar[list["Recorder"]] = []
 
@@ -34,7 +34,7 @@ class Recorder:
 
     @classmethod
     def end_all(cls) -> None:
-        """End what a test has left running."""
+        """End the programs that a test has left running."""
         for recorder in cls.started:
             if not recorder.done():
                 recorder.process.kill()
@@ -42,12 +42,12 @@ class Recorder:
         cls.started.clear()
 
     def done(self) -> bool:
-        """Say whether the program has ended."""
+        """Return whether the program has ended."""
         return self.process.poll() is not None
 
     @property
     def output(self) -> tuple[str, str]:
-        """What the program printed, and what it printed as errors, once it has ended."""
+        """The output and the errors of the program, after its end."""
         if self._output is None:
             printed, errors = self.process.communicate(timeout=20)
             self._output = printed or "", errors
@@ -58,17 +58,17 @@ class Recorder:
         self.process.send_signal(signal.SIGINT)
 
     def recording(self) -> Recording:
-        """Read the one recording that was archived."""
+        """Return the only recording in the archive."""
         (path,) = self.raw.rglob("*.csv")
         return self.recording_named(path.relative_to(self.raw).with_suffix("").as_posix())
 
     def recording_named(self, name: str) -> Recording:
-        """Read a recording such as ``3mm/r01``."""
+        """Return a recording such as ``3mm/r01``."""
         with (self.raw / f"{name}.csv").open("rb") as stream:
             return read_recording(stream, 4)
 
     def parts(self) -> list[Path]:
-        """List the unfinished recordings."""
+        """Return the paths of the unfinished recordings."""
         return list(self.raw.rglob("*.part"))
 
     def log(self) -> str:
@@ -77,7 +77,7 @@ class Recorder:
         return path.read_text(encoding="utf-8")
 
     def expect(self, status: int, *words: str) -> str:
-        """Check exit status and error message; gives what was printed."""
+        """Check the exit status and the error message, and return the output."""
         printed, errors = self.output
         assert self.process.returncode == status, f"{printed}\n{errors}"
         assert "Traceback" not in errors, errors
@@ -91,7 +91,7 @@ class Recorder:
 
 
 def samples_in(frames: list[bytes]) -> list[tuple[int, ...]]:
-    """Read the counts from frames of samples, without the code under test."""
+    """Return the counts in frames of samples, without the code under test."""
     last = [frame[frame.rfind(b"$") :] for frame in frames]
     return [
         tuple(int(cell) for cell in frame.split(b"*")[0].split(b",")[3:7])
@@ -101,12 +101,12 @@ def samples_in(frames: list[bytes]) -> list[tuple[int, ...]]:
 
 
 def count_samples(frames: list[bytes]) -> int:
-    """Count the samples among frames: quickly, since a bench asks after each of its steps."""
+    """Return the number of samples among frames; fast, since a bench calls it after each step."""
     return sum(b"$D," in frame for frame in frames)
 
 
 def check_times(recording: Recording, tolerance_s: float = 0.006) -> None:
-    """Every sample was taken when its row says; a missing one keeps its place."""
+    """Check that each sample was taken at the time of its row; missing ones keep their rows."""
     np.testing.assert_allclose(np.diff(recording.time_s), 0.1, atol=1e-9)
     known = ~np.isnan(recording.values[0])
     taken_s = np.array([taken_at_s(sample) for sample in recording.values[:, known].T])
@@ -115,9 +115,9 @@ def check_times(recording: Recording, tolerance_s: float = 0.006) -> None:
 
 
 def check_complete(recording: Recording, cable: Cable, ended_early: bool = False) -> None:
-    """Every sample that arrived whole is in the recording once, and nothing else is.
+    """Check that a recording holds every complete sample once, and nothing else.
 
-    With `ended_early` the recording had ended while samples still came.
+    With `ended_early`, the recording ended while samples still arrived.
     """
     known = ~np.isnan(recording.values[0])
     archived = [tuple(int(count) for count in sample) for sample in recording.values[:, known].T]

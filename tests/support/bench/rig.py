@@ -1,4 +1,4 @@
-"""Three boards on their cables, a capsule in a gut, and survey.py: all that a survey needs."""
+"""Make a complete bench for surveys: three boards, their cables, a capsule in a gut, survey.py."""
 
 import csv
 import json
@@ -22,18 +22,18 @@ class Rig:
     Parameters
     ----------
     folder : Path
-        Where ports and sessions are.
+        Folder of ports and sessions.
     length_mm : float
-        Where the gut ends.
+        Length of the gut, in mm.
     nodules : sequence of Nodule
-        What lies under the wall.
+        Nodules under the wall.
     indexed : bool
         Whether the cam shaft has an index switch.
     **changes : float
         Parameters of the phantom, such as ``folding__speed_mm_s``.
     """
 
-    # How long the boards run before the world moves on.
+    # Time that the boards run before the world advances.
     stretch_us = 200_000
 
     def __init__(
@@ -70,13 +70,13 @@ class Rig:
         self.bench = Workbench(*self._all, world=self._go_on)
 
     def _make_boards(self, indexed: bool) -> None:
-        """Make the boards, and what their motors move."""
+        """Make the boards, and the parts that their motors move."""
         self.logger = StandInLogger()
         self.wave = self.wave_board = StandInPeristalsis(indexed=indexed)
         self.fold = self.fold_board = StandInFold()
 
     def _go_on(self, start_s: float, end_s: float) -> None:
-        """Move everything by what the motors have done."""
+        """Advance the gut by the motion of the motors."""
         self.gut(start_s, end_s)
 
     @property
@@ -93,18 +93,18 @@ class Rig:
         )
 
     def resume(self, *options: object, session: str = "tuesday") -> Surveyor:
-        """Start survey.py to take a session up again."""
+        """Start survey.py to continue a session."""
         return self._start("--resume", self.folder / session, *options)
 
     def _start(self, *options: object) -> Surveyor:
         return Surveyor(self.folder, self.bench, self._all, self.stretch_us, *options)
 
     def pass_by(self, seconds: float) -> None:
-        """Let time pass without any program."""
+        """Advance the time without any program."""
         self.bench.run_for(seconds, stretch_us=self.stretch_us)
 
     def at_rest(self) -> bool:
-        """Say whether a survey that has ended has left an unfolded origami and no wave."""
+        """Return whether the origami is unfolded and the wave stopped, after a survey has ended."""
         self.pass_by(2.0)
         return self.fold.folded == 0.0 and self.wave.state == "stopped"
 

@@ -1,4 +1,4 @@
-"""A line that says what a test has written down, at the times it has written down: no waiting."""
+"""Simulate a serial line that follows a script of a test, without waiting."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -27,31 +27,31 @@ ENTRIES = {
 
 
 def sample_frame(number: int, device_ms: int | None = None, sequence: int | None = None) -> bytes:
-    """Make the frame of a sample whose counts tell its number."""
+    """Return the frame of a sample whose counts contain its number."""
     device_ms = 100 * number if device_ms is None else device_ms
     sequence = number if sequence is None else sequence
     return encode(f"D,{sequence},{device_ms},{number % 1024},2,3,4,0")
 
 
 def identity_frame(**changes: object) -> bytes:
-    """Make the frame in which a logger says what it is."""
+    """Return the frame with a logger's identity."""
     entries = ENTRIES | {key: str(value) for key, value in changes.items()}
     return encode("I,logger," + ",".join(f"{key}={value}" for key, value in entries.items()))
 
 
 class ScriptedBench:
-    """A session whose line and clock follow a script; Ctrl-C at the script's end.
+    """A session whose line and clock follow a script, with Ctrl-C at the script's end.
 
     Parameters
     ----------
     folder : Path
-        Where the recording and the log go.
+        Folder of the recording and of the log.
     monkeypatch : pytest.MonkeyPatch
-        Sets the clocks.
+        Patch that sets the clocks.
     duration : int, optional
-        Places of the recording.
+        Number of rows of the recording.
     patience_s : float
-        As ``--patience``.
+        Value of ``--patience``, in s.
     """
 
     port, baud = "scripted", 115200
@@ -85,7 +85,7 @@ class ScriptedBench:
         )
 
     def run(self, script: Iterable[tuple[float, bytes | Exception]]) -> None:
-        """Run the session over pairs of a moment and what comes then."""
+        """Run the session over a script: pairs of a time and the bytes that arrive then."""
         self._script = iter(script)
         try:
             self.session.run()
@@ -103,7 +103,7 @@ class ScriptedBench:
         return [int(row[1]) for row in self.rows() if row[1]]
 
     def receive(self, timeout_s: float = 0.05) -> list[Arrival]:
-        """Give what comes next."""
+        """Return the next bytes of the script."""
         step = next(self._script, None)
         if step is None:
             self._stop.reason = "Ctrl-C"
@@ -116,7 +116,7 @@ class ScriptedBench:
         return [Arrival(event, self.now_s) for event in self._parser.feed(content)]
 
     def send(self, payload: str) -> None:
-        """Note what the board is told."""
+        """Record a command to the board."""
         self.sent.append(payload)
 
     def close(self) -> list:
@@ -124,4 +124,4 @@ class ScriptedBench:
         return self._parser.drop_pending()
 
     def _watch(self, progress: Progress, samples: list) -> None:
-        """Look at the progress, as a terminal would."""
+        """Read the progress, as a terminal does."""

@@ -1,4 +1,4 @@
-"""The two boards with motors, imitated in plain Python; docs/protocol.md describes both."""
+"""Imitate the two boards with motors in plain Python; docs/protocol.md describes both."""
 
 from collections import deque
 
@@ -19,16 +19,16 @@ _STATE_EVERY_S = {True: 1.0, False: 0.2}
 
 
 class StandInPeristalsis(StandIn):
-    """Turns the cam shafts.
+    """A stand-in for the peristalsis board, which turns the cam shafts.
 
     Attributes
     ----------
     cam_mm : float
-        How far the cams have truly carried the wave, through all resets.
+        True distance that the cams have carried the wave, in mm; resets do not change it.
     indexed : bool
         Whether there is an index switch.
     stalled : bool
-        The motor hums: half-steps are counted, and the cams stand still.
+        Whether the motor is stalled: half-steps are counted, but the cams do not move.
     """
 
     device = "peristalsis"
@@ -39,7 +39,7 @@ class StandInPeristalsis(StandIn):
         super().__init__()
 
     def begin(self) -> None:
-        """Begin as after power-on."""
+        """Reset the board, as after power-on."""
         self._counted_mm = self._speed_mm_s = 0.0
         self._target_mm_s = self._ramp_mm_s2 = 25.0
         self._sign, self._running = 1.0, False
@@ -48,13 +48,13 @@ class StandInPeristalsis(StandIn):
 
     @property
     def state(self) -> str:
-        """What it says that the wave does."""
+        """The state of the wave, as the board reports it."""
         if self._running:
             return "running"
         return "stopping" if self._speed_mm_s else "stopped"
 
     def entries(self) -> dict[str, object]:
-        """Give what it says of itself."""
+        """Return the entries of the board's identity."""
         index = "none" if self._index_mm is None else self._half_steps(self._index_mm)
         return {
             "wavelength_mm": "80.000",
@@ -64,7 +64,7 @@ class StandInPeristalsis(StandIn):
         }
 
     def advance(self, until_us: int) -> None:
-        """Run to a point in time."""
+        """Run until a point in time."""
         passed_s = (until_us - self._now_us) / 1e6
         self._now_us = until_us
         if self._lease_s and until_us - self._spoken_us > self._lease_s * 1e6:
@@ -82,7 +82,7 @@ class StandInPeristalsis(StandIn):
             self._index_mm = self._counted_mm - (self.cam_mm - turn * WAVELENGTH_MM)
 
     def answer(self, command: str, argument: str) -> None:
-        """Obey a command that it knows."""
+        """Execute a known command, and send the answer."""
         self._spoken_us = self._now_us
         if command == "speed" and float(argument) > FASTEST_MM_S:
             needed = float(argument) * HALF_STEPS_PER_MM
@@ -118,18 +118,18 @@ class StandInPeristalsis(StandIn):
 
 
 class StandInFold(StandIn):
-    """Folds and unfolds the origami.
+    """A stand-in for the fold board, which folds and unfolds the origami.
 
     Attributes
     ----------
     wound : float
-        Half-steps that the thread is truly wound, through all resets.
+        True half-steps of wound thread; resets do not change them.
     stuck : dict of str to bool
-        What an end switch that is stuck says, whatever the origami does.
+        End switches that are stuck, and whether closed.
     stalled : bool
-        The motor hums, and the thread does not move.
+        Whether the motor is stalled, so that the thread does not move.
     said : list of str
-        All states that it was in.
+        All states so far.
     """
 
     device = "fold"
@@ -146,7 +146,7 @@ class StandInFold(StandIn):
 
     @property
     def folded(self) -> float:
-        """Part of the way to folded, 0..1."""
+        """The folded share of the origami, 0..1."""
         way = (self.wound - SWITCH_TRAVEL) / (TRAVEL - 2 * SWITCH_TRAVEL)
         return min(max(way, 0.0), 1.0)
 
@@ -158,11 +158,11 @@ class StandInFold(StandIn):
         return {name for name, closed in (truly | self.stuck).items() if closed}
 
     def has_run(self, seconds: float, ago_s: float) -> None:
-        """Have the motor warm: it was on for so many seconds, so long ago."""
+        """Record that the motor ran for some seconds, some time ago."""
         self._on.append((self._now_us - round(ago_s * 1e6), seconds))
 
     def begin(self) -> None:
-        """Begin as after power-on: what is not unfolded unfolds."""
+        """Reset the board, as after power-on; a folded origami unfolds."""
         self._lease_until_us = self._state_at_us = 0
         self._after_fault = False
         self._switches: set[str] = set()
@@ -170,11 +170,11 @@ class StandInFold(StandIn):
         self._enter("unfolded" if self.closed == {"unfolded"} else "unfolding")
 
     def entries(self) -> dict[str, object]:
-        """Give what it says of itself."""
+        """Return the entries of the board's identity."""
         return {"lease_ms": 5000, "longest_ms": 10000, "state": self._state}
 
     def advance(self, until_us: int) -> None:
-        """Run to a point in time."""
+        """Run until a point in time."""
         passed_s = (until_us - self._now_us) / 1e6
         self._now_us = until_us
         moves = {"folding": 1.0, "unfolding": -1.0}.get(self._state, 0.0)
@@ -188,7 +188,7 @@ class StandInFold(StandIn):
             self._send_state()
 
     def answer(self, command: str, argument: str) -> None:
-        """Obey a command that it knows."""
+        """Execute a known command, and send the answer."""
         del argument
         if command == "state":
             self._send_state()
@@ -213,7 +213,7 @@ class StandInFold(StandIn):
         self.send(f"A,{command}")
 
     def _has_to_rest_s(self) -> float:
-        """Say how long the motor has to rest until it may fold and unfold again."""
+        """Return the time, in s, that the motor has to rest before it may fold and unfold again."""
         while self._on and self._now_us - self._on[0][0] > _DUTY_S * 1e6:
             self._on.popleft()
         too_much_s = sum(on_s for _, on_s in self._on) + _FOLD_AND_UNFOLD_S - _DUTY * _DUTY_S
@@ -227,7 +227,7 @@ class StandInFold(StandIn):
         return 0.0
 
     def _decide(self) -> None:
-        """Go on to the next state, if it is time."""
+        """Change to the next state, if its time has come."""
         closed, moving_s = self.closed, (self._now_us - self._since_us) / 1e6
         goal, left = {
             "folding": ("folded", "unfolded"),

@@ -1,4 +1,4 @@
-"""Sources of the Lab Streaming Layer on this computer, each test's apart from all others."""
+"""Make sources of the Lab Streaming Layer on this computer, separate for each test."""
 
 import os
 import uuid
@@ -25,7 +25,7 @@ pylsl.set_config_content(CONFIGURATION)
 
 
 def environment(folder: Path) -> dict[str, str]:
-    """Give the environment of a program that hears the sources of this process."""
+    """Return the environment variables of a program that receives the sources of this process."""
     path = folder / "lsl_api.cfg"
     path.write_text(CONFIGURATION, encoding="utf-8")
     return {**os.environ, "LSLAPICFG": str(path)}
@@ -34,7 +34,7 @@ def environment(folder: Path) -> dict[str, str]:
 def describe(
     name: str, channels: int = 4, *, rate_hz: float = 10.0, source_id: str = "", **entries: object
 ) -> pylsl.StreamInfo:
-    """Describe a stream; ``labels``, ``units`` and ``board`` say what it tells of itself."""
+    """Return the description of a stream, with ``labels``, ``units`` and ``board`` if given."""
     kind = entries.get("kind", pylsl.cf_double64)
     info = pylsl.StreamInfo(name, "Tactile", channels, rate_hz, kind, source_id)
     listed = info.desc().append_child("channels")
@@ -50,12 +50,12 @@ def describe(
 
 
 class Source:
-    """A stream that a test feeds; sample n of it was taken at n periods, and says so.
+    """A stream that a test feeds; sample n has the time of n periods.
 
     Parameters
     ----------
     **description : object
-        As `describe` takes it.
+        Arguments of `describe`.
     """
 
     def __init__(self, name: str, **description: object) -> None:
@@ -65,31 +65,31 @@ class Source:
         self.begin()
 
     def begin(self) -> None:
-        """Offer the stream."""
+        """Open the stream."""
         self._outlet = pylsl.StreamOutlet(describe(**self._description))
 
     def end(self) -> None:
-        """Take the stream away, as a program that ends does."""
+        """Close the stream, as a program that ends does."""
         self._outlet = None
 
     def wait_for_listener(self) -> None:
-        """Wait until somebody listens."""
+        """Wait until a program receives the stream."""
         assert self._outlet.wait_for_consumers(30.0), "nobody has listened to the stream in 30 s"
 
     def send(self, numbers: Sequence[int], reading: Callable[[int], list] | None = None) -> None:
-        """Send the samples of these numbers, at once."""
+        """Send the samples with these numbers at once."""
         for number in numbers:
             values = reading(number) if reading else readings_of(number)
             self._outlet.push_sample(values, self._from_s + number * PERIOD_S)
 
 
 def readings_of(number: int) -> list[float]:
-    """Give the readings that sample n holds: they tell its number."""
+    """Return the readings of sample n, which contain its number."""
     return [float(number), number + 0.5, float(number % 7), 1000.0 - number]
 
 
 def wait_for_lines(folder: Path, lines: int) -> None:
-    """Wait until so many samples, with the missing ones, are on the disk."""
+    """Wait until this number of samples, including missing ones, is on the disk."""
 
     def are_there() -> bool:
         text = "".join(path.read_text(encoding="utf-8") for path in folder.rglob("*.part"))

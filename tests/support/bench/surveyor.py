@@ -1,4 +1,4 @@
-"""survey.py on a bench of boards, in step with it: minutes of the bench take a second."""
+"""Run survey.py in step with a bench of boards, so that minutes of the bench take a second."""
 
 import atexit
 import contextlib
@@ -26,7 +26,7 @@ _LOOK_AGAIN_S = 0.0001
 
 @functools.cache
 def _server() -> socket.socket:
-    """Start the program that forks for each survey."""
+    """Start the program that forks for each survey, and return its socket."""
     ours, theirs = socket.socketpair()
     with theirs:
         handle = theirs.fileno()
@@ -41,13 +41,13 @@ def _server() -> socket.socket:
 
 
 class SteppedCable(TerminalCable):
-    """A cable whose bytes have arrived when a step of the bench is over."""
+    """A cable whose bytes arrive before a step of the bench ends."""
 
     _inbox = b""
     _written = 0
 
     def prefetch(self) -> int:
-        """Take what the program has sent; gives how many bytes."""
+        """Take the bytes that the program has sent, and return their number."""
         received = TerminalCable._read(self) if self.plugged else b""
         self._inbox += received
         return len(received)
@@ -61,7 +61,7 @@ class SteppedCable(TerminalCable):
         return super()._write(content)
 
     def settle(self) -> None:
-        """Wait until what was written can be read."""
+        """Wait until the written bytes can be read."""
         if not self._written or not self.plugged:
             return
         deadline = time.monotonic() + _PASSED_ON_WITHIN_S
@@ -72,22 +72,22 @@ class SteppedCable(TerminalCable):
         self._written = 0
 
     def wait_until_read(self, limit_s: float = 5.0) -> None:
-        """Do nothing: the program stands still, and what it has not read is lost."""
+        """Do nothing: the program stands still, and unread bytes are lost."""
 
 
 class Surveyor:
-    """A running survey.py, in step with a bench; `end_all` after each test.
+    """A running survey.py, in step with a bench; call `end_all` after each test.
 
     Parameters
     ----------
     folder : Path
-        Where it runs.
+        Folder in which it runs.
     bench : Workbench
-        Boards and world.
+        Bench of boards and world.
     cables : sequence of SteppedCable
         The boards' cables.
     stretch_us : int
-        For how long the boards run, at most, before the world moves on.
+        Longest time that the boards run before the world advances, in microseconds.
     *options : str
         The command line.
     """
@@ -123,7 +123,7 @@ class Surveyor:
 
     @classmethod
     def end_all(cls) -> None:
-        """End what a test has left running."""
+        """End the surveys that a test has left running."""
         for surveyor in cls.started:
             surveyor.kill()
             surveyor._let_go()
@@ -131,21 +131,21 @@ class Surveyor:
 
     @property
     def printed(self) -> str:
-        """What it has printed."""
+        """The output so far."""
         return self._printed.read_text(encoding="utf-8")
 
     @property
     def errors(self) -> str:
-        """What it has printed as errors."""
+        """The errors printed so far."""
         return self._errors.read_text(encoding="utf-8")
 
     def run(self, until: Callable[[], bool] = lambda: False, limit_s: float = 120.0) -> None:
-        """Let it run until something holds, or until it has ended.
+        """Run the survey until a condition holds, or until it has ended.
 
         Raises
         ------
         TimeoutError
-            Neither has happened in so much time of the wall clock.
+            Neither happened within the time limit.
         """
         deadline = time.monotonic() + limit_s
         if self._unanswered:
@@ -170,7 +170,7 @@ class Surveyor:
             self._answer()
 
     def expect(self, status: int, *words: str) -> None:
-        """Let it run to its end, and check exit status and messages."""
+        """Run the survey to its end, and check its exit status and its messages."""
         self.run()
         output = f"{self.printed}\n{self.errors}"
         assert self.returncode == status, f"{self.returncode}:\n{output}"
@@ -183,13 +183,13 @@ class Surveyor:
         os.kill(self._pid, number)
 
     def limit_files(self, size: int) -> None:
-        """Let no file of it grow beyond so many bytes: for it, the disk is full."""
+        """Limit the size of its files in bytes, as if the disk were full."""
         import resource  # not on Windows, where these tests are skipped
 
         resource.prlimit(self._pid, resource.RLIMIT_FSIZE, (size, size))
 
     def kill(self) -> None:
-        """Kill it: it cannot say a word more."""
+        """Kill the survey at once."""
         if self.returncode is None:
             os.kill(self._pid, signal.SIGKILL)
             self._wait()
@@ -204,7 +204,7 @@ class Surveyor:
             os.write(self._answering, ANSWER.pack(self._bench.now_s))
 
     def _take_all(self, sent: int) -> None:
-        """Wait until what the program has sent has arrived; what a pulled cable had is lost."""
+        """Wait until all sent bytes have arrived; those of an unplugged cable are lost."""
         deadline = time.monotonic() + _PASSED_ON_WITHIN_S
         while self._sent < sent and time.monotonic() < deadline:
             arrived = sum(cable.prefetch() for cable in self._cables)

@@ -1,4 +1,4 @@
-"""A conversation with an emulated board, whose firmware runs between the sentences."""
+"""Exchange messages with an emulated board, whose firmware runs between them."""
 
 from collections.abc import Callable
 
@@ -10,21 +10,21 @@ STRETCH_US = 5000
 
 
 class Talk:
-    """Somebody who says something to a board now and then, and hears all it says.
+    """A conversation with a board: send commands, and receive all its messages.
 
     Parameters
     ----------
     board : tuple of str
-        The board, as `EmulatedBoard` takes it.
+        The board, in the form for `EmulatedBoard`.
     world : callable, optional
-        Makes the world around the board.
+        Function that makes the world around the board.
 
     Attributes
     ----------
     greeting : list of Event
-        What the board said when it started.
+        Messages of the board at its start.
     now_us : int
-        The bench's time.
+        The bench's time, in microseconds.
     """
 
     def __init__(
@@ -36,7 +36,7 @@ class Talk:
         self.greeting = self.wait(0.05)
 
     def wait(self, seconds: float) -> list[Event]:
-        """Let time pass; gives what the board says meanwhile."""
+        """Advance the time, and return the board's messages."""
         end_us = self.now_us + round(seconds * 1e6)
         while self.world and self.now_us < end_us:
             start_us = self.now_us
@@ -48,6 +48,6 @@ class Talk:
         return [decode(line) for line in self.board.take_sent().splitlines()]
 
     def say(self, payload: str, seconds: float = 0.03) -> list[Event]:
-        """Send a command; gives the answers."""
+        """Send a command, and return the answers."""
         self.board.deliver(encode(payload))
         return self.wait(seconds)

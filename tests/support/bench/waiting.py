@@ -1,4 +1,4 @@
-"""Waiting for something to happen, with a bound and a plain failure."""
+"""Wait for a condition, with a time limit and a plain error."""
 
 import time
 from collections.abc import Callable
@@ -8,7 +8,7 @@ _ASK_EVERY_S = 0.02
 
 
 def wait_until(happened: Callable[[], bool], what: str) -> None:
-    """Wait for something; raises `TimeoutError` where it does not happen."""
+    """Wait for a condition; raise `TimeoutError` if it does not hold in time."""
     until_s = time.monotonic() + _LONGEST_S
     while not happened():
         if time.monotonic() > until_s:

@@ -1,7 +1,7 @@
-"""Voltages that tell the time: every sample says when it was really taken.
+"""Set voltages that encode the time, so that every sample contains its true time.
 
-The two upper sensors count the bench's stretches of 5 ms; the two lower ones repeat that in another
-form, so that a sample mixed from two would be noticed.
+The two upper sensors count the bench's stretches of 5 ms. The two lower sensors repeat this number
+in another form, so that a mixture of two samples is detected.
 """
 
 from collections.abc import Sequence
@@ -13,18 +13,18 @@ _CODES = 1024
 
 
 def counts_at(stretch: int) -> tuple[int, int, int, int]:
-    """Give the ADC counts of that stretch of time."""
+    """Return the ADC counts of a stretch of time."""
     high, low = divmod(stretch, _CODES)
     return high, low, (7 * stretch + 3) % _CODES, (11 * stretch + 5) % _CODES
 
 
 def voltages_mv(stretch: int) -> np.ndarray:
-    """Give the voltages that make these counts, in the middle of each step of the ADC."""
+    """Return the voltages for these counts, in the middle of each step of the ADC."""
     return (np.array(counts_at(stretch)) + 0.5) * 5000 / _CODES
 
 
 def taken_at_s(counts: Sequence[float]) -> float:
-    """Read from a sample when it was taken.
+    """Return the time at which a sample was taken, in s.
 
     Raises
     ------
@@ -38,7 +38,7 @@ def taken_at_s(counts: Sequence[float]) -> float:
 
 
 class Clock:
-    """A world whose voltages tell the time, for `Workbench`."""
+    """A world whose voltages encode the time, for `Workbench`."""
 
     def __init__(self, board: object) -> None:
         self._board = board
