@@ -126,13 +126,13 @@ def jittered(data: bytes) -> bytes:
 UNREADABLE = [
     Case("empty file", "3mm/empty.csv", write(b""), "the file is empty"),
     Case(
-        "header lines and nothing else",
+        "only header lines",
         "3mm/header-only.csv",
         write(b"# source: bench 2\n# rate_hz: 10\n"),
         "there is a header but no line of column names and no sample",
     ),
     Case(
-        "column names and no sample",
+        "column names, but no sample",
         "3mm/no-sample.csv",
         write(COLUMNS + b"\n"),
         "there are column names but no sample",
@@ -145,7 +145,7 @@ UNREADABLE = [
         f"required: {COLUMNS.decode()}",
     ),
     Case(
-        "a column stands twice",
+        "a column that appears twice",
         "3mm/column-doubled.csv",
         write(COLUMNS + b",sensor_2\n0,1,2,3,4,5\n"),
         "line 1: the column 'sensor_2' appears more than once",
@@ -182,7 +182,7 @@ UNREADABLE = [
         "line 42: '-inf' is not a number",
     ),
     Case(
-        "a number beyond all measure",
+        "a number that is too large",
         "3mm/overflow.csv",
         write(cell("overflow", 43, "1e999")),
         "line 43: '1e999' is too large",
@@ -237,13 +237,13 @@ UNREADABLE = [
         "line 1 has 2000000 characters; a line of a recording has at most 10000",
     ),
     Case(
-        "more lines than any run has",
+        "too many lines",
         "3mm/many-lines.csv",
         write(COLUMNS + b"\n" * 250_000),
         "the file has 250000 lines; a recording has at most 200000",
     ),
     Case(
-        "cut off in mid-line",
+        "a file that ends within a line",
         "3mm/cut-off.csv",
         write(content("cut off")[:-7]),
         "line 305 is cut off: the file ends in mid-line; copy it again",
@@ -262,7 +262,7 @@ UNREADABLE = [
         "file",
     ),
     Case(
-        "a header that is no number",
+        "a header value that is not a number",
         "3mm/adc-bits.csv",
         write(content("bits").replace(b"adc_bits: 10", b"adc_bits: ten")),
         "the header says adc_bits: 'ten', which is not a number",
@@ -277,7 +277,7 @@ UNREADABLE = [
 
 UNUSABLE = [
     Case(
-        "a sensor that reads the same throughout",
+        "a sensor with the same reading in all samples",
         "3mm/constant.csv",
         changed("constant", values=sensor("constant", 2, 512)),
         "sensor_2 reads 512 in all samples; check its connection, and check it for a short circuit",
@@ -290,7 +290,7 @@ UNUSABLE = [
         "at most 20 % are allowed (recording.max_rail_fraction)",
     ),
     Case(
-        "the same, without a header that tells the range",
+        "the same, without a header that gives the range",
         "3mm/rail-bare.csv",
         changed(
             "rail",
@@ -319,14 +319,14 @@ UNUSABLE = [
         "at most 20 % are allowed (recording.max_rail_fraction)",
     ),
     Case(
-        "a sensor that is stuck but for a few samples",
+        "a sensor that is stuck in most samples",
         "3mm/stuck.csv",
         changed("stuck", values=sensor("stuck", 4, np.where(INDEX % 10 == 0, 488, 487))),
         "sensor_4 reads 487 in 90 % of the samples, so it is stuck or loose; "
         "at most 80 % are allowed (recording.max_constant_fraction)",
     ),
     Case(
-        "two channels that show one sensor",
+        "two channels with the readings of one sensor",
         "3mm/shorted.csv",
         changed("shorted", values=recording("shorted").values[[0, 1, 1, 3]]),
         "sensor_2 and sensor_3 give nearly the same readings (correlation 1.000); "
@@ -339,13 +339,13 @@ UNUSABLE = [
         "the header says unit: ohm, but a reading is 0; every resistance must be above 0",
     ),
     Case(
-        "a unit that is not known",
+        "an unknown unit",
         "3mm/unit.csv",
         changed("unit", header={"unit": "psi"}),
         "the header says unit: 'psi'; allowed are counts, V, ohm and kohm",
     ),
     Case(
-        "readings that the ADC cannot give",
+        "readings outside the ADC's range",
         "3mm/outside.csv",
         changed("outside", values=sensor("outside", 1, 900 + INDEX)),
         "sensor_1 reads 1199, outside the ADC's range 0..1023 (adc_bits in the header)",
@@ -377,14 +377,14 @@ UNUSABLE = [
         "(recording.max_missing_fraction)",
     ),
     Case(
-        "a rate that changes within",
+        "a sampling rate that changes during the run",
         "3mm/two-rates.csv",
         changed("two rates", time_s=np.round(TIMES - 0.05 * np.maximum(INDEX - 180, 0), 3)),
         "the sampling rate changes: 20 Hz in the 84 samples from 19.75 s on, 10 Hz in most others "
         "(recording.rate_tolerance); record it again at one rate, or cut the file there",
     ),
     Case(
-        "more samples than the time has room for",
+        "more samples than fit into the time",
         "3mm/too-many.csv",
         changed("too many", time_s=np.round(TIMES - 0.05 * np.clip(INDEX - 180, 0, 20), 3)),
         "too many samples for their time: 184 samples up to 18.15 s, but 10 Hz give 183; "
@@ -422,7 +422,7 @@ UNUSABLE = [
         "1001 samples are more than the 1000 columns of the matrix; raise preprocessing.length",
     ),
     Case(
-        "a time stamp gone wild",
+        "a time stamp that is far too large",
         "3mm/wild-time.csv",
         changed("wild", time_s=np.append(TIMES[:-1], 1e15)),
         "1e+16 samples are more than the 1000 columns of the matrix; raise preprocessing.length",
@@ -442,19 +442,19 @@ UNUSABLE = [
         "the same content as 3mm/r03",
     ),
     Case(
-        "the same, under a name that sorts before",
+        "the same, under a name that comes first in the order",
         "3mm/a-copy-of-r01.csv",
         lambda path: path.write_bytes((path.parent / "r01.csv").read_bytes()),
         "the same content as 3mm/r01",
     ),
     Case(
-        "the same content under two sizes, the one",
+        "the same content under two sizes, first file",
         "3mm/twice.csv",
         write(content("twice")),
         "the same content as 4mm/twice, under another size: one of the two is mislabelled",
     ),
     Case(
-        "the same content under two sizes, the other",
+        "the same content under two sizes, second file",
         "4mm/twice.csv",
         write(content("twice")),
         "the same content as 3mm/twice, under another size: one of the two is mislabelled",
@@ -494,7 +494,7 @@ NO_FILES = [
         "a link to a place outside raw/; replace it with a copy of the file",
     ),
     Case(
-        "a link to what the system makes up",
+        "a link to a virtual file of the system",
         "3mm/link-proc.csv",
         lambda path: path.symlink_to("/proc/self/status"),
         "a link to a place outside raw/; replace it with a copy of the file",
@@ -508,8 +508,8 @@ STRANGE_NAMES = [
         ("a quote", b"o'clock"),
         ("a double quote", b'say "r01"'),
         ("a command for the shell", b"$(touch pwned)"),
-        ("another one", b"`touch pwned`"),
-        ("and another", b"r01;touch pwned;"),
+        ("another command for the shell", b"`touch pwned`"),
+        ("a third command for the shell", b"r01;touch pwned;"),
         ("a variable", b"$HOME"),
         ("a wildcard of the shell", b"r*"),
         ("a wildcard of Snakemake", b"{recording}"),
@@ -518,7 +518,7 @@ STRANGE_NAMES = [
         ("HTML", b'"><img src=x onerror=alert(1)>'),
         ("a leading dash", b"-rf"),
         ("letters beyond ASCII", "Prüfling-é".encode()),
-        ("bytes that are no UTF-8", b"\xff\xfe"),
+        ("bytes that are not UTF-8", b"\xff\xfe"),
         ("text that runs backwards", "r01\u202egpj".encode()),
         ("a backslash", b"3mm\\r01"),
         ("240 letters", b"r" * 240),
@@ -529,13 +529,13 @@ PASSED_OVER = [
     Case("a leading dot", "3mm/.r07.csv", write(content("dot")), "hidden file"),
     Case("a note", "3mm/notes.txt", write(b"moved the sensor"), "not a .csv file"),
     Case(
-        "an ending in capitals",
+        "a suffix in capitals",
         "3mm/R07.CSV",
         write(content("capitals")),
         "not a .csv file: write the ending in lower case",
     ),
     Case(
-        "a recording that is still being made",
+        "an unfinished recording",
         "3mm/r07.csv.part",
         write(content("part")),
         "an unfinished recording; if no recorder is running: acquire.py --recover",
@@ -571,13 +571,13 @@ PASSED_OVER = [
         "directly in raw/; move it into a folder such as 3mm/",
     ),
     Case(
-        "one with a full-width sign",
+        "a formula with a full-width equals sign",
         "\uff1d1+1.csv",
         write(content("full-width formula")),
         "directly in raw/; move it into a folder such as 3mm/",
     ),
     Case(
-        "a folder elsewhere",
+        "a link to a folder elsewhere",
         "7mm",
         lambda path: path.symlink_to("/etc"),
         "a link to a place outside raw/; replace it with a copy of the linked folder",
@@ -596,7 +596,7 @@ PASSED_OVER = [
             ("a folder in capitals", "3MM"),
             ("a folder that is a command", "$(touch pwned)mm"),
             ("a folder that is HTML", "<b>3mm"),
-            ("a folder whose name is no UTF-8", b"\xffmm"),
+            ("a folder whose name is not UTF-8", b"\xffmm"),
         ]
     ),
 ]
@@ -632,7 +632,7 @@ def table() -> str:
     for title, cases, head in [
         ("Files that cannot be read", UNREADABLE, "reason"),
         ("Recordings that cannot be used", UNUSABLE, "reason"),
-        ("What is no file", NO_FILES, "reason"),
+        ("Entries that are not files", NO_FILES, "reason"),
         ("Names", STRANGE_NAMES, ""),
         ("Passed over", PASSED_OVER, "reason in `results/passed_over.csv`"),
     ]:
