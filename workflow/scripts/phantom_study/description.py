@@ -97,10 +97,13 @@ def describe(
     Returns
     -------
     list of dict
-        One row for each size, with `COLUMNS`: the lengths of the runs; the number of runs stopped
-        by hand; the maximum of the matrix with the median sum and of all matrices. Further, the
-        5 % and 95 % points of the times from sensor to sensor over the nodule; the smallest and
-        largest Delta mu and sigma_hor of the size's template, as text such as ``128-181``.
+        One row for each size, with the keys of `COLUMNS`:
+
+        - the lengths of the shortest and the longest run, in samples
+        - the number of runs that were stopped by hand
+        - the maximum of the matrix with the median sum, and of all matrices
+        - the 5 % and 95 % points of the times from sensor to sensor over the nodule, in samples
+        - the smallest and largest Delta mu and sigma_hor of the template, such as ``128-181``
     """
     particles = {
         size: total.mean()
