@@ -1,4 +1,4 @@
-"""How long the stages took, read from their logs."""
+"""Durations of the steps are read from their logs."""
 
 from edges.durations import read_durations
 

@@ -1,4 +1,4 @@
-"""What the report is filled into: every file of the template, each script below what it uses."""
+"""The report contains every file of the template; each script comes after those that it uses."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""Version and commit of the project, wherever it was unpacked."""
+"""Version and commit of the project are right wherever it was unpacked."""
 
 import shutil
 import subprocess
@@ -22,7 +22,7 @@ def git(folder, *arguments):
 
 @pytest.fixture
 def clone(tmp_path):
-    """Make a small project with one commit."""
+    """Return the folder of a small project with one commit."""
     folder = tmp_path / "project"
     (folder / "workflow").mkdir(parents=True)
     (folder / "workflow" / "code.py").write_text("x = 1\n", encoding="utf-8")

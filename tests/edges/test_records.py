@@ -1,4 +1,4 @@
-"""The record of what a result was made from, and what is told where it does not fit."""
+"""Records name the files that a result was made from, and show when it does not fit."""
 
 import hashlib
 import json
@@ -44,7 +44,7 @@ def run_job(key=f"{OUTPUT}:key"):
 
 
 def told(key=f"{OUTPUT}:key", renew=True):
-    """Ask as another call of snakemake does, which remembers nothing."""
+    """Return the parameter that a new call of snakemake gets."""
     records.parameter.cache_clear()
     records._checksum_at_start.cache_clear()
     return records.parameter(key, (OUTPUT,), renew=renew)

@@ -1,4 +1,4 @@
-"""What the scorer makes of recordings, on disk and back."""
+"""Features of the scorer are read as they were written."""
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from support.project import ROOT
 
 
 def features_of(number):
-    """Make features that differ from recording to recording."""
+    """Return features that differ between recordings."""
     gradient = np.arange(5, dtype=np.float32) - number
     return Features(float(number), np.full(3, number, np.float32), gradient)
 

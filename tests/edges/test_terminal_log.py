@@ -1,4 +1,4 @@
-"""What a run says on the terminal, from the records that Snakemake logs."""
+"""Lines on the terminal, made from Snakemake's log records."""
 
 import io
 import logging
@@ -10,7 +10,7 @@ from edges.terminal_log import TerminalLog, reason_in_words, speak_shortly
 
 
 class Terminal(io.StringIO):
-    """A stream that says whether it is a terminal."""
+    """A stream that is a terminal or not."""
 
     def __init__(self, live):
         super().__init__()
@@ -19,7 +19,7 @@ class Terminal(io.StringIO):
 
 @pytest.fixture
 def logged():
-    """Give a function that logs events, and gives what is then on the terminal."""
+    """Return a function that logs events, and returns the text on the terminal."""
 
     def log(*events, live=False, dry_run=False):
         stream = Terminal(live)

@@ -1,4 +1,4 @@
-"""What is exported, read back by the library of each format: values, units, provenance."""
+"""The library of each format reads the exported values, units and provenance."""
 
 import io
 import json
@@ -32,7 +32,7 @@ CONFIG = ROOT / "config/config.yaml"
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
-    """Make a folder of results; give it with the readings and matrices that were put there."""
+    """Make a folder of results, and return it with the readings and the matrices in it."""
     results = tmp_path_factory.mktemp("project") / "results"
     return results, *make_results(results)
 
@@ -45,7 +45,7 @@ def exported(made):
 
 @pytest.fixture(scope="module")
 def files(exported, tmp_path_factory):
-    """Write everything in each format."""
+    """Export everything in each format, and return the folder."""
     folder = tmp_path_factory.mktemp("out")
     for kind in ("mat", "xlsx", "parquet", "netcdf", "nwb"):
         export_writing.write(exported, kind, folder / kind, force=False)
@@ -53,7 +53,7 @@ def files(exported, tmp_path_factory):
 
 
 def same(read, written):
-    """Compare a column that was read back with the one written: bits, and what is unknown."""
+    """Check that a column was read exactly as it was written, with its unknown values."""
     if written.dtype == object:
         # Empty text comes back as None from some, and as an empty array from MATLAB's format.
         texts = ["" if value is None or np.size(value) == 0 else str(value) for value in read]

@@ -1,4 +1,4 @@
-"""One recording in any dialect reads as the same numbers, or is refused with what decides."""
+"""A recording in any dialect is read as the same numbers, or refused with the deciding option."""
 
 import numpy as np
 from hypothesis import event, example, given, settings
@@ -17,7 +17,7 @@ PER_SECOND = {"s": 1, "ms": 1000, "us": 1_000_000}
 
 
 def read(content, **said):
-    """Read a file; gives time, readings in their unit, and the unit."""
+    """Read a file, and return the times, the readings in their unit, and the unit."""
     keys = checked_map(said, SCHEMA, BENCH.sensors)
     (table,) = read_text(content, keys, BENCH.sensors)
     guess = guess_table(table, keys, BENCH)
@@ -26,7 +26,7 @@ def read(content, **said):
 
 @st.composite
 def dialects(draw):
-    """Draw how a laboratory may write a recording."""
+    """Draw a random dialect of a laboratory's file."""
     decimal = draw(st.sampled_from(["point", "comma"]))
     delimiter = draw(st.sampled_from([each for each in SIGNS if (each, decimal) != ("comma",) * 2]))
     return {
@@ -47,14 +47,14 @@ def dialects(draw):
 
 @st.composite
 def runs(draw):
-    """Draw the samples of a recording, some of them missing, but not the first."""
+    """Draw random samples of a recording; any sample but the first can be missing."""
     samples = draw(st.lists(st.tuples(*[st.integers(0, 1023)] * 4), min_size=8, max_size=25))
     lost = draw(st.sets(st.integers(1, len(samples) - 1), max_size=2))
     return [(*sample, at not in lost) for at, sample in enumerate(samples)]
 
 
 def written(dialect, rows):
-    """Write a recording: bytes, its time, its readings, and the columns' numbers."""
+    """Return a recording as bytes, its times, its readings, and the numbers of its columns."""
     scale, unit = (1, "counts") if dialect["digits"] == 0 else (5 / 1024, "V")
     sign = SIGNS[dialect["delimiter"]]
     missing = "nan" if sign == " " else ""

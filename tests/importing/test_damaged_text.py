@@ -1,4 +1,4 @@
-"""A text file with damage anywhere is read or refused in one line; nothing else happens."""
+"""A damaged text file is read, or refused with an error of one line."""
 
 import io
 

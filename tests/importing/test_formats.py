@@ -1,4 +1,4 @@
-"""Each format, from a file that its own library writes, and from files that packages ship."""
+"""Import of each format: from a file of its own library, and from files that packages ship."""
 
 import sys
 from datetime import datetime
@@ -211,7 +211,7 @@ MARKS = [".mat", "73.mat", ".h5", ".xlsx", ".nwb", ".tdms", ".xdf", ".bag"]
 
 @pytest.fixture(scope="module")
 def written(tmp_path_factory):
-    """Write one file of each format."""
+    """Write one file of each format, and return the folder."""
     folder = tmp_path_factory.mktemp("formats")
     write_matlab(folder / "run.mat", {"t": TIME_S, "V": COUNTS.T})
     write_matlab_73(folder / "run73.mat", {"t": TIME_S[:, None], "V": COUNTS.T})

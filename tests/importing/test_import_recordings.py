@@ -1,4 +1,4 @@
-"""The whole command: many files, several runs, one file a sensor, what is there already."""
+"""The whole command: many files, several runs, one file for each sensor, known recordings."""
 
 import hashlib
 import os

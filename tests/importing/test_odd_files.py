@@ -1,6 +1,6 @@
-"""Odd files of laboratories, each with what it must give: the readings, or a refusal that helps.
+"""Odd files of laboratories give the right readings, or an error that helps.
 
-All hold the same run of eight samples at 10 Hz, in tests/data/odd.
+All files are in tests/data/odd, and hold the same run of eight samples at 10 Hz.
 """
 
 import re
@@ -26,7 +26,7 @@ OHMS = np.round(12_000 * COUNTS / (1024 - COUNTS), 1)
 
 
 def without(*samples):
-    """Give the counts with samples that are missing."""
+    """Return the counts with missing samples."""
     values = COUNTS.copy()
     values[:, samples] = np.nan
     return values

@@ -1,4 +1,4 @@
-"""The cam shafts as their files have them: the motion that they give, and who else counts on it."""
+"""The cam shafts in the files give the motion that firmware and documentation expect."""
 
 import re
 
@@ -25,7 +25,7 @@ def made(tmp_path_factory):
 
 
 def slices(path):
-    """Give the cam's section at every follower: the points of its edges."""
+    """Return the points of the cam's section at every follower."""
     triangles, _ = read_stl(path)
     low, high = triangles[:, :, 2].min(axis=1), triangles[:, :, 2].max(axis=1)
     levels = FOLLOWERS_MM + 1e-3
@@ -35,7 +35,7 @@ def slices(path):
 
 
 def displacement(points, turns):
-    """Give where a follower stands: in the middle between the cam's two sides."""
+    """Return the place of a follower, midway between the cam's sides, and the cam's width."""
     across = points @ np.array([np.cos(turns), -np.sin(turns)])
     return (across.max(axis=0) + across.min(axis=0)) / 2, np.ptp(across, axis=0)
 

@@ -1,4 +1,4 @@
-"""What the paper leaves open: every choice gives valid parts, or a refusal with its limit."""
+"""Every choice gives valid parts, or an error with its limit."""
 
 import re
 import subprocess
@@ -49,7 +49,7 @@ def is_sound(part):
 
 
 def designed(texts):
-    """Give the design with changed values, without reading the tables again."""
+    """Return the design with changed values, without reading the tables again."""
     own = {n: t if "allowed" in ROWS[n] else float(t) for n, t in texts.items() if n in ROWS}
     theirs = {name: float(text) for name, text in texts.items() if name not in ROWS}
     design = design_of(TABLE, own, with_values(PHANTOM, theirs), PHANTOM)
@@ -155,7 +155,7 @@ def test_what_cannot_be_made_is_refused_in_one_line(changes, told):
 
 
 def made_without(module, *options):
-    """Run the script where a module is not installed."""
+    """Run the script as if a module were not installed."""
     script = ROOT / "workflow/scripts/make_parts.py"
     without = f"""
 import runpy, sys
@@ -208,7 +208,7 @@ BENCH = st.tuples(
 
 
 def design_or_limit(changes):
-    """Give the design; none if it is refused, and the refusal has to name value and limit."""
+    """Return the design, or None after an error that names value and limit."""
     try:
         return designed(dict(change.split("=") for change in changes if change))
     except CapsuleError as error:

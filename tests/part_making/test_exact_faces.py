@@ -1,4 +1,4 @@
-"""The faces that STEP files hold, before any CAD library has seen them."""
+"""The faces for STEP files are right, before a CAD library writes them."""
 
 from collections import Counter
 

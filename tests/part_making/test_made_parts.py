@@ -1,4 +1,4 @@
-"""The files of the parts, measured back by readers and judges that had no part in making them."""
+"""Readers that share no code with the writers measure the files of the parts."""
 
 import csv
 import json
@@ -70,7 +70,7 @@ def bodies(mesh):
 
 
 def outlines(made, name, kind):
-    """Give the outlines to cut, from DXF or SVG."""
+    """Return the outlines to cut from a DXF or SVG file."""
     if kind == "svg":
         return read_svg(made / f"{name}.svg")["CUT"]
     drawing = ezdxf.readfile(made / f"{name}.dxf")

@@ -1,4 +1,4 @@
-"""The parts as a slicer sees them: PrusaSlicer lays the lines, ADMesh judges the meshes."""
+"""PrusaSlicer prints the parts as intended, and ADMesh finds no fault in the meshes."""
 
 import re
 import shutil
@@ -33,7 +33,7 @@ def slicer(*arguments):
 
 
 def sliced(made, name, *options):
-    """Slice a part by the profile that lies beside it."""
+    """Slice a part with the profile in its folder, and return the G-code."""
     output = made / f"{name}.gcode"
     profile = ["--load", made / "print-profile.ini", "--center", "125,105"]
     slicer(*profile, *options, "--export-gcode", "--output", output, made / f"{name}.stl")
@@ -41,7 +41,7 @@ def sliced(made, name, *options):
 
 
 def lines_by_layer(gcode):
-    """Give the laid lines of each layer: rows of x, y, x, y, width, about the part's middle."""
+    """Return the printed lines of each layer: rows of x, y, x, y, width, relative to the middle."""
     layers, width, at = [], 0.0, np.zeros(2)
     for line in gcode.splitlines():
         if line.startswith(";LAYER_CHANGE"):
@@ -58,7 +58,7 @@ def lines_by_layer(gcode):
 
 
 def crossing(lines, point, normal):
-    """Give distance from a point, along a normal, and width of the lines that cross it there."""
+    """Return distance from a point, along a normal, and width of the lines that cross it."""
     start, end = lines[:, :2] - point, lines[:, 2:4] - point
     along = np.array([-normal[1], normal[0]])
     before, after = start @ along, end @ along

@@ -1,6 +1,6 @@
-"""Parts as STEP, read back by Open CASCADE and measured against the meshes of the same run.
+"""Open CASCADE reads the STEP files, and they fit the meshes of the same run.
 
-Collected where the extra `cad` is installed (conftest.py).
+These tests run only if the extra `cad` is installed (conftest.py).
 """
 
 import json
@@ -40,7 +40,7 @@ PLANE = GeomAbs_SurfaceType.GeomAbs_Plane
 
 
 def pieces(shape, kind):
-    """Give the parts of a shape that are of a kind; one that two faces share comes twice."""
+    """Return the parts of a shape that have a kind; a part shared by two faces comes twice."""
     explorer = TopExp_Explorer(shape, kind)
     given = []
     while explorer.More():
@@ -62,7 +62,7 @@ def surfaces(shape):
 
 
 def box(shape):
-    """Give the lowest and the highest corner."""
+    """Return the lowest and the highest corner."""
     bounds = Bnd_Box()
     BRepBndLib.AddOptimal_s(shape, bounds, False, False)
     low, high = bounds.CornerMin(), bounds.CornerMax()

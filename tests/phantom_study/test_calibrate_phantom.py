@@ -1,4 +1,4 @@
-"""The search for the phantom's parameters: it goes on from its log, and finds what ships."""
+"""The search for the phantom's parameters continues its log, and finds the shipped values."""
 
 import sys
 from pathlib import Path
@@ -32,7 +32,7 @@ def run(monkeypatch, log, output, *options):
 
 
 def test_the_values_that_ship_are_what_the_search_found(tmp_path, monkeypatch):
-    """Every trial is in the log, so the whole search is followed without simulating anything."""
+    """Every trial is in the log, so the search runs without a simulation."""
 
     def nothing_is_missing(*arguments):
         raise AssertionError(f"the log lacks a trial: {arguments}")

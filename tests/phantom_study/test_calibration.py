@@ -1,4 +1,4 @@
-"""The calibration asks for fair trials, and the finalist that comes nearest to the paper wins."""
+"""The calibration makes fair trials, and the finalist that is nearest to the paper wins."""
 
 import json
 from dataclasses import replace
@@ -26,13 +26,13 @@ PLAN = Plan(
 
 
 class Source:
-    """Gives the paper's table where the share is 0.8, and misses more nodules elsewhere."""
+    """A source that gives the paper's table for a share of 0.8, and a worse one otherwise."""
 
     def __init__(self):
         self.asked = []
 
     def trials(self, stage, values, seeds):
-        """Note what is asked for, and answer."""
+        """Record the arguments, and return the trials."""
         shares = [candidate["part.share"] for candidate in values]
         self.asked.append((stage, shares, list(seeds)))
         return [trial_at(share) for share in shares]

@@ -1,4 +1,4 @@
-"""What the documentation says of the simulated signals is what the simulator gives."""
+"""The documentation describes the simulated signals correctly."""
 
 from pathlib import Path
 

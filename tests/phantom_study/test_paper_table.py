@@ -1,4 +1,4 @@
-"""The paper's cells, and a table that reproduces them."""
+"""The paper's cells are right, and a table can reproduce them."""
 
 from pathlib import Path
 
@@ -43,7 +43,7 @@ def test_the_cells_are_those_that_the_paper_prints():
 
 
 def test_another_print_gives_other_cells():
-    """The names follow from the printed sizes, tolerance and range, too."""
+    """The printed sizes, tolerance and range also determine the names."""
     printed = {
         "recordings_per_size": 10,
         "detection": [{"size_mm": 2.5, "precision_percent": 90, "recall_percent": 90}],

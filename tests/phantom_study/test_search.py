@@ -1,4 +1,4 @@
-"""The search for free parameters, on a task with a known answer."""
+"""The search for free parameters solves a task with a known answer."""
 
 import itertools
 

@@ -1,4 +1,4 @@
-"""A bench that changes after its templates were made: disturbances, faults and the rates shown."""
+"""Disturbances and faults of a bench after its templates were made change the rates."""
 
 import numpy as np
 import pytest

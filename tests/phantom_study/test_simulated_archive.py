@@ -1,4 +1,4 @@
-"""The paper's detector on simulated archives, and how their capsule moves."""
+"""The paper's detector works on simulated archives, and the motion of their capsule is right."""
 
 from dataclasses import replace
 
@@ -39,7 +39,7 @@ def test_a_run_that_is_stopped_by_hand_has_not_arrived(archive):
 
 
 def test_passing_times_are_those_of_the_sensors(archive):
-    """At a steady speed the sensors meet the nodule one after the other, a pitch apart."""
+    """At a steady speed, the sensors meet the nodule one after the other, a pitch apart."""
     run = archive["3mm/r01"]
     for speed, usual in ((0.4, 100), (1.0, 0), (0.2, 0)):
         steady = replace(run, time_s=np.arange(2000) / 10, head_mm=speed * np.arange(2000) / 10)

@@ -1,4 +1,4 @@
-"""The commands that study the phantom: what they are told, and what they write."""
+"""The commands that study the phantom read their arguments and write their files."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""The file of trials: what it holds is not made again, and another search's is refused."""
+"""The log of trials: no trial is made twice, and the log of another search is refused."""
 
 import pytest
 
@@ -11,13 +11,13 @@ SEEDS = [7, 8, 9]
 
 
 def make(values, seeds):
-    """Make trials that hold what they were made of."""
+    """Yield trials that contain their own arguments."""
     for candidate, seed in zip(values, seeds, strict=True):
         yield {"archive_seed": seed, "confusion": "[]"} | candidate
 
 
 def refuse(values, seeds):
-    """Make nothing: everything must be known."""
+    """Fail, since the log must hold all trials."""
     assert not values
     assert not seeds
     return []

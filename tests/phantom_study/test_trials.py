@@ -1,4 +1,4 @@
-"""A trial can be made again, and trials are told to be near to the paper or far from it."""
+"""A trial can be repeated, and its distance from the paper is right."""
 
 from pathlib import Path
 

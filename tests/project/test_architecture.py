@@ -1,4 +1,4 @@
-"""The house as docs and README describe it: floors, sizes and names, read from the code itself."""
+"""The code has the structure that the documentation describes: layers, sizes and names."""
 
 import ast
 from collections import Counter
@@ -15,7 +15,7 @@ MODULES = {
     for path in sorted(SCRIPTS.rglob("*.py"))
     if path.name != "__init__.py"
 }
-# From the ground up; the longest name that fits says where a module lies.
+# Layers from the lowest to the highest; the longest name that fits gives a module's layer.
 FLOORS = (
     "capsule",
     "capsule.geometry",
@@ -39,19 +39,19 @@ FLOORS = (
 )
 FRONTS = {"acquire", "simulate", "study_phantom", "survey", "teach_scorer"}
 FRONTS |= {"capsule_command", "demo", "judge_file", "shell_completion"}
-# Each folder that has one lists its own rows there.
+# Several folders have a module of this name.
 SAME_SUBJECT = {"registry"}
 
 
 def floor(module):
-    """Give the floor of a module; a script lies on top."""
+    """Return the number of a module's layer; scripts are the highest layer."""
     fitting = [name for name in FLOORS if f"{module}.".startswith(f"{name}.")]
     return FLOORS.index(max(fitting, key=len)) if fitting else len(FLOORS) - 1
 
 
 @cache
 def imported(path):
-    """Name the modules that a file imports, in functions too."""
+    """Return the modules that a file imports, also inside functions."""
     names = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
@@ -62,7 +62,7 @@ def imported(path):
 
 
 def imports_of(module):
-    """Name the modules of the project that a module imports."""
+    """Return the modules of the project that a module imports."""
     return imported(MODULES[module]) & MODULES.keys()
 
 

@@ -1,4 +1,4 @@
-"""The recordings that ship with the project are what the simulator makes."""
+"""The simulator makes exactly the recordings that ship with the project."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""The code in the documents: Python runs, and the options of commands are those of the scripts."""
+"""Python code in the documents runs, and the options of commands exist."""
 
 import argparse
 import itertools
@@ -32,7 +32,7 @@ COMMAND = re.compile(r"(?:^|[ ;&|(])python workflow/scripts/(\w+)\.py(.*)")
 
 @pytest.fixture
 def copy(tmp_path):
-    """Make a folder like the project's, in which examples may write."""
+    """Return a folder like the project's, in which examples may write."""
     for name in RECORDINGS:
         path = tmp_path / "raw" / f"{name}.csv"
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -80,12 +80,12 @@ def test_blocks_are_told_apart(tmp_path, monkeypatch):
 
 @cache
 def parser_of(script: str) -> argparse.ArgumentParser:
-    """Give the parser of a script."""
+    """Return the parser of a script."""
     return script_parser(SCRIPTS / f"{script}.py")
 
 
 def options(parser: argparse.ArgumentParser) -> set[str]:
-    """List all options of a parser, those of its sub-commands too."""
+    """Return all options of a parser and of its sub-commands."""
     known = set(parser._option_string_actions)
     for action in parser._actions:
         if isinstance(action, argparse._SubParsersAction):
@@ -94,7 +94,7 @@ def options(parser: argparse.ArgumentParser) -> set[str]:
 
 
 def commands():
-    """Give each call of a script in a block: where it stands, the script, its arguments."""
+    """Yield each call of a script in a block: its place, the script and its arguments."""
     for block in BLOCKS:
         for line in block.text.replace("\\\n", " ").splitlines():
             if called := COMMAND.search(line):
@@ -115,7 +115,7 @@ def test_a_command_in_a_document_is_one_that_its_script_takes(script, arguments,
 
 
 def mentioned():
-    """Give each option that a document names with its script, in a sentence or a block."""
+    """Yield each option that a document names with its script, in a sentence or a block."""
     for document in documents():
         text = document.read_text(encoding="utf-8")
         for script, option in re.findall(r"\b(\w+)\.py(?: [a-z]+)? (--[a-z][a-z-]*)", text):

@@ -1,4 +1,4 @@
-"""The command capsule: its words, and what is behind each."""
+"""The words of the command capsule start the right programs."""
 
 import re
 import shutil

@@ -1,4 +1,4 @@
-"""docs/command.md tells what the command does: every word, and no option that does not exist."""
+"""docs/command.md describes every word of the command, and only options that exist."""
 
 import re
 import shlex

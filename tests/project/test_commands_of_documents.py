@@ -1,4 +1,4 @@
-"""The commands in the documents: each is one that exists, and those of the tutorial run."""
+"""The commands in the documents exist, and those of the tutorial run."""
 
 import re
 import shlex
@@ -20,7 +20,7 @@ AFTER = re.compile(r" [>|] | && ")
 
 
 def calls():
-    """Give each call of the command `capsule` in a block: where it stands, its line, its word."""
+    """Yield each call of the command `capsule` in a block: its place, its line and its word."""
     for block in all_blocks():
         for line in block.text.replace("\\\n", " ").splitlines():
             call = CALL.fullmatch(line)
@@ -55,7 +55,7 @@ NOT_RUN = {
 
 
 def lines_to_type(document):
-    """Give each line of a document that a reader types."""
+    """Yield the lines of a document that a reader types."""
     for block in all_blocks():
         if block.document == document and not block.is_python:
             lines = [line for line in block.text.splitlines() if line]

@@ -1,4 +1,4 @@
-"""What completes the command capsule in a shell, driven in a real bash by a real keyboard."""
+"""The completion of the command capsule works in a real bash."""
 
 import argparse
 import os
@@ -39,7 +39,7 @@ def test_completion_knows_every_option_of_every_script():
 
 @pytest.fixture(scope="module")
 def script(tmp_path_factory):
-    """Write what completes the command in bash."""
+    """Write the completion script for bash, and return its path."""
     path = tmp_path_factory.mktemp("completion") / "capsule.bash"
     with path.open("wb") as stream:
         command = [sys.executable, COMMAND, "completion", "bash"]
@@ -52,7 +52,7 @@ def test_the_script_is_valid(script):
 
 
 class Bash:
-    """A bash that believes in a person at its keyboard."""
+    """A bash in a pseudo-terminal."""
 
     def __init__(self, folder, script):
         self._keyboard, screen = pty.openpty()
@@ -72,12 +72,12 @@ class Bash:
         self.type(f"source {script}\n", "ready ")
 
     def type(self, keys, wanted):
-        """Press keys, and wait until this text stands on the screen; gives what came."""
+        """Type keys, wait until a text is on the screen, and return the output."""
         os.write(self._keyboard, keys.encode())
         return self.see(wanted)
 
     def see(self, wanted, limit_s=20):
-        """Wait until this text stands on the screen; gives what came."""
+        """Wait until a text is on the screen, and return the output."""
         seen, deadline = "", time.monotonic() + limit_s
         while wanted not in seen:
             left = deadline - time.monotonic()
@@ -87,7 +87,7 @@ class Bash:
         return seen
 
     def end(self):
-        """Take the keyboard away."""
+        """Close the terminal."""
         self.process.kill()
         self.process.wait()
         os.close(self._keyboard)

@@ -1,4 +1,4 @@
-"""What the documents say about the configuration is what the schema says."""
+"""The documents describe the configuration as the schema does."""
 
 import pytest
 
@@ -12,7 +12,7 @@ README = (ROOT / "config/README.md").read_text(encoding="utf-8")
 
 
 def described_keys(schema, path=""):
-    """Give every key that holds a value, with its part of the schema."""
+    """Yield every key that holds a value, with its part of the schema."""
     for name, part in schema["properties"].items():
         key = f"{path}.{name}" if path else name
         if "properties" in part:
@@ -22,7 +22,7 @@ def described_keys(schema, path=""):
 
 
 def allowed(part):
-    """Say in words what a key may hold, from the schema."""
+    """Return the allowed values of a key in words, from the schema."""
     part = SCHEMA["$defs"][part["$ref"].rsplit("/", 1)[1]] | part if "$ref" in part else part
     if "enum" in part:
         return " or ".join(f"`{value}`" for value in part["enum"])

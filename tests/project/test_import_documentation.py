@@ -1,4 +1,4 @@
-"""docs/import.md shows what the command really does, and each key as the schema has it."""
+"""docs/import.md shows the real output of the command, and each key as in the schema."""
 
 import contextlib
 import io
@@ -33,7 +33,7 @@ def key_row(key, part):
 
 
 def shown_blocks():
-    """Give each command of the page with the lines that follow it."""
+    """Return each command of the page with the lines that follow it."""
     blocks = []
     for block in TEXT.split("\n\n"):
         lines = [line[4:] for line in block.splitlines() if line.startswith("    ")]
@@ -43,7 +43,7 @@ def shown_blocks():
 
 
 def output(command):
-    """Do what a command of the page does in the working directory; gives its lines."""
+    """Run a command of the page in the working directory, and return its lines."""
     command, _, pipe = command.partition(" | ")
     program, _, count = pipe.partition(" -")
     part = {"": slice(None), "head": slice(int(count or 0)), "tail": slice(-int(count or 0), None)}

@@ -1,4 +1,4 @@
-"""What make does before the tools start."""
+"""make prepares the environment before the tools start."""
 
 import os
 import shutil
@@ -16,7 +16,7 @@ pytestmark = pytest.mark.skipif(not shutil.which("make"), reason="make is not in
 
 @pytest.fixture
 def checkout(tmp_path):
-    """Make a folder with the Makefile and a ready environment whose snakemake tells its cache."""
+    """Return a folder with the Makefile and an environment whose snakemake prints its cache."""
     folder = tmp_path / "checkout"
     (folder / ".venv" / "bin").mkdir(parents=True)
     shutil.copy2(ROOT / "Makefile", folder)

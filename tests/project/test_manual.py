@@ -1,4 +1,4 @@
-"""The manual as a site: it builds without a warning, its links lead somewhere, its search finds."""
+"""The manual builds without a warning, its links have targets, and its search works."""
 
 import re
 import subprocess
@@ -30,7 +30,7 @@ _TARGETS = {"a": "href", "img": "src", "link": "href", "script": "src"}
 
 
 class Page(HTMLParser):
-    """Collects what a page links to, what it loads, and what can be linked to in it."""
+    """A parser that collects a page's links, the files that it loads, and its anchors."""
 
     def __init__(self, path: Path) -> None:
         super().__init__()
@@ -39,7 +39,7 @@ class Page(HTMLParser):
         self.feed(path.read_text(encoding="utf-8"))
 
     def handle_starttag(self, tag, attrs):
-        """Note what a tag gives."""
+        """Record the links and anchors of a tag."""
         given = dict(attrs)
         self.anchors |= {given[key] for key in ("id", "name") if given.get(key)}
         if target := given.get(_TARGETS.get(tag, "")):
@@ -48,7 +48,7 @@ class Page(HTMLParser):
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
-    """Build the manual, where a warning is an error."""
+    """Build the manual with warnings as errors, and return its folder."""
     pytest.importorskip("sphinx", reason="Sphinx is not installed")
     folder = tmp_path_factory.mktemp("manual")
     command = [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", "-d", folder / "trees"]
@@ -156,7 +156,7 @@ def test_every_equation_has_the_label_and_the_number_of_the_paper():
 
 
 def sentences(text):
-    """List the sentences of a document: no code, no tables; each item of a list by itself."""
+    """Yield the sentences of a document, without code and tables; list items are separate."""
     text = re.sub(r"^(`{3,}).*?^\1`*$", "\n", text, flags=re.DOTALL | re.MULTILINE)
     lines = [line for line in text.splitlines() if not re.match(r"    | *\||#|<", line)]
     for paragraph in re.split(r"\n\s*\n|\n(?=[-*] |\d+\. )", "\n".join(lines)):

@@ -1,6 +1,6 @@
-"""The oldest numpy that the project allows gives the same numbers as the one installed.
+"""The oldest numpy that the project allows gives the same numbers as the installed one.
 
-By itself: pytest tests/project/test_numpy_versions.py (a download of 20 MB, then some seconds).
+Run it alone: pytest tests/project/test_numpy_versions.py (a download of 20 MB, then some seconds).
 """
 
 import json
@@ -22,7 +22,7 @@ FIRST_FOR_PYTHON = {(3, 13): "2.1.0", (3, 14): "2.3.2"}
 
 
 def oldest_numpy():
-    """Give the lower bound in pyproject.toml, or what comes nearest for this Python."""
+    """Return the lower bound in pyproject.toml, or the nearest version for this Python."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     (numpy,) = (r for r in map(Requirement, project["dependencies"]) if r.name == "numpy")
     (bound,) = (s.version for s in numpy.specifier if s.operator == ">=")
@@ -31,7 +31,7 @@ def oldest_numpy():
 
 
 def compute(target, *path):
-    """Compute the results with the numpy that is found first on a path; warnings are errors."""
+    """Return the results with the numpy in a folder; warnings are errors."""
     search = os.pathsep.join([*map(str, path), str(ROOT / "workflow/scripts")])
     command = [sys.executable, "-W", "error", str(ROOT / "tests/support/numpy_results.py")]
     subprocess.run(

@@ -26,7 +26,7 @@ LOCKS = ("requirements.lock", "requirements-test.lock")
 
 
 def wanted(extra):
-    """Give what an extra asks for, the project's own dependencies and other extras included."""
+    """Return the packages of an extra, with the project's dependencies and other extras."""
     requirements = []
     for requirement in map(Requirement, EXTRAS[extra]):
         own = requirement.name == PROJECT["name"]
@@ -170,7 +170,7 @@ def test_the_python_that_make_refuses_is_one_that_the_lock_lacks(tmp_path):
 
 
 def dry_install(lock, platform, version, folder):
-    """Resolve a lock for another system, as wheels; connection-pool alone has none anywhere."""
+    """Resolve a lock for another system with wheels; only connection-pool has no wheel."""
     index = subprocess.run(
         [sys.executable, "-m", "pip", "config", "get", "global.index-url"],
         capture_output=True,

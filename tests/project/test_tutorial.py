@@ -1,4 +1,4 @@
-"""The tutorial runs, and says what it says to a reader who does not run it."""
+"""The tutorial runs, and gives the output that it shows."""
 
 import os
 
@@ -12,7 +12,7 @@ PATH = ROOT / "docs" / "tutorial.ipynb"
 
 
 def texts(notebook):
-    """Give what each cell prints or shows as text; of a picture, that there is one."""
+    """Return the text of each cell's output; for a picture, only that there is one."""
     return [
         [
             output["text"] if "text" in output else output["data"]["text/plain"]

@@ -1,4 +1,4 @@
-"""The files from elsewhere are what the lock pins, each with its licence."""
+"""The files from other projects have the pinned content, each with its licence."""
 
 import json
 import re

@@ -1,4 +1,4 @@
-"""The wheel, as a user of the library gets it: it stands on its own, without this folder."""
+"""The wheel works for a user of the library, without this folder."""
 
 import os
 import subprocess
@@ -30,7 +30,7 @@ def wheel(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def environment(wheel, tmp_path_factory):
-    """Install the wheel into an environment that sees the packages of this one."""
+    """Install the wheel into an environment with the packages of this one, and return it."""
     folder = tmp_path_factory.mktemp("environment")
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", folder], check=True)
     python = folder / "bin" / "python"
@@ -43,7 +43,7 @@ def environment(wheel, tmp_path_factory):
 
 
 def run(environment, program, folder):
-    """Run a program in that environment, and give what it prints."""
+    """Run a program in the environment, and return its output."""
     clean = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
     ended = subprocess.run(
         [environment / "bin" / "python", "-W", "error", "-c", ALONE + program],
@@ -58,14 +58,14 @@ def run(environment, program, folder):
 
 
 def tracked(*folders):
-    """List the files of the project that git knows below some folders."""
+    """Return the files in some folders that git tracks."""
     command = ["git", "-C", str(ROOT), "ls-files", "-z", *folders]
     output = subprocess.run(command, capture_output=True, text=True, check=True).stdout
     return {name for name in output.split("\0") if name and (ROOT / name).exists()}
 
 
 def place(name):
-    """Tell where a file of the project lies in the wheel."""
+    """Return the path of a project's file in the wheel."""
     scripts = "workflow/scripts/"
     at_the_top = name.startswith((f"{scripts}capsule/", f"{scripts}capsule_command.py"))
     return name.removeprefix(scripts) if at_the_top else f"capsule_project/{name}"

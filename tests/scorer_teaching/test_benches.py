@@ -1,4 +1,4 @@
-"""The benches that teach the scorer: a seed draws them, and only the nodule tells runs apart."""
+"""A seed determines the random benches, and runs differ only by the nodule."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""The lines that tell how far the teaching is."""
+"""The progress lines of the training are right."""
 
 from scorer_teaching.progress import Progress
 

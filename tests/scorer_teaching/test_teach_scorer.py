@@ -1,4 +1,4 @@
-"""The front of the teaching, where torch is not installed."""
+"""The command for the training works without torch as far as it can."""
 
 import os
 import subprocess

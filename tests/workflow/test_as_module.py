@@ -1,4 +1,4 @@
-"""Another workflow uses this one as a module: Snakemake's way to build on a workflow."""
+"""Another workflow can use this one as a module."""
 
 import os
 import shutil
@@ -51,7 +51,7 @@ use rule * from capsule
 
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory):
-    """Make the first archive's tables without any other workflow."""
+    """Make the tables of the first archive without another workflow, and return the project."""
     folder = tmp_path_factory.mktemp("alone") / "project"
     project = Project.create(folder, FIRST, samples=400, **FIT)
     run = project.snakemake(*TABLES)
@@ -98,7 +98,7 @@ def test_a_setting_that_does_not_exist_is_refused_by_name(alone, tmp_path):
 
 
 def test_a_release_is_deployed_from_a_repository_and_makes_the_report(tmp_path):
-    """As snakedeploy writes it; Snakemake's own copy of the repository is already there."""
+    """The workflow is as snakedeploy writes it; Snakemake already has a copy of the repository."""
     release = tmp_path / "release"
     release.mkdir()
     for part in [*PARTS, "pyproject.toml", ".git_archival.txt", ".gitattributes"]:

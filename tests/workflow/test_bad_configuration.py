@@ -1,4 +1,4 @@
-"""What a user sees who makes a mistake in the configuration: one plain message, nothing run."""
+"""A mistake in the configuration gives one plain message, and no job runs."""
 
 import pytest
 

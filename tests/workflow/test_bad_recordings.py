@@ -1,6 +1,6 @@
 """Every kind of bad file beside good recordings, in one run of the workflow.
 
-The cases stand in `bad_recordings.py`, and the table of docs/robustness.md is made from them.
+`bad_recordings.py` holds the cases, and makes the tables of docs/robustness.md from them.
 """
 
 import csv
@@ -34,7 +34,7 @@ GOOD += [f"3mm/r{run:02d}" for run in range(1, 6)]
 
 @pytest.fixture(scope="module")
 def good(tmp_path_factory):
-    """Run the good recordings alone."""
+    """Run the workflow with only the good recordings, and return the project."""
     folder = tmp_path_factory.mktemp("good") / "project"
     project = Project.create(folder, GOOD, samples=400, particles=10, iterations=10)
     run = project.snakemake(*TABLES)
@@ -44,7 +44,7 @@ def good(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def mixed(good, tmp_path_factory):
-    """Run them again from nothing, each in a harmless disguise, with every bad file beside them."""
+    """Run the workflow with harmless variants of the good recordings beside every bad file."""
     # The folder of the project has a strange name, too.
     folder = tmp_path_factory.mktemp("mixed") / "it's $(touch pwned) & é"
     project = Project.create(folder, GOOD, samples=400, particles=10, iterations=10)

@@ -1,4 +1,4 @@
-"""What changed is made again whatever its time stamp says, which Snakemake alone goes by."""
+"""A changed file makes its results again, whatever its time stamp."""
 
 import os
 
@@ -29,7 +29,7 @@ def project(finished, tmp_path):
 
 
 def write_as_old(path, content):
-    """Replace a file, and keep its time stamp."""
+    """Replace a file's content, and keep its time stamp."""
     times = path.stat()
     path.write_bytes(content)
     os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))

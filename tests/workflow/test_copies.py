@@ -1,4 +1,4 @@
-"""A copy of a recording under another name changes no number, whatever its name sorts before."""
+"""A copy of a recording under another name changes no number, wherever it comes in the order."""
 
 import csv
 
@@ -34,7 +34,7 @@ def write(project, name):
 
 @pytest.fixture(scope="module")
 def projects(tmp_path_factory):
-    """Run an archive without, and with the copies."""
+    """Run the workflow without and with the copies, and return both projects."""
     folder = tmp_path_factory.mktemp("copies")
     before = Project.create(folder / "before", particles=20, iterations=20)
     for name in SITES:
@@ -52,7 +52,7 @@ def projects(tmp_path_factory):
 
 
 def table(path):
-    """Read the rows of a table, sorted, with the originals' names for those of the copies."""
+    """Return the sorted rows of a table; names of copies are replaced by those of the originals."""
     originals = {copy: name for name, copy in RENAMED.items()}
     with path.open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))

@@ -1,4 +1,4 @@
-"""Every extension of docs/extending.md, done for real in a copy of the project."""
+"""Every extension of docs/extending.md works in a copy of the project."""
 
 import subprocess
 import sys
@@ -14,7 +14,7 @@ RECORDINGS = [f"{size}mm/r{run:02d}" for size in (0, 1, 3) for run in (1, 2)]
 
 @pytest.fixture(scope="module")
 def extended(tmp_path_factory):
-    """Run a project with a new detector, a new figure and a new header line."""
+    """Run a project with a new detector, figure and header line, and return it."""
     folder = tmp_path_factory.mktemp("extended") / "project"
     project = Project.create(
         folder, [*RECORDINGS, "unlabelled/patient"], particles=20, iterations=20

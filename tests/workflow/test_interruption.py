@@ -1,4 +1,4 @@
-"""A run that is killed, or finds the disk full, goes on by the same plain command."""
+"""After a kill or with a full disk, the same command continues the run."""
 
 import contextlib
 import itertools
@@ -33,14 +33,14 @@ PLAIN_LOG = "--printshellcmds"
 
 @pytest.fixture(scope="module")
 def new(tmp_path_factory):
-    """Make a project with recordings and no results."""
+    """Return a project with recordings and without results."""
     folder = tmp_path_factory.mktemp("new") / "project"
     return Project.create(folder, RECORDINGS, samples=400, particles=10, iterations=10)
 
 
 @pytest.fixture(scope="module")
 def undisturbed(new, tmp_path_factory):
-    """Run it once without any disturbance."""
+    """Return the project after a run without a disturbance."""
     project = new.copy(tmp_path_factory.mktemp("undisturbed") / "project")
     run = project.snakemake()
     assert run.status == 0, run.output
@@ -49,7 +49,7 @@ def undisturbed(new, tmp_path_factory):
 
 @dataclass
 class Progress:
-    """How a run ended, and the outputs that its jobs have started and finished to make."""
+    """The exit of a run, and the outputs of the jobs that have started and finished."""
 
     killed: bool = False
     started: list[str] = field(default_factory=list)
@@ -58,7 +58,7 @@ class Progress:
     _by_job: dict[str, str] = field(default_factory=dict)
 
     def read(self, line: str) -> None:
-        """Take in a line of Snakemake's plain log."""
+        """Read a line of Snakemake's log."""
         if match := re.match(r"    output: (.+)", line):
             self._outputs = match[1]
         elif (match := re.match(r"    jobid: (\d+)", line)) and self._outputs:
@@ -70,7 +70,7 @@ class Progress:
 
 
 def run_and_kill(project: Project, numbers: random.Random) -> Progress:
-    """Run, and kill the whole process group without warning at a random moment."""
+    """Start a run, and kill its whole process group at a random moment."""
     progress = Progress()
     process = project.start(PLAIN_LOG)
     strike_at_random(process, numbers, lambda: kill_run(process), hear=progress.read)
@@ -79,7 +79,7 @@ def run_and_kill(project: Project, numbers: random.Random) -> Progress:
 
 
 def results_of(project: Project) -> dict[str, bytes]:
-    """Give the content of every result but the page, which holds the date and durations."""
+    """Return the content of every result, except the page with its date and durations."""
     results = project.result_bytes()
     page = results.pop("report.html", b"</html>")
     assert page.rstrip().endswith(b"</html>")
@@ -87,7 +87,7 @@ def results_of(project: Project) -> dict[str, bytes]:
 
 
 def half_written(project: Project, expected: dict[str, bytes]) -> list[str]:
-    """Name the results that stand under their final name with another content."""
+    """Return the results that have their final name, but another content."""
     return [
         name
         for name, content in results_of(project).items()
@@ -98,7 +98,7 @@ def half_written(project: Project, expected: dict[str, bytes]) -> list[str]:
 def be_killed_again_and_again(
     new: Project, folder: Path, kills: int, expected: dict[str, bytes]
 ) -> int:
-    """Kill runs until that many were hit, checking after each; then let the last one end."""
+    """Kill a number of runs, and check the results after each; then run to the end."""
     numbers = random.Random(folder.name)
     killed = 0
     for attempt in itertools.count():
@@ -120,7 +120,7 @@ def be_killed_again_and_again(
 
 
 def run(project: Project) -> Progress:
-    """Run to the end."""
+    """Run the workflow to its end."""
     done = project.snakemake(cores=1)
     assert done.status == 0, done.output
     progress = Progress()
@@ -186,7 +186,7 @@ def test_the_lock_ends_with_the_process_however_it_ends(tmp_path):
 
 @contextlib.contextmanager
 def small_disk(folder: Path, size: str):
-    """Mount a disk of that size there."""
+    """Mount a disk of the given size at a folder."""
     folder.mkdir(exist_ok=True)
     command = ["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", str(folder)]
     if os.name != "posix" or os.geteuid() != 0 or not shutil.which("mount"):
@@ -201,7 +201,7 @@ def small_disk(folder: Path, size: str):
 
 
 def enlarge(folder: Path) -> None:
-    """Make room on the small disk."""
+    """Enlarge the small disk."""
     subprocess.run(["mount", "-o", "remount,size=50m", str(folder)], check=True)
 
 

@@ -1,4 +1,4 @@
-"""A job of one recording costs its imports: it loads numpy, the library, and nothing heavier."""
+"""A job for one recording imports only numpy and the library, since imports take its time."""
 
 import re
 import subprocess
@@ -13,7 +13,7 @@ SCRIPTS = ROOT / "workflow" / "scripts"
 
 
 def loaded_modules(*command):
-    """Run Python and give all modules that it loads, until it ends."""
+    """Run Python, and return all modules that it loads."""
     ended = subprocess.run(
         [sys.executable, "-X", "importtime", *command], capture_output=True, text=True, check=True
     )
@@ -21,14 +21,14 @@ def loaded_modules(*command):
 
 
 def packages(modules):
-    """Give the packages among them that are neither Python's own nor the project's."""
+    """Return the packages among modules that belong neither to Python nor to the project."""
     project = {path.stem for path in SCRIPTS.iterdir()}
     return {name.partition(".")[0] for name in modules} - set(sys.stdlib_module_names) - project
 
 
 @pytest.fixture(scope="module")
 def with_numpy_alone():
-    """Give what numpy itself loads, and what this installation loads at every start."""
+    """Return the packages that numpy loads, or that this installation loads at every start."""
     return loaded_modules("-c", "import numpy, numpy.fft, numpy.linalg, numpy.random")
 
 

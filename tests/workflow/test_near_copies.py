@@ -1,4 +1,4 @@
-"""A recording that is nearly the same as another changes no verdict on it, and is named."""
+"""A near copy of a recording changes no verdict on it, and the summary names it."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ TABLES = ["results/evaluation/predictions.csv", "results/detections.csv"]
 
 
 def verdicts(project, name, recording):
-    """Give the numbers of every detector's verdict, that of resubstitution left aside."""
+    """Return the numbers of every detector's verdict, without resubstitution."""
     rows = [row for row in project.table(name) if row["recording"] == recording]
     rows = [row for row in rows if row.get("scheme") != "resubstitution"]
     assert len(rows) == 4
@@ -26,7 +26,7 @@ def verdicts(project, name, recording):
 
 
 def put(project, name, values):
-    """Put readings into an archive under a name."""
+    """Write readings into an archive under a name."""
     path = project.raw / f"{name}.csv"
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(format_recording(Recording(np.arange(values.shape[1]) / 10, values, {})))
@@ -34,7 +34,7 @@ def put(project, name, values):
 
 @pytest.fixture(scope="module")
 def projects(tmp_path_factory):
-    """Run an archive without and with near-copies: of a labelled, and of an unlabelled one."""
+    """Run an archive without and with near copies, of a labelled and an unlabelled recording."""
     folder = tmp_path_factory.mktemp("near")
     without = Project.create(folder / "without", NAMES, particles=20, iterations=20)
     run = without.snakemake(*TABLES)

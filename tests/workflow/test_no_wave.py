@@ -16,7 +16,7 @@ NOISE = ["0mm/noise", "3mm/noise", "unlabelled/noise"]
 
 @pytest.fixture(scope="module")
 def projects(tmp_path_factory):
-    """Run an archive without noise, and then with."""
+    """Run an archive without and with recordings of noise, and return both projects."""
     folder = tmp_path_factory.mktemp("noise")
     without = Project.create(folder / "without", NAMES, particles=20, iterations=20)
     run = without.snakemake(*TABLES)

@@ -1,4 +1,4 @@
-"""Results that do not fit what they should be made from are made again by the same plain call."""
+"""The same call of snakemake makes results again that do not fit their inputs."""
 
 import os
 import shutil
@@ -19,7 +19,7 @@ SEQUENCES = 20
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory, preloaded_snakemake):
-    """Run a small archive once; tests copy what this gives and do not change it."""
+    """Return a project after one run; tests copy it and do not change it."""
     folder = tmp_path_factory.mktemp("finished") / "project"
     return create_project(folder, preloaded_snakemake)
 

@@ -1,4 +1,4 @@
-"""The workflow on a Slurm cluster gives the same bytes as on this machine."""
+"""The workflow gives the same bytes on a Slurm cluster as on this computer."""
 
 import importlib.util
 

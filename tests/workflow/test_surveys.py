@@ -1,4 +1,4 @@
-"""Surveys in the workflow: each is drawn once, and again only when it has changed."""
+"""The workflow draws each survey once, and again only after a change."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""The workflow, run for real on small data."""
+"""The workflow runs on small data."""
 
 import json
 import shutil
@@ -37,14 +37,14 @@ NODULES = [name for name in RECORDINGS if name.startswith(("1mm", "2.5mm"))]
 
 @pytest.fixture(scope="module")
 def new(tmp_path_factory):
-    """Make a project with recordings and no results."""
+    """Return a project with recordings and without results."""
     folder = tmp_path_factory.mktemp("new") / "project"
     return Project.create(folder, RECORDINGS, particles=20, iterations=20)
 
 
 @pytest.fixture(scope="module")
 def finished(new, tmp_path_factory):
-    """Run it once; tests copy what this gives and do not change it."""
+    """Return the project after one run; tests copy it and do not change it."""
     project = new.copy(tmp_path_factory.mktemp("finished") / "project")
     run = project.snakemake()
     assert run.status == 0, run.output
@@ -389,7 +389,7 @@ def test_two_labelled_recordings_are_enough_for_verdicts_and_the_page_says_how_f
 
 @pytest.fixture(scope="module")
 def loaded(finished):
-    """Load the same recordings by the library, which takes the settings beside them."""
+    """Load the same recordings with the library, which uses the settings beside them."""
     return load(finished.raw)
 
 
