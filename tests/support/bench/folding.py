@@ -48,7 +48,7 @@ class FoldingOrigami:
         del start_s, end_s
         now = self._board.half_steps
         if not self.stalled:
-            # Folded as far as it goes, the origami holds the motor up.
+            # The completely folded origami stops the motor.
             self.wound = min(self.wound + now - self._before, TRAVEL + SWITCH_TRAVEL)
         self._before = now
         self._press()

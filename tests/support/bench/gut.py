@@ -82,7 +82,7 @@ class Gut:
         self._mv = 1000 * electronics.vref_v / 2**electronics.adc_bits
         self._motor, self._thread, self._logger = motor, thread, logger
         self._length_mm, self._cam_mm = length_mm, motor.cam_mm
-        # Samples that the wave has not come to yet.
+        # Samples that the wave has not reached yet.
         self._ahead: deque[tuple[np.ndarray, float]] = deque()
         self._before, self.head_mm = self._sample()
         self._after, _ = self._sample()

@@ -7,7 +7,7 @@ from acquisition.cable import Board
 from support.bench.emulated import FOLD, LOGGER, PIN_2, EmulatedBoard
 
 PAGE = (Path(__file__).parents[3] / "docs" / "protocol.md").read_text(encoding="utf-8")
-VOLTAGES_MV = [1000, 2500, 4000, 5000]  # at the logger's inputs, as the page says
+VOLTAGES_MV = [1000, 2500, 4000, 5000]  # at the logger's inputs, from the page
 
 
 def board_of_the_page(board: tuple[str, str], image: Path | None = None) -> EmulatedBoard:

@@ -114,7 +114,7 @@ class Rig:
             if cable.plugged:
                 cable.unplug()
 
-    # What a session says.
+    # Readers of a session's files.
 
     def events(self, session: str = "tuesday") -> list[dict]:
         """Read the log of events."""

@@ -9,7 +9,7 @@ from support.bench.folding import SWITCH_TRAVEL, TRAVEL
 WAVELENGTH_MM = 80.0
 FASTEST_MM_S = 47.107
 FOLD_STEPS_S = 400.0
-# A move whose first switch has not opened after so many half-steps has failed.
+# A move has failed if its first switch has not opened after this many half-steps.
 _RELEASE_STEPS = 500
 _LEASE_S = 5.0
 _LONGEST_MOVE_S = 10.0
@@ -139,7 +139,7 @@ class StandInFold(StandIn):
         self.wound = 0.0
         self.stuck: dict[str, bool] = {}
         self.stalled = False
-        # When the motor was on, and for how long.
+        # Times at which the motor was on, and for how many seconds.
         self._on: deque[tuple[int, float]] = deque()
         self.said: list[str] = []
         super().__init__()

@@ -9,7 +9,7 @@ import pylsl
 
 from support.bench.waiting import wait_until
 
-# No multicast, which a container may lack, and a session that no other program joins.
+# A container may have no multicast. The session's name keeps other programs out.
 CONFIGURATION = f"""[ports]
 IPv6 = disable
 [multicast]

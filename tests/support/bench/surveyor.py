@@ -19,7 +19,7 @@ from support.bench.cable import TerminalCable
 from support.bench.clocked_survey import ANSWER, ASK, ENDED
 
 PROGRAM = Path(__file__).with_name("clocked_survey.py")
-# So long the kernel may take to pass bytes on, on a busy machine; and how often to look.
+# Time limit, in s, for the kernel to pass bytes on, and interval between two looks.
 _PASSED_ON_WITHIN_S = 1.0
 _LOOK_AGAIN_S = 0.0001
 
