@@ -1,13 +1,13 @@
 """Pure functions on arrays: no module of this package knows a file path or Snakemake.
 
-`capsule.load`, `capsule.judge` and the other names of `capsule.interface.public` are imported when
-a program asks for them: each step of the workflow imports this file, and shall load no more.
+`capsule.load`, `capsule.judge` and the other names of `capsule.interface.public` are imported only
+when a program asks for them. Each step of the workflow imports this file, so it must stay small.
 """
 
 
 def __getattr__(name: str) -> object:
     """Import a public name."""
-    # By its name: what a string names is no import that makes the workflow run again.
+    # Snakemake follows import statements. A module named by a string triggers no new run.
     from importlib import import_module
 
     return import_module("capsule.interface.public").attribute(name)

@@ -1,4 +1,4 @@
-"""What makes a recording usable, and where its missing samples are."""
+"""Acceptance of a recording: checks of its samples, and an even time grid with gaps as NaN."""
 
 from collections.abc import Mapping
 
@@ -11,7 +11,7 @@ from capsule.recording import Recording
 from capsule.sensed_wave import fill_missing, window_mean
 from capsule.time_axis import columns_by_time
 
-# Less variation than this, relative to the reading, is below any ADC's resolution: rounding.
+# Relative to the reading. A smaller variation is rounding error, below any ADC's resolution.
 _SMALLEST_VARIATION = 1e-9
 
 
@@ -28,7 +28,7 @@ def accept(
     window: int,
     length: int,
 ) -> FloatArray:
-    """Check a recording and lay its samples on an even grid in time.
+    """Check a recording and place its samples on an even grid in time.
 
     Parameters
     ----------
@@ -47,12 +47,12 @@ def accept(
     max_constant_fraction : float
         Largest fraction of samples in which a sensor may read the same.
     max_sensor_correlation : float
-        Largest correlation of two sensors' readings, each taken against its mean over a window
-        around it.
+        Largest correlation of two sensors' readings. The mean over a window around each reading is
+        subtracted first.
     window : int
-        Window W of the envelope in samples; a shorter recording is refused.
+        Window W of the envelope in samples; a shorter recording is rejected.
     length : int
-        Number of columns L of the matrix; a longer recording is refused, never cut.
+        Number of columns L of the matrix; a longer recording is rejected, never cut.
 
     Returns
     -------
@@ -155,13 +155,16 @@ def _check_sensors(
 
 
 def _check_alike(values: FloatArray, window: int, max_sensor_correlation: float) -> None:
-    """Refuse two channels that show one sensor; a wave reaches sensors one after the other."""
+    """Raise an error if two channels show one sensor.
+
+    A wave reaches two different sensors one after the other, so their readings differ.
+    """
     if max_sensor_correlation >= 1:
         return
     filled = fill_missing(values)
     level = window_mean(filled, window)
     before = (window - 1) // 2
-    # Drift that all sensors share, such as that of the supply, makes nobody alike.
+    # Without the level, a drift that all sensors share (of the supply, say) adds no correlation.
     moving = filled[:, before : before + level.shape[1]] - level
     length = np.sqrt((moving**2).sum(axis=1))
     moving /= np.where(length > 0, length, 1.0)[:, np.newaxis]

@@ -1,4 +1,4 @@
-"""Names of the kinds of arrays. Shapes stand in the docstrings, for a type cannot tell them all."""
+"""Type names for arrays. Docstrings state the shapes, because the types cannot express them."""
 
 from typing import Any, TypeAlias
 
@@ -7,7 +7,7 @@ import numpy as np
 #: Readings, times, voltages, forces, sizes: 64-bit floating-point numbers of any shape.
 FloatArray: TypeAlias = np.ndarray[tuple[Any, ...], np.dtype[np.float64]]
 
-#: The same in either precision, 64 bits or 32: what is as good in half the memory.
+#: Floating-point numbers of 64 or 32 bits, for arrays where 32 bits are enough and save memory.
 RealArray: TypeAlias = np.ndarray[tuple[Any, ...], np.dtype[np.floating[Any]]]
 
 #: Positions in another array, counts: integers of any width and shape.
@@ -16,10 +16,10 @@ IntArray: TypeAlias = np.ndarray[tuple[Any, ...], np.dtype[np.integer[Any]]]
 #: Readings as they were recorded: volts, or an ADC's whole counts.
 NumberArray: TypeAlias = FloatArray | IntArray
 
-#: Phasors: the length and direction of a beat, of any shape.
+#: Phasors: amplitude and phase of a beat as one complex number, of any shape.
 ComplexArray: TypeAlias = np.ndarray[tuple[Any, ...], np.dtype[np.complex128]]
 
-#: Choices among the elements of another array, of any shape.
+#: Truth values of any shape, such as a mask for another array.
 BoolArray: TypeAlias = np.ndarray[tuple[Any, ...], np.dtype[np.bool_]]
 
 #: Words, such as the state at each moment, of any shape.

@@ -1,4 +1,4 @@
-"""One recording from its bytes to readings and matrix, or to the reason why not."""
+"""Check of one recording: from the file's bytes to readings and matrix, or to a reason why not."""
 
 import hashlib
 import io
@@ -21,26 +21,26 @@ from capsule.wave_check import missing_wave
 def check_recording(
     name: str, content: bytes | None, max_bytes: int, settings: Settings
 ) -> tuple[dict[str, Any], FloatArray, FloatArray]:
-    """Check a recording, lay its readings on an even grid and make its matrix V.
+    """Check a recording, place its readings on an even grid and make its matrix V.
 
     Parameters
     ----------
     name : str
         Its name, such as ``3mm/r07``.
     content : bytes or None
-        Its file; None for one that is larger than allowed.
+        Content of its file; None for a file that is larger than allowed.
     max_bytes : int
-        The largest file allowed.
+        Size of the largest file allowed.
     settings : mapping
-        Sections ``recording`` and ``preprocessing`` of the configuration, and of the section
-        ``diagonal`` what `capsule.configuration.BENCH` names.
+        Sections ``recording`` and ``preprocessing`` of the configuration, and the keys of the
+        section ``diagonal`` that `capsule.configuration.BENCH` lists.
 
     Returns
     -------
     check : dict
         The outcome, as results/checks/ keeps it.
     values : (S, K) array
-        The readings, on the configured full scale; of a rejected recording (S, L) of NaN.
+        The readings, on the configured full scale; (S, L) of NaN for a rejected recording.
     matrix : (S, L) array
         V; NaN for a rejected recording.
     """
@@ -58,7 +58,7 @@ def check_recording(
         check["samples"] = recording.time_s.size
         check["duration_s"] = float(recording.time_s[-1] - recording.time_s[0])
         values, check["no_verdict"] = readings_of(recording, settings)
-        # As recorded: on another full scale nobody can tell where the ADC's range ended.
+        # The readings as recorded: on another full scale the ends of the ADC's range are unknown.
         check["at_ends"] = shares_at_ends(recording.values, recording.header)
         check["readings_sha256"] = readings_checksum(values)
         matrix = preprocess(values, **shape)
@@ -69,12 +69,12 @@ def check_recording(
 
 
 def readings_of(recording: Recording, settings: Settings) -> tuple[FloatArray, str]:
-    """Check a recording that was read, as the workflow does.
+    """Check a recording that is already read, with the workflow's rules.
 
     Parameters
     ----------
     recording : Recording
-        As read.
+        The recording as read.
     settings : mapping
         As in `check_recording`.
 
@@ -83,7 +83,7 @@ def readings_of(recording: Recording, settings: Settings) -> tuple[FloatArray, s
     values : (S, K) array
         The readings on an even grid in time and on the configured full scale.
     no_verdict : str
-        Why no detector can judge it; empty where each sensor shows a wave.
+        The reason why no detector can judge it; empty if each sensor shows a wave.
 
     Raises
     ------

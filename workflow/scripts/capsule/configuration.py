@@ -1,4 +1,4 @@
-"""The check of the configuration: every fault with its file, key, value and what is allowed."""
+"""Check of the configuration. Each fault names the file, the key, the value and what is allowed."""
 
 import difflib
 import math
@@ -19,16 +19,16 @@ _LIMITS = {
     "exclusiveMaximum": "less than",
 }
 
-# What of the section ``diagonal`` tells of the bench, whoever judges its recordings.
+# The keys of the section ``diagonal`` that describe the bench; every detector depends on them.
 BENCH = ("wave_speed_mm_s", "wavelength_mm", "full_scale", "pressing_lowers_reading", "pitch_mm")
-# Instead of a detector's name: the one that does best on the archive.
+# In place of a detector's name, this word selects the one that does best on the archive.
 _BEST = "best"
-# Two harmonics of a wave whose period may be half the configured one.
+# Enough for two harmonics of a wave, even if its period is half the configured one.
 _LEAST_SAMPLES_A_WAVE = 10
 
 
 def _is_integer(_: object, value: object) -> bool:
-    # JSON Schema takes 84.0 for an integer; numpy does not.
+    # JSON Schema accepts 84.0 as an integer; numpy does not.
     return isinstance(value, int) and not isinstance(value, bool)
 
 
@@ -48,22 +48,22 @@ _Validator = extend(
 def check_configuration(
     config: Settings, schema: Settings, sources: Mapping[str, Settings]
 ) -> None:
-    """Refuse a configuration that breaks the schema or contradicts itself.
+    """Raise an error if the configuration breaks the schema or contradicts itself.
 
     Parameters
     ----------
     config : mapping
-        The configuration as it results from all sources.
+        The configuration that results from all sources.
     schema : mapping
         The JSON Schema.
     sources : mapping of str to mapping
-        What each file, or the command line, gives; a later one overrides an earlier one. The
-        message names the one that a faulty value is from.
+        The values that each file, or the command line, sets. A later source overrides an earlier
+        one. The message names the source of a faulty value.
 
     Raises
     ------
     CapsuleError
-        Lists every fault, a line each: file, key, value, what is allowed.
+        Lists every fault on a line of its own: file, key, value, what is allowed.
     """
     errors = _Validator(schema).iter_errors(config)
     faults = {fault for error in errors for fault in _describe(error, schema, config)}
@@ -75,7 +75,7 @@ def check_configuration(
 
 
 def _source(path: str, sources: Mapping[str, Row]) -> str:
-    """Name the last source that gives a key, or the first where none does."""
+    """Return the name of the last source that sets a key, or of the first if none does."""
     giving = next(iter(sources))
     for name, content in sources.items():
         part: object = content
@@ -89,8 +89,8 @@ def _source(path: str, sources: Mapping[str, Row]) -> str:
 def _describe(
     error: ValidationError, schema: Settings, config: Settings
 ) -> Iterator[tuple[str, str]]:
-    """Give the key and the message of each fault in an error of the validator."""
-    # A fault inside a list is told as one of the list.
+    """Yield the key and the message of each fault in an error of the validator."""
+    # A fault inside a list is reported as a fault of the whole list.
     keys = [part for part in error.absolute_path if isinstance(part, str)]
     key = ".".join(keys)
     prefix = f"{key}." if key else ""
@@ -123,14 +123,14 @@ def _hint(value: object) -> str:
 
 
 def allowed_values(part: Settings, schema: Settings) -> str:
-    """Say in words what a key may hold.
+    """Return in words which values a key may hold.
 
     Parameters
     ----------
     part : mapping
         The key's part of the schema.
     schema : mapping
-        The whole schema, which holds what parts refer to.
+        The whole schema, with the definitions that its parts refer to.
 
     Returns
     -------
@@ -157,7 +157,7 @@ def allowed_values(part: Settings, schema: Settings) -> str:
 
 
 def _contradictions(config: Settings) -> Iterator[tuple[str, str]]:
-    """Find values that are allowed one by one but not together."""
+    """Yield the key and the message of values that are allowed one by one but not together."""
     named, detectors = config["report"]["lead"], config["detectors"]
     if named not in (_BEST, *detectors):
         key, known = "report.lead", ", ".join((_BEST, *detectors))

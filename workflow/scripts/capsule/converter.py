@@ -1,4 +1,4 @@
-"""What the readings of a recording are: counts of a converter, volts, or resistances."""
+"""Units of a recording's readings: counts of an ADC, volts or resistances."""
 
 import re
 from collections.abc import Mapping
@@ -8,36 +8,36 @@ import numpy as np
 from capsule.arrays import FloatArray, NumberArray
 from capsule.errors import RecordingError
 
-# Where no header says how many bits the ADC has: those of usual ones.
+# Bits of usual ADCs, tried if no header line states them.
 _USUAL_BITS = (8, 10, 12, 14, 16)
-# What the header line ``unit`` may say of resistances, in ohms.
+# Units of resistance that the header line ``unit`` may name, in ohms.
 _OHMS = {"ohm": 1.0, "kohm": 1000.0}
 
 
 def on_full_scale(
     values: FloatArray, header: Mapping[str, str], full_scale: float, pressing_lowers: bool
 ) -> FloatArray:
-    """Bring readings to the scale that the configuration names, whatever unit they come in.
+    """Return readings on the configured full scale, converted from the unit of the recording.
 
     Parameters
     ----------
     values : (S, K) array
         Readings; NaN where a sample is missing.
     header : mapping of str to str
-        The recording's. Counts are told by ``adc_bits``, volts by ``vref_v``, resistances by
-        ``unit: ohm`` or ``unit: kohm``, with ``series_ohm`` beside it.
+        The recording's header. ``adc_bits`` describes counts, ``vref_v`` volts. Resistances have
+        ``unit: ohm`` or ``unit: kohm``, and ``series_ohm``.
     full_scale, pressing_lowers
         As `capsule.divider.relative_resistance` takes them.
 
     Returns
     -------
     (S, K) array
-        What the configured converter would read; the same values where no header tells more.
+        The readings that the configured ADC would give; unchanged if the header states no scale.
 
     Raises
     ------
     RecordingError
-        The header names a unit that is not known, or resistances that are not positive.
+        The header names an unknown unit, or a resistance is not positive.
     """
     unit = header.get("unit", "").lower()
     if unit in _OHMS:
@@ -47,7 +47,7 @@ def on_full_scale(
                 f"the header says unit: {unit}, but a reading is {np.nanmin(values):g}; "
                 "every resistance must be above 0"
             )
-        # Without the resistor in series, its ratio to all of them is what remains unknown.
+        # If the resistor in series is unknown, the median resistance stands in for it.
         series = _header_number(header, "series_ohm") or float(np.nanmedian(ohms))
         across = ohms if pressing_lowers else series
         return full_scale * across / (ohms + series)
@@ -62,7 +62,7 @@ def on_full_scale(
 
 
 def reading_unit(header: Mapping[str, str], values: FloatArray) -> str:
-    """Return the unit of readings (S, K) as `on_full_scale` gives them: ``counts`` or ``V``."""
+    """Return the unit of readings (S, K) from `on_full_scale`: ``counts`` or ``V``."""
     unit = header.get("unit", "").lower()
     brought = header.get("vref_v") or unit in ("counts", *_OHMS)
     return "counts" if brought or adc_ends(header, values)[0] else "V"
@@ -71,9 +71,9 @@ def reading_unit(header: Mapping[str, str], values: FloatArray) -> str:
 def adc_ends(
     header: Mapping[str, str], values: NumberArray
 ) -> tuple[bool, list[tuple[float, float]]]:
-    """Tell whether readings are counts, and which bands of them are an end of the ADC's range.
+    """Return whether readings are counts, and the bands of values at the ends of the ADC's range.
 
-    The highest band stands last.
+    The last band is the highest.
     """
     bits, vref_v = _header_number(header, "adc_bits"), _header_number(header, "vref_v")
     if bits is not None and not (bits.is_integer() and 1 <= bits <= 32):
@@ -81,14 +81,14 @@ def adc_ends(
             f"the header says adc_bits: {header['adc_bits']!r}; allowed is a whole number, 1 to 32"
         )
     whole = bool(np.all((values % 1.0 == 0) | np.isnan(values)))
-    # Averaged counts are no whole numbers; volts never exceed the reference.
+    # Averaged counts need not be whole numbers. Volts never exceed the reference.
     counts = whole or (bool(np.nanmax(values) > 2 * vref_v) if vref_v else bits is not None)
     if counts:
-        # A reading of 2^n - 1 for most of a run is no coincidence, even where no header tells n.
+        # If most readings are 2^n - 1, that is the end of the range, even if no header states n.
         tops = [float(2 ** int(n) - 1) for n in ([bits] if bits else _USUAL_BITS)]
         return True, [(0.0, 0.0), *((top, top) for top in tops)]
     step = (vref_v or 0.0) / 2 ** (bits or 10)
-    # Converted by 2^n or by 2^n - 1, the highest count is within one step of the reference.
+    # A program may divide by 2^n or by 2^n - 1: the highest value is within one step of vref_v.
     top = [(vref_v - 1.5 * step, vref_v + step)] if vref_v else []
     return False, [(0.0, step / 2), *top]
 
@@ -99,10 +99,10 @@ def shares_at_ends(values: NumberArray, header: Mapping[str, str]) -> list[float
     Parameters
     ----------
     values : (S, K) array
-        The readings of an accepted recording, in the unit that they were recorded in; NaN where a
-        sample is missing.
+        The readings of an accepted recording, in their recorded unit; NaN where a sample is
+        missing.
     header : mapping of str to str
-        The lines above the readings.
+        The recording's header.
     """
     _, ends = adc_ends(header, values)
     known = [readings[~np.isnan(readings)] for readings in values]
@@ -110,7 +110,7 @@ def shares_at_ends(values: NumberArray, header: Mapping[str, str]) -> list[float
 
 
 def share_between(known: NumberArray, below: float, above: float) -> float:
-    """Return the share of readings (n,) from one value to another."""
+    """Return the share of readings (n,) between two values, both included."""
     return float(np.mean((known >= below) & (known <= above)))
 
 

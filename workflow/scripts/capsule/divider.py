@@ -1,39 +1,38 @@
-"""From the readings of a voltage divider to the resistance of the sensor in it."""
+"""Conversion from the readings of a voltage divider to the resistance of its sensor."""
 
 import numpy as np
 
 from capsule.arrays import FloatArray
 from capsule.kinds import Settings
 
-# Nearer to the ends of the converter a reading says no more than "very small" or "very large".
+# Share of the full scale. Nearer to its ends, a reading only means "very small" or "very large".
 _ENDS = 0.02
 
 
 def relative_resistance(
     readings: FloatArray, full_scale: float, pressing_lowers: bool
 ) -> FloatArray:
-    """Give each sensor's resistance in units of the resistor in series with it.
+    """Return each sensor's resistance in units of the resistor in series with it.
 
-    The reading is a curved function of the resistance: a sensor whose rest value has drifted
-    answers the same press with a smaller or larger change of the voltage. Its resistance does not.
+    The reading is not proportional to the resistance. If the rest value of a sensor drifts, the
+    same press changes the voltage by more or by less. The change of the resistance stays the same.
 
     Parameters
     ----------
     readings : (S, K) array
         Readings in any unit; NaN where a sample is missing.
     full_scale : float
-        What the supply voltage itself would read, such as 1024 for a 10 bit converter that refers
-        to it.
+        Reading of the supply voltage itself, such as 1024 for a 10 bit ADC that refers to it.
     pressing_lowers : bool
-        Whether a pressed sensor, whose resistance falls, reads less: the voltage is taken across
-        the sensor, ``R / (R + R_series)``; otherwise across the other resistor.
+        True if pressing lowers the reading: the voltage is taken across the sensor,
+        ``R / (R + R_series)``. False if it is taken across the other resistor.
 
     Returns
     -------
     (S, K) array
-        ``R / R_series``. Readings of which some lie outside 0 to `full_scale`, or all near 0 (volts
-        or kilo-ohms where counts are configured), are of no such divider; they are given back as
-        they are, turned so that pressing lowers them.
+        ``R / R_series``. Some readings cannot come from such a divider: they lie outside 0 to
+        `full_scale`, or all lie near 0 (volts or kilo-ohms where counts are configured). Such
+        readings are returned unconverted, with the sign that makes pressing lower them.
     """
     lowest, highest = np.fmin.reduce(readings, axis=None), np.fmax.reduce(readings, axis=None)
     if lowest < 0 or not _ENDS * full_scale < highest <= full_scale:
@@ -54,14 +53,14 @@ def pressed_and_period(
     rate_hz : float
         Sampling rate.
     settings : mapping
-        Section ``diagonal`` of the configuration, which tells of wave and sensors.
+        Section ``diagonal`` of the configuration, which describes wave and sensors.
 
     Returns
     -------
     pressed : (S, K) array
-        Larger for a sensor that is pressed harder, from any rest.
+        Larger if a sensor is pressed harder; the value at rest is arbitrary.
     period : float
-        In samples.
+        Configured time from wave to wave, in samples.
     """
     resistance = relative_resistance(
         values, settings["full_scale"], settings["pressing_lowers_reading"]

@@ -1,9 +1,9 @@
-"""The errors that a user can cause."""
+"""Errors that a user can cause."""
 
 
 class CapsuleError(Exception):
-    """A fault in what the user gave; its text names the place, the value and the remedy."""
+    """An error in the user's input; its text names the place, the value and the remedy."""
 
 
 class RecordingError(CapsuleError):
-    """A recording that cannot be used; its text is the reason listed in recordings.csv."""
+    """The error of a recording that cannot be used; its text is the reason in recordings.csv."""

@@ -1,10 +1,10 @@
-"""The particle that is most similar to a recording (eq. initalParticleindex to eq. Theta*).
+"""Fit of the particle that is most similar to a recording (eq. initalParticleindex to eq. Theta*).
 
-What makes a fit fast: (1) one cross-correlation by FFT, no longer than needed, gives all lags;
-(2) Delta mu and sigma^hor are integers, so every profile along time is a slice of a small table;
-(3) random numbers are drawn at once, large arrays made once; (4) gains are compared, not RMSEs;
-(5) calls and FFTs serve 16 candidates at a time, or 8 proposals on the guess that none is
-accepted: what follows an accepted one is made again.
+Five measures make a fit fast. (1) One cross-correlation by FFT, no longer than needed, gives all
+lags. (2) Delta mu and sigma^hor are integers, so every profile along time is a slice of a small
+table. (3) Random numbers are drawn at once, and large arrays are made once. (4) Gains are compared
+instead of RMSEs. (5) Each call compares 16 candidates, or 8 proposals. If one of the proposals is
+accepted, the program makes those after it again.
 """
 
 from dataclasses import dataclass
@@ -17,8 +17,8 @@ from capsule.particles import ParameterSpace, Particle, time_profile
 from capsule.seeding import fit_generator
 from capsule.sliding import SlidingComparison, rmse_at_lag
 
-# How many particles are compared at once: more gain little and need more cache; of the proposals,
-# those after an accepted one are compared in vain.
+# Particles compared at once. Larger groups save little time and need more cache. Proposals after
+# an accepted one are compared in vain.
 CANDIDATES_AT_ONCE = 16
 PROPOSALS_AT_ONCE = 8
 
@@ -39,9 +39,9 @@ class Fit:
     rmse : float
         RMSE* of the optimal particle.
     lag : int
-        tau where it is reached.
+        tau of the smallest RMSE.
     accepted_moves : int
-        How many of the M iterations lowered the RMSE.
+        Number of iterations, of the M, that lowered the RMSE.
     """
 
     particle: Particle
@@ -52,9 +52,10 @@ class Fit:
 
 
 class ParticleRenderer:
-    """Renders particles with integer spacings and spreads, as `capsule.particles.render` does.
+    """A fast renderer of particles with integer spacings and spreads.
 
-    The difference is less than rounding: a profile is 0 where it is below 2^-53 of its peak.
+    Its results differ from those of `capsule.particles.render` by less than rounding. A profile is
+    0 where it is below 2^-53 of its peak.
 
     Parameters
     ----------
@@ -112,9 +113,9 @@ def fit_particle(
 ) -> Fit:
     """Fit a particle to a recording's matrix.
 
-    The best of N random particles (eq. initalParticleindex) is improved over M iterations: a
-    proposal adds a random step to every parameter (eq. Thetaupdate), is brought back to the
-    bounds, and is kept only if its RMSE is smaller (eq. updateTheta).
+    The fit starts from the best of N random particles (eq. initalParticleindex) and improves it
+    over M iterations. Each proposal adds a random step to every parameter (eq. Thetaupdate) and is
+    limited to the bounds. It is kept only if its RMSE is smaller (eq. updateTheta).
 
     Parameters
     ----------
@@ -168,14 +169,14 @@ def fit_particle(
 
 
 def fit_recording(matrix: FloatArray, values: FloatArray, settings: Settings) -> Fit:
-    """Fit a particle to a recording, as the configuration wants it.
+    """Fit a particle to a recording with the configured settings.
 
     Parameters
     ----------
     matrix : (S, L) array
-        Its matrix V.
+        The recording's matrix V.
     values : (S, K) array
-        Its readings on an even grid in time, which seed the fit.
+        The recording's readings on an even grid in time, which seed the fit.
     settings : mapping
         Section ``fit`` of the configuration.
 
@@ -197,7 +198,7 @@ def compare_vectors(
     Parameters
     ----------
     vectors : (B, 4 S - 1) array
-        The parameters; B is at most what the comparison takes at once.
+        The parameters; B is at most the number of particles that `comparison` takes at once.
     renderer : ParticleRenderer
     comparison : SlidingComparison
 

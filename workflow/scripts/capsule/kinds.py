@@ -1,7 +1,7 @@
-"""Names of the kinds of values that come from files: a settings table, a row of a result table.
+"""Type names for values that come from files: settings, and rows of result tables.
 
-What a configuration file or a table holds is known only once it is read, so the values have no
-narrower type here. Imports nothing heavy: the Snakefile checks the configuration at every start.
+The types are wide, because the content of a file is known only after it is read. This module
+imports nothing heavy, because the Snakefile checks the configuration at every start.
 """
 
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ Settings: TypeAlias = Mapping[str, Any]
 #: A row of a table, by column: text, a number, or nothing.
 Row: TypeAlias = Mapping[str, Any]
 
-#: How matplotlib is to draw a line, a mark or an area: its keywords.
+#: Keywords for matplotlib: the look of a line, a mark or an area.
 Look: TypeAlias = Mapping[str, Any]
 
 #: A row that is being made, or the values that the report's template reads, by name.

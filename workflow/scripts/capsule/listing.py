@@ -1,4 +1,4 @@
-"""The list of every recording: what was accepted, what was not, and why."""
+"""The list of all recordings: which are accepted, which are rejected, and why."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
@@ -17,7 +17,7 @@ from capsule.naming import (
 from capsule.near_copies import near_copies
 from capsule.recording import source_of
 
-# Lines of the headers that have a column of their own.
+# Header lines that have a column of their own.
 FROM_HEADER = ["site", "session", "nodule_at_mm"]
 COLUMNS = ["recording", "size_mm", "samples", "duration_s", "status", "reason", "no_verdict"]
 COLUMNS += ["sha256", "readings_sha256", "source", *FROM_HEADER]
@@ -27,14 +27,14 @@ NEAR_COPIES = "near_copies"
 def full_list(
     archive: Archive, checks: Mapping[str, Row], load: Callable[[str], FloatArray]
 ) -> list[Cells]:
-    """Give the rows of `list_rows`, and which recordings are nearly the same.
+    """Return the rows of `list_rows`, each with the near-copies of its recording.
 
     Parameters
     ----------
     archive, checks
-        As `list_rows` takes them.
+        As in `list_rows`.
     load : callable
-        ``load(name)`` gives the readings of an accepted recording, (S, K).
+        ``load(name)`` returns the readings of an accepted recording, (S, K).
 
     Returns
     -------
@@ -43,7 +43,7 @@ def full_list(
     """
     rows = list(list_rows(archive, checks))
     accepted = [row["recording"] for row in rows if row["status"] == "accepted"]
-    # By content: which pairs are compared, and which way round, does not depend on names.
+    # Sorted by content: names change neither which pairs are compared nor in which order.
     accepted.sort(key=lambda name: checks[name]["readings_sha256"])
     alike = near_copies(accepted, load)
     for row in rows:
@@ -52,12 +52,12 @@ def full_list(
 
 
 def refuse_rejected(rows: Sequence[Row]) -> None:
-    """Stop where the configuration says that no recording may be rejected.
+    """Raise an error if a recording is rejected; used if on_rejected is fail.
 
     Raises
     ------
     CapsuleError
-        Lists each rejected recording, and why.
+        Lists each rejected recording and the reason.
     """
     rejected = [row for row in rows if row["status"] != "accepted"]
     if rejected:
@@ -69,14 +69,14 @@ def refuse_rejected(rows: Sequence[Row]) -> None:
 
 
 def list_rows(archive: Archive, checks: Mapping[str, Row]) -> Iterator[Cells]:
-    """Give one row a recording, in order; of equal contents at most one is accepted.
+    """Yield one row a recording, in order; of recordings with equal content, at most one counts.
 
     Parameters
     ----------
     archive : Archive
         The files under raw/.
     checks : mapping of str to mapping
-        The outcome of each recording's check; one without is left out.
+        The outcome of each recording's check; a recording without one is left out.
 
     Yields
     ------
@@ -99,12 +99,12 @@ def list_rows(archive: Archive, checks: Mapping[str, Row]) -> Iterator[Cells]:
 
 
 def reasons_of_copies(checks: Mapping[str, Row]) -> dict[str, str]:
-    """Find the recordings that count no more because another one holds the same readings.
+    """Return the reason for each recording that repeats the readings of another one.
 
-    Under two sizes none counts: nobody can tell which label is right. Otherwise one counts: one
-    with a label, of these the one with the shortest name, of these the first. Copies are called
-    such as ``r01-copy`` or ``old-r01``, so the original is usually the one that tables name; no
-    number depends on which it is.
+    If the copies have different sizes, no labelled one counts, because nobody knows which label is
+    right. Otherwise one copy counts: a labelled one if there is one, then the one with the
+    shortest name, then the first. Copies often have names such as ``r01-copy`` or ``old-r01``, so
+    this is usually the original. No number in the results depends on the choice.
 
     Parameters
     ----------
@@ -114,12 +114,12 @@ def reasons_of_copies(checks: Mapping[str, Row]) -> dict[str, str]:
     Returns
     -------
     dict of str to str
-        The reason of each that is accepted no more.
+        The reason for each recording that is no longer accepted.
     """
     groups: dict[str, list[str]] = {}
     for name, check in checks.items():
         if check["status"] == "accepted":
-            # The readings, not the bytes: other line ends or headers make no other recording.
+            # Readings are compared, not bytes: line ends and headers may differ between copies.
             groups.setdefault(check["readings_sha256"], []).append(name)
     reasons: dict[str, str] = {}
     for names in groups.values():

@@ -1,6 +1,6 @@
-"""Names under raw/: which files are recordings, of which size, and what is passed over.
+"""Names of files under raw/: which are recordings, their sizes, and which files are passed over.
 
-Imports nothing heavy: the Snakefile reads the archive at every start.
+This module imports nothing heavy, because the Snakefile reads the archive at every start.
 """
 
 import re
@@ -12,12 +12,12 @@ UNLABELLED = "unlabelled"
 PART = ".part"
 # At most three digits on either side, so that a size and its label are the same number.
 _SIZE_FOLDER = re.compile(r"([0-9]{1,3}(?:\.[0-9]{1,3})?)mm")
-# Plain names reach a shell, a report and any file system unharmed; the length leaves room for
-# the endings of the results.
+# Plain names are safe in a shell, in the report and in any file system. The limited length leaves
+# room for the endings of result files.
 _PLAIN_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]{0,99}")
-# Full-width signs count too where people write with them.
-# Snakemake takes such a name for a mistake in a rule, and stops the whole run.
+# Snakemake takes such a name for a mistake in a rule and stops the whole run.
 _REPEATED_END = re.compile(r"(.+?)\1{19,}$")
+# Spreadsheets also accept the full-width forms of these signs.
 _FORMULA = re.compile(r"(^|[;,|\t])(?=[\"']*[=+\-@\uff1d\uff0b\uff0d\uff20])")
 _NUMBER = re.compile(r"[+-]?[0-9]+(\.[0-9]+)?([eE][+-]?[0-9]+)?|[+-]?inf")
 _NO_FILE = {
@@ -31,15 +31,15 @@ _NO_FILE = {
 
 @dataclass(frozen=True)
 class Entry:
-    """What lies under raw/.
+    """One file or folder under raw/.
 
     Attributes
     ----------
     path : str
         Relative to raw/, with forward slashes.
     kind : {"file", "folder", "dead link", "link out", "device", "locked"}
-        What it is, links followed; ``"link out"`` leads to something that does not lie under
-        raw/, ``"locked"`` is a file or folder that may not be read.
+        Its kind after following links. ``"link out"`` is a link to a place outside raw/;
+        ``"locked"`` is a file or folder without read permission.
     """
 
     path: str
@@ -48,17 +48,17 @@ class Entry:
 
 @dataclass(frozen=True)
 class Archive:
-    """What was found under raw/.
+    """The files under raw/, sorted into recordings and others.
 
     Attributes
     ----------
     recordings : tuple of str
         Names such as ``3mm/r07``, sorted: these are processed.
     refused : dict of str to str
-        Files that claim to be recordings but cannot be processed, and why; the names as
-        `displayed`.
+        Files that are named like recordings but cannot be processed, and why. The names are as
+        from `displayed`.
     passed_over : dict of str to str
-        Everything else, and why; the names as `displayed`.
+        All other files, and why they are passed over. The names are as from `displayed`.
     """
 
     recordings: tuple[str, ...]
@@ -66,35 +66,35 @@ class Archive:
     passed_over: dict[str, str]
 
     def labelled(self) -> list[str]:
-        """Give the recordings made in a known condition, with or without a nodule."""
+        """Return the recordings of a known condition, with or without a nodule."""
         return [name for name in self.recordings if size_mm(name) is not None]
 
     def of_nodules(self) -> list[str]:
-        """Give the recordings made over a nodule of known size."""
+        """Return the recordings over a nodule of known size."""
         return [name for name in self.recordings if (size_mm(name) or 0.0) > 0.0]
 
     def by_folder(self) -> dict[str, list[str]]:
-        """Give the recordings of each folder that holds some."""
+        """Return the recordings of each folder that holds any."""
         folders: dict[str, list[str]] = {}
         for name in self.recordings:
             folders.setdefault(folder_of(name), []).append(name)
         return folders
 
     def unlabelled(self) -> list[str]:
-        """Give the recordings to be detected."""
+        """Return the recordings of unknown size, which a detector is to judge."""
         return [name for name in self.recordings if size_mm(name) is None]
 
 
 def is_plain(name: str) -> bool:
-    """Tell whether a name reaches a shell, a report and any file system unharmed."""
+    """Return whether a name is safe in a shell, in the report and in any file system."""
     return _PLAIN_NAME.fullmatch(name) is not None
 
 
 def displayed(name: str) -> str:
-    r"""Write an untrusted name on one line, so that it neither moves a cursor nor breaks a table.
+    r"""Return an untrusted name on one line, which cannot move a cursor or break a table.
 
-    What is not printable (line feeds, escape characters, bytes that are no UTF-8) is written as
-    an escape such as ``\n``; different names stay different.
+    Characters that cannot be printed become escapes such as ``\n``: line feeds, escape characters,
+    bytes that are not UTF-8. Different names stay different.
     """
     return "".join(
         each if each.isprintable() and each != "\\" else each.encode("unicode_escape").decode()
@@ -103,48 +103,48 @@ def displayed(name: str) -> str:
 
 
 def as_cell(untrusted: str) -> str:
-    """Write untrusted text so that a spreadsheet shows it and does not compute it."""
+    """Return untrusted text in a form that a spreadsheet shows and does not compute."""
     return without_formula(displayed(untrusted))
 
 
 def without_formula(text: str) -> str:
-    """Put a space before each sign that begins a formula in one of a spreadsheet's cells.
+    """Return text with a space before each sign that begins a formula in a spreadsheet's cell.
 
-    That is one that stands first, and one behind a separator: where people write decimal commas,
-    spreadsheets divide cells at semicolons, whatever stands in quotes. A number stays as it is.
+    Such a sign stands at the start or after a separator. In countries with decimal commas,
+    spreadsheets split cells at semicolons, even inside quotes. A number stays as it is.
     """
     return text if _NUMBER.fullmatch(text) else _FORMULA.sub(r"\1 ", text)
 
 
 def folder_size_mm(folder: str) -> float | None:
-    """Read the nodule size from a folder's name such as ``3mm`` or ``2.5mm``; None for others."""
+    """Return the nodule size of a folder such as ``3mm`` or ``2.5mm``; None for other names."""
     match = _SIZE_FOLDER.fullmatch(folder)
     return float(match[1]) if match else None
 
 
 def folder_of(recording: str) -> str:
-    """Name the folder of a recording: ``3mm`` of ``3mm/r07``."""
+    """Return the folder of a recording: ``3mm`` of ``3mm/r07``."""
     return recording.partition("/")[0]
 
 
 def size_mm(recording: str) -> float | None:
-    """Give the true nodule size of a recording such as ``3mm/r07``; None where it is unknown."""
+    """Return the true nodule size of a recording such as ``3mm/r07``; None if it is unknown."""
     return folder_size_mm(folder_of(recording))
 
 
 def sizes_of(recordings: Iterable[str]) -> dict[str, float]:
-    """Give the true size of each labelled recording, in mm; the others are left aside."""
+    """Return the true size of each labelled recording, in mm; the others are left out."""
     sizes_mm = {name: size_mm(name) for name in recordings}
     return {name: size for name, size in sizes_mm.items() if size is not None}
 
 
 def size_label(size: float) -> str:
-    """Write a size as its folder is called: ``3mm``, ``2.5mm``."""
+    """Return the name of a size's folder: ``3mm``, ``2.5mm``."""
     return f"{size:g}mm"
 
 
 def sort_key(recording: str) -> tuple[object, ...]:
-    """Order recordings by size (unlabelled ones last), then by name with numbers as numbers."""
+    """Return a key that sorts by size (unlabelled last), then by name, digits as numbers."""
     folder, _, run = recording.partition("/")
     size = folder_size_mm(folder)
     parts = [
@@ -156,20 +156,20 @@ def sort_key(recording: str) -> tuple[object, ...]:
 
 
 def repeated_end(name: str) -> str:
-    """Return what a name ends in twenty times and more; nothing for other names."""
+    """Return the text that a name ends in at least twenty times; empty for other names."""
     match = _REPEATED_END.search(name)
     return match[1] if match else ""
 
 
 def reason_of_copy(original: str, name: str) -> str:
-    """Say what a recording is a copy of, and whether the labels of the two contradict."""
+    """Return which recording this one copies, and whether the labels of the two contradict."""
     reason = f"the same content as {original}"
     sizes = {size_mm(original), size_mm(name)} - {None}
     return reason + (", under another size: one of the two is mislabelled" * (len(sizes) > 1))
 
 
 def classify(entries: Iterable[Entry]) -> Archive:
-    """Sort out what lies under raw/.
+    """Return which files under raw/ are recordings, and why the others are not.
 
     Parameters
     ----------
@@ -191,7 +191,7 @@ def classify(entries: Iterable[Entry]) -> Archive:
             if name.lower().endswith(".csv"):
                 passed_over[shown] = "in a hidden folder; move it into a folder such as 3mm/"
         elif folder != UNLABELLED and folder_size_mm(folder) is None:
-            continue  # its folder is named once, above
+            continue  # The entry of its folder is listed instead.
         elif name.startswith("."):
             passed_over[shown] = "hidden file"
         elif name.endswith(PART):

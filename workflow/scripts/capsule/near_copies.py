@@ -1,7 +1,7 @@
-"""Recordings that are the same run but for little: a sample changed, rows cut off, another unit.
+"""Search for near-copies: one run with a changed sample, rows cut off or another unit.
 
-Each teaches what the other is judged by, so that a verdict on one is no verdict of others. Every
-pair of thousands of recordings cannot be compared reading by reading, so that short fingerprints
+If one near-copy teaches a detector, the verdict on the other one is not independent. Comparing all
+pairs of thousands of recordings reading by reading takes too long. Short fingerprints therefore
 choose the pairs first.
 """
 
@@ -11,19 +11,19 @@ import numpy as np
 
 from capsule.arrays import FloatArray, IntArray
 
-# Ups and downs of the readings in a row that make one mark of the fingerprint: 2^32 patterns.
+# One mark of the fingerprint is the pattern of 2^5 = 32 successive rises and falls.
 _DOUBLINGS = 5
-# Of the marks, those are kept whose hash is divisible by this.
+# Only marks are kept whose hash is divisible by this.
 _KEPT_OF = 8
-# Recordings that share fewer of their marks share no run.
+# Two recordings of one run share at least this part of the marks of the shorter list.
 _SHARED_MARKS = 0.25
-# Over most of the run: the median over so many sections, of a correlation that two runs over the
-# same place do not come near, whose noise differs.
+# Two recordings hold the same run if the median correlation over this many sections is at least
+# _SAME. Two runs over the same place stay far below it, because their noise differs.
 _SECTIONS = 8
 _SAME = 0.99
-# Of the shorter of two recordings, at least so much must lie in the other.
+# Smallest part of the shorter recording that must overlap the other.
 _LEAST_OVERLAP = 0.5
-# One wild reading must not hide the rest: in robust spreads.
+# In robust spreads. Clipping keeps one wild reading from hiding the rest.
 _CLIPPED_AT = 4.0
 
 
@@ -35,12 +35,12 @@ def near_copies(names: Sequence[str], load: Callable[[str], FloatArray]) -> dict
     names : sequence of str
         The recordings.
     load : callable
-        ``load(name)`` gives the readings of one, (S, K), NaN where a sample is missing.
+        ``load(name)`` returns the readings of one, (S, K), NaN where a sample is missing.
 
     Returns
     -------
     dict of str to list of str
-        Of each recording that has any, its near-copies, and theirs, in the order of `names`.
+        For each recording that has any: its near-copies, and theirs, in the order of `names`.
     """
     group = list(range(len(names)))
     for one, other in _candidates([fingerprint(load(name)) for name in names]):
@@ -58,10 +58,10 @@ def near_copies(names: Sequence[str], load: Callable[[str], FloatArray]) -> dict
 
 
 def fingerprint(values: FloatArray) -> IntArray:
-    """Give marks of the readings that neither unit, order of the sensors nor length changes.
+    """Return marks of the readings that do not depend on unit, order of sensors or length.
 
-    A mark is which of 32 successive changes of a sensor go up and which go down, or the same
-    turned round.
+    A mark encodes which of 32 successive changes of a sensor go up and which go down. A pattern
+    and its inverse have the same mark.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def fingerprint(values: FloatArray) -> IntArray:
     Returns
     -------
     (F,) array of uint64
-        Distinct, ascending.
+        The distinct marks, ascending.
     """
     marks = [np.zeros(0, dtype=np.uint64)]
     for row in values:
@@ -85,15 +85,15 @@ def fingerprint(values: FloatArray) -> IntArray:
         turned = rising ^ np.uint64(2 ** (2**_DOUBLINGS) - 1)
         marks.append(np.minimum(rising, turned))
     distinct = np.unique(np.concatenate(marks))
-    # Multiplied by the golden ratio of 2^64, the high bits depend on all; the same are kept of
-    # every recording, whatever else it holds.
+    # The multiplication (golden ratio of 2^64) makes the high bits depend on all bits. Whether a
+    # mark is kept depends on the mark alone, so all recordings keep the same ones.
     hashed = (distinct * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(32)
     kept: IntArray = distinct[hashed % np.uint64(_KEPT_OF) == 0]
     return kept
 
 
 def _candidates(fingerprints: Sequence[IntArray]) -> list[tuple[int, int]]:
-    """Choose the pairs that share enough marks; of many with the same mark, only neighbours."""
+    """Return the pairs that share enough marks; among many with one mark, only neighbours."""
     sizes = np.array([each.size for each in fingerprints], dtype=np.int64)
     if not sizes.sum():
         return []
@@ -110,13 +110,12 @@ def _candidates(fingerprints: Sequence[IntArray]) -> list[tuple[int, int]]:
 
 
 def nearly_equal(one: FloatArray, other: FloatArray) -> bool:
-    """Tell whether two recordings hold the same readings over most of the shorter one.
+    """Return whether two recordings hold the same readings over most of the shorter one.
 
     Parameters
     ----------
     one, other : (S, K) and (S, M) array
-        Readings; NaN where a sample is missing. The order of the sensors, unit and start may
-        differ.
+        Readings; NaN where a sample is missing. Order of the sensors, unit and start may differ.
     """
     first, second = _standardized(one), _standardized(other)
     shift = _shift(first, second)
@@ -133,14 +132,14 @@ def nearly_equal(one: FloatArray, other: FloatArray) -> bool:
 def _standardized(values: FloatArray) -> FloatArray:
     centred = values - np.nanmedian(values, axis=1, keepdims=True)
     spread = np.nanmedian(np.abs(centred), axis=1, keepdims=True)
-    # Where most readings are equal, any spread at all will do.
+    # If most readings are equal, that spread is 0, and the largest deviation replaces it.
     spread = np.where(spread > 0, spread, np.nanmax(np.abs(centred), axis=1, keepdims=True))
     clipped = np.clip(centred / np.where(spread > 0, spread, 1.0), -_CLIPPED_AT, _CLIPPED_AT)
     return np.where(np.isnan(values), np.nan, clipped)
 
 
 def _shift(one: FloatArray, other: FloatArray) -> int:
-    """Give how many samples later the same readings stand in the first than in the second."""
+    """Return by how many samples the same readings come later in the first than in the second."""
     length = one.shape[1] + other.shape[1]
     spectra = np.fft.rfft(np.nan_to_num(one[0]), length)
     others = np.fft.rfft(np.nan_to_num(other), length, axis=1)
@@ -150,7 +149,7 @@ def _shift(one: FloatArray, other: FloatArray) -> int:
 
 
 def _usual_correlation(one: FloatArray, other: FloatArray) -> float:
-    """Give the median over sections of the correlation, without its sign."""
+    """Return the median over sections of the correlation, without its sign."""
     known = ~(np.isnan(one) | np.isnan(other))
     sections = zip(
         np.array_split(one[known], _SECTIONS), np.array_split(other[known], _SECTIONS), strict=True

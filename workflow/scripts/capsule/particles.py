@@ -30,14 +30,14 @@ class Particle:
     horizontal_spread: FloatArray
 
     def to_vector(self) -> FloatArray:
-        """Lay the parameters one after the other in a (4 S - 1,) array."""
+        """Return the parameters one after the other in a (4 S - 1,) array."""
         return np.concatenate(
             [self.amplitude, self.vertical_spread, self.peak_spacing, self.horizontal_spread]
         )
 
     @classmethod
     def from_vector(cls, vector: FloatArray) -> "Particle":
-        """Take apart what `to_vector` made."""
+        """Return the particle whose parameters `to_vector` has put into a vector."""
         sensors = (len(vector) + 1) // 4
         cuts = [sensors, 2 * sensors, 3 * sensors - 1]
         return cls(*np.split(np.asarray(vector, dtype=np.float64), cuts))
@@ -66,7 +66,7 @@ class ParameterSpace:
     integer_step: float
 
     def bounds(self, sensors: int) -> tuple[FloatArray, FloatArray]:
-        """Give the lowest and the highest parameter vector, each (4 S - 1,)."""
+        """Return the lowest and the highest parameter vector, each (4 S - 1,)."""
         ranges = (
             [self.amplitude_range] * sensors
             + [self.vertical_spread_range] * sensors
@@ -113,7 +113,7 @@ class ParameterSpace:
 
 
 def peak_positions(peak_spacing: FloatArray, first_peak: float) -> FloatArray:
-    """Sum the spacings up to the peaks' columns mu_s^hor (eq. deltaMu).
+    """Return the columns mu_s^hor of the peaks, the sums of their spacings (eq. deltaMu).
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ def peak_positions(peak_spacing: FloatArray, first_peak: float) -> FloatArray:
 
 
 def sensor_weights(amplitude: FloatArray, vertical_spread: FloatArray) -> FloatArray:
-    """Give the height of surface s in row i, A_s exp(-(i - s)^2 / 2 sigma_s^ver^2).
+    """Return the height of surface s in row i, A_s exp(-(i - s)^2 / 2 sigma_s^ver^2).
 
     Returns
     -------
@@ -147,20 +147,20 @@ def sensor_weights(amplitude: FloatArray, vertical_spread: FloatArray) -> FloatA
 def time_profile(
     offset: FloatArray | IntArray, horizontal_spread: FloatArray | float
 ) -> FloatArray:
-    """Give exp(-(j - mu)^2 / 2 sigma^hor^2) at the offsets j - mu."""
+    """Return exp(-(j - mu)^2 / 2 sigma^hor^2) at the offsets j - mu."""
     return np.exp(-0.5 * (offset / horizontal_spread) ** 2)
 
 
 def render(particle: Particle, first_peak: float, length: int) -> FloatArray:
     """Render the matrix P of a particle (eq. generateP, eq. G, eq. mu, eq. sigma).
 
-    The Gaussian surfaces are unnormalised: A_s is the height of the peak. Where surfaces
-    overlap, the higher one counts.
+    The Gaussian surfaces are not normalized: A_s is the height of the peak. If surfaces overlap,
+    the higher one counts.
 
     Parameters
     ----------
     particle : Particle
-        The parameters; averages need not be integers.
+        The parameters; averaged spacings and spreads need not be integers.
     first_peak : float
         u, the column of the first peak, counted from 1.
     length : int

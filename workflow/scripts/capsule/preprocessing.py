@@ -1,7 +1,7 @@
-"""From the readings of a run to the padded matrix V (eq. normalization to eq. extended).
+"""Pre-processing of a run into the padded matrix V (eq. normalization to eq. extended).
 
-Missing samples (NaN) take no part in the mean, the standard deviation or a window: the paper's
-"actual available data points".
+Mean, standard deviation and windows leave out missing samples (NaN). They use what the paper calls
+the "actual available data points".
 """
 
 import numpy as np
@@ -10,9 +10,9 @@ from capsule.arrays import FloatArray, IntArray
 
 
 def normalize(values: FloatArray) -> FloatArray:
-    """Bring each sensor to mean 0 and standard deviation 1 (eq. normalization).
+    """Return each sensor's readings with mean 0 and standard deviation 1 (eq. normalization).
 
-    The standard deviation is the sample's (N - 1), as in MATLAB's ``zscore``.
+    The standard deviation is that of a sample (N - 1), as in MATLAB's ``zscore``.
 
     Parameters
     ----------
@@ -38,10 +38,10 @@ def normalize(values: FloatArray) -> FloatArray:
 
 
 def rms_envelope(normalized: FloatArray, window: int) -> FloatArray:
-    """Take the root mean square over a centred window (eq. RMS_envelope, eq. W').
+    """Return the root mean square over a centred window (eq. RMS_envelope, eq. W').
 
-    The window [k - W/2, k + W/2] is cut at both ends of the recording, and the sum is divided
-    by the number of samples that it really holds.
+    The window [k - W/2, k + W/2] is cut at both ends of the recording. The sum is divided by the
+    number of samples that the window really holds.
 
     Parameters
     ----------
@@ -78,12 +78,12 @@ def _window_sum(values: FloatArray, start: IntArray, end: IntArray) -> FloatArra
 
 
 def rectify(envelope: FloatArray, threshold: float) -> FloatArray:
-    """Keep what exceeds the threshold c (eq. ReLU)."""
+    """Return by how much the envelope exceeds the threshold c, 0 below it (eq. ReLU)."""
     return np.maximum(envelope - threshold, 0.0)
 
 
 def extend(rectified: FloatArray, length: int) -> FloatArray:
-    """Pad with zeros on the right to L columns (eq. extended).
+    """Return the matrix padded with zeros on the right to L columns (eq. extended).
 
     Raises
     ------

@@ -1,8 +1,8 @@
-"""The file format of a recording: the one reader and the one writer.
+"""The file format of a recording: its only reader and its only writer.
 
-A recording is a text file: ``# key: value`` lines, one line of column names, and one line a
-sample. Only the columns ``time_s, sensor_1 ... sensor_S`` are required. A sample that is
-missing (the board was unplugged) is a line whose sensor cells are empty.
+A recording is a text file: ``# key: value`` lines, one line of column names, and one line for each
+sample. Only the columns ``time_s, sensor_1 ... sensor_S`` are required. In the line of a missing
+sample (the board was unplugged), the sensor cells are empty.
 """
 
 import array
@@ -18,16 +18,16 @@ from capsule.arrays import FloatArray, NumberArray
 from capsule.errors import RecordingError
 
 FORMAT_VERSION = "1"
-# ASCII alone: float() would also read digits of other scripts.
+# ASCII digits only: float() would also accept digits of other scripts.
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 # No clock and no ADC gives more than this; its square is far from overflow.
 _LARGEST_NUMBER = 1e20
-# Bounds that no recording comes near: what breaks them is some other file, and is told so at
-# once instead of being taken apart for minutes.
+# No recording comes near these limits. A file beyond them is something else: it is rejected at
+# once, because reading it in full could take minutes.
 _LONGEST_LINE = 10_000
 _MOST_LINES = 200_000
 _LONGEST_HEADER = 1000
-# The report shows every header whole.
+# The report shows every header in full.
 _MOST_HEADER_CHARACTERS = 10_000
 
 
@@ -51,7 +51,7 @@ class Recording:
 
 
 def source_of(header: Mapping[str, str]) -> str:
-    """Say where a recording comes from; of a simulated one also which simulator made it."""
+    """Return where a recording comes from, with the simulator's version, bench and seed if any."""
     named = [header.get("source", "")]
     for key in ("version", "bench", "seed"):
         if f"simulator_{key}" in header:
@@ -60,7 +60,7 @@ def source_of(header: Mapping[str, str]) -> str:
 
 
 def column_names(sensors: int) -> list[str]:
-    """Give the required columns of a recording of that many sensors."""
+    """Return the required columns of a recording with this many sensors."""
     return ["time_s", *(f"sensor_{s}" for s in range(1, sensors + 1))]
 
 
@@ -74,7 +74,7 @@ def read_recording(stream: BinaryIO, sensors: int, max_bytes: int = 16_000_000) 
     sensors : int
         Number of sensors S that the file must hold.
     max_bytes : int
-        A larger file is refused after reading no more than this.
+        Limit of the file's size; of a larger file, only one byte more than this is read.
 
     Returns
     -------
@@ -83,16 +83,16 @@ def read_recording(stream: BinaryIO, sensors: int, max_bytes: int = 16_000_000) 
     Raises
     ------
     RecordingError
-        The bytes are no recording of S sensors; the text says why and at which line.
+        The bytes are not a recording of S sensors; the text says why and in which line.
     """
     content = stream.read(max_bytes + 1)
     if len(content) > max_bytes:
         raise too_large(max_bytes)
     text = _decode(content)
     if not text:
-        # Nothing but a byte order mark.
+        # The file holds only a byte order mark.
         raise RecordingError("the file is empty")
-    # Not splitlines(): it also splits at form feeds and other characters that editors do not.
+    # splitlines() would also split at form feeds and other characters, which editors do not do.
     text = text.replace("\r\n", "\n").replace("\r", "\n")
     if text.count("\n") > _MOST_LINES:
         raise RecordingError(
@@ -122,7 +122,7 @@ def read_recording(stream: BinaryIO, sensors: int, max_bytes: int = 16_000_000) 
             f"the header says format_version {_shorten(version)!r}; "
             f"this program reads version {FORMAT_VERSION} only"
         )
-    # Flat and packed: lists of floats would take ten times the memory of a wrong file.
+    # A packed array, because lists of floats take ten times the memory.
     cells = array.array("d")
     for number, line in enumerate(lines[first_row + 1 :], start=first_row + 2):
         if line.strip():
@@ -134,7 +134,7 @@ def read_recording(stream: BinaryIO, sensors: int, max_bytes: int = 16_000_000) 
 
 
 def too_large(max_bytes: int) -> RecordingError:
-    """Say that a file is no recording because of its size; it need not be read for that."""
+    """Return the error for a file that is too large to be a recording."""
     return RecordingError(
         f"the file is larger than {max_bytes / 1e6:g} MB and cannot be one run "
         "(limit: recording.max_megabytes)"
@@ -155,7 +155,7 @@ def _decode(content: bytes) -> str:
 
 
 def _split_header(lines: Sequence[str]) -> tuple[dict[str, str], int]:
-    """Read the ``# key: value`` lines; give them and the index of the line of column names."""
+    """Return the ``# key: value`` lines and the index of the line of column names."""
     header: dict[str, str] = {}
     characters = 0
     for index, line in enumerate(lines):
@@ -177,7 +177,7 @@ def _split_header(lines: Sequence[str]) -> tuple[dict[str, str], int]:
 
 
 def _column_order(line: str, sensors: int, number: int) -> list[int]:
-    """Find the required columns, in whatever order they stand."""
+    """Return the index of each required column, and last the number of all columns."""
     if ";" in line or "\t" in line:
         raise RecordingError(
             f"line {number} separates columns by semicolons or tabs; "
@@ -237,19 +237,19 @@ def _shorten(text: str, length: int = 60) -> str:
 
 
 def format_header(header: Mapping[str, str], sensors: int) -> str:
-    """Write the head of a recording: ``# key: value`` lines and the column names.
+    """Return the first lines of a recording: ``# key: value`` lines and the column names.
 
     Parameters
     ----------
     header : mapping of str to str
-        What is known about the run; ``format_version`` is added.
+        Facts about the run; ``format_version`` is added.
     sensors : int
         Number of sensors S.
 
     Returns
     -------
     str
-        Lines that end in a line feed.
+        The lines; each ends in a line feed.
     """
     entries = {"format_version": FORMAT_VERSION, **header}
     lines = [f"# {_one_line(key)}: {_one_line(value)}\n" for key, value in entries.items()]
@@ -257,12 +257,12 @@ def format_header(header: Mapping[str, str], sensors: int) -> str:
 
 
 def format_sample(time_s: float, values: Sequence[float] | None, sensors: int = 4) -> str:
-    """Write one sample as a line; ``None`` stands for a sample that is missing.
+    """Return the line of one sample; ``None`` stands for a missing sample.
 
     Parameters
     ----------
     time_s : float
-        Time in seconds; written to the millisecond, or exactly where that is not enough.
+        Time in seconds.
     values : sequence of S floats, or None
         The readings.
     sensors : int
@@ -278,7 +278,7 @@ def format_sample(time_s: float, values: Sequence[float] | None, sensors: int = 
 
 
 def format_recording(recording: Recording) -> bytes:
-    """Write a whole recording; what `read_recording` gives back equals it."""
+    """Return the bytes of a recording's file; `read_recording` returns an equal recording."""
     sensors = recording.values.shape[0]
     lines = [format_header(recording.header, sensors)]
     for time_s, sample in zip(recording.time_s, recording.values.T, strict=True):

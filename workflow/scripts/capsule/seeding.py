@@ -1,4 +1,4 @@
-"""The one place where random generators are made, and the checksum that those of a fit go by."""
+"""Random generators for the whole project, and the checksum of readings that seeds a fit."""
 
 import hashlib
 
@@ -8,17 +8,17 @@ from capsule.arrays import FloatArray
 
 
 def generator(seed: int, *names: str) -> np.random.Generator:
-    """Make the random generator that belongs to a configured seed and a name.
+    """Return the random generator of a configured seed and some names.
 
-    The stream depends on the seed and the names alone, never on the order or the number of
-    jobs, so that everything gives the same result whatever else runs beside it.
+    Its random numbers depend only on the seed and the names. The order and the number of jobs
+    change no result.
 
     Parameters
     ----------
     seed : int
         The configured seed.
     *names : str
-        What the generator is for, such as ``"roc", "template"``.
+        The use of the generator, such as ``"roc", "template"``.
 
     Returns
     -------
@@ -33,8 +33,8 @@ def generator(seed: int, *names: str) -> np.random.Generator:
 def readings_checksum(values: FloatArray) -> str:
     """Return the SHA-256 of a recording's readings.
 
-    By this, not by its name, a recording is told from another, takes its turn in sums and draws,
-    and seeds its fit: the same readings give the same numbers whatever they are called.
+    The checksum identifies a recording, orders it in sums and draws, and seeds its fit. The same
+    readings therefore give the same numbers under any file name.
 
     Parameters
     ----------
@@ -45,5 +45,5 @@ def readings_checksum(values: FloatArray) -> str:
 
 
 def fit_generator(seed: int, values: FloatArray) -> np.random.Generator:
-    """Make the random generator of the fit to a recording, from its readings (S, K)."""
+    """Return the random generator for the fit to a recording with these readings (S, K)."""
     return generator(seed, "fit", readings_checksum(values))

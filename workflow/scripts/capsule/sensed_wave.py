@@ -1,7 +1,7 @@
-"""The peristaltic wave in the readings: each sensor's own calibration and odometer.
+"""The peristaltic wave in the readings: its period, level and phase.
 
-Every wave presses every sensor once. The phase tells how far the capsule has moved: a capsule that
-advances by one wavelength meets one wave less.
+Every wave presses every sensor once, so the wave calibrates each sensor. The phase tells how far
+the capsule has moved: a capsule that advances by one wavelength meets one wave less.
 """
 
 from dataclasses import dataclass
@@ -10,28 +10,28 @@ import numpy as np
 
 from capsule.arrays import FloatArray
 
-# Two harmonics need few samples a wave.
+# Samples of a wave after thinning: enough for two harmonics.
 _SAMPLES_A_WAVE = 16
 
 
 @dataclass(frozen=True)
 class Wave:
-    """What the beats of a recording are measured against.
+    """The wave of a recording, against which its beats are measured.
 
     Attributes
     ----------
     steady : (S, K) array
-        Readings without the level, which would seem to beat where a sensor drifts during a wave.
+        Readings minus the level. Without this, a drift during a wave would look like a beat.
     level : (S, N) array
         Mean of each window of one wave.
     phase : (S, K) array
-        Of the wave under each sensor, in radians.
+        Phase of the wave under each sensor, in radians.
     irregular : (K,) array
-        What the common phase deviates from that of a wave of the mean period, in radians.
+        Deviation of the common phase from that of a wave of the mean period, in radians.
     window : int
-        Samples of a wave.
+        Number of samples of a wave.
     stride : int
-        How many samples of the recording became one of these.
+        Number of samples of the recording that were averaged into one of these.
     """
 
     steady: FloatArray
@@ -48,12 +48,14 @@ class Wave:
 
     def centre(self, windows: FloatArray) -> FloatArray:
         """Return the centres of windows in samples of the recording."""
-        # A thinned sample lies in the middle of those that became it.
+        # A thinned sample lies in the middle of the samples that it averages.
         return self.stride * (windows + (self.window - 1) / 2) + (self.stride - 1) / 2
 
 
 def fill_missing(values: FloatArray) -> FloatArray:
-    """Bridge missing samples (NaN) by straight lines; the ends take the nearest reading.
+    """Return readings with missing samples (NaN) filled by straight lines.
+
+    Missing samples at the ends take the nearest reading.
 
     Parameters
     ----------
@@ -74,7 +76,7 @@ def fill_missing(values: FloatArray) -> FloatArray:
 
 
 def thinned(values: FloatArray, period: float) -> tuple[FloatArray, int]:
-    """Average neighbouring samples, so that a quickly sampled recording takes no longer.
+    """Average neighbouring samples, so that a high sampling rate costs no extra time.
 
     Parameters
     ----------
@@ -86,9 +88,9 @@ def thinned(values: FloatArray, period: float) -> tuple[FloatArray, int]:
     Returns
     -------
     values : (S, K // stride) array
-        At least `_SAMPLES_A_WAVE` to a wave, where there were as many.
+        At least `_SAMPLES_A_WAVE` samples a wave, unless `values` has fewer.
     stride : int
-        How many samples became one. What remains at the end is left out.
+        Number of samples averaged into one. A remainder at the end is left out.
     """
     stride = max(int(period // _SAMPLES_A_WAVE), 1)
     count = values.shape[1] // stride
@@ -97,7 +99,7 @@ def thinned(values: FloatArray, period: float) -> tuple[FloatArray, int]:
 
 
 def wave_period(values: FloatArray, expected: float) -> float:
-    """Find the wave's period: the strongest line of the spectrum within a factor of two.
+    """Return the wave's period: the strongest line of the spectrum within a factor of two.
 
     Parameters
     ----------
@@ -115,8 +117,8 @@ def wave_period(values: FloatArray, expected: float) -> float:
     centred = values - values.mean(axis=1, keepdims=True)
     scale = centred.std(axis=1, keepdims=True)
     tapered = centred / np.where(scale > 0, scale, 1.0) * _taper(count)
-    # A power of two is fast for every number of samples; four lines to each natural one are
-    # enough for a parabola through the highest and its neighbours.
+    # The FFT of a power of two is fast. Padding gives at least four lines for each line of the
+    # plain spectrum: enough for a parabola through the highest line and its neighbours.
     padded = 4 << (count - 1).bit_length()
     low, high = int(np.ceil(padded / (2 * expected))), int(padded / (expected / 2))
     # The lines within the range, and one more at each end.
@@ -132,7 +134,7 @@ def wave_period(values: FloatArray, expected: float) -> float:
 
 
 def wave_phase(values: FloatArray, period: float) -> tuple[FloatArray, FloatArray]:
-    """Follow the phase of the wave, which all sensors share up to a constant.
+    """Return the phase of the wave, which all sensors share up to a constant.
 
     Parameters
     ----------
@@ -144,14 +146,14 @@ def wave_phase(values: FloatArray, period: float) -> tuple[FloatArray, FloatArra
     Returns
     -------
     irregular : (K,) array
-        What the common phase deviates from that of a wave of the mean period, in radians.
+        Deviation of the common phase from that of a wave of the mean period, in radians.
     offset : (S,) array
         Phase of each sensor against the first, in radians.
     """
     samples = np.arange(values.shape[1])
     wave = round(period)
     taper = _taper(2 * wave + 1)
-    # Only windows that lie wholly inside: a cut one would lean to its side.
+    # Only whole windows: the mean over a cut window is biased.
     level = window_mean(values, wave)
     inside = samples[(wave - 1) // 2 :][: level.shape[1]]
     steady = values[:, inside[0] : inside[-1] + 1] - level
@@ -163,25 +165,25 @@ def wave_phase(values: FloatArray, period: float) -> tuple[FloatArray, FloatArra
     # From sample to sample the phase moves by less than half a turn.
     steps = np.angle(common[1:] * np.conj(common[:-1]))
     irregular = np.angle(common[0]) + np.concatenate([[0.0], np.cumsum(steps)])
-    # Towards the ends, where no whole window fits, the motion counts as steady.
+    # Near the ends no whole window fits, so the deviation is assumed to stay constant there.
     known = inside[(taper.size - 1) // 2 :][: irregular.size]
     return np.interp(samples, known, irregular), offset
 
 
 @dataclass(frozen=True)
 class Waves:
-    """A recording cut into windows of its own wave, whose phase is not followed yet.
+    """A recording cut into windows of one wave, before its phase is computed.
 
     Attributes
     ----------
     values : (S, K) array
         How hard each sensor is pressed, thinned and without gaps.
     stride : int
-        How many samples of the recording became one of these.
+        Number of samples of the recording that were averaged into one of these.
     period : float
         The recording's own time from wave to wave, in these samples.
     window : int
-        Whole samples of a wave.
+        The period, rounded to whole samples.
     level : (S, N) array
         As in `Wave`.
     steady : (S, K) array
@@ -197,7 +199,10 @@ class Waves:
 
 
 def cut_into_waves(values: FloatArray, period: float) -> Waves | None:
-    """Find the period of a recording's wave; parameters and None are those of `find_wave`."""
+    """Find the period of a recording's wave and cut the recording into windows of one wave.
+
+    Parameters and None are as in `find_wave`.
+    """
     pressed, stride = thinned(fill_missing(values), period)
     count = pressed.shape[1]
     if count * stride < 4 * period:
@@ -217,7 +222,7 @@ def find_wave(values: FloatArray, period: float) -> Wave | None:
     Parameters
     ----------
     values : (S, K) array
-        How hard each sensor is pressed, in any unit and from any rest; NaN where a sample is
+        How hard each sensor is pressed, in any unit and from any rest value; NaN where a sample is
         missing.
     period : float
         Configured time from wave to wave, in samples; the recording's own may be half or twice it.
@@ -237,7 +242,7 @@ def find_wave(values: FloatArray, period: float) -> Wave | None:
 
 
 def level_line(level: FloatArray, window: int) -> FloatArray:
-    """Draw the windows' level (S, N) out to every sample (S, K); the ends go on at their slope."""
+    """Return the windows' level (S, N) at every sample (S, K); the ends continue at their slope."""
     wave = min(window, level.shape[1] - 1)
     first, last = level[:, :1], level[:, -1:]
     first_slope = (level[:, wave : wave + 1] - first) / wave
@@ -250,13 +255,13 @@ def level_line(level: FloatArray, window: int) -> FloatArray:
 
 
 def window_mean(values: FloatArray, window: int) -> FloatArray:
-    """Average the last axis over each window that lies wholly inside."""
+    """Return the mean along the last axis over each whole window."""
     running = np.zeros((*values.shape[:-1], values.shape[-1] + 1))
     np.cumsum(values, axis=-1, out=running[..., 1:])
     return (running[..., window:] - running[..., :-window]) / window
 
 
 def _taper(count: int) -> FloatArray:
-    """Give a Hann window of so many samples, none of them zero."""
+    """Return a Hann window of `count` samples, none of them zero."""
     taper: FloatArray = 0.5 - 0.5 * np.cos(2 * np.pi / (count + 1) * np.arange(1, count + 1))
     return taper

@@ -1,11 +1,12 @@
 """The sliding comparison of a particle or template with a recording (eq. F' to eq. RMSEmin).
 
-The particle slides over the recording in a frame of 3 L columns, which none of its columns ever
-leaves, so |F' - P' R^(tau-1)|^2 = |F|^2 + |P|^2 - 2 sum F P(shifted): the best of the 2 L lags is
-the maximum of one cross-correlation, summed over the sensors. That is the convolution of the
-particle with the recording reversed in time. It differs from 0 only where the particle meets the
-w columns from the recording's first value to its last, at L + w - 1 lags: these and one lag
-without a meeting hold every value, and FFTs of at least L + w elements keep them apart.
+The particle slides over the recording in a frame of 3 L columns and never leaves it. Therefore
+|F' - P' R^(tau-1)|^2 = |F|^2 + |P|^2 - 2 sum F P(shifted). The best of the 2 L lags is the maximum
+of one cross-correlation, summed over the sensors. This is the convolution of the particle with the
+recording reversed in time. Let w be the number of columns from the recording's first value to its
+last. The convolution differs from 0 only at the L + w - 1 lags where the particle overlaps these
+columns. These lags and one lag without overlap hold every value, so FFTs of L + w elements or more
+keep them apart.
 """
 
 import itertools
@@ -16,14 +17,14 @@ from capsule.arrays import FloatArray, IntArray
 
 
 def rmse_at_lag(matrix: FloatArray, particle: FloatArray, lag: int) -> float:
-    """Compute the RMSE at one lag, by the formula (eq. F', eq. P', eq. shiftMatrix, eq. RMSE).
+    """Return the RMSE at one lag, by the formula (eq. F', eq. P', eq. shiftMatrix, eq. RMSE).
 
     Parameters
     ----------
     matrix, particle : (S, L) array
         The recording's matrix F, and the particle P that slides over it.
     lag : int
-        tau in 1..2L; at tau = L + 1 both lie on each other.
+        tau in 1..2L; at tau = L + 1 the two matrices coincide.
 
     Returns
     -------
@@ -40,23 +41,23 @@ def rmse_at_lag(matrix: FloatArray, particle: FloatArray, lag: int) -> float:
 
 
 class SlidingComparison:
-    """Compares many particles with one recording, some at once.
+    """A comparison of many particles with one recording, several at once.
 
-    The particles are drawn into `particles` (or one is handed to `compare`); the spectrum of the
-    recording and all buffers are made once.
+    The caller draws the particles into `particles`, or passes one to `compare`. The spectrum of
+    the recording and all buffers are made once.
 
     Parameters
     ----------
     matrix : (S, L) array
         The recording's matrix F.
     at_once : int
-        B, how many particles are compared at once. Each then costs less, as calls and FFTs serve
-        several, until the buffers outgrow the processor's cache.
+        B, how many particles are compared at once. A larger B makes each comparison cheaper, until
+        the buffers outgrow the processor's cache.
 
     Attributes
     ----------
     particles : (B, S, L) array
-        Where particles are drawn before `gains` is called; a view of the zero-padded frames.
+        The particles to compare, drawn here before `gains` is called; a view of padded frames.
     particle : (S, L) array
         The first of them, for `gain`.
     """
@@ -71,7 +72,8 @@ class SlidingComparison:
         self._size = fast_length(self._lags.size)
         self._reversed = np.fft.rfft(matrix[:, first:end][:, ::-1], self._size)
         frequencies = self._reversed.shape[1]
-        # Padded here, as numpy transforms only whole rows two by two in vector registers.
+        # Padded here, because numpy uses vector registers for two rows at a time only if the rows
+        # have the full length.
         self._frames = np.zeros((at_once, sensors, self._size))
         self.particles = self._frames[:, :, :length]
         self.particle = self.particles[0]
@@ -80,20 +82,20 @@ class SlidingComparison:
         self._convolved = np.empty((at_once, self._size))
 
     def gains(self, count: int) -> tuple[FloatArray, IntArray]:
-        """Find the best lags of what is drawn in the first of `particles`.
+        """Return the best lags of the particles drawn into `particles`, and their gains.
 
         Parameters
         ----------
         count : int
-            How many of them are compared, 1..B.
+            How many of `particles` are compared, from the first on, 1..B.
 
         Returns
         -------
         gains : (count,) array
-            The largest 2 sum F P(shifted) - |P|^2, by which a particle lowers |F|^2:
+            The largest 2 sum F P(shifted) - |P|^2. A particle lowers |F|^2 by this gain:
             RMSE^2 = (|F|^2 - gain) / (3 S L). The smallest RMSE has the largest gain.
         lags : (count,) array of int
-            tau in 1..2L where it is reached.
+            tau in 1..2L of the largest gain.
         """
         frames, spectra = self._frames[:count], self._spectra[:count]
         summed, convolved = self._summed[:count], self._convolved[:count]
@@ -107,12 +109,12 @@ class SlidingComparison:
         return gains, self._lags[correlation.argmax(axis=1)]
 
     def gain(self) -> tuple[float, int]:
-        """Find the best lag of what is drawn in `particle`; see `gains`."""
+        """Return the gain and the lag of the particle drawn into `particle`; see `gains`."""
         gains, lags = self.gains(1)
         return float(gains[0]), int(lags[0])
 
     def compare(self, particle: FloatArray) -> tuple[float, int]:
-        """Find the smallest RMSE over all lags (eq. RMSEmin).
+        """Return the smallest RMSE over all lags, and its lag (eq. RMSEmin).
 
         Parameters
         ----------
@@ -124,7 +126,7 @@ class SlidingComparison:
         rmse : float
             The smallest RMSE, computed by the formula at the best lag.
         lag : int
-            tau in 1..2L; where several lags tie (a zero particle), one of them.
+            tau in 1..2L; if several lags tie (a zero particle), one of them.
         """
         self.particle[...] = particle
         _, lag = self.gain()
@@ -132,7 +134,7 @@ class SlidingComparison:
 
 
 def fast_length(least: int) -> int:
-    """Give the next length whose FFT is fast: a multiple of 16 without primes above 5."""
+    """Return the next length whose FFT is fast: a multiple of 16 without prime factors above 5."""
     for length in itertools.count(-(-least // 16) * 16, 16):
         rest = length
         for prime in (2, 3, 5):

@@ -1,4 +1,4 @@
-"""One run on its way through the stages of pre-processing, each of which can be shown."""
+"""The stages of pre-processing of one run, for figures that show each stage."""
 
 from dataclasses import dataclass
 
@@ -10,14 +10,14 @@ from capsule.preprocessing import normalize, rectify, rms_envelope
 
 @dataclass(frozen=True)
 class PreprocessedRun:
-    """One run after each of the stages, from readings to matrix.
+    """One run after each stage of pre-processing, from readings to matrix.
 
     Attributes
     ----------
     recording : str
-        Its name, such as ``3mm/r07``.
+        Name of the recording, such as ``3mm/r07``.
     title : str
-        What it is, such as ``3 mm nodule``.
+        Its condition, such as ``3 mm nodule``.
     time_s : (K,) array
         Time of each sample in seconds, from 0.
     values : (S, K) array
@@ -45,12 +45,12 @@ def preprocess_run(
     window: int,
     threshold: float,
 ) -> PreprocessedRun:
-    """Take a run through the stages of pre-processing and keep each of them.
+    """Return a run after each stage of pre-processing.
 
     Parameters
     ----------
     recording, title : str
-        Its name, and what it is.
+        Name and condition of the recording.
     values : (S, K) array
         The accepted readings on an even grid in time.
     rate_hz : float

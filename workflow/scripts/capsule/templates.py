@@ -11,7 +11,7 @@ from capsule.particles import Particle, render
 
 @dataclass(frozen=True)
 class ParticleTotal:
-    """The sum of the optimal particles of one size, from which any average follows.
+    """The sum of the optimal particles of one size, from which averages are computed.
 
     Attributes
     ----------
@@ -25,9 +25,9 @@ class ParticleTotal:
     count: int
 
     def mean(self) -> Particle:
-        """Average every parameter over the recordings (eq. averagingProcess).
+        """Return the particle with every parameter averaged (eq. averagingProcess).
 
-        Delta mu is averaged; the peaks' columns follow by summation. Without any recording
+        Delta mu is averaged; the columns of the peaks are its sums. If there is no recording,
         every parameter is NaN.
         """
         if self.count == 0:
@@ -35,19 +35,19 @@ class ParticleTotal:
         return Particle.from_vector(self.vector / self.count)
 
     def without(self, particle: Particle) -> "ParticleTotal":
-        """Leave one recording out."""
+        """Return the sum without the particle of one recording."""
         return ParticleTotal(self.vector - particle.to_vector(), self.count - 1)
 
 
 def total(particles: Sequence[Particle], sensors: int) -> ParticleTotal:
-    """Sum the optimal particles of the recordings of one size.
+    """Return the sum of the optimal particles of the recordings of one size.
 
     Parameters
     ----------
     particles : sequence of Particle
         Theta* of each recording.
     sensors : int
-        S, needed where there is no particle.
+        S, needed if there is no particle.
 
     Returns
     -------
@@ -59,13 +59,13 @@ def total(particles: Sequence[Particle], sensors: int) -> ParticleTotal:
 
 
 def no_nodule_template(sensors: int, length: int) -> FloatArray:
-    """Give T^0, the zero matrix (eq. T0)."""
+    """Return T^0, the zero matrix (eq. T0)."""
     return np.zeros((sensors, length))
 
 
 @dataclass(frozen=True)
 class TemplateSet:
-    """The templates of all sizes, with what is needed to leave a recording out.
+    """The templates of all sizes, with the sums needed to leave a recording out.
 
     Attributes
     ----------
@@ -85,12 +85,12 @@ class TemplateSet:
     first_peak: int
 
     def without(self, size_mm: float, particle: Particle) -> tuple[FloatArray, ...]:
-        """Give the templates as if one recording had not been made.
+        """Return the templates without one recording.
 
         Parameters
         ----------
         size_mm : float
-            The recording's size; 0 changes nothing, since T^0 is no average.
+            The recording's size; 0 changes nothing, because T^0 is not an average.
         particle : Particle
             Its optimal particle.
 
@@ -103,18 +103,18 @@ class TemplateSet:
     def without_all(
         self, left_out: Iterable[tuple[float, Particle | None]]
     ) -> tuple[FloatArray, ...]:
-        """Give the templates as if several recordings had not been made.
+        """Return the templates without several recordings.
 
         Parameters
         ----------
         left_out : iterable of (float, Particle)
-            Size and optimal particle of each; those of size 0, and those without a particle, change
+            Size and optimal particle of each; entries of size 0 or without a particle change
             nothing.
 
         Returns
         -------
         tuple of B (S, L) arrays
-            The very same arrays for the sizes that lose no recording; NaN for one that loses all.
+            The same array objects for sizes that lose no recording; NaN for a size that loses all.
         """
         totals = dict(enumerate(self.totals))
         changed = set()

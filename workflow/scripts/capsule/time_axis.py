@@ -1,7 +1,6 @@
-"""Which column of the matrix each sample belongs to, by the time that passed since the first.
+"""The column of the matrix for each sample, computed from the time since the first sample.
 
-A sample is never counted into its column: a clock that jitters, or a sample that never came, would
-shift all that follow.
+The column is not the number of samples before: one lost sample would shift all later samples.
 """
 
 import numpy as np
@@ -9,24 +8,24 @@ import numpy as np
 from capsule.arrays import FloatArray, IntArray
 from capsule.errors import RecordingError
 
-# A step this near the usual one, relative to it, is one interval; larger ones lie over a gap.
+# Largest relative deviation of a single interval from the usual step; larger steps span a gap.
 _NEAR_STEP = 0.4
 # Frequencies tried in the width of a periodogram's peak.
 _TRIED_PER_PEAK = 4
-# Lines drawn through the remainders, each by what the one before has left.
+# Straight lines fitted to the remainders one after the other.
 _LINES = 3
-# Half the width, in samples, of the running median that takes jitter out of the columns.
+# Half the width, in samples, of the running median that removes jitter from the columns.
 _HALF_MEDIAN = 4
-# Less than this, in intervals, is jitter and no missing sample.
+# In intervals. A smaller surplus of time is jitter, not a missing sample.
 _HALF_MISSING = 0.75
-# Where the samples run ahead of the time by more than this, in intervals, they are too many.
+# In intervals. If the samples are ahead of the time by more than this, there are too many.
 _TOO_MANY = 1.0
 
 
 def columns_by_time(
     time_s: FloatArray, *, rate_hz: float, rate_tolerance: float, stretch: int, length: int
 ) -> IntArray:
-    """Give each sample its column.
+    """Return the column of each sample.
 
     Parameters
     ----------
@@ -40,23 +39,24 @@ def columns_by_time(
     stretch : int
         Number of samples over which the rate must hold.
     length : int
-        Number of columns that there are.
+        Number of columns of the matrix.
 
     Returns
     -------
     (K,) array of int
-        Columns from 0 on, each larger than the one before.
+        Columns, counted from 0; each is larger than the one before.
 
     Raises
     ------
     RecordingError
-        Time does not run forward, the rate is another one or changes within, there are more
-        samples than the time has room for, or more columns than `length`.
+        Time does not run forward, the rate is wrong or changes, there are too many samples for
+        the time, or more columns than `length`.
     """
     steps = np.diff(time_s)
     _check_forward(time_s, steps)
     interval_s, error = _usual_step(steps, float(np.median(steps)))
-    # What takes time comes after the length: a wild time stamp must not ask for any without bound.
+    # The checks that take long follow the check of the length, because a wild time stamp could
+    # make them run without limit.
     if time_s.size <= length:
         _check_stretches(time_s, interval_s, rate_tolerance, min(stretch, steps.size))
     _check_rate(interval_s, rate_hz, rate_tolerance)
@@ -77,15 +77,15 @@ def _check_forward(time_s: FloatArray, steps: FloatArray) -> None:
 
 
 def _usual_step(steps: FloatArray, expected: float) -> tuple[float, float]:
-    """Give the mean of the steps without a gap, and three times its standard error, relative.
+    """Return the mean of the steps without a gap, and three times its relative standard error.
 
-    Those are the steps near the expected one, or near their own median where most are not.
+    Steps without a gap are near the expected step. If most are not, they are near the median.
     """
     near = steps[np.abs(steps - expected) <= _NEAR_STEP * expected]
     if 2 * near.size < steps.size:
         median = float(np.median(steps))
         near = steps[np.abs(steps - median) <= _NEAR_STEP * median]
-        if not near.size:  # two steps of very different length
+        if not near.size:  # Two steps differ so much that their median is near neither.
             return median, 1.0
     mean = float(np.mean(near))
     return mean, 3.0 * float(np.std(near / mean)) / float(np.sqrt(near.size))
@@ -112,7 +112,7 @@ def _check_length(columns: float, length: int, slack: float = 1.0) -> None:
 def _check_stretches(
     time_s: FloatArray, interval_s: float, rate_tolerance: float, stretch: int
 ) -> None:
-    """Refuse a rate that changes within: by more than the tolerance, and than the jitter."""
+    """Raise an error if the rate changes by more than the tolerance plus the jitter."""
     steps = np.diff(time_s)
     starts = [*range(0, steps.size - stretch, stretch), steps.size - stretch]
     usual = np.array([_usual_step(steps[each : each + stretch], interval_s) for each in starts])
@@ -128,11 +128,11 @@ def _check_stretches(
 
 
 def _on_own_clock(elapsed_s: FloatArray, interval_s: float, error: float) -> FloatArray:
-    """Express time in the recording's own intervals: a clock that is 1 % off opens no gaps.
+    """Return time in the recording's own intervals, so that a clock 1 % off opens no gaps.
 
-    The interval is where the periodogram of the instants has its peak, which neither gaps nor
-    jitter move; the mean step says where to look. Then lines through the remainders take out what
-    lies between two tried frequencies.
+    The interval is at the peak of the periodogram of the time stamps, which neither gaps nor jitter
+    move. The search starts from the mean step. Then lines fitted to the remainders correct the
+    error of trying single frequencies.
     """
     rough = elapsed_s / interval_s
     tried = int(np.ceil(error * rough[-1] * _TRIED_PER_PEAK))
@@ -148,13 +148,13 @@ def _on_own_clock(elapsed_s: FloatArray, interval_s: float, error: float) -> Flo
 
 
 def _missing_before(surplus: FloatArray, time_s: FloatArray, interval_s: float) -> IntArray:
-    """Tell how many samples are missing before each, from the time beyond the samples' number.
+    """Return how many samples are missing before each sample.
 
     Parameters
     ----------
     surplus : (K,) array
-        Time that passed less the number of samples before, in intervals: it grows by 1 with a
-        missing sample, and jitter moves it to and fro.
+        Elapsed time in intervals, minus the number of samples before. It grows by 1 at a missing
+        sample; jitter moves it up and down.
     time_s : (K,) array
         Time of each sample in seconds.
     interval_s : float
@@ -163,7 +163,7 @@ def _missing_before(surplus: FloatArray, time_s: FloatArray, interval_s: float) 
     Returns
     -------
     (K,) array of int
-        Never less than for the sample before.
+        Never decreasing.
     """
     smooth = _running_median(surplus)
     missing = np.empty(surplus.size, dtype=np.int64)
@@ -183,9 +183,9 @@ def _missing_before(surplus: FloatArray, time_s: FloatArray, interval_s: float) 
 
 
 def _running_median(values: FloatArray) -> FloatArray:
-    """Take the median of each value and its neighbours; what only rises is left as it is.
+    """Return the median of each value and its neighbours; rising values stay as they are.
 
-    Towards both ends the windows become smaller and stay centred, or a gap there would be lost.
+    Near both ends the windows become smaller and stay centred, so that no gap there is lost.
     """
     smooth = values.copy()
     width = 2 * _HALF_MEDIAN + 1

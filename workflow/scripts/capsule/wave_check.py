@@ -1,4 +1,4 @@
-"""Does every sensor show the wave? A detector judges no recording in which one does not."""
+"""Check that every sensor shows the wave. Otherwise no detector judges the recording."""
 
 import numpy as np
 
@@ -7,17 +7,17 @@ from capsule.divider import pressed_and_period
 from capsule.kinds import Settings
 from capsule.sensed_wave import cut_into_waves, wave_phase
 
-# The wave may look this much faster than it is, such as on a pulsating bench.
+# Smallest share of the expected delay between sensors; a pulsating bench makes the wave look fast.
 _LEAST_TRAVEL = 0.25
 
 
 def missing_wave(values: FloatArray, rate_hz: float, settings: Settings, false_rate: float) -> str:
-    """Say why a recording cannot be judged: which sensor shows no wave.
+    """Return why a recording cannot be judged, such as which sensor shows no wave.
 
-    Two things make noise, or interference, differ from a wave. The beats of a sensor keep step with
-    those of the other sensors: the test of Rayleigh, sensor by sensor, on the phase of each wave
-    against the others' (`phase_tests`). And the wave travels: it reaches one sensor after the
-    other, which interference common to all does not.
+    Two properties tell a wave from noise or interference. First, the beats of a sensor keep step
+    with those of the other sensors; the test of Rayleigh checks this for each sensor
+    (`phase_tests`). Second, the wave travels: it reaches one sensor after the other. Interference
+    reaches all sensors at once.
 
     Parameters
     ----------
@@ -26,16 +26,16 @@ def missing_wave(values: FloatArray, rate_hz: float, settings: Settings, false_r
     rate_hz : float
         Sampling rate.
     settings : mapping
-        Section ``diagonal`` of the configuration, which tells of wave and sensors.
+        Section ``diagonal`` of the configuration, which describes wave and sensors.
     false_rate : float
-        How often a sensor without a wave may pass; at 1 everything passes.
+        How often a sensor without a wave may pass; if 1, every recording passes.
 
     Returns
     -------
     str
-        Empty where every sensor shows a wave that travels.
+        Empty if every sensor shows a wave that travels.
     """
-    # One sensor has no other to keep step with.
+    # A single sensor cannot be compared with others.
     if false_rate >= 1 or len(values) < 2:
         return ""
     pressed, period = pressed_and_period(values, rate_hz, settings)
@@ -43,7 +43,7 @@ def missing_wave(values: FloatArray, rate_hz: float, settings: Settings, false_r
     if tested is None:
         return f"shorter than four waves of {period / rate_hz:g} s"
     chances, travel = tested
-    # Each of the sensors has its chance to pass.
+    # Several sensors are tested, so each gets an equal part of the rate.
     without = np.flatnonzero(~(chances <= false_rate / len(values))) + 1
     if without.size:
         names = " and ".join(f"sensor_{sensor}" for sensor in without)
@@ -56,12 +56,12 @@ def missing_wave(values: FloatArray, rate_hz: float, settings: Settings, false_r
 
 
 def phase_tests(pressed: FloatArray, period: float) -> tuple[FloatArray, float] | None:
-    """Test each sensor's beats against those of the others.
+    """Test whether each sensor's beats keep step with those of the others.
 
     Parameters
     ----------
     pressed : (S, K) array
-        How hard each sensor is pressed, in any unit and from any rest; NaN where a sample is
+        How hard each sensor is pressed, in any unit and from any rest value; NaN where a sample is
         missing. S >= 2.
     period : float
         Configured time from wave to wave, in samples.
@@ -69,12 +69,10 @@ def phase_tests(pressed: FloatArray, period: float) -> tuple[FloatArray, float] 
     Returns
     -------
     chances : (S,) array
-        Probability that a sensor whose beats have nothing to do with the others' keeps step as
-        well as this one, by `rayleigh`.
+        Probability, by `rayleigh`, that independent beats keep step as well as this sensor's.
     travel : float
         Phase by which the last sensor is behind the first, in radians, summed from sensor to
-        sensor.
-        None for a recording of fewer than four waves.
+        sensor. For fewer than four waves, the function returns None instead.
     """
     waves = cut_into_waves(pressed, period)
     if waves is None:
@@ -84,7 +82,7 @@ def phase_tests(pressed: FloatArray, period: float) -> tuple[FloatArray, float] 
     turns = waves.steady * np.exp(-2j * np.pi / waves.period * np.arange(count))
 
     def directions(of: BoolArray | slice, irregular: FloatArray) -> ComplexArray:
-        """Return where each wave's beat on some sensors points, against a common phase."""
+        """Return the direction of each wave's beat relative to a common phase, for some sensors."""
         against = (turns[of] * np.exp(-1j * irregular))[:, : whole * waves.window]
         sums = against.reshape(-1, whole, waves.window).sum(axis=2)
         unit: ComplexArray = sums / np.maximum(np.abs(sums), 1e-300)
@@ -100,12 +98,12 @@ def phase_tests(pressed: FloatArray, period: float) -> tuple[FloatArray, float] 
 
 
 def rayleigh(directions: ComplexArray) -> float:
-    """Give the chance that so many random directions agree so well (the test of Rayleigh).
+    """Return the probability that random directions agree this well (the test of Rayleigh).
 
     Parameters
     ----------
     directions : (n,) array of complex
-        Of length 1, or 0 where there is none.
+        Complex numbers of length 1, or 0 for a wave without a direction.
 
     Returns
     -------

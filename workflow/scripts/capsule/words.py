@@ -1,7 +1,7 @@
-"""Numbers as a reader wants them; what is unknown is said in words.
+"""Text for numbers, sizes, verdicts and unknown values, as the report and the programs show them.
 
-Every number is rounded by `number`, a value and the ends of its interval alike: rounding keeps
-their order, so no interval is shown that leaves out its value.
+`number` rounds every number, a value and the ends of its interval alike. Rounding keeps their
+order, so a shown interval always contains its value.
 """
 
 import math
@@ -25,12 +25,12 @@ _SCHEMES = {
 
 
 def is_known(value: Cell | None) -> TypeGuard[Cell]:
-    """Tell whether a cell of a table holds a value."""
+    """Return whether a cell of a table holds a value."""
     return value is not None and not (isinstance(value, float) and math.isnan(value))
 
 
 def number(value: float | None, digits: int = 2) -> str:
-    """Write a number with so many decimals, with a minus sign but for zero: ``\u22120.25``."""
+    """Return a number as text with this many decimals, zero without a sign: ``\u22120.25``."""
     if not is_known(value):
         return UNKNOWN
     text = f"{value:.{digits}f}"
@@ -38,26 +38,26 @@ def number(value: float | None, digits: int = 2) -> str:
 
 
 def significant(value: float, digits: int = 3) -> str:
-    """Write a number with so many significant digits: ``0.127``, ``45.4``."""
+    """Return a number as text with this many significant digits: ``0.127``, ``45.4``."""
     if value == 0 or not math.isfinite(value):
         return number(value, 0)
     return number(value, max(digits - 1 - math.floor(math.log10(abs(value))), 0))
 
 
 def percent(fraction: float | None) -> str:
-    """Write a fraction in percent: ``57.7 %``, ``85 %``."""
+    """Return a fraction as text in percent: ``57.7 %``, ``85 %``."""
     return f"{_percent_digits(fraction)} %" if is_known(fraction) else UNKNOWN
 
 
 def interval(low: float, high: float) -> str:
-    """Write an interval of fractions in percent: ``63.9 to 94.8 %``."""
+    """Return an interval of fractions as text in percent: ``63.9 to 94.8 %``."""
     if not is_known(low):
         return UNKNOWN
     return f"{_percent_digits(low)} to {_percent_digits(high)} %"
 
 
 def probability(fraction: float | None) -> str:
-    """Write a stated probability in percent; none is certain: ``12.5 %``, ``> 99.9 %``."""
+    """Return a probability as text in percent, never 0 or 100: ``12.5 %``, ``> 99.9 %``."""
     if not is_known(fraction):
         return NOT_GIVEN
     if _percent_digits(fraction) in ("0", "100"):
@@ -66,19 +66,19 @@ def probability(fraction: float | None) -> str:
 
 
 def count_of(hits: int, of: int) -> str:
-    """Write ``17 of 20``."""
+    """Return a count as text: ``17 of 20``."""
     return f"{int(hits)} of {int(of)}"
 
 
 def size(size_mm: float | None) -> str:
-    """Write a size: ``3 mm``, ``no nodule``."""
+    """Return a size as text: ``3 mm``, ``no nodule``."""
     if not is_known(size_mm):
         return UNKNOWN
     return "no nodule" if size_mm == 0 else f"{size_mm:g} mm"
 
 
 def verdict(row: Row) -> str:
-    """Write a verdict of results/detections.csv; of none the reason, where the row has one."""
+    """Return a verdict of results/detections.csv as text, or the reason for no verdict."""
     if is_known(row["predicted_mm"]):
         return size(row["predicted_mm"])
     reason = row.get("reason")
@@ -86,7 +86,7 @@ def verdict(row: Row) -> str:
 
 
 def estimated_size(verdict: Mapping[str, float]) -> str:
-    """Write a verdict's size, with its interval where it has one: ``3.2 mm (2.1 to 4.0)``."""
+    """Return a verdict's size as text, with any interval: ``3.2 mm (2.1 to 4.0)``."""
     names = ("estimate_mm", "estimate_low_mm", "estimate_high_mm")
     estimate_mm, low_mm, high_mm = (verdict.get(name) for name in names)
     if not is_known(estimate_mm):
@@ -96,7 +96,7 @@ def estimated_size(verdict: Mapping[str, float]) -> str:
 
 
 def place(seconds: float | None, way_mm: float | None) -> str:
-    """Write where along a run a nodule lies: ``12.3 s, 6.1 mm``."""
+    """Return as text where along a run a nodule lies: ``12.3 s, 6.1 mm``."""
     if not is_known(seconds):
         return NOT_GIVEN
     if seconds < 0:
@@ -105,7 +105,7 @@ def place(seconds: float | None, way_mm: float | None) -> str:
 
 
 def setting(value: object) -> str:
-    """Write a value of the configuration."""
+    """Return a value of the configuration as text."""
     if isinstance(value, Sequence) and not isinstance(value, str):
         numeric = len(value) == 2 and all(isinstance(part, int | float) for part in value)
         return (" to " if numeric else ", ").join(setting(part) for part in value)
@@ -117,37 +117,37 @@ def setting(value: object) -> str:
 
 
 def scheme(name: str) -> str:
-    """Write the name of a scheme."""
+    """Return the name of a scheme as text."""
     return _SCHEMES.get(name, name)
 
 
 def points(difference: float) -> str:
-    """Write a difference of two rates in percentage points: ``+12.5``, ``\u221240``."""
+    """Return a difference of two rates as text in percentage points: ``+12.5``, ``\u221240``."""
     text = _percent_digits(difference)
     return text if text == "0" or text.startswith(MINUS) else f"+{text}"
 
 
 def p_value(p: float | None) -> str:
-    """Write a probability under the null hypothesis: ``p = 0.031``, ``p < 0.001``."""
+    """Return a probability under the null hypothesis as text: ``p = 0.031``, ``p < 0.001``."""
     if not is_known(p):
         return ""
     return "p < 0.001" if p < 0.001 else f"p = {number(p, 3)}"
 
 
 def enumerate_words(parts: Sequence[str]) -> str:
-    """Write a list: ``a, b and c``."""
+    """Return a list as text: ``a, b and c``."""
     if len(parts) < 2:
         return "".join(parts)
     return f"{', '.join(parts[:-1])} and {parts[-1]}"
 
 
 def plural(count: int, singular: str, several: str | None = None) -> str:
-    """Write ``1 recording``, ``20 recordings``."""
+    """Return a count and its noun as text: ``1 recording``, ``20 recordings``."""
     return f"{count:,} {singular if count == 1 else several or singular + 's'}".replace(",", " ")
 
 
 def duration(seconds: float) -> str:
-    """Write a duration: ``4.2 s``, ``3 min 20 s``, ``2 h 5 min``."""
+    """Return a duration as text: ``4.2 s``, ``3 min 20 s``, ``2 h 5 min``."""
     if seconds < 0.1:
         return "under 0.1 s"
     if seconds < 60:
@@ -158,5 +158,5 @@ def duration(seconds: float) -> str:
 
 
 def _percent_digits(fraction: float) -> str:
-    """Round to a tenth, and drop a tenth of zero."""
+    """Return a percentage rounded to a tenth, without a final ``.0``."""
     return number(100 * fraction, 1).removesuffix(".0")
