@@ -1,1 +1,1 @@
-"""Detectors beside the paper's: its margin with a threshold, and the diagonal of beats."""
+"""The detectors, and what they share: scores, thresholds, probabilities, sizes and verdicts."""

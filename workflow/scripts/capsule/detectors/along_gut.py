@@ -1,4 +1,4 @@
-"""What the diagonal detector judged a recording by, laid out to be drawn."""
+"""The evidence of the diagonal detector along the gut, for the report's figures."""
 
 from dataclasses import dataclass
 
@@ -22,12 +22,13 @@ class AlongGut:
     depth : (S, N) array
         Depth of each sensor's beats in units of its usual depth, which is 1.
     step_mm : float
-        Distance from place to place; the first place is the recording's start.
+        Distance from place to place, in mm; the first place is the recording's start.
     evidence : (P,) array
-        The largest over all mean speeds at each place; the detector's score is the largest of all.
+        The largest evidence over all mean speeds at each place. The detector's score is the
+        largest of these values.
     passed : (S,) array
-        When each sensor passes the place with the most evidence, in samples; NaN for one that
-        does not come within the extent of a place.
+        Time at which each sensor passes the place with the most evidence, in samples; NaN for a
+        sensor that stays farther from it than the extent of a place.
     """
 
     first: float
@@ -39,7 +40,7 @@ class AlongGut:
 
 
 def along_gut(values: FloatArray, rate_hz: float, settings: Settings) -> AlongGut | None:
-    """Return what `capsule.detectors.passage.passage_of` chooses the best candidate from.
+    """Return the beats and evidence from which `passage_of` chooses the best candidate.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""The beats of a recording as series on an even grid in time, as the taught scorer sees them.
+"""The beats of a recording as series on an even grid in time, the input of the taught scorer.
 
-Beside the harmonics in phase of `capsule.detectors.beats` stand those across: a nodule that is felt
-early or late in the wave turns the beat.
+`capsule.detectors.beats` has only the harmonics in phase. The series also have those in
+quadrature, because a nodule felt early or late in the wave shifts the phase of the beat.
 """
 
 import numpy as np
@@ -10,20 +10,20 @@ from capsule.arrays import FloatArray
 from capsule.detectors.beats import median
 from capsule.sensed_wave import find_wave
 
-# Level, first harmonic in phase and across, second harmonic in phase and across.
+# Level; first harmonic in phase and in quadrature; second harmonic in phase and in quadrature.
 SERIES = ("level", "depth", "swing", "shape", "lean")
 WINDOWS_A_WAVE = 4
-# In usual depths: beyond it a beat says no more.
+# In usual depths. A larger beat tells nothing more, so the series are clipped here.
 _LIMIT = 30.0
 
 
 def beat_series(values: FloatArray, *, period: float) -> FloatArray | None:
-    """Take a recording apart into beats, a quarter of the configured wave apart.
+    """Return the beats of a recording at intervals of a quarter of the configured wave.
 
     Parameters
     ----------
     values, period
-        As `capsule.sensed_wave.find_wave` takes them.
+        As in `capsule.sensed_wave.find_wave`.
 
     Returns
     -------

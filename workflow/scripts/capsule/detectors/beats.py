@@ -1,8 +1,8 @@
-"""From readings to beats: what the wave does to each sensor, relative to what it usually does.
+"""The beats of a recording: the effect of each wave on each sensor, relative to its usual effect.
 
-Within one wave the signal is a few harmonics of the wave's phase; a nodule makes the beats deeper
-and changes their shape while it passes a sensor. Taken relative to the sensor's usual beat, this
-needs neither the sensor's gain nor its resistance, and slow drift does not enter.
+Within one wave the signal is a sum of a few harmonics of the wave's phase. While a nodule passes a
+sensor, the beats become deeper and change their shape. A beat is measured relative to the sensor's
+usual beat, so the sensor's gain, its resistance and slow drift do not matter.
 """
 
 from dataclasses import dataclass
@@ -13,24 +13,25 @@ from capsule.arrays import FloatArray
 from capsule.sensed_wave import find_wave
 
 CHANNELS = ("level", "depth", "shape")
-# The windows of one wave change slowly.
+# Windows kept a wave. The mean over a window changes slowly, so more windows would add little.
 _WINDOWS_A_WAVE = 4
 
 
 @dataclass(frozen=True)
 class Beats:
-    """What a recording holds of the wave, in windows of one wave.
+    """The beats of a recording, in windows of one wave.
 
     Attributes
     ----------
     channels : (3, S, N) array
-        Level, depth and shape of the beats as `CHANNELS` names them: the mean, the first and the
-        second harmonic (in phase) of one wave, each minus the sensor's median, in units of the
-        sensor's median depth. Pressing raises level and depth.
+        Level, depth and shape of the beats, in the order of `CHANNELS`. They are the mean, the
+        first and the second harmonic (in phase) of one wave. Each is reduced by the sensor's median
+        and divided by the sensor's median depth. Pressing raises level and depth.
     centre : (N,) array
         Centre of each window, in samples from the first reading; evenly spaced.
     irregular_mm : (N,) array
-        How far the capsule is ahead of steady motion at these moments, in mm, from the phase.
+        Distance by which the capsule is ahead of steady motion at the centres, in mm. It is
+        computed from the phase of the wave.
     """
 
     channels: FloatArray
@@ -39,12 +40,12 @@ class Beats:
 
 
 def find_beats(values: FloatArray, *, period: float, wavelength_mm: float) -> Beats | None:
-    """Take a recording apart into beats.
+    """Return the beats of a recording.
 
     Parameters
     ----------
     values, period
-        As `find_wave` takes them.
+        As in `find_wave`.
     wavelength_mm : float
         Length of the wave in mm.
 
@@ -66,22 +67,22 @@ def find_beats(values: FloatArray, *, period: float, wavelength_mm: float) -> Be
     channels = (channels - median(channels)) / usual_depth
     windows = np.arange(0, wave.level.shape[1], step, dtype=float)
     thinned_centre = windows + (wave.window - 1) / 2
-    # Ahead of steady motion, the capsule meets the wave late: the phase falls behind.
+    # A capsule ahead of steady motion meets the wave later, so the phase is behind.
     behind = np.interp(thinned_centre, np.arange(wave.irregular.size), -wave.irregular)
     ahead = behind * wavelength_mm / (2 * np.pi)
     return Beats(channels, wave.centre(windows), _without_line(thinned_centre, ahead))
 
 
 def median(values: FloatArray) -> FloatArray:
-    """Give the median along the last axis, which stays with length 1."""
+    """Return the median along the last axis, which keeps length 1."""
     return quantile(np.sort(values, axis=-1), 0.5)
 
 
 def quantile(ordered: FloatArray, share: float) -> FloatArray:
-    """Give a quantile along the last axis, which is sorted and stays with length 1.
+    """Return a quantile along the last axis, which is sorted and keeps length 1.
 
-    As by ``np.quantile(ordered, share, axis=-1, keepdims=True)``, which takes ten times as long for
-    a few short rows.
+    The result equals ``np.quantile(ordered, share, axis=-1, keepdims=True)``, which takes ten times
+    as long for a few short rows.
     """
     rank = share * (ordered.shape[-1] - 1)
     below, above = int(np.floor(rank)), int(np.ceil(rank))
@@ -91,7 +92,7 @@ def quantile(ordered: FloatArray, share: float) -> FloatArray:
 
 
 def _without_line(at: FloatArray, values: FloatArray) -> FloatArray:
-    """Take the straight line of least squares through values (N,) off them."""
+    """Return values (N,) minus their straight line of least squares."""
     off = at - at.mean()
     rest: FloatArray = values - values.mean() - off * (off @ values) / (off @ off)
     return rest

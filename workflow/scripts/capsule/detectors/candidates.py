@@ -1,4 +1,4 @@
-"""Every place and mean speed at which one nodule may pass all sensors, and the evidence for it."""
+"""Candidates: the places and mean speeds at which a nodule may pass all sensors, with evidence."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -8,19 +8,19 @@ import numpy as np
 from capsule.arrays import FloatArray, IntArray, RealArray
 from capsule.detectors.beats import CHANNELS, Beats, quantile
 
-# Candidates that are tried at a time, to stay within the processor's cache.
+# Candidates that are tried at a time, so that the arrays fit into the processor's cache.
 _BLOCK = 250
-# In windows: even without dwell, a sensor that never meets a place says nothing of it.
+# In windows. Above 0, so that a sensor that never meets a place contributes 0, even without dwell.
 _LEAST_DWELL = float(np.finfo(np.float32).tiny)
 
 
 def standardised_beats(
     beats: Beats, weights: Mapping[str, float], least_spread: float, limit: float
 ) -> FloatArray:
-    """Weigh the channels, in units of each sensor's own spread over the run.
+    """Return the weighted sum of the channels, in units of each sensor's spread over the run.
 
-    A sensor whose seat shifts all the time says less than one that sits firm, and no single beat
-    says more than `limit`.
+    Dividing by the spread gives less weight to a sensor whose seat shifts all the time. No single
+    beat counts more than `limit`.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def standardised_beats(
     weights : mapping of str to float
         Weight of each channel.
     least_spread : float
-        Added to the spread in quadrature, in usual depths: no sensor is trusted beyond it.
+        Added to the spread in quadrature, in usual depths. It limits the weight of any sensor.
     limit : float
         Largest magnitude, in spreads.
 
@@ -38,8 +38,8 @@ def standardised_beats(
     (S, N) array
     """
     weighted = sum(weights[name] * beats.channels[channel] for channel, name in enumerate(CHANNELS))
-    # A nodule raises the beats for part of the run, so the spread is that of the lower half. From
-    # the median to the lower quartile it is 0.6745 standard deviations of a normal distribution.
+    # A nodule raises the beats for part of the run, so the spread is measured on the lower half. In
+    # a normal distribution, the lower quartile is 0.6745 standard deviations below the median.
     ordered = np.sort(weighted, axis=1)
     spread = (quantile(ordered, 0.5) - quantile(ordered, 0.25)) / 0.6745
     bounded: FloatArray = np.clip(weighted / np.hypot(least_spread, spread), -limit, limit)
@@ -48,7 +48,7 @@ def standardised_beats(
 
 @dataclass(frozen=True)
 class Candidates:
-    """All places and mean speeds that were tried, and how much speaks for each.
+    """All places and mean speeds that were tried, and the evidence for each.
 
     Attributes
     ----------
@@ -57,17 +57,17 @@ class Candidates:
     head_mm : (V, N) array
         Way of the first sensor at each speed, in mm.
     behind_mm : (S,) array
-        How far each sensor is behind the first.
+        Distance of each sensor behind the first, in mm.
     lag_samples : (V,) array
-        Mean time from sensor to sensor at each speed.
+        Mean time from sensor to sensor at each speed, in samples.
     speed : (G,) array of int
-        Number of each candidate's speed.
+        Index of each candidate's speed.
     place_mm, evidence : (G,) array
-        Each candidate's place, and what `capsule.detectors.passage.Passage` says of it.
+        Each candidate's place in mm, and its evidence as in `capsule.detectors.passage.Passage`.
     dwell : float
         As in `try_candidates`, but in windows.
     unit_mm : float
-        In which the Gaussian of a place is exp(-x^2).
+        Unit of length in which the Gaussian of a place is exp(-x^2), in mm.
     """
 
     weighted: FloatArray
@@ -82,11 +82,11 @@ class Candidates:
 
     @property
     def best(self) -> int:
-        """Number of the candidate with the most evidence."""
+        """Index of the candidate with the most evidence."""
         return int(self.evidence.argmax())
 
     def beyond_mm(self) -> FloatArray:
-        """Return how far the first sensor is beyond the best place at each moment, (N,)."""
+        """Return how far the first sensor is beyond the best place at each moment, (N,) in mm."""
         beyond_mm: FloatArray = self.head_mm[self.speed[self.best]] - self.place_mm[self.best]
         return beyond_mm
 
@@ -108,9 +108,10 @@ def try_candidates(
 ) -> Candidates:
     """Search all places and mean speeds for a passage.
 
-    At a candidate place each sensor's beats are averaged over the time that the sensor spends
-    there (a Gaussian of `width_mm`), and the sensors' averages are averaged. The capsule's
-    irregular motion is known from the wave's phase; its mean speed is searched.
+    For a candidate place, each sensor's beats are averaged over the time that the sensor spends
+    there (a Gaussian of `width_mm`). The evidence is the mean of these averages over the sensors.
+    The wave's phase gives the irregular part of the capsule's motion; the search gives its mean
+    speed.
 
     Parameters
     ----------
@@ -125,14 +126,14 @@ def try_candidates(
     lag_range : pair of float
         Shortest and longest mean time from sensor to sensor, in samples.
     lags : int
-        How many mean speeds are tried, evenly spaced.
+        Number of mean speeds that are tried, evenly spaced.
     step_mm : float
         Distance between the places tried, in mm.
     width_mm : float
         Standard deviation of a place, in mm.
     dwell : float
-        Samples' worth of usual beats that are mixed into each average, so that a place that a
-        sensor hurries through, or never meets, says little.
+        Number of samples of usual beats that are mixed into each average. They reduce the evidence
+        of a place that a sensor passes quickly or never meets.
 
     Returns
     -------
@@ -157,12 +158,12 @@ def try_candidates(
 
 
 def _candidates(farthest_mm: FloatArray, step_mm: float) -> tuple[IntArray, FloatArray]:
-    """List what is tried: from the start, every place up to the farthest at each speed (V,).
+    """Return all candidates: at each speed (V,), every place from the start to the farthest.
 
     Returns
     -------
     speed : (G,) array of int
-        Number of each candidate's speed.
+        Index of each candidate's speed.
     place_mm : (G,) array
     """
     places = np.ceil(np.maximum(farthest_mm, 0.0) / step_mm + 0.5).astype(int)
@@ -179,9 +180,9 @@ def _evidence(
     place: RealArray,
     dwell: float,
 ) -> RealArray:
-    """Give the evidence of every candidate (G,), to a millionth.
+    """Return the evidence of every candidate (G,), with an error of about a millionth.
 
-    Single precision is enough to choose one, and takes half the time.
+    Single precision is enough to choose a candidate and takes half the time.
 
     Parameters
     ----------
@@ -207,24 +208,24 @@ def _evidence(
 
 
 def averages(channels: RealArray, beyond: RealArray, behind: RealArray, dwell: float) -> RealArray:
-    """Average the beats at places: each sensor's over its time there, then over the sensors.
+    """Return the beats' averages at places: over each sensor's time there, then over the sensors.
 
     Parameters
     ----------
     channels : (C, S, N) array
-        Of which the averages are taken.
+        The values to average.
     beyond : (G, N) array
-        How far the first sensor is beyond each place at each moment, in units in which the
+        Distance of the first sensor beyond each place at each moment, in units in which the
         Gaussian is exp(-x^2).
     behind : (S,) array
-        How far each sensor is behind the first, in the same units.
+        Distance of each sensor behind the first, in the same units.
     dwell : float
-        As in `find_passage`, but in windows, and above 0.
+        As in `try_candidates`, but in windows, and above 0.
 
     Returns
     -------
     (C, G) array
-        In the precision of `beyond`.
+        The averages, in the precision of `beyond`.
     """
     precision = beyond.dtype.type
     moments = np.ones(beyond.shape[1], dtype=precision)

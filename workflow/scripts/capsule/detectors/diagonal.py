@@ -1,4 +1,4 @@
-"""What the diagonal detector learns from recordings of known size, and how it judges by it."""
+"""The diagonal detector: learning from recordings of known size, and its verdict."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -20,24 +20,24 @@ from capsule.kinds import Settings
 from capsule.templates import TemplateSet
 
 UNKNOWN_VALUE = float("nan")
-# In usual depths; a place where nothing rises has a logarithm, too.
+# In usual depths. A lower limit, so that a place without raised beats has a logarithm, too.
 _LEAST_CHANNEL = 0.03
 
 
 @dataclass(frozen=True)
 class DiagonalModel:
-    """What the diagonal detector learns from a training fold.
+    """The diagonal detector's model, learned from a training fold.
 
     Attributes
     ----------
     threshold : float
-        Of the evidence.
+        Threshold of the evidence.
     probability : Probability or None
-        From the evidence.
+        Curve from the evidence to the probability of a nodule.
     sizes : SizeModel or None
-        From the features of the passage.
+        Model from the features of the passage to the size.
     size_reach_mm : float
-        Half the width of the interval of a size; infinite where too few nodules teach it.
+        Half the width of the interval of a size, in mm; infinite if too few nodules teach it.
     known_mm : tuple of float
         Nodule sizes of the archive.
     """
@@ -75,12 +75,12 @@ class DiagonalModel:
         )
 
     def stored(self) -> dict[str, Any]:
-        """Return the model as JSON holds it."""
+        """Return the model in a form that JSON can store."""
         return {"diagonal": plain(asdict(self))}
 
     @classmethod
     def restored(cls, stored: Settings, templates: TemplateSet | None) -> "DiagonalModel":
-        """Take the model out of what `stored` gave; it needs no template."""
+        """Return the model from the values of `stored`; it needs no template."""
         content = dict(stored["diagonal"])
         sizes, probability = content.pop("sizes"), content.pop("probability")
         if sizes is not None:
@@ -99,11 +99,12 @@ class DiagonalModel:
 
 
 def size_features(passages: Sequence[Passage]) -> FloatArray:
-    """Lay out the features from which sizes are estimated, (n, 9).
+    """Return the features from which sizes are estimated, (n, 9).
 
-    The channels at the place, depth and shape also by their logarithms, since a size multiplies
-    them; the logarithms of the channels' spreads over the run; and the time from sensor to sensor,
-    since a large nodule slows the capsule down.
+    The features are the channels at the place, the time from sensor to sensor, the logarithms of
+    depth and shape, and the logarithms of the channels' spreads over the run. Logarithms fit,
+    because the size multiplies depth and shape. The time fits, because a large nodule slows the
+    capsule down.
     """
     names = (
         "level",
@@ -126,7 +127,7 @@ class DiagonalDetector:
     Parameters
     ----------
     archive : TrainingArchive
-        Its passages teach; a recording without one (NaN) teaches nothing.
+        The archive whose passages teach; a recording without one (NaN) teaches nothing.
     """
 
     Model = DiagonalModel
@@ -152,15 +153,15 @@ class DiagonalDetector:
         )
 
     def without(self, left_out: Sequence[str]) -> DiagonalModel:
-        """Learn from all labelled recordings but those left out."""
+        """Learn from all labelled recordings except those left out."""
         places = sorted(self._place[name] for name in set(left_out) if name in self._place)
         gone = np.array(places, dtype=int)
         taught = np.ones(self._scores.size, dtype=bool)
         taught[gone] = False
         gone_nodules = self._among_nodules[gone[self._nodule[gone]]]
         threshold = threshold_at(self._scores[taught & ~self._nodule], self._rules["specificity"])
-        # Only what is detected is sized. The threshold knows no nodule, so a further detected one
-        # is like those detected here (selection-conditional conformal, Jin and Ren 2025).
+        # Only detected nodules get a size. No nodule influences the threshold, so a new detected
+        # nodule is like those detected here (selection-conditional conformal, Jin and Ren 2025).
         detected = self._scores[taught & self._nodule] > threshold
         errors = self._sizes.errors_without(gone_nodules)[detected]
         return DiagonalModel(

@@ -1,4 +1,4 @@
-"""Intervals of sizes: how far a size may be off, told by errors of cross-validated predictions."""
+"""Intervals of estimated sizes, computed from the errors of cross-validated predictions."""
 
 import numpy as np
 
@@ -6,23 +6,23 @@ from capsule.arrays import FloatArray
 
 
 def conformal_reach(errors: FloatArray, share: float) -> float:
-    """Choose how far an interval reaches to both sides, to hold so many further values.
+    """Return half the width of an interval that holds a wanted share of new values.
 
     Parameters
     ----------
     errors : (n,) array
-        Each predicted minus true value of a recording that taught nothing of its prediction.
+        Predicted minus true value of each recording, from a prediction that left it out.
     share : float
-        Wanted, such as 0.9.
+        The wanted share, such as 0.9.
 
     Returns
     -------
     float
         The error of rank ceil((n + 1) share) by magnitude (the jackknife of Barber et al. 2021);
-        infinite with fewer than share / (1 - share) errors, which can promise nothing.
+        infinite with fewer than share / (1 - share) errors, which are too few.
     """
     count = errors.size
-    # A hair less, for products such as 10 x 0.9 that rounding lifts above a whole number.
+    # Slightly less, because rounding can lift a product such as 10 x 0.9 above a whole number.
     rank = max(int(np.ceil((count + 1) * share - 1e-9)), 1)
     return float(np.sort(np.abs(errors))[rank - 1]) if rank <= count else float("inf")
 
@@ -44,7 +44,7 @@ def size_interval(
     Returns
     -------
     low, high : float
-        In mm; NaN where the estimate is.
+        In mm; NaN if the estimate is NaN.
     """
     ends = np.array([estimate_mm - reach_mm, estimate_mm + reach_mm])
     low, high = np.clip(ends, known_mm[0], known_mm[-1]).tolist()

@@ -1,9 +1,10 @@
-"""What is learned without a few recordings of an archive.
+"""Models that are learned without a few recordings of an archive.
 
-Who asks for what is learned without one recording will ask for the others: all of it is learned at
-once. The curves are fitted side by side, near the curve of all. The sizes follow from sums over all
-recordings minus the one, and differ from learning anew by rounding; where a recording is too much
-of the whole for that, they are learned anew, as they are without several.
+A caller that needs the model without one recording usually needs the models without each of the
+others. All of them are therefore learned at once. The curves are fitted side by side, starting from
+the curve of all recordings. The size models follow from sums over all recordings minus one, and
+differ from a new fit only by rounding. A new fit is made if one recording dominates the sums, or if
+several recordings are left out.
 """
 
 from functools import cached_property
@@ -14,9 +15,9 @@ from capsule.arrays import BoolArray, FloatArray, IntArray
 from capsule.detectors.probability import Probability, fit_probabilities, fit_probability
 from capsule.detectors.sizing import SizeModel, fit_sizes, left_out_errors
 
-# Recordings times folds that are learned from at a time, for the processor's cache.
+# Recordings times folds that are fitted at a time, so that they fit into the processor's cache.
 _BLOCK = 2**14
-# Differences of sums that keep less than this of them have lost too many digits.
+# If a difference of sums is a smaller share than this of the sum, it has lost too many digits.
 _LEAST_REST = 1e-6
 
 
@@ -38,7 +39,7 @@ class ProbabilityWithout:
         self.whole = fit_probability(scores, nodule, prevalence)
 
     def without(self, left_out: IntArray) -> Probability | None:
-        """Give the curve without some recordings, by their places; None as in `fit_probability`."""
+        """Return the curve without the recordings at some places; None as in `fit_probability`."""
         if left_out.size == 0:
             return self.whole
         if left_out.size == 1:
@@ -78,24 +79,24 @@ class SizesWithout:
         self.whole = fit_sizes(features, sizes_mm, ridge)
 
     def without(self, left_out: IntArray) -> SizeModel | None:
-        """Give the model without some recordings, by their places; None without any other."""
+        """Return the model without the recordings at some places; None if none remains."""
         if left_out.size == 0:
             return self.whole
         alone = self._without_each[left_out[0]] if left_out.size == 1 else None
         return self._anew(left_out) if alone is None else alone
 
     def errors_without(self, left_out: IntArray) -> FloatArray:
-        """Return by how much each of the others is off when the rest of them predict it.
+        """Return the size error of each remaining recording, predicted by the rest of them.
 
         Parameters
         ----------
         left_out : (m,) array of int
-            The recordings that teach nothing, by their places.
+            Places of the recordings that teach nothing.
 
         Returns
         -------
         (n - m,) array
-            In mm, from `left_out_errors`.
+            Errors in mm, from `left_out_errors`.
         """
         return self._errors_of_all if left_out.size == 0 else self._errors(left_out)
 
@@ -119,14 +120,14 @@ class SizesWithout:
 
     @cached_property
     def _without_each(self) -> list[SizeModel | None]:
-        """Models without each single recording; None where too few digits would be left."""
+        """Models without each single recording; None if too few digits would be left."""
         count = self._sizes_mm.size - 1
         if count < 1:
             return [None] * self._sizes_mm.size
         mean, mean_mm = self._features.mean(axis=0), self._sizes_mm.mean()
         gone, gone_mm = self._features - mean, self._sizes_mm - mean_mm
         whole = gone.T @ gone
-        # The sums about the new means, from those about the means of all.
+        # The sums about the new means follow from those about the means of all recordings.
         outer = gone[:, :, np.newaxis] * gone[:, np.newaxis]
         square = whole - outer * (1 + 1 / count)
         product = gone.T @ gone_mm - gone * gone_mm[:, np.newaxis] * (1 + 1 / count)
@@ -139,7 +140,7 @@ class SizesWithout:
         normal[~usable] = np.eye(mean.size)
         coefficients = np.linalg.solve(normal, (product / scale)[..., np.newaxis])[..., 0]
         ordered = np.sort(self._sizes_mm)
-        # Without the only one of the least size, the next is the least.
+        # If the only recording of the smallest size is left out, the next size is the smallest.
         smallest = np.where(self._sizes_mm == ordered[0], ordered[1], ordered[0])
         largest = np.where(self._sizes_mm == ordered[-1], ordered[-2], ordered[-1])
         intercepts = mean_mm - gone_mm / count

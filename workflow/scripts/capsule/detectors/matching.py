@@ -1,4 +1,4 @@
-"""How well templates match a recording: the paper's distance, and by how much it beats T^0's."""
+"""Comparison of a recording with templates: the paper's distance, and the gain over T^0."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ def template_distances(matrix: FloatArray, templates: Sequence[FloatArray]) -> F
     Returns
     -------
     (B,) array
-        The smallest RMSE over all lags; NaN where the matrix or the template is NaN.
+        The smallest RMSE over all lags; NaN if the matrix or the template holds NaN.
     """
     distances = np.full(len(templates), np.nan)
     if np.isnan(matrix).any():
@@ -35,7 +35,7 @@ def template_distances(matrix: FloatArray, templates: Sequence[FloatArray]) -> F
 
 
 def nearest_size(distances: FloatArray, sizes_mm: Sequence[float]) -> float:
-    """Give the size of the nearest template.
+    """Return the size of the nearest template.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def nearest_size(distances: FloatArray, sizes_mm: Sequence[float]) -> float:
     Returns
     -------
     float
-        Size in mm, 0 for no nodule, NaN where no distance is known.
+        Size in mm, 0 for no nodule, NaN if no distance is known.
     """
     if np.isnan(distances).all():
         return float("nan")
@@ -56,13 +56,13 @@ def nearest_size(distances: FloatArray, sizes_mm: Sequence[float]) -> float:
 
 @dataclass(frozen=True)
 class Comparison:
-    """How templates lie on a recording.
+    """The comparison of a recording with templates.
 
     Attributes
     ----------
     distances, gains, lags : (B,) array
-        The smallest RMSE (eq. RMSEmin), as of `template_distances`, and gain and lag, as of
-        `template_margins`; NaN where the matrix or the template is NaN.
+        The smallest RMSE (eq. RMSEmin) as from `template_distances`, and gain and lag as from
+        `template_margins`; NaN if the matrix or the template holds NaN.
     """
 
     distances: FloatArray
@@ -70,7 +70,7 @@ class Comparison:
     lags: FloatArray
 
     def replaced(self, places: Sequence[int], others: "Comparison") -> "Comparison":
-        """Put what was found of other templates in the places of these."""
+        """Return a copy in which the results of other templates replace those at some places."""
         arrays = []
         for own, other in zip(vars(self).values(), vars(others).values(), strict=True):
             array = own.copy()
@@ -80,14 +80,14 @@ class Comparison:
 
 
 def compare_templates(matrix: FloatArray, templates: Sequence[FloatArray]) -> Comparison:
-    """Compare a recording with templates, distance and gain in one go.
+    """Return distance, gain and lag of every template on a recording.
 
     Parameters
     ----------
     matrix : (S, L) array
         The recording's matrix V.
     templates : sequence of B (S, L) arrays
-        The templates; one that holds NaN has neither.
+        The templates; for one that holds NaN, all three are NaN.
     """
     gains, lags = template_margins(matrix, templates)
     distances = np.full(len(templates), np.nan)
@@ -100,11 +100,11 @@ def compare_templates(matrix: FloatArray, templates: Sequence[FloatArray]) -> Co
 def template_margins(
     matrix: FloatArray, templates: Sequence[FloatArray]
 ) -> tuple[FloatArray, FloatArray]:
-    """Give the gain of every template at its best lag.
+    """Return the gain of every template at its best lag.
 
     The paper's rule compares RMSE^2 = (|V|^2 - gain) / (3 S L), with gain = 2 sum V T(shifted)
-    - |T|^2 (eq. RMSE) and a gain of 0 for T^0: "nodule" is a largest gain above 0. Any other
-    offset in place of the 0 gives another operating point.
+    - |T|^2 (eq. RMSE). The gain of T^0 is 0, so the verdict is a nodule if the largest gain is
+    above 0. Any other threshold than 0 gives another operating point.
 
     Parameters
     ----------
@@ -116,9 +116,9 @@ def template_margins(
     Returns
     -------
     gains : (B,) array
-        Largest gain over all lags; NaN where the matrix or the template is NaN.
+        Largest gain over all lags; NaN if the matrix or the template holds NaN.
     lags : (B,) array
-        tau in 1..2L where it is reached; NaN likewise.
+        tau in 1..2L of the largest gain; NaN in the same cases.
     """
     gains, lags = np.full((2, len(templates)), np.nan)
     if np.isnan(matrix).any():
@@ -130,7 +130,7 @@ def template_margins(
 
 
 def template_margin(comparison: SlidingComparison, template: FloatArray) -> tuple[float, float]:
-    """Give gain and lag of one template (S, L) on a recording that holds no NaN."""
+    """Return gain and lag of one template (S, L) on a recording that holds no NaN."""
     if np.isnan(template).any():
         return float("nan"), float("nan")
     comparison.particle[...] = template
@@ -138,12 +138,12 @@ def template_margin(comparison: SlidingComparison, template: FloatArray) -> tupl
 
 
 def first_peak_sample(lag: float, first_peak: int, length: int) -> float:
-    """Give when sensor 1 feels the template's first peak, in samples from the first reading.
+    """Return when sensor 1 feels the template's first peak, in samples from the first reading.
 
     Parameters
     ----------
     lag : float
-        tau; at L + 1 the template lies unshifted on the recording.
+        tau; at L + 1 the template is not shifted relative to the recording.
     first_peak : int
         u, the column of the first peak, counted from 1.
     length : int

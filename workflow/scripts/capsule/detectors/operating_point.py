@@ -1,4 +1,4 @@
-"""From the scores of healthy recordings to the threshold above which a score means a nodule."""
+"""The threshold of a score, chosen from the scores of healthy recordings."""
 
 import numpy as np
 
@@ -6,29 +6,29 @@ from capsule.arrays import FloatArray
 
 
 def threshold_at(healthy_scores: FloatArray, specificity: float) -> float:
-    """Choose the threshold that a new healthy recording exceeds at most so often.
+    """Return the threshold that limits how often a new healthy recording causes a false alarm.
 
-    The threshold is the score of rank ceil((n + 1) specificity) of n healthy recordings: whatever
-    their distribution, a further one like them lies above it with a probability of at most
-    1 - specificity. With fewer than specificity / (1 - specificity) recordings that much cannot be
-    promised; then it is the largest score.
+    The threshold is the score of rank ceil((n + 1) specificity) of n healthy recordings. A new
+    healthy recording of the same distribution exceeds it with a probability of at most
+    1 - specificity. Fewer than specificity / (1 - specificity) recordings cannot guarantee this;
+    the threshold is then the largest score.
 
     Parameters
     ----------
     healthy_scores : (n,) array
         Scores of recordings without a nodule.
     specificity : float
-        Wanted, such as 0.95.
+        The wanted specificity, such as 0.95.
 
     Returns
     -------
     float
-        A score above it means a nodule; NaN without any healthy recording.
+        A score above it means a nodule; NaN if there is no healthy recording.
     """
     count = healthy_scores.size
     if count == 0:
         return float("nan")
-    # A hair less, for products such as 20 x 0.95 that rounding lifts above a whole number.
+    # Slightly less, because rounding can lift a product such as 20 x 0.95 above a whole number.
     rank = min(int(np.ceil((count + 1) * specificity - 1e-9)), count)
     index = max(rank, 1) - 1
     return float(np.partition(healthy_scores, index)[index])

@@ -1,4 +1,4 @@
-"""One nodule passes all sensors in turn: the place and speed where their beats agree on it."""
+"""The passage of a nodule: the place and speed at which the beats of all sensors agree on it."""
 
 from dataclasses import dataclass, fields
 from typing import Any
@@ -11,7 +11,7 @@ from capsule.detectors.candidates import averages, try_candidates
 from capsule.divider import pressed_and_period
 from capsule.kinds import Settings
 
-# Keys of section ``diagonal`` that lead to the beats, or that the detector learns with.
+# Keys of section ``diagonal`` that serve the beats or the learning, not the search for a passage.
 _OF_NO_SEARCH = {"wave_speed_mm_s", "wavelength_mm", "full_scale", "pressing_lowers_reading"}
 _OF_NO_SEARCH |= {"size_ridge"}
 
@@ -23,19 +23,19 @@ class Passage:
     Attributes
     ----------
     evidence : float
-        How much the weighted beats exceed the usual there, in units of their spread, mean over the
-        sensors; the detector's score.
+        Excess of the weighted beats over the usual ones, in units of their spread, averaged over
+        the sensors. This is the detector's score.
     level, depth, shape : float
-        The channels at the candidate, mean over the sensors, in usual depths.
+        The channels at the candidate, averaged over the sensors, in usual depths.
     location_mm : float
         Way of the first sensor from the recording's start to the candidate, in mm.
     location_samples : float
-        When the first sensor passes it, in samples from the recording's start.
+        Time at which the first sensor passes it, in samples from the recording's start.
     lag_samples : float
         Mean time from sensor to sensor, in samples.
     level_spread, depth_spread, shape_spread : float
-        Standard deviation of the channels over the whole run, mean over the sensors, in usual
-        depths; they belong to no place, and say much about the size.
+        Standard deviation of the channels over the whole run, averaged over the sensors, in usual
+        depths. They do not depend on the place, but help to estimate the size.
     """
 
     evidence: float
@@ -54,7 +54,7 @@ UNKNOWN = Passage(*[float("nan")] * len(fields(Passage)))
 
 
 def passage_of(values: FloatArray, rate_hz: float, settings: Settings) -> Passage:
-    """Search one recording for its best candidate for a nodule.
+    """Return the best candidate for a nodule in one recording.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def passage_of(values: FloatArray, rate_hz: float, settings: Settings) -> Passag
     Returns
     -------
     Passage
-        `UNKNOWN` without a peristaltic wave on every sensor.
+        `UNKNOWN` if a sensor shows no peristaltic wave.
     """
     beats, options = beats_of(values, rate_hz, settings)
     return UNKNOWN if beats is None else find_passage(beats, **options)
@@ -79,7 +79,7 @@ def beats_of(
 ) -> tuple[Beats | None, dict[str, Any]]:
     """Return the beats of a recording, and the settings of the search for a passage in them.
 
-    Parameters and the reasons for None are those of `passage_of` and `find_beats`.
+    For the parameters see `passage_of`; for None see `find_beats`.
     """
     pressed, period = pressed_and_period(values, rate_hz, settings)
     options = {key: value for key, value in settings.items() if key not in _OF_NO_SEARCH}
@@ -87,7 +87,7 @@ def beats_of(
 
 
 def find_passage(beats: Beats, **settings: Any) -> Passage:  # noqa: ANN401
-    """Return the candidate with the most evidence; the settings are those of `try_candidates`."""
+    """Return the candidate with the most evidence; for the settings see `try_candidates`."""
     tried = try_candidates(beats, **settings)
     best = tried.best
     beyond_mm = tried.beyond_mm()

@@ -1,4 +1,4 @@
-"""What detectors have learned, as JSON holds it."""
+"""Conversion of a detector's model to values that JSON can store."""
 
 from collections.abc import Mapping
 
@@ -6,7 +6,7 @@ import numpy as np
 
 
 def plain(value: object) -> object:
-    """Return a value as JSON holds it: NaN and infinity become null, arrays become lists."""
+    """Return a value for JSON: NaN and infinity become None (null), arrays become lists."""
     if isinstance(value, Mapping):
         return {key: plain(part) for key, part in value.items()}
     if isinstance(value, np.ndarray | tuple | list):

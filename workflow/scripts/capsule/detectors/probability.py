@@ -1,4 +1,4 @@
-"""From a score to the probability of a nodule, by a logistic curve."""
+"""The probability of a nodule as a logistic curve of the score."""
 
 from dataclasses import dataclass
 
@@ -16,7 +16,7 @@ class Probability:
     centre, scale : float
         The score is used as (score - centre) / scale.
     intercept, slope : float
-        Of the log odds, at the prevalence of the fit.
+        Coefficients of the log odds, at the prevalence of the fit.
     """
 
     centre: float
@@ -25,7 +25,7 @@ class Probability:
     slope: float
 
     def of(self, scores: FloatArray | float) -> FloatArray:
-        """Give the probability of a nodule at each score; NaN where the score is unknown."""
+        """Return the probability of a nodule at each score; NaN where the score is unknown."""
         odds = self.intercept + self.slope * (np.asarray(scores) - self.centre) / self.scale
         return 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
 
@@ -33,8 +33,8 @@ class Probability:
 def fit_probability(scores: FloatArray, nodule: BoolArray, prevalence: float) -> Probability | None:
     """Fit the logistic curve, with the recordings weighted to a stated prevalence.
 
-    The score is standardised by the healthy recordings. A weak Gaussian prior on the slope keeps
-    the curve finite where the two kinds do not overlap.
+    The healthy recordings standardize the score. A weak Gaussian prior on the slope keeps the curve
+    finite if the two kinds do not overlap.
 
     Parameters
     ----------
@@ -43,12 +43,12 @@ def fit_probability(scores: FloatArray, nodule: BoolArray, prevalence: float) ->
     nodule : (n,) array of bool
         Which of them were made over a nodule.
     prevalence : float
-        Share of recordings with a nodule where the verdict will be used.
+        Share of recordings with a nodule in the later use of the detector.
 
     Returns
     -------
     Probability or None
-        None where one of the two kinds is missing, or the healthy scores do not vary.
+        None if one of the two kinds is missing, or the healthy scores do not vary.
     """
     everybody = np.ones((1, scores.size), dtype=bool)
     return fit_probabilities(scores, nodule, prevalence, everybody)[0]
@@ -71,14 +71,14 @@ def fit_probabilities(
     taught : (F, n) array of bool
         Which recordings each fold is taught by.
     start : Probability, optional
-        A curve near those of the folds, from which they are found in fewer steps.
+        A curve near those of the folds. Starting from it takes fewer steps.
     iterations : int
-        Newton steps at most.
+        Largest number of Newton steps.
 
     Returns
     -------
     list of F Probability or None
-        As by `fit_probability` from the recordings of each fold alone.
+        The same curves as from `fit_probability` with the recordings of each fold.
     """
     curves: list[Probability | None] = [None] * len(taught)
     of_both_kinds = ((taught & ~nodule).sum(axis=1) >= 2) & (taught & nodule).any(axis=1)
@@ -108,10 +108,10 @@ def fit_probabilities(
         curvature = np.stack(entries, axis=1)[:, [[0, 1], [1, 2]]] + prior + 1e-9 * np.eye(2)
         gradient -= coefficients @ prior
         step = np.linalg.solve(curvature, gradient[..., np.newaxis])[..., 0]
-        # Newton overshoots where the curve is steep; no step is longer than a few units.
+        # Newton's method overshoots where the curve is steep, so the steps are limited to 4 units.
         longest = np.abs(step).max(axis=1, keepdims=True, initial=1e-300)
         coefficients += step * np.minimum(1.0, 4.0 / longest)
-        # Newton squares the error with each step: the next would be within the rounding.
+        # Newton's method squares the error in each step: the next one is below rounding.
         if longest.max(initial=0.0) < 1e-7:
             break
     for fold, *curve in zip(folds, centre[:, 0], scale[:, 0], *coefficients.T, strict=True):
@@ -120,7 +120,7 @@ def fit_probabilities(
 
 
 def _mean_and_spread(scores: FloatArray, counted: BoolArray) -> tuple[FloatArray, FloatArray]:
-    """Give mean and standard deviation (F,) of those scores (n,) that each fold counts (F, n)."""
+    """Return mean and standard deviation (F,) of the scores (n,) that each fold counts (F, n)."""
     count = counted.sum(axis=1)
     mean = (counted * scores).sum(axis=1) / count
     square = (counted * (scores - mean[:, np.newaxis]) ** 2).sum(axis=1) / count

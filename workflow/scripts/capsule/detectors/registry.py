@@ -1,48 +1,48 @@
-"""The detectors, a row each: who needs to know something of a detector reads it here.
+"""The list of detectors, with the properties that the other modules need.
 
-A new detector is a module beside this one, and a row below. Imports nothing heavy: the Snakefile
-reads it at every start.
+To add a detector, write a module in this folder and add a row below. This module imports nothing
+heavy, because the Snakefile reads it at every start.
 """
 
 from dataclasses import dataclass
 
 from capsule.errors import CapsuleError
 
-# The paper's own detector: always the first, and the one that stands where nothing was judged.
+# The paper's own detector: always the first, and the default if nothing was judged.
 PAPER = "template"
 
 
 @dataclass(frozen=True)
 class Row:
-    """What everybody needs to know of a detector.
+    """The properties of one detector.
 
     Attributes
     ----------
     name : str
-        As the configuration and the tables call it.
+        Its name in the configuration and in the tables.
     summary : str
-        What it is, for the table of the configuration.
+        A short description for the documentation of the configuration.
     sentence : str
-        How it decides, for the report.
+        Its way of deciding, for the report.
     module, built_by : str
         The module and its class, a `capsule.detectors.training.Detector`.
     section : str or None
-        Its own section of the configuration.
+        Its own section of the configuration; None if it has none.
     fixed_threshold : float or None
         The threshold of its score; None for a detector that learns it from healthy recordings.
     by_distance : bool
-        Whether its verdict is the shortest distance to a template.
+        True if its verdict is the shortest distance to a template.
     by_templates : bool
-        Whether it lays templates on recordings: to judge many anew, with many left out of the
-        templates, takes too long for every report.
+        True if it compares recordings with templates. To judge many recordings anew, each with
+        other templates, takes too long for every report.
     by_features : bool
-        Whether it judges by the taught scorer's features.
+        True if it judges by the taught scorer's features.
     drawn : tuple of str
-        What the report draws of how it judged a recording, beside score and threshold:
-        ``template``, ``beats``, ``passing`` (when each sensor passes the place), ``gut`` and
-        ``stretches``, as in workflow/report/scripts/evidence_list.js.
+        Parts of its evidence that the report draws, besides score and threshold: ``template``,
+        ``beats``, ``passing`` (when each sensor passes the place), ``gut`` and ``stretches``, as
+        in workflow/report/scripts/evidence_list.js.
     needs : str
-        What it needs beside labelled recordings; empty for nothing.
+        Its needs besides labelled recordings; empty if there are none.
     """
 
     name: str
@@ -106,12 +106,12 @@ DETECTORS = {row.name: row for row in _ROWS}
 
 
 def detector_row(name: str) -> Row:
-    """Look up a detector.
+    """Return the properties of a detector.
 
     Raises
     ------
     CapsuleError
-        There is no such detector; the text lists those that there are.
+        There is no such detector; the text lists the existing ones.
     """
     if name not in DETECTORS:
         raise CapsuleError(f"there is no detector {name}; allowed are: {', '.join(DETECTORS)}")

@@ -1,14 +1,15 @@
-"""Ridge regression that tells at once what it learns without some of its recordings.
+"""Ridge regression that can leave recordings out without a new fit.
 
 With the centred features C, the penalty l and ``W = (C^T C + l)^-1 C^T``, the hat matrix is
 ``H = 1 / n + C W``. Without the recordings I the residuals r become
-``r' = r + H[:, I] (1 - H[I, I])^-1 r[I]`` and the leverages
+``r' = r + H[:, I] (1 - H[I, I])^-1 r[I]``. The leverages become
 ``h + diag(H[:, I] (1 - H[I, I])^-1 H[I, :])`` (Cook and Weisberg 1982). The coefficients are the
-features of the recordings that teach, weighted by their residuals over the penalty; since
-``C^T C W = C^T - l W``, they follow from those of all recordings without looking at all features.
+sum of the teaching recordings' features, each weighted by its residual over the penalty. Since
+``C^T C W = C^T - l W``, they follow from the coefficients of all recordings without a pass over
+all features.
 
-No matrix of recordings by recordings is kept: memory grows linearly with the recordings, and
-leaving one out takes a number of steps that does.
+No matrix of recordings by recordings is stored. Memory, and the time to leave one recording out,
+grow linearly with the number of recordings.
 """
 
 from dataclasses import dataclass
@@ -27,7 +28,7 @@ class Regression:
     Attributes
     ----------
     coefficients : (P,) array
-        One a feature.
+        One coefficient for each feature.
     intercept : float
         Value at features of 0.
     """
@@ -41,16 +42,16 @@ class Regression:
 
 
 class RidgeWithout:
-    """Ridge regressions, with an unpenalised mean, from which recordings may be left out.
+    """A ridge regression without penalty on the mean, from which recordings can be left out.
 
     Parameters
     ----------
     features : (n, P) array
         Features of the recordings.
     targets : (n,) array
-        What is to be predicted.
+        The values to predict.
     penalty : float
-        On the squared coefficients; above 0.
+        Penalty on the squared coefficients; above 0.
     """
 
     def __init__(self, features: RealArray, targets: FloatArray, penalty: float) -> None:
@@ -61,7 +62,7 @@ class RidgeWithout:
             return
         self._mean = self._features.mean(axis=0)
         self._centred = self._features - self._mean
-        # Of two equal forms the one with the smaller matrix.
+        # Both forms give the same weights; the one with the smaller matrix is faster.
         if count <= dimensions:
             gram = self._centred @ self._centred.T + penalty * np.eye(count)
             self._weights = np.linalg.solve(gram, self._centred)
@@ -75,7 +76,7 @@ class RidgeWithout:
         self._block = (-1, np.empty((count, 0)))
 
     def without(self, left_out: IntArray) -> tuple[Regression, FloatArray] | None:
-        """Learn from all recordings but some.
+        """Learn from all recordings except some.
 
         Parameters
         ----------
@@ -85,11 +86,11 @@ class RidgeWithout:
         Returns
         -------
         regression : Regression
-            What the others teach.
+            The regression that the other recordings teach.
         predictions : (n - m,) array
-            Of each of the others, by the rest of them.
+            Prediction for each of the others, made by the rest of them.
         None
-            Where fewer than two are left to teach.
+            Instead of both, if fewer than two recordings are left.
         """
         taught = np.ones(self._targets.size, dtype=bool)
         taught[left_out] = False
@@ -115,8 +116,8 @@ class RidgeWithout:
     def _columns(self, left_out: IntArray) -> FloatArray:
         """Return some columns of the hat matrix, (n, m).
 
-        Recordings are mostly left out one after the other. Their columns are worked out together,
-        which takes a fraction of the time.
+        Recordings are mostly left out one after the other. Computing their columns together takes
+        a fraction of the time.
         """
         if left_out.size != 1:
             columns: FloatArray = (

@@ -1,6 +1,7 @@
-"""A detector that is a score: above a threshold learned from healthy recordings, it is a nodule.
+"""Base classes for a detector that compares one score with a threshold.
 
-A subclass says how a recording is scored. The size is the one whose recordings score most alike.
+The threshold is learned from healthy recordings. A subclass computes the score of a recording. The
+size of a detected nodule is the one whose mean score is nearest.
 """
 
 from abc import ABC, abstractmethod
@@ -21,12 +22,12 @@ _UNKNOWN = float("nan")
 
 @dataclass(frozen=True)
 class ScoredModel(ABC):
-    """What a score learns from the recordings of a training fold.
+    """The model of a scored detector, learned from the recordings of a training fold.
 
     Attributes
     ----------
     threshold : float
-        A score above it means a nodule; NaN without a healthy recording.
+        A score above it means a nodule; NaN if there is no healthy recording.
     usual : dict of float to float
         Mean score of each nodule size in mm.
     """
@@ -39,7 +40,7 @@ class ScoredModel(ABC):
     @staticmethod
     @abstractmethod
     def score(recording: JudgedRecording) -> float:
-        """Score one recording: the higher, the more it looks like a nodule; NaN if unknown."""
+        """Return the score of one recording: higher if a nodule is more likely, NaN if unknown."""
 
     def verdict(self, recording: JudgedRecording) -> Verdict:
         """Judge one recording."""
@@ -52,24 +53,24 @@ class ScoredModel(ABC):
         return Verdict(size_mm, score, self.threshold, estimate_mm=size_mm)
 
     def stored(self) -> dict[str, Any]:
-        """Give the model as JSON holds it, under the detector's name."""
+        """Return the model in a form that JSON can store, under the detector's name."""
         threshold = None if np.isnan(self.threshold) else self.threshold
         return {self.name: {"threshold": threshold, "usual": list(self.usual.items())}}
 
     @classmethod
     def restored(cls, stored: Settings, templates: TemplateSet) -> "ScoredModel":
-        """Take the model out of what `stored` gave; it needs no template."""
+        """Return the model from the values of `stored`; it needs no template."""
         threshold, usual = stored[cls.name]["threshold"], stored[cls.name]["usual"]
         return cls(_UNKNOWN if threshold is None else threshold, dict(map(tuple, usual)))
 
 
 class ScoredDetector:
-    """Learns the threshold of a score; a subclass names its `Model`.
+    """A detector that learns the threshold of a score; a subclass sets its `Model`.
 
     Parameters
     ----------
     archive : TrainingArchive
-        Its labelled recordings are scored once; a score that is not known teaches nothing.
+        The archive whose labelled recordings are scored once; an unknown score teaches nothing.
     """
 
     Model: type[ScoredModel]
@@ -81,7 +82,7 @@ class ScoredDetector:
         self._specificity = archive.settings["evaluation"]["specificity"]
 
     def without(self, left_out: Sequence[str]) -> ScoredModel:
-        """Learn from all labelled recordings but those left out."""
+        """Learn from all labelled recordings except those left out."""
         by_size: dict[float, list[float]] = {}
         for name in self._scores.keys() - set(left_out):
             by_size.setdefault(self._sizes_mm[name], []).append(self._scores[name])

@@ -1,11 +1,10 @@
 """The taught scorer: a small convolutional network over the beats, and its gradient, in numpy.
 
-It was taught beforehand by simulated recordings of many random benches (docs/detection.md). An
-archive adapts it: to first order, changed weights change the score by the gradient of the score
-times the change, so ridge regression on the gradients teaches all weights at once (the neural
-tangent kernel, Jacot, Gabriel and Hongler 2018). The long gradients are folded to a few hundred
-numbers whose products are nearly the same (the count sketch, Charikar, Chen and Farach-Colton
-2002).
+Simulated recordings of many random benches taught it beforehand (docs/detection.md). An archive
+then adapts it. To first order, a change of the weights changes the score by the gradient times that
+change. Ridge regression on the gradients therefore teaches all weights at once (the neural tangent
+kernel, Jacot, Gabriel and Hongler 2018). The long gradients are folded to 1024 numbers whose
+products are nearly the same (the count sketch, Charikar, Chen and Farach-Colton 2002).
 """
 
 from collections.abc import Mapping
@@ -28,14 +27,14 @@ _FOLDED = 1024
 
 @dataclass(frozen=True)
 class Features:
-    """What the scorer makes of one recording.
+    """The scorer's result for one recording.
 
     Attributes
     ----------
     score : float
-        The higher, the more it looks like a nodule; NaN without a wave on every sensor.
+        Higher if a nodule is more likely; NaN if a sensor shows no wave.
     embedding : (64,) array of float32
-        What the network's last layer sees; sizes are estimated from it.
+        Input of the network's last layer; sizes are estimated from it.
     gradient : (1024,) array of float32
         The gradient of the score by the weights, folded.
     """
@@ -46,7 +45,7 @@ class Features:
 
 
 class _Seen(NamedTuple):
-    """What the layers make of one recording, as the way back needs it."""
+    """The values of all layers for one recording, which the backward pass needs."""
 
     taps: FloatArray
     own: FloatArray
@@ -67,10 +66,10 @@ class Scorer:
     Parameters
     ----------
     weights : mapping of str to array
-        As the teaching has stored them: ``own`` (a convolution over each sensor's series by
-        itself), ``mix`` (of all sensors), ``block_0`` to ``block_4`` (dilated convolutions, each
-        added to what it sees), ``pool``, ``embed`` and ``score``, each with ``_weight`` and
-        ``_bias``; and ``gradient_scale``, the usual length of a gradient.
+        The stored weights: ``own`` (a convolution over each sensor's own series), ``mix`` (over
+        all sensors), ``block_0`` to ``block_4`` (dilated convolutions, each added to its input),
+        ``pool``, ``embed`` and ``score``. Each has ``_weight`` and ``_bias``. Also
+        ``gradient_scale``, the usual length of a gradient.
     """
 
     def __init__(self, weights: Mapping[str, RealArray]) -> None:
@@ -82,7 +81,7 @@ class Scorer:
         self._sign = numbers.choice([-1.0, 1.0], size=count)
 
     def features(self, series: FloatArray | None) -> Features:
-        """Score one recording.
+        """Return the features of one recording.
 
         Parameters
         ----------
@@ -92,7 +91,7 @@ class Scorer:
         Returns
         -------
         Features
-            All NaN without a series of four sensors.
+            All NaN if there is no series of four sensors.
         """
         dimensions = self._weights["embed_bias"].size
         if series is None or series.shape[0] != SENSORS:
@@ -103,9 +102,9 @@ class Scorer:
         return Features(score, embedding.astype(np.float32), folded.astype(np.float32))
 
     def score_and_gradient(self, x: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """Return score, embedding and the whole gradient, forward and then backward.
+        """Return score, embedding and the whole gradient, by a forward and a backward pass.
 
-        `x` is what `standardised` gives; the gradient's order is that of the weights.
+        `x` is the result of `standardised`. The gradient has the order of the weights.
         """
         w, seen = self._weights, self._forward(x)
         count, h, pooled = seen.hidden.shape[1], seen.hidden, seen.pooled
@@ -136,7 +135,7 @@ class Scorer:
         return seen.score, seen.embedding, np.concatenate([gradient[name].ravel() for name in w])
 
     def score(self, x: FloatArray) -> float:
-        """Return the score alone; `x` is what `standardised` gives."""
+        """Return the score alone; `x` is the result of `standardised`."""
         return self._forward(x).score
 
     def _forward(self, x: FloatArray) -> "_Seen":
@@ -165,7 +164,7 @@ class Scorer:
 
 
 def features_of(values: FloatArray, rate_hz: float, settings: Settings, scorer: Scorer) -> Features:
-    """Score one recording by its readings.
+    """Return the features of one recording, computed from its readings.
 
     Parameters
     ----------
@@ -174,7 +173,7 @@ def features_of(values: FloatArray, rate_hz: float, settings: Settings, scorer: 
     rate_hz : float
         Sampling rate.
     settings : mapping
-        Section ``diagonal`` of the configuration, which tells of wave and sensors.
+        Section ``diagonal`` of the configuration, which describes wave and sensors.
     scorer : Scorer
         The taught scorer.
 
@@ -186,13 +185,13 @@ def features_of(values: FloatArray, rate_hz: float, settings: Settings, scorer: 
 
 
 def series_of(values: FloatArray, rate_hz: float, settings: Settings) -> FloatArray | None:
-    """Return what `Scorer.features` takes; the parameters are those of `features_of`."""
+    """Return the series for `Scorer.features`; for the parameters see `features_of`."""
     pressed, period = pressed_and_period(values, rate_hz, settings)
     return beat_series(pressed, period=period)
 
 
 def standardised(series: FloatArray) -> FloatArray:
-    """Lay out what the network sees of the beats.
+    """Return the input of the network for the beats of a recording.
 
     Parameters
     ----------
@@ -202,14 +201,14 @@ def standardised(series: FloatArray) -> FloatArray:
     Returns
     -------
     (S, 17, N) array
-        The series in units of their own spread, by their inverse hyperbolic sine, and against the
-        mean of the other sensors; the logarithms of the spreads; and ones.
+        The series in units of their own spread; their inverse hyperbolic sine; their difference
+        from the mean of the other sensors; the logarithms of the spreads; and ones.
     """
     count = series.shape[-1]
     ordered = np.sort(series, axis=-1)
     median, low = (ordered[..., [round(share * (count - 1))]] for share in (0.5, 0.2))
-    # A nodule raises the upper half: from the 20 % quantile to the median it is 0.8416 standard
-    # deviations of a normal distribution.
+    # A nodule raises the upper half, so the spread is measured on the lower half. In a normal
+    # distribution, the 20 % quantile is 0.8416 standard deviations below the median.
     spread = np.hypot(np.clip((median - low) / 0.8416, 0.0, 30.0), 0.03)
     own_units = np.clip(series / spread, -8.0, 8.0)
     in_phase = own_units[:, [0, 1, 3]]
@@ -221,7 +220,7 @@ def standardised(series: FloatArray) -> FloatArray:
 
 
 def _windows(values: FloatArray, taps: int, dilation: int) -> FloatArray:
-    """Lay out what each tap of a convolution sees, (taps, C, N); zeros beyond the ends."""
+    """Return the inputs of each tap of a convolution, (taps, C, N); zeros beyond the ends."""
     reach = dilation * (taps // 2)
     wide = np.pad(values, ((0, 0), (reach, reach)))
     count = values.shape[1]
@@ -229,12 +228,12 @@ def _windows(values: FloatArray, taps: int, dilation: int) -> FloatArray:
 
 
 def _flat(weight: FloatArray) -> FloatArray:
-    """Lay a convolution's weights (O, C, taps) out as a matrix."""
+    """Return a convolution's weights (O, C, taps) as a matrix."""
     return weight.reshape(weight.shape[0], -1)
 
 
 def _pool(values: FloatArray) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Return mean, largest and softly largest of each row, each moment's share in the last."""
+    """Return mean, maximum and soft maximum of each row, the shares in the last, and the argmax."""
     best = values.argmax(axis=1)
     top = values[np.arange(len(values)), best]
     share = np.exp(values - top[:, np.newaxis])

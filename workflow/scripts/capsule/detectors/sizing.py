@@ -1,4 +1,4 @@
-"""The size of a nodule as a number of mm, by ridge regression on a few features."""
+"""Estimate of a nodule's size in mm, by ridge regression on a few features."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,7 +7,7 @@ import numpy as np
 
 from capsule.arrays import FloatArray
 
-# Of one minus the leverage; what is less is rounding.
+# Smallest value of one minus the leverage; smaller values are rounding errors.
 _LEAST_REST = 1e-9
 
 
@@ -20,11 +20,11 @@ class SizeModel:
     mean, scale : (F,) array
         The features are used as (feature - mean) / scale.
     coefficients : (F,) array
-        In mm for each scaled feature.
+        Coefficient of each scaled feature, in mm.
     intercept_mm : float
         Mean size of the training recordings.
     smallest_mm, largest_mm : float
-        Sizes of the training recordings, beyond which nothing is claimed.
+        Range of the sizes of the training recordings; estimates stay within it.
     """
 
     mean: FloatArray
@@ -35,7 +35,7 @@ class SizeModel:
     largest_mm: float
 
     def estimate(self, features: FloatArray) -> FloatArray:
-        """Give the size in mm of each row of features (n, F), between the sizes seen."""
+        """Return the size in mm for each row of features (n, F), within the range of sizes."""
         size = self.intercept_mm + ((features - self.mean) / self.scale) @ self.coefficients
         return np.clip(size, self.smallest_mm, self.largest_mm)
 
@@ -50,12 +50,12 @@ def fit_sizes(features: FloatArray, sizes_mm: FloatArray, ridge: float) -> SizeM
     sizes_mm : (n,) array
         Their true sizes, all above 0.
     ridge : float
-        Penalty on the squared scaled coefficients, in recordings' worth.
+        Penalty on the squared scaled coefficients, in units of one recording's weight.
 
     Returns
     -------
     SizeModel or None
-        None without any recording.
+        None if there is no recording.
     """
     if sizes_mm.size == 0:
         return None
@@ -73,11 +73,10 @@ def fit_sizes(features: FloatArray, sizes_mm: FloatArray, ridge: float) -> SizeM
 def left_out_errors(
     model: SizeModel, features: FloatArray, sizes_mm: FloatArray, ridge: float
 ) -> FloatArray:
-    """Return by how much each recording's size is off when the others predict it.
+    """Return each recording's size error when the others predict it.
 
-    With the model's scale of the features, no recording need be left out to know it: the error is
-    the residual over one minus the leverage (Cook and Weisberg 1982). A prediction may lie beyond
-    the sizes seen.
+    With the model's scale of the features, no new fit is needed: the error is the residual over one
+    minus the leverage (Cook and Weisberg 1982). A prediction may lie outside the range of sizes.
 
     Parameters
     ----------
@@ -89,7 +88,7 @@ def left_out_errors(
     Returns
     -------
     (n,) array
-        Predicted minus true size in mm; infinite where the others tell nothing of it.
+        Predicted minus true size in mm; infinite if the others tell nothing about it.
     """
     scaled = (features - model.mean) / model.scale
     normal = scaled.T @ scaled + ridge * np.eye(features.shape[1])
@@ -102,7 +101,7 @@ def left_out_errors(
 
 
 def nearest_known(estimate_mm: float, sizes_mm: Sequence[float]) -> float:
-    """Round an estimate to the nearest nodule size of the archive; the smaller one of two."""
+    """Return the archive's nodule size nearest to an estimate; of two, the smaller one."""
     known = sorted(size for size in sizes_mm if size > 0)
     if not known or np.isnan(estimate_mm):
         return float("nan")

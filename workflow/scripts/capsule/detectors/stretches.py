@@ -1,8 +1,8 @@
-"""Which stretches of a recording raise the taught scorer's score: what it loses without each.
+"""The stretches of a recording that raise the taught scorer's score.
 
-Each stretch in turn is made usual, on all sensors at once, and the recording is scored again
-(occlusion, Zeiler and Fergus 2014). The scores are those taught beforehand. The adaptation to an
-archive is left out: every training fold learns its own.
+One stretch after another is replaced by usual beats, on all sensors at once, and the recording is
+scored again (occlusion, Zeiler and Fergus 2014). The scores come from the scorer as taught
+beforehand, without the adaptation to an archive, because every training fold learns its own.
 """
 
 from dataclasses import dataclass
@@ -12,26 +12,26 @@ import numpy as np
 from capsule.arrays import FloatArray
 from capsule.detectors.scorer import SENSORS, Scorer, standardised
 
-# In beats, of which four are a wave: two waves, each half a wave after the one before.
+# In beats; a wave has four. A stretch is two waves long and starts half a wave after the last one.
 WIDTH = 8
 STEP = 2
-# Of what `standardised` lays out: the series, which are 0 in a usual beat. The spreads behind them
-# are of the whole recording and stay.
+# The first rows from `standardised`: the series, which are 0 in a usual beat. The rows after them
+# hold the spreads over the whole recording and stay unchanged.
 _SERIES = 13
 
 
 @dataclass(frozen=True)
 class Stretches:
-    """What the score loses without each stretch.
+    """The loss of score without each stretch of a recording.
 
     Attributes
     ----------
     score : float
-        Taught beforehand, of the whole recording.
+        Score of the whole recording, by the scorer as taught beforehand.
     first, step : float
         Centre of the first stretch, and the distance from centre to centre, in beats.
     loss : (M,) array
-        The score less the score without the stretch: above 0, the stretch speaks for a nodule.
+        The score minus the score without the stretch; above 0 if the stretch indicates a nodule.
     """
 
     score: float
@@ -41,7 +41,7 @@ class Stretches:
 
 
 def score_stretches(scorer: Scorer, series: FloatArray | None) -> Stretches | None:
-    """Score a recording without each of its stretches.
+    """Return the loss of score without each stretch of a recording.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ def score_stretches(scorer: Scorer, series: FloatArray | None) -> Stretches | No
     Returns
     -------
     Stretches or None
-        None where the scorer gives no score.
+        None if the scorer gives no score.
     """
     if series is None or series.shape[0] != SENSORS:
         return None

@@ -1,11 +1,12 @@
 """The detector ``taught``: a scorer that many simulated benches taught, adapted to the archive.
 
-The scorer's weights are adapted to first order by ridge regression on its gradients, so the score
-stays near the one taught beforehand where an archive says little (`capsule.detectors.scorer`). The
-evidence of the best passage stands beside the gradients: where an archive shows that it tells
-nodules, it counts.
-Whatever is learned is learned inside the training fold: the adaptation, the threshold from the
-healthy recordings' cross-validated scores, the probability, the sizes and their intervals.
+Ridge regression on the scorer's gradients adapts its weights to first order. If an archive has
+little information, the score stays near the one taught beforehand (`capsule.detectors.scorer`). The
+evidence of the best passage is a further feature beside the gradients. It counts if the archive
+shows that it indicates nodules.
+
+Everything is learned inside the training fold: the adaptation, the threshold (from cross-validated
+scores of the healthy recordings), the probability, the sizes and their intervals.
 """
 
 from collections.abc import Sequence
@@ -29,31 +30,31 @@ from capsule.kinds import Settings
 from capsule.templates import TemplateSet
 
 _UNKNOWN = float("nan")
-# An evidence beyond these says no more.
+# Evidence is clipped to this range; values beyond it add no information.
 _EVIDENCE = (-1.0, 4.0)
-# What a nodule should score above none, by its size in mm, as a share of `height`.
+# Wanted rise of the score over a healthy recording, as a share of `height`, by size in mm.
 _RISE = ((0.0, 1.0, 2.0, 3.0), (0.0, 0.3, 0.7, 1.0))
 
 
 @dataclass(frozen=True)
 class TaughtModel:
-    """What the taught detector learns from a training fold.
+    """The taught detector's model, learned from a training fold.
 
     Attributes
     ----------
     score : Regression or None
-        What the adaptation adds to the score, from `adaptation_features`; None with fewer than
-        two recordings.
+        Correction that the adaptation adds to the score, from `adaptation_features`; None with
+        fewer than two recordings.
     evidence_weight : float
         As in `adaptation_features`.
     threshold : float
-        Of the adapted score; NaN with fewer than three healthy recordings.
+        Threshold of the adapted score; NaN with fewer than three healthy recordings.
     probability : Probability or None
-        From the adapted score.
+        Curve from the adapted score to the probability of a nodule.
     size : Regression or None
-        Size in mm from the embedding; None with fewer than two nodules.
+        Regression from the embedding to the size in mm; None with fewer than two nodules.
     size_reach_mm : float
-        Half the width of the interval of a size; infinite where too few nodules teach it.
+        Half the width of the interval of a size, in mm; infinite if too few nodules teach it.
     known_mm : tuple of float
         Nodule sizes of the archive.
     """
@@ -97,12 +98,12 @@ class TaughtModel:
         )
 
     def stored(self) -> dict[str, Any]:
-        """Return the model as JSON holds it."""
+        """Return the model in a form that JSON can store."""
         return {"taught": plain(asdict(self))}
 
     @classmethod
     def restored(cls, stored: Settings, templates: TemplateSet) -> "TaughtModel":
-        """Take the model out of what `stored` gave; it needs no template."""
+        """Return the model from the values of `stored`; it needs no template."""
         content = dict(stored["taught"])
         for name in ("score", "size"):
             if content[name] is not None:
@@ -116,12 +117,12 @@ class TaughtModel:
 
 
 class TaughtDetector:
-    """Adapts the scorer to an archive from which recordings may be left out.
+    """The detector ``taught``, adapted to an archive from which recordings can be left out.
 
     Parameters
     ----------
     archive : TrainingArchive
-        Its features teach; a recording without a score (NaN) teaches nothing.
+        The archive whose features teach; a recording without a score (NaN) teaches nothing.
     """
 
     Model = TaughtModel
@@ -159,7 +160,7 @@ class TaughtDetector:
         )
 
     def without(self, left_out: Sequence[str]) -> TaughtModel:
-        """Learn from all labelled recordings but those left out."""
+        """Learn from all labelled recordings except those left out."""
         places = sorted(self._place[name] for name in set(left_out) if name in self._place)
         gone = np.array(places, dtype=int)
         taught = np.delete(np.arange(self._taught.size), gone)
@@ -183,43 +184,44 @@ class TaughtDetector:
 
 
 def adaptation_features(features: Features, passage: Passage, evidence_weight: float) -> FloatArray:
-    """Lay out what the score is adapted by.
+    """Return the features of a recording that adapt its score.
 
     Parameters
     ----------
     features : Features
-        Of one recording.
+        The scorer's features of one recording.
     passage : Passage
-        Its best candidate for a nodule.
+        The recording's best candidate for a nodule.
     evidence_weight : float
-        Factor on the passage's evidence; the larger, the less its coefficient is penalised.
+        Factor on the passage's evidence. A larger factor weakens the penalty on its coefficient.
 
     Returns
     -------
     (1025,) array
-        The folded gradient, and the evidence, which counts as 0 where it is not known.
+        The folded gradient, and the weighted evidence, which is 0 if it is unknown.
     """
     evidence = np.clip(np.nan_to_num(passage.evidence), *_EVIDENCE)
     return np.append(features.gradient, evidence_weight * evidence)
 
 
 def _table(rows: Sequence[RealArray]) -> RealArray:
-    """Stack the features of recordings, (n, P); without any (0, 1)."""
+    """Return the features of recordings as one array (n, P), or (0, 1) for no recording."""
     return np.stack(rows) if rows else np.empty((0, 1))
 
 
 def upper_bound(scores: FloatArray, share: float, tail: float) -> float:
-    """Bound a further score like these from above, to be exceeded so rarely.
+    """Return an upper bound for a new score from the same distribution.
 
     For a normal distribution the bound is ``mean + t sqrt(1 + 1 / n) sd``, with Student's t of
-    n - 1 degrees of freedom. Scores of healthy recordings have a longer upper tail.
+    n - 1 degrees of freedom. Scores of healthy recordings have a longer upper tail, so `tail`
+    raises the bound.
 
     Parameters
     ----------
     scores : (n,) array
         Scores of healthy recordings.
     share : float
-        How often a further one should lie below, such as 0.95.
+        Share of new scores that should lie below the bound, such as 0.95.
     tail : float
         Factor on the distance from the mean, 1 for a normal distribution.
 
@@ -232,7 +234,7 @@ def upper_bound(scores: FloatArray, share: float, tail: float) -> float:
     if count < 3:
         return float("nan")
     z, freedom = NormalDist().inv_cdf(share), count - 1
-    # Student's quantile by its expansion about the normal one (Abramowitz and Stegun 26.7.5).
+    # Student's quantile, expanded about the normal quantile (Abramowitz and Stegun 26.7.5).
     student = z + (z**3 + z) / (4 * freedom) + (5 * z**5 + 16 * z**3 + 3 * z) / (96 * freedom**2)
     reach = tail * student * np.sqrt(1 + 1 / count) * scores.std(ddof=1)
     return float(scores.mean() + reach)

@@ -1,4 +1,4 @@
-"""The paper's detector on the recordings of an archive, by its own rule and by a threshold."""
+"""The paper's detector ``template``, and ``template_threshold`` with a learned threshold."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -26,18 +26,18 @@ Compare = Callable[[JudgedRecording], Comparison]
 
 
 class TemplateMatching:
-    """Compares the recordings of an archive with templates from which any may be left out.
+    """A comparison of an archive's recordings with templates that leave some of them out.
 
     Parameters
     ----------
     archive : TrainingArchive
-        Its recordings.
+        The archive of the recordings.
     """
 
     def __init__(self, archive: TrainingArchive) -> None:
         self.archive, self.templates = archive, archive.templates
         self._specificity = archive.settings["evaluation"]["specificity"]
-        # With the templates of all recordings; a fold's differ in one or a few.
+        # Results with the templates of all recordings; in a fold, only a few templates differ.
         self._compared: dict[str, Comparison] = {}
         healthy = [name for name, size in archive.sizes_mm.items() if size == 0]
         self._healthy = np.array(healthy, dtype=object)
@@ -45,14 +45,14 @@ class TemplateMatching:
         gains = [self._with_all(archive.recording(name)).gains[1:] for name in healthy]
         self._gains = np.array(gains).reshape(len(healthy), len(self.templates.matrices) - 1)
         self._norms = np.array([np.linalg.norm(archive.load(name)) for name in healthy])
-        # Both detectors ask for the same fold, and then for the same recording in it.
+        # Both detectors ask for the same fold, and then for the same recording in that fold.
         self._fold = lru_cache(maxsize=2)(self._render)
         self._latest: tuple[tuple[frozenset[str], str], Comparison] | None = None
-        # The same few recordings lie near the threshold of every fold.
+        # In every fold, the same few recordings lie near the threshold.
         self._sliding = lru_cache(maxsize=64)(self._sliding_comparison)
 
     def comparison(self, left_out: frozenset[str], recording: JudgedRecording) -> Comparison:
-        """Compare a recording of the archive with the templates that the others give."""
+        """Return the comparison of a recording with the templates of a fold."""
         if self._latest is None or self._latest[0] != (left_out, recording.name):
             compared = self._with_all(recording)
             matrices = self._fold(left_out)
@@ -64,10 +64,10 @@ class TemplateMatching:
         return self._latest[1]
 
     def threshold(self, left_out: frozenset[str]) -> float:
-        """Choose the threshold on the margins of a fold's healthy recordings.
+        """Return the threshold from the margins of a fold's healthy recordings.
 
-        A fold's templates differ little from those of all recordings, and so do the margins
-        (`margin_reach`). Only those that may lie at the threshold are computed anew.
+        The templates of a fold differ little from those of all recordings, and so do the margins
+        (`margin_reach`). Only margins that may lie at the threshold are computed anew.
         """
         taught = np.ones(len(self._healthy), dtype=bool)
         taught[[self._row[name] for name in left_out if name in self._row]] = False
@@ -93,15 +93,15 @@ class TemplateMatching:
         return threshold_at(_margins(gains), self._specificity)
 
     def _render(self, left_out: frozenset[str]) -> tuple[FloatArray, ...]:
-        """Render the templates that the other recordings give, 1 + B of (S, L)."""
+        """Return the 1 + B templates (S, L) without the recordings left out."""
         sizes_mm, particles = self.archive.sizes_mm, self.archive.particles
         return self.templates.without_all(
-            # In one order: sums of the same numbers may differ in another.
+            # Always in the same order, because rounding makes a sum depend on the order.
             [(sizes_mm[name], particles.get(name)) for name in sizes_mm if name in left_out]
         )
 
     def _with_all(self, recording: JudgedRecording) -> Comparison:
-        """Compare a recording with the templates of all, once for all folds."""
+        """Return the comparison with the templates of all recordings, computed once."""
         if recording.name not in self._compared:
             compared = compare_templates(recording.matrix, self.templates.matrices)
             self._compared[recording.name] = compared
@@ -112,11 +112,11 @@ class TemplateMatching:
 
 
 def margin_reach(norms: FloatArray, whole: FloatArray, fold: FloatArray) -> FloatArray:
-    """Bound how far a margin moves when a template T is replaced by T'.
+    """Return a bound on the change of a margin when T' replaces a template T.
 
     The gain of a template is 2 <V, T shifted> - |T|^2 at its best lag (`template_margins`). At
-    every lag <V, T' - T> is at most |V| |T' - T| (Cauchy and Schwarz), so the best gain moves by
-    at most 2 |V| |T' - T| + ||T'|^2 - |T|^2|.
+    every lag <V, T' - T> is at most |V| |T' - T| (Cauchy and Schwarz). The best gain therefore
+    changes by at most 2 |V| |T' - T| + ||T'|^2 - |T|^2|.
 
     Parameters
     ----------
@@ -134,24 +134,25 @@ def margin_reach(norms: FloatArray, whole: FloatArray, fold: FloatArray) -> Floa
 
 
 def near_threshold(margins: FloatArray, reach: FloatArray, specificity: float) -> IntArray:
-    """List the recordings of which one may be the threshold, once all margins are known.
+    """Return the recordings whose margin may become the threshold.
 
-    The threshold is an order statistic, so it cannot leave the interval between those of the
-    lowest and of the highest values that the margins may have; what lies apart from that interval
-    keeps its side. Of the 20 healthy recordings of the shipped archive 9 are near on average, of
-    200 healthy ones 10: there a fold's threshold takes 0.9 ms instead of 19 ms.
+    The threshold is an order statistic. It lies between the thresholds of the lowest and of the
+    highest values that the margins can have. A margin whose range does not touch this interval
+    stays on its side of the threshold. Of the 20 healthy recordings of the shipped archive, 9 are
+    near on average; of 200 healthy ones, 10. For the latter, a fold's threshold takes 0.9 ms
+    instead of 19 ms.
 
     Parameters
     ----------
     margins, reach : (n,) array
-        Each margin lies within its reach of the value given.
+        Known values of the margins, and the largest distance of each from its true value.
     specificity : float
         As in `threshold_at`.
 
     Returns
     -------
     array of int
-        Places among the margins.
+        Places of these recordings among the margins.
     """
     lowest = threshold_at(margins - reach, specificity)
     highest = threshold_at(margins + reach, specificity)
@@ -159,13 +160,13 @@ def near_threshold(margins: FloatArray, reach: FloatArray, specificity: float) -
 
 
 def _changed(wholes: Sequence[FloatArray], folds: Sequence[FloatArray]) -> list[int]:
-    """Tell which templates a fold does not share with all recordings."""
+    """Return the indexes of the templates in which a fold differs from all recordings."""
     pairs = enumerate(zip(wholes, folds, strict=True))
     return [index for index, (whole, fold) in pairs if whole is not fold]
 
 
 def _margins(gains: FloatArray) -> FloatArray:
-    """Take each recording's largest known gain (n, B) -> (n,)."""
+    """Return each recording's largest known gain, (n, B) -> (n,)."""
     known = np.where(np.isnan(gains), -np.inf, gains)
     best = known.max(axis=1, initial=-np.inf)
     margins: FloatArray = best[np.isfinite(best)]
@@ -179,9 +180,9 @@ class NearestTemplateModel:
     Attributes
     ----------
     templates : TemplateSet
-        Tells sizes, first peak and length.
+        Source of the sizes, the first peak and the length.
     compare : callable
-        Compares a recording with the templates of a fold.
+        Function that compares a recording with the templates of a fold.
     """
 
     templates: TemplateSet
@@ -197,25 +198,25 @@ class NearestTemplateModel:
         )
 
     def stored(self) -> dict[str, Any]:
-        """Give nothing: the templates have a file of their own."""
+        """Return an empty dict, because the templates have a file of their own."""
         return {}
 
     @classmethod
     def restored(cls, stored: Settings, templates: TemplateSet) -> "NearestTemplateModel":
-        """Take the templates of all recordings."""
+        """Return the model with the templates of all recordings."""
         return cls(templates, partial(_compare_with, templates.matrices))
 
 
 @dataclass(frozen=True)
 class TemplateMarginModel:
-    """The paper's margin against a threshold.
+    """The comparison of the paper's margin with a threshold.
 
     Attributes
     ----------
     templates, compare
-        As of `NearestTemplateModel`.
+        As in `NearestTemplateModel`.
     threshold : float
-        Of the margin; NaN without a healthy recording.
+        Threshold of the margin; NaN if there is no healthy recording.
     """
 
     templates: TemplateSet
@@ -229,12 +230,12 @@ class TemplateMarginModel:
         return threshold_verdict(comparison, templates.sizes_mm, self.threshold, location)
 
     def stored(self) -> dict[str, Any]:
-        """Give the threshold, None where it is not known."""
+        """Return the threshold, None if it is unknown."""
         return {"margin_threshold": None if np.isnan(self.threshold) else self.threshold}
 
     @classmethod
     def restored(cls, stored: Settings, templates: TemplateSet) -> "TemplateMarginModel":
-        """Take the threshold, and the templates of all recordings."""
+        """Return the model with the stored threshold and the templates of all recordings."""
         threshold = stored["margin_threshold"]
         return cls(
             templates,
@@ -252,7 +253,7 @@ class NearestTemplate:
         self._matching = archive.shared(TemplateMatching)
 
     def without(self, left_out: Sequence[str]) -> NearestTemplateModel:
-        """Learn from all labelled recordings but those left out."""
+        """Learn from all labelled recordings except those left out."""
         compare = partial(self._matching.comparison, frozenset(left_out))
         return NearestTemplateModel(self._matching.templates, compare)
 
@@ -266,7 +267,7 @@ class TemplateMargin:
         self._matching = archive.shared(TemplateMatching)
 
     def without(self, left_out: Sequence[str]) -> TemplateMarginModel:
-        """Learn from all labelled recordings but those left out."""
+        """Learn from all labelled recordings except those left out."""
         fold = frozenset(left_out)
         return TemplateMarginModel(
             self._matching.templates,
@@ -280,8 +281,8 @@ def _compare_with(matrices: Sequence[FloatArray], recording: JudgedRecording) ->
 
 
 def _first_peak(comparison: Comparison, templates: TemplateSet) -> float:
-    """Tell when the first sensor meets the best template's first peak, in samples."""
-    # T^0 is first, and no nodule.
+    """Return when the first sensor meets the best template's first peak, in samples."""
+    # T^0 comes first and stands for no nodule.
     gains, lags = comparison.gains[1:], comparison.lags[1:]
     if np.isnan(gains).all():
         return float("nan")

@@ -1,4 +1,4 @@
-"""What teaches the detectors, what they judge, and what each of them offers."""
+"""Interfaces of the detectors: the archive that teaches, the recordings, models and detectors."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -20,48 +20,48 @@ Shared = TypeVar("Shared")
 
 
 class JudgedRecording(Protocol):
-    """A recording, as the detectors see it."""
+    """The interface of a recording for the detectors."""
 
     @property
     def name(self) -> str:
-        """Its name; no two recordings of an archive share one."""
+        """Name of the recording, unique within an archive."""
 
     @property
     def matrix(self) -> FloatArray:
-        """V, (S, L)."""
+        """Matrix V, (S, L)."""
 
     @property
     def passage(self) -> Passage:
-        """Its best candidate for a nodule."""
+        """Best candidate for a nodule."""
 
     @property
     def features(self) -> Features:
-        """What the taught scorer makes of it."""
+        """Features from the taught scorer."""
 
 
 @dataclass(frozen=True)
 class TrainingArchive:
-    """The recordings of an archive, and what is known of them.
+    """The recordings of an archive with all data that the detectors learn from.
 
     Attributes
     ----------
     sizes_mm : mapping of str to float
-        The accepted labelled recordings and their sizes, 0 for no nodule: these teach. Those that
-        cannot be judged are taken out.
+        The labelled recordings that teach, and their sizes, 0 for no nodule. Recordings that
+        cannot be judged are removed.
     templates : TemplateSet
         The templates of all sizes.
     particles : mapping of str to Particle
         The fits of the recordings that may be left out of the templates.
     passages : mapping of str to Passage
-        One of each recording, labelled or not.
+        The passage of each recording, labelled or not.
     load : callable
-        ``load(name)`` gives the matrix V of a recording, (S, L).
+        ``load(name)`` returns the matrix V of a recording, (S, L).
     settings : mapping
-        The section ``evaluation`` of the configuration, and those of the detectors.
+        The section ``evaluation`` of the configuration, and the sections of the detectors.
     features : mapping of str to Features
-        Of each recording, where a detector judges by them.
+        The features of each recording; empty if no detector uses them.
     no_verdict : mapping of str to str
-        Why no detector judges a recording; empty, or none at all, for one that is judged.
+        The reason why no detector judges a recording; empty or absent if it is judged.
     """
 
     sizes_mm: Mapping[str, float]
@@ -79,14 +79,14 @@ class TrainingArchive:
         object.__setattr__(self, "sizes_mm", judged)
 
     def shared(self, make: Callable[["TrainingArchive"], Shared]) -> Shared:
-        """Make something of this archive once, for all detectors that use it."""
+        """Return `make(archive)`, which is called once for all detectors that use it."""
         if make not in self._made:
             self._made[make] = make(self)
         made: Shared = self._made[make]
         return made
 
     def recording(self, name: str) -> "ArchivedRecording":
-        """Give a recording of the archive as the detectors see it."""
+        """Return a recording of the archive for the detectors."""
         return ArchivedRecording(name, self)
 
 
@@ -99,17 +99,17 @@ class ArchivedRecording:
 
     @cached_property
     def matrix(self) -> FloatArray:
-        """V, (S, L)."""
+        """Matrix V, (S, L)."""
         return self.archive.load(self.name)
 
     @property
     def passage(self) -> Passage:
-        """Its best candidate for a nodule."""
+        """Best candidate for a nodule."""
         return self.archive.passages[self.name]
 
     @property
     def features(self) -> Features:
-        """What the taught scorer makes of it."""
+        """Features from the taught scorer."""
         return self.archive.features[self.name]
 
 
@@ -133,49 +133,49 @@ class NewRecording:
 
     @cached_property
     def matrix(self) -> FloatArray:
-        """V, (S, L)."""
+        """Matrix V, (S, L)."""
         return preprocess(self._values, **self._settings["preprocessing"])
 
     @cached_property
     def passage(self) -> Passage:
-        """Its best candidate for a nodule."""
+        """Best candidate for a nodule."""
         rate_hz = self._settings["recording"]["rate_hz"]
         return passage_of(self._values, rate_hz, self._settings["diagonal"])
 
     @cached_property
     def features(self) -> Features:
-        """What the taught scorer makes of it."""
+        """Features from the taught scorer."""
         rate_hz = self._settings["recording"]["rate_hz"]
         return features_of(self._values, rate_hz, self._settings["diagonal"], self._scorer)
 
 
 class Model(Protocol):
-    """What a detector has learned: enough to judge a recording without the archive."""
+    """The interface of a learned model, which judges recordings without the archive."""
 
     def verdict(self, recording: JudgedRecording) -> Verdict:
         """Judge one recording."""
 
     def stored(self) -> dict[str, Any]:
-        """Give what results/detectors.json keeps of it: keys of its own, plain values."""
+        """Return the model's own keys and plain values for results/detectors.json."""
 
     @classmethod
     def restored(cls, stored: Settings, templates: TemplateSet) -> "Model":
-        """Make it anew from what `stored` gave, and from the templates of all recordings."""
+        """Return the model from the values of `stored` and the templates of all recordings."""
 
 
 class Detector(Protocol):
-    """A detector taught by an archive, from which any recordings may be left out."""
+    """The interface of a detector that an archive teaches and that can leave recordings out."""
 
     def __init__(self, archive: TrainingArchive) -> None: ...
 
     def without(self, left_out: Sequence[str]) -> Model:
-        """Learn from all labelled recordings but those left out."""
+        """Learn from all labelled recordings except those left out."""
 
     Model: type[Model]
 
 
 def detector_class(name: str) -> type[Detector]:
-    """Import the class of a detector.
+    """Import and return the class of a detector.
 
     Raises
     ------

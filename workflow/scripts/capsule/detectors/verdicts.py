@@ -1,4 +1,4 @@
-"""What every detector says of a recording, in the same words."""
+"""The verdict on a recording, with the same fields for every detector."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,22 +18,22 @@ class Verdict:
     Attributes
     ----------
     predicted_mm : float
-        0 for no nodule, otherwise one of the archive's sizes; NaN where nothing can be said.
+        0 for no nodule, otherwise one of the archive's sizes in mm; NaN for no verdict.
     score : float
-        The higher, the more it looks like a nodule.
+        Higher if a nodule is more likely.
     threshold : float
         A score above it means a nodule.
     probability : float
-        Of a nodule, at the configured prevalence; NaN for a detector that gives none.
+        Probability of a nodule at the configured prevalence; NaN for a detector that gives none.
     estimate_mm : float
-        The size of the nodule; NaN where none is detected.
+        Size of the nodule in mm; NaN if none is detected.
     estimate_low_mm, estimate_high_mm : float
-        Ends of the interval of the size; NaN for a detector that gives none.
+        Ends of the interval of the size in mm; NaN for a detector that gives none.
     location_samples, location_mm : float
-        Where along the run the nodule lies: when the first sensor passes it, in samples from the
-        start, and how far the capsule has then come; NaN where none is detected, or unknown.
+        When the first sensor passes the nodule, in samples from the start, and how far the capsule
+        has moved until then, in mm; NaN if none is detected, or if unknown.
     distances : tuple of float, or None
-        To every template, T^0 first; None for a detector that does not judge by them.
+        Distance to every template, T^0 first; None for a detector that does not use them.
     """
 
     predicted_mm: float
@@ -52,10 +52,10 @@ NO_VERDICT = Verdict(_UNKNOWN, _UNKNOWN, _UNKNOWN)
 
 
 def why_unknown(verdict: Verdict) -> str:
-    """Say why a detector says neither yes nor no; empty where it does."""
+    """Return why a detector gives no verdict; empty if it gives one."""
     if not np.isnan(verdict.predicted_mm):
         return ""
-    # Its own score is known where only the recordings that teach a threshold are missing.
+    # If the score is known, only the recordings that teach the threshold are missing.
     return (
         "no score: a wave, a sensor or labelled recordings are missing"
         if np.isnan(verdict.score)
@@ -66,7 +66,7 @@ def why_unknown(verdict: Verdict) -> str:
 def template_verdict(
     predicted_mm: float, comparison: Comparison, location_samples: float
 ) -> Verdict:
-    """Put the paper's verdict into these words: its margin is the score, its threshold is 0.
+    """Return the paper's verdict as a `Verdict`: its margin is the score, its threshold is 0.
 
     Parameters
     ----------
@@ -93,7 +93,9 @@ def template_verdict(
 def threshold_verdict(
     comparison: Comparison, sizes_mm: Sequence[float], threshold: float, location_samples: float
 ) -> Verdict:
-    """Judge by the paper's margin against a threshold; the size is the nearest nodule template's.
+    """Return the verdict from the paper's margin and a threshold.
+
+    The size of a nodule is that of the nearest nodule template.
 
     Parameters
     ----------
