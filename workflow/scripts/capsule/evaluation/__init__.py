@@ -1,1 +1,1 @@
-"""How good a detector is: predictions by folds, rates, tables, sites."""
+"""The evaluation of the detectors: predictions by folds, rates, tables, sites."""

@@ -1,4 +1,4 @@
-"""Whether one detector is better than another, or than chance."""
+"""Statistical tests of whether one detector is better than another one, or than chance."""
 
 from math import comb
 
@@ -16,18 +16,18 @@ def paired_difference(
     Parameters
     ----------
     first_right, second_right : (n,) array of bool
-        Which recordings each of them judges rightly.
+        True for each recording that the detector judges correctly.
     confidence : float
         Level of the interval.
 
     Returns
     -------
     dict
-        ``only_first``, ``only_second``: recordings that one of them alone judges rightly;
-        ``difference`` of the rates, second minus first, with ``_low`` and ``_high`` (Wald interval
-        with one recording added to both counts, Bonett and Price 2012; widened to the difference
-        where the added recordings move it off); ``mcnemar_p``: exact
-        two-sided probability of counts so unequal if neither were better.
+        ``only_first``, ``only_second``: numbers of recordings that only this detector judges
+        correctly. ``difference`` of the rates, second minus first, with ``_low`` and ``_high``
+        (Wald interval with one recording added to both counts, Bonett and Price 2012; widened if
+        it does not contain the difference). ``mcnemar_p``: exact two-sided probability of counts
+        at least this unequal if neither detector is better.
     """
     count = first_right.size
     only_first = int(np.sum(first_right & ~second_right))
@@ -48,7 +48,7 @@ def paired_difference(
 
 
 def _sign_test(first: int, second: int) -> float:
-    """Give the two-sided probability of counts so unequal, where either is as likely."""
+    """Return the two-sided probability of counts this unequal if both cases are equally likely."""
     if first == second:
         return 1.0
     count, fewer = first + second, min(first, second)
@@ -57,7 +57,7 @@ def _sign_test(first: int, second: int) -> float:
 
 
 def _ranks(scores: FloatArray) -> FloatArray:
-    """Rank scores from 1; equal ones share the mean of their ranks."""
+    """Return the ranks of scores, from 1; equal scores share the mean of their ranks."""
     _, value_of, count = np.unique(scores, return_inverse=True, return_counts=True)
     last = np.cumsum(count)
     return (last - (count - 1) / 2)[value_of]
@@ -66,9 +66,9 @@ def _ranks(scores: FloatArray) -> FloatArray:
 def permuted_areas(
     scores: FloatArray, nodule: BoolArray, generator: np.random.Generator, repeats: int
 ) -> FloatArray:
-    """Give the areas under the curve that chance alone would reach: labels dealt out anew, (n,)."""
-    # The area follows from the sum of the nodules' ranks (Mann and Whitney), so the scores are
-    # sorted once.
+    """Return the areas under the curve for randomly permuted labels, (n,)."""
+    # The area follows from the sum of the nodules' ranks (Mann and Whitney), so one sort of the
+    # scores is enough.
     ranks = _ranks(scores)
     count = int(np.count_nonzero(nodule))
     sums = np.array([generator.permutation(ranks)[:count].sum() for _ in range(repeats)])
@@ -76,5 +76,5 @@ def permuted_areas(
 
 
 def exceedance(observed: float, by_chance: FloatArray) -> float:
-    """Give the probability that chance reaches so much, the observation counted in."""
+    """Return the share of chance results that reach the observed one, which is included."""
     return float((1 + np.sum(by_chance >= observed)) / (1 + by_chance.size))

@@ -1,4 +1,4 @@
-"""All tables by which a reader judges the detectors, from their predictions."""
+"""All tables that rate the detectors, made from their predictions."""
 
 from collections.abc import Mapping, Sequence
 
@@ -14,16 +14,16 @@ def all_tables(
     nodule_at_mm: Mapping[str, float],
     rules: Settings,
 ) -> dict[str, list[Cells]]:
-    """Make each table of `COLUMNS`.
+    """Return all tables named in `COLUMNS`.
 
     Parameters
     ----------
     predictions : sequence of mapping of str to str
-        A row a detector, recording and scheme, as in results/evaluation/predictions.csv.
+        One row for each detector, recording and scheme, as in results/evaluation/predictions.csv.
     sites : mapping of str to str
-        The place that each recording names, empty where it names none.
+        The site in each recording's header; empty if it names none.
     nodule_at_mm : mapping of str to float
-        Where along the way the nodule lay, as each recording says it; NaN where it does not.
+        Position of the nodule along the way, from each recording's header; NaN if it names none.
     rules : mapping
         Section ``evaluation`` of the configuration.
 
@@ -50,7 +50,7 @@ def _of_detector(
     nodule_at_mm: Mapping[str, float],
     rules: Settings,
 ) -> dict[str, list[Cells]]:
-    """Give the rows of one detector under one scheme, for the tables that compare none."""
+    """Return the rows of one detector under one scheme, for the tables without comparisons."""
     level, seed, prevalence = rules["confidence"], rules["seed"], rules["prevalence"]
     areas, points = tables.curves(verdicts, seed, rules["bootstrap"], level)
     stated, brier = tables.calibrated(verdicts, prevalence, rules["calibration_bins"], level)

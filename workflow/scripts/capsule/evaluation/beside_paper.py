@@ -1,4 +1,4 @@
-"""The evaluation's tables, with the paper's printed numbers beside ours."""
+"""The tables of the evaluation, together with the numbers printed in the paper."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -17,9 +17,9 @@ class Evaluation:
     Attributes
     ----------
     predictions : DataFrame
-        One row a recording, detector and scheme.
+        One row for each recording, detector and scheme.
     tables : dict of str to DataFrame
-        ``detection``, ``specificity``, ``sizing`` and ``confusion``, of every detector.
+        ``detection``, ``specificity``, ``sizing`` and ``confusion`` for every detector.
     paper : dict of str to DataFrame
         The paper's tables in the same columns.
     """
@@ -29,11 +29,11 @@ class Evaluation:
     paper: Mapping[str, pd.DataFrame]
 
     def detectors(self) -> list[str]:
-        """Name the detectors, the paper's own first; it stands alone where nothing was judged."""
+        """Return the names of the detectors, or only the paper's own if nothing was judged."""
         return list(dict.fromkeys(self.predictions["detector"])) or [PAPER]
 
     def sizes_mm(self) -> list[float]:
-        """Give the sizes that have a template, 0 included, ascending."""
+        """Return the sizes that have a template, including 0, ascending."""
         return sorted(
             float(name.removeprefix("rmse_").removesuffix("mm"))
             for name in self.predictions.columns
@@ -41,7 +41,7 @@ class Evaluation:
         )
 
     def of(self, name: str, detector: str, *, with_paper: bool = False) -> pd.DataFrame:
-        """Give one detector's rows of a table, the paper's below them if wanted."""
+        """Return one detector's rows of a table, followed by the paper's rows if wanted."""
         table = self.tables[name]
         rows = table[table["detector"] == detector]
         return pd.concat([rows, self.paper[name]], ignore_index=True) if with_paper else rows

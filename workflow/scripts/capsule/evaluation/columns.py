@@ -1,6 +1,6 @@
-"""The tables by which a reader judges the detectors, with the columns of one without a row.
+"""Names of the tables that rate the detectors, and the columns of each table without rows.
 
-Imports nothing: the Snakefile reads the names.
+This module imports nothing, because the Snakefile reads the names.
 """
 
 COLUMNS = {

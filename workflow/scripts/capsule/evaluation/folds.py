@@ -1,4 +1,4 @@
-"""Which recordings teach the detector that judges a recording: the schemes of the evaluation."""
+"""The schemes of the evaluation: which recordings teach the detector that judges a recording."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -11,19 +11,19 @@ LEAVE_ONE_OUT = "leave_one_out"
 
 
 def main_scheme(schemes: Sequence[str]) -> str:
-    """Choose the scheme whose numbers are the result: leave-one-out, if it was computed."""
+    """Return the scheme whose numbers are the main result: leave-one-out, if it was computed."""
     return LEAVE_ONE_OUT if LEAVE_ONE_OUT in schemes else schemes[0]
 
 
 def group_scheme(key: str) -> str:
-    """Name the scheme that leaves out all recordings of a site (or session) at a time."""
+    """Return the name of the scheme that leaves out whole groups, such as sites or sessions."""
     return f"leave_one_{key}_out"
 
 
 def header_groups(
     key: str, names: Sequence[str], headers: Mapping[str, Mapping[str, str]]
 ) -> list[str] | None:
-    """Group recordings by a line of their headers, such as ``site`` or ``session``.
+    """Return the group of each recording from a line of its header, such as ``site``.
 
     Parameters
     ----------
@@ -32,15 +32,15 @@ def header_groups(
     names : sequence of R str
         The recordings.
     headers : mapping of str to mapping
-        The header lines of each recording; one without that line is a group by itself.
+        The header lines of each recording; a recording without that line is its own group.
 
     Returns
     -------
     list of R str, or None
-        None where leaving groups out says nothing of its own: all recordings are of one group,
-        so that none is left to learn from, or each is a group by itself, as in leave-one-out.
+        None if leaving groups out is of no use. Either all recordings are one group, so that none
+        is left to learn from, or each is its own group, as in leave-one-out.
     """
-    # A mark that no header holds keeps unnamed recordings apart from groups of the same name.
+    # No header holds a line feed, so a recording without a group gets a name that no group has.
     groups = [headers[name].get(key) or f"\n{name}" for name in names]
     return groups if 1 < len(set(groups)) < len(groups) else None
 
@@ -51,12 +51,12 @@ class Folds:
     Parameters
     ----------
     scheme : str
-        `RESUBSTITUTION`: every recording teaches; any other name: a recording's own group does
-        not.
+        `RESUBSTITUTION`: every recording teaches. Any other name: the group of the judged
+        recording does not teach.
     groups : sequence of R str
-        The group of each recording; the recordings' names leave one out at a time.
+        The group of each recording; use the recordings' names to leave out one at a time.
     alike : mapping of int to sequence of int, optional
-        Recordings that are nearly the same: where one is judged, the others teach nothing either.
+        Near-copies of each recording. If one is judged, its near-copies do not teach either.
     """
 
     def __init__(
@@ -67,7 +67,7 @@ class Folds:
         self._alike = alike or {}
 
     def training(self, recording: int) -> BoolArray:
-        """Tell which recordings teach the detector that judges this one, (R,) of bool."""
+        """Return which recordings teach the detector that judges this one, (R,) of bool."""
         if self.scheme == RESUBSTITUTION:
             return np.ones(self._label.size, dtype=bool)
         taught = np.ones(self._label.size, dtype=bool)
@@ -75,7 +75,7 @@ class Folds:
         return taught
 
     def parts(self) -> Iterator[tuple[IntArray, IntArray]]:
-        """Give the recordings that one training fold judges, and those that it leaves out."""
+        """Yield for each training fold the recordings that it judges, and those left out."""
         everybody = np.arange(self._label.size)
         if self.scheme == RESUBSTITUTION:
             yield everybody, everybody[:0]
@@ -85,29 +85,29 @@ class Folds:
                 yield group, self._left_out(group)
 
     def _left_out(self, group: IntArray) -> IntArray:
-        """Give a group with all that are nearly the same as one of it, ascending."""
+        """Return a group together with all near-copies of its recordings, ascending."""
         others = [other for place in group.tolist() for other in self._alike.get(place, [])]
         return np.union1d(group, np.array(others, dtype=group.dtype)) if others else group
 
 
 def scheme_folds(schemes: Sequence[str], headers: Mapping[str, Mapping[str, str]]) -> list[Folds]:
-    """Give the folds of recordings that are judged one at a time, under each scheme."""
+    """Return the folds of recordings that are judged one at a time, under each scheme."""
     return [Folds(name, list(headers), nearly_the_same(headers)) for name in schemes]
 
 
 def group_folds(key: str, headers: Mapping[str, Mapping[str, str]]) -> Folds | None:
-    """Give the folds that leave out whole sites or sessions; None as in `header_groups`."""
+    """Return the folds that leave out whole sites or sessions; None as in `header_groups`."""
     groups = header_groups(key, list(headers), headers)
     return None if groups is None else Folds(group_scheme(key), groups, nearly_the_same(headers))
 
 
 def nearly_the_same(rows: Mapping[str, Mapping[str, str]]) -> dict[int, list[int]]:
-    """Give the places of the near-copies of each recording that has any.
+    """Return the places of the near-copies of each recording that has any.
 
     Parameters
     ----------
     rows : mapping of str to mapping
-        The recordings, and under ``near_copies`` the names of those that are nearly the same.
+        The recordings, with the names of their near-copies under ``near_copies``.
     """
     place = {name: index for index, name in enumerate(rows)}
     alike = {

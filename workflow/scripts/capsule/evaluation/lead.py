@@ -1,4 +1,4 @@
-"""Which detector leads the report: the one that did best on this archive, or the one named."""
+"""The leading detector of the report: the best one on this archive, or the configured one."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,11 +18,11 @@ class Lead:
     detector : str
         Its name.
     named : bool
-        Whether the configuration names it.
+        True if the configuration names it.
     balanced_accuracy : float
-        From `balanced_accuracy`; NaN where it cannot be told.
+        From `balanced_accuracy`; NaN if it is unknown.
     compared : int
-        How many detectors were compared.
+        Number of detectors that were compared.
     """
 
     detector: str
@@ -41,11 +41,11 @@ def leading(
     predictions : DataFrame
         results/evaluation/predictions.csv.
     detectors : sequence of str
-        In the order of the configuration; the first of equals leads.
+        The detectors, in the order of the configuration; of equally good ones, the first leads.
     schemes : sequence of str
-        Those of the evaluation; the main one counts.
+        The schemes of the evaluation; the main scheme counts.
     named : str
-        One of them; anything else asks for the one with the highest balanced accuracy.
+        The configured detector. Any other text selects the highest balanced accuracy.
     """
     of_scheme = predictions[predictions["scheme"] == main_scheme(schemes)]
     reached = {
@@ -55,13 +55,13 @@ def leading(
     if named in detectors:
         detector = named
     else:
-        # Of equals, max keeps the first.
+        # If several are equal, max returns the first.
         detector = max(known, key=lambda name: known[name]) if known else detectors[0]
     return Lead(detector, named in detectors, reached[detector], len(known))
 
 
 def balanced_accuracy(verdicts: pd.DataFrame) -> float:
-    """Return the mean of sensitivity and specificity; no verdict counts as a wrong one.
+    """Return the mean of sensitivity and specificity; no verdict counts as a wrong verdict.
 
     Parameters
     ----------
@@ -71,7 +71,7 @@ def balanced_accuracy(verdicts: pd.DataFrame) -> float:
     Returns
     -------
     float
-        NaN without a recording of a nodule, or without one of none.
+        NaN if there is no recording with a nodule, or none without.
     """
     true_mm, predicted_mm = verdicts["size_mm"].to_numpy(), verdicts["predicted_mm"].to_numpy()
     nodule, healthy = true_mm > 0, true_mm == 0

@@ -1,9 +1,9 @@
-"""Whether more recordings would help: the rates that a part of an archive reaches.
+"""The learning curve: the rates that a part of an archive reaches, to see if more would help.
 
-The archive is dealt into four parts, each size evenly, as cards are dealt. One part teaches, or
-two, or three; each time the rest is judged. A small archive is dealt several times, and each time
-every part has its turn; in a large one fewer turns judge as many recordings, so that the work
-stays bounded. With all but one recording to teach, it is leave-one-out.
+The archive is divided at random into four parts, with each size spread evenly. One, two or three
+parts teach, and the rest is judged. A small archive is divided several times, and every part takes
+its turn. A large archive needs fewer turns to judge as many recordings, which limits the work. The
+last point is leave-one-out, where all recordings except one teach.
 """
 
 from collections import Counter
@@ -23,7 +23,7 @@ from capsule.kinds import Cells, Row
 from capsule.seeding import generator
 
 PARTS = 4
-# In place of a share: all but the one that is judged.
+# The share that stands for leave-one-out: all recordings except the judged one teach.
 ALL_BUT_ONE = 1.0
 COLUMNS = [
     "detector",
@@ -42,20 +42,20 @@ COLUMNS = [
     "gain_low",
     "gain_high",
 ]
-# So many recordings times splits at each share, and no more splits than this.
+# Wanted number of recordings times splits at each share, and the largest number of splits.
 _DRAWN, _MOST_SPLITS = 960, 40
 
 
 @dataclass(frozen=True)
 class Split:
-    """Which recordings teach, and which are judged.
+    """A division of an archive into recordings that teach and recordings that are judged.
 
     Attributes
     ----------
     share : float
-        Of the archive that teaches.
+        Share of the archive that teaches.
     taught, judged : tuple of str
-        Their names; the two hold the whole archive.
+        Names of the recordings; together they are the whole archive.
     """
 
     share: float
@@ -64,14 +64,14 @@ class Split:
 
 
 def deal(sizes_mm: Mapping[str, float], numbers: np.random.Generator) -> list[list[str]]:
-    """Deal recordings into four parts, each size as evenly as it goes.
+    """Return the recordings in four parts, with each size spread as evenly as possible.
 
     Parameters
     ----------
     sizes_mm : mapping of str to float
-        The recordings and their true sizes, in an order that no name changes.
+        The recordings and their true sizes, in an order that does not depend on names.
     numbers : Generator
-        Shuffles the recordings of each size.
+        Source of the random numbers that shuffle the recordings of each size.
     """
     shuffled: list[str] = []
     for size_mm in sorted(set(sizes_mm.values())):
@@ -93,7 +93,7 @@ def draw_splits(sizes_mm: Mapping[str, float], seed: int) -> list[Split]:
     Returns
     -------
     list of Split
-        By share; empty without a recording.
+        The splits, ordered by share; empty if there is no recording.
     """
     if not sizes_mm:
         return []
@@ -113,12 +113,12 @@ def draw_splits(sizes_mm: Mapping[str, float], seed: int) -> list[Split]:
 def mean_right(
     detector: Detector, archive: TrainingArchive, splits: Sequence[Split]
 ) -> dict[str, float]:
-    """Let the taught recordings of each split teach a detector, and judge the others.
+    """Teach a detector with each split, and return how often each recording is judged correctly.
 
     Returns
     -------
     dict of str to float
-        How often each recording was judged rightly; NaN where it never had a verdict.
+        Share of correct verdicts of each recording; NaN if it never had a verdict.
     """
     verdicts: dict[str, list[float]] = {name: [] for name in archive.sizes_mm}
     for split in splits:
@@ -130,7 +130,7 @@ def mean_right(
 
 
 def is_right(true_mm: float, predicted_mm: float) -> float:
-    """Tell whether a nodule is found, or none where there is none: 1 or 0, NaN without verdict."""
+    """Return 1 for a correct verdict (nodule or none), 0 for a wrong one, NaN for no verdict."""
     if np.isnan(predicted_mm):
         return float("nan")
     return float((true_mm > 0) == (predicted_mm > 0))
@@ -142,14 +142,14 @@ def _mean_of_known(values: Sequence[float]) -> float:
 
 
 def size_ranges(sizes_mm: Iterable[float]) -> list[tuple[float, float]]:
-    """List what rates are given for: no nodule, each size, and all but the smallest size."""
+    """Return the ranges that have rates: no nodule, each size, and all except the smallest size."""
     sizes = sorted(set(sizes_mm))
     each = [(size, size) for size in sizes]
     return each + [wanted for wanted in main_ranges(sizes) if wanted[0] < wanted[1]]
 
 
 def main_ranges(sizes_mm: Iterable[float]) -> list[tuple[float, float]]:
-    """List what tells most of a detector: no nodule, the smallest size, and all the larger."""
+    """Return the most informative ranges: no nodule, the smallest size, and all larger sizes."""
     sizes = sorted(set(sizes_mm))
     nodules = [size for size in sizes if size > 0]
     ranges = [(size, size) for size in [*sizes[: len(sizes) - len(nodules)], *nodules[:1]]]
@@ -159,23 +159,23 @@ def main_ranges(sizes_mm: Iterable[float]) -> list[tuple[float, float]]:
 def mean_gain(
     before: FloatArray, after: FloatArray, confidence: float
 ) -> tuple[float, float, float]:
-    """Give how much more often the same recordings are judged rightly.
+    """Return the mean gain in correct verdicts of the same recordings, with its interval.
 
-    The interval is Bonett and Price's for paired shares (2012): Wald's, with one recording more
-    that gains all and one that loses all. It holds for means over splits too, whose differences
-    lie between.
+    The interval is that of Bonett and Price for paired shares (2012): a Wald interval with two
+    added recordings, one that gains everything and one that loses everything. It also holds for
+    means over splits, whose differences lie between these two.
 
     Parameters
     ----------
     before, after : (n,) array
-        How often each recording was judged rightly, 0 to 1; NaN for never judged.
+        Share of correct verdicts of each recording, 0 to 1; NaN if it was never judged.
     confidence : float
         Level of the interval.
 
     Returns
     -------
     value, low, high : float
-        All NaN without a recording that was judged both times.
+        All NaN if no recording was judged both times.
     """
     difference = after - before
     difference = difference[~np.isnan(difference)]
@@ -184,22 +184,22 @@ def mean_gain(
     widened = np.append(difference, [1.0, -1.0])
     reach = NormalDist().inv_cdf(0.5 + confidence / 2) * sqrt(widened.var() / widened.size)
     centre, value = float(widened.mean()), float(difference.mean())
-    # The two more recordings draw the interval to 0; it never leaves the mean itself.
+    # The two added recordings move the interval towards 0; it must still contain the mean.
     return value, min(max(centre - reach, -1.0), value), max(min(centre + reach, 1.0), value)
 
 
 def learning_rows(
     detectors: Mapping[str, Detector], archive: TrainingArchive, predictions: Iterable[Row]
 ) -> list[Cells]:
-    """Give the rates of each detector against the recordings that taught it.
+    """Return the rates of each detector for each number of recordings that teach it.
 
     Parameters
     ----------
     detectors : mapping of str to Detector
-        Taught by the archive.
+        The detectors, taught by the archive.
     archive : TrainingArchive
-        Its labelled recordings teach and are judged; the section ``evaluation`` of its settings
-        tells seed and confidence.
+        The archive whose labelled recordings teach and are judged. The section ``evaluation`` of
+        its settings holds seed and confidence.
     predictions : iterable of mapping
         Rows with ``detector``, ``scheme``, ``recording`` and ``predicted_mm``; those of
         leave-one-out give the last point.
@@ -207,10 +207,10 @@ def learning_rows(
     Returns
     -------
     list of dict
-        A row a detector, share and range of sizes, as `COLUMNS`. ``taught``, ``taught_healthy``
-        and ``taught_of_size`` are means over the splits. ``rate`` is specificity where both sizes
-        are 0, sensitivity elsewhere, with Wilson's interval as of recordings judged once. ``gain``
-        is what all but one recording reach above that rate, from `mean_gain`.
+        One row for each detector, share and range of sizes, with the columns `COLUMNS`.
+        ``taught``, ``taught_healthy`` and ``taught_of_size`` are means over the splits. ``rate`` is
+        the specificity if both sizes are 0, otherwise the sensitivity; its Wilson interval counts
+        each recording once. ``gain`` is the rate of leave-one-out minus this rate (`mean_gain`).
     """
     sizes_mm, rules = archive.sizes_mm, archive.settings["evaluation"]
     by_share: dict[float, list[Split]] = {}
@@ -237,7 +237,7 @@ def learning_rows(
 def _left_out_alone(
     predictions: Iterable[Row], sizes_mm: Mapping[str, float]
 ) -> dict[str, dict[str, float]]:
-    """Tell of each detector which recordings it judges rightly by all the others."""
+    """Return for each detector its correct verdicts under leave-one-out."""
     alone: dict[str, dict[str, float]] = {}
     for row in predictions:
         if row["scheme"] == LEAVE_ONE_OUT and row["recording"] in sizes_mm:
@@ -254,16 +254,17 @@ def rate_rows(
     counts: Mapping[float, float],
     confidence: float,
 ) -> list[Cells]:
-    """Give the rates of one detector at one share, a row a range of sizes.
+    """Return the rates of one detector at one share, one row for each range of sizes.
 
     Parameters
     ----------
     right, after : mapping of str to float
-        How often each recording is judged rightly, and how often by all but one; None for no gain.
+        Share of correct verdicts of each recording, and the same under leave-one-out (None: no
+        gain).
     sizes_mm : mapping of str to float
         The recordings and their true sizes.
     counts : mapping of float to float
-        How many recordings of each size teach, on average.
+        Mean number of recordings of each size that teach.
     confidence : float
         Level of the intervals.
     """
@@ -282,12 +283,12 @@ def rate_rows(
 
 
 def taught_counts(splits: Sequence[Split], sizes_mm: Mapping[str, float]) -> dict[float, float]:
-    """Count how many recordings of each size teach, on average over the splits."""
+    """Return how many recordings of each size teach, on average over the splits."""
     times = Counter(sizes_mm[name] for split in splits for name in split.taught)
     return {size_mm: times[size_mm] / len(splits) for size_mm in sorted(set(sizes_mm.values()))}
 
 
 def _counts_without_one(sizes_mm: Mapping[str, float]) -> dict[float, float]:
-    """Count likewise where each recording is left out once by itself."""
+    """Return the same as `taught_counts`, for leave-one-out."""
     counts = Counter(sizes_mm.values())
     return {size_mm: count * (1 - 1 / len(sizes_mm)) for size_mm, count in counts.items()}

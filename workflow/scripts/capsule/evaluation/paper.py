@@ -1,4 +1,4 @@
-"""The paper's printed rates as tables like ours, with the counts that follow from them."""
+"""The rates printed in the paper, as tables like ours, with the counts that follow from them."""
 
 from capsule.evaluation.rates import rate_columns
 from capsule.kinds import Cells, Row, Settings
@@ -7,11 +7,11 @@ NAME = "paper"
 
 
 def printed_tables(printed: Settings, confidence: float) -> dict[str, list[Cells]]:
-    """Give the printed rates in the columns of our tables, detector and scheme ``paper``.
+    """Return the printed rates in the columns of our tables, detector and scheme ``paper``.
 
-    The paper prints percentages. The counts follow from the number of recordings a size: TP from
-    the recall, FP from the precision. Its no-nodule recordings that are no FP of any size are its
-    true negatives; from them follows the specificity, which it does not print.
+    The paper prints percentages. The counts follow from the number of recordings of each size: TP
+    from the recall, FP from the precision. Recordings without a nodule that are no FP of any size
+    are true negatives. They give the specificity, which the paper does not print.
 
     Parameters
     ----------
@@ -23,8 +23,8 @@ def printed_tables(printed: Settings, confidence: float) -> dict[str, list[Cells
     Returns
     -------
     dict of str to list of dict
-        ``detection``, ``specificity``, ``sizing`` and ``confusion``; of the last only the row of
-        the recordings without a nodule is known. Rates are fractions.
+        ``detection``, ``specificity``, ``sizing`` and ``confusion``. Rates are fractions. Of
+        ``confusion``, only the rows for recordings without a nodule are known.
     """
     count = printed["recordings_per_size"]
     key: Cells = {"detector": NAME, "scheme": NAME}

@@ -1,4 +1,4 @@
-"""What the figures of rates show, as tables: one row a point with its interval."""
+"""Tables for the figures of rates: one row for each point with its interval."""
 
 import pandas as pd
 
@@ -11,7 +11,7 @@ COLUMNS = [
 
 
 def detection_points(detection: pd.DataFrame) -> pd.DataFrame:
-    """Take precision and recall per size out of the table of detection, ours and the paper's."""
+    """Return precision and recall per size from the table of detection, ours and the paper's."""
     detection = detection.assign(
         positives=detection["tp"] + detection["fp"], of_size=detection["tp"] + detection["fn"]
     )
@@ -23,7 +23,7 @@ def detection_points(detection: pd.DataFrame) -> pd.DataFrame:
 
 
 def sizing_points(sizing: pd.DataFrame) -> pd.DataFrame:
-    """Take the exact and the within-tolerance rate per size out of the table of sizing."""
+    """Return the exact and the within-tolerance rate per size from the table of sizing."""
     within = _points(sizing, "within_rate", "within", "recordings")
     within["one_sided"] = sizing["one_sided"].astype(bool).to_numpy()
     return pd.concat(
@@ -32,20 +32,20 @@ def sizing_points(sizing: pd.DataFrame) -> pd.DataFrame:
 
 
 def negative_points(confusion: pd.DataFrame, confidence: float) -> pd.DataFrame:
-    """Work out how the recordings without a nodule were classified.
+    """Return how the recordings without a nodule were classified.
 
     Parameters
     ----------
     confusion : DataFrame
-        Counts per detector, scheme, true and predicted size.
+        Counts for each detector, scheme, true size and predicted size.
     confidence : float
         Level of the Wilson intervals.
 
     Returns
     -------
     DataFrame
-        ``size_mm`` is the predicted size; no row of a detector and scheme without such
-        recordings.
+        ``size_mm`` is the predicted size. A detector and scheme without such recordings have no
+        row.
     """
     healthy = confusion[confusion["size_mm"] == 0]
     total = healthy.groupby(["detector", "scheme"], sort=False)["count"].transform("sum")

@@ -1,4 +1,4 @@
-"""What the configured detectors say of the recordings of an archive, as rows of tables."""
+"""The verdicts of the configured detectors on the recordings of an archive, as table rows."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby, product
@@ -29,16 +29,16 @@ class Detectors:
     Parameters
     ----------
     archive : TrainingArchive
-        Its settings hold the section ``recording`` and the list ``detectors`` too.
+        The archive. Its settings also hold the section ``recording`` and the list ``detectors``.
 
     Attributes
     ----------
     names : list of str
         The detectors, in the order of the configuration.
     columns : list of str
-        Of a row, beside those that say which recording and which detector: the verdict, the
-        distance to each template (None for a detector that does not judge by them), and the rest;
-        ``no_verdict`` says why there is none.
+        The columns of a row besides recording and detector: the verdict, the distance to each
+        template, and the other results. A detector that does not use distances has None there.
+        ``no_verdict`` is the reason for no verdict.
 
     Raises
     ------
@@ -54,7 +54,7 @@ class Detectors:
         self.columns = ["predicted_mm", *self._distances, *_COLUMNS]
 
     def rows(self, names: Sequence[str], left_out: Sequence[str]) -> Iterator[Cells]:
-        """Give each detector's verdict on some recordings; those left out have taught nothing."""
+        """Yield each detector's verdict on some recordings; those left out teach nothing."""
         models = {name: each.without(left_out) for name, each in self._detectors.items()}
         for name in names:
             recording, reason = self._archive.recording(name), self._archive.no_verdict.get(name)
@@ -64,7 +64,7 @@ class Detectors:
                 yield row | {"no_verdict": reason or why_unknown(verdict)}
 
     def learners(self) -> dict[str, Detector]:
-        """Give those that learn a threshold and take moments to learn it anew, by name."""
+        """Return by name the detectors that learn a threshold and can learn it anew quickly."""
         rows = {name: detector_row(name) for name in self.names}
         return {
             name: self._detectors[name]
@@ -73,7 +73,7 @@ class Detectors:
         }
 
     def stored(self) -> Cells:
-        """Give what all labelled recordings teach, to judge others without them."""
+        """Return the models that all labelled recordings teach, to judge other recordings."""
         content: Cells = {"recordings": len(self._archive.sizes_mm)}
         for detector in self._detectors.values():
             content |= detector.without([]).stored()
@@ -87,7 +87,7 @@ class Detectors:
 
 
 def verdict_cells(verdict: Verdict, rate_hz: float) -> Cells:
-    """Give the cells of a verdict but for its distances; places are told in seconds."""
+    """Return the cells of a verdict without its distances; the location is in seconds."""
     cells = dict(vars(verdict))
     del cells["distances"]
     cells["location_s"] = cells.pop("location_samples") / rate_hz
@@ -97,12 +97,12 @@ def verdict_cells(verdict: Verdict, rate_hz: float) -> Cells:
 def by_folds(
     detectors: Detectors, sizes_mm: Mapping[str, float], schemes: Sequence[Folds]
 ) -> list[Cells]:
-    """Let the detectors judge recordings of known size, each by what its training fold teaches.
+    """Return the verdicts on recordings of known size, each from its own training fold.
 
     Parameters
     ----------
     detectors : Detectors
-        Taught by the same recordings.
+        The detectors, taught by the same recordings.
     sizes_mm : mapping of str to float
         The recordings and their true sizes.
     schemes : sequence of Folds
@@ -111,8 +111,8 @@ def by_folds(
     Returns
     -------
     list of dict
-        One row a detector, recording and scheme, in this order: those of `Detectors.rows` with
-        ``size_mm`` and ``scheme``.
+        One row for each detector, recording and scheme, in this order: the rows of
+        `Detectors.rows` with ``size_mm`` and ``scheme``.
     """
     names = list(sizes_mm)
     rows: dict[tuple[str, str, str], Cells] = {}
@@ -129,17 +129,16 @@ def by_folds(
 def of_unlabelled(
     detectors: Detectors, names: Sequence[str], near_copies: Mapping[str, Sequence[str]]
 ) -> list[Cells]:
-    """Let the detectors judge unlabelled recordings by what all labelled ones teach.
+    """Return the verdicts on unlabelled recordings; all labelled recordings teach.
 
     Parameters
     ----------
     detectors : Detectors
-        Taught by the labelled recordings.
+        The detectors, taught by the labelled recordings.
     names : sequence of str
         The unlabelled recordings.
     near_copies : mapping of str to sequence of str
-        Of some of these, the labelled recordings that are nearly the same: these teach nothing
-        of it.
+        Labelled near-copies of some of these; they do not teach when it is judged.
 
     Returns
     -------

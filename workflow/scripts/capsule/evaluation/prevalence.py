@@ -1,4 +1,4 @@
-"""What a verdict means for a patient: predictive values at a stated prevalence."""
+"""Predictive values: the probability that a verdict is right, at a stated prevalence."""
 
 from capsule.evaluation.rates import interval_columns
 from capsule.evaluation.ratio import ratio_interval
@@ -9,18 +9,18 @@ _UNKNOWN = (float("nan"),) * 3
 def predictive_values(
     hits: int, nodules: int, rejections: int, healthy: int, prevalence: float, confidence: float
 ) -> dict[str, float]:
-    """Give the probability that a verdict is right, at a stated prevalence.
+    """Return the probability that a verdict is right, at a stated prevalence.
 
-    The prevalence of an archive is the experimenter's choice, so the values follow from
-    sensitivity and specificity by Bayes' rule: the odds are those of the prevalence times the ratio
-    of two rates. The intervals are those of this ratio, from `ratio_interval`.
+    The experimenter chooses the prevalence of an archive. The values therefore follow from
+    sensitivity and specificity by Bayes' rule: the odds of the prevalence times the ratio of two
+    rates. The intervals are those of this ratio, from `ratio_interval`.
 
     Parameters
     ----------
     hits, nodules : int
-        How many of how many nodules were detected.
+        Number of detected nodules, and of all nodules.
     rejections, healthy : int
-        In how many of how many healthy recordings none was.
+        Number of healthy recordings without a detection, and of all healthy recordings.
     prevalence : float
         Share of nodules among those examined.
     confidence : float
@@ -29,8 +29,8 @@ def predictive_values(
     Returns
     -------
     dict
-        ``ppv`` and ``npv``, each with ``_low`` and ``_high``; NaN without either kind, and where
-        no such verdict was given.
+        ``ppv`` and ``npv``, each with ``_low`` and ``_high``; NaN if nodules, healthy recordings or
+        verdicts of this kind are missing.
     """
     positive = negative = _UNKNOWN
     if nodules and healthy:
@@ -44,16 +44,16 @@ def predictive_values(
 def _share_right(
     right: int, of_right: int, wrong: int, of_wrong: int, odds: float, confidence: float
 ) -> tuple[float, float, float]:
-    """Return how often a verdict is right, with its interval, from how often it is given.
+    """Return the probability that a verdict is right, with its interval.
 
     Parameters
     ----------
     right, of_right : int
-        How often it was given where it is right.
+        How often the verdict was given, of how many recordings for which it is right.
     wrong, of_wrong : int
-        How often it was given where it is wrong.
+        How often the verdict was given, of how many recordings for which it is wrong.
     odds : float
-        Of its being right, before it is given.
+        Odds, before the verdict, that it is right.
     confidence : float
         Level of the interval.
     """
@@ -62,7 +62,7 @@ def _share_right(
     ratio = right * of_wrong / (of_right * wrong) if wrong else float("inf")
     low, high = ratio_interval(right, of_right, wrong, of_wrong, confidence)
     value = _share(ratio * odds)
-    # Rounding in the last digit must not part the value from an end that it lies on.
+    # Rounding in the last digit must not move an end past the value.
     return value, min(_share(low * odds), value), max(_share(high * odds), value)
 
 

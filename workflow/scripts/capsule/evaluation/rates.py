@@ -1,4 +1,4 @@
-"""How often the verdicts are right, in the paper's words and with intervals."""
+"""The rates of correct verdicts, as the paper defines them, with intervals."""
 
 import math
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ _RATES = {
     for name in ("precision", "recall", "specificity", "exact_rate", "within_rate")
 }
 _KEY = ["detector", "scheme"]
-# The columns of every table, which a table without a row has too.
+# The columns of every table; a table without rows has them too.
 COLUMNS = {
     "detection": [*_KEY, "size_mm", "tp", "fp", "fn", *_RATES["precision"], *_RATES["recall"]],
     "specificity": [*_KEY, "healthy", "true_negatives", *_RATES["specificity"]],
@@ -34,19 +34,19 @@ COLUMNS = {
 
 
 def rate(hits: float, count: int, confidence: float) -> tuple[float, float, float]:
-    """Give a rate and its Wilson interval.
+    """Return a rate and its Wilson interval.
 
     Parameters
     ----------
     hits, count : float, int
-        How many of how many; hits that are means of several judgements need not be whole.
+        How many of how many. Hits that are means of several verdicts need not be whole numbers.
     confidence : float
         Level of the interval, such as 0.95.
 
     Returns
     -------
     value, low, high : float
-        All NaN where the count is 0.
+        All NaN if the count is 0.
     """
     if count == 0:
         return float("nan"), float("nan"), float("nan")
@@ -55,37 +55,37 @@ def rate(hits: float, count: int, confidence: float) -> tuple[float, float, floa
     centre = share + z**2 / (2 * count)
     reach = z * math.sqrt(share * (1 - share) / count + (z / (2 * count)) ** 2)
     scale = 1 + z**2 / count
-    # Of all or none the interval ends there, but for rounding.
+    # If all or none are hits, the interval ends exactly there; rounding would move it.
     low = 0.0 if hits == 0 else (centre - reach) / scale
     high = 1.0 if hits == count else (centre + reach) / scale
     return share, min(low, share), max(high, share)
 
 
 def interval_columns(name: str, values: Sequence[float]) -> dict[str, float]:
-    """Name a value and the ends of its interval: ``name``, ``name_low``, ``name_high``."""
+    """Return a value and its interval's ends as ``name``, ``name_low`` and ``name_high``."""
     return dict(zip((name, f"{name}_low", f"{name}_high"), values, strict=True))
 
 
 def rate_columns(name: str, hits: float, count: int, confidence: float) -> dict[str, float]:
-    """Give a rate and its Wilson interval, named as by `interval_columns`."""
+    """Return a rate and its Wilson interval, named as in `interval_columns`."""
     return interval_columns(name, rate(hits, count, confidence))
 
 
 def is_within(
     predicted_mm: FloatArray | float, true_mm: FloatArray | float, tolerance_mm: float
 ) -> BoolArray:
-    """Tell whether a nodule's size is given to within the tolerance; a missed nodule has none."""
-    # A hair of slack: 2.3 mm must lie within 0.2 mm of 2.5 mm.
+    """Return whether a predicted size is within the tolerance; never true for a missed nodule."""
+    # A little more, for rounding: 2.3 mm must lie within 0.2 mm of 2.5 mm.
     near = np.abs(predicted_mm - true_mm) <= tolerance_mm + 1e-9
     return (np.asarray(predicted_mm) > 0) & near
 
 
 def detection_counts(true_mm: FloatArray, predicted_mm: FloatArray, size_mm: float) -> Cells:
-    """Count true positives, false positives and false negatives of one size b.
+    """Return the numbers of true positives, false positives and false negatives of one size b.
 
-    The only reading that gives the paper's numbers: TP are the recordings of size b in which any
-    nodule is detected, FN those in which none is, FP the recordings without a nodule that are
-    taken for exactly b.
+    Only these definitions give the paper's numbers. TP: recordings of size b in which any nodule is
+    detected. FN: recordings of size b in which none is detected. FP: recordings without a nodule
+    whose predicted size is exactly b.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def detection_counts(true_mm: FloatArray, predicted_mm: FloatArray, size_mm: flo
 def detection_table(
     true_mm: FloatArray, predicted_mm: FloatArray, sizes_mm: Sequence[float], confidence: float
 ) -> list[Cells]:
-    """Give precision and recall of every nodule size, with intervals."""
+    """Return precision and recall of every nodule size, with intervals."""
     rows = []
     for size_mm in sizes_mm:
         counts = detection_counts(true_mm, predicted_mm, size_mm)
@@ -123,7 +123,7 @@ def detection_table(
 
 
 def specificity_row(true_mm: FloatArray, predicted_mm: FloatArray, confidence: float) -> Cells:
-    """Give the rate of recordings without a nodule in which none is detected."""
+    """Return the share of recordings without a nodule in which none is detected."""
     healthy = true_mm == 0
     negatives = int(np.sum(healthy & (predicted_mm == 0)))
     count = int(np.sum(healthy))
@@ -138,11 +138,11 @@ def sizing_table(
     tolerance_mm: float,
     confidence: float,
 ) -> list[Cells]:
-    """Give the rates of exact and of tolerable size estimates of every nodule size.
+    """Return the rates of exact sizes and of sizes within the tolerance, for every nodule size.
 
-    A recording in which no nodule is detected has no size estimate, so it is never within the
-    tolerance; in the mean absolute error it counts as 0 mm. ``one_sided`` marks the sizes where
-    the tolerance reaches past the largest or the smallest template.
+    A recording in which no nodule is detected has no size, so it is never within the tolerance. In
+    the mean absolute error it counts as 0 mm. ``one_sided`` marks the sizes whose tolerance reaches
+    past the largest or the smallest template.
 
     Parameters
     ----------
@@ -158,7 +158,7 @@ def sizing_table(
     Returns
     -------
     list of dict
-        One row a size.
+        One row for each size.
     """
     rows = []
     for size_mm in sizes_mm:
@@ -181,7 +181,7 @@ def sizing_table(
 def confusion_table(
     true_mm: FloatArray, predicted_mm: FloatArray, sizes_mm: Sequence[float]
 ) -> list[Cells]:
-    """Count how the recordings of each true size were classified, none included."""
+    """Return the counts of each predicted size for each true size, including no nodule."""
     return [
         {
             "size_mm": actual,
@@ -201,15 +201,15 @@ def tables(
     tolerance_mm: float,
     confidence: float,
 ) -> dict[str, list[Cells]]:
-    """Make every table of rates, each row marked with its detector and scheme.
+    """Return every table of rates, with detector and scheme in each row.
 
     Parameters
     ----------
     predictions : sequence of mapping
-        Rows with ``detector``, ``scheme``, ``size_mm`` and ``predicted_mm``; those without a
-        verdict (NaN) are left aside.
+        Rows with ``detector``, ``scheme``, ``size_mm`` and ``predicted_mm``; rows without a verdict
+        (NaN) are left out.
     sizes_mm : sequence of float
-        Sizes that have a template, 0 included.
+        Sizes that have a template, including 0.
     schemes : sequence of str
         The schemes, in the order of the rows.
     tolerance_mm : float

@@ -1,9 +1,9 @@
-"""The interval of a ratio of two rates that were counted apart from each other."""
+"""The interval of the ratio of two independent rates."""
 
 import math
 from statistics import NormalDist
 
-# Beyond these logarithms no ratio of two counted rates has an end of its interval.
+# Largest logarithm of a ratio that the search for the ends of an interval needs.
 _WIDEST = 60.0
 
 
@@ -13,8 +13,8 @@ def ratio_interval(
     """Return Koopman's score interval of (hits / count) / (other_hits / other_count).
 
     The interval holds every ratio that a score test does not reject (Koopman, Biometrics 40,
-    1984). The counted ratio itself is never rejected, so the interval never leaves it out, also
-    where a rate is 0 or 1.
+    1984). The test never rejects the measured ratio, so the interval always contains it, even if a
+    rate is 0 or 1.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def ratio_interval(
     Returns
     -------
     low, high : float
-        The upper end is infinite where the second rate is 0; both are NaN where both rates are.
+        The upper end is infinite if the second rate is 0. Both ends are NaN if both rates are 0.
     """
     if hits == 0 and other_hits == 0:
         return float("nan"), float("nan")
@@ -44,10 +44,10 @@ def ratio_interval(
 
 
 def _crossing(counts: tuple[int, int, int, int], level: float, counted: float) -> float:
-    """Find by bisection the logarithm of the ratio at which the score has a level.
+    """Return the logarithm of the ratio at which the score reaches a level, by bisection.
 
-    The score falls with the ratio, and is 0 at the counted one: a positive level is crossed below
-    it, a negative one above it.
+    The score falls as the ratio grows, and is 0 at the measured ratio. It reaches a positive level
+    below the measured ratio, and a negative level above it.
     """
     low, high = (-_WIDEST, counted) if level > 0 else (counted, _WIDEST)
     for _ in range(200):
@@ -58,14 +58,14 @@ def _crossing(counts: tuple[int, int, int, int], level: float, counted: float) -
             low = middle
         else:
             high = middle
-    # The outer one of the two last logarithms.
+    # Of the two last values the outer one, so that the interval is not too narrow.
     return low if level > 0 else high
 
 
 def _score(counts: tuple[int, int, int, int], ratio: float) -> float:
-    """Return how far the counts lie from a ratio of the rates, in standard errors."""
+    """Return the distance of the counts from a ratio of the rates, in standard errors."""
     hits, count, other_hits, other_count = counts
-    # The likeliest second rate if the ratio were true: a root of a quadratic equation.
+    # The most likely second rate for this ratio is a root of a quadratic equation.
     total = hits + other_hits
     linear = ratio * (count + other_hits) + hits + other_count
     square = linear**2 - 4 * (count + other_count) * ratio * total

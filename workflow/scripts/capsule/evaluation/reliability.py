@@ -1,4 +1,4 @@
-"""Whether a stated probability comes true."""
+"""Calibration: the agreement of stated probabilities with observed frequencies."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from capsule.kinds import Cells
 
 
 def prevalence_weights(nodule: BoolArray, prevalence: float) -> FloatArray:
-    """Weigh recordings so that nodules have the stated prevalence; the weights sum to 1."""
+    """Return weights that give nodules the stated prevalence; their sum is 1."""
     count = np.count_nonzero(nodule)
     if count in (0, nodule.size):
         return np.full(nodule.size, np.nan)
@@ -16,7 +16,7 @@ def prevalence_weights(nodule: BoolArray, prevalence: float) -> FloatArray:
 
 
 def brier_score(probability: FloatArray, nodule: BoolArray, prevalence: float) -> float:
-    """Give the mean squared error of the probability at the stated prevalence; 0 is best."""
+    """Return the mean squared error of the probability at the stated prevalence; 0 is best."""
     weights = prevalence_weights(nodule, prevalence)
     return float(np.sum(weights * (probability - nodule) ** 2))
 
@@ -24,19 +24,19 @@ def brier_score(probability: FloatArray, nodule: BoolArray, prevalence: float) -
 def calibration_table(
     probability: FloatArray, nodule: BoolArray, prevalence: float, bins: int, confidence: float
 ) -> list[Cells]:
-    """Compare the stated probability with the frequency observed, bin by bin.
+    """Return the stated probability and the observed frequency of nodules in each bin.
 
-    A probability in a bin is a verdict, so the frequency of nodules behind it is a predictive
-    value, with that one's interval: five nodules and no healthy recording do not prove 100 %.
+    A probability in a bin is treated as a verdict. The frequency of nodules in the bin is then a
+    predictive value with its interval: five nodules and no healthy recording do not prove 100 %.
 
     Parameters
     ----------
     probability : (n,) array
-        Of a nodule, stated for the prevalence.
+        Stated probability of a nodule, at the prevalence.
     nodule : (n,) array of bool
-        The truth.
+        True for recordings with a nodule.
     prevalence : float
-        To which the archive's recordings are weighted.
+        Prevalence to which the recordings are weighted.
     bins : int
         Number of equal intervals of the probability.
     confidence : float
@@ -45,8 +45,8 @@ def calibration_table(
     Returns
     -------
     list of dict
-        One row a bin: ``stated_low``, ``stated_high``, ``recordings``, ``stated`` (mean) and
-        ``observed`` with ``_low`` and ``_high``; NaN where the bin is empty.
+        One row for each bin: ``stated_low``, ``stated_high``, ``recordings``, ``stated`` (mean)
+        and ``observed`` with ``_low`` and ``_high``; NaN if the bin is empty.
     """
     bin_of = np.minimum((probability * bins).astype(int), bins - 1)
     weights = prevalence_weights(nodule, prevalence)

@@ -1,15 +1,15 @@
-"""The receiver operating characteristic: every threshold of a score at once."""
+"""The receiver operating characteristic (ROC curve) of a score."""
 
 import numpy as np
 
 from capsule.arrays import FloatArray, IntArray
 
-# The draws of the bootstrap are judged together, as many at a time as make up so many scores.
+# The draws of the bootstrap are evaluated in blocks of about this many scores.
 _VALUES_AT_ONCE = 1_000_000
 
 
 def auc(healthy: FloatArray, nodule: FloatArray) -> float:
-    """Give the area under the curve: how often a nodule outscores a healthy recording.
+    """Return the area under the curve: how often a nodule scores above a healthy recording.
 
     Parameters
     ----------
@@ -19,11 +19,11 @@ def auc(healthy: FloatArray, nodule: FloatArray) -> float:
     Returns
     -------
     float
-        NaN where one of the two is empty.
+        NaN if one of the two is empty.
     """
     if healthy.size == 0 or nodule.size == 0:
         return float("nan")
-    # Both in order: the search then walks through memory instead of jumping about.
+    # With both sorted, the search passes through memory in order, which is faster.
     ordered, nodule = np.sort(healthy), np.sort(nodule)
     below = ordered.searchsorted(nodule, side="left")
     not_above = ordered.searchsorted(nodule, side="right")
@@ -31,21 +31,21 @@ def auc(healthy: FloatArray, nodule: FloatArray) -> float:
 
 
 def rates_above(scores: FloatArray, thresholds: FloatArray) -> FloatArray:
-    """Give the share of scores above each threshold, (T,)."""
+    """Return the share of scores above each threshold, (T,)."""
     return 1.0 - np.searchsorted(np.sort(scores), thresholds, side="right") / scores.size
 
 
 def curve(healthy: FloatArray, nodule: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Sweep the threshold over all scores.
+    """Return the ROC curve: both rates at every threshold.
 
     Returns
     -------
     thresholds : (T,) array
-        Descending, from infinity, where nothing is called a nodule.
+        Descending from infinity, at which no recording counts as a nodule.
     false_positive_rate, true_positive_rate : (T,) array
     """
     thresholds = np.unique(np.concatenate([healthy, nodule]))[::-1]
-    # Below the lowest score everything is called a nodule.
+    # Below the lowest score, every recording counts as a nodule.
     thresholds = np.concatenate([[np.inf], thresholds, [-np.inf]])
     return thresholds, rates_above(healthy, thresholds), rates_above(nodule, thresholds)
 
@@ -58,14 +58,16 @@ def bootstrap(
     repeats: int,
     confidence: float,
 ) -> tuple[tuple[float, float], FloatArray, FloatArray]:
-    """Draw recordings again, healthy ones and nodules apart, for the bands of the curve.
+    """Return bootstrap intervals of the area and of the curve.
+
+    Healthy recordings and nodules are drawn separately.
 
     Parameters
     ----------
     healthy, nodule : (n,), (m,) array
         Scores.
     grid : (G,) array
-        False positive rates at which the band is wanted.
+        False positive rates at which the band is computed.
     generator : numpy.random.Generator
         Source of the draws.
     repeats : int
@@ -78,10 +80,10 @@ def bootstrap(
     area : pair of float
         Interval of the area under the curve.
     low, high : (G,) array
-        Band of the true positive rate at each false positive rate. Draws may lie to one side of
-        what was observed; interval and band are then widened to it.
+        Band of the true positive rate at each false positive rate. If all draws lie on one side of
+        the observed value, interval and band are widened to contain it.
     """
-    # Only the order of scores counts: their ranks, 0 for what is below them all.
+    # Only the order of scores matters, so ranks replace them; 0 is below all scores.
     pool = np.unique(np.concatenate([[-np.inf], healthy, nodule]))
     ranks = pool.searchsorted(healthy), pool.searchsorted(nodule)
     areas, heights = np.empty(repeats), np.empty((repeats, grid.size))
@@ -104,15 +106,15 @@ def _of_draws(
     generator: np.random.Generator,
     repeats: int,
 ) -> tuple[FloatArray, FloatArray]:
-    """Draw again so often, and give each draw's `auc`, (R,), and `height_at`, (R, G).
+    """Return `auc`, (R,), and `height_at`, (R, G), of this many draws.
 
     Parameters
     ----------
     healthy, nodule : (n,), (m,) array of int
-        Ranks of the scores, from 0 for what is below them all.
+        Ranks of the scores; 0 is below all scores.
     """
     n, m = healthy.size, nodule.size
-    # Rows of draws: behind one another they are in order too, each beginning where one ends.
+    # Each draw is a row. An offset for each row keeps all rows in order when joined into one.
     ends = (max(healthy.max(), nodule.max()) + 1) * np.arange(repeats)[:, np.newaxis]
     healthy_drawn, nodule_drawn = np.empty((repeats, n), int), np.empty((repeats, m), int)
     for row in range(repeats):
@@ -134,13 +136,13 @@ def _of_draws(
 
 
 def _allowed(grid: FloatArray, healthy: int) -> IntArray:
-    """Give how many of the healthy may be called nodules at each false positive rate, (G,)."""
+    """Return how many healthy recordings may count as nodules at each false positive rate, (G,)."""
     allowed: IntArray = np.floor(grid * healthy + 1e-9).astype(int)
     return np.minimum(allowed, healthy)
 
 
 def height_at(healthy: FloatArray, nodule: FloatArray, grid: FloatArray) -> FloatArray:
-    """Give the true positive rate reached at no more than each false positive rate, (G,)."""
+    """Return the true positive rate at no more than each false positive rate, (G,)."""
     ordered = np.sort(healthy)[::-1]
     # With k false positives allowed, the threshold is the score of rank k + 1 from the top.
     thresholds = np.concatenate([ordered, [-np.inf]])[_allowed(grid, healthy.size)]

@@ -1,4 +1,4 @@
-"""The order of the verdicts in a table, and what their cells read as."""
+"""The order of verdicts in a table, and the text of their cells."""
 
 from collections.abc import Callable, Iterable
 from typing import Any
@@ -7,14 +7,14 @@ from capsule.kinds import Row
 
 
 def by_detector(rows: Iterable[Row], turn: Callable[[str], Any]) -> list[Row]:
-    """Sort verdicts: detectors as they come, and of each detector recordings by their turn.
+    """Return verdicts sorted by detector (in order of appearance), then by recording.
 
     Parameters
     ----------
     rows : iterable of mapping
-        With ``detector`` and ``recording``; rows of the same two keep their order.
+        Rows with ``detector`` and ``recording``; rows with the same two keep their order.
     turn : callable
-        ``turn(recording)`` gives what recordings are sorted by.
+        ``turn(recording)`` returns the key by which recordings are sorted.
 
     Returns
     -------
@@ -26,12 +26,12 @@ def by_detector(rows: Iterable[Row], turn: Callable[[str], Any]) -> list[Row]:
 
 
 def as_text(rows: Iterable[Row]) -> list[dict[str, str]]:
-    """Write rows as they read from a file of theirs: every cell as text, empty where unknown."""
+    """Return rows as if read from a file: every cell as text, empty if unknown."""
     return [{name: _cell(value) for name, value in row.items()} for row in rows]
 
 
 def number(text: str) -> float:
-    """Read a cell or header line as a number; what is none is unknown (NaN)."""
+    """Return the number in a cell or header line; NaN if it is not a number."""
     try:
         return float(text)
     except ValueError:

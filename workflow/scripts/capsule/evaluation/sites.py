@@ -1,7 +1,7 @@
-"""Several passes over one place, judged together by their mean score.
+"""Several passes over one site, judged together by their mean score.
 
-The paper's capsule goes back to a suspicious place; the mean over passes scatters less than one
-score.
+The paper's capsule goes back to a suspicious place. The mean over several passes scatters less than
+a single score.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -17,14 +17,14 @@ from capsule.kinds import Cells
 
 @dataclass(frozen=True)
 class Passes:
-    """What one detector says of the passes over one place.
+    """One detector's results for the passes over one site.
 
     Attributes
     ----------
     size_mm : float
-        True size, 0 for no nodule; NaN where it is not known.
+        True size, 0 for no nodule; NaN if it is unknown.
     score, estimate_mm, location_mm, estimate_low_mm, estimate_high_mm : (P,) array
-        Of each pass; NaN where it says nothing.
+        Result of each pass; NaN if it has none.
     """
 
     size_mm: float
@@ -35,34 +35,34 @@ class Passes:
     estimate_high_mm: FloatArray
 
     def first(self, count: int) -> "Passes":
-        """Take the first passes, as if no more had been made."""
+        """Return the first `count` passes only."""
         return Passes(self.size_mm, *(getattr(self, name)[:count] for name in _OF_A_PASS))
 
 
-# The arrays of `Passes`, as results/evaluation/predictions.csv calls them.
+# The arrays of `Passes`, with their names in results/evaluation/predictions.csv.
 _OF_A_PASS = tuple(name for name in Passes.__annotations__ if name != "size_mm")
 
 
 @dataclass(frozen=True)
 class SiteVerdict:
-    """A detector's verdict on a place.
+    """A detector's verdict on a site.
 
     Attributes
     ----------
     passes : int
-        How many of them have a score.
+        Number of passes that have a score.
     score, threshold : float
         Mean score of these passes; a score above the threshold means a nodule.
     detected : bool or None
-        None where nothing can be said.
+        None for no verdict.
     estimate_mm, location_mm : float
-        Mean size, and median place, of the passes in which a nodule is detected; NaN where the
-        verdict is none, or no single pass is above its own threshold.
+        Mean size, and median location, of the passes in which a nodule is detected. NaN if no
+        nodule is detected at the site, or no single pass is above its own threshold.
     estimate_low_mm, estimate_high_mm : float
-        Mean of the lower, and of the upper ends of the intervals of these passes; NaN where the
-        estimate is, or has none. The interval does not shrink with the number of passes: what the
-        set-up of the nodule does to one pass it does to all, and a mean over passes does not take
-        that away. What differs from pass to pass it does, so the interval is rather too wide.
+        Means of the lower and of the upper ends of the intervals of these passes; NaN if the
+        estimate is NaN or has no interval. The interval does not shrink with more passes, because
+        the mean does not reduce an error that the nodule's set-up causes in all passes. The mean
+        does reduce errors that differ from pass to pass, so the interval is rather too wide.
     """
 
     passes: int
@@ -81,22 +81,22 @@ COLUMNS = ("site", "size_mm", "recordings", "detector", *SiteVerdict.__annotatio
 def site_rows(
     predictions: Iterable[Mapping[str, str]], sites: Mapping[str, str], specificity: float
 ) -> list[Cells]:
-    """Judge every place that was passed more than once by all its recordings together.
+    """Return a verdict on every site with several recordings, from all of them together.
 
     Parameters
     ----------
     predictions : iterable of mapping of str to str
-        A row a detector and recording, as in results/evaluation/predictions.csv and
+        One row for each detector and recording, as in results/evaluation/predictions.csv and
         results/detections.csv.
     sites : mapping of str to str
-        The place that each recording names, empty where it names none.
+        The site in each recording's header; empty if it names none.
     specificity : float
-        Wanted of the detectors that learn a threshold.
+        Wanted specificity of detectors that learn a threshold.
 
     Returns
     -------
     list of dict
-        A row a detector and place, of `COLUMNS`.
+        One row for each detector and site, with the columns `COLUMNS`.
     """
     rows = []
     for detector, by_site in passes_by_site(predictions, sites).items():
@@ -113,10 +113,10 @@ def site_rows(
 def passes_by_site(
     predictions: Iterable[Mapping[str, str]], sites: Mapping[str, str]
 ) -> dict[str, dict[str, Passes]]:
-    """Sort verdicts by detector and place; a recording that names none is a place by itself.
+    """Return the passes by detector and site; a recording without a site is a site of its own.
 
-    The same place with another label is another place; the first line of a key is the name. Passes
-    over a place are in the order of `sites`.
+    The same site with another label is another site. The first line of a key is the site's name.
+    Passes over a site have the order of `sites`.
     """
     turn = {recording: place for place, recording in enumerate(sites)}
     sorted_rows: dict[str, dict[str, list[Mapping[str, str]]]] = {}
@@ -146,22 +146,22 @@ def site_verdicts(
     specificity: float,
     fixed_threshold: float | None = None,
 ) -> dict[str, SiteVerdict]:
-    """Judge places by all their passes.
+    """Return verdicts on sites from all their passes.
 
-    The threshold is learned from means too: of as many passes over every other healthy place as
-    over this one. A place with fewer gives the mean of those it has, which errs to the side of too
-    high a threshold.
+    The threshold is also learned from means. Each mean is over as many passes of another healthy
+    site as this site has. A healthy site with fewer passes gives the mean of all its passes, which
+    makes the threshold rather too high.
 
     Parameters
     ----------
     judged : mapping of str to Passes
-        The places that are judged.
+        The sites to judge.
     teaching : mapping of str to Passes
-        The places whose healthy ones teach; a judged place teaches all but itself.
+        Sites, of which the healthy ones teach. No site teaches its own threshold.
     specificity : float
-        Wanted of the threshold.
+        Wanted specificity of the threshold.
     fixed_threshold : float, optional
-        Of a detector that learns none.
+        Threshold of a detector that learns none.
 
     Returns
     -------
@@ -188,13 +188,12 @@ def detections_by_passes(
     specificity: float,
     fixed_threshold: float | None = None,
 ) -> tuple[FloatArray, BoolArray]:
-    """Tell where a nodule is detected when each place is judged by its first passes.
+    """Return at which sites a nodule is detected if each is judged by its first passes.
 
     Parameters
     ----------
     sites : mapping of str to Passes
-        Places of known size; those with fewer passes are left aside, and so is one of which nothing
-        can be said.
+        Sites of known size. Sites with fewer passes, and sites without a verdict, are left out.
     count : int
         Number of passes that are judged together.
     specificity, fixed_threshold
@@ -203,9 +202,9 @@ def detections_by_passes(
     Returns
     -------
     true_mm : (P,) array
-        Size at each place that is judged.
+        True size at each judged site.
     detected : (P,) array of bool
-        Whether a nodule is detected there.
+        True if a nodule is detected there.
     """
     first = {name: each.first(count) for name, each in sites.items() if each.score.size >= count}
     verdicts = site_verdicts(first, first, specificity, fixed_threshold)
@@ -220,7 +219,7 @@ def _threshold(means: Sequence[float], specificity: float) -> float:
 
 
 def _mean_of(scores: FloatArray, count: int | None = None) -> float:
-    """Average the first so many known scores; NaN without any."""
+    """Return the mean of the first `count` known scores; NaN if there is none."""
     known = scores[~np.isnan(scores)][:count]
     return float(known.mean()) if known.size else float("nan")
 

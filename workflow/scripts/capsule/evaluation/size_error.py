@@ -1,4 +1,4 @@
-"""How far the estimated size is from the true one, in mm."""
+"""The errors of estimated sizes, in mm."""
 
 import numpy as np
 from scipy.special import bdtr, stdtrit
@@ -8,7 +8,7 @@ from capsule.kinds import Cells
 
 
 def mean_interval(values: FloatArray, confidence: float) -> tuple[float, float, float]:
-    """Give a mean and Student's interval of it; NaN where there are too few values."""
+    """Return a mean and its Student interval; NaN if there are too few values."""
     count = values.size
     if count == 0:
         return float("nan"), float("nan"), float("nan")
@@ -20,15 +20,16 @@ def mean_interval(values: FloatArray, confidence: float) -> tuple[float, float, 
 
 
 def median_interval(values: FloatArray, confidence: float) -> tuple[float, float, float]:
-    """Give a median and an interval of it between two of the values, which any distribution allows.
+    """Return a median and its interval, which holds for any distribution.
 
-    The ends are unknown (NaN) where there are too few values for the confidence.
+    The ends are two of the values. They are unknown (NaN) if there are too few values for the
+    confidence.
     """
     if values.size == 0:
         return float("nan"), float("nan"), float("nan")
     ordered = np.sort(values)
     median = float(np.median(ordered))
-    # For each k the probability that at most k of the values lie below the true median.
+    # For each k, the probability that at most k of the values lie below the true median.
     at_most = bdtr(np.arange(ordered.size + 1), ordered.size, 0.5)
     # The ends are the values of this rank from below and from above, counted from 1.
     rank = int(np.searchsorted(at_most, (1 - confidence) / 2))
@@ -38,7 +39,7 @@ def median_interval(values: FloatArray, confidence: float) -> tuple[float, float
 
 
 def size_error_row(true_mm: FloatArray, estimate_mm: FloatArray, confidence: float) -> Cells:
-    """Give bias and mean absolute error of the recordings in which a nodule was detected.
+    """Return bias and mean absolute error of the recordings in which a nodule was detected.
 
     Parameters
     ----------
@@ -59,7 +60,7 @@ def size_error_row(true_mm: FloatArray, estimate_mm: FloatArray, confidence: flo
         ends = ("_mm", "_low_mm", "_high_mm")
         cells = zip(ends, mean_interval(values, confidence), strict=True)
         row |= {f"{name}{end}": value for end, value in cells}
-    # NaN stays NaN here: it is not smaller than 0.
+    # NaN is not smaller than 0, so it stays NaN.
     if row["absolute_error_low_mm"] < 0:
         row["absolute_error_low_mm"] = 0.0
     return row

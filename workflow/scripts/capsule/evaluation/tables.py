@@ -1,4 +1,4 @@
-"""The tables by which a reader judges the detectors, each row marked with detector and scheme."""
+"""The tables that rate the detectors, with detector and scheme in each row."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,13 +16,13 @@ from capsule.kinds import Cells
 from capsule.seeding import generator
 
 ALWAYS = "always_nodule"
-ANY = None  # in place of a size: any nodule
+ANY = None  # Stands in place of a size for nodules of any size.
 _GRID = np.linspace(0.0, 1.0, 21)
 
 
 @dataclass(frozen=True)
 class Verdicts:
-    """What one detector says under one scheme of R recordings; NaN is unknown.
+    """The verdicts of one detector under one scheme on R recordings; NaN is unknown.
 
     Attributes
     ----------
@@ -43,20 +43,20 @@ class Verdicts:
 
     @property
     def detected(self) -> BoolArray:
-        """Tell in which recordings a nodule is detected, (R,) of bool."""
+        """Return in which recordings a nodule is detected, (R,) of bool."""
         return self.predicted_mm > 0
 
     def of(self, size_mm: float | None) -> BoolArray:
-        """Tell which recordings were made over a nodule of that size, or over any."""
+        """Return which recordings were made over a nodule of this size, or over any nodule."""
         return self.size_mm > 0 if size_mm is ANY else self.size_mm == size_mm
 
     def nodule_sizes(self) -> list[float]:
-        """List the sizes of nodules, ascending."""
+        """Return the sizes of the nodules, ascending."""
         return sorted({float(size) for size in self.size_mm if size > 0})
 
 
 def collect(rows: Sequence[Mapping[str, str]]) -> list[Verdicts]:
-    """Sort predictions by detector and scheme; those without a verdict are left aside."""
+    """Return predictions grouped by detector and scheme, without those that have no verdict."""
     numbers = [name for name in Verdicts.__annotations__ if name not in ("key", "recordings")]
     groups: dict[tuple[str, str], list[Mapping[str, str]]] = {}
     for row in rows:
@@ -73,10 +73,11 @@ def collect(rows: Sequence[Mapping[str, str]]) -> list[Verdicts]:
 
 
 def summary(of_scheme: Sequence[Verdicts], tolerance_mm: float, confidence: float) -> list[Cells]:
-    """Give each detector's rates over all recordings, and those of calling everything a nodule.
+    """Return each detector's rates over all recordings, and those of always predicting a nodule.
 
-    The interval of the balanced accuracy is made of those of its two halves (Zou and Donner 2008).
-    A missed nodule has no size, so it is neither exact nor within the tolerance.
+    The interval of the balanced accuracy is computed from the intervals of sensitivity and
+    specificity (Zou and Donner 2008). A missed nodule has no size, so it is neither exact nor
+    within the tolerance.
     """
     key, nodule = of_scheme[0].key, of_scheme[0].of(ANY)
     judged: list[tuple[Cells, BoolArray, BoolArray, Verdicts | None]] = [
@@ -105,7 +106,7 @@ def summary(of_scheme: Sequence[Verdicts], tolerance_mm: float, confidence: floa
 
 
 def _mean_of(first: Sequence[float], second: Sequence[float]) -> tuple[float, float, float]:
-    """Average two independent estimates and their intervals."""
+    """Return the mean of two independent estimates, with its interval."""
     value = (first[0] + second[0]) / 2
     reach = [np.hypot(first[0] - first[end], second[0] - second[end]) / 2 for end in (1, 2)]
     return value, float(max(value - reach[0], 0.0)), float(min(value + reach[1], 1.0))
@@ -114,7 +115,7 @@ def _mean_of(first: Sequence[float], second: Sequence[float]) -> tuple[float, fl
 def curves(
     verdicts: Verdicts, seed: int, repeats: int, confidence: float
 ) -> tuple[list[Cells], list[Cells]]:
-    """Give the areas under the ROC curves and the curves, any nodule and each size against none."""
+    """Return the areas under the ROC curves, and the curves, for any nodule and for each size."""
     areas, points = [], []
     known = ~np.isnan(verdicts.score)
     healthy = verdicts.score[known & (verdicts.size_mm == 0)]
@@ -136,7 +137,7 @@ def curves(
 
 
 def predictive(verdicts: Verdicts, prevalence: float, confidence: float) -> list[Cells]:
-    """Give the predictive values at a stated prevalence, for any nodule and for each size."""
+    """Return the predictive values at a stated prevalence, for any nodule and for each size."""
     healthy = verdicts.size_mm == 0
     quiet = int(np.sum(healthy & ~verdicts.detected))
     rows = []
@@ -154,7 +155,7 @@ def predictive(verdicts: Verdicts, prevalence: float, confidence: float) -> list
 def calibrated(
     verdicts: Verdicts, prevalence: float, bins: int, confidence: float
 ) -> tuple[list[Cells], list[Cells]]:
-    """Compare stated probabilities with what came true, for a detector that states them."""
+    """Return calibration and Brier score of a detector that states probabilities."""
     known = ~np.isnan(verdicts.probability)
     if not known.any():
         return [], []
@@ -171,7 +172,7 @@ def calibrated(
 
 
 def size_errors(verdicts: Verdicts, confidence: float) -> list[Cells]:
-    """Give bias and absolute error of the estimated size, for any nodule and for each size."""
+    """Return bias and absolute error of the estimated size, for any nodule and for each size."""
     return [
         verdicts.key
         | {"size_mm": size_mm}
@@ -187,7 +188,7 @@ def size_errors(verdicts: Verdicts, confidence: float) -> list[Cells]:
 def localisation(
     verdicts: Verdicts, nodule_at_mm: Mapping[str, float], confidence: float
 ) -> list[Cells]:
-    """Give the error of the place, where the header says where the nodule lay."""
+    """Return the error of the location, for recordings whose header has the nodule's position."""
     truth = np.array([nodule_at_mm.get(name, np.nan) for name in verdicts.recordings])
     error = np.where(verdicts.detected, verdicts.location_mm - truth, np.nan)
     rows = []
@@ -206,7 +207,7 @@ def localisation(
 def comparisons(
     of_scheme: Sequence[Verdicts], tolerance_mm: float, confidence: float
 ) -> list[Cells]:
-    """Compare every two detectors on the same recordings, detection and size apart."""
+    """Return the comparison of every two detectors on the same recordings, for each measure."""
     rows = []
     for first, second in combinations(of_scheme, 2):
         both = sorted(set(first.recordings) & set(second.recordings))
@@ -231,7 +232,7 @@ def comparisons(
 
 
 def _rows_of(verdicts: Verdicts, names: Sequence[str]) -> list[int]:
-    """Give the rows of some recordings."""
+    """Return the rows of some recordings."""
     row_of = {name: row for row, name in enumerate(verdicts.recordings)}
     return [row_of[name] for name in names]
 
@@ -248,7 +249,7 @@ def _right_size(verdicts: Verdicts, tolerance_mm: float) -> BoolArray:
 
 
 def permutation(verdicts: Verdicts, seed: int, repeats: int, confidence: float) -> list[Cells]:
-    """Compare the area under the curve with what it is when the labels are dealt out anew."""
+    """Return the area under the curve, and its distribution for randomly permuted labels."""
     known = ~np.isnan(verdicts.score)
     score, nodule = verdicts.score[known], verdicts.of(ANY)[known]
     if nodule.all() or not nodule.any():
@@ -269,7 +270,7 @@ def retests(
     specificity: float,
     confidence: float,
 ) -> list[Cells]:
-    """Give the rates of detection when several passes over a site are judged together."""
+    """Return the rates of detection if several passes over a site are judged together."""
     named = [sites.get(name) or f"\n{name}" for name in verdicts.recordings]
     places: dict[str, list[int]] = {}
     for place, site in enumerate(named):
@@ -280,7 +281,7 @@ def retests(
             verdicts.score[each],
             verdicts.estimate_mm[each],
             verdicts.location_mm[each],
-            # Only whether a nodule is detected is asked.
+            # The intervals of the size are not needed, only whether a nodule is detected.
             *[np.full(len(each), np.nan)] * 2,
         )
         for site, each in places.items()

@@ -13,13 +13,13 @@ from capsule.naming import sizes_of, sort_key
 
 
 class Table(NamedTuple):
-    """A table, as it is written.
+    """A table that is ready to be written.
 
     Attributes
     ----------
     columns : sequence of str
     rows : sequence of mapping
-        Each holds all columns.
+        The rows; each holds all columns.
     """
 
     columns: Sequence[str]
@@ -29,20 +29,20 @@ class Table(NamedTuple):
 def evaluate_archive(
     archive: TrainingArchive, index: Mapping[str, Mapping[str, str]]
 ) -> dict[str, Table]:
-    """Judge each labelled recording by what the others teach.
+    """Return all tables of the evaluation of an archive.
 
     Parameters
     ----------
     archive : TrainingArchive
-        As `capsule.evaluation.predictions.Detectors` takes it.
+        As in `capsule.evaluation.predictions.Detectors`.
     index : mapping of str to mapping
-        Of each accepted labelled recording, by content, its row of results/recordings.csv.
+        Row in results/recordings.csv of each accepted labelled recording, ordered by content.
 
     Returns
     -------
     dict of str to Table
-        ``predictions``, ``group_predictions``, ``learning`` and the tables of rates, as they lie
-        in results/evaluation/.
+        ``predictions``, ``group_predictions``, ``learning`` and the tables of rates, as in
+        results/evaluation/.
     """
     rules, detectors = archive.settings["evaluation"], Detectors(archive)
     sizes_mm = sizes_of(index)
@@ -60,14 +60,14 @@ def evaluate_archive(
 
 
 def prediction_columns(columns: Iterable[str]) -> list[str]:
-    """Put what tells recording and detector before the columns of a verdict."""
+    """Return the columns of a prediction: recording, detector and scheme, then the verdict's."""
     return ["recording", "size_mm", "detector", "scheme", *columns]
 
 
 def rate_tables(
     predictions: Sequence[Row], sizes_mm: Sequence[float], rules: Settings
 ) -> dict[str, Table]:
-    """Give the tables of rates; `rules` is the section ``evaluation`` of the configuration."""
+    """Return the tables of rates; `rules` is the section ``evaluation`` of the configuration."""
     counted = {key: rules[key] for key in ("schemes", "tolerance_mm", "confidence")}
     made = rates.tables(predictions, sizes_mm, **counted)
     return {name: Table(rates.COLUMNS[name], rows) for name, rows in made.items()}
