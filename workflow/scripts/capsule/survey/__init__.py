@@ -1,1 +1,1 @@
-"""A survey: the capsule goes back to what it suspects and looks again."""
+"""A survey: the capsule goes back to suspected places and senses them again."""

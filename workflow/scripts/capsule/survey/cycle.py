@@ -1,8 +1,9 @@
-"""The capsule's cycle as a pure table: in a state, an event leads to a state and gives commands.
+"""The capsule's cycle as a table: in each state, an event leads to a new state and to commands.
 
-Unfolded, sense; suspect; finish the pass; fold; be pushed back; unfold; find the position again;
-pass again; decide. Two counters stand beside the table: how often a place was passed again, and how
-often in a row folding did not bring the capsule back.
+The capsule senses unfolded, suspects a place, finishes the pass and folds. The waves push it back.
+It unfolds, finds its position, passes the place again, and the survey decides. Two counters
+complete the table: how often a place was passed again, and how often in a row folding did not bring
+the capsule back.
 """
 
 from dataclasses import dataclass, replace
@@ -15,13 +16,12 @@ MOST_TRIES = 3
 
 
 class Step(NamedTuple):
-    """Where an event leads, and what the boards are told."""
+    """The state after an event, and the commands for the boards."""
 
     state: str
     commands: tuple[str, ...] = ()
 
 
-# What is the origami's way to unfolded, and what it is to end in.
 STATES = (
     "starting",
     "exploring",
@@ -36,20 +36,20 @@ STATES = (
     "closing",
     "ended",
 )
-# In these the origami is not, or may not be, unfolded.
+# In these states the origami is folded, or may be folded.
 FOLDED_STATES = {"folding", "returning"}
 
 _TABLE: dict[tuple[str, str], Step] = {
     ("starting", "placed"): Step("exploring"),
     ("exploring", "suspected"): Step("finishing"),
     ("finishing", "passed"): Step("folding", (FOLD,)),
-    # The lease of a fold lasts no longer than the folding itself.
+    # The lease may end before the folding does, so each tick renews it.
     ("folding", "tick"): Step("folding", (HOLD,)),
     ("folding", "folded"): Step("returning", (HOLD,)),
     ("folding", "late"): Step("unfolding", (UNFOLD,)),
     ("returning", "tick"): Step("returning", (HOLD,)),
     ("returning", "far_enough"): Step("unfolding", (UNFOLD,)),
-    # The lease ran out, or the board was reset: it unfolds by itself and is told so once more.
+    # The lease ran out, or the board was reset. It unfolds by itself; the command makes sure.
     ("returning", "let_go"): Step("unfolding", (UNFOLD,)),
     ("folding", "let_go"): Step("unfolding", (UNFOLD,)),
     ("unfolding", "unfolded"): Step("finding"),
@@ -64,7 +64,7 @@ _TABLE: dict[tuple[str, str], Step] = {
     ("passing", "undecided"): Step("exploring"),
     ("passing", "again"): Step("folding", (FOLD,)),
     ("passing", "lost"): Step("exploring"),
-    # On the way to a target nothing is suspected.
+    # On the way to a target, the survey suspects no places.
     ("starting", "goal_ahead"): Step("approaching"),
     ("starting", "goal_behind"): Step("folding", (FOLD,)),
     ("exploring", "goal_ahead"): Step("approaching"),
@@ -80,25 +80,25 @@ _TABLE: dict[tuple[str, str], Step] = {
     ("closing", "tick"): Step("closing", (UNFOLD,)),
     ("closing", "late"): Step("ended"),
 }
-# Whatever happens meanwhile: the origami unfolds, and nothing folds it again.
+# In any state, these events unfold the origami, and nothing folds it again.
 _ENDINGS = {"stopped", "gut_ended", "fault", "cannot_arrive"}
 EVENTS = sorted({event for _, event in _TABLE} | _ENDINGS)
 
 
 @dataclass(frozen=True)
 class Cycle:
-    """Where the capsule is in its cycle.
+    """The present state of the capsule in its cycle.
 
     Attributes
     ----------
     state : str
         One of `STATES`.
     retests : int
-        How often the present place was passed again.
+        Number of times that the present place was passed again.
     tries : int
-        How often in a row folding did not bring the capsule back.
+        Number of times in a row that folding did not bring the capsule back.
     no_return : bool
-        It was too often: the survey goes on with single passes.
+        True after `MOST_TRIES` such tries: the survey goes on with single passes.
     """
 
     state: str = "starting"
@@ -108,19 +108,19 @@ class Cycle:
 
     @property
     def over(self) -> bool:
-        """Whether nothing more will happen."""
+        """True if the cycle has ended."""
         return self.state == "ended"
 
 
 def after(cycle: Cycle, event: str) -> tuple[Cycle, tuple[str, ...]]:
-    """Return the cycle after an event, and the commands that it gives.
+    """Return the cycle after an event, and the commands for the boards.
 
-    An event that means nothing in a state changes nothing.
+    An event without an entry for the present state changes nothing.
 
     Parameters
     ----------
     cycle : Cycle
-        Before the event.
+        The cycle before the event.
     event : str
         One of `EVENTS`.
 
@@ -140,7 +140,7 @@ def after(cycle: Cycle, event: str) -> tuple[Cycle, tuple[str, ...]]:
         return cycle, ()
     cycle = _counted(cycle, event)
     if step.state == "folding" and cycle.no_return:
-        # What would be folded for is given up.
+        # Folding does not bring the capsule back, so it does not fold and gives the place up.
         return replace(cycle, state="exploring"), ()
     if event == "again" and cycle.retests >= MOST_RETESTS:
         return replace(cycle, state="exploring"), ()
@@ -150,7 +150,7 @@ def after(cycle: Cycle, event: str) -> tuple[Cycle, tuple[str, ...]]:
 
 
 def _counted(cycle: Cycle, event: str) -> Cycle:
-    """Count a pass or a try."""
+    """Return the cycle with the counters of passes and tries after an event."""
     match event:
         case "suspected":
             return replace(cycle, retests=0)

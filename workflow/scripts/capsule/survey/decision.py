@@ -1,11 +1,14 @@
-"""What becomes of a suspected place after it was passed again.
+"""The decision on a suspected place after the capsule has passed it again.
 
-Assumptions. Evidence counts in parts of what is usually the largest in some centimetres of healthy
-gut at present, so the limits hold on a noisier bench as well. The first pass counts with the
-others, although it was chosen because it was high: the limits are learned from suspected healthy
-places, which were chosen in the same way. What differs from pass to pass (seat, noise, drift) is
-drawn anew in each; the nodule's height against the capsule and the wall's unevenness are not, so
-passes over one place are far from independent, and no sequential test that assumes so is used.
+Assumptions:
+
+- The unit of evidence is the largest evidence that some centimetres of healthy gut usually have at
+  present. So the limits also hold on a noisier bench.
+- The first pass counts as well, although it was selected for its high evidence. The limits were
+  learned from suspected healthy places, which were selected in the same way.
+- Seat, noise and drift differ from pass to pass. The nodule's height against the capsule and the
+  wall's unevenness do not. Passes over one place are therefore far from independent, and the
+  decision uses no sequential test that assumes independence.
 """
 
 from collections.abc import Sequence
@@ -16,13 +19,13 @@ import numpy as np
 def decide(
     heights: Sequence[float], *, confirm: float, dismiss: float, at_last: float, most: int
 ) -> str:
-    """Return what all passes over a place say.
+    """Return the decision from all passes over a place.
 
     Parameters
     ----------
     heights : sequence of float
-        Evidence of the first pass and of each pass again within reach of the place, in parts of
-        the usual; NaN for a pass that is no evidence.
+        Evidence near the place in the first pass and in each repeated pass, in units of the usual
+        evidence; NaN for a pass without evidence.
     confirm : float
         A mean height above it confirms.
     dismiss : float
@@ -30,7 +33,7 @@ def decide(
     at_last : float
         After the last pass, a mean height above it confirms.
     most : int
-        How many passes again there may be.
+        Largest number of repeated passes.
 
     Returns
     -------

@@ -1,7 +1,7 @@
 """The diagonal detector's evidence at places along the gut, while the capsule travels.
 
-The same beats, weights and averages as in `capsule.detectors.candidates`. Only the capsule's way is
-not searched among mean speeds: the odometer measures it.
+Beats, weights and averages are those of `capsule.detectors.candidates`. One thing differs: the
+odometer measures the capsule's way, so no mean speeds are tried.
 """
 
 from collections.abc import Callable
@@ -15,46 +15,47 @@ from capsule.detectors.candidates import averages, standardised_beats
 from capsule.detectors.passage import beats_of
 from capsule.kinds import Settings
 
-# Half the width of what counts as the top of the evidence.
+# Half the width of the range that counts as the top of the evidence.
 _TOP_MM = 4.0
 
 
 @dataclass(frozen=True)
 class GutEvidence:
-    """What the last samples say of the places that the capsule passed.
+    """The evidence of the last samples at the places that the capsule has passed.
 
     Attributes
     ----------
     place_mm : (P,) array
         Places along the gut, on a grid that stays the same.
     evidence : (P,) array
-        How much speaks for a nodule at each.
+        Evidence for a nodule at each place.
     """
 
     place_mm: FloatArray
     evidence: RealArray
 
     def within(self, low_mm: float, high_mm: float) -> "GutEvidence":
-        """Take the places from `low_mm` to `high_mm`."""
+        """Return the evidence at places from `low_mm` to `high_mm`."""
         some = (self.place_mm >= low_mm) & (self.place_mm <= high_mm)
         return GutEvidence(self.place_mm[some], self.evidence[some])
 
     def without(self, places_mm: list[float], reach_mm: float) -> "GutEvidence":
-        """Leave out whatever is within reach of some places."""
+        """Return the evidence without everything within reach of some places."""
         off = np.ones(self.place_mm.size, dtype=bool)
         for place_mm in places_mm:
             off &= np.abs(self.place_mm - place_mm) > reach_mm
         return GutEvidence(self.place_mm[off], self.evidence[off])
 
     def best(self) -> tuple[float, float]:
-        """Return the place with the most evidence, and its evidence; NaN without any place."""
+        """Return the place with the most evidence, and its evidence; NaN if there is no place."""
         if self.place_mm.size == 0:
             return float("nan"), float("nan")
         largest = float(self.evidence.max())
         top_mm = float(self.place_mm[self.evidence.argmax()])
         if largest <= 0:
             return top_mm, largest
-        # The middle of the top: the place is between those tried, and a flank may be the highest.
+        # The middle of the top, because the highest point may be on a flank, and the place may be
+        # between two points of the grid.
         top = (np.abs(self.place_mm - top_mm) <= _TOP_MM) & (self.evidence > largest / 2)
         weights = np.where(top, self.evidence, 0.0)
         return float(np.average(self.place_mm, weights=weights)), largest
@@ -77,12 +78,13 @@ def evidence_along(
     settings : mapping
         Section ``diagonal`` of the configuration.
     way : callable
-        Gives the head's position in mm at samples of `values`, counted from the first.
+        Function that returns the head's position in mm at samples of `values`, counted from the
+        first.
 
     Returns
     -------
     GutEvidence or None
-        None without a peristaltic wave on every sensor.
+        None if a sensor shows no peristaltic wave.
     """
     if np.any(np.isnan(values).all(axis=1)):
         return None

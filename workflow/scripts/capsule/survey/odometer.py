@@ -1,10 +1,10 @@
-"""Where the capsule is: the sensors demodulated by the drive's own phase.
+"""The odometer: the capsule's position from the sensors and the phase of the drive.
 
-The wave under a sensor at x reads ``cos(2 pi (x - w) / lambda)`` when the drive has carried the
-wave by w. Times ``exp(2 pi i w / lambda)`` and averaged, what stays turns with x alone: the place
-modulo one wavelength. Which wavelength, the last known position tells.
+A sensor at x reads ``cos(2 pi (x - w) / lambda)`` when the drive has moved the wave by w.
+Multiplied by ``exp(2 pi i w / lambda)`` and averaged, this gives a phase that depends on x alone:
+the place modulo one wavelength. The last known position tells which wavelength it is.
 
-This needs the drive's phase. A gut offers none.
+The method needs the phase of the drive, which does not exist in a real gut.
 """
 
 from collections.abc import Sequence
@@ -15,18 +15,18 @@ from capsule.arrays import ComplexArray, FloatArray, IntArray, RealArray
 from capsule.kinds import Settings
 from capsule.sensed_wave import fill_missing
 
-# A sensor whose readings stay within this is not pressed by any wave, in units of R / R_series.
+# In units of R / R_series. A sensor with a smaller amplitude feels no wave.
 _STILL = 1e-6
-# A sensor with more of its samples missing does not count.
+# A sensor with a larger share of missing samples does not count.
 _MOST_MISSING = 0.25
 
 
 def place_in_wave(
     pressed: FloatArray, wave_mm: FloatArray, pitch_mm: float, wavelength_mm: float
 ) -> float:
-    """Return the head's place modulo one wavelength, in mm; NaN without a wave on two sensors.
+    """Return the head's place modulo one wavelength, in mm; NaN if not two sensors feel a wave.
 
-    It holds for the middle of the samples.
+    The place holds for the middle of the samples.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def place_in_wave(
     wave_mm : (K,) array
         How far the drive has carried the wave.
     pitch_mm : float
-        Distance from sensor to sensor; each is so far behind the one before.
+        Distance from each sensor back to the next one.
     wavelength_mm : float
         Length of the wave.
 
@@ -48,7 +48,7 @@ def place_in_wave(
     known, values = _known(pressed)
     count = wave_mm.size
     time = np.linspace(-1, 1, count)
-    # Sensors that have just been unfolded creep, and others drift: the level is a parabola.
+    # The level is fitted by a parabola, because sensors creep after unfolding and may drift.
     level = np.stack([np.ones(count), time, time**2])
     taper = np.sin(np.pi * (np.arange(count) + 0.5) / count)
     basis = np.vstack([level, _harmonics(wave_mm, wavelength_mm)])
@@ -61,12 +61,12 @@ def newest_place(
 ) -> float:
     """Return the head's place as `place_in_wave` does, for the middle of the newer half.
 
-    It lags behind by half a wave instead of a whole one. Sensors that creep disturb it more.
+    It lags behind by half a wave instead of a whole one. Creeping sensors disturb it more.
 
     Parameters
     ----------
     pressed, wave_mm, pitch_mm, wavelength_mm
-        As `place_in_wave` takes them; K must span two waves.
+        As in `place_in_wave`; K must span two waves.
     """
     known, values = _known(pressed)
     count = wave_mm.size
@@ -81,26 +81,26 @@ def newest_place(
 
 
 def _known(pressed: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Return which sensors have enough samples, (N,), and those without their gaps, (N, K)."""
+    """Return the sensors with enough samples, (N,), and their readings with gaps filled, (N, K)."""
     known = np.flatnonzero(np.isnan(pressed).mean(axis=1) <= _MOST_MISSING)
     return known, fill_missing(pressed[known])
 
 
 def _harmonics(wave_mm: FloatArray, wavelength_mm: float) -> FloatArray:
-    """Return the wave under place 0 and its double frequency, cosine and sine: shape (4, K)."""
+    """Return the wave at place 0 and its second harmonic, cosine and sine of each, (4, K)."""
     turns = np.exp(2j * np.pi / wavelength_mm * wave_mm)
     return np.stack([turns.real, turns.imag, (turns**2).real, (turns**2).imag])
 
 
 def _common_place(phasors: ComplexArray, behind_mm: RealArray, wavelength_mm: float) -> float:
-    """Return the place that the phases of several sensors agree on; NaN of fewer than two.
+    """Return the place on which the phases of several sensors agree; NaN for fewer than two.
 
     Parameters
     ----------
     phasors : (N,) complex array
-        Size and phase of the wave on each sensor.
+        Amplitude and phase of the wave on each sensor.
     behind_mm : (N,) array
-        How far each sensor is behind the head.
+        Distance of each sensor behind the head.
     """
     size = np.abs(phasors)
     moving = size > _STILL
@@ -112,17 +112,17 @@ def _common_place(phasors: ComplexArray, behind_mm: RealArray, wavelength_mm: fl
 
 
 def nearest_turn(place_mm: float, expected_mm: float, wavelength_mm: float) -> float:
-    """Return a place that is known modulo one wavelength, the one nearest to where it should be."""
+    """Return a place that is known modulo one wavelength, moved to nearest `expected_mm`."""
     return place_mm + wavelength_mm * round((expected_mm - place_mm) / wavelength_mm)
 
 
 def mean_origin(origins_mm: Sequence[float], wavelength_mm: float) -> float:
-    """Return the mean of the origins of several journeys, which are known modulo one wavelength.
+    """Return the mean of the origins of several journeys, each known modulo one wavelength.
 
     Parameters
     ----------
     origins_mm : sequence of float
-        Place in the wave of position 0, of each journey.
+        Place in the wave of position 0, for each journey.
     wavelength_mm : float
         Length of the wave.
 
@@ -136,22 +136,24 @@ def mean_origin(origins_mm: Sequence[float], wavelength_mm: float) -> float:
 
 
 class Odometer:
-    """Follows the head along the gut.
+    """An odometer that follows the head along the gut.
+
+    A fix is a position found from the wave.
 
     Parameters
     ----------
     settings : mapping
-        Section ``diagonal`` of the configuration, which tells of wave and sensors.
+        Section ``diagonal`` of the configuration, which describes wave and sensors.
     rate_hz : float
         Sampling rate.
     start_mm : float
-        Position at the first fix; it may be set until then.
+        Position at the first fix; it can be changed until then.
 
     Attributes
     ----------
     origin_mm : float or None
-        Place in the wave, as `place_in_wave` gives it, of position 0. It may be set from an earlier
-        journey on the same bench; otherwise the first fix is taken to be at `start_mm`.
+        Place in the wave of position 0, as from `place_in_wave`. It can be set from an earlier
+        journey on the same bench. Otherwise the first fix is assumed to be at `start_mm`.
     """
 
     def __init__(self, settings: Settings, rate_hz: float, start_mm: float) -> None:
@@ -166,21 +168,21 @@ class Odometer:
 
     @property
     def delay(self) -> int:
-        """By how many samples a fix lags behind the newest sample."""
+        """Number of samples by which a fix lags behind the newest sample."""
         return self.span // 2
 
     @property
     def position_mm(self) -> float:
-        """The newest fix; NaN before the first."""
+        """The newest fix in mm; NaN before the first."""
         return self._fixes_mm[-1] if self._fixes_mm else float("nan")
 
     @property
     def fixes(self) -> int:
-        """How many fixes there are since the capsule unfolded."""
+        """Number of fixes since the capsule unfolded."""
         return len(self._fixes_mm)
 
     def fix(self, last: int, pressed: FloatArray, wave_mm: FloatArray, expected_mm: float) -> float:
-        """Find the position; NaN where no wave is felt.
+        """Find and keep the position; NaN if no wave is felt.
 
         Parameters
         ----------
@@ -189,7 +191,7 @@ class Odometer:
         pressed, wave_mm
             As in `place_in_wave`: the newest `span` samples.
         expected_mm : float
-            Where the capsule should be; off by less than half a wavelength.
+            Expected position, with an error of less than half a wavelength.
         """
         place_mm = place_in_wave(pressed, wave_mm, self._pitch_mm, self._wavelength_mm)
         if np.isnan(place_mm):
@@ -202,9 +204,9 @@ class Odometer:
         return position_mm
 
     def newest(self, pressed: FloatArray, wave_mm: FloatArray) -> float:
-        """Find the position half a wave ago; it is not kept.
+        """Return the position half a wave ago, without keeping it.
 
-        NaN where no wave is felt, or without a fix before.
+        The result is NaN if no wave is felt, or if there is no earlier fix.
 
         Parameters
         ----------
@@ -219,7 +221,7 @@ class Odometer:
         return nearest_turn(place_mm - self.origin_mm, self.position_mm, self._wavelength_mm)
 
     def forget(self) -> None:
-        """Begin anew after the capsule has moved unseen; the origin stays."""
+        """Delete all fixes, because the capsule has moved unseen; the origin stays."""
         self._samples.clear()
         self._fixes_mm.clear()
 
@@ -228,11 +230,11 @@ class Odometer:
         return np.interp(samples, self._samples, self._fixes_mm)
 
     def last_before(self, position_mm: float) -> int:
-        """Return the last sample at which the head was before a position, or the first fix."""
+        """Return the last sample with the head before a position, or that of the first fix."""
         before = np.flatnonzero(np.array(self._fixes_mm) < position_mm)
         return self._samples[before[-1] if before.size else 0]
 
     def settled(self, fixes: int, spread_mm: float) -> bool:
-        """Say whether so many last fixes agree with a capsule that moves slowly."""
+        """Return whether the last fixes agree with a capsule that moves slowly."""
         last = self._fixes_mm[-fixes:]
         return len(last) == fixes and float(np.ptp(np.diff(last))) <= spread_mm

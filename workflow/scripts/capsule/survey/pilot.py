@@ -1,4 +1,4 @@
-"""Decides what the capsule does: readings in, commands and a log of reasons out."""
+"""The pilot of a survey: it turns readings into commands for the boards, and logs its reasons."""
 
 from collections.abc import Callable, Sequence
 
@@ -15,12 +15,12 @@ from capsule.survey.way_back import Leg, WayBack
 
 _UNKNOWN = float("nan")
 _SENSORS = 4
-# Where the gut begins; nothing pushes the capsule out of it.
+# Start of the gut. Nothing pushes the capsule beyond it.
 _START_MM = 0.0
 
 
 class Pilot:
-    """Leads a capsule along a gut.
+    """A pilot that leads a capsule along a gut.
 
     Parameters
     ----------
@@ -29,20 +29,20 @@ class Pilot:
     rate_hz : float
         Sampling rate.
     settings : SurveySettings
-        What the survey goes by.
+        Settings of the survey.
     targets_mm : sequence of float
         Places to go to, one after the other, instead of a survey.
     start_mm : float
-        Where the head stands.
+        Position of the head at the start.
 
     Attributes
     ----------
     cycle : Cycle
-        Where the capsule is in its cycle.
+        The capsule's present state.
     suspects : Suspects
-        What was suspected so far.
+        The places suspected so far.
     log : list of Event
-        All that happened.
+        All events so far.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class Pilot:
         self._leg: Leg
 
     def tick(self, readings: Readings) -> tuple[str, ...]:
-        """Take the newest samples; give the commands for the boards."""
+        """Process the newest samples and return the commands for the boards."""
         self._now_s = float(readings.time_s[-1])
         self.sensing.take(readings)
         self.suspects.newest_score = _UNKNOWN
@@ -72,25 +72,25 @@ class Pilot:
         return judge(readings.fold)
 
     def tell(self, event: str, reason: str) -> tuple[str, ...]:
-        """Tell of what no reading shows: ``stopped``, ``gut_ended`` or ``fault``."""
+        """Process an event that no reading shows: ``stopped``, ``gut_ended`` or ``fault``."""
         return self._happen(event, reason)
 
     @property
     def every(self) -> int:
-        """How many samples a tick should hold."""
+        """Number of samples that one tick should hold."""
         return self._settings.every
 
     @property
     def _waited_s(self) -> float:
-        """How long the present state has lasted."""
+        """Time since the present state began, in seconds."""
         return self._now_s - self._since_s
 
     @property
     def _too_late(self) -> bool:
-        """Whether a move of the origami has taken too long."""
+        """True if a move of the origami has taken too long."""
         return self._waited_s > self._settings.latest_s
 
-    # One method a state; each is given what the fold board says.
+    # One method for each state, called with the state that the fold board reports.
 
     def _in_starting(self, fold: str) -> tuple[str, ...]:
         if fold != UNFOLDED:
@@ -154,7 +154,7 @@ class Pilot:
     def _in_unfolding(self, fold: str) -> tuple[str, ...]:
         if fold == UNFOLDED:
             return self._happen("unfolded", "finding the position")
-        # A board that says nothing unfolds by itself: its link may come back.
+        # A board whose link is lost unfolds by itself, and its link may come back.
         silent = fold == UNKNOWN_FOLD
         if self._too_late and not (silent and self._waited_s <= self._settings.patience_s):
             return self._happen("late", f"the origami does not unfold: it is {fold}")
@@ -207,17 +207,17 @@ class Pilot:
     def _in_ended(self, fold: str) -> tuple[str, ...]:
         return ()
 
-    # What several states need.
+    # Methods that several states use.
 
     def _after_leg(self, moved_mm: float) -> tuple[str, ...]:
-        """Say what comes after a way back."""
+        """Continue after a way back."""
         if self.cycle.no_return and not self._targets_mm:
             return self._happen("gone_on", "the place was given up")
         position_mm, goal_mm = self.sensing.position_mm, self._goal_mm()
         reason = f"moved by {moved_mm:.1f} mm, {position_mm - goal_mm:.1f} mm from the goal"
         if moved_mm > 0:
             self.suspects.jump()
-        # The start of the gut holds the capsule up: nearer it will not come.
+        # The start of the gut stops the capsule, so it cannot come nearer to the goal.
         held_up = min(self._way_back.end_mm(self._leg), goal_mm) < _START_MM
         if position_mm <= goal_mm + self._tolerance_mm() or held_up:
             if self._targets_mm:
@@ -231,8 +231,8 @@ class Pilot:
         return commands
 
     def _towards_target(self) -> tuple[str, ...]:
-        """Go on to the present target, or to the next."""
-        half_mm = self.sensing.half_stroke_mm  # the parts below leave no bias on simulated guts
+        """Go on to the present target, or to the next one."""
+        half_mm = self.sensing.half_stroke_mm  # The factors below leave no bias on simulated guts.
         off_mm = self._targets_mm[0] - self.sensing.newest_mm
         while abs(off_mm) <= 2 * half_mm and len(self._targets_mm) > 1:
             self._happen("reached", f"target {self._targets_mm.pop(0):.0f} mm")
@@ -245,7 +245,7 @@ class Pilot:
         return self._happen("arrived", reason) if off_mm <= 0.75 * half_mm else ()
 
     def _reckons_to_have_arrived(self) -> bool:
-        """Say whether it must be at a target that is too near to the start to be found by fixes."""
+        """Return whether the capsule must be at a target that is too near the start for fixes."""
         surely = self._way_back.end_mm(self._leg) <= _START_MM - self._settings.surely_mm
         if not self._targets_mm or self._leg.lasted_s == 0 or not surely:
             return False
@@ -253,24 +253,24 @@ class Pilot:
         return self._goal_mm() - reckoned_mm <= self.sensing.half_stroke_mm
 
     def _goal_mm(self) -> float:
-        """Where a way back should end."""
+        """Return where a way back should end."""
         if self._targets_mm:
             return self._targets_mm[0]
         return self.suspects.present.first_mm - self._settings.run_up_mm
 
     def _tolerance_mm(self) -> float:
-        """By how much it may end too early."""
+        """Return by how much a way back may end too early."""
         if self._targets_mm:
             return self.sensing.half_stroke_mm
         return self._settings.run_up_mm - self._settings.too_near_mm
 
     def _fold(self, event: str, reason: str, score: float = _UNKNOWN) -> tuple[str, ...]:
-        """Let an event lead to folding, and plan the leg."""
+        """Plan a leg of the way back and process an event that leads to folding."""
         self._leg = self._next_leg()
         return self._happen(event, reason, score)
 
     def _next_leg(self) -> Leg:
-        """Plan a way back from here."""
+        """Return a plan for the way back from the present position."""
         way_mm = self.sensing.position_mm - self._goal_mm() + self.sensing.blind_mm
         if self._targets_mm:
             near = self._goal_mm() - _START_MM < self.sensing.blind_mm

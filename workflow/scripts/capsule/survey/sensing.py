@@ -1,4 +1,4 @@
-"""What the unfolded capsule feels: where it is, and what the last samples say of the gut."""
+"""Sensing of the unfolded capsule: its position, and the evidence of the last samples."""
 
 import numpy as np
 
@@ -10,19 +10,19 @@ from capsule.survey.odometer import Odometer
 from capsule.survey.survey_log import RESTING, UNFOLDED, Readings
 from capsule.survey.survey_settings import SurveySettings
 
-# How well fixes, a judgement apart, must agree before a position counts, in mm.
+# Largest difference between the steps of successive fixes before a position counts, in mm.
 _AGREE_MM = 3.0
-# A usual way from judgement to judgement, in mm, until the odometer shows how the capsule moves.
+# Usual way between two judgements, in mm, until the odometer measures it.
 _USUAL_STEP_MM = 0.44
 _FASTEST_STEP_MM = 2.0
-# Of the first two strokes, how much the mean over the first two waves holds.
+# Part of the first two strokes that the mean over the first two waves holds.
 _FIRST_STROKES = 1.3
-# How much the newest step counts.
+# Weight of the newest step in the running mean.
 _STEP_SHARE = 0.1
 
 
 class Sensing:
-    """The last samples since the capsule unfolded, and what they say.
+    """The last samples since the capsule unfolded, with its position and the evidence in them.
 
     Parameters
     ----------
@@ -31,16 +31,16 @@ class Sensing:
     rate_hz : float
         Sampling rate.
     settings : SurveySettings
-        What the survey goes by.
+        Settings of the survey.
     start_mm : float
-        Where the head stands.
+        Position of the head at the start.
 
     Attributes
     ----------
     step_mm : float
-        Way of the unfolded capsule from judgement to judgement, of late.
+        Recent mean way of the unfolded capsule between two judgements.
     resting : bool
-        Whether the fold board's motor has to rest, so that the capsule travels on unfolded.
+        True while the motor of the fold board rests, so that the capsule travels on unfolded.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class Sensing:
         self._fixed_at: int | None = None
         self.step_mm = _USUAL_STEP_MM
         self.resting = False
-        # The first fix holds for the end of the first stroke; the next one has part in it.
+        # The first fix is a mean over the first stroke and part of the next one.
         self._odometer.start_mm = start_mm + _FIRST_STROKES * self._since_fix_mm()
 
     def _since_fix_mm(self) -> float:
@@ -64,14 +64,14 @@ class Sensing:
 
     @property
     def position_mm(self) -> float:
-        """Where the head stands now, as far as is known; NaN before the first fix."""
+        """Present position of the head as far as known, in mm; NaN before the first fix."""
         return self._odometer.position_mm + self._since_fix_mm()
 
     @property
     def newest_mm(self) -> float:
-        """Where the head stands now, by the newest wave alone; as `position_mm` where that fails.
+        """Present position of the head by the newest wave alone, or else `position_mm`.
 
-        It errs less than `position_mm`, unless the sensors creep.
+        Its error is smaller than that of `position_mm`, unless the sensors creep.
         """
         span = self._odometer.span
         if self._values is None or self._values.shape[1] < span:
@@ -83,18 +83,18 @@ class Sensing:
         return newest_mm + self._since_fix_mm() / 2 if np.isfinite(newest_mm) else self.position_mm
 
     def _pressed(self, values: FloatArray) -> FloatArray:
-        """Return how hard the newest samples are pressed."""
+        """Return how hard each sensor is pressed in the newest samples."""
         newest = values[:, -self._odometer.span :]
         return pressed_and_period(newest, self._rate_hz, self._detector)[0]
 
     @property
     def head_mm(self) -> float:
-        """Where the newest samples have the head; NaN where they do not tell."""
+        """Position of the head by the newest samples; NaN if they do not show it."""
         return self.position_mm if self._fixed_at == self._count else float("nan")
 
     @property
     def fix_mm(self) -> float:
-        """The newest fix, which holds for a moment before now; NaN before the first."""
+        """The newest fix, which holds for an earlier sample; NaN before the first fix."""
         return self._odometer.position_mm
 
     @property
@@ -103,38 +103,38 @@ class Sensing:
         return self._odometer.origin_mm
 
     def take_origin(self, origin_mm: float) -> None:
-        """Take over where an earlier map begins; it counts only before the first fix."""
+        """Use the origin of an earlier map; this has an effect only before the first fix."""
         if self._odometer.origin_mm is None:
             self._odometer.origin_mm = origin_mm
 
     def settled(self) -> bool:
-        """Say whether there are enough fixes since the capsule unfolded, and they agree."""
+        """Return whether enough fixes since the capsule unfolded agree."""
         return self._odometer.settled(self._settings.fixes, _AGREE_MM)
 
     def on_mm(self, seconds: float) -> float:
-        """Return how far the unfolded capsule travels in some time."""
+        """Return how far the unfolded capsule travels in this time."""
         return seconds * self._rate_hz / self._settings.every * self.step_mm
 
     @property
     def half_stroke_mm(self) -> float:
-        """Half a stroke, one a wave: so much before a place is as near as so much beyond."""
+        """Half of the way that the capsule moves with each wave."""
         return self.on_mm(self.period_s) / 2
 
     @property
     def period_s(self) -> float:
-        """Time from wave to wave."""
+        """Time from wave to wave, in seconds."""
         return float(self._detector["wavelength_mm"] / self._detector["wave_speed_mm_s"])
 
     @property
     def blind_mm(self) -> float:
-        """How far the capsule travels from when it is unfolded until its position is known."""
+        """Way of the capsule from unfolding until its position is known."""
         return (self._settings.first_fix_ticks + self._settings.fixes) * self.step_mm
 
     def take(self, readings: Readings) -> None:
-        """Take the newest samples.
+        """Add the newest samples.
 
-        Those of a capsule that is not unfolded say nothing. Where all samples or the wave are
-        missing, what came before says nothing of what comes now.
+        Samples of a capsule that is not unfolded are dropped. If all samples or the wave are
+        missing, the earlier samples are dropped as well.
         """
         self._count += readings.time_s.size
         self.resting = readings.fold == RESTING
@@ -149,13 +149,13 @@ class Sensing:
         self._wave_mm = np.concatenate([self._wave_mm, readings.wave_mm])[-self._keep :]
 
     def follow(self, expected_mm: float | None = None) -> bool:
-        """Find the position; say whether it is found.
+        """Find the position, and return whether it is found.
 
         Parameters
         ----------
         expected_mm : float, optional
-            Where the capsule should be, off by less than half a wavelength; without it, near where
-            it was. It counts only before the first fix.
+            Expected position, with an error of less than half a wavelength; by default, the last
+            known position. It counts only before the first fix.
         """
         span, before_mm = self._odometer.span, self._odometer.position_mm
         if self._values is None or self._values.shape[1] < span:
@@ -179,11 +179,11 @@ class Sensing:
         return True
 
     def evidence(self) -> GutEvidence | None:
-        """Judge the last samples; None where they say nothing."""
+        """Return the evidence of the last samples; None if they have none."""
         values, window = self._values, self._settings.window
         if values is None or values.shape[1] < window or self._odometer.fixes < 2:
             return None
-        # A capsule that is held has not passed enough gut in the usual time.
+        # A capsule that is held up needs more samples than usual to pass enough gut.
         since = self._count - self._odometer.last_before(self.fix_mm - self._settings.window_mm)
         values = values[:, -min(max(window, since), values.shape[1]) :]
         if self._any_still(values[:, -self._odometer.span :]):
@@ -195,6 +195,6 @@ class Sensing:
 
     @staticmethod
     def _any_still(values: FloatArray) -> bool:
-        """Say whether a sensor has died: it would look as if nothing pressed it."""
+        """Return whether a sensor has failed: constant readings look as if nothing pressed it."""
         highest = np.nanmax(values, axis=1, initial=-np.inf)
         return bool(np.any(highest <= np.nanmin(values, axis=1, initial=np.inf)))

@@ -1,6 +1,6 @@
-"""Names under sessions/: which folders are finished surveys, and what is passed over.
+"""Names of folders under sessions/: which are finished surveys, and which are passed over.
 
-Imports nothing heavy: the Snakefile lists the surveys at every start.
+This module imports nothing heavy, because the Snakefile lists the surveys at every start.
 """
 
 from collections.abc import Mapping
@@ -14,14 +14,15 @@ FILES = (STREAM, EVENTS, PLACES, ABOUT)
 
 @dataclass(frozen=True)
 class Surveys:
-    """What was found under sessions/.
+    """The folders under sessions/, sorted into finished surveys and others.
 
     Attributes
     ----------
     names : tuple of str
         The finished surveys, sorted.
     passed_over : dict of str to str
-        Everything else that could be one, and why; the names as `capsule.naming.displayed`.
+        Other folders, and why they are passed over. The names are as from
+        `capsule.naming.displayed`.
     """
 
     names: tuple[str, ...] = ()
@@ -29,12 +30,12 @@ class Surveys:
 
 
 def classify_sessions(folders: Mapping[str, set[str]]) -> Surveys:
-    """Sort out what lies under sessions/.
+    """Return which folders under sessions/ are finished surveys, and why the others are not.
 
     Parameters
     ----------
     folders : mapping of str to set of str
-        Of each folder the names of the files in it.
+        Names of the files in each folder.
     """
     names, passed_over = [], {}
     for name, files in sorted(folders.items()):
@@ -48,7 +49,7 @@ def classify_sessions(folders: Mapping[str, set[str]]) -> Surveys:
 
 
 def _why_not(name: str, files: set[str]) -> str:
-    """Say why a folder is no finished survey; empty for one that is."""
+    """Return why a folder is not a finished survey; empty if it is one."""
     if not is_plain(name) or repeated_end(name):
         return (
             "rename the folder: only letters A-Z, digits and _ . + - are allowed in its name, at "

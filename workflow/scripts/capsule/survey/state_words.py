@@ -1,4 +1,4 @@
-"""The states of `capsule.survey.cycle` as a person reads them."""
+"""Descriptions of the states of `capsule.survey.cycle` for the user."""
 
 STATE_WORDS = {
     "starting": "waits until it feels the wave",

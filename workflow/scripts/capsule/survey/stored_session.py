@@ -1,4 +1,4 @@
-"""A survey as it lies on disk, read from the content of its files."""
+"""Reader of a stored survey: a session from the content of its files."""
 
 import csv
 import io
@@ -26,7 +26,7 @@ _SHOWN = 60
 
 
 class SessionError(CapsuleError):
-    """A session that cannot be read; its text says in which file and why."""
+    """The error of a session that cannot be read; its text names the file and the fault."""
 
 
 @dataclass(frozen=True)
@@ -36,17 +36,17 @@ class StoredPlace:
     Attributes
     ----------
     number, passes : int
-        From 1, and how many passes were evidence.
+        Number of the place, from 1, and number of passes with evidence.
     status : str
         One of `capsule.survey.suspected_place.STATUSES`.
     place_mm : float
-        Where it is.
+        Position of the place.
     size_mm, size_low_mm, size_high_mm : float
-        How big, with its interval.
+        Size of the nodule, with its interval.
     height : float
-        Mean evidence in parts of the usual.
+        Mean evidence in units of the usual evidence.
     threshold : float
-        Above which the first pass was suspicious.
+        Threshold above which the first pass was suspicious.
     """
 
     number: int
@@ -67,17 +67,17 @@ class Session:
     Attributes
     ----------
     name : str
-        Of its folder.
+        Name of its folder.
     about : mapping
-        What it was begun with.
+        Parameters with which the survey was started.
     time_s, wave_mm, head_mm, score, threshold : (K,) arrays
-        Of each sample; NaN where a cell is empty.
+        Values of each sample; NaN where a cell is empty.
     values : (S, K) array
         The readings.
     fold : (K,) array of str
-        What the fold board says of the origami.
+        State of the origami from the fold board.
     events : sequence of Event
-        All that happened.
+        All events.
     places : sequence of StoredPlace
         The suspected places.
     """
@@ -96,21 +96,21 @@ class Session:
 
     @property
     def source(self) -> str:
-        """Where it comes from, as it says itself; empty where it does not."""
+        """Source of the survey from its own files; empty if they name none."""
         header = self.about.get("header")
         told = header if isinstance(header, dict) and "source" in header else self.about
         return str(told.get("source", ""))
 
 
 def parse_session(name: str, contents: Mapping[str, bytes]) -> Session:
-    """Return the session that some files hold.
+    """Return the session in some files.
 
     Parameters
     ----------
     name : str
-        Of its folder.
+        Name of its folder.
     contents : mapping of str to bytes
-        By `capsule.survey.session_names.FILES`.
+        Content of each of `capsule.survey.session_names.FILES`.
 
     Raises
     ------
@@ -145,7 +145,7 @@ def _parse_about(text: str) -> Row:
 
 
 def _rows(file: str, text: str, columns: Sequence[str]) -> tuple[list[str], list[list[str]]]:
-    """Return the head and the rows of a table that has some columns."""
+    """Return the column names and the rows of a table that must have some columns."""
     try:
         head, *rows = list(csv.reader(io.StringIO(text), strict=True)) or [[]]
     except csv.Error as error:
@@ -162,7 +162,7 @@ def _rows(file: str, text: str, columns: Sequence[str]) -> tuple[list[str], list
 
 
 def _number(file: str, line: int, name: str, cell: str) -> float:
-    """Return the number in a cell; NaN of an empty one."""
+    """Return the number in a cell; NaN if it is empty."""
     if cell == "":
         return math.nan
     try:
@@ -193,7 +193,7 @@ def _parse_stream(text: str) -> dict[str, Any]:
     sensors = [name for name in head if name.startswith("sensor_")]
     at = head.index("fold")
     fold = np.array([row[at] for row in rows])
-    # A board of another version may say more than this one knows.
+    # A board of another version may report states that this program does not know.
     if unknown := {each for each in set(fold) if not _WORD.fullmatch(each)}:
         raise SessionError(f"{STREAM}: fold is {displayed(min(unknown))[:_SHOWN]!r}")
     values = np.array([column(name) for name in sensors])

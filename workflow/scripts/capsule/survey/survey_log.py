@@ -1,31 +1,31 @@
-"""What goes into a survey and what comes out: readings of the boards, and a log of events."""
+"""The input and the output of a survey: readings of the boards, judgements and a log of events."""
 
 from dataclasses import dataclass
 
 from capsule.arrays import FloatArray
 
-# What a fold board says of the origami.
+# States of the origami that a fold board reports.
 UNFOLDED, FOLDING, FOLDED, UNFOLDING = "unfolded", "folding", "folded", "unfolding"
 UNKNOWN_FOLD = "unknown"
-# Unfolded and told to fold, but its motor has to rest first.
+# Unfolded, with a command to fold, but the motor has to rest first.
 RESTING = "resting"
 
 
 @dataclass(frozen=True)
 class Readings:
-    """What the boards said since the last judgement.
+    """The data from the boards since the last judgement.
 
     Attributes
     ----------
     time_s : (K,) array
-        Times of the samples.
+        Times of the samples in seconds.
     values : (S, K) array
         Readings; NaN where a sample is missing.
     wave_mm : (K,) array
-        How far the drive has carried the wave; NaN where that is not known.
+        How far the drive has carried the wave; NaN where that is unknown.
     fold : str
-        What the fold board says of the origami: ``unfolded``, ``folding``, ``folded``,
-        ``unfolding``, ``resting``, or ``unknown`` where it says nothing.
+        State of the origami from the fold board: ``unfolded``, ``folding``, ``folded``,
+        ``unfolding``, ``resting``, or ``unknown`` if the board says nothing.
     """
 
     time_s: FloatArray
@@ -36,15 +36,15 @@ class Readings:
 
 @dataclass(frozen=True)
 class Judgement:
-    """What the survey made of the samples up to the newest.
+    """The survey's result for the samples up to the newest.
 
     Attributes
     ----------
     head_mm : float
-        Where they have the head; NaN where they do not tell.
+        Position of the head; NaN if the samples do not show it.
     score, threshold : float
-        The largest evidence that counts in the present state, NaN where there is none, and what is
-        suspicious.
+        The largest evidence that counts in the present state (NaN if there is none), and the
+        threshold above which it is suspicious.
     """
 
     head_mm: float
@@ -54,18 +54,18 @@ class Judgement:
 
 @dataclass(frozen=True)
 class Event:
-    """A line of the log.
+    """One line of the log.
 
     Attributes
     ----------
     time_s : float
-        When.
+        Time of the event in seconds.
     before, event, after : str
-        State, what happened, and state.
+        State before, event, and state after.
     reason : str
-        Why, in words.
+        Reason in words.
     position_mm, score, threshold : float
-        NaN where they play no part.
+        Values at the event; NaN if they do not apply.
     """
 
     time_s: float

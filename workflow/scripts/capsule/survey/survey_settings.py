@@ -1,51 +1,51 @@
-"""What a survey goes by, beside the diagonal detector's settings."""
+"""Settings of a survey, besides those of the diagonal detector."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class SurveySettings:
-    """Numbers of a survey; those of the evidence were found on simulated guts (docs/survey.md).
+    """The settings of a survey; simulated guts gave those of the evidence (docs/survey.md).
 
     Attributes
     ----------
     window, longest_window : int
-        Samples that the evidence is taken from, at least and at most.
+        Smallest and largest number of samples for the evidence.
     window_mm : float
-        Way that they should hold.
+        Way that these samples should cover.
     every : int
-        Samples from one judgement to the next.
+        Number of samples from one judgement to the next.
     budget : float
-        Suspicions wanted a metre of healthy gut.
+        Wanted number of suspicions in a metre of healthy gut.
     block_mm, prior, prior_blocks, memory, gain
-        As `capsule.survey.suspicion.AdaptiveThreshold` takes them.
+        As in `capsule.survey.suspicion.AdaptiveThreshold`.
     beyond_mm : float
-        A pass is over when the last sensor is so far beyond the place.
+        A pass is over when the last sensor is this far beyond the place.
     run_up_mm : float
-        How far before the place the first sensor begins to pass it again.
+        Distance before the place at which the first sensor should begin a repeated pass.
     too_near_mm : float
-        Nearer to the place a pass again cannot begin.
+        Smallest distance before the place at which a repeated pass can begin.
     reach_mm : float
-        Evidence counts for a place within this.
+        Largest distance from a place at which evidence counts for it.
     apart_mm : float
-        Nearer to a place that was judged nothing is suspected.
+        Smallest distance of a new suspicion from a place that was judged.
     confirm, dismiss, at_last : float
-        As `capsule.survey.decision.decide` takes them.
+        As in `capsule.survey.decision.decide`.
     latest_s : float
-        A move of the origami that takes longer has failed.
+        Longest time for a move of the origami; a longer move has failed.
     patience_s : float
-        For how long a fold board may say nothing while the origami unfolds.
+        Longest time that a fold board may say nothing while the origami unfolds.
     longest_finding_s, longest_pass_s : float
-        A position that is not found, a place that is not passed again by then is given up.
+        Longest time to find the position, and to pass a place again; then the survey gives up.
     first_fix_ticks : int
-        Judgements until there is a first fix after unfolding.
+        Number of judgements until the first fix after unfolding.
     fixes : int
-        So many fixes that agree are enough to know the position.
+        Number of agreeing fixes that make the position known.
     approach_mm : float
-        So far before a target a way back should end, beside what is travelled until the position
-        is known: the capsule stops best where it has watched itself come nearer.
+        Distance before a target at which a way back should end, besides the way until the position
+        is known. The capsule stops most precisely after it has followed its own approach.
     surely_mm : float
-        A way back that should lead so far beyond the start of the gut surely ends at the start.
+        A way back that should lead this far beyond the start of the gut surely ends at the start.
     """
 
     window: int = 400

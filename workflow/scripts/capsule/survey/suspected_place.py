@@ -1,4 +1,4 @@
-"""The places that a survey suspects, and what it makes of them."""
+"""A place that a survey suspects, with its passes and its verdict."""
 
 from dataclasses import dataclass, field
 
@@ -14,19 +14,19 @@ class Place:
     Attributes
     ----------
     number : int
-        From 1, in the order of suspicion.
+        Number from 1, in the order of suspicion.
     first_mm : float
-        Where the first pass has it.
+        Position from the first pass.
     evidence : list of float
-        The largest evidence of each pass, the first included; NaN for a pass that is no evidence.
+        The largest evidence of each pass, including the first; NaN for a pass without evidence.
     heights : list of float
-        The same in parts of the usual evidence; empty before it is passed again.
+        The same in units of the usual evidence; empty before the first repeated pass.
     again_mm : list of float
-        Where each pass again has it.
+        Position from each repeated pass.
     threshold : float
-        Above which the first pass was suspicious.
+        Threshold above which the first pass was suspicious.
     status : str
-        One of `STATUSES`; empty while it is not decided.
+        One of `STATUSES`; empty before the decision.
     """
 
     number: int
@@ -39,12 +39,12 @@ class Place:
 
     @property
     def passes(self) -> int:
-        """How many passes are evidence."""
+        """Number of passes with evidence."""
         return int(np.count_nonzero(~np.isnan(self.evidence)))
 
     @property
     def place_mm(self) -> float:
-        """Where it is: the median of all passes; of a dismissed one, of the first."""
+        """Position: the median over all passes, or the first pass's if the place is dismissed."""
         again = [place for place in self.again_mm if not np.isnan(place)]
         if self.status == "dismissed":
             return self.first_mm

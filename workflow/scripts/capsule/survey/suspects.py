@@ -1,4 +1,4 @@
-"""The places that a survey suspects, new gut as it comes, and the threshold that goes by both."""
+"""The suspected places of a survey, and the updates of their threshold as new gut is judged."""
 
 import numpy as np
 
@@ -12,25 +12,25 @@ _UNKNOWN = float("nan")
 
 
 class Suspects:
-    """What was suspected so far.
+    """The places suspected so far.
 
     Parameters
     ----------
     settings : SurveySettings
-        What the survey goes by.
+        Settings of the survey.
     length_mm : float
-        From the first sensor to the last.
+        Distance from the first sensor to the last.
 
     Attributes
     ----------
     places : list of Place
-        In the order of suspicion; the last one is the present one.
+        The places in the order of suspicion; the last one is the present place.
     threshold : AdaptiveThreshold
-        What evidence is suspicious.
+        Threshold above which evidence is suspicious.
     judged_mm : float
-        How much gut all sensors have passed and the survey has judged.
+        Length of gut that all sensors have passed and the survey has judged.
     newest_score : float
-        The largest evidence of the newest judgement; NaN where it gave none.
+        The largest evidence of the newest judgement; NaN if it had none.
     """
 
     def __init__(self, settings: SurveySettings, length_mm: float) -> None:
@@ -53,7 +53,7 @@ class Suspects:
 
     @property
     def present(self) -> Place:
-        """The place that the capsule is busy with."""
+        """The place that the survey examines at present."""
         return self.places[-1]
 
     @property
@@ -62,18 +62,18 @@ class Suspects:
         return self._best[1]
 
     def is_beyond(self, position_mm: float) -> bool:
-        """Say whether the last sensor is far enough beyond the present place."""
+        """Return whether the last sensor is far enough beyond the present place."""
         return position_mm >= self.present.first_mm + self._length_mm + self._settings.beyond_mm
 
     def look(self, evidence: GutEvidence, fix_mm: float) -> Place | None:
-        """Take in the evidence of new gut; give the place that it makes suspicious.
+        """Add the evidence of new gut, and return a new suspected place, if any.
 
         Parameters
         ----------
         evidence : GutEvidence
-            Of the last samples.
+            Evidence of the last samples.
         fix_mm : float
-            Where the head stands.
+            Position of the head.
         """
         self._go_on(evidence, fix_mm - self._length_mm)
         place_mm, score = self._unjudged(evidence).best()
@@ -87,38 +87,38 @@ class Suspects:
         return self.present
 
     def look_closer(self, evidence: GutEvidence, fix_mm: float) -> None:
-        """Take in more evidence of the present place, in its first pass."""
+        """Add evidence to the first pass over the present place."""
         self._go_on(evidence, fix_mm - self._length_mm)
         self._keep_best(self._unjudged(evidence))
         self.present.first_mm = self._best[0]
 
     def end_first_pass(self) -> None:
-        """Take note that the present place was passed for the first time."""
+        """End the first pass over the present place."""
         self.present.evidence.append(self._best[1])
-        # What was passed with it was judged, too.
+        # All gut passed until now has been judged, too.
         if self._front_mm is not None:
             self._open_from_mm = self._front_mm
 
     def jump(self) -> None:
-        """Take note that the capsule has passed gut folded: that was not judged."""
+        """Skip gut that the capsule has passed folded, because it was not judged."""
         self._front_mm = None
 
     def begin_pass(self) -> None:
-        """Take note that the present place is about to be passed again."""
+        """Begin a repeated pass over the present place."""
         self._best = (_UNKNOWN, -np.inf)
 
     def look_again(self, evidence: GutEvidence) -> None:
-        """Take in evidence of a pass again; only what is near the present place counts."""
+        """Add evidence of a repeated pass; only evidence near the present place counts."""
         reach_mm, first_mm = self._settings.reach_mm, self.present.first_mm
         self._keep_best(evidence.within(first_mm - reach_mm, first_mm + reach_mm))
 
     def end_pass(self, most: int) -> str:
-        """Take note that the present place was passed again, and decide.
+        """End a repeated pass over the present place, and return the decision.
 
         Parameters
         ----------
         most : int
-            How many passes again there may be.
+            Largest number of repeated passes.
 
         Returns
         -------
@@ -128,7 +128,7 @@ class Suspects:
         seen, place = np.isfinite(score), self.present
         place.evidence.append(score if seen else _UNKNOWN)
         place.again_mm.append(place_mm)
-        # By the present noise, all of them.
+        # The heights of all passes are computed with the present noise.
         place.heights = [self.threshold.height(evidence) for evidence in place.evidence]
         outcome = decide(
             place.heights,
@@ -142,7 +142,7 @@ class Suspects:
         return outcome
 
     def close(self, status: str) -> None:
-        """Give the present place its status, if it has none."""
+        """Set the status of the present place, if it has none."""
         if not self.places or self.present.status:
             return
         self.present.status = status
@@ -161,7 +161,7 @@ class Suspects:
         return ahead.without(judged, self._settings.apart_mm)
 
     def _go_on(self, evidence: GutEvidence, front_mm: float) -> None:
-        """Take note of new gut that all sensors have passed, block by block."""
+        """Update the threshold with new gut that all sensors have passed, block by block."""
         if self._front_mm is None:
             self._front_mm = front_mm
         new_mm = max(front_mm - self._front_mm, 0.0)

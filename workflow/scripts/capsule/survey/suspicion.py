@@ -1,41 +1,41 @@
-"""A threshold of the evidence that holds a budget of suspicions a metre, whatever the bench.
+"""An adaptive threshold of the evidence that keeps a budget of suspicions a metre on any bench.
 
 After I. Gibbs and E. Candes, Adaptive Conformal Inference Under Distribution Shift (arXiv
-2106.00170): a level moves with every error that is made and not made, so that the rate of errors
-comes to the one that is wanted, however the scores are distributed. Their level is a quantile; ours
-is a height above the usual evidence, in units of its spread, so that it can lie beyond all that was
-seen.
+2106.00170). A level rises with every error and sinks without one, so that the rate of errors
+approaches the wanted rate for any distribution of the scores. Their level is a quantile. Here the
+level is a height above the usual evidence, in units of its spread, so that it can exceed all values
+seen so far.
 """
 
 from collections import deque
 
 import numpy as np
 
-# Of a Gumbel distribution of scale 1: largest values of many.
+# Values of a Gumbel distribution of scale 1, the distribution of the largest of many values.
 _MEDIAN = -np.log(np.log(2.0))
 _BELOW_MEDIAN = _MEDIAN + np.log(np.log(4.0))
 
 
 class AdaptiveThreshold:
-    """What evidence is suspicious.
+    """The threshold above which evidence is suspicious.
 
-    The gut is cut into blocks of a few centimetres, of which each gives its largest evidence. What
-    is usual, median and spread, comes from the last blocks, and at first from a prior.
+    The gut is divided into blocks of a few centimetres, and each block gives its largest evidence.
+    The usual evidence (median and spread) comes from the last blocks, and at first from a prior.
 
     Parameters
     ----------
     budget : float
-        Suspicions wanted a metre of healthy gut.
+        Wanted number of suspicions in a metre of healthy gut.
     block_mm : float
         Length of a block.
     prior : pair of float
-        Median and scale of the blocks' largest evidence, as designed.
+        Median and scale of the blocks' largest evidence before any block is known.
     prior_blocks : int
-        After how many blocks the prior is given up, little by little.
+        Number of blocks that replace the prior step by step.
     memory : int
-        How many blocks are remembered.
+        Number of blocks that are remembered.
     gain : float
-        By how many spreads a suspicion raises the level.
+        Rise of the level with each suspicion, in spreads.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class AdaptiveThreshold:
         self._blocks: deque[float] = deque(maxlen=memory)
         self._learned = 0
         self.usual = prior
-        # For a Gumbel distribution this level is passed as often as wanted.
+        # In a Gumbel distribution, blocks exceed this level at the wanted rate.
         rate = -np.log1p(-budget * block_mm / 1000)
         self._begin = self._level = float(-np.log(rate) - _MEDIAN)
 
@@ -68,7 +68,7 @@ class AdaptiveThreshold:
         if count < 2:
             return self._prior
         share = min(count / self._prior_blocks, 1.0)
-        # A nodule that was not suspected raises the upper half.
+        # A nodule that was not suspected raises the upper half, so only the lower half is used.
         low, middle = np.quantile(list(self._blocks), (0.25, 0.5))
         scale = (middle - low) / _BELOW_MEDIAN
         median, spread = self._prior
@@ -81,26 +81,26 @@ class AdaptiveThreshold:
         return float(median + self._level * scale)
 
     def height(self, evidence: float) -> float:
-        """Return an evidence in parts of the largest that a block of healthy gut usually has."""
+        """Return evidence in units of the largest that a block of healthy gut usually has."""
         return float(evidence / self.usual[0])
 
     def passed(self, way_mm: float) -> None:
-        """Take note that so much new gut was judged: without a suspicion the level sinks."""
+        """Lower the level for new gut that was judged."""
         self._level -= self._gain * self._budget * way_mm / 1000
 
     def suspected(self) -> None:
-        """Take note of a suspicion: the level rises."""
+        """Raise the level after a suspicion."""
         self._level += self._gain
 
     def was_right(self) -> None:
-        """Take the rise back: what was suspected is a nodule, and no error."""
+        """Undo the rise after a confirmed nodule, because the suspicion was no error."""
         self._level -= self._gain
 
     def learn(self, largest: float) -> None:
-        """Take note of the largest evidence of a block without a nodule."""
+        """Add the largest evidence of a block without a nodule."""
         self._blocks.append(largest)
         self.usual = self._usual()
         self._learned += 1
         if self._learned == self._prior_blocks:
-            # What a wrong prior has done to the level is undone.
+            # This undoes the effect of a wrong prior on the level.
             self._level = self._begin

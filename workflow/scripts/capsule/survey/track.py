@@ -1,4 +1,4 @@
-"""Where the head was, in which state, and why: a survey as the survey itself knew it."""
+"""The track of a survey for its picture: positions of the head, states and suspected places."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from capsule.kinds import Settings
 from capsule.survey.stored_session import Session
 from capsule.survey.survey_log import FOLDED, FOLDING, UNFOLDED, UNFOLDING, Event
 
-# What the states of `capsule.survey.cycle` have in common, as a picture shows them.
+# Groups of the states of `capsule.survey.cycle` that look the same in a picture.
 AHEAD, BACK, AGAIN = "ahead", "back", "again"
 _GROUPS = {
     "folding": BACK,
@@ -25,22 +25,22 @@ _GROUPS = {
 
 @dataclass(frozen=True)
 class Track:
-    """A survey from judgement to judgement.
+    """The judgements of a survey.
 
     Attributes
     ----------
     time_s : (J,) array
-        When the survey judged.
+        Times of the judgements.
     head_mm : (J,) array
-        Where the head was; straight on from one known position to the next.
+        Position of the head, with straight lines between known positions.
     known : (J,) array of bool
-        Whether the survey knew it then.
+        True if the survey knew the position at that time.
     state : (J,) array of str
-        In which state that judgement left the capsule.
+        State of the capsule after the judgement.
     score, threshold : (J,) arrays
-        The largest evidence, and what was suspicious; NaN where there is none.
+        The largest evidence and the threshold of suspicion; NaN where there is none.
     wave_mm : (J,) array
-        How far the drive had carried the wave; NaN where that is not known.
+        How far the drive had carried the wave; NaN where that is unknown.
     """
 
     time_s: FloatArray
@@ -54,16 +54,16 @@ class Track:
 
 @dataclass(frozen=True)
 class Run:
-    """A stretch of a track of which all looks the same.
+    """A stretch of a track with the same look throughout.
 
     Attributes
     ----------
     first, last : int
-        Its judgements; the last is the first of the next one.
+        Its first and last judgement; the last is also the first of the next stretch.
     group : str
         `AHEAD`, `BACK` or `AGAIN`.
     known : bool
-        Whether the survey knew the position at both ends of each of its steps.
+        True if the survey knew the position at both ends of each step.
     """
 
     first: int
@@ -74,14 +74,14 @@ class Run:
 
 @dataclass(frozen=True)
 class Pin:
-    """A suspected place, and when the survey was busy with it.
+    """A suspected place, with the times when the survey examined it.
 
     Attributes
     ----------
     number : int
-        From 1, in the order of suspicion.
+        Number from 1, in the order of suspicion.
     suspected_s, decided_s : float
-        When it was suspected and when its verdict fell.
+        Time of the suspicion and time of the decision.
     """
 
     number: int
@@ -90,7 +90,7 @@ class Pin:
 
 
 def track_of(session: Session) -> Track:
-    """Return what a session holds of its judgements."""
+    """Return the track of a session."""
     judged = np.flatnonzero(~np.isnan(session.threshold))
     time_s, head_mm = session.time_s[judged], session.head_mm[judged]
     known = ~np.isnan(head_mm)
@@ -108,23 +108,23 @@ def track_of(session: Session) -> Track:
 
 
 def states_at(events: Sequence[Event], time_s: FloatArray) -> TextArray:
-    """Return the state after whatever had happened by some times (J,); a state a time."""
+    """Return the state of the capsule at each of some times (J,)."""
     states = np.array(["starting", *(event.after for event in events)])
     when_s = np.array([event.time_s for event in events])
-    # A millisecond for what is written to three decimals.
+    # One millisecond more, because times are stored with three decimals.
     return states[np.searchsorted(when_s, time_s + 1e-3, side="right")]
 
 
 def group_of(state: str) -> str:
-    """Return what a state counts as in a picture: `AHEAD`, `BACK` or `AGAIN`."""
+    """Return the group of a state in a picture: `AHEAD`, `BACK` or `AGAIN`."""
     return _GROUPS.get(state, AHEAD)
 
 
 def runs_of(track: Track) -> list[Run]:
-    """Cut a track into stretches of one look; without any known position there is none."""
+    """Return a track's stretches of one look; none if no position is known."""
     if not track.known.any():
         return []
-    # The state that a judgement leads to lasts until the next judgement.
+    # The state after a judgement lasts until the next judgement.
     looks = [
         (group_of(state), bool(here and there))
         for state, here, there in zip(
@@ -153,19 +153,19 @@ def pins_of(session: Session) -> list[Pin]:
 
 
 def folded_part(time_s: FloatArray, fold: TextArray) -> FloatArray:
-    """Return how far an origami is folded, 0 to 1: evenly from one report to the other.
+    """Return how far an origami is folded, 0 to 1, with straight lines while it moves.
 
     Parameters
     ----------
     time_s : (K,) array
         Times.
     fold : (K,) array of str
-        What the fold board says at each.
+        State from the fold board at each time.
 
     Returns
     -------
     (K,) array
-        NaN where the board says nothing.
+        NaN for any other state, such as ``unknown``.
     """
     part = np.select(
         [fold == UNFOLDED, fold == FOLDED, np.isin(fold, (FOLDING, UNFOLDING))],
@@ -180,19 +180,19 @@ def folded_part(time_s: FloatArray, fold: TextArray) -> FloatArray:
 
 
 def crest_at_mm(session: Session, detector: Settings) -> float:
-    """Return where a crest of the wave stood when the drive had not carried it yet, as it was felt.
+    """Return where the sensors felt a crest of the wave, projected back to `wave_mm` 0.
 
     Parameters
     ----------
     session : Session
         The survey.
     detector : mapping
-        Section ``diagonal`` of the configuration, which tells of wave and sensors.
+        Section ``diagonal`` of the configuration, which describes wave and sensors.
 
     Returns
     -------
     float
-        From -wavelength / 2 to wavelength / 2; NaN where no position or no wave is known.
+        From -wavelength / 2 to wavelength / 2; NaN if no position or no wave is known.
     """
     wavelength_mm = float(detector["wavelength_mm"])
     known = np.flatnonzero(~np.isnan(session.head_mm))
@@ -200,7 +200,7 @@ def crest_at_mm(session: Session, detector: Settings) -> float:
         return float("nan")
     head_mm = np.interp(session.time_s, session.time_s[known], session.head_mm[known])
     every = int(np.median(np.diff(known)))
-    # Only samples that lie between two positions known one after the other.
+    # Only samples between two known positions that follow each other directly.
     after = np.searchsorted(known, np.arange(head_mm.size))
     inside = (after > 0) & (after < known.size)
     gap = known[np.minimum(after, known.size - 1)] - known[np.maximum(after - 1, 0)]
@@ -220,7 +220,7 @@ def crest_at_mm(session: Session, detector: Settings) -> float:
 
 
 def simplified(time_s: FloatArray, values: FloatArray, tolerance: float) -> IntArray:
-    """Return which points are enough for straight lines that stay within a tolerance.
+    """Return the points between which straight lines stay within a tolerance of all points.
 
     After Ramer (1972) and Douglas and Peucker (1973), with distances along `values`.
 
@@ -229,12 +229,12 @@ def simplified(time_s: FloatArray, values: FloatArray, tolerance: float) -> IntA
     time_s, values : (N,) arrays
         The points, all known.
     tolerance : float
-        In the unit of `values`.
+        Largest distance, in the unit of `values`.
 
     Returns
     -------
     array of int
-        Ascending; the first and the last point among them.
+        Ascending places of the points, including the first and the last.
     """
     kept = {0, len(values) - 1}
     waiting = [(0, len(values) - 1)]
