@@ -84,7 +84,7 @@ def test_no_verdict_without_reason(running, tmp_path, configuration):
         (said,) = running.judge(samples, HEADER)
         return said.removeprefix("if the run ended now, no verdict: ")
 
-    assert reason([]) == "0 sample is too few for a recording"
+    assert reason([]) == "a recording needs at least 2 samples; this one has 0"
     assert reason(run[:83]).startswith("83 samples are fewer than the window of 84")
     assert "preprocessing.length" in reason(run * 2)
     assert reason([(5, *sample[1:]) for sample in run]).startswith("sensor_1 reads 5 in all sampl")

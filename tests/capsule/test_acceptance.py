@@ -91,7 +91,7 @@ def test_a_recording_is_never_cut_nor_shorter_than_the_window():
     with pytest.raises(RecordingError, match="300 samples are fewer than the window of 301"):
         accept(recording(), **SETTINGS | {"window": 301})
     single = Recording(np.array([0.0]), np.ones((4, 1)))
-    with pytest.raises(RecordingError, match="1 sample is too few"):
+    with pytest.raises(RecordingError, match="at least 2 samples; this one has 1"):
         accept(single, **SETTINGS)
 
 

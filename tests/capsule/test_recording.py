@@ -69,8 +69,8 @@ def test_a_missing_sample_keeps_its_place():
     [
         (b"", "the file is empty"),
         (b"\xef\xbb\xbf", "the file is empty"),
-        (b"# source: x\n", "no line of column names"),
-        (b"time_s,sensor_1,sensor_2\n", "no sample"),
+        (b"# source: x\n", "the file ends after its header; column names and samples are missing"),
+        (b"time_s,sensor_1,sensor_2\n", "the file ends after its column names"),
         (b"time_s,sensor_1\n0,1\n", "the column 'sensor_2' is missing"),
         (b"time_s,sensor_1,sensor_2,sensor_2\n0,1,2,3\n", "'sensor_2' appears more than once"),
         (b"time_s,sensor_1,sensor2\n0,1,2\n", "the column 'sensor_2' is missing"),

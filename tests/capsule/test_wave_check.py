@@ -75,7 +75,7 @@ def test_a_sensor_of_noise_beside_three_with_a_wave_passes_as_rarely_as_stated(n
 
 def test_what_reaches_all_sensors_at_once_is_no_wave():
     assert reason_of(wave(numbers_of("hum"), behind=0.0)).startswith(
-        "all sensors beat at the same time"
+        "all sensors respond at the same time"
     )
 
 
@@ -96,7 +96,7 @@ def test_gaps_are_bridged():
 def test_five_waves_can_be_told_and_three_cannot():
     whole = wave(numbers_of("short"))
     assert not reason_of(whole[:, :162])
-    assert reason_of(whole[:, :100]) == "shorter than four waves of 3.2 s"
+    assert reason_of(whole[:, :100]) == "the recording is shorter than four waves of 3.2 s"
 
 
 def test_a_false_rate_of_one_asks_for_nothing():

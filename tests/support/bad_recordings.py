@@ -129,13 +129,13 @@ UNREADABLE = [
         "only header lines",
         "3mm/header-only.csv",
         write(b"# source: bench 2\n# rate_hz: 10\n"),
-        "there is a header but no line of column names and no sample",
+        "the file ends after its header; column names and samples are missing",
     ),
     Case(
         "column names, but no sample",
         "3mm/no-sample.csv",
         write(COLUMNS + b"\n"),
-        "there are column names but no sample",
+        "the file ends after its column names; the samples are missing",
     ),
     Case(
         "a column is missing",
@@ -197,7 +197,7 @@ UNREADABLE = [
         "one cell of a sample is empty",
         "3mm/empty-cell.csv",
         write(cell("empty cell", 45, "")),
-        "line 45: a cell is empty",
+        "line 45: a cell is empty; for a missing sample, leave all sensor cells empty",
     ),
     Case(
         "semicolons between the columns",
@@ -354,13 +354,13 @@ UNUSABLE = [
         "time that runs backwards",
         "3mm/backwards.csv",
         changed("backwards", time_s=swapped(TIMES, 50, 1.0)),
-        "time runs backwards: 1 s follows 4.9 s",
+        "time runs backwards: 1 s follows 4.9 s; correct time_s",
     ),
     Case(
         "time that repeats",
         "3mm/repeats.csv",
         changed("repeats", time_s=swapped(TIMES, 50, 4.9)),
-        "time repeats: 4.9 s follows 4.9 s",
+        "time repeats: 4.9 s follows 4.9 s; correct time_s",
     ),
     Case(
         "a gap longer than allowed",
@@ -413,7 +413,7 @@ UNUSABLE = [
         "a single sample",
         "3mm/single.csv",
         changed("single", time_s=TIMES[:1], values=recording("single").values[:, :1]),
-        "1 sample is too few for a recording",
+        "a recording needs at least 2 samples; this one has 1",
     ),
     Case(
         "longer than the matrix",
@@ -538,7 +538,7 @@ PASSED_OVER = [
         "an unfinished recording",
         "3mm/r07.csv.part",
         write(content("part")),
-        "an unfinished recording; if no recorder is running: acquire.py --recover",
+        "an unfinished recording; if no recorder is running, complete it with acquire.py --recover",
     ),
     Case(
         "a folder inside a folder",

@@ -65,7 +65,9 @@ def accept(
         The recording cannot be used; the text says why.
     """
     if recording.time_s.size < 2:
-        raise RecordingError(f"{recording.time_s.size} sample is too few for a recording")
+        raise RecordingError(
+            f"a recording needs at least 2 samples; this one has {recording.time_s.size}"
+        )
     columns = columns_by_time(
         recording.time_s,
         rate_hz=rate_hz,

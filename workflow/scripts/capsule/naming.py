@@ -196,7 +196,8 @@ def classify(entries: Iterable[Entry]) -> Archive:
             passed_over[shown] = "hidden file"
         elif name.endswith(PART):
             passed_over[shown] = (
-                "an unfinished recording; if no recorder is running: acquire.py --recover"
+                "an unfinished recording; if no recorder is running, complete it with "
+                "acquire.py --recover"
             )
         elif not name.endswith(".csv"):
             passed_over[shown] = _other_file(entry, name)

@@ -110,7 +110,7 @@ def read_recording(stream: BinaryIO, sensors: int, max_bytes: int = 16_000_000) 
         )
     header, first_row = _split_header(lines)
     if first_row == len(lines):
-        raise RecordingError("there is a header but no line of column names and no sample")
+        raise RecordingError("the file ends after its header; column names and samples are missing")
     order = _column_order(lines[first_row], sensors, first_row + 1)
     version = header.get("format_version")
     if version is not None and not complete:
@@ -128,7 +128,7 @@ def read_recording(stream: BinaryIO, sensors: int, max_bytes: int = 16_000_000) 
         if line.strip():
             cells.extend(_parse_row(line, order, number))
     if not cells:
-        raise RecordingError("there are column names but no sample")
+        raise RecordingError("the file ends after its column names; the samples are missing")
     table = np.array(cells).reshape(-1, sensors + 1)
     return Recording(table[:, 0], np.ascontiguousarray(table[:, 1:].T), header)
 
@@ -224,7 +224,8 @@ def _parse_row(line: str, order: Sequence[int], number: int) -> list[float]:
 def _parse_number(cell: str, number: int) -> float:
     # float() alone would let nan, inf and 1_000 pass.
     if not _NUMBER.fullmatch(cell):
-        what = f"{_shorten(cell)!r} is not a number" if cell else "a cell is empty"
+        empty = "a cell is empty; for a missing sample, leave all sensor cells empty"
+        what = f"{_shorten(cell)!r} is not a number" if cell else empty
         raise RecordingError(f"line {number}: {what}")
     value = float(cell)
     if abs(value) > _LARGEST_NUMBER:

@@ -73,7 +73,7 @@ def _check_forward(time_s: FloatArray, steps: FloatArray) -> None:
     if wrong.size:
         earlier, later = time_s[wrong[0]], time_s[wrong[0] + 1]
         what = "repeats" if earlier == later else "runs backwards"
-        raise RecordingError(f"time {what}: {later:g} s follows {earlier:g} s")
+        raise RecordingError(f"time {what}: {later:g} s follows {earlier:g} s; correct time_s")
 
 
 def _usual_step(steps: FloatArray, expected: float) -> tuple[float, float]:

@@ -41,7 +41,7 @@ def missing_wave(values: FloatArray, rate_hz: float, settings: Settings, false_r
     pressed, period = pressed_and_period(values, rate_hz, settings)
     tested = phase_tests(pressed, period)
     if tested is None:
-        return f"shorter than four waves of {period / rate_hz:g} s"
+        return f"the recording is shorter than four waves of {period / rate_hz:g} s"
     chances, travel = tested
     # Several sensors are tested, so each gets an equal part of the rate.
     without = np.flatnonzero(~(chances <= false_rate / len(values))) + 1
@@ -51,7 +51,7 @@ def missing_wave(values: FloatArray, rate_hz: float, settings: Settings, false_r
     wavelength_mm, pitch_mm = settings["wavelength_mm"], settings["pitch_mm"]
     expected = 2 * np.pi * pitch_mm / wavelength_mm * (len(values) - 1)
     if pitch_mm < wavelength_mm / 2 and abs(travel) < _LEAST_TRAVEL * expected:
-        return "all sensors beat at the same time: interference, not a travelling wave"
+        return "all sensors respond at the same time: interference, not a travelling wave"
     return ""
 
 

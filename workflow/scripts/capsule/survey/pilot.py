@@ -106,7 +106,7 @@ class Pilot:
 
     def _in_exploring(self, fold: str) -> tuple[str, ...]:
         if fold in (FOLDING, FOLDED):
-            return self._happen("fault", f"the origami is {fold}, and nobody has folded it")
+            return self._happen("fault", f"the origami is {fold} without a command to fold")
         if self._targets_mm:
             if self.cycle.no_return:
                 return self._happen("cannot_arrive", "folding does not bring the capsule back")
@@ -164,7 +164,7 @@ class Pilot:
         self.sensing.follow(max(self._way_back.end_mm(self._leg), _START_MM))
         if not self.sensing.settled():
             if self._reckons_to_have_arrived():
-                return self._happen("arrived", "reckoned from the start of the gut")
+                return self._happen("arrived", "computed from the start of the gut")
             if self._waited_s <= self._settings.longest_finding_s:
                 return ()
             self.suspects.close("undecided")

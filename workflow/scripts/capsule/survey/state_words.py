@@ -3,7 +3,7 @@
 STATE_WORDS = {
     "starting": "waits until it feels the wave",
     "exploring": "explores",
-    "finishing": "passes what it suspects",
+    "finishing": "passes the suspected place",
     "folding": "folds",
     "returning": "is folded; the waves push it back",
     "unfolding": "unfolds",
@@ -11,6 +11,6 @@ STATE_WORDS = {
     "passing": "passes the place again",
     "approaching": "travels to its target",
     "arrived": "has reached its target",
-    "closing": "unfolds for the end",
+    "closing": "unfolds at the end",
     "ended": "the survey is over",
 }

@@ -131,16 +131,16 @@ def _text(file: str, content: bytes) -> str:
     try:
         return content.decode("utf-8")
     except UnicodeDecodeError as error:
-        raise SessionError(f"{file}: byte {error.start} is no UTF-8") from error
+        raise SessionError(f"{file}: byte {error.start + 1} is not UTF-8 text") from error
 
 
 def _parse_about(text: str) -> Row:
     try:
         about = json.loads(text)
     except ValueError as error:
-        raise SessionError(f"{ABOUT}: no JSON: {error}") from error
+        raise SessionError(f"{ABOUT}: this is not JSON: {error}") from error
     if not isinstance(about, dict):
-        raise SessionError(f"{ABOUT}: no table of names and values")
+        raise SessionError(f"{ABOUT}: this is not a JSON object of names and values")
     return about
 
 
@@ -170,7 +170,8 @@ def _number(file: str, line: int, name: str, cell: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise SessionError(f"{file}: line {line}: {name} is {displayed(cell)[:_SHOWN]!r}")
+        shown = displayed(cell)[:_SHOWN]
+        raise SessionError(f"{file}: line {line}: {name} is {shown!r}, which is not a number")
     return value
 
 
@@ -187,15 +188,16 @@ def _parse_stream(text: str) -> dict[str, Any]:
 
     time_s = column("time_s")
     if not np.all(np.diff(time_s) > 0):
-        raise SessionError(f"{STREAM}: the times do not rise")
+        raise SessionError(f"{STREAM}: time_s does not increase from line to line")
     if np.count_nonzero(~np.isnan(column("threshold"))) < 2:
-        raise SessionError(f"{STREAM}: the survey judged nothing")
+        raise SessionError(f"{STREAM}: fewer than 2 lines have a threshold, so nothing was judged")
     sensors = [name for name in head if name.startswith("sensor_")]
     at = head.index("fold")
     fold = np.array([row[at] for row in rows])
     # A board of another version may report states that this program does not know.
     if unknown := {each for each in set(fold) if not _WORD.fullmatch(each)}:
-        raise SessionError(f"{STREAM}: fold is {displayed(min(unknown))[:_SHOWN]!r}")
+        shown = displayed(min(unknown))[:_SHOWN]
+        raise SessionError(f"{STREAM}: fold is {shown!r}, which is not a state in small letters")
     values = np.array([column(name) for name in sensors])
     return {
         "time_s": time_s,
@@ -214,11 +216,12 @@ def _event(number: int, line: str) -> Event:
         content = json.loads(line)
         cells: dict[str, Any] = {each.name: content[each.name] for each in fields(Event)}
     except (ValueError, KeyError, TypeError) as error:
-        raise SessionError(f"{EVENTS}: line {number} is no event") from error
+        raise SessionError(f"{EVENTS}: line {number} is not an event") from error
     for name, value in cells.items():
         wanted = isinstance(value, str) if name in _TEXTS else value is None or _is_number(value)
         if not wanted or (name == "time_s" and value is None):
-            raise SessionError(f"{EVENTS}: line {number}: {name} is {displayed(str(value))[:60]!r}")
+            shown, kind = displayed(str(value))[:_SHOWN], "text" if name in _TEXTS else "a number"
+            raise SessionError(f"{EVENTS}: line {number}: {name} is {shown!r}, which is not {kind}")
     known: dict[str, Any] = {
         name: math.nan if value is None else value for name, value in cells.items()
     }
@@ -237,7 +240,7 @@ def _parse_places(text: str) -> list[StoredPlace]:
         numbers = {name: _number(PLACES, line, name, cells[name]) for name in _NUMBERS_OF_PLACE}
         counts = [_number(PLACES, line, name, cells[name]) for name in ("place", "passes")]
         if cells["status"] not in STATUSES or math.isnan(sum(counts)):
-            raise SessionError(f"{PLACES}: line {line} is no place with a verdict")
+            raise SessionError(f"{PLACES}: line {line} is not a place with a verdict")
         number, passes = map(int, counts)
         places.append(StoredPlace(number, passes, cells["status"], **numbers))
     return places
