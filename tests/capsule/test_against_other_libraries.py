@@ -1,4 +1,4 @@
-"""Our statistics against those of scikit-learn and statsmodels, on random data."""
+"""Our statistics, compared with those of scikit-learn and statsmodels on random data."""
 
 import numpy as np
 import pytest
@@ -27,7 +27,7 @@ PREVALENCE = 0.1
 
 @pytest.fixture(params=SEEDS, ids="seed {}".format)
 def scored(request):
-    """Give scores, some of them equal, and which are of a nodule."""
+    """Return scores, some of them equal, and which belong to a nodule."""
     numbers = np.random.default_rng(request.param)
     nodule = numbers.random(60) < 0.6
     return np.round(numbers.normal(nodule * 1.5, 1.0), 1), nodule
@@ -41,7 +41,7 @@ def test_the_area_under_the_curve(scored):
 def test_the_curve(scored):
     scores, nodule = scored
     _, false_positive, true_positive = curve(scores[~nodule], scores[nodule])
-    # Of scikit-learn a score equal to the threshold counts as above it: its curve is one on.
+    # In scikit-learn, a score equal to the threshold counts as above: its curve is one step on.
     expected = roc_curve(nodule, scores, drop_intermediate=False)[:2]
     assert np.array([false_positive[1:], true_positive[1:]]) == pytest.approx(np.array(expected))
 

@@ -1,4 +1,4 @@
-"""A recording from its bytes to what results/checks/ keeps of it."""
+"""The check of a recording, from its bytes to the content of results/checks/."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from support.synthetic import make_recording
 
 SETTINGS = read_config_file(ROOT / "config" / "config.yaml")
 LARGEST = 1_000_000
-# What the highest count of the converter is worth in the unit of each recording.
+# The highest count of the ADC in the unit of each recording.
 UNITS = {
     "10 bit": ({"adc_bits": "10"}, 1),
     "12 bit": ({"adc_bits": "12"}, 4),

@@ -131,7 +131,7 @@ def test_a_fault_names_the_source_that_the_value_is_from():
 
 
 def keys_with_values():
-    """Give every key that holds a value, with what the schema says about it."""
+    """Yield every key that holds a value, with its part of the schema."""
     for section, part in SCHEMA["properties"].items():
         for name, inner in part.get("properties", {"": part}).items():
             if "$ref" in inner:
@@ -143,7 +143,7 @@ WRONG_TYPES = ["text", None, True, [], {}, float("nan"), float("inf"), [[]], 1j]
 
 
 def faulty_values(part, value):
-    """Give values that a key must not take: of each other type, and beyond each limit."""
+    """Yield values that a key must not take: of each other type, and beyond each limit."""
     kind = part.get("type")
     yield from (wrong for wrong in WRONG_TYPES if not (kind == "boolean" and wrong is True))
     if kind == "array":

@@ -1,4 +1,4 @@
-"""Readings mean the same in counts of any converter, in volts and in ohms."""
+"""Readings mean the same in counts of any ADC, in volts and in ohms."""
 
 import numpy as np
 import pytest

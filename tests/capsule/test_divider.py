@@ -27,7 +27,7 @@ def test_a_press_changes_the_resistance_alike_wherever_the_sensor_rests():
     readings = 1024 * resistance / (resistance + 12_000)
     steps = -np.diff(relative_resistance(readings, 1024, True), axis=1)
     np.testing.assert_allclose(steps, 500 / 12_000)
-    # The readings themselves answer by a tenth more or less.
+    # The readings themselves change by a tenth more or less.
     assert np.ptp(np.diff(readings, axis=1)) > 0.1 * np.abs(np.diff(readings, axis=1)).min()
 
 

@@ -1,4 +1,4 @@
-"""Real recordings go the whole way by configuration alone."""
+"""Real recordings pass the whole workflow with changes of the configuration only."""
 
 import json
 
@@ -66,7 +66,7 @@ def test_the_recordings_are_as_published(tmp_path):
     assert list(recordings) == [f"10mm/{name}" for name in BOARD_10MM]
     for name, recording in recordings.items():
         table = np.loadtxt(FOLDER / f"{name[5:]}.csv", delimiter=",", skiprows=1)
-        # Behind the time stamp and two readings of proximity.
+        # After the time stamp and two readings of proximity.
         np.testing.assert_array_equal(recording.values, table[:, 9:13].T)
         np.testing.assert_allclose(recording.time_s, (table[:, 0] - table[0, 0]) / 1000)
         assert "import_resampled" not in recording.header

@@ -17,7 +17,7 @@ SMALL = ParameterSpace((0.01, 1.5), (0.05, 1.0), (5, 15), (1, 6), 0.1, 1)
 
 
 def literal_fit(matrix, numbers, particles, iterations, first_peak, space):
-    """Eq. initalParticleindex to eq. Theta*, one literal comparison after the other."""
+    """Return the fit by eq. initalParticleindex to eq. Theta*, with literal comparisons."""
     sensors, length = matrix.shape
 
     def distance(vector):

@@ -1,4 +1,4 @@
-"""Which of several recordings with the same readings counts."""
+"""The list of recordings: which of several with the same readings counts."""
 
 import pytest
 from hypothesis import given

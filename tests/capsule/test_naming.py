@@ -104,7 +104,7 @@ def test_a_size_and_its_label_are_the_same_number(micrometres):
 
 
 def any_name():
-    """Give names as the disk may hold them, bytes that are no UTF-8 included."""
+    """Return a strategy for names on a disk, including bytes that are not UTF-8."""
     return st.binary(min_size=1, max_size=20).map(
         lambda name: name.decode("utf-8", "surrogateescape")
     )

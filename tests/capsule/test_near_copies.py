@@ -1,4 +1,4 @@
-"""Runs that are the same but for little are found; different runs over one place are not."""
+"""Near-copies of a run are found; different runs over one place are not near-copies."""
 
 import time
 

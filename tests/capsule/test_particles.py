@@ -16,7 +16,7 @@ def test_rendering_equals_the_literal_formula(sensors, length, first_peak):
     numbers = generator(1, "render", str(sensors))
     amplitude = numbers.uniform(0.1, 1.5, sensors)
     vertical = numbers.uniform(0.2, 1.0, sensors)
-    spacing = numbers.integers(5, 20, sensors - 1).astype(float) + 0.25  # averages are no integers
+    spacing = numbers.integers(5, 20, sensors - 1).astype(float) + 0.25  # averages may be fractions
     horizontal = numbers.uniform(1, 15, sensors)
     expected = literal.render(amplitude, vertical, spacing, horizontal, first_peak, length)
     particle = Particle(amplitude, vertical, spacing, horizontal)

@@ -1,4 +1,4 @@
-"""Laws that hold for whatever comes in: from bytes to the matrix, and of the comparison."""
+"""Laws that hold for any input: from bytes to the matrix, and for the comparison."""
 
 import io
 import time
@@ -33,7 +33,7 @@ GOOD = format_recording(make_recording(3.0, "properties", samples=30, sensors=2)
 
 
 def matrix_of(content):
-    """Take bytes the whole way, as the workflow does; None where they are rejected."""
+    """Return the matrix of a recording's bytes as in the workflow; None if it is rejected."""
     try:
         recording = read_recording(io.BytesIO(content), 2, max_bytes=100_000)
         values = accept(recording, **RULES)
@@ -173,7 +173,7 @@ def test_the_distance_is_never_negative_and_never_more_than_without_a_particle(o
 def test_the_distance_is_the_same_both_ways(one, other):
     forward, _ = SlidingComparison(one).compare(other)
     backward, _ = SlidingComparison(other).compare(one)
-    # The lags 1..2L are one more to the left than to the right; there, nothing overlaps.
+    # The lags 1..2L reach one column farther to the left, where nothing overlaps.
     assert forward == pytest.approx(backward, abs=1e-9)
 
 

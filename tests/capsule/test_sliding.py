@@ -80,12 +80,12 @@ def test_a_zero_particle_leaves_the_energy_of_the_recording():
 
 @st.composite
 def partly_filled_pairs(draw):
-    """Draw a matrix that is 0 outside some columns, and a particle that is so elsewhere."""
+    """Draw a matrix and a particle, each 0 outside some columns of its own."""
     sensors, length = draw(st.integers(1, 5)), draw(st.integers(1, 1000))
     numbers = generator(draw(st.integers(0, 2**32)), "partly filled")
     pair = numbers.random((2, sensors, length))
     for array in pair:
-        # Both ends included: nothing, one column, either edge and the whole width all occur.
+        # Both ends are included: no column, one column, either edge and the whole width occur.
         ends = st.integers(0, length) | st.sampled_from([0, 1, length - 1, length])
         first, end = sorted([draw(ends), draw(ends)])
         array[:, :first] = array[:, end:] = 0.0
@@ -93,7 +93,7 @@ def partly_filled_pairs(draw):
 
 
 def assert_the_best_of_all_lags(matrix, particle):
-    # As in the formula, but correlated: |F' - P'|^2 at every shift, the shift of -L included.
+    # The formula by correlation: |F' - P'|^2 at every shift, including the shift of -L.
     products = sum(
         np.correlate(data, shape, "full") for data, shape in zip(matrix, particle, strict=True)
     )
@@ -149,7 +149,7 @@ def test_particles_compared_at_once_do_not_touch_each_other(sensors, count, leng
     matrix, _ = random_pair(sensors, length, seed)
     particles = generator(seed, "several").random((count, sensors, length))
     together = SlidingComparison(matrix, at_once=9)
-    # What was drawn there before, and stays behind the ones that are compared, must not matter.
+    # Particles drawn earlier, which stay behind the compared ones, must not matter.
     together.particles[...] = 7.0
     together.particles[:count] = particles
     gains, lags = together.gains(count)

@@ -1,4 +1,4 @@
-"""Samples lie where their time says, whatever the clock does to it."""
+"""Each sample gets the column of its time, for any fault of the clock."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ EVEN = np.arange(SAMPLES) * 0.1
 
 
 def jittered(time_s, seed, spread_s=0.025):
-    """Move every instant by a random time; where two would change places, both keep theirs."""
+    """Return times moved by random jitter; two that would change places keep theirs."""
     moved = time_s + np.random.default_rng(seed).normal(0.0, spread_s, time_s.size)
     moved[[0, -1]] = time_s[[0, -1]]
     while np.any(wrong := np.diff(moved) <= 0.001):

@@ -69,7 +69,7 @@ def test_a_sensor_of_noise_beside_three_with_a_wave_passes_as_rarely_as_stated(n
         reason = reason_of(values)
         passed += not reason
         assert reason in ("", f"no wave on sensor_{run % 4 + 1}")
-    # As many as a rate of 1 % gives at most, but once in a thousand times.
+    # A rate of 1 % gives more than this only once in a thousand times.
     assert passed <= stats.binom.ppf(0.999, runs, FALSE_RATE)
 
 

@@ -1,4 +1,4 @@
-"""Numbers read as words, and what is not known is said so."""
+"""The text of numbers and of unknown values."""
 
 from decimal import Decimal
 

@@ -1,4 +1,4 @@
-"""What the diagonal detector judged by: the score along the gut has its highest at the verdict."""
+"""The evidence of the diagonal detector along the gut has its maximum at the verdict."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def test_beats_are_drawn_in_usual_depths_and_deeper_where_a_sensor_passes_the_pl
 
 
 def test_a_sensor_that_never_comes_to_the_place_passes_it_at_no_time():
-    # The run ends before the fourth sensor comes to where the first three were pressed deeper.
+    # The run ends before the fourth sensor reaches the place where the first three were pressed.
     along = along_gut(wave_readings(samples=520, deeper=1.5), 10, SETTINGS)
     assert not np.isnan(along.passed[:3]).any() and np.isnan(along.passed[3])
 

@@ -9,7 +9,7 @@ WAVE = {"period": 32.0, "wavelength_mm": 80.0}
 
 
 def readings(samples=700, period=32.0, position_mm=None, deeper=0.0, centre=350):
-    """Four sensors pressed by half a wave each period; around a sample they are pressed more."""
+    """Return readings of four sensors that each wave presses, and harder around one sample."""
     sample = np.arange(samples)
     travelled = np.zeros(samples) if position_mm is None else position_mm
     phase = 2 * np.pi * (sample / period - travelled / 80.0)
@@ -90,7 +90,7 @@ def test_beats_that_press_more_are_deeper_at_their_time():
     beats = find_beats(readings(deeper=0.5), **WAVE)
     level, depth, _ = beats.channels
     for channel in (level, depth):
-        # A beat has one contact; it lies within a wave of the strongest press.
+        # A beat has one contact, which is within one wave of the strongest press.
         assert (np.abs(beats.centre[channel.argmax(axis=1)] - 350) < 32).all()
     assert depth.max() > 0.2
 
@@ -100,7 +100,7 @@ def test_gain_offset_and_drift_of_a_sensor_hardly_matter():
     plain = find_beats(values, **WAVE).channels
     scaled = find_beats(values * 0.004 + 1.5, **WAVE).channels
     np.testing.assert_allclose(scaled, plain, atol=1e-9)
-    # A drift of five depths of the wave in a run.
+    # A drift of five times the depth of the wave in one run.
     drifting = find_beats(values + np.linspace(0, 100, values.shape[1]), **WAVE).channels
     np.testing.assert_allclose(drifting[1:], plain[1:], atol=0.02)
 

@@ -1,4 +1,4 @@
-"""The diagonal detector: what is left out teaches nothing."""
+"""The diagonal detector: recordings that are left out teach nothing."""
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ def archive_of(count, name, slope):
 
 
 def judge(archive, name, left_out):
-    """Judge a recording by what the others teach."""
+    """Return the verdict on a recording; only the others teach."""
     return DiagonalDetector(archive).without(left_out).verdict(archive.recording(name))
 
 
@@ -43,7 +43,7 @@ def test_a_recording_does_not_teach_its_own_verdict():
     assert judge(archive, "0mm/r9", []).predicted_mm == 0
     without_a_size = judge(archive, "2mm/r0", ["2mm/r0", "0mm/r9"])
     assert without_a_size.estimate_mm == 1.0
-    # The one other nodule is predicted by none.
+    # No recording is left to predict the one other nodule.
     assert (without_a_size.estimate_low_mm, without_a_size.estimate_high_mm) == (1.0, 2.0)
 
 
@@ -92,7 +92,7 @@ def test_the_interval_comes_from_the_detected_nodules_of_the_fold_each_left_out(
             errors.append(model.intercept_mm + scaled @ model.coefficients - sizes_mm[place])
     assert 20 < len(errors) < sizes_mm.size
     reach = np.sort(np.abs(errors))[int(np.ceil(0.9 * (len(errors) + 1))) - 1]
-    # The model scales its features without the one as well, which the closed form does not.
+    # The model also scales its features without the one recording; the closed form does not.
     assert verdict.estimate_low_mm == pytest.approx(verdict.estimate_mm - reach, abs=0.01)
     assert verdict.estimate_high_mm == pytest.approx(min(verdict.estimate_mm + reach, 3), abs=0.01)
 

@@ -1,4 +1,4 @@
-"""Intervals of sizes hold as many further sizes as they promise."""
+"""Intervals of sizes hold the promised share of new sizes."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Learning without a few recordings, from what all teach, is learning anew from the others."""
+"""Leaving recordings out of a model gives the same model as a new fit without them."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ PREVALENCE, RIDGE = 0.1, 2.0
 
 
 def draw_scores(count, apart, name="scores"):
-    """Draw scores of as many healthy recordings as nodules, so many spreads apart."""
+    """Draw scores of equally many healthy recordings and nodules, some spreads apart."""
     nodule = np.arange(2 * count) % 2 == 1
     return generator(1, name).normal(size=2 * count) + apart * nodule, nodule
 

@@ -1,4 +1,4 @@
-"""The threshold that healthy scores give."""
+"""The threshold from the scores of healthy recordings."""
 
 import numpy as np
 import pytest

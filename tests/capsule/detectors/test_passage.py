@@ -22,7 +22,7 @@ SEARCH = {
 
 
 def passing(height, place_mm=7.0, speed=0.045, sensors=(0, 1, 2, 3), irregular=0.0):
-    """Beats of a capsule whose sensors, a pitch apart, pass one place."""
+    """Return the beats of a capsule whose sensors, a pitch apart, pass one place."""
     centre = np.arange(16.0, 685.0)
     irregular_mm = irregular * np.sin(centre / 60.0)
     head_mm = speed * centre + irregular_mm - irregular_mm[0]
@@ -66,7 +66,7 @@ def test_a_restless_sensor_says_less_and_a_single_beat_not_everything():
 
 
 def written_out(beats, weighted, search):
-    """Give the averages of the weighted beats and of the channels at every place and speed."""
+    """Return the averages of the weighted beats and of the channels at every place and speed."""
     behind_mm = search["pitch_mm"] * np.arange(weighted.shape[0])
     dwell = search["dwell"] / (beats.centre[1] - beats.centre[0])
     shortest, longest = search["lag_range"]
@@ -89,7 +89,7 @@ def written_out(beats, weighted, search):
 def test_the_search_finds_what_the_formula_written_out_finds(number):
     numbers = generator(number, "written out")
     sensors, windows = numbers.integers(1, 7), numbers.integers(20, 200)
-    # At the longer pitches most sensors hardly meet any place.
+    # With a long pitch, most sensors reach hardly any place.
     search = SEARCH | {
         "pitch_mm": numbers.uniform(1.0, 15.0),
         "lags": numbers.integers(1, 20),

@@ -1,4 +1,4 @@
-"""Every row of the registries leads to a class or function, and nothing else is let through."""
+"""Every row of the registries names a class or function; any other name is refused."""
 
 import pytest
 

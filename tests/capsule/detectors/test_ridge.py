@@ -1,4 +1,4 @@
-"""Ridge regression without some recordings is ridge regression on the others."""
+"""Ridge regression without some recordings equals ridge regression on the others."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from capsule.seeding import generator
 
 
 def fitted(features, targets, penalty):
-    """Solve the normal equations with an unpenalised mean, written out."""
+    """Solve the normal equations without a penalty on the mean, written out."""
     mean, mean_target = features.mean(axis=0), targets.mean()
     centred = features - mean
     normal = centred.T @ centred + penalty * np.eye(features.shape[1])

@@ -1,4 +1,4 @@
-"""The taught scorer: its gradient is that of the score, and the sensors' gain does not count."""
+"""The taught scorer: its gradient is right, and the sensors' gain changes no score."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ SETTINGS = read_config_file(ROOT / "config" / "config.yaml")["diagonal"]
 
 @pytest.fixture(scope="module")
 def weights():
-    """Give the weights that ship."""
+    """Return the shipped weights."""
     with np.load(ROOT / "workflow" / "weights" / "scorer.npz") as stored:
         return dict(stored.items())
 
@@ -27,7 +27,7 @@ def series():
 
 
 def readings(samples=800, deeper=0.0):
-    """Make the readings of four sensors that a wave presses."""
+    """Return the readings of four sensors that a wave presses."""
     time = np.arange(samples)
     wave = np.sin(2 * np.pi * time / 32) + 0.2 * np.sin(4 * np.pi * time / 32)
     noise = generator(1, "readings").normal(0, 0.05, (4, samples))

@@ -17,7 +17,7 @@ def test_sizes_between_those_taught_are_estimated():
 
 
 def predicted_by_the_others(features, sizes_mm, place, ridge, scale):
-    """Fit to all but one, written out, with the features divided by a scale."""
+    """Return the size that the others predict, by a fit written out, with scaled features."""
     others = np.delete(np.arange(sizes_mm.size), place)
     scaled = features / scale
     mean, mean_mm = scaled[others].mean(axis=0), sizes_mm[others].mean()
@@ -37,7 +37,7 @@ def test_errors_without_leaving_out_are_those_of_leaving_out(count, ridge):
         alone = predicted_by_the_others(features, sizes_mm, place, ridge, features.std(axis=0))
         assert errors[place] == pytest.approx(alone - sizes_mm[place], abs=1e-9)
     if count == 80:
-        # Features scaled anew without the one as well.
+        # The features are also scaled without the one recording.
         for place in range(count):
             others = np.delete(np.arange(count), place)
             model = fit_sizes(features[others], sizes_mm[others], ridge)
@@ -49,7 +49,7 @@ def test_errors_without_leaving_out_are_those_of_leaving_out(count, ridge):
 def test_of_what_nothing_else_tells_the_error_is_infinite():
     alone = fit_sizes(np.ones((1, 2)), np.array([3.0]), 1.0)
     assert left_out_errors(alone, np.ones((1, 2)), np.array([3.0]), 1.0).tolist() == [np.inf]
-    # One recording alone varies a feature that is not penalised.
+    # Only one recording varies in a feature, and the feature has no penalty.
     features = np.array([[0.0], [0.0], [0.0], [7.0]])
     sizes_mm = np.array([1.0, 2.0, 3.0, 5.0])
     errors = left_out_errors(fit_sizes(features, sizes_mm, 0.0), features, sizes_mm, 0.0)

@@ -1,4 +1,4 @@
-"""What the taught score loses without each stretch: most where the beats are not usual."""
+"""The loss of the taught score without each stretch is largest where the beats are unusual."""
 
 from pathlib import Path
 

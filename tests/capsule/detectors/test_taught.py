@@ -1,4 +1,4 @@
-"""The taught detector: what is left out teaches nothing, and its promises hold."""
+"""The taught detector: recordings left out teach nothing, and the bound of scores holds."""
 
 import json
 from types import SimpleNamespace
@@ -26,7 +26,7 @@ def archive_of(sizes_mm, features):
 
 @pytest.fixture(scope="module")
 def archive():
-    """Make an archive whose scores and embeddings grow with the size, one without a score."""
+    """Make an archive with scores and embeddings that grow with the size; one has no score."""
     numbers = generator(1, "taught")
     sizes = {f"{place % 4}mm/r{place}": float(place % 4) for place in range(60)}
     features = {

@@ -1,4 +1,4 @@
-"""The paper's detector on whole archives: what is left out teaches nothing."""
+"""The paper's detector on whole archives: recordings that are left out teach nothing."""
 
 import numpy as np
 import pytest
@@ -25,7 +25,7 @@ from support.training import archive_of_matrices, verdict_values
 
 @pytest.fixture(scope="module")
 def archive():
-    """Matrices of 8 healthy recordings and of 4 a size, with particles as if fitted to them."""
+    """Return an archive of 8 healthy recordings, 6 of 1 mm and 2 of 3 mm, with particles."""
     numbers = generator(1, "archive")
     sizes = {f"{size}mm/r{run}": float(size) for size in (0, 1, 3) for run in range(8 - 2 * size)}
     drawn = PAPER.draw(len(sizes), 4, numbers)

@@ -1,4 +1,4 @@
-"""Which recordings teach the detector that judges a recording."""
+"""The folds: which recordings teach the detector that judges a recording."""
 
 import numpy as np
 

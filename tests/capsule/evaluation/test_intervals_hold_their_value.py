@@ -1,4 +1,4 @@
-"""No interval leaves out the value that it belongs to, whatever was counted."""
+"""Every interval contains the value that it belongs to, for any counts."""
 
 import math
 
@@ -22,7 +22,7 @@ COUNTS = st.integers(1, 60).flatmap(lambda of: st.tuples(st.integers(0, of), st.
 
 
 def holds(value, low, high):
-    """Tell whether an interval holds its value; of an unknown value both ends are unknown."""
+    """Return whether an interval holds its value; an unknown value has unknown ends."""
     if math.isnan(value):
         return math.isnan(low) and math.isnan(high)
     return low <= value <= high
@@ -112,7 +112,7 @@ def test_the_ends_of_a_ratio_are_where_a_literal_score_test_turns(counts):
     hits, count, other_hits, other_count = counts
 
     def statistic(ratio):
-        """Test the ratio by the literal formula, the likelihood made largest by search."""
+        """Return the test of the ratio by the literal formula, with the likelihood searched."""
 
         def unlikelihood(other):
             terms = [(hits, ratio * other), (count - hits, 1 - ratio * other)]

@@ -1,4 +1,4 @@
-"""Which detector leads: the best on this archive, the first of equals, or the one named."""
+"""The leading detector: the best on this archive, the first of equals, or the one named."""
 
 import math
 
@@ -11,7 +11,7 @@ SCHEMES = ["leave_one_out", "resubstitution"]
 
 
 def predictions(**by_detector):
-    """Judge two healthy recordings and four of 2 mm, the predictions in this order."""
+    """Return predictions for two healthy recordings and four of 2 mm, in this order."""
     rows = [
         {"detector": detector, "scheme": scheme, "size_mm": true, "predicted_mm": predicted}
         for detector, each in by_detector.items()

@@ -1,4 +1,4 @@
-"""Learning curves, by a detector so simple that its rates can be counted by hand."""
+"""Learning curves of a simple detector, whose rates can be counted by hand."""
 
 from itertools import combinations
 
@@ -21,7 +21,7 @@ SIZES_MM = {name: float(name[0]) for name in SCORES}
 
 
 class Loudest:
-    """Takes for a nodule what scores above all healthy recordings that taught it."""
+    """A detector: a nodule is what scores above all healthy recordings that taught it."""
 
     def __init__(self, sizes_mm):
         self.healthy = [name for name, size in sizes_mm.items() if size == 0]
@@ -48,7 +48,7 @@ def archive_of(sizes_mm):
 
 
 def left_out_alone(sizes_mm):
-    """Predict each recording by all others, as the evaluation does."""
+    """Return the predictions of leave-one-out, as the evaluation does."""
     archive, detector = archive_of(sizes_mm), Loudest(sizes_mm)
     return [
         {
@@ -101,7 +101,7 @@ def test_a_split_holds_the_whole_archive_and_large_archives_are_split_less_often
 
 def test_splits_follow_from_the_order_of_the_recordings_and_the_seed_not_from_names():
     splits = learning.draw_splits(SIZES_MM, 1)
-    # Backwards by name, in the same order.
+    # The names are in reverse order; the recordings keep their order.
     called = {name: f"{99 - place}" for place, name in enumerate(SIZES_MM)}
     renamed = {called[name]: size_mm for name, size_mm in SIZES_MM.items()}
     assert learning.draw_splits(renamed, 1) == [

@@ -1,4 +1,4 @@
-"""How many recordings an interval takes, against the interval itself."""
+"""The number of recordings that an interval needs, compared with the interval itself."""
 
 from itertools import count
 

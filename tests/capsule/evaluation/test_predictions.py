@@ -1,4 +1,4 @@
-"""What the configured detectors say of an archive, row by row."""
+"""The verdicts of the configured detectors on an archive, row by row."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Several passes over one place: one verdict, by a threshold learned from other places."""
+"""Several passes over one site: one verdict, with a threshold learned from other sites."""
 
 from dataclasses import replace
 
@@ -33,7 +33,7 @@ def test_a_place_is_judged_by_the_mean_of_its_passes_against_means():
     # Of 10 healthy places the threshold is the mean of rank 9, that of h8.
     assert verdicts["n"].threshold == 8.1
     assert (verdicts["n"].score, verdicts["n"].detected) == (9.0, True)
-    # Its own mean teaches a healthy place nothing: of the 9 others the rank is 8.
+    # The mean of a healthy site does not teach its own threshold: of the 9 others the rank is 8.
     assert verdicts["h0"].threshold == 8.1
     assert verdicts["h8"].threshold == 7.1
 
@@ -110,7 +110,7 @@ def test_the_first_passes_over_every_place_are_judged_together():
     true_mm, detected = detections_by_passes(sites, 2, 0.9)
     assert true_mm.tolist() == [0, 0, 1]  # h3 was passed only once
     assert detected.tolist() == [False, False, True]
-    # A pass without a verdict leaves the other.
+    # If one pass has no verdict, the other one counts.
     partly = sites | {"h1": passes(0.0, UNKNOWN, 0.4)}
     assert detections_by_passes(partly, 2, 0.9)[1].tolist() == [True, False, True]
     shifted = {name: passes(each.size_mm, *(each.score - 0.15)) for name, each in sites.items()}
@@ -139,10 +139,10 @@ def test_verdicts_are_sorted_by_detector_label_and_the_place_that_the_recordings
         for detector in ("template", "diagonal")
         for score, name in enumerate(list(sites)[:4])
     ]
-    # Without a label, as in detections.csv, it is no pass over the labelled place.
+    # Without a label, as in detections.csv, it is not a pass over the labelled site.
     unlabelled = dict(predictions[-1], recording="unlabelled/c")
     del unlabelled["size_mm"]
-    # Neither is a place that was passed once listed.
+    # A site that was passed once is not listed either.
     by_rule, by_threshold = site_rows([*predictions, unlabelled], sites, 0.6)
     assert list(by_rule) == list(COLUMNS)
     assert (by_rule["detector"], by_threshold["detector"]) == ("template", "diagonal")

@@ -176,7 +176,7 @@ def test_tables_compare_detectors_with_each_other_and_with_always_nodule():
     assert summary["one"]["balanced_accuracy"] == pytest.approx((2 / 3 + 1 / 2) / 2)
     assert summary["always_nodule"]["sensitivity"] == 1.0
     assert summary["always_nodule"]["balanced_accuracy"] == 0.5
-    # "one" misses a nodule of 1 mm, which is then of no size; "other" sizes all three rightly.
+    # "one" misses a nodule of 1 mm, which then has no size; "other" has all three sizes right.
     assert summary["one"]["exact_rate"] == summary["one"]["within_rate"] == pytest.approx(2 / 3)
     assert summary["other"]["exact_rate"] == 1.0
     assert np.isnan(summary["always_nodule"]["exact_rate"])
@@ -215,7 +215,7 @@ def test_every_table_is_made_of_each_detector_and_scheme():
     assert list(found) == list(COLUMNS)
     for name, made in found.items():
         assert set(COLUMNS[name]) <= set(made[0]), name
-        # Several passes over a place say something only where the place taught nothing.
+        # Verdicts on several passes over a site are valid only if the site taught nothing.
         schemes = {"leave_one_site_out"} | ({"leave_one_out"} if name != "retest" else set())
         assert {row["scheme"] for row in made} == schemes, name
     assert {row["passes"] for row in found["retest"]} == {1, 2}

@@ -1,4 +1,4 @@
-"""The cycle under any order of events: folded only with feedback and a lease, few retests."""
+"""The cycle with events in any order: folding needs feedback and a lease; few retests."""
 
 from hypothesis import settings
 from hypothesis import strategies as st
@@ -65,7 +65,7 @@ def test_a_lease_that_ran_out_ends_in_an_unfolded_origami():
 
 
 class Capsule(RuleBasedStateMachine):
-    """Any events in any order, beside a fold board that obeys but for its feedback."""
+    """A capsule with any events in any order, and a fold board that may lack feedback."""
 
     def __init__(self):
         super().__init__()
@@ -76,7 +76,7 @@ class Capsule(RuleBasedStateMachine):
         self.ended = False
 
     def happen(self, event):
-        """Let an event happen, and check what it leads to."""
+        """Process an event and check the new state and the commands."""
         before = self.cycle
         self.cycle, commands = after(before, event)
         if FOLD in commands:
@@ -91,7 +91,7 @@ class Capsule(RuleBasedStateMachine):
             self.retests_of_place += 1
         for command in commands:
             self.lease = {FOLD: LEASE, HOLD: LEASE, UNFOLD: 0}.get(command, self.lease)
-        # Whoever leaves the folded states says so to the board.
+        # On leaving the folded states, the cycle sends a command to the board.
         if before.state in ("folding", "returning") and self.cycle.state not in (
             "folding", "returning",
         ):  # fmt: skip
@@ -99,7 +99,7 @@ class Capsule(RuleBasedStateMachine):
 
     @rule(event=st.sampled_from(EVENTS))
     def anything(self, event):
-        """Any event, also one that makes no sense."""
+        """Process any event, also one that makes no sense."""
         self.happen(event)
 
     @rule(
@@ -108,31 +108,31 @@ class Capsule(RuleBasedStateMachine):
         )
     )
     def usual(self, path):
-        """Let events happen in their usual order, so that deep states are reached."""
+        """Process events in their usual order, to reach late states."""
         for event in path:
             self.happen(event)
 
     @rule(ticks=st.integers(1, 10))
     def time_passes(self, ticks):
-        """Let the pilot tick, and the lease run."""
+        """Process ticks of the pilot while the lease runs down."""
         for _ in range(ticks):
             self.lease = max(self.lease - 1, 0)
             self.happen("tick")
 
     @invariant()
     def state_is_known(self):
-        """No event leads out of the table."""
+        """Check that no event leads to an unknown state."""
         assert self.cycle.state in STATES
 
     @invariant()
     def never_folded_without_feedback(self):
-        """Take it for folded only after the board has said so."""
+        """Check that the state is folded only after the board has reported it."""
         if self.cycle.state == "returning":
             assert self.feedback_since_fold
 
     @invariant()
     def never_folded_without_a_lease(self):
-        """Renew the lease with each tick in the folded states, and nowhere else."""
+        """Check that ticks renew the lease in the folded states, and nowhere else."""
         if self.cycle.state in ("folding", "returning"):
             assert self.lease > 0
             assert HOLD in after(self.cycle, "tick")[1]
@@ -142,12 +142,12 @@ class Capsule(RuleBasedStateMachine):
 
     @invariant()
     def never_more_passes_again_than_allowed(self):
-        """Hold the limit however often a place asks for another one."""
+        """Check the limit of passes, even if a place needs more."""
         assert self.retests_of_place <= MOST_RETESTS
 
     @invariant()
     def an_end_is_an_end(self):
-        """Nothing folds a capsule whose survey is over."""
+        """Check that nothing folds a capsule after the survey has ended."""
         self.ended |= self.cycle.state in ("closing", "ended")
         if self.ended:
             assert self.cycle.state in ("closing", "ended")

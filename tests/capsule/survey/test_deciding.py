@@ -1,4 +1,4 @@
-"""Suspicion, decision and the way back, each by itself."""
+"""Suspicion, decision and the way back, each tested separately."""
 
 import numpy as np
 import pytest
@@ -71,7 +71,7 @@ def test_a_suspicion_raises_the_threshold_until_it_proves_right():
 
 
 def test_a_leg_is_short_enough_where_the_speed_was_badly_guessed():
-    # Of sixteen waves several did not push the capsule: it is more than twice as fast.
+    # Several of sixteen waves did not push the capsule: it is more than twice as fast.
     back = WayBack(80.0, 3.2).learned(-12.0, 51.2)
     seconds = back.leg_s(200.0)
     assert abs(-0.56 * seconds - back.expected_mm(seconds)) < 40
@@ -92,5 +92,5 @@ def test_no_leg_is_so_long_that_the_odometer_could_be_a_wavelength_off(speed_mm_
     if speed_mm_s > 0:
         assert back.leg_s(30.0) < 30
     else:
-        # Now it knows, and goes back by a way of 30 mm at once.
+        # Now the speed is known, and one leg goes back by 30 mm.
         assert back.leg_s(30.0) == pytest.approx(30.0 / -speed_mm_s)

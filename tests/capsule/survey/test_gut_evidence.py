@@ -1,4 +1,4 @@
-"""The evidence along a way that is known."""
+"""The evidence along a known way."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def test_it_is_highest_at_the_nodule_and_like_the_diagonal_detectors(number):
     )
     place_mm, evidence = along.best()
     assert place_mm == pytest.approx(run.nodule_at_mm, abs=2.5)
-    # The detector searches speeds, so it may find a little more.
+    # The detector searches speeds, so its evidence may be slightly higher.
     assert evidence == pytest.approx(passage_of(values, 10.0, SETTINGS).evidence, rel=0.5)
 
 

@@ -1,4 +1,4 @@
-"""The odometer against a way that is known."""
+"""The odometer, compared with a known way."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ SPAN = 64
 
 
 def felt(head_mm, wave_mm, numbers=None, noise=0.0):
-    """Lay out what four sensors feel of a wave that presses for half of its length."""
+    """Return the readings of four sensors that a wave presses along half of its length."""
     behind_mm = 6.3 * np.arange(4)[:, np.newaxis]
     angle = 2 * np.pi * (head_mm - behind_mm - wave_mm) / 80
     gain, rest = np.array([[1.0], [0.7], [1.3], [0.9]]), np.array([[0.2], [1.0], [-3.0], [5.0]])
@@ -51,7 +51,7 @@ def test_it_follows_a_noisy_capsule_over_several_wavelengths():
 def test_the_newest_wave_alone_gives_a_newer_position():
     numbers = np.random.default_rng(2)
     wave_mm = 2.5 * np.arange(SPAN)
-    # A jump in the newer half, which the fix over two waves knows half of.
+    # A jump in the newer half; the fix over two waves shows half of it.
     head_mm = np.where(np.arange(SPAN) < SPAN // 2, 10.0, 13.0)
     pressed = felt(head_mm, wave_mm, numbers, noise=0.02) + 0.001 * np.arange(SPAN)
     still = felt(np.full(SPAN, 10.0), wave_mm)

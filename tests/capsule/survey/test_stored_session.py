@@ -1,4 +1,4 @@
-"""A session's files, read as they are, and refused where they are damaged."""
+"""The files of a session are read, and damaged files are refused."""
 
 import numpy as np
 import pytest
@@ -49,7 +49,7 @@ def test_everything_that_the_files_hold_is_read():
 def test_what_is_damaged_is_named(file, before, after, said):
     contents = session_contents()
     assert before in contents[file]
-    # All places, where one is not enough to be noticed.
+    # Everywhere, because a change in one line may go unnoticed.
     contents[file] = contents[file].replace(before, after)
     with pytest.raises(SessionError) as fault:
         parse_session("demo", contents)

@@ -1,4 +1,4 @@
-"""Where the head was, as the survey knew it."""
+"""The track: positions of the head as the survey knew them."""
 
 import numpy as np
 import pytest

@@ -66,10 +66,10 @@ class Scorer:
     Parameters
     ----------
     weights : mapping of str to array
-        The stored weights: ``own`` (a convolution over each sensor's own series), ``mix`` (over
-        all sensors), ``block_0`` to ``block_4`` (dilated convolutions, each added to its input),
-        ``pool``, ``embed`` and ``score``. Each has ``_weight`` and ``_bias``. Also
-        ``gradient_scale``, the usual length of a gradient.
+        The stored weights, each with ``_weight`` and ``_bias``. ``own`` is a convolution over each
+        sensor's own series, and ``mix`` is one over all sensors. ``block_0`` to ``block_4`` are
+        dilated convolutions, each added to its input. The last ones are ``pool``, ``embed`` and
+        ``score``. The mapping also holds ``gradient_scale``, the usual length of a gradient.
     """
 
     def __init__(self, weights: Mapping[str, RealArray]) -> None:

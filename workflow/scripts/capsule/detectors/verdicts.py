@@ -30,8 +30,8 @@ class Verdict:
     estimate_low_mm, estimate_high_mm : float
         Ends of the interval of the size in mm; NaN for a detector that gives none.
     location_samples, location_mm : float
-        When the first sensor passes the nodule, in samples from the start, and how far the capsule
-        has moved until then, in mm; NaN if none is detected, or if unknown.
+        When the first sensor passes the nodule, in samples from the start; and how far the capsule
+        has moved until then, in mm. NaN if none is detected, or if unknown.
     distances : tuple of float, or None
         Distance to every template, T^0 first; None for a detector that does not use them.
     """

@@ -15,7 +15,7 @@ _AGREE_MM = 3.0
 # Usual way between two judgements, in mm, until the odometer measures it.
 _USUAL_STEP_MM = 0.44
 _FASTEST_STEP_MM = 2.0
-# Part of the first two strokes that the mean over the first two waves holds.
+# Mean way over the first two waves, in strokes.
 _FIRST_STROKES = 1.3
 # Weight of the newest step in the running mean.
 _STEP_SHARE = 0.1
