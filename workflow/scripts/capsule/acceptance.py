@@ -166,7 +166,7 @@ def _check_alike(values: FloatArray, window: int, max_sensor_correlation: float)
     filled = fill_missing(values)
     level = window_mean(filled, window)
     before = (window - 1) // 2
-    # Without the level, a drift that all sensors share (of the supply, say) adds no correlation.
+    # The level is subtracted, so that a drift common to all sensors adds no correlation.
     moving = filled[:, before : before + level.shape[1]] - level
     length = np.sqrt((moving**2).sum(axis=1))
     moving /= np.where(length > 0, length, 1.0)[:, np.newaxis]

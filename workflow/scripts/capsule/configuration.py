@@ -19,7 +19,7 @@ _LIMITS = {
     "exclusiveMaximum": "less than",
 }
 
-# The keys of the section ``diagonal`` that describe the bench; every detector depends on them.
+# The keys of the section ``diagonal`` that describe the bench; they apply to every detector.
 BENCH = ("wave_speed_mm_s", "wavelength_mm", "full_scale", "pressing_lowers_reading", "pitch_mm")
 # In place of a detector's name, this word selects the one that does best on the archive.
 _BEST = "best"

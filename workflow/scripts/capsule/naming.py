@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 UNLABELLED = "unlabelled"
-# Behind the name of a file that is still being written.
+# Ending of a file that is still being written.
 PART = ".part"
 # At most three digits on either side, so that a size and its label are the same number.
 _SIZE_FOLDER = re.compile(r"([0-9]{1,3}(?:\.[0-9]{1,3})?)mm")

@@ -13,7 +13,8 @@ from capsule.arrays import FloatArray
 from capsule.sensed_wave import find_wave
 
 CHANNELS = ("level", "depth", "shape")
-# Windows kept a wave. The mean over a window changes slowly, so more windows would add little.
+# Windows that are kept for each wave. The mean over a window changes slowly, so more windows
+# would add little.
 _WINDOWS_A_WAVE = 4
 
 

@@ -16,7 +16,7 @@ from capsule.kinds import Cells
 from capsule.seeding import generator
 
 ALWAYS = "always_nodule"
-ANY = None  # Stands in place of a size for nodules of any size.
+ANY = None  # In place of a size, this stands for any nodule.
 _GRID = np.linspace(0.0, 1.0, 21)
 
 

@@ -49,7 +49,7 @@ _TABLE: dict[tuple[str, str], Step] = {
     ("folding", "late"): Step("unfolding", (UNFOLD,)),
     ("returning", "tick"): Step("returning", (HOLD,)),
     ("returning", "far_enough"): Step("unfolding", (UNFOLD,)),
-    # The lease ran out, or the board was reset. It unfolds by itself; the command makes sure.
+    # Without a lease or after a reset, the board unfolds by itself. The command repeats that.
     ("returning", "let_go"): Step("unfolding", (UNFOLD,)),
     ("folding", "let_go"): Step("unfolding", (UNFOLD,)),
     ("unfolding", "unfolded"): Step("finding"),
