@@ -1,10 +1,10 @@
-/* Fold: folds the capsule's origami and unfolds it, on an Arduino UNO.
+/* Fold board: folds and unfolds the capsule's origami, on an Arduino UNO.
  *
- * A 28BYJ-48 behind a ULN2003 winds a thread; two end switches say how far that came. The interrupt
- * of Timer1 reads them, decides and makes each half-step (origami.c); this file listens to
- * commands, reports and sleeps. It alone keeps the watchdog from restarting the board, and only
- * while that interrupt comes; a started board unfolds. Commands and frames: docs/protocol.md;
- * wiring: docs/bench.md. */
+ * A 28BYJ-48 motor behind a ULN2003 winds a thread; two end switches mark its ends. The interrupt
+ * of Timer1 reads the switches, decides and makes each half-step (origami.c). This file receives
+ * commands, reports the state and sleeps. It resets the watchdog only while that interrupt comes.
+ * After a restart the board unfolds the origami. Commands and frames: docs/protocol.md; wiring:
+ * docs/bench.md. */
 #if !__has_include(<capsule_frame.h>)
 #error "Arduino IDE: set File > Preferences > Sketchbook location to workflow/firmware"
 #endif
@@ -27,7 +27,7 @@
 #define FOLDED_PIN PD3
 
 #define REPORT_MS 1000      /* while the origami is unfolded */
-#define REPORT_OFTEN_MS 200 /* else */
+#define REPORT_OFTEN_MS 200 /* in all other states */
 
 static const char *const STATE_NAMES[] = {
     [UNFOLDED] = "unfolded",   [FOLDING] = "folding", [FOLDED] = "folded",
@@ -40,7 +40,7 @@ static const char *const SWITCH_NAMES[] = {
     [BOTH_CLOSED] = "both",
 };
 
-/* The interrupt's own; the main program holds interrupts while it looks. */
+/* The interrupt writes these; the main program disables interrupts while it reads them. */
 static origami_t origami;
 static uint32_t uptime_ms;
 
@@ -114,7 +114,7 @@ static void send_state(const report_t *report) {
     serial_send(&frame);
 }
 
-/* Report each change, and now and then that there is none. */
+/* Report each change at once, and an unchanged state at intervals. */
 static void report_changes(void) {
     static report_t last;
     report_t report = look();
@@ -133,7 +133,7 @@ static void report_changes(void) {
     last = report;
 }
 
-/* Each of these does what its command asks, or answers why not and gives false. */
+/* Each function obeys one command. If it answers by itself, it returns false. */
 
 static bool answer(const char *command, const char *(*obey)(origami_t *)) {
     cli();
@@ -194,7 +194,7 @@ static void obey(char *command) {
                 "unknown; fold knows identify state fold hold unfold");
 }
 
-/* A main program that hangs, or an interrupt that no longer comes, restarts the board. */
+/* The watchdog restarts the board if the main program hangs or the interrupt stops. */
 static void feed_watchdog(void) {
     static uint32_t last_ms;
     uint32_t now_ms = look().uptime_ms;
@@ -205,7 +205,7 @@ static void feed_watchdog(void) {
 }
 
 int main(void) {
-    MCUSR = 0; /* else, after the watchdog, its shortest time would stay */
+    MCUSR = 0; /* else the watchdog would keep its shortest time after it restarted the board */
     wdt_enable(WDTO_250MS);
     set_sleep_mode(SLEEP_MODE_IDLE);
     serial_begin();

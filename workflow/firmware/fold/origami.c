@@ -2,10 +2,10 @@
 
 #include <stddef.h>
 
-#define SETTLED TICKS(10) /* contacts bounce for less */
-#define ALIGN TICKS(50)   /* the coils pull the rotor into its place before its first half-step */
+#define SETTLED TICKS(10) /* longer than contacts bounce */
+#define ALIGN TICKS(50)   /* the coils align the rotor before its first half-step */
 #define FAULT_PAUSE TICKS(500)
-#define OPEN_AT_REST TICKS(1000) /* a push of the wall at the origami is shorter */
+#define OPEN_AT_REST TICKS(1000) /* longer than the wall pushes the origami */
 #define SECOND TICKS(1000)
 
 const char MOTOR_HAS_TO_REST[] = "the motor has to rest";
@@ -45,7 +45,7 @@ static void settle_switches(origami_t *origami, switches_t read) {
     origami->switches = read;
     if (!origami->known) {
         origami->known = true;
-        recover(origami); /* nobody knows how far the thread is wound */
+        recover(origami); /* the position of the thread is unknown */
     }
 }
 
@@ -58,7 +58,7 @@ static void count_duty(origami_t *origami) {
     origami->on[origami->second] += origami->coils;
 }
 
-/* Stuck closed, the switch "unfolded" says nothing: what was wound is let out in any case. */
+/* The switch "unfolded" can be stuck closed, so the thread must be unwound as well. */
 static bool is_unfolded(const origami_t *origami) {
     return origami->switches == UNFOLDED_CLOSED && origami->half_steps <= 0;
 }
@@ -74,7 +74,7 @@ static bool rests(origami_t *origami, switches_t closed) {
     return origami->ticks < OPEN_AT_REST;
 }
 
-/* One function a state: where it leads. */
+/* One function per state: it checks whether the origami leaves the state. */
 
 static void while_unfolded(origami_t *origami) {
     if (!rests(origami, UNFOLDED_CLOSED)) {

@@ -1,9 +1,9 @@
-/* Logger: four sensors of the capsule, ten samples a second, on an Arduino Mega 2560.
+/* Logger: reads the four sensors of the capsule ten times per second, on an Arduino Mega 2560.
  *
- * Timer1 counts 0.1 s in hardware; its interrupt starts the first conversion and the others follow
- * by themselves, so that no code decides when a sample is taken. Between samples the processor
- * sleeps. It sleeps in idle mode: the quieter "ADC noise reduction" mode would stop the clock of
- * Timer1 and of the UART. Commands and frames: docs/protocol.md; wiring: docs/bench.md. */
+ * Timer1 counts 0.1 s in hardware. Its interrupt starts the first conversion, and each conversion
+ * starts the next one, so the main program does not affect the times of samples. Between samples
+ * the processor sleeps in idle mode. The quieter "ADC noise reduction" mode would stop Timer1 and
+ * the UART. Commands and frames: docs/protocol.md; wiring: docs/bench.md. */
 #if !__has_include(<capsule_frame.h>)
 #error "Arduino IDE: set File > Preferences > Sketchbook location to workflow/firmware"
 #endif
@@ -24,12 +24,12 @@
 #define SERIES_OHM 12000
 
 #define END_STOP_PIN PE4 /* digital pin 2: the switch connects it to ground */
-#define LAMP_PIN PB7     /* digital pin 13: the board's own lamp, on while running */
+#define LAMP_PIN PB7     /* digital pin 13: the board's own LED, on while running */
 
 static volatile bool running;
-static volatile uint32_t periods; /* of Timer1 since the board started */
+static volatile uint32_t periods; /* periods of Timer1 since the board started */
 
-/* The sample being taken; complete once `sampled` is set. */
+/* The present sample, which is complete when `sampled` is set. */
 static volatile uint16_t counts[CHANNELS];
 static volatile uint8_t channel;
 static volatile uint32_t sample_ms;
@@ -37,7 +37,7 @@ static volatile bool sampled;
 
 static void select_channel(uint8_t next) {
     channel = next;
-    ADMUX = 1 << REFS0 | next; /* reference: AVCC, the sensors' own supply */
+    ADMUX = 1 << REFS0 | next; /* reference: AVCC, which also supplies the sensors */
 }
 
 ISR(TIMER1_COMPA_vect) {
@@ -61,7 +61,7 @@ ISR(ADC_vect) {
 
 static void begin_sampling(void) {
     DIDR0 = (1 << CHANNELS) - 1;          /* no digital inputs on A0..A3 */
-    ADCSRA = 1 << ADEN | 1 << ADIE | 0x7; /* 125 kHz: full 10 bits, 0.1 ms a conversion */
+    ADCSRA = 1 << ADEN | 1 << ADIE | 0x7; /* 125 kHz: full 10 bits, 0.1 ms per conversion */
     select_channel(0);
     TCCR1A = 0;
     TCCR1B = 1 << WGM12 | 1 << CS11 | 1 << CS10; /* clear on compare, F_CPU / 64 */
@@ -73,7 +73,7 @@ static uint32_t uptime_ms(void) {
     cli();
     uint32_t elapsed = periods;
     uint16_t count = TCNT1;
-    if (TIFR1 & 1 << OCF1A) { /* the period ended after interrupts were held */
+    if (TIFR1 & 1 << OCF1A) { /* the period ended after interrupts were disabled */
         elapsed++;
         count = TCNT1;
     }
@@ -81,7 +81,7 @@ static uint32_t uptime_ms(void) {
     return elapsed * PERIOD_MS + count / (TIMER_HZ / 1000);
 }
 
-/* Closed in two samples in a row: a bouncing contact or a spike is no end. */
+/* Return whether the switch was closed in two samples in a row, to ignore bounces and spikes. */
 static bool at_end_stop(void) {
     static bool closed_before;
     bool closed = !(PINE & 1 << END_STOP_PIN);

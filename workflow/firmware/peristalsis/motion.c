@@ -8,25 +8,25 @@
 #define TICK_HZ (F_CPU / 64) /* of Timer1: 4 us */
 
 #define INDEX_PIN PD3 /* digital pin 3: the switch connects it to ground once a turn of the cam */
-#define INDEX_BEFORE 16 /* half-steps that the index must lie ahead before it can be passed */
-#define INDEX_AFTER 4   /* half-steps for which the switch must stay changed: no spike counts */
+#define INDEX_BEFORE 16 /* half-steps ahead of the index before a passage counts */
+#define INDEX_AFTER 4   /* half-steps for which the switch must stay changed, to ignore spikes */
 
 /* Rates are signed thousandths of a half-step/s, negative backward. */
 #define START_RATE_MILLI (START_RATE * 1000L)
 
-static volatile int32_t rate;      /* now; 0 at rest */
-static volatile int32_t wanted;    /* where the ramp leads */
+static volatile int32_t rate;      /* present rate; 0 at rest */
+static volatile int32_t wanted;    /* target of the ramp */
 static volatile uint16_t ramp;     /* half-steps/s^2 */
 static volatile int32_t half_steps;
-static volatile int32_t last_index; /* half-steps where the cam shaft last passed its index */
+static volatile int32_t last_index; /* half-steps at the last passage of the cam shaft's index */
 static volatile bool has_index;
 static volatile uint32_t overflows; /* of Timer1: 0.262 s each */
-static uint32_t remainder_ticks;    /* of the division in step_ticks(): no step is ever late */
+static uint32_t remainder_ticks;    /* of step_ticks(), so that its errors do not add up */
 
 static int32_t set_speed_um_s = DEFAULT_SPEED_UM_S;
 static bool set_backward;
 
-/* 16.98 half-steps move the wave one mm. */
+/* 16.98 half-steps move the wave by 1 mm. */
 static int32_t milli_rate(int32_t speed_um_s) {
     return (int32_t)((int64_t)speed_um_s * HALF_STEPS_PER_TURN_NUMERATOR * 1000 /
                      ((int64_t)HALF_STEPS_PER_TURN_DENOMINATOR * WAVES_PER_MOTOR_TURN *
@@ -38,10 +38,11 @@ static int32_t wave_um(int32_t steps, int32_t per_step) {
                      WAVELENGTH_UM / ((int64_t)HALF_STEPS_PER_TURN_NUMERATOR * per_step));
 }
 
-/* Look for the edge of the index switch, at each half-step.
+/* Search for the edge of the index switch at each half-step.
  *
- * Forward the switch closes there, backward it opens: the same edge of the cam both ways. Contacts
- * bounce, so the edge counts once the switch has stayed so, and where it changed first. */
+ * At the index the switch closes on the way forward and opens on the way backward: both are the
+ * same edge of the cam. Contacts bounce, so an edge counts only after the switch has stayed
+ * changed. Its position is that of the first change. */
 static void watch_index(bool forward) {
     static uint8_t before, after;
     static bool last_forward, passing;
@@ -52,7 +53,7 @@ static void watch_index(bool forward) {
         passing = false;
         before = 0;
     }
-    if (closed != forward) { /* the index lies ahead */
+    if (closed != forward) { /* the index is ahead */
         after = 0;
         before += before < INDEX_BEFORE;
         passing = passing && before < INDEX_BEFORE;
@@ -87,7 +88,7 @@ static int32_t ramped(int32_t now, int32_t target, uint16_t ticks) {
     if (labs(next) >= START_RATE_MILLI || next == target) {
         return next;
     }
-    /* Slower than the ramp's first rate: stop there, or turn round at it. */
+    /* Below the first rate of the ramp, stop or change the direction. */
     if (target == 0) {
         return 0;
     }
@@ -127,7 +128,7 @@ motion_t motion_read(void) {
     cli();
     uint32_t elapsed = overflows;
     uint16_t count = TCNT1;
-    if (TIFR1 & 1 << TOV1) { /* overflowed after interrupts were held */
+    if (TIFR1 & 1 << TOV1) { /* overflow after interrupts were disabled */
         elapsed++;
         count = TCNT1;
     }
@@ -150,7 +151,7 @@ int32_t motion_max_speed_um_s(void) {
     return wave_um(MAX_RATE, 1);
 }
 
-/* The main program alone changes what is wanted; the interrupt follows. */
+/* Only the main program changes the target rate; the interrupt follows it. */
 static void lead_to(int32_t target) {
     cli();
     wanted = target;
@@ -159,7 +160,7 @@ static void lead_to(int32_t target) {
         remainder_ticks = 0;
         motor_hold((uint8_t)half_steps);
         OCR1A = TCNT1 + step_ticks((uint32_t)labs(rate));
-        TIFR1 = 1 << OCF1A; /* forget matches from before */
+        TIFR1 = 1 << OCF1A; /* clear an earlier match */
         TIMSK1 |= 1 << OCIE1A;
     }
     sei();

@@ -1,26 +1,26 @@
-/* The stepper motor as a wave maker: speeds and positions of the wave, not of the motor.
+/* The stepper motor that drives the wave: all speeds and positions are those of the wave.
  *
- * The mechanism this assumes, with its numbers, is in docs/bench.md. */
+ * docs/bench.md describes the mechanism and its numbers. */
 #ifndef MOTION_H
 #define MOTION_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-/* The cam shaft makes one wave a turn and is belted 60:20 to the motor. */
+/* The cam shaft makes one wave per turn; a belt drives it 60:20 from the motor. */
 #define WAVES_PER_MOTOR_TURN 3
 #define WAVELENGTH_UM 80000L
 
-/* 28BYJ-48: 64 half-steps a rotor turn; its four gear pairs 32/9, 22/11, 26/9 and 31/10 make
- * 63.684 to 1 (not the 64 of the label), so 4075.77 half-steps a turn of the shaft. */
+/* 28BYJ-48: 64 half-steps per turn of the rotor. Its four gear pairs 32/9, 22/11, 26/9 and 31/10
+ * make 63.684 to 1 (not 64 as on the label), so 4075.77 half-steps per turn of the shaft. */
 #define HALF_STEPS_PER_TURN_NUMERATOR (64L * 32 * 22 * 26 * 31)
 #define HALF_STEPS_PER_TURN_DENOMINATOR (9L * 11 * 9 * 10)
 
 /* Unloaded, the motor starts from rest at up to 600 half-steps/s and follows a ramp up to 1000. */
-#define START_RATE 50 /* half-steps/s taken without a ramp */
+#define START_RATE 50 /* half-steps/s without a ramp */
 #define MAX_RATE 800  /* half-steps/s: the cam needs the rest of the torque */
 
-#define MIN_SPEED_UM_S 500 /* below, a half-step would outlast Timer1 */
+#define MIN_SPEED_UM_S 500 /* below, a half-step lasts longer than Timer1 can count */
 
 #define DEFAULT_SPEED_UM_S 25000
 #define DEFAULT_RAMP_UM_S2 25000
@@ -31,18 +31,18 @@ typedef enum { STOPPED, RUNNING, STOPPING } motion_state_t;
 
 typedef struct {
     uint32_t uptime_ms;
-    int32_t half_steps;  /* since the board started; forward counts up */
+    int32_t half_steps;  /* since the board started; forward counts upward */
     int32_t position_um; /* of the wave */
     int32_t speed_um_s;  /* now, negative backward */
     motion_state_t state;
     bool has_index; /* the cam shaft has passed its index since the board started */
-    int32_t index;  /* half-steps where it last did */
+    int32_t index;  /* half-steps at the last passage */
 } motion_t;
 
 void motion_begin(void);
 motion_t motion_read(void);
 
-/* Half-steps a second that a wave speed needs. */
+/* Return the half-steps per second for a speed of the wave. */
 uint32_t motion_rate(int32_t speed_um_s);
 int32_t motion_max_speed_um_s(void);
 

@@ -1,7 +1,7 @@
-/* Peristalsis: turns the cam shafts of the phantom intestine, on an Arduino UNO.
+/* Peristalsis board: turns the cam shafts of the phantom, on an Arduino UNO.
  *
- * A 28BYJ-48 behind a ULN2003 makes a wave of 80 mm travel along the walls at a set speed. The
- * interrupt of Timer1 makes every step (motion.c); this file listens to commands and sleeps.
+ * A 28BYJ-48 motor behind a ULN2003 drives a wave of 80 mm along the walls at a set speed. The
+ * interrupt of Timer1 makes every step (motion.c). This file receives commands and sleeps.
  * Commands and frames: docs/protocol.md; wiring, cam and gearing: docs/bench.md. */
 #if !__has_include(<capsule_frame.h>)
 #error "Arduino IDE: set File > Preferences > Sketchbook location to workflow/firmware"
@@ -21,9 +21,9 @@
 
 static const char *const STATE_NAMES[] = {"stopped", "running", "stopping"};
 
-/* The wave stops by itself after so long without a command; 0: never. */
+/* After so long without a command, the wave stops by itself; 0: never. */
 static int32_t lease_ms;
-static uint32_t heard_ms; /* when the last command came */
+static uint32_t heard_ms; /* time of the last command */
 
 static void send_identity(void) {
     motion_t motion = motion_read();
@@ -75,7 +75,7 @@ static void refuse_range(const char *command, int32_t low, int32_t high, const c
     serial_send(&frame);
 }
 
-/* Says what the motor would have to do, so that the reader sees why not. */
+/* Refuse a speed, and state the rate that the motor would need. */
 static void refuse_speed(int32_t speed_um_s) {
     frame_t frame;
     frame_start(&frame, "E");
@@ -92,7 +92,7 @@ static void refuse_speed(int32_t speed_um_s) {
     serial_send(&frame);
 }
 
-/* Each of these does what its command asks, or answers why not and gives false. */
+/* Each function obeys one command. If it answers by itself, it returns false. */
 
 static bool set_speed(const char *argument) {
     int32_t speed_um_s;
@@ -178,7 +178,7 @@ static void obey(char *command) {
         "unknown; peristalsis knows identify position start stop speed direction ramp lease");
 }
 
-/* Timer1 wakes the processor every 0.26 s at the latest, each half-step sooner. */
+/* Timer1 wakes the processor at each half-step, and at least every 0.26 s. */
 static void stop_without_lease(void) {
     if (!lease_ms) {
         return;

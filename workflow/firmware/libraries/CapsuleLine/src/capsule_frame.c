@@ -8,8 +8,8 @@
 
 static const char HEX_DIGITS[] = "0123456789ABCDEF";
 
-/* CRC-16/CCITT-FALSE: polynomial 0x1021, initial value 0xFFFF, nothing reflected. avr-libc calls
- * the step XMODEM; only the initial value differs. */
+/* CRC-16/CCITT-FALSE: polynomial 0x1021, initial value 0xFFFF, not reflected. avr-libc has its step
+ * as XMODEM, which differs in the initial value only. */
 static uint16_t checksum(const char *text, uint8_t length) {
     uint16_t crc = 0xFFFF;
     for (uint8_t i = 0; i < length; i++) {
@@ -46,7 +46,7 @@ void frame_add_key(frame_t *frame, const char *key) {
     put(frame, '=');
 }
 
-/* A value right after "key=" takes no comma. */
+/* Add a comma, except directly after "key=". */
 static void separate(frame_t *frame) {
     if (frame->text[frame->length - 1] != '=') {
         put(frame, ',');
@@ -95,7 +95,7 @@ void frame_finish(frame_t *frame) {
     frame->text[frame->length++] = '\n';
 }
 
-/* Check "$payload*ABCD" and leave the payload as a string. */
+/* Check "$payload*ABCD", and keep only the payload, as a string. */
 static bool take_payload(receiver_t *receiver) {
     char *text = receiver->text;
     if (receiver->overflowed || receiver->length < CHECK_LENGTH || text[0] != '$') {
@@ -118,9 +118,9 @@ static bool take_payload(receiver_t *receiver) {
 
 received_t receive_byte(receiver_t *receiver, char byte) {
     if (byte == '\r') {
-        return RECEIVED_NOTHING; /* terminals send it before the line feed */
+        return RECEIVED_NOTHING; /* terminals send a carriage return before the line feed */
     }
-    if (byte == '$') { /* always a new frame: what came before was cut off */
+    if (byte == '$') { /* always begins a new frame: the one before was cut off */
         receiver->length = 0;
         receiver->overflowed = false;
     }

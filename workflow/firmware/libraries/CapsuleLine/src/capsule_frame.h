@@ -1,14 +1,14 @@
 /* Frames of the serial line: "$", a payload, "*", four hexadecimal digits of CRC-16, line feed.
  *
- * docs/protocol.md is the description that both ends follow. */
+ * docs/protocol.md describes them for boards and computer. */
 #ifndef CAPSULE_FRAME_H
 #define CAPSULE_FRAME_H
 
 #include <stdbool.h>
 #include <stdint.h>
 
-#define FRAME_CAPACITY 160  /* bytes of the longest frame a board sends */
-#define COMMAND_CAPACITY 40 /* bytes of the longest command a board takes */
+#define FRAME_CAPACITY 160  /* bytes of the longest frame that a board sends */
+#define COMMAND_CAPACITY 40 /* bytes of the longest command that a board accepts */
 
 /* A frame under construction. */
 typedef struct {
@@ -28,15 +28,15 @@ void frame_append_count(frame_t *frame, uint32_t value);
 void frame_append_thousandths(frame_t *frame, int32_t value);
 void frame_finish(frame_t *frame); /* adds the check; text and length are then ready to send */
 
-/* What the last byte completed. */
+/* The kind of line that the last byte completed. */
 typedef enum {
     RECEIVED_NOTHING,
-    RECEIVED_COMMAND,  /* checked: `text` holds it */
-    RECEIVED_QUESTION, /* a bare "?", for somebody at a terminal */
+    RECEIVED_COMMAND,  /* a checked command, which is in `text` */
+    RECEIVED_QUESTION, /* a bare "?", typed at a terminal */
     RECEIVED_DAMAGED   /* a line that failed its check */
 } received_t;
 
-/* A command on its way in. */
+/* A command that is being received. */
 typedef struct {
     char text[COMMAND_CAPACITY + 1];
     uint8_t length;
@@ -45,10 +45,10 @@ typedef struct {
 
 received_t receive_byte(receiver_t *receiver, char byte);
 
-/* Cut "name,argument" in two; gives the argument, empty where there is none. */
+/* Split "name,argument", and return the argument; empty if there is none. */
 char *split_argument(char *command);
 
-/* Read "25", "25.5" or "25.125" as thousandths; false where it is anything else. */
+/* Read "25", "25.5" or "25.125" as thousandths; return false for any other text. */
 bool parse_thousandths(const char *text, int32_t *thousandths);
 
 #endif

@@ -23,7 +23,7 @@ static volatile char receive[RECEIVE_CAPACITY];
 static volatile uint8_t receive_head, receive_tail;
 
 void serial_begin(void) {
-    /* Double speed, as the Arduino core does: 2.1 % fast, and so is the board's USB chip. */
+    /* Double speed, as in the Arduino core: 2.1 % too fast, as is the board's USB chip. */
     UCSR0A = 1 << U2X0;
     UBRR0 = (F_CPU / 4 / BAUD - 1) / 2;
     UCSR0C = 1 << UCSZ01 | 1 << UCSZ00;
@@ -33,7 +33,7 @@ void serial_begin(void) {
 ISR(RECEIVE_VECTOR) {
     char byte = UDR0;
     uint8_t next = (receive_head + 1) % RECEIVE_CAPACITY;
-    if (next != receive_tail) { /* full: the command fails its check and is repeated */
+    if (next != receive_tail) { /* if full, the command fails its check and is sent again */
         receive[receive_head] = byte;
         receive_head = next;
     }
@@ -57,7 +57,7 @@ char serial_read(void) {
     return byte;
 }
 
-/* Sleeps while the queue is full: the interrupt that empties it wakes the processor. */
+/* Queue a byte. While the queue is full, sleep until the interrupt that empties it. */
 static void put(char byte) {
     for (;;) {
         cli();
