@@ -1,4 +1,4 @@
-"""Fixtures of the tests of surveys on boards."""
+"""Fixtures for the tests of surveys on boards."""
 
 import pytest
 
@@ -8,7 +8,7 @@ from support.bench.surveyor import Surveyor
 
 @pytest.fixture
 def rig(tmp_path):
-    """Return a function that makes a bench of boards; unplug its cables at the end."""
+    """Return a function that makes a bench of boards; unplug the cables at the end."""
     made = []
 
     def make(**settings):

@@ -1,4 +1,4 @@
-"""acquire.py in parts: its command line, ports and boards, what the terminal shows."""
+"""Parts of acquire.py: its command line, ports, boards and terminal display."""
 
 import contextlib
 import errno
@@ -179,7 +179,7 @@ def usb_port(device, vid=0x2341):
 
 @pytest.fixture
 def bench_of_boards(monkeypatch):
-    """Pretend that these boards are plugged in; gives what was opened."""
+    """Return a function that pretends to plug in boards and returns the list of opened ports."""
     opened = []
 
     def plug(**behind):
@@ -259,7 +259,7 @@ class Screen(io.StringIO):
     encoding = "utf-8"
 
     def isatty(self):
-        """Say that somebody looks."""
+        """Return True, as a terminal does."""
         return True
 
 

@@ -1,4 +1,4 @@
-"""The recorder's core against whatever bytes a line can carry."""
+"""The recorder's core against any bytes on the serial line."""
 
 import tempfile
 import tracemalloc
@@ -30,7 +30,7 @@ SCRIPTS = st.lists(st.tuples(st.floats(0, 30), PIECES), max_size=60)
 
 
 def ends(bench, script):
-    """Run a script from its own steps of time to an end that a session may have."""
+    """Run a session on scripted bytes and times to an end that a session may have."""
     now_s, timed = 0.0, []
     for step_s, content in script:
         now_s += step_s
@@ -70,7 +70,7 @@ def test_any_bytes_end_with_every_accepted_sample_on_disk(monkeypatch, script):
 )
 @given(st.lists(st.tuples(st.integers(0, 99), PIECES.filter(lambda piece: b"$I" not in piece))))
 def test_no_bytes_between_good_samples_cost_more_than_the_one_that_they_hit(monkeypatch, strange):
-    """Strange bytes between the frames of 100 good samples: those are all kept, in their places."""
+    """Check that strange bytes between frames harm none of 100 good samples."""
     monkeypatch.setattr(archive.os, "fsync", lambda descriptor: None)
     script = [(number / 10, sample_frame(number)) for number in range(100)]
     script += [(number / 10 + 0.05, content + b"\n") for number, content in strange]

@@ -1,4 +1,4 @@
-"""Recordings on disk: nothing lost, nothing half written under its final name."""
+"""Recordings on disk: no sample is lost, and no incomplete file has its final name."""
 
 import errno
 import os
@@ -136,7 +136,7 @@ def test_unfinished_recordings_are_listed(tmp_path, final):
 
 @pytest.fixture
 def going_on(final, monkeypatch, tmp_path):
-    """Give a recording of three samples that looks after its place at every sync."""
+    """Return a recording of three samples that checks its path at every sync."""
     monkeypatch.setattr(archive, "SYNC_EVERY_S", 0)
     monkeypatch.setattr(archive.tempfile, "gettempdir", lambda: str(tmp_path / "elsewhere"))
     told = []

@@ -1,4 +1,4 @@
-"""acquire.py against the real firmware in the emulator: what a lab fears, tried."""
+"""acquire.py against the real firmware in the emulator, with all faults that a lab fears."""
 
 import json
 import os
@@ -62,12 +62,12 @@ class LoggerBench:
         self.bench.run(recorder.done)
 
     def slow_down(self):
-        """Go on in real time, until the recorder has seen it."""
+        """Run in real time until the recorder has noticed the change."""
         self.bench.speed = 1
         self.bench.run_for(0.5)
 
     def run_until_samples(self, count, limit_s=30.0):
-        """Run the bench until that many samples have been handed over."""
+        """Run the bench until this many samples have reached the recorder."""
         self.bench.run(lambda: count_samples(self.cable.whole) >= count, limit_s)
 
 
@@ -288,14 +288,14 @@ def test_the_other_board(tmp_path):
 
 
 class Sketch(StandInLogger):
-    """A board with somebody else's program, which says one thing every 0.1 s."""
+    """A board with another program, which sends the same text every 0.1 s."""
 
     def __init__(self, text):
         super().__init__()
         self._text = text
 
     def reset(self):
-        """Start anew, without a word."""
+        """Restart without sending anything."""
         super().reset()
         self._sent = b""
 
@@ -305,7 +305,7 @@ class Sketch(StandInLogger):
         self._sent = self._text if until_us % 100_000 == 0 else b""
 
     def deliver(self, received):
-        """Take no notice."""
+        """Ignore the bytes."""
 
 
 def test_boards_without_the_firmware(tmp_path):

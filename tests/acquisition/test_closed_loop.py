@@ -1,4 +1,4 @@
-"""From the motor's steps to the report: bench and workflow as one, without hardware."""
+"""Simulated bench and workflow together, from the motor's steps to the report."""
 
 import csv
 

@@ -1,4 +1,4 @@
-"""demo.py: a simulated run on a board that is not there, recorded by acquire.py's own recorder."""
+"""demo.py: a simulated run without a board, recorded by the recorder of acquire.py."""
 
 import argparse
 import contextlib
@@ -36,7 +36,7 @@ CONFIGURATION = read_config_file(PROJECT / "config/config.yaml")
 
 @pytest.fixture
 def workflow(tmp_path, monkeypatch):
-    """Stand in for Snakemake: it leaves what the detectors have learned, and a report."""
+    """Write the learned detectors and a report in place of Snakemake."""
     calls = []
 
     def call(folder, arguments):
@@ -81,7 +81,7 @@ def test_the_demo_records_the_simulated_run_to_the_last_sample(workflow, tmp_pat
     said = capfd.readouterr().out
     assert "ended: the capsule reached the end stop" in said
     assert said.index("verdict of taught: ") < said.index("The truth: a nodule of 3 mm")
-    assert "No browser could be opened" in said
+    assert "The demo cannot open a browser" in said
     # The workflow has to hear Ctrl-C again.
     assert signal.getsignal(signal.SIGINT) is former
 
@@ -140,7 +140,7 @@ def test_ctrl_c_ends_the_run_early_and_keeps_it(workflow, tmp_path):
 @pytest.mark.parametrize(("status", "how"), [(1, "ended with status 1"), (130, "was interrupted")])
 def test_a_workflow_that_fails_ends_the_demo(tmp_path, monkeypatch, status, how):
     monkeypatch.setattr(demo_run, "call_workflow", lambda folder, arguments: status)
-    kept = rf"the workflow {how}; what was recorded is kept in .*demo/raw"
+    kept = rf"the workflow {how}; the recordings are kept in .*demo/raw\. To continue, run the same"
     with pytest.raises(CapsuleError, match=kept):
         demo_run.demo(chosen(tmp_path / "demo"))
 

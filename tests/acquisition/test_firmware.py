@@ -1,4 +1,4 @@
-"""The firmware on its emulated boards: when it samples, how it sleeps, how it turns the motor."""
+"""The firmware on emulated boards: times of samples, sleep, and steps of the motor."""
 
 import re
 import shutil
@@ -86,7 +86,7 @@ def position(talk):
 
 
 def rates(talk, count):
-    """Give the last rates in half-steps per second."""
+    """Return the last rates in half-steps per second."""
     return 1e6 / np.diff(talk.board.step_times_us()[-count:])
 
 
@@ -235,14 +235,14 @@ HALF_STEPS_PER_WAVE = 80 * HALF_STEPS_PER_MM
 
 
 def phase_error(talk, where):
-    """Give by how many half-steps the phase that the index tells is off."""
+    """Return the error of the phase that the index tells, in half-steps."""
     told = (where.half_steps - where.index_half_steps) % HALF_STEPS_PER_WAVE
     true = (talk.board.half_steps - INDEX_AT) % HALF_STEPS_PER_WAVE
     return (told - true + HALF_STEPS_PER_WAVE / 2) % HALF_STEPS_PER_WAVE - HALF_STEPS_PER_WAVE / 2
 
 
 def stand_still(talk):
-    """Stop the wave; gives where it is."""
+    """Stop the wave, and return its position."""
     talk.say("stop")
     talk.wait(1.5)
     where = position(talk)
@@ -324,7 +324,7 @@ BOARDS = {
 
 
 def build_with_arduino(name, folder, *options):
-    """Build a sketch as the Arduino IDE does; gives the builder's output and status."""
+    """Build a sketch as the Arduino IDE does; return the builder's output and status."""
     folder.mkdir()
     settings = {
         "runtime.tools.avr-gcc.path": "/usr",

@@ -1,4 +1,4 @@
-"""What the fold board decides, in any order of commands and faults: origami.c on this computer."""
+"""Decisions of the fold board in any order of commands and faults: origami.c on this computer."""
 
 import ctypes
 import functools
@@ -23,7 +23,7 @@ LEASE_S, LONGEST_S, FAULT_PAUSE_S = 5, 10, 0.5
 
 @functools.cache
 def library():
-    """Build the decisions with the thread around them."""
+    """Build a library of origami.c with a simulated thread, and load it."""
     folder = emulated.temporary_folder()
     fold = emulated.FIRMWARE / "fold"
     sources = (fold / "origami.c", Path(emulated.__file__).parent / "origami_host.c")
@@ -38,7 +38,7 @@ def library():
 
 
 class Bench:
-    """The decisions, the thread and its switches."""
+    """The decisions of origami.c with a simulated thread and its switches."""
 
     def __init__(self, wound=0):
         self._bench = ctypes.c_void_p(library().bench_new(wound))
@@ -50,15 +50,15 @@ class Bench:
         library().bench_free(self._bench)
 
     def wait(self, seconds):
-        """Let time pass."""
+        """Run for some time."""
         self.run(round(1000 * seconds))
 
     def name(self):
-        """Name the state."""
+        """Return the name of the state."""
         return STATES[self.state()]
 
     def command(self, name):
-        """Say a command; gives whether the board obeys."""
+        """Send a command; return whether the board obeys."""
         return bool(self.say(ctypes.c_char(name[0].encode())))
 
 
@@ -93,27 +93,27 @@ def test_the_wait_that_is_told_is_no_longer_than_needed_and_enough():
 
 
 class AnyOrder(RuleBasedStateMachine):
-    """Any commands and any faults, in any order and at any time."""
+    """A sequence of any commands and faults, in any order and at any time."""
 
     @initialize(wound=st.integers(0, TRAVEL))
     def start(self, wound):
-        """Start the board, wherever the origami is."""
+        """Start the board with the origami in any position."""
         self.bench = Bench(wound)
         self.broken = False
 
     @rule(command=st.sampled_from(["fold", "hold", "unfold"]))
     def command(self, command):
-        """Let the computer, or noise, command."""
+        """Send a command, from the computer or from noise."""
         self.bench.command(command)
 
     @rule(milliseconds=st.integers(1, 12_000))
     def wait(self, milliseconds):
-        """Let time pass."""
+        """Run for some time."""
         self.bench.run(milliseconds)
 
     @rule()
     def fold_and_hold(self):
-        """Do as a survey does."""
+        """Fold and hold as a survey does."""
         self.bench.command("fold")
         for _ in range(3):
             self.bench.wait(4)
@@ -121,19 +121,19 @@ class AnyOrder(RuleBasedStateMachine):
 
     @rule(switch=st.integers(0, 1), how=st.sampled_from([FREE, STUCK_OPEN, STUCK_CLOSED]))
     def stick(self, switch, how):
-        """Let a switch stick, or come free."""
+        """Make a switch stick, or free it."""
         self.bench.stick(switch, how)
         self.broken = self.broken or how != FREE
 
     @rule(stalled=st.booleans())
     def stall(self, stalled):
-        """Let the motor stall, or turn again."""
+        """Make the motor stall, or free it."""
         self.bench.stall(int(stalled))
         self.broken = self.broken or stalled
 
     @rule()
     def silence(self):
-        """Say nothing: whatever is wrong, the board unfolds or gives up, and rests."""
+        """Send nothing: with any fault, the board unfolds or reports a fault, and rests."""
         self.bench.wait(LEASE_S + 3 * (LONGEST_S + FAULT_PAUSE_S))
         assert self.bench.name() in ("unfolded", "fault")
         assert not self.bench.coils()
@@ -141,19 +141,19 @@ class AnyOrder(RuleBasedStateMachine):
     @precondition(lambda self: not self.broken)
     @rule()
     def silence_of_a_whole_bench(self):
-        """Say nothing where nothing was ever wrong: it unfolds, and not too far."""
+        """Send nothing: without any fault so far, the board unfolds, and not too far."""
         self.bench.wait(LEASE_S + LONGEST_S)
         assert self.bench.name() == "unfolded"
         assert -SWITCH_TRAVEL < self.bench.wound() < SWITCH_TRAVEL
 
     @rule()
     def repair(self):
-        """Whatever was wrong: with switches and motor in order, it unfolds when it is told so."""
+        """Repair all faults: the board then unfolds on command."""
         self.bench.stick(0, FREE)
         self.bench.stick(1, FREE)
         self.bench.stall(0)
         self.bench.wait(0.1)
-        for _ in range(3):  # a deceived board learns first that it is not unfolded
+        for _ in range(3):  # after a stuck switch the board must first find that it is folded
             assert self.bench.command("unfold")
             self.bench.wait(LONGEST_S + 2 * FAULT_PAUSE_S)
         assert self.bench.name() == "unfolded"
@@ -161,13 +161,16 @@ class AnyOrder(RuleBasedStateMachine):
 
     @invariant()
     def nothing_forbidden_has_happened(self):
-        """No move with both switches closed or without a lease, no coils at rest, no long move."""
+        """Check each move and the coils at rest.
+
+        A move needs a lease and an open switch, and is short. At rest the coils are off.
+        """
         if hasattr(self, "bench"):
             assert self.bench.forbidden() == 0
             assert self.bench.longest_move_ms() <= 1000 * LONGEST_S
 
 
 class TestAnyOrder(AnyOrder.TestCase):
-    """Run it."""
+    """The tests of `AnyOrder`."""
 
     settings = settings(max_examples=150, stateful_step_count=30, deadline=None)

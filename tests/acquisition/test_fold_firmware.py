@@ -1,4 +1,4 @@
-"""The fold board's firmware in the emulator: what it does with the thread, and in each fault."""
+"""The fold board's firmware in the emulator: its moves of the thread, and its faults."""
 
 import math
 import re
@@ -21,7 +21,7 @@ DEBOUNCED = 6  # half-steps that the motor makes until a switch counts
 
 
 def start(wound=0):
-    """Start a board whose thread is wound by so many half-steps."""
+    """Start a board whose thread is wound by this many half-steps."""
     return Talk(emulated.FOLD, lambda board: FoldingOrigami(board, wound))
 
 
@@ -32,7 +32,7 @@ def fold():
 
 @pytest.fixture
 def folded():
-    """Start a board and let it fold; its lease of 5 s has 4 s left."""
+    """Start a board and fold the origami; 4 s of its lease of 5 s remain."""
     talk = start()
     assert talk.say("fold")[0] == Acknowledgement("fold", "")
     talk.wait(4)
@@ -46,13 +46,13 @@ def reports(events):
 
 
 def states(events):
-    """List the states that follow each other in what a board said."""
+    """Return the successive states in the frames of a board."""
     names = [report.state for report in reports(events)]
     return [name for name, before in zip(names, [None, *names], strict=False) if name != before]
 
 
 def answer(talk, command):
-    """Say a command; gives its answer."""
+    """Send a command, and return the answer."""
     (answered,) = [event for event in talk.say(command) if getattr(event, "command", "") == command]
     return answered
 
@@ -69,12 +69,12 @@ def state(talk):
 
 
 def faults(events):
-    """Give the reasons of the faults in what a board said."""
+    """Return the reasons of the faults in the frames of a board."""
     return [event.reason for event in events if isinstance(event, Refusal)]
 
 
 def is_at_rest(talk):
-    """Say whether the coils are off and the motor does not turn, for a second."""
+    """Return whether the coils are off and the motor does not turn for 1 s."""
     before = talk.board.half_steps
     talk.wait(1)
     return talk.board.coils == 0 and talk.board.half_steps == before

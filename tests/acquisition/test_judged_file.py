@@ -1,4 +1,4 @@
-"""judge_file.py: any file judged at once, in words, as JSON and as a picture."""
+"""judge_file.py: any file judged, in words, as JSON and as a picture."""
 
 import json
 import subprocess
@@ -29,7 +29,7 @@ SCRIPT = PROJECT / "workflow/scripts/judge_file.py"
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
-    """Make what the workflow leaves for those who judge, and a recording beside it."""
+    """Make the results that judging needs, and a recording."""
     folder = tmp_path_factory.mktemp("results")
     write_templates(folder)
     write_learned(folder, CONFIGURATION, taught_by())
@@ -91,7 +91,7 @@ def test_without_results_the_command_says_how_to_make_them(results, tmp_path):
     ("words", "reason"),
     [
         (["a.csv", "b.csv", "--picture", "p.png"], "--picture draws one recording: give one FILE"),
-        (["a.csv", "--picture", "p.pdf"], "its name must end in .png or .svg"),
+        (["a.csv", "--picture", "p.pdf"], "the name must end in .png or .svg"),
     ],
 )
 def test_a_picture_that_cannot_be_drawn_is_refused_at_once(results, words, reason):
@@ -146,7 +146,7 @@ def test_a_recording_that_taught_the_detectors_is_named(results, judged, tmp_pat
 
 
 def shown(verdicts, width, *, plain=False):
-    """Show a ramp of 100 samples with a gap, and these verdicts."""
+    """Return the lines for a ramp of 100 samples with a gap, with these verdicts."""
     values = np.tile(np.arange(100.0), (2, 1))
     values[1, 50:] = np.nan
     check = {"status": "accepted", "header": {}, "samples": 100, "duration_s": 9.9}

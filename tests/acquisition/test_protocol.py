@@ -1,4 +1,4 @@
-"""The line's protocol: docs/protocol.md, the computer's side and the firmware agree."""
+"""The serial protocol: docs/protocol.md, the computer's program and the firmware agree."""
 
 import re
 

@@ -1,4 +1,4 @@
-"""What a killed recorder has left becomes a recording: nothing cut off, nothing deleted."""
+"""Recovery of the unfinished recording of a killed recorder, which stays unchanged."""
 
 import io
 
@@ -27,7 +27,7 @@ def whole_part(final, count=6):
 
 
 def recovered(final, content):
-    """Recover a part of that content; gives samples, dropped bytes and what is in the file."""
+    """Recover an unfinished file; return samples, dropped bytes and the recording's content."""
     part = final.with_name(final.name + ".part")
     part.parent.mkdir(parents=True, exist_ok=True)
     part.write_bytes(content)
@@ -89,7 +89,7 @@ def test_a_running_recording_is_not_recovered(final):
 
 
 def line_of(content, number):
-    """Give where the line of a sample begins and ends."""
+    """Return the start and the end of the line of a sample, in bytes."""
     first = content.index(b"0,0,2,3,4\n")
     lines = content[first:].split(b"\n")
     start = first + sum(len(line) + 1 for line in lines[:number])

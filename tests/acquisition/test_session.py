@@ -1,4 +1,4 @@
-"""A recording against whatever the line may say, on a written script: what arrives is kept."""
+"""A recording against a scripted serial line: all samples that arrive are kept."""
 
 import pytest
 
@@ -9,7 +9,7 @@ from support.bench.scripted import ENTRIES, ScriptedBench, identity_frame, sampl
 
 
 def samples(first, last):
-    """Give the samples of these numbers, each when it was taken."""
+    """Return samples with these numbers, each with its time."""
     return [(number / 10, sample_frame(number)) for number in range(first, last)]
 
 
@@ -132,7 +132,7 @@ def test_a_false_frame_after_a_gap_costs_nothing_either(bench):
 
 
 def plug_in_later(bench, monkeypatch, *boards):
-    """Have these boards answer, one a knock, when the recorder looks for its own."""
+    """Let these boards answer, one per attempt, when the recorder searches for its own."""
     answers = iter(boards)
 
     def connect(port, baud, wanted):

@@ -1,4 +1,4 @@
-"""acquire.py on every system: a logger imitated in Python, behind a socket."""
+"""acquire.py with a logger imitated in Python behind a socket, which works on every system."""
 
 import os
 import shutil

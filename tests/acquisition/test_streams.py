@@ -34,19 +34,19 @@ RULES = {"sensors": 4, "rate_hz": 10}
 
 @pytest.fixture
 def name():
-    """Give a name that no other stream has."""
+    """Return a name that no other stream has."""
     return f"stream-{uuid.uuid4().hex}"
 
 
 @pytest.fixture
 def record(tmp_path):
-    """Give what starts acquire.py so that it hears the streams of this test."""
+    """Return a function that starts acquire.py so that it receives the streams of this test."""
     yield lambda *options: Recorder(tmp_path, "--unlabelled", *options, env=environment(tmp_path))
     Recorder.end_all()
 
 
 def check_rows(recording, lost, last):
-    """Each sample stands where it belongs, and those that were lost are missing."""
+    """Check that each sample is in its place, and that lost samples are missing."""
     np.testing.assert_allclose(np.diff(recording.time_s), 0.1, atol=1e-9)
     expected = np.array([readings_of(number) for number in range(last + 1)]).T
     expected[:, list(lost)] = np.nan
@@ -181,8 +181,8 @@ def test_channels_are_chosen_by_label_or_number(wanted, channels):
         ({"rate_hz": 250.0}, None, r"rate of 250 Hz, .*configured for 10 Hz.*LabRecorder"),
         ({"rate_hz": 0.0}, None, "has no nominal rate.*LabRecorder"),
         ({"kind": pylsl.cf_string}, None, "sends text, not numbers"),
-        ({"units": ["microvolts"] * 4}, None, "in microvolts; a recording is in counts, V"),
-        ({"units": ["V", "V", "counts", "V"]}, None, "in V, counts; .*all channels alike"),
+        ({"units": ["microvolts"] * 4}, None, "in microvolts; all channels .*counts, V"),
+        ({"units": ["V", "V", "counts", "V"]}, None, "in V, counts; all channels .*the same unit"),
     ],
 )
 def test_a_stream_that_does_not_fit_is_refused_by_name(settings, wanted, words):

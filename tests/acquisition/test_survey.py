@@ -1,4 +1,4 @@
-"""survey.py as a user runs it: what a session leaves, and what is left of one that was killed."""
+"""survey.py as a user runs it: the files of a finished session, and those of a killed one."""
 
 import csv
 import io
@@ -27,7 +27,7 @@ def run(*arguments, cwd, **options):
 
 
 def content(folder):
-    """Give the bytes of all files of a session."""
+    """Return the bytes of all files of a session."""
     return {
         path.relative_to(folder).as_posix(): path.read_bytes()
         for path in sorted(folder.rglob("*"))
@@ -37,7 +37,7 @@ def content(folder):
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    """Make a session that nobody has disturbed."""
+    """Make an undisturbed session."""
     folder = tmp_path_factory.mktemp("sessions") / "whole"
     done = run(*GUT, "--out", folder, "--raw", "raw", cwd=folder.parent)
     assert done.returncode == 0, done.stderr
@@ -157,7 +157,7 @@ def test_a_session_of_other_parameters_is_not_mixed_with_this_one(whole, tmp_pat
     (folder / "stream.csv.part").write_bytes(first)
     done = run("--resume", folder, cwd=tmp_path)
     assert done.returncode == 1
-    assert "would differ" in done.stderr
+    assert "differs in the resumed session" in done.stderr
     assert (folder / "stream.csv.part").read_bytes() == first[: first.rfind(b"\n") + 1]
 
 
@@ -190,7 +190,7 @@ def test_a_target_that_cannot_be_reached_has_its_own_status(tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["--out", "x"], "say --simulate, or where the boards are"),
+        (["--out", "x"], "give either --simulate, or the ports of the boards"),
         (["--drive", "p", "--out", "x"], "needs --fold PORT"),
         (["--simulate"], "--out FOLDER"),
         (["--simulate", "--out", "x", "--goto", "1500"], "the gut is 1000 mm long"),

@@ -1,4 +1,4 @@
-"""survey.py on boards that fail: the origami ends unfolded, no verdict rests on what is missing."""
+"""survey.py on boards that fail: the origami is unfolded, and missing samples give no verdict."""
 
 import itertools
 import os
@@ -18,7 +18,7 @@ SOON = "--patience", 15
 
 
 def folded(bench):
-    """Give what says whether the origami is folded."""
+    """Return a function that returns whether the origami is folded."""
     return lambda: bench.fold.folded == 1.0
 
 
@@ -27,7 +27,7 @@ def happened(bench):
 
 
 def check_ended(bench):
-    """Whatever has happened, the origami is unfolded and the session can be read."""
+    """Check that the origami is unfolded, and that the session can be read."""
     assert bench.at_rest()
     assert bench.events()[-1]["after"] == "ended"
     assert len({len(row) for row in bench.stream()}) == 1
@@ -123,7 +123,7 @@ def test_without_an_index_switch_a_reset_ends_the_survey(rig):
     surveyor = bench.survey(*THERE_AND_BACK, *SOON)
     surveyor.run(lambda: bench.gut.head_mm > 15)
     bench.cables.wave.press_reset()
-    surveyor.expect(11, "if this computer dies", "has no index switch")
+    surveyor.expect(11, "if this computer fails", "has no index switch")
     check_ended(bench)
 
 

@@ -1,4 +1,4 @@
-"""survey.py on boards that do as they are told: what a session leaves, and how it ends."""
+"""survey.py on boards without faults: the files of a session, and its end."""
 
 import io
 import json
@@ -105,5 +105,5 @@ def test_the_map_of_an_earlier_session_is_taken_over_by_the_index(rig, indexed):
         surveyor.expect(0)
         assert json.loads(about.read_text())["origin_mm"] == pytest.approx(7.0, abs=0.002)
     else:
-        surveyor.expect(0, "the map of the earlier sessions (--map) cannot be taken over")
+        surveyor.expect(0, "the map of the earlier sessions (--map) cannot be used")
         assert json.loads(about.read_text())["earlier_origin_mm"] is None

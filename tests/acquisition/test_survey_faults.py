@@ -1,4 +1,4 @@
-"""What a pilot does when sensors die, boards fall silent and the origami does not obey."""
+"""Decisions of a pilot if sensors fail, boards are silent or the origami does not obey."""
 
 from dataclasses import replace
 
@@ -24,7 +24,7 @@ SEED = 7
 
 
 class Bench:
-    """A simulated bench that a fault changes; remembers commands and what the board truly says."""
+    """A simulated bench with a fault, which keeps the commands and the true fold states."""
 
     def __init__(self, fault=None, nodules=(3.0,), length_mm=300.0, seed=SEED, **changes):
         phantom = with_values(PHANTOM, {name.replace("__", "."): v for name, v in changes.items()})
@@ -35,7 +35,7 @@ class Bench:
         self.folds = []
 
     def lead(self, origin_mm=None, **options):
-        """Lead the capsule to its end, on an earlier map if given; give the pilot."""
+        """Run a survey to its end, on an earlier map if given; return the pilot."""
         pilot = Pilot(DETECTOR, 10.0, **options)
         if origin_mm is not None:
             pilot.sensing.take_origin(origin_mm)
@@ -50,7 +50,7 @@ class Bench:
         return pilot
 
     def tell(self, command):
-        """Give the boards a command."""
+        """Send the boards a command."""
         self.commands.append(command)
         self.bench.tell(command)
 

@@ -1,4 +1,4 @@
-"""A survey on boards that was killed: it is read back, and goes on where the capsule is."""
+"""A killed survey on boards: its files are read, and it continues where the capsule is."""
 
 import json
 import os
@@ -18,7 +18,7 @@ THERE_AND_BACK = "--goto", 25, 12
 
 
 def killed_when(bench, until, *options):
-    """Start a survey, kill it when something holds, and let some time pass."""
+    """Start a survey, kill it when a condition holds, and wait for some time."""
     surveyor = bench.survey(*options)
     surveyor.run(until)
     surveyor.kill()
@@ -26,7 +26,7 @@ def killed_when(bench, until, *options):
 
 
 def returning(bench):
-    """Give what says whether the capsule has been pushed back for a while."""
+    """Return a function that returns whether the capsule has been pushed back for some time."""
     folded_mm = []
 
     def is_returning():
@@ -88,7 +88,7 @@ def test_a_session_whose_events_would_differ_is_left_as_it_is(rig):
     shutil.copytree(bench.folder / "tuesday", folder)
     events = (folder / "events.jsonl.part").read_text()
     (folder / "events.jsonl.part").write_text(events.replace('"folding"', '"unfolding"'))
-    bench.resume(session="other").expect(1, "would differ")
+    bench.resume(session="other").expect(1, "differs in the resumed session")
     assert (folder / "stream.csv.part").exists()
     assert bench.at_rest()
 

@@ -1,4 +1,4 @@
-"""What a person sees of a survey: a few lines in their place, or a line for each event."""
+"""The display of a survey: a few lines redrawn in place, or a line for each event."""
 
 import io
 from types import SimpleNamespace
@@ -72,7 +72,7 @@ class Screen(io.StringIO):
     encoding = "utf-8"
 
     def isatty(self):
-        """Say that somebody looks."""
+        """Return True, as a terminal does."""
         return True
 
 

@@ -1,4 +1,4 @@
-"""Samples in their places: gaps are missing samples, time never shifts."""
+"""Places of samples: gaps become missing samples, and later samples keep their times."""
 
 import pytest
 from hypothesis import given, settings
@@ -78,7 +78,7 @@ def test_before_the_first_sample_nothing_can_have_restarted():
 @settings(deadline=None)  # a busy machine is no fault
 @given(st.lists(st.tuples(st.integers(1, 40), st.booleans()), min_size=1, max_size=60))
 def test_places_follow_the_boards_clock(steps):
-    """Whatever frames are lost, a sample's place is its time."""
+    """Check that a sample's place follows from its time, whichever frames are lost."""
     timeline = Timeline(10)
     period = 0
     timeline.place(sample(0, 0), 0.0)

@@ -1,4 +1,4 @@
-"""acquire.py --detect: the running verdict, and every detector's in the end."""
+"""acquire.py --detect: the running verdicts, and the verdicts of all detectors at the end."""
 
 import json
 import re
@@ -22,13 +22,13 @@ HEADER = {"adc_bits": "10"}
 
 @pytest.fixture
 def templates(tmp_path):
-    """Make templates that know one shape, 3 mm."""
+    """Make templates of one size, 3 mm."""
     write_templates(tmp_path)
 
 
 @pytest.fixture
 def running(tmp_path, templates, configuration):
-    """Make what judges a run while it is recorded; the detectors are taught by a few passages."""
+    """Make a running verdict whose detectors have learned from a few passages."""
     final = final_verdict(tmp_path, configuration, taught_by())
     return RunningVerdict(final, configuration)
 

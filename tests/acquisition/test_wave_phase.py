@@ -1,4 +1,4 @@
-"""Where the wave is, from what the peristalsis board says: through resets and lost steps."""
+"""The position of the wave from the peristalsis board's frames, after resets and lost steps."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ EVERY_S = 0.2
 
 
 class Board:
-    """A peristalsis board that is asked again and again; its cams are where they truly are."""
+    """A simulated peristalsis board with the true position of its cams."""
 
     def __init__(self, *, sign=1, index_at_mm=17.0, indexed=True, cam_mm=3.0):
         self.sign, self.index_at_mm, self.indexed = sign, index_at_mm, indexed
@@ -27,7 +27,7 @@ class Board:
         self.started_s, self.counted_mm, self.index_mm = self.now_s, 0.0, None
 
     def run(self, phase, seconds, *, delay_s=0.01, stalled=False, state="running"):
-        """Let the wave run, and hand its frames on."""
+        """Run the wave, and pass its frames to the wave phase."""
         for _ in range(round(seconds / EVERY_S)):
             way_mm = SPEED_MM_S * EVERY_S if state == "running" else 0.0
             self.now_s += EVERY_S
@@ -41,7 +41,7 @@ class Board:
             phase.note(self.frame(way_mm, state), self.now_s + delay_s)
 
     def frame(self, way_mm, state):
-        """Make a frame as it comes from the line."""
+        """Return a frame as it comes from the serial line."""
         device_ms = round(1000 * (self.now_s - self.started_s))
         half_steps = self.sign * round(self.counted_mm * HALF_STEPS_PER_MM)
         position_mm = round(self.sign * self.counted_mm, 3)
@@ -58,7 +58,7 @@ def phase_of(board, **options):
 
 
 def off_mm(phase, board, origin_mm):
-    """Give by how much the phase is off that of the cams, modulo a wavelength."""
+    """Return the error of the phase against the cams, modulo a wavelength."""
     (wave_mm,) = phase.at(np.array([board.now_s + 0.01]))
     return (wave_mm - (board.cam_mm - origin_mm) + 40) % WAVELENGTH_MM - 40
 

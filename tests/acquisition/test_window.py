@@ -1,4 +1,4 @@
-"""The live window of --plot, drawn into memory where there is no screen."""
+"""The live window of --plot, drawn into memory because there is no screen."""
 
 import matplotlib
 import numpy as np
@@ -15,7 +15,7 @@ from acquisition.terminal import Progress
 
 @pytest.fixture
 def screen(monkeypatch):
-    """Take drawing into memory for a screen."""
+    """Pretend that drawing into memory is a screen."""
     monkeypatch.setattr(window.backend_registry, "list_builtin", lambda kind: ["agg"])
     monkeypatch.setattr(pyplot.Figure, "show", lambda figure: None)
     yield

@@ -1,7 +1,6 @@
-"""The edges of recording: ports, boards, files that survive, and what the terminal shows.
+"""Record from the bench: serial ports, boards, files of recordings, and the display.
 
-`acquisition.protocol` says what bytes on the line mean; here they are fetched, placed in time
-(`timeline`), kept (`archive`) and shown (`terminal`, `window`), and `session` runs it all. A bench
-without hardware for the demo and the tests: `stand_in` imitates the logger, `cable` joins it to the
-recorder, `workbench` lets its time pass.
+`protocol` decodes the bytes on the serial line. `timeline` places samples in time, `archive` writes
+them, `terminal` and `window` show them, and `session` runs one recording. The demo and the tests
+need no hardware: `stand_in` imitates the logger, `cable` connects it, `workbench` runs its clock.
 """

@@ -1,4 +1,4 @@
-"""Recordings on disk: every sample kept as it comes, the final name only for a whole file."""
+"""Recordings on disk; a recording gets its final name only when it is complete."""
 
 import errno
 import os
@@ -17,25 +17,25 @@ _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 class PartFile:
-    """A recording being made: ``<name>.csv.part`` until it is whole.
+    """A recording in progress: ``<name>.csv.part`` until it is complete.
 
     Parameters
     ----------
     final : Path
-        The recording's name when it is whole.
+        Path of the complete recording.
     header : mapping of str to str
-        What is known of the run.
+        Header of the recording.
     sensors : int
         Number of sensors S.
     tell : callable, optional
-        Is told when the recording had to go on in another place.
+        Function that shows a warning if the recording continues in another file.
 
     Raises
     ------
     NameExistsError
-        There is a recording of that name, whole or in parts.
+        A complete or unfinished recording of that name exists.
     DiskFullError
-        There is no room.
+        The disk is full.
     """
 
     def __init__(
@@ -65,16 +65,16 @@ class PartFile:
         _sync_folder(final.parent)
 
     def add(self, time_s: float, values: Sequence[float] | None) -> None:
-        """Add a sample; None is a missing one. It is written by the next `flush`."""
+        """Add a sample; None is a missing one. The next `flush` writes it."""
         self._pending.append(format_sample(time_s, values, self._sensors))
 
     def flush(self) -> None:
-        """Hand what was added to the operating system: a killed recorder loses nothing of it.
+        """Write the added samples to the file, so that a killed recorder does not lose them.
 
         Raises
         ------
         DiskFullError
-            There is no room; the lines that fitted stay in the file.
+            The disk is full; whole lines that fitted stay in the file.
         """
         if not self._pending:
             return
@@ -91,12 +91,12 @@ class PartFile:
         self._length += len(content)
 
     def sync(self) -> None:
-        """Have the disk keep what was flushed, once a second: a power cut loses no more.
+        """Write the file to the disk once a second, so that a power cut loses at most a second.
 
         Raises
         ------
         AcquisitionError
-            The file is gone, and there is no place for another.
+            The file has disappeared, and no other place for it can be written.
         """
         now_s = time.monotonic()
         if now_s - self._synced_s >= SYNC_EVERY_S:
@@ -111,12 +111,12 @@ class PartFile:
             raise explain_write_fault(fault, self.path) from fault
 
     def _hold_place(self) -> None:
-        """Write everything anew where the file, or its folder, was deleted or renamed."""
+        """Copy all samples to a new file if the file or its folder was deleted or renamed."""
         try:
             if os.path.samestat(self.path.stat(), os.fstat(self._descriptor)):
                 return
         except OSError:
-            pass  # it is not there
+            pass  # the file does not exist
         lost = self.path
         fault: OSError | None = None
         for path in _places(self.path):
@@ -141,17 +141,17 @@ class PartFile:
             )
             return
         fault = fault or OSError(
-            errno.EEXIST, "recordings of this name and of those beside it exist"
+            errno.EEXIST, "recordings of this name and of its alternative names exist"
         )
         raise explain_write_fault(fault, lost) from fault
 
     def finish(self) -> Path:
-        """Give the recording its name.
+        """Rename the recording to its final name.
 
         Raises
         ------
         NameExistsError
-            Another recording took the name meanwhile; this one stays in its parts.
+            Another recording has got the name meanwhile; this one keeps its unfinished name.
         """
         self.flush()
         self._hold_place()
@@ -166,12 +166,12 @@ class PartFile:
         self.path.unlink(missing_ok=True)
 
     def close(self) -> None:
-        """Close the file and leave it as it is."""
+        """Close the file under its unfinished name."""
         os.close(self._descriptor)
 
 
 def _create(path: Path) -> int:
-    """Create a file that was not there, with its folder, locked; gives its descriptor."""
+    """Create and lock a new file, with its folder; return its descriptor."""
     path.parent.mkdir(parents=True, exist_ok=True)
     flags = os.O_RDWR | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
     descriptor = os.open(path, flags, 0o666)
@@ -180,7 +180,7 @@ def _create(path: Path) -> int:
 
 
 def _places(part: Path) -> Iterator[Path]:
-    """Name where an unfinished recording may go on: its place, beside it, another disk."""
+    """Yield paths for an unfinished recording: its own, others beside it, the temporary folder."""
     name = part.name.removesuffix(f".csv{PART}")
     beside = [part, *(part.with_name(f"{name}-{n}.csv{PART}") for n in range(2, 10))]
     elsewhere = Path(tempfile.gettempdir()) / "capsule-recordings" / part.parent.name
@@ -190,7 +190,7 @@ def _places(part: Path) -> Iterator[Path]:
 
 
 def _copy(source: int, target: int) -> None:
-    """Copy an open file, even one that was deleted, and have the disk keep it."""
+    """Copy an open file, even a deleted one, and write the copy to the disk."""
     os.lseek(source, 0, os.SEEK_SET)
     while chunk := os.read(source, 1 << 20):
         while chunk:
@@ -199,7 +199,7 @@ def _copy(source: int, target: int) -> None:
 
 
 def check_free(final: Path) -> None:
-    """Make sure that a recording's name is free; raises `NameExistsError`."""
+    """Raise `NameExistsError` if a recording of that name exists."""
     if final.exists():
         raise NameExistsError(
             f"{final} exists; acquire.py never overwrites a recording, so choose another --name"
@@ -210,12 +210,12 @@ def check_free(final: Path) -> None:
 
 
 def unfinished(raw: Path) -> list[Path]:
-    """List what killed recorders have left under raw/."""
+    """Return the unfinished recordings under raw/."""
     return sorted(raw.glob(f"*/*{PART}"))
 
 
 def publish(part: Path, final: Path) -> None:
-    """Rename without ever replacing a recording; raises `NameExistsError`."""
+    """Rename a file; raise `NameExistsError` instead of replacing a recording."""
     try:
         os.link(part, final)  # atomic, and fails where the name exists
     except FileExistsError as fault:
@@ -251,7 +251,7 @@ def _unfinished_text(part: Path) -> str:
 def explain_write_fault(
     fault: OSError, path: Path, remedy: str = "acquire.py --recover"
 ) -> AcquisitionError:
-    """Turn a failed write into a reason; a full disk has one of its own, with what to run later."""
+    """Return the error for a failed write; a full disk has its own class, with a remedy."""
     if fault.errno in _FULL:
         return DiskFullError(
             f"the disk is full at {path}; the samples written so far are kept. Free some space, "

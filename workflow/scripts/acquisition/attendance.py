@@ -1,4 +1,4 @@
-"""How a logger is kept sending: started until it sends, asked what it is when in doubt."""
+"""The control of a logger: start it until it sends, and ask for its identity when in doubt."""
 
 from collections.abc import Callable, Iterable
 
@@ -9,27 +9,27 @@ from acquisition.line import Arrival
 from acquisition.protocol import Damaged, Identity, Sample
 
 START_AGAIN_S = 0.5
-# A board that was reset sits in its boot loader, which must not hear a byte (see boards.QUIET_S).
+# A reset board waits in its boot loader, which must not get a byte (see boards.QUIET_S).
 SILENT_AFTER_S = 2.5
 ASK_AGAIN_S = 1.0
 
 
 class Attendance:
-    """Takes what a logger sends, and knows what it must be told for more to come.
+    """The control of one logger: it passes on samples and chooses the next command.
 
     Parameters
     ----------
     identity : Identity
-        What the logger said of itself at first.
+        The logger's description of itself at the start.
     intake : Intake
-        Takes the samples.
+        The intake of the samples.
     tell : callable
-        Is told what people should know.
+        Function that shows a message to the user.
 
     Attributes
     ----------
     sampled_s : float
-        When the last sample was accepted, by the clock that counts patience.
+        Time of the last accepted sample, by `AWAKE`.
     """
 
     def __init__(self, identity: Identity, intake: Intake, tell: Callable[[str], None]) -> None:
@@ -41,7 +41,7 @@ class Attendance:
         self._heard_s = self.sampled_s = AWAKE.now_s()
 
     def command(self, now_s: float) -> str:
-        """Give what the board should be told now; empty if nothing."""
+        """Return the command that the board needs now; empty if it needs none."""
         if now_s - self._heard_s > SILENT_AFTER_S or self._intake.in_doubt or self._foreign:
             if now_s - self._asked_s > ASK_AGAIN_S:
                 self._asked_s = now_s
@@ -52,7 +52,7 @@ class Attendance:
         return ""
 
     def take(self, arrivals: Iterable[Arrival], port: str) -> None:
-        """Take what came in at a port."""
+        """Process the arrivals from a port."""
         arrivals = list(arrivals)
         if arrivals:
             self._heard_s = AWAKE.now_s()
@@ -77,7 +77,7 @@ class Attendance:
     def take_identity(
         self, identity: Identity, moment_s: float, port: str, fresh: bool = False
     ) -> None:
-        """Take note of what the board says of itself; `fresh` as in `Timeline.continues`."""
+        """Process the board's description of itself; `fresh` as in `Timeline.continues`."""
         if self.is_foreign(identity, port):
             return
         running = identity.entries.get("state") == "running"
@@ -94,7 +94,7 @@ class Attendance:
             self._started_s = -START_AGAIN_S
 
     def is_foreign(self, identity: Identity, port: str) -> bool:
-        """Compare what answers now with the board that the recording's header describes."""
+        """Return whether the board differs from the one in the recording's header."""
         before = self._foreign
         self._foreign = differences(self._identity, identity)
         if self._foreign and self._foreign != before:
@@ -106,13 +106,13 @@ class Attendance:
         return bool(self._foreign)
 
     def went_away(self) -> None:
-        """Take note that the line is lost: nothing of this board will follow what came."""
+        """Decide on samples in doubt, because the line is lost and no more samples follow."""
         self._intake.settle()
         self._running = False
 
     def came_back(self) -> None:
-        """Take note that the board is there again; its first sample may take as long as any."""
+        """Restart the wait for a sample, because the board is connected again."""
         self._heard_s = AWAKE.now_s()
-        if not self._granted:  # once; then a sample must come
+        if not self._granted:  # only once, until a sample arrives
             self.sampled_s = self._heard_s
             self._granted = True

@@ -1,4 +1,4 @@
-"""The ways in which recording fails, each with an exit status of its own."""
+"""The errors of recording and surveys, each with its own exit status."""
 
 import contextlib
 import sys
@@ -16,79 +16,79 @@ class AcquisitionError(CapsuleError):
 
 
 class BoardNotFoundError(AcquisitionError):
-    """No port, or no board behind any port, or more than one that fits."""
+    """No port exists, no board is behind any port, or several boards fit."""
 
     status = 3
 
 
 class NoAnswerError(AcquisitionError):
-    """The port opens but nothing speaks."""
+    """The port opens, but nothing answers."""
 
     status = 4
 
 
 class PortBusyError(AcquisitionError):
-    """Another program has the port."""
+    """Another program uses the port."""
 
     status = 5
 
 
 class NoPermissionError(AcquisitionError):
-    """The user may not open the port."""
+    """The user has no permission to open the port."""
 
     status = 6
 
 
 class WrongBaudError(AcquisitionError):
-    """Bytes come, but no frames."""
+    """The port sends bytes but no frames."""
 
     status = 7
 
 
 class WrongBoardError(AcquisitionError):
-    """Something else answers: the other board, another program, another protocol."""
+    """Another board, another program or another protocol answers."""
 
     status = 8
 
 
 class DiskFullError(AcquisitionError):
-    """Samples cannot be written."""
+    """The disk is full."""
 
     status = 9
 
 
 class NameExistsError(AcquisitionError):
-    """There is a recording of that name; none is ever overwritten."""
+    """A recording or session of that name exists; it is never overwritten."""
 
     status = 10
 
 
 class BoardLostError(AcquisitionError):
-    """The board went away and did not come back in time; what came before is archived."""
+    """A board was lost and did not come back in time; the samples before that are kept."""
 
     status = 11
 
 
 class RefusedError(AcquisitionError):
-    """A board will not do what it was asked."""
+    """A board refuses a command."""
 
     status = 12
 
 
 class CannotArriveError(AcquisitionError):
-    """Folding does not bring the capsule back to where it should go."""
+    """The capsule did not reach its target."""
 
     status = 13
 
 
 class SurveyFaultError(AcquisitionError):
-    """The origami did not fold or unfold as it was told."""
+    """The origami did not fold or unfold as commanded."""
 
     status = 14
 
 
 class LineLostError(Exception):
-    """The port went away while it was open; the session waits for it to come back."""
+    """An open port disappeared; the session waits for it to come back."""
 
 
 @contextlib.contextmanager
@@ -98,7 +98,7 @@ def end_with_status(interrupted: str = "") -> Iterator[None]:
     Parameters
     ----------
     interrupted : str
-        What to say at Ctrl-C; nothing where the program has told it already.
+        Message at Ctrl-C; empty if the program has printed its own.
     """
     try:
         yield

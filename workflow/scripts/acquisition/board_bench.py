@@ -17,22 +17,22 @@ from acquisition.wave_drive import WaveDrive
 from capsule.survey import cycle as cycles
 from capsule.survey.survey_log import Readings
 
-# The lines are looked at so often while samples are waited for.
+# Interval at which the lines are read while the survey waits for samples.
 LOOK_EVERY_S = 0.02
 
 
 @dataclass(frozen=True)
 class Ports:
-    """Where the boards are.
+    """The ports of the boards.
 
     Attributes
     ----------
     drive, fold : str
         Ports of the peristalsis board and of the fold board.
     logger : str or None
-        Port of the logger; None: it is looked for.
+        Port of the logger; None: search for it.
     baud : int
-        Bits a second.
+        Bits per second.
     """
 
     drive: str
@@ -49,9 +49,9 @@ class BoardBench:
     logger, drive, fold
         The boards.
     patience_s : float
-        For how long a board may be away.
+        Longest time in seconds without a board.
     begin_s : float
-        Time of the first sample.
+        Time of the first sample in seconds.
     """
 
     def __init__(
@@ -70,12 +70,12 @@ class BoardBench:
 
     @property
     def at_end(self) -> bool:
-        """Whether the capsule has closed the end stop."""
+        """Return whether the capsule has closed the end stop."""
         return self._logger.at_end
 
     @property
     def trouble(self) -> AcquisitionError | None:
-        """Why the survey cannot go on."""
+        """The fault that ends the survey; None if it can continue."""
         for board in (self._logger, self._fold, self._drive):
             if trouble := board.trouble(self._patience_s):
                 return trouble
@@ -87,14 +87,14 @@ class BoardBench:
         return self._drive.index_mm
 
     def tell(self, command: str) -> None:
-        """Give the boards a command; returns at once."""
+        """Send the boards a command, and return at once."""
         if command == cycles.STOP_WAVE:
             self._drive.stop()
         else:
             self._fold.command(command)
 
     def read(self, samples: int) -> Readings:
-        """Wait for the next samples; what does not come in time is missing."""
+        """Wait for the next samples; a late sample is missing."""
         while (taken := self._logger.take(samples)) is None:
             self._fold.serve()
             self._drive.serve()
@@ -104,13 +104,13 @@ class BoardBench:
         values, moments_s = taken
         numbers = self._read + np.arange(samples)
         self._read += samples
-        # Rounded as they are written, so that a pilot to whom they are read again decides the same.
+        # Rounded as in the file: a resumed pilot must decide the same from the stored values.
         time_s = np.round(self._begin_s + numbers / self._logger.rate_hz, 3)
         wave_mm = np.round(self._drive.wave_mm(moments_s), 2)
         return Readings(time_s, values, wave_mm, self._fold.state)
 
     def start(self) -> None:
-        """Have the origami unfolded, and start the wave.
+        """Unfold the origami, and start the wave.
 
         Raises
         ------
@@ -124,7 +124,7 @@ class BoardBench:
         self._drive.start()
 
     def leave(self) -> list[str]:
-        """Unfold the origami, stop the wave and let go of the boards; gives warnings."""
+        """Unfold the origami, stop the wave and close the ports; return warnings."""
         if self._left:
             return []
         self._left = True
@@ -135,17 +135,17 @@ class BoardBench:
 
 
 def board_links(ports: Ports, tell: Callable[[str], None]) -> dict[str, BoardLink]:
-    """Open all ports, and make sure of the boards behind them.
+    """Open all ports, and check which boards are behind them.
 
     Returns
     -------
     dict of str to BoardLink
-        Of ``fold``, ``peristalsis`` and ``logger``.
+        Links by the names ``fold``, ``peristalsis`` and ``logger``.
 
     Raises
     ------
     AcquisitionError
-        A board is not there, or another one is.
+        A board is missing, or another one answers.
     """
     links: dict[str, BoardLink] = {}
     try:

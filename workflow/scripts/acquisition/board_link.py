@@ -1,4 +1,4 @@
-"""A board whose cable may be pulled while others go on: looked for again without ever waiting."""
+"""The link to one of several boards; it reconnects an unplugged board while the others run."""
 
 import time
 from collections.abc import Callable
@@ -20,16 +20,16 @@ class BoardLink:
     line : Line
         The open line.
     identity : Identity
-        What the board says of itself.
+        The board's description of itself.
     tell : callable
-        Is told what people should know.
+        Function that shows a message to the user.
 
     Attributes
     ----------
     identity : Identity
-        What the board said when it was connected last.
+        The board's description at its last connection.
     connections : int
-        How often it was connected; opening a port resets an Arduino.
+        Number of connections; opening a port resets an Arduino.
     """
 
     def __init__(self, line: Line, identity: Identity, tell: Callable[[str], None]) -> None:
@@ -45,20 +45,20 @@ class BoardLink:
 
     @property
     def connected(self) -> bool:
-        """Whether the board is there and has said what it is."""
+        """Return whether the board is connected and identified."""
         return self._line is not None and self._introduction is None
 
     @property
     def line(self) -> Line:
-        """The open line; raises `LineLostError` where there is none."""
+        """The open line; raises `LineLostError` if the board is not connected."""
         if self._line is None or self._introduction is not None:
             raise LineLostError(f"{self.port} is not connected")
         return self._line
 
     def receive(self, timeout_s: float = 0.0) -> list[Arrival]:
-        """Give what has come in; waits up to the timeout for something to come.
+        """Read the events that have arrived; wait up to the timeout for the first.
 
-        A board that is not there is looked for meanwhile.
+        If the board is not connected, try to connect it.
         """
         try:
             if self._line is None:
@@ -76,7 +76,7 @@ class BoardLink:
         return []
 
     def send(self, payload: str) -> None:
-        """Send a command, if the board is there."""
+        """Send a command, if the board is connected."""
         if self._line is None or self._introduction is not None:
             return
         try:
@@ -99,7 +99,7 @@ class BoardLink:
         self.close()
 
     def _knock(self, timeout_s: float) -> None:
-        """Try to open the port, now and then."""
+        """Try to open the port, at most every `KNOCK_EVERY_S` seconds."""
         if time.monotonic() - self._knocked_s < KNOCK_EVERY_S:
             time.sleep(timeout_s)
             return
@@ -114,7 +114,7 @@ class BoardLink:
         self._tell(f"the {identity.device} board is back")
 
     def _keep_waiting(self, reason: AcquisitionError) -> None:
-        """Say, once, why a board that is there is not the one that is waited for."""
+        """Close the port, and show the user once why its board cannot be used."""
         self.close()
         if not isinstance(reason, BoardNotFoundError) and str(reason) != self._told:
             self._told = str(reason)
@@ -122,5 +122,5 @@ class BoardLink:
 
 
 def linked(port: str, wanted: str, tell: Callable[[str], None], baud: int = BAUD) -> BoardLink:
-    """Open a port and make sure of the board behind it; raises `AcquisitionError`."""
+    """Open a port and check which board is behind it; raise `AcquisitionError` if it is wrong."""
     return BoardLink(*connect(port, baud, wanted), tell)

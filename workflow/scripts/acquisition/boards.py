@@ -1,4 +1,4 @@
-"""Which board is behind a port: asked politely, answered plainly."""
+"""Find and identify the boards at the serial ports, and send them commands."""
 
 import re
 import time
@@ -19,14 +19,14 @@ from acquisition.bench_errors import (
 from acquisition.line import BAUD, Arrival, Line
 from acquisition.protocol import VERSION, Acknowledgement, Damaged, Identity, Refusal
 
-# Opening a port restarts an Arduino. A Mega's boot loader then waits for up to two seconds, and a
-# byte that comes meanwhile makes it wait for an upload that never comes: so listen first.
+# Opening a port restarts an Arduino. A Mega's boot loader then waits for up to two seconds. A byte
+# that arrives meanwhile makes it wait for an upload. So the program sends nothing at first.
 QUIET_S = 2.5
 ASK_EVERY_S = 0.1
-ANSWER_S = 4.0  # one answer in four survives 1 % of noise: forty are enough
-GARBLED_S = 1.0  # after so much of that time, silence or garble is one for good
+ANSWER_S = 4.0  # 40 questions: with 1 % of bytes damaged, one answer in four is whole
+GARBLED_S = 1.0  # after so long without an answer, silence or a wrong baud rate is certain
 CONFIRM_S = 0.25
-# What a logger must say of itself: digits, and no more than any ADC or board has.
+# Entries that a logger must report, with their smallest and largest values.
 _NUMBERS = {
     "rate_hz": (1, 10_000),
     "channels": (1, 64),
@@ -42,21 +42,21 @@ PURPOSES = {
 
 
 def identify(line: Line, wanted: str) -> Identity:
-    """Ask a board what it is.
+    """Ask a board for its identity, and check it.
 
     Parameters
     ----------
     line : Line
         An open line.
     wanted : {"logger", "peristalsis", "fold"}
-        The board it should be.
+        The expected board.
 
     Raises
     ------
     AcquisitionError
-        It is another board, or none, or the baud rate is wrong.
+        Another board or none answers, or the baud rate is wrong.
     LineLostError
-        The port went away.
+        The port disappeared.
     """
     introduction = Introduction(line, wanted)
     while True:
@@ -65,14 +65,14 @@ def identify(line: Line, wanted: str) -> Identity:
 
 
 class Introduction:
-    """A board that is asked what it is, step by step, so that others need not wait for it.
+    """The identification of one board in short steps, so that other boards are served meanwhile.
 
     Parameters
     ----------
     line : Line
         A line that has just been opened.
     wanted : str
-        The board it should be.
+        The expected board.
     """
 
     def __init__(self, line: Line, wanted: str) -> None:
@@ -84,12 +84,12 @@ class Introduction:
         self._others: list[Arrival] = []
 
     def step(self, arrivals: Iterable[Arrival]) -> Identity | None:
-        """Take what has come in, and ask if it is time; None while the board has not answered.
+        """Process arrivals, and repeat the question; return None until the board has answered.
 
         Raises
         ------
         AcquisitionError, LineLostError
-            As `identify`.
+            As in `identify`.
         """
         line, identity = self._line, None
         for arrival in arrivals:
@@ -100,7 +100,7 @@ class Introduction:
             else:
                 self._others.append(arrival)
         if identity:
-            line.put_back(self._others)  # a board that runs already sends samples meanwhile
+            line.put_back(self._others)  # a running board sends samples meanwhile
             return identity
         now_s = time.monotonic()
         if self._asked_from is None:
@@ -119,7 +119,10 @@ class Introduction:
 
 
 def _check_baud(line: Line, frames: int) -> None:
-    """Read at the wrong rate, text is no text any more; noise leaves most of it."""
+    """Raise an error if most bytes are not printable: the baud rate is wrong.
+
+    Mere noise on the line leaves most bytes printable.
+    """
     content = line.first_bytes
     printable = sum(32 <= byte < 127 or byte in b"\r\n\t" for byte in content)
     if frames == 0 and len(content) >= 20 and printable < 0.8 * len(content):
@@ -149,7 +152,7 @@ def _check(identity: Identity, wanted: str, port: str) -> None:
 
 
 def fault_of_logger(identity: Identity) -> str:
-    """Say what is wrong with what a logger says of itself; empty if nothing is."""
+    """Return the first fault in a logger's description of itself; empty if there is none."""
     for key in ("firmware", *_NUMBERS):
         if key not in identity.entries:
             return f"no {key}"
@@ -161,7 +164,7 @@ def fault_of_logger(identity: Identity) -> str:
 
 
 def differences(identity: Identity, other: Identity) -> str:
-    """Say in what a board differs from another in its kind or its electronics; empty if nowhere."""
+    """Return the differences of another board in kind and electronics; empty if there are none."""
     if other.device != identity.device:
         return f"it is the {other.device} board"
     return ", ".join(
@@ -189,16 +192,16 @@ def _explain_silence(line: Line, frames: int) -> AcquisitionError:
 
 
 def request(line: Line, command: str, tries: int = 12) -> str:
-    """Send a command until the board obeys; gives the argument that it confirms.
+    """Send a command until the board confirms it; return the confirmed argument.
 
     Raises
     ------
     RefusedError
-        The board refuses, with its reason.
+        The board refuses; the text gives its reason.
     NoAnswerError
-        It never answers.
+        The board does not answer.
     LineLostError
-        The port went away.
+        The port disappeared.
     """
     name = command.partition(",")[0]
     for _ in range(tries):
@@ -213,17 +216,20 @@ def request(line: Line, command: str, tries: int = 12) -> str:
                         raise RefusedError(
                             f"the board at {line.port} refuses {command!r}: {reason}"
                         )
-    raise NoAnswerError(f"the board at {line.port} does not answer {command!r}")
+    raise NoAnswerError(
+        f"the board at {line.port} does not answer {command!r}; "
+        "try another cable, or press the reset button of the board"
+    )
 
 
 def connect(port: str, baud: int, wanted: str) -> tuple[Line, Identity]:
-    """Open a port and make sure of the board behind it; raises `AcquisitionError`."""
+    """Open a port and check which board is behind it; raise `AcquisitionError` if it is wrong."""
     line = Line(port, baud)
     try:
         return line, identify(line, wanted)
     except LineLostError as fault:
         raise NoAnswerError(
-            f"the board at {port} was disconnected before it told what it is: {fault}"
+            f"the board at {port} was disconnected before it identified itself: {fault}"
         ) from fault
     except AcquisitionError:
         line.close()
@@ -237,7 +243,7 @@ def find(
     ports: Iterable[ListPortInfo] | None = None,
     skip: Iterable[str] = (),
 ) -> tuple[Line, Identity]:
-    """Find the board among the USB ports.
+    """Find a board at the USB ports.
 
     Parameters
     ----------
@@ -246,11 +252,11 @@ def find(
     baud : int
         Bits per second.
     tell : callable
-        Is told which port is asked.
+        Function that shows the ports to the user.
     ports : iterable of port descriptions, optional
-        Where to look; all ports of this computer if left out.
+        Ports to search; all ports of this computer if left out.
     skip : iterable of str
-        Ports to leave alone.
+        Ports not to open.
 
     Raises
     ------
@@ -258,7 +264,7 @@ def find(
         No board fits, or more than one; the text says what each port answered.
     """
     ports = list_ports.comports() if ports is None else ports
-    # Built-in ports and Bluetooth have no USB vendor number; no Arduino is behind them.
+    # Built-in ports and Bluetooth have no USB vendor number, so they are no Arduino.
     candidates = sorted(
         port.device for port in ports if port.vid is not None and port.device not in skip
     )

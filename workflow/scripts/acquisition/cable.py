@@ -1,8 +1,8 @@
-"""The cable between a simulated board and a program, on every system a socket on this machine.
+"""The cable between a simulated board and a program: a socket on this computer.
 
-The cable behaves as a USB port with an Arduino behind it: opening the port resets the board, which
-then waits in its boot loader; closing it throws away what the board sends; pulled out, the
-port is gone. It can spoil bytes, and it knows which frames came through whole.
+The cable behaves as a USB port with an Arduino behind it. If a program opens the port, the board
+resets and waits in its boot loader. While the port is closed, the board's bytes are lost. If the
+cable is unplugged, the port disappears. The cable can damage bytes, and it counts whole frames.
 """
 
 import contextlib
@@ -12,13 +12,13 @@ from collections.abc import Callable
 from typing import Protocol
 
 BOOT_LOADER_US = 1_000_000
-# A Mega's boot loader takes a byte that comes while it waits for an upload, and is stuck.
+# A byte that reaches a Mega's boot loader while it waits for an upload blocks the boot loader.
 STUCK_BOOT_LOADER_US = 7_000_000
 BAUD_TOLERANCE = 0.04
 
 
 class Board(Protocol):
-    """What a cable needs of a board; times in microseconds since the bench began."""
+    """The interface of a board; times in microseconds since the bench began."""
 
     baud: int
 
@@ -26,38 +26,38 @@ class Board(Protocol):
         """Run to a point in time."""
 
     def skip(self, until_us: int) -> None:
-        """Let time pass without the firmware."""
+        """Advance the time without running the firmware."""
 
     def reset(self) -> None:
         """Restart the firmware."""
 
     def take_sent(self) -> bytes:
-        """Take what the board has sent."""
+        """Return the bytes that the board has sent, once."""
 
     def deliver(self, received: bytes) -> None:
-        """Hand bytes to the board."""
+        """Send bytes to the board."""
 
 
 class Cable:
-    """A plugged-in board, as the program on the other side sees it.
+    """A board on a cable, as the program at the other end sees it.
 
     Parameters
     ----------
     board : Board
         The board at the end of the cable.
     spoil : callable, optional
-        Makes from one frame of the board what arrives of it.
+        Function that damages a frame: it returns the bytes that arrive.
     resets : bool
-        Opening the port resets the board, and the port feeds it.
+        Whether opening the port resets the board, and the port powers it.
     sticks : bool
-        A byte that comes too early leaves its boot loader stuck, as on a Mega.
+        Whether a byte that comes too early blocks the boot loader, as on a Mega.
 
     Attributes
     ----------
     whole : list of bytes
-        The frames that the program was handed unspoilt.
+        Frames that reached the program undamaged.
     spoilt : int
-        How many frames were not.
+        Number of the other frames.
     """
 
     def __init__(
@@ -86,14 +86,14 @@ class Cable:
         raise NotImplementedError
 
     def plug(self) -> None:
-        """Put the cable in; a board without other power starts."""
+        """Plug the cable in; a board that the port powers starts."""
         self._open_port()
         self.plugged = True
         if self.resets:
             self._boot_ends_us = -1
 
     def unplug(self, after_bytes: bytes = b"") -> None:
-        """Pull the cable, maybe in the middle of a frame; what was sent before has been read."""
+        """Unplug the cable after the program has read all bytes; a frame may be incomplete."""
         if after_bytes:
             self._write(after_bytes)
         self.wait_until_read()
@@ -102,19 +102,19 @@ class Cable:
         self._unfinished = b""
 
     def press_reset(self) -> None:
-        """Press the board's reset button, maybe in the middle of a frame."""
+        """Press the board's reset button."""
         self._boot_ends_us = -1
 
     @property
     def opened(self) -> bool:
-        """A program has the port open."""
+        """Return whether a program has the port open."""
         return self._opened
 
     def step(self, now_us: int, until_us: int) -> None:
-        """Let the board run from now to a point in time, and pass on what both sides said."""
+        """Run the board from now to a point in time, and transfer the bytes of both sides."""
         opened = self.plugged and self._is_opened()
         if opened and not self._opened:
-            # Opening throws away what has come in; it is done within milliseconds.
+            # Opening discards the bytes that have arrived; it takes milliseconds.
             time.sleep(0.03)
             self._unfinished = b""
             if self.resets:
@@ -142,14 +142,14 @@ class Cable:
             self.board.reset()
 
     def _as_heard(self, content: bytes) -> bytes:
-        """Scramble what is sent at one rate and heard at another."""
+        """Return the bytes as received; scrambled if the baud rates of both sides differ."""
         if content and abs(self._host_baud() / self.board.baud - 1) > BAUD_TOLERANCE:
             return bytes((byte >> 1) ^ 0xA5 for byte in content)
         return content
 
     def _pass_on(self, sent: bytes) -> None:
         if not self._opened:
-            return  # nobody listens: the port's chip throws it away
+            return  # the port is closed, so its chip discards the bytes
         *frames, self._unfinished = (self._unfinished + sent).split(b"\n")
         for frame in (content + b"\n" for content in frames):
             heard = self._as_heard(self.spoil(frame) if self.spoil else frame)
@@ -177,11 +177,11 @@ class Cable:
         return self.board.baud
 
     def wait_until_read(self, limit_s: float = 5.0) -> None:
-        """Wait until the program has read what lies in the port."""
+        """Wait until the program has read the bytes in the port."""
 
 
 class SocketCable(Cable):
-    """A socket on this machine, which every system has."""
+    """A cable through a socket on this computer, which works on every system."""
 
     _server: socket.socket
     _connection: socket.socket | None = None
@@ -239,8 +239,8 @@ class SocketCable(Cable):
         return True
 
     def wait_until_read(self, limit_s: float = 5.0) -> None:
-        """Wait until the program has read what lies in the port."""
-        # What is in flight arrives after the other side has shut down.
+        """Wait until the program has read the bytes in the port."""
+        # Bytes on their way arrive even after this side has shut down.
         if self._connection:
             with contextlib.suppress(OSError):
                 self._connection.shutdown(socket.SHUT_WR)

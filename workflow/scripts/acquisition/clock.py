@@ -1,4 +1,4 @@
-"""The computer's clocks: one measures gaps, one measures patience."""
+"""The computer's clocks: one measures gaps in recordings, one measures waiting times."""
 
 import time
 
@@ -6,16 +6,20 @@ LONGEST_STEP_S = 0.25
 
 
 def elapsed_s() -> float:
-    """Give seconds that never jump, and go on while the computer sleeps where the system can."""
+    """Return the seconds of a clock that never jumps.
+
+    If the system has such a clock, it also counts the time in which the computer sleeps.
+    """
     boot_time = getattr(time, "CLOCK_BOOTTIME", None)
     return time.monotonic() if boot_time is None else time.clock_gettime(boot_time)
 
 
 class AwakeClock:
-    """Counts the seconds in which this program could act.
+    """A clock that counts only the seconds in which this program was running.
 
-    It is asked many times a second. A longer silence between two questions means that the program
-    was stopped (Ctrl-Z, a suspended machine), and counts as a quarter of a second.
+    The program reads it many times a second. A longer pause between two readings means that the
+    program was stopped (Ctrl-Z, a suspended computer). Such a pause counts as a quarter of a
+    second.
     """
 
     def __init__(self) -> None:
@@ -23,7 +27,7 @@ class AwakeClock:
         self._awake_s = 0.0
 
     def now_s(self) -> float:
-        """Give the seconds so far."""
+        """Return the seconds counted so far."""
         now_s = time.monotonic()
         self._awake_s += min(now_s - self._asked_s, LONGEST_STEP_S)
         self._asked_s = now_s

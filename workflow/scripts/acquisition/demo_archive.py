@@ -1,4 +1,4 @@
-"""The demo's folder: labelled recordings to learn from, all simulated, and settings beside them."""
+"""The demo's folder: simulated labelled recordings, and the settings for the workflow."""
 
 import shutil
 from collections.abc import Iterator
@@ -13,9 +13,9 @@ from capsule.recording import format_recording
 from edges import files
 from edges.workflow_call import CONFIG, PROJECT
 
-# The simulator's seed of the labelled recordings; the runs that are played have later ones.
+# Seed of the labelled recordings; played runs have higher seeds.
 LABELLED_SEED = 1
-# Enough to learn from, and few enough that a report takes seconds: runs of each size in mm.
+# Number of runs of each size in mm: enough to learn from, few enough for a report in seconds.
 LABELLED = {0.0: 6, 1.0: 2, 2.0: 2, 3.0: 2, 4.0: 2, 5.0: 2}
 _MARK = "SIMULATED.txt"
 _TEXT = """Made by `capsule demo`. Everything in this folder is simulated. It shows how the system
@@ -24,21 +24,21 @@ works, and nothing about a real gut. Delete the folder whenever you like.
 
 
 def prepare(folder: Path, phantom: Phantom, sensors: int) -> None:
-    """Fill the demo's folder with what is not there yet.
+    """Write the missing files of the demo's folder.
 
     Parameters
     ----------
     folder : Path
-        New, or left by an earlier demo.
+        A new folder, or the folder of an earlier demo.
     phantom : Phantom
         The simulated bench.
     sensors : int
-        S.
+        Number of sensors S.
 
     Raises
     ------
     CapsuleError
-        The folder holds something else.
+        The folder holds other files.
     """
     strange = folder.exists() and not (folder / _MARK).exists()
     if strange and (not folder.is_dir() or any(folder.iterdir())):
@@ -58,7 +58,7 @@ def prepare(folder: Path, phantom: Phantom, sensors: int) -> None:
 
 
 def next_seed(folder: Path) -> int:
-    """Return the seed of the first run that was not played in the demo's folder yet."""
+    """Return the lowest seed whose run is not in the demo's folder."""
     taken = {path.name for path in (folder / "raw" / UNLABELLED).glob("*")}
     seeds = count(LABELLED_SEED + 1)
     return next(seed for seed in seeds if not taken & _names(seed))

@@ -1,4 +1,4 @@
-"""What demo.py does: learn from simulated recordings, play a run, judge it, make its report."""
+"""The steps of demo.py: learn from simulated recordings, play a run, judge it, make its report."""
 
 import argparse
 import contextlib
@@ -33,7 +33,7 @@ def demo(chosen: argparse.Namespace) -> None:
     Raises
     ------
     CapsuleError
-        The folder is no demo's, or the workflow or the recorder failed.
+        The folder was not made by a demo, or the workflow or the recorder failed.
     """
     begun_s = time.monotonic()
     settings = read_config_file(PROJECT / CONFIG)
@@ -42,16 +42,16 @@ def demo(chosen: argparse.Namespace) -> None:
     seed = chosen.seed or demo_archive.next_seed(chosen.out)
     name = demo_archive.run_name(seed)
     tell(
-        f"Everything here is simulated, and lies in {chosen.out}/. First the detectors learn from "
-        f"{sum(demo_archive.LABELLED.values())} labelled recordings, unless they know them already."
+        f"Everything here is simulated and goes to {chosen.out}/. First the detectors learn from "
+        f"{sum(demo_archive.LABELLED.values())} labelled recordings, unless an earlier demo did it."
     )
     _make(chosen, *LEARNED)
     played = simulate_run(phantom, chosen.size, seed, name, sensors=sensors)
     header = simulated_header(SOURCE, phantom, seed)
     origin = {key: header[key] for key in ("source", "simulator_version", "simulator_seed")}
     tell(
-        f"Now a board plays a run over an unknown place, {chosen.speed:g} times as "
-        "fast as a real one. Ctrl-C ends the run early, and keeps it."
+        f"Now a simulated board plays a run over an unknown place, {chosen.speed:g} times as "
+        "fast as a real run. Ctrl-C ends the run early and keeps it."
     )
     with (
         _former_signals(),
@@ -59,17 +59,17 @@ def demo(chosen: argparse.Namespace) -> None:
     ):
         path = run.record(_recorder_options(chosen, name, port), origin)
     _tell_truth(played)
-    tell(f"The verdicts came {_since(begun_s)} after the start. Now the report is made.")
+    tell(f"The verdicts came {_since(begun_s)} after the start. Now the workflow makes the report.")
     _make(chosen, REPORT)
     report = chosen.out / REPORT
-    tell(f"{report} has them too, {_since(begun_s)} after the start. To judge the run again:")
+    tell(f"The report came {_since(begun_s)} after the start: {report}. To judge the run again:")
     tell(f"  cd {chosen.out} && capsule judge {path.relative_to(chosen.out).as_posix()}")
     if chosen.open and not webbrowser.open(report.resolve().as_uri()):
-        tell("No browser could be opened; open the report yourself.")
+        tell("The demo cannot open a browser; open the report yourself.")
 
 
 def tell(text: str) -> None:
-    """Say something to whoever watches."""
+    """Print a line at once."""
     print(text, flush=True)
 
 
@@ -78,18 +78,18 @@ def _since(begun_s: float) -> str:
 
 
 def _make(chosen: argparse.Namespace, *targets: str) -> None:
-    """Have the workflow make results in the demo's folder."""
+    """Run the workflow in the demo's folder."""
     if status := call_workflow(chosen.out, [f"--cores={chosen.cores}", *targets]):
         how = "was interrupted" if status == INTERRUPTED else f"ended with status {status}"
         raise CapsuleError(
-            f"the workflow {how}; what was recorded is kept in "
-            f"{chosen.out / 'raw'}, and the same command goes on from here"
+            f"the workflow {how}; the recordings are kept in {chosen.out / 'raw'}. To continue, "
+            "run the same command again"
         )
 
 
 @contextlib.contextmanager
 def _former_signals() -> Iterator[None]:
-    """Take back what the recorder makes of Ctrl-C: the workflow must hear it again."""
+    """Restore the former signal handlers at the end, so that Ctrl-C reaches the workflow again."""
     former = signal.getsignal(signal.SIGINT), signal.getsignal(signal.SIGTERM)
     try:
         yield
@@ -99,7 +99,7 @@ def _former_signals() -> Iterator[None]:
 
 
 def _recorder_options(chosen: argparse.Namespace, name: str, port: str) -> argparse.Namespace:
-    """Return the command line with which acquire.py would record this run."""
+    """Return the options with which acquire.py would record this run."""
     places = {
         "--raw": chosen.out / "raw",
         "--logs": chosen.out / "logs",
@@ -115,8 +115,8 @@ def _recorder_options(chosen: argparse.Namespace, name: str, port: str) -> argpa
 
 
 def _has_screen() -> bool:
-    """Tell whether a window can be opened, and say why where it cannot."""
-    from acquisition.window import check_screen  # matplotlib only where it is used
+    """Return whether a window can be opened; print the reason if not."""
+    from acquisition.window import check_screen  # matplotlib only if it is used
 
     try:
         check_screen()

@@ -1,4 +1,4 @@
-"""The peristalsis board of --drive: set up, started with the recording, watched, and stopped."""
+"""The peristalsis board of --drive: set up, start, watch and stop the wave of a recording."""
 
 import time
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ LAST_LOOK_S = 0.5
 
 @dataclass(frozen=True)
 class Wave:
-    """How the wave should travel."""
+    """Speed, ramp and direction of the wave."""
 
     speed_mm_s: float
     ramp_mm_s2: float
@@ -23,7 +23,7 @@ class Wave:
 
     @property
     def commands(self) -> tuple[str, ...]:
-        """What sets the peristalsis board up for it."""
+        """Commands that set up the peristalsis board."""
         return (
             f"direction,{self.direction}",
             f"ramp,{self.ramp_mm_s2:g}",
@@ -32,19 +32,19 @@ class Wave:
 
 
 class Drive:
-    """The wave, for the length of a recording.
+    """The wave during one recording.
 
     Parameters
     ----------
     port : str
         The peristalsis board's port.
     wave : Wave
-        How the wave should travel.
+        Speed, ramp and direction.
 
     Raises
     ------
     AcquisitionError
-        The board is not there, is another one, or refuses; the text gives its reason.
+        The board is missing, is another one, or refuses; the text gives its reason.
     """
 
     def __init__(self, port: str, wave: Wave) -> None:
@@ -76,7 +76,7 @@ class Drive:
         self._heard_s = time.monotonic()
 
     def watch(self) -> str:
-        """Ask for the position now and then; gives a warning when the wave stops by itself."""
+        """Ask for the position once a second; return a warning if the wave stopped by itself."""
         if self._lost:
             return ""
         now_s = time.monotonic()
@@ -102,7 +102,7 @@ class Drive:
         return ""
 
     def _look_once_more(self) -> None:
-        """Ask how far the wave came."""
+        """Ask for the last position of the wave."""
         self.position = None
         self.line.send("position")
         deadline = time.monotonic() + LAST_LOOK_S
@@ -116,7 +116,7 @@ class Drive:
             self.position = arrival.event
 
     def summary(self) -> str:
-        """Say where the wave is."""
+        """Return position and speed of the wave in words."""
         if self._lost:
             return "no wave"
         if self.position is None:
@@ -124,7 +124,7 @@ class Drive:
         return f"wave {self.position.position_mm:.0f} mm at {self.position.speed_mm_s:.1f} mm/s"
 
     def stop(self) -> str:
-        """Stop the wave and close the port; gives a warning if the board does not obey."""
+        """Stop the wave and close the port; return a warning if the board does not obey."""
         try:
             self._look_once_more()
             request(self.line, "stop")

@@ -1,4 +1,4 @@
-"""Commands that a board must confirm, while nobody waits for it."""
+"""Commands that a board must confirm; the caller does not wait for the confirmation."""
 
 import time
 from collections import deque
@@ -7,19 +7,19 @@ from collections.abc import Callable
 from acquisition.boards import CONFIRM_S
 from acquisition.protocol import Acknowledgement, Event, Refusal
 
-# A board that has refused is asked again, but not at once.
+# Wait after a refusal before the command is sent again.
 AGAIN_S = 1.0
 
 
 class Errands:
-    """Commands to one board, one after the other; each is sent again until the board confirms it.
+    """A queue of commands to one board; each is repeated until the board confirms it.
 
     Parameters
     ----------
     send : callable
-        Sends a command.
+        Function that sends a command.
     refused : callable
-        Is given a command that the board refuses, and why; True if it should be tried again.
+        Function of a refused command and the reason; returns True to repeat the command.
     """
 
     def __init__(self, send: Callable[[str], None], refused: Callable[[str, str], bool]) -> None:
@@ -29,25 +29,25 @@ class Errands:
 
     @property
     def open(self) -> tuple[str, ...]:
-        """What has not been confirmed."""
+        """Commands that the board has not confirmed."""
         return tuple(self._commands)
 
     def want(self, *commands: str) -> None:
-        """Have these done, instead of whatever is open."""
+        """Send these commands instead of all unconfirmed ones."""
         if self.open != commands:
             self._commands = deque(commands)
             self._due_s = 0.0
         self.serve()
 
     def serve(self) -> None:
-        """Send what is due."""
+        """Send the first command, if it is due."""
         now_s = time.monotonic()
         if self._commands and now_s >= self._due_s:
             self._due_s = now_s + CONFIRM_S
             self._send(self._commands[0])
 
     def note(self, event: Event) -> None:
-        """Take note of what the board answers."""
+        """Process an answer of the board."""
         if not self._commands:
             return
         name = self._commands[0].partition(",")[0]

@@ -1,4 +1,4 @@
-"""The fold board of a survey: told to fold and unfold, and asked what it says of the origami."""
+"""The fold board of a survey: commands to fold and unfold, and the state of the origami."""
 
 from collections.abc import Callable
 
@@ -11,35 +11,35 @@ from acquisition.protocol import Damaged, FoldState, Refusal
 from capsule.survey import cycle as cycles
 from capsule.survey.survey_log import RESTING, UNFOLDED, UNKNOWN_FOLD
 
-# The board speaks once a second when nothing moves.
+# The board sends its state once a second while nothing moves.
 SILENT_AFTER_S = 1.5
 ASK_EVERY_S = 1.0
-# A fault lasts: the board has tried to unfold, and was told to try again, for so long.
+# After so long, a fault ends the survey: the board has tried again and again to unfold.
 FAULT_LASTS_S = 30.0
 _FAULT = "fault"
-# How the board begins to say that its motor would grow too warm; then follow the seconds.
+# The start of the refusal by which the board protects its motor from heat; seconds follow.
 HAS_TO_REST = "the motor has to rest"
 LOOK_EVERY_S = 0.02
-# An origami that is told to unfold at the very end should have done so by then.
+# At the end of a survey, the origami should be unfolded within this time.
 UNFOLDS_WITHIN_S = 12.0
 
 
 class FoldBoard:
-    """The origami, as its board tells of it.
+    """The origami, as its board reports it.
 
     Parameters
     ----------
     link : BoardLink
         The board's line.
     log : FrameLog
-        Where damaged frames, refusals and faults go.
+        Log of damaged frames, refusals and faults.
     tell : callable
-        Is told what people should know.
+        Function that shows a message to the user.
 
     Attributes
     ----------
     last : FoldState or None
-        What the board said last.
+        The newest state that the board sent.
     """
 
     def __init__(self, link: BoardLink, log: FrameLog, tell: Callable[[str], None]) -> None:
@@ -51,10 +51,10 @@ class FoldBoard:
 
     @property
     def state(self) -> str:
-        """What a pilot is told: ``unknown`` where the board is silent or reports a fault.
+        """Return the fold state for the pilot.
 
-        After a fault nobody knows how far the origami is folded, and a pilot that does not know
-        has the board unfold.
+        It is ``unknown`` if the board is silent or reports a fault: the origami may then be folded
+        to any degree. The pilot answers an unknown state with the command to unfold.
         """
         silent = AWAKE.now_s() - self._heard_s > SILENT_AFTER_S
         if self.last is None or silent or self.last.state == _FAULT:
@@ -63,9 +63,9 @@ class FoldBoard:
         return RESTING if waits and self.last.state == UNFOLDED else self.last.state
 
     def command(self, command: str) -> None:
-        """Pass a pilot's command on; returns at once."""
+        """Pass on a command of the pilot, and return at once."""
         if command == cycles.HOLD:
-            # It comes again with the next judgement, and so needs no confirmation.
+            # The pilot repeats it with the next judgement, so it needs no confirmation.
             if not self._errands.open:
                 self._link.send(command)
         else:
@@ -74,7 +74,7 @@ class FoldBoard:
                 self._rests = False
 
     def serve(self, timeout_s: float = 0.0) -> None:
-        """Take what the board has said, waiting up to the timeout, and send what is due."""
+        """Read the board's frames, wait for them up to the timeout, and send due commands."""
         for arrival in self._link.receive(timeout_s):
             self._errands.note(arrival.event)
             match arrival.event:
@@ -93,30 +93,31 @@ class FoldBoard:
             self._link.send("state")
 
     def trouble(self, patience_s: float) -> AcquisitionError | None:
-        """Say why the survey cannot go on; None if it can."""
+        """Return the error that ends the survey; None if it can continue."""
         now_s = AWAKE.now_s()
         if now_s - self._heard_s > patience_s:
             return BoardLostError(
-                f"the fold board at {self._link.port} has said nothing for {patience_s:.0f} s "
-                "(--patience); it unfolds the origami by itself when its lease is over"
+                f"the fold board at {self._link.port} has sent nothing for {patience_s:.0f} s "
+                "(--patience); it unfolds the origami by itself when its lease ends"
             )
         faulty = self.last is not None and self.last.state == _FAULT
         if faulty and now_s - self._sound_s > FAULT_LASTS_S:
+            reason = f" ({self._told})" if self._told else ""
             return SurveyFaultError(
-                f"the fold board at {self._link.port} reports a fault that does not pass"
-                + (f": {self._told}" if self._told else "")
+                f"the fold board at {self._link.port} has reported a fault for "
+                f"{FAULT_LASTS_S:.0f} s{reason}; check its thread, motor and end switches"
             )
         return None
 
     def leave_unfolded(self) -> str:
-        """Unfold, and wait for it; gives a warning where the board does not say that it did."""
+        """Unfold the origami and wait; return a warning if the board does not confirm it."""
         self._errands.want(cycles.UNFOLD)
         deadline_s = AWAKE.now_s() + UNFOLDS_WITHIN_S
         while self._errands.open or self.state != UNFOLDED:
             if AWAKE.now_s() > deadline_s:
                 return (
-                    f"warning: the fold board at {self._link.port} does not say that the origami "
-                    f"is unfolded: it is {self.state}; look before you pull the capsule out"
+                    f"warning: the fold board at {self._link.port} does not confirm that the "
+                    f"origami is unfolded: it is {self.state}; look before you pull the capsule out"
                 )
             self.serve(LOOK_EVERY_S)
         return ""
@@ -134,15 +135,15 @@ class FoldBoard:
         self.last = state
 
     def _note_reason(self, reason: str) -> None:
-        """Tell, once, why the board does not fold: refused, or a fault in mid-move."""
+        """Show the user once why the board does not fold: a refusal, or a fault while it moves."""
         rests = reason.startswith(HAS_TO_REST)
-        # The seconds that it has to rest become fewer.
+        # Each repeated refusal names fewer seconds, so the texts differ.
         if reason != self._told and not (rests and self._rests):
             self._tell(f"the fold board does not fold: {reason}")
         self._told, self._rests = reason, rests
 
     @staticmethod
     def _note_refusal(command: str, reason: str) -> bool:
-        """Have a command tried again until the pilot thinks of something else."""
+        """Return True: the command is repeated until the pilot gives another one."""
         del command, reason
         return True

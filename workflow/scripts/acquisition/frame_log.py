@@ -1,4 +1,4 @@
-"""The log of a recording: what happened, and every frame that failed its check, byte for byte."""
+"""The log of a recording: events, and every damaged frame byte for byte."""
 
 import errno
 import os
@@ -8,30 +8,30 @@ from pathlib import Path
 
 from acquisition.protocol import Damaged
 
-LARGEST_BYTES = 50_000_000  # a line that sends nonsense for days must not fill the disk
+LARGEST_BYTES = 50_000_000  # a faulty line must not fill the disk within days
 
 
 class FrameLog:
-    """A text file, one line an event, on disk as it happens; samples never wait for it.
+    """A text file with one line per event, written at once; its faults never stop a recording.
 
     Parameters
     ----------
     path : Path
-        The file; what is in it stays.
+        The file; new lines are appended to its content.
     tell : callable, optional
-        Is told when the log cannot be written any more.
+        Function that shows a warning if the log can no longer be written.
     """
 
     def __init__(self, path: Path, tell: Callable[[str], None] = print) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
-        # Not buffered: what could not be written would come up again at the end.
+        # Not buffered: a failed write would otherwise fail again when the file is closed.
         self._stream = path.open("ab", buffering=0)
         self._room = LARGEST_BYTES
         self._tell = tell
         self.path = path
 
     def note(self, text: str) -> None:
-        """Write what happened."""
+        """Write a line with the time and the text."""
         if self._room <= 0:
             return
         now = datetime.now(UTC).isoformat(timespec="milliseconds")
@@ -50,7 +50,7 @@ class FrameLog:
             self._tell(f"warning: recording continues without its log {self.path}: {fault}")
 
     def damaged(self, piece: Damaged) -> None:
-        """Write bytes that are no whole frame, and why; they can be read back exactly."""
+        """Write bytes that are not a whole frame, exactly and with the reason."""
         self.note(f"damaged, {piece.reason}: {piece.content!r}")
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""A text file that grows line by line, and has its name only when it is whole."""
+"""A text file that grows line by line, and gets its final name only when it is complete."""
 
 import os
 from pathlib import Path
@@ -12,20 +12,20 @@ REMEDY = "survey.py --resume"
 
 
 class GrowingFile:
-    """A text file that grows line by line, ``<name>.part`` until it is whole.
+    """A text file that grows line by line, ``<name>.part`` until it is complete.
 
-    Lines that are there already, because an earlier session was killed, are compared with those
-    that are added, and not written again.
+    The file may hold lines of a killed session. Added lines are first compared with these, and not
+    written again.
 
     Parameters
     ----------
     final : Path
-        Its name when it is whole.
+        Path of the complete file.
 
     Raises
     ------
     AcquisitionError
-        Another program is writing it, or it cannot be written.
+        Another program is writing the file, or it cannot be written.
     """
 
     def __init__(self, final: Path) -> None:
@@ -36,11 +36,13 @@ class GrowingFile:
             self._descriptor = os.open(self._path, flags, 0o666)
             lock_file(self._descriptor)
         except BlockingIOError as fault:
-            raise AcquisitionError(f"{self._path} is being written by another program") from fault
+            raise AcquisitionError(
+                f"another program is writing {self._path}; stop that program first"
+            ) from fault
         except OSError as fault:
             raise explain_write_fault(fault, self._path, REMEDY) from fault
         content = self._path.read_bytes()
-        # A line that a power cut has cut off was never whole, and comes again.
+        # The session adds an incomplete last line again.
         whole = content.rfind(b"\n") + 1
         os.ftruncate(self._descriptor, whole)
         os.lseek(self._descriptor, whole, os.SEEK_SET)
@@ -50,16 +52,16 @@ class GrowingFile:
 
     @property
     def caught_up(self) -> bool:
-        """Whether all that was there has come again."""
+        """Return whether all stored lines were added again."""
         return self._compared == len(self._known)
 
     def add(self, text: str) -> None:
-        """Add one line, which ends in a line feed; it is written by the next `flush`.
+        """Add one line, which ends in a line feed; the next `flush` writes it.
 
         Raises
         ------
         AcquisitionError
-            It differs from the one that is there.
+            The line differs from the stored one.
         """
         line = text.encode("utf-8")
         if self.caught_up:
@@ -67,21 +69,21 @@ class GrowingFile:
             return
         if line != self._known[self._compared]:
             raise AcquisitionError(
-                f"{self._path}: line {self._compared + 1} would differ if the session were taken "
-                "up again; it was made by another version or with other parameters. It is left as "
-                "it is"
+                f"{self._path}: line {self._compared + 1} differs in the resumed session, so "
+                "another version or other parameters made the file; it is unchanged. Start a new "
+                "session with --out"
             )
         self._compared += 1
 
     def cut(self) -> None:
-        """Drop the lines that were there and have not come again; what follows is new."""
+        """Drop the stored lines that were not added again."""
         kept = b"".join(self._known[: self._compared])
         os.ftruncate(self._descriptor, len(kept))
         os.lseek(self._descriptor, len(kept), os.SEEK_SET)
         self._known = self._known[: self._compared]
 
     def flush(self) -> None:
-        """Hand what was added to the operating system."""
+        """Write the added lines to the file."""
         content = b"".join(self._pending)
         self._pending.clear()
         try:
@@ -91,19 +93,19 @@ class GrowingFile:
             raise explain_write_fault(fault, self._path, REMEDY) from fault
 
     def sync(self) -> None:
-        """Have the disk keep what was flushed."""
+        """Write the file to the disk."""
         try:
             os.fsync(self._descriptor)
         except OSError as fault:
             raise explain_write_fault(fault, self._path, REMEDY) from fault
 
     def finish(self) -> None:
-        """Give it its name."""
+        """Rename the file to its final name."""
         self.flush()
         self.sync()
         self.close()
         publish(self._path, self._final)
 
     def close(self) -> None:
-        """Leave it as it is."""
+        """Close the file under its present name."""
         os.close(self._descriptor)

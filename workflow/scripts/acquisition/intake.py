@@ -1,4 +1,4 @@
-"""What becomes of a sample: checked, placed in time, and written with the gap before it."""
+"""The intake of samples: check each one, place it in time, and write it with the gap before it."""
 
 import math
 from collections.abc import Sequence
@@ -10,43 +10,43 @@ from acquisition.sieve import Sieve, Sifted
 from acquisition.terminal import Progress
 from acquisition.timeline import CLOCK_ENDS_MS, Place, Timeline
 
-FLUSH_EVERY = 1000  # samples: a gap of days is written in pieces, never held in memory
+FLUSH_EVERY = 1000  # samples: a gap of days is written in pieces, not kept in memory
 
 
 class Rows(Protocol):
-    """Where samples go, such as the file of a recording."""
+    """A destination of samples, such as the file of a recording."""
 
     def add(self, time_s: float, values: Sequence[float] | None) -> None:
         """Add a sample; None is a missing one."""
 
     def flush(self) -> None:
-        """Hand on what was added."""
+        """Write the added samples."""
 
 
 class Intake:
-    """Takes the samples of one recording.
+    """The intake of the samples of one recording.
 
     Parameters
     ----------
     identity : Identity
-        What the logger says of itself.
+        The logger's description of itself.
     rows : Rows
-        Where the samples go.
+        Destination of the samples.
     log : FrameLog
-        Where everything else goes.
+        Log of gaps, damaged frames and refused samples.
     limit : int or None
-        Number of places of the recording, the missing ones included.
+        Number of samples of the recording, missing ones included; None: no limit.
     kept : int
-        How many of the first samples stay in memory, for the running verdict.
+        Number of first samples that stay in memory, for the running verdict.
 
     Attributes
     ----------
     progress : Progress
-        How the recording stands.
+        State of the recording.
     samples : list of tuple of int, or None
-        The first samples.
+        The first samples; None is a missing one.
     ended : str
-        Why the recording is complete; empty while it is not.
+        Reason why the recording is complete; empty while it is not.
     """
 
     def __init__(
@@ -67,16 +67,16 @@ class Intake:
 
     @property
     def received(self) -> int:
-        """How many samples were accepted."""
+        """Number of accepted samples."""
         return self.progress.places - self.progress.missing
 
     @property
     def taken_s(self) -> float:
-        """The computer's clock when the last sample was taken, rather too early."""
+        """Estimated time of the last sample, by the computer's clock; rather too early."""
         return self._timeline.taken_s
 
     def take(self, sample: Sample, moment_s: float) -> None:
-        """Take a sample that was read at that moment of the computer's clock."""
+        """Check and place a sample that was read at `moment_s` of the computer's clock."""
         if self.ended:
             return
         if len(sample.counts) != self._sensors or max(sample.counts) > self._full_scale:
@@ -90,7 +90,7 @@ class Intake:
     def take_identity(
         self, uptime_ms: int, running: bool, moment_s: float, fresh: bool = False
     ) -> bool:
-        """Take note of what the board says of itself; False if it has not run on all the time."""
+        """Compare the board's clock with the samples; return False if the board has restarted."""
         if self._timeline.continues(uptime_ms, running, moment_s, fresh):
             return True
         self.settle()
@@ -98,12 +98,12 @@ class Intake:
         return False
 
     def settle(self) -> None:
-        """Decide on samples in doubt, because nothing of this board will follow them."""
+        """Decide on samples in doubt, because no more samples of this board will follow."""
         self._settle(self._sieve.settle())
 
     @property
     def in_doubt(self) -> bool:
-        """Samples come that contradict those before: the board should say what it is."""
+        """Return whether new samples contradict earlier ones, so that the board must be asked."""
         return self._sieve.in_doubt
 
     def _settle(self, sifted: Sifted) -> None:
@@ -114,12 +114,12 @@ class Intake:
                 self._accept(sample, place)
 
     def note_damaged(self, piece: Damaged) -> None:
-        """Count bytes that are no whole frame, and keep them in the log."""
+        """Count bytes that are not a whole frame, and write them to the log."""
         self.progress.damaged += 1
         self._log.damaged(piece)
 
     def refuse(self, sample: Sample, reason: str) -> None:
-        """Count a sample that cannot be used, and keep it in the log."""
+        """Count a sample that cannot be used, and write it to the log."""
         self.note_damaged(Damaged(repr(sample).encode(), reason))
 
     def _accept(self, sample: Sample, place: Place) -> None:
@@ -137,7 +137,7 @@ class Intake:
             self.ended = "--duration is over"
 
     def _keep(self, index: int, counts: tuple[float, ...] | None) -> None:
-        # Rounded: 3 * 0.1 would be written 0.30000000000000004.
+        # Without rounding, 3 * 0.1 would be written as 0.30000000000000004.
         self._rows.add(round(index * self.progress.period_s, 6), counts)
         if len(self.samples) < self._kept:
             self.samples.append(counts)

@@ -1,4 +1,4 @@
-"""Any file judged as a recording: by the workflow's own check, then by every detector."""
+"""Judge any file as a recording: first the workflow's check, then every detector."""
 
 import math
 from collections.abc import Mapping
@@ -16,27 +16,27 @@ from capsule.recording import source_of
 from edges.files import read_csv
 from edges.reading import read_limited
 
-# The name of a recording whose size nobody knows; a file may lie anywhere.
+# The check needs a recording's name; an unlabelled one fits a file of any location.
 _NAME = "unlabelled/judged"
 
 
 @dataclass(frozen=True)
 class JudgedFile:
-    """A file and what is to be said of it.
+    """The result of judging one file.
 
     Attributes
     ----------
     file : str
-        Its name, as it was given.
+        Name of the file, as given.
     check : dict
-        The outcome of the workflow's check: ``status``, ``reason``, ``header`` and more.
+        Result of the workflow's check: ``status``, ``reason``, ``header`` and more.
     values : (S, K) array
         The readings; NaN for a rejected file.
     verdicts : dict of str to Verdict
-        By the detector's name; none where no detector can judge it.
+        Verdicts by the detector's name; empty if no detector can judge the file.
     taught_as : str
-        The labelled recording with the same readings that the detectors have learned from, such as
-        ``3mm/r07``; empty if there is none.
+        Labelled recording with the same readings, such as ``3mm/r07``, from which the detectors
+        have learned; empty if there is none.
     """
 
     file: str
@@ -47,12 +47,15 @@ class JudgedFile:
 
     @property
     def is_accepted(self) -> bool:
-        """Whether the workflow would accept it."""
+        """Return whether the workflow would accept the file."""
         return bool(self.check["status"] == "accepted")
 
 
 def taught_recordings(index: Path) -> dict[str, str]:
-    """Return the names of the labelled recordings in results/recordings.csv by their readings."""
+    """Return the names of the labelled recordings by the checksums of their readings.
+
+    The index is ``results/recordings.csv``; without it the result is empty.
+    """
     rows = read_csv(index) if index.exists() else []
     return {row["readings_sha256"]: row["recording"] for row in rows if row["size_mm"]}
 
@@ -67,11 +70,11 @@ def judge_file(
     path : Path
         The file.
     final : FinalVerdict
-        What judges it.
+        The detectors.
     settings : mapping
         The configuration.
     taught : mapping of str to str
-        As `taught_recordings` gives it.
+        Result of `taught_recordings`.
     """
     max_bytes = int(settings["recording"]["max_megabytes"] * 1e6)
     try:
@@ -87,7 +90,7 @@ def judge_file(
 
 
 def as_plain_values(judged: JudgedFile, rate_hz: float) -> dict[str, Any]:
-    """Return what is said of a file as values that JSON can hold; what is unknown is None."""
+    """Return the result for a file as values that JSON can hold; an unknown value is None."""
     check = judged.check
     return {
         "file": judged.file,
@@ -107,7 +110,7 @@ def as_plain_values(judged: JudgedFile, rate_hz: float) -> dict[str, Any]:
 
 def _verdict_values(verdict: Verdict, rate_hz: float) -> dict[str, Any]:
     values = dict(vars(verdict)) | {"reason": why_unknown(verdict)}
-    # As results/detections.csv has it.
+    # The same unit as in results/detections.csv.
     values["location_s"] = values.pop("location_samples") / rate_hz
     values["distances"] = [_known(each) for each in verdict.distances or ()]
     return {name: _known(value) for name, value in values.items()}

@@ -14,7 +14,7 @@ from edges import files
 
 
 def write_picture(judged: JudgedFile, settings: Settings, path: Path) -> None:
-    """Draw an accepted recording and the places of its verdicts into a .png or .svg file."""
+    """Draw an accepted recording and the places of its verdicts to a .png or .svg file."""
     shape, rate_hz = settings["preprocessing"], settings["recording"]["rate_hz"]
     simulated = is_simulated(judged.check["header"].get("source", ""))
     name = f"{Path(judged.file).name}{', simulated' if simulated else ''}"

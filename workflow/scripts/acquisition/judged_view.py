@@ -1,4 +1,4 @@
-"""A judged file as lines for a terminal: the sensors, the places, and the table of verdicts."""
+"""The display of a judged file in the terminal: sensors, places, and table of verdicts."""
 
 from collections.abc import Mapping, Sequence
 from itertools import pairwise
@@ -19,18 +19,18 @@ _MARKS = "abcdefghij"
 def judged_lines(
     judged: JudgedFile, settings: Settings, width: int, *, plain: bool = False
 ) -> list[str]:
-    """Return the lines that tell of a judged file.
+    """Return the lines that show a judged file.
 
     Parameters
     ----------
     judged : JudgedFile
-        What is to be said.
+        The file's result.
     settings : mapping
         Sections ``recording`` and ``evaluation`` of the configuration.
     width : int
-        How many characters a line of the plot may have.
+        Largest number of characters in a line of the plot.
     plain : bool
-        Whether the terminal knows no more than ASCII.
+        Whether the terminal shows ASCII only.
     """
     check = judged.check
     if not judged.is_accepted:
@@ -46,19 +46,19 @@ def judged_lines(
     lines += verdict_table(judged.verdicts, settings)
     prevalence = words.percent(settings["evaluation"]["prevalence"])
     lines.append(
-        "place: when sensor 1 passes the nodule, and its way until then; probability: of a nodule, "
+        "place: time and distance at which sensor 1 passes the nodule; probability: of a nodule, "
         f"if {prevalence} of all recordings have one"
     )
     if judged.taught_as:
         lines.append(
             f"note: the detectors have learned from this very recording ({judged.taught_as}), so "
-            "they know its size already"
+            "they already know its size"
         )
     return lines
 
 
 def places_s(verdicts: Mapping[str, Verdict], rate_hz: float) -> dict[float, list[str]]:
-    """Return when sensor 1 passes a nodule, in seconds, and the detectors that say so."""
+    """Return the times in s at which sensor 1 passes a nodule, each with its detectors' names."""
     places: dict[float, list[str]] = {}
     for name, verdict in verdicts.items():
         if words.is_known(verdict.location_samples):
@@ -74,7 +74,7 @@ def _plot(
     *,
     plain: bool,
 ) -> list[str]:
-    """Draw a line of bars a sensor, and below them a mark at each place."""
+    """Return one line of bars per sensor, and below them a mark at each place."""
     label = "sensor 1 "
     cells = max(min(width - len(label), values.shape[1]), 1)
     edges = np.linspace(0, values.shape[1], cells + 1).astype(int)

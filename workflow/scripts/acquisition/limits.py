@@ -1,4 +1,4 @@
-"""What ends a recording."""
+"""Limits of a recording, and the request to stop it (Ctrl-C)."""
 
 import signal
 from dataclasses import dataclass
@@ -7,16 +7,16 @@ from types import FrameType
 
 @dataclass(frozen=True)
 class Limits:
-    """What ends a recording.
+    """Limits of a recording.
 
     Attributes
     ----------
     samples : int or None
-        Number of places of the recording, the missing ones included.
+        Number of samples, missing ones included; None: no limit.
     patience_s : float
-        How long to wait for the next sample of a board that went away or sends nonsense.
+        Longest wait in seconds for the next sample.
     kept : int
-        How many samples the running verdict can use.
+        Number of samples that the running verdict can use.
     """
 
     samples: int | None
@@ -25,7 +25,7 @@ class Limits:
 
 
 class StopRequest:
-    """Ctrl-C, or a polite kill: ends the recording at the next pause for breath."""
+    """A request by Ctrl-C, SIGTERM or SIGHUP to end the recording; `reason` names it."""
 
     def __init__(self) -> None:
         self.reason = ""

@@ -1,4 +1,4 @@
-"""A serial line that carries frames: opened with plain reasons, read without losing a byte."""
+"""A serial line that carries frames, with clear errors if its port cannot be opened."""
 
 import contextlib
 import errno
@@ -21,7 +21,7 @@ from acquisition.protocol import Damaged, Event, FrameParser, encode
 BAUD = 115200
 READ_TIMEOUT_S = 0.05
 
-# What pyserial raises when a port goes away; termios.error is no OSError.
+# Exceptions that pyserial raises when a port disappears; termios.error is not an OSError.
 _FAULTS: tuple[type[Exception], ...] = (serial.SerialException, OSError)
 if os.name == "posix":
     import termios
@@ -32,19 +32,19 @@ _OPENING_FAULTS: tuple[type[Exception], ...] = (*_FAULTS, ValueError)
 
 @dataclass(frozen=True)
 class Arrival:
-    """An event and the computer's clock when it was read."""
+    """An event, and the time of the computer's clock at which it was read."""
 
     event: Event
     moment_s: float
 
 
 class Line:
-    """An open port.
+    """An open serial port.
 
     Parameters
     ----------
     port : str
-        A port's name, or an address that pyserial knows (``socket://``, ``rfc2217://``).
+        Name of the port, or an address that pyserial knows (``socket://``, ``rfc2217://``).
     baud : int
         Bits per second.
 
@@ -72,12 +72,12 @@ class Line:
             raise explain_open_fault(port, fault) from fault
 
     def receive(self, timeout_s: float = READ_TIMEOUT_S) -> list[Arrival]:
-        """Give what has come in; waits up to the timeout for something to come.
+        """Read the events that have arrived; wait up to the timeout for the first.
 
         Raises
         ------
         LineLostError
-            The port went away.
+            The port disappeared.
         """
         if self._put_back:
             before, self._put_back = self._put_back, []
@@ -85,7 +85,7 @@ class Line:
         try:
             if self._serial.timeout != timeout_s:
                 self._serial.timeout = timeout_s
-            # Asking for more than there is would lose it all if the port went away meanwhile.
+            # A read of more bytes than have arrived would lose them if the port disappeared.
             received = self._serial.read(self._serial.in_waiting or 1)
         except _FAULTS as fault:
             raise LineLostError(str(fault)) from fault
@@ -96,7 +96,7 @@ class Line:
         return [Arrival(event, moment_s) for event in self._parser.feed(received)]
 
     def put_back(self, arrivals: list[Arrival]) -> None:
-        """Have the next `receive` give these first."""
+        """Put events back, so that the next `receive` returns them first."""
         self._put_back = arrivals
 
     def send(self, payload: str) -> None:
@@ -105,7 +105,7 @@ class Line:
         Raises
         ------
         LineLostError
-            The port went away.
+            The port disappeared.
         """
         try:
             self._serial.write(encode(payload))
@@ -113,17 +113,17 @@ class Line:
             raise LineLostError(str(fault)) from fault
 
     def close(self) -> list[Damaged]:
-        """Close the port; gives what was left of a frame."""
-        with contextlib.suppress(*_FAULTS):  # it may be gone already
+        """Close the port; return the rest of an unfinished frame."""
+        with contextlib.suppress(*_FAULTS):  # the port may have disappeared
             self._serial.close()
         return self._parser.drop_pending("cut off: the line was closed")
 
 
 def explain_open_fault(port: str, fault: Exception) -> AcquisitionError:
-    """Turn a failed open into a reason that a lab member understands."""
+    """Return the error for a port that could not be opened, with its cause and remedy."""
     number = getattr(fault, "errno", None)
     text = str(fault)
-    # On Windows pyserial keeps the kind of fault in the text only, and "denied" means in use.
+    # On Windows only pyserial's text tells the kind of fault, and "denied" means in use.
     denied = number in (errno.EACCES, errno.EPERM)
     in_use = number in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in text
     if in_use or (os.name == "nt" and "PermissionError" in text):
@@ -146,5 +146,5 @@ def explain_open_fault(port: str, fault: Exception) -> AcquisitionError:
 
 
 def port_names() -> list[str]:
-    """Name the serial ports of this computer."""
+    """Return the names of this computer's serial ports."""
     return sorted(port.device for port in list_ports.comports())

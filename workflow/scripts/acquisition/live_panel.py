@@ -1,4 +1,4 @@
-"""Lines on a terminal that are drawn anew in their place, and plain lines where it cannot."""
+"""Lines that a terminal redraws in place; plain lines if it cannot."""
 
 import shutil
 import sys
@@ -13,14 +13,14 @@ class LivePanel:
     Parameters
     ----------
     stream : TextIO
-        Where to write.
+        The output.
 
     Attributes
     ----------
     redraws : bool
-        Whether lines can be drawn anew in their place.
+        Whether the terminal can redraw lines in place.
     plain : bool
-        Whether the terminal knows no more than ASCII.
+        Whether the terminal shows ASCII only.
     """
 
     def __init__(self, stream: TextIO) -> None:
@@ -33,11 +33,11 @@ class LivePanel:
 
     @property
     def width(self) -> int:
-        """How many characters a line may have."""
+        """Largest number of characters in a line."""
         return shutil.get_terminal_size().columns - 1
 
     def is_due(self, every_s: float) -> bool:
-        """Say whether it is time to draw again, and if so take note of the time."""
+        """Return whether the last drawing is `every_s` seconds old; if so, restart the interval."""
         now_s = time.monotonic()
         if now_s - self._shown_s < every_s:
             return False
@@ -45,24 +45,24 @@ class LivePanel:
         return True
 
     def note(self, text: str) -> None:
-        """Say something that stays."""
+        """Print a note, which stays on the terminal."""
         self.clear()
         print(text, file=self._stream, flush=True)
 
     def draw(self, lines: Sequence[str]) -> None:
-        """Draw lines in the place of those before."""
+        """Draw lines in place of the earlier ones."""
         self.clear()
         print("\n".join(lines), file=self._stream, flush=True)
         self._drawn_lines = len(lines)
 
     def clear(self) -> None:
-        """Take the lines away."""
+        """Remove the lines."""
         if self._drawn_lines:
             self._stream.write(f"\x1b[{self._drawn_lines}A\x1b[J")
             self._drawn_lines = 0
 
     def leave(self) -> None:
-        """Let the lines stand: what follows comes below them."""
+        """Keep the lines on the terminal; later output comes below them."""
         self._drawn_lines = 0
 
 

@@ -1,4 +1,4 @@
-"""What a logger says of itself: whether it fits the workflow, and what its recordings say."""
+"""The logger's description of itself: compare it with the configuration, and write headers."""
 
 from datetime import datetime
 from typing import Any
@@ -9,30 +9,31 @@ from acquisition.protocol import Identity
 
 
 def check_fits(identity: Identity, settings: dict[str, Any]) -> None:
-    """Refuse to record what the workflow would refuse to read.
+    """Raise an error if the workflow could not read recordings of this logger.
 
     Parameters
     ----------
     identity : Identity
-        What the logger says of itself.
+        The logger's description of itself.
     settings : dict
         Section ``recording`` of the configuration.
 
     Raises
     ------
     AcquisitionError
-        The board has other sensors or another rate.
+        The board has another number of sensors or another rate.
     """
     for entry, key in (("channels", "sensors"), ("rate_hz", "rate_hz")):
         if float(identity.entries[entry]) != settings[key]:
             raise AcquisitionError(
                 f"the board has {entry} = {identity.entries[entry]}, but the workflow is "
-                f"configured for {settings[key]:g} (config/config.yaml: recording.{key})"
+                f"configured for {settings[key]:g}; change recording.{key} in config/config.yaml, "
+                "or use another board"
             )
 
 
 def header_of(identity: Identity, started: datetime, wave: Wave | None) -> dict[str, str]:
-    """Return the header of what this logger records, with the wave that this program drives."""
+    """Return the header of this logger's recordings, with the wave that this program drives."""
     entries = identity.entries
     header = {
         "source": f"recorded by the {identity.device} board, firmware {entries['firmware']}",
@@ -46,7 +47,7 @@ def header_of(identity: Identity, started: datetime, wave: Wave | None) -> dict[
 
 
 def moment_text(moment: datetime) -> str:
-    """Write a moment in UTC as a header holds it."""
+    """Return a time in UTC as text for a header."""
     return moment.isoformat(timespec="seconds").replace("+00:00", "Z")
 
 

@@ -1,4 +1,4 @@
-"""The logger of a survey: samples as they come, and missing ones where none came in time."""
+"""The logger of a survey: its samples on an even grid in time; a late sample is missing."""
 
 from collections.abc import Callable, Sequence
 from typing import TypeVar
@@ -13,23 +13,23 @@ from acquisition.frame_log import FrameLog
 from acquisition.intake import Intake
 from capsule.arrays import FloatArray
 
-# What comes later than this is given as missing: a survey does not stand still.
+# A sample that is later than this is missing: the survey does not wait for it.
 LATE_S = 2.0
 LAST_WORD = "pause"
 Number = TypeVar("Number", float, np.ndarray)
 
 
 class LoggerFeed:
-    """The samples of a survey, in columns on an even grid in time.
+    """The source of a survey's samples, in columns on an even grid in time.
 
     Parameters
     ----------
     link : BoardLink
         The board's line.
     log : FrameLog
-        Where damaged frames and gaps go.
+        Log of damaged frames and gaps.
     tell : callable
-        Is told what people should know.
+        Function that shows a message to the user.
 
     Attributes
     ----------
@@ -44,18 +44,18 @@ class LoggerFeed:
         self._sensors = int(link.identity.entries["channels"])
         self._period_s = self._intake.progress.period_s
         self._connections, self._connected = link.connections, True
-        # Samples that nobody has taken yet; the first one's number.
+        # Samples that were not taken yet, and the number of the first one.
         self._columns: list[Sequence[float] | None] = []
         self._first = 0
         self.at_end = False
 
     @property
     def rate_hz(self) -> float:
-        """Samples a second."""
+        """Samples per second."""
         return 1.0 / self._period_s
 
     def serve(self, timeout_s: float) -> None:
-        """Take what the board has said; waits up to the timeout for something to come."""
+        """Read the board's frames; wait for them up to the timeout."""
         arrivals = self._link.receive(timeout_s)
         if self._link.connected != self._connected:
             self._connected = self._link.connected
@@ -70,25 +70,25 @@ class LoggerFeed:
         for arrival in arrivals:
             self._attendance.take([arrival], self._link.port)
             if self._intake.ended:
-                # More samples come: the survey ends when the origami is unfolded.
+                # Go on: the survey ends only after the origami is unfolded.
                 self.at_end, self._intake.ended = True, ""
         if command := self._attendance.command(AWAKE.now_s()):
             self._link.send(command)
 
     def take(self, count: int) -> tuple[FloatArray, FloatArray] | None:
-        """Take the next samples; None while they have not come and are not late.
+        """Take the next samples; return None while some have not arrived and are not late.
 
         Parameters
         ----------
         count : int
-            How many, K.
+            Number of samples K.
 
         Returns
         -------
         values : (S, K) array
-            Readings; NaN where a sample is missing.
+            Readings; NaN is a missing sample.
         moments_s : (K,) array
-            The computer's clock when each was taken.
+            Times of the samples by the computer's clock.
         """
         if len(self._columns) < count and not self._late(count):
             return None
@@ -102,7 +102,7 @@ class LoggerFeed:
         return values, moments_s
 
     def trouble(self, patience_s: float) -> AcquisitionError | None:
-        """Say why the survey cannot go on; None if it can."""
+        """Return the error that ends the survey; None if it can continue."""
         silent_s = AWAKE.now_s() - self._attendance.sampled_s
         if silent_s <= patience_s:
             return None
@@ -115,24 +115,24 @@ class LoggerFeed:
         self._link.send(LAST_WORD)
         self._link.close()
 
-    # What `Intake` needs of the place where its samples go.
+    # The interface `Rows` of `Intake`.
 
     def add(self, time_s: float, values: Sequence[float] | None) -> None:
-        """Add a sample; None is a missing one. What was given as missing stays missing."""
+        """Add a sample; None is a missing one. A sample that was late stays missing."""
         number = round(time_s / self._period_s)
         if number == self._first + len(self._columns):
             self._columns.append(values)
 
     def flush(self) -> None:
-        """Do nothing: samples are taken from here."""
+        """Do nothing, because `take` reads the samples from memory."""
 
     def _late(self, count: int) -> bool:
-        """Say whether samples that have not come would be late by now."""
+        """Return whether the last of the next samples is late."""
         if self._intake.received == 0:
             return False
         return elapsed_s() > self._moment_s(self._first + count - 1) + LATE_S
 
     def _moment_s(self, number: Number) -> Number:
-        """Return the computer's clock when samples were, or will be, taken."""
+        """Return the times of samples, past or future, by the computer's clock."""
         newest = self._intake.progress.places - 1
         return self._intake.taken_s + (number - newest) * self._period_s

@@ -1,4 +1,4 @@
-"""The Lab Streaming Layer, imported only by those who ask for a stream."""
+"""The Lab Streaming Layer, imported only if an option asks for a stream."""
 
 from types import ModuleType
 
@@ -8,7 +8,7 @@ EXTRA = 'pip install "origami-capsule[lsl]"'
 
 
 def import_pylsl(option: str) -> ModuleType:
-    """Import pylsl for an option; raises `AcquisitionError` where it cannot be imported."""
+    """Import pylsl for an option; raise `AcquisitionError` if that fails."""
     try:
         import pylsl
     except ModuleNotFoundError:

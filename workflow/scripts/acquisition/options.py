@@ -13,11 +13,11 @@ LONGEST_ENTRY = 100  # characters of a site or session
 EXAMPLES = """
 examples:
   %(prog)s --size 3                     record a run over a 3 mm nodule until Ctrl-C
-  %(prog)s --unlabelled --detect        record a run to be detected, and judge it
+  %(prog)s --unlabelled --detect        record a run over an unknown place, and judge it
   %(prog)s --size 0 --duration 90 --drive /dev/ttyACM1
                                           start the wave, record 90 s without a nodule, stop both
   %(prog)s --size 3 --stream-in gripper record from a stream of the Lab Streaming Layer
-  %(prog)s --recover                    complete the recordings that killed recorders left
+  %(prog)s --recover                    complete the recordings of killed recorders
 
 exit status:
   0 archived            1 other fault        2 wrong option       3 no board, or several
@@ -28,7 +28,7 @@ exit status:
 
 
 def parse(arguments: list[str] | None = None) -> argparse.Namespace:
-    """Read the command line; ends the program with status 2 where it is wrong."""
+    """Return the options; end the program with status 2 if one is wrong."""
     parser = argparse.ArgumentParser(
         description="Record a run of the capsule from the logger board into raw/.",
         epilog=EXAMPLES,
@@ -41,7 +41,7 @@ def parse(arguments: list[str] | None = None) -> argparse.Namespace:
     _add_place_options(parser)
     options = parser.parse_args(arguments)
     for option, value in vars(options).items():
-        # What argparse makes of an option whose value is two dashes.
+        # Argparse returns an empty list for an option whose value is two dashes.
         if value == []:
             parser.error(f"argument --{option.replace('_', '-')}: '--' is not a value")
     modes = [options.size is not None, options.unlabelled, options.recover is not None]
@@ -58,10 +58,10 @@ def _add_run_options(parser: argparse.ArgumentParser) -> None:
         "--size",
         type=size_folder,
         metavar="MM",
-        help="record over a nodule of this size; 0: no nodule",
+        help="record a run over a nodule of this size; 0: no nodule",
     )
     group.add_argument(
-        "--unlabelled", action="store_true", help="record a run whose nodule is unknown"
+        "--unlabelled", action="store_true", help="record a run over an unknown place"
     )
     group.add_argument(
         "--recover",
@@ -77,7 +77,7 @@ def _add_run_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--site",
         type=_entry,
-        help="name of the place, written to the header; the report combines its passes",
+        help="name of the site, written to the header; the report combines its passes",
     )
     group.add_argument(
         "--session",
@@ -93,7 +93,7 @@ def _add_run_options(parser: argparse.ArgumentParser) -> None:
 
 
 def add_board_options(parser: argparse.ArgumentParser) -> None:
-    """Add what says where the logger is, and for how long to wait for it."""
+    """Add the options for the logger's port and the waiting time."""
     group = parser.add_argument_group("the logger board")
     group.add_argument("--port", help="serial port (default: search the USB ports)")
     group.add_argument(
@@ -104,28 +104,28 @@ def add_board_options(parser: argparse.ArgumentParser) -> None:
         type=_positive,
         default=60.0,
         metavar="S",
-        help="longest wait for the next sample, also while the board is unplugged "
+        help="longest wait for the next sample in seconds, also while the board is unplugged "
         "(default: %(default)g)",
     )
 
 
 def add_wave_options(parser: argparse.ArgumentParser) -> None:
-    """Add what says where the peristalsis board is, and how the wave travels."""
+    """Add the options for the peristalsis board's port and the wave."""
     group = parser.add_argument_group("the peristalsis board")
-    group.add_argument("--drive", metavar="PORT", help="serial port; start and stop the wave")
+    group.add_argument("--drive", metavar="PORT", help="start and stop the wave at this port")
     group.add_argument(
         "--speed",
         type=_positive,
         default=25.0,
         metavar="MM_S",
-        help="wave speed (default: %(default)g)",
+        help="speed of the wave in mm/s (default: %(default)g)",
     )
     group.add_argument(
         "--ramp",
         type=_positive,
         default=25.0,
         metavar="MM_S2",
-        help="acceleration of the wave (default: %(default)g)",
+        help="acceleration of the wave in mm/s^2 (default: %(default)g)",
     )
     group.add_argument(
         "--direction",
@@ -171,7 +171,7 @@ def _positive(text: str) -> float:
 
 
 def _entry(text: str) -> str:
-    """Read an entry of the header; what the workflow could not read is refused."""
+    """Return an entry of the header; a text that the workflow could not read is an error."""
     if not text.strip() or not text.isprintable() or len(text) > LONGEST_ENTRY:
         raise argparse.ArgumentTypeError(
             f"{text[:LONGEST_ENTRY]!r} is not allowed in a header: use 1 to {LONGEST_ENTRY} "

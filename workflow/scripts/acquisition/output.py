@@ -1,4 +1,4 @@
-"""Standard output that never holds up a recording, whether its terminal is stopped or closed."""
+"""Standard output that never blocks a recording, even if its terminal is stopped or closed."""
 
 import atexit
 import contextlib
@@ -8,51 +8,51 @@ import queue
 import sys
 import threading
 
-WAITING_TEXTS = 200  # more is thrown away, until the terminal takes output again
+WAITING_TEXTS = 200  # further texts are dropped until the terminal accepts output again
 LAST_WORDS_S = 1.0
 
 
 class PatientOutput(io.TextIOBase):
-    """Text that another thread writes, as fast as it is taken.
+    """A text stream that a second thread writes, so that the caller never waits.
 
     Parameters
     ----------
     descriptor : int or None
-        Where to write; None where standard output is closed.
+        File descriptor of the output; None if standard output is closed.
     encoding : str
-        The terminal's.
+        The terminal's encoding.
     """
 
     def __init__(self, descriptor: int | None, encoding: str) -> None:
         self._descriptor = descriptor
         self._encoding = encoding
         self._texts: queue.Queue[bytes | None] = queue.Queue(WAITING_TEXTS)
-        # A daemon: a terminal that never takes output again must not keep the program alive.
+        # A daemon: a terminal that accepts no output must not keep the program alive.
         self._writer = threading.Thread(target=self._write_all, daemon=True)
         self._writer.start()
 
-    # The types have an attribute to be written; Python's own streams have one to be read.
+    # Typeshed declares a writable attribute, but Python's own streams have a read-only one.
     @property
     def encoding(self) -> str:  # type: ignore[override]
         """The terminal's encoding."""
         return self._encoding
 
     def isatty(self) -> bool:
-        """Say whether this is a terminal."""
+        """Return whether this is a terminal."""
         return self._descriptor is not None and os.isatty(self._descriptor)
 
     def writable(self) -> bool:
-        """Say that text may be written."""
+        """Return True: text can be written."""
         return True
 
     def write(self, text: str) -> int:
-        """Hand on a text, or lose it where nobody takes what came before."""
+        """Queue a text; drop it if the queue is full."""
         with contextlib.suppress(queue.Full):
             self._texts.put_nowait(text.encode(self._encoding, "backslashreplace"))
         return len(text)
 
     def finish(self) -> None:
-        """Wait a moment until everything is written."""
+        """Wait a short time for the queued texts to be written."""
         try:
             self._texts.put(None, timeout=LAST_WORDS_S)
         except queue.Full:
@@ -65,11 +65,11 @@ class PatientOutput(io.TextIOBase):
                 while content and self._descriptor is not None:
                     content = content[os.write(self._descriptor, content) :]
             except OSError:
-                self._descriptor = None  # closed, or full: nobody will ever read it
+                self._descriptor = None  # the output is closed, or its disk is full
 
 
 def install() -> None:
-    """Put it in place of standard output, for the whole program."""
+    """Replace standard output by a `PatientOutput`, for the whole program."""
     try:
         descriptor = sys.stdout.fileno()
         encoding = sys.stdout.encoding

@@ -1,4 +1,4 @@
-"""The size of the nodule at a place, from its passes, as the diagonal detector has learned it."""
+"""The size of the nodule at a place, which the diagonal detector estimates from its passes."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,16 +17,16 @@ _UNKNOWN = float("nan")
 
 @dataclass(frozen=True)
 class PassSizes:
-    """Sizes passes; without what the workflow has learned, it says nothing.
+    """An estimator of nodule sizes from passes; without a learned model, all sizes are NaN.
 
     Attributes
     ----------
     model : DiagonalModel or None
-        What the detector has learned.
+        The detector's learned model.
     detector : mapping
         Section ``diagonal`` of the configuration.
     rate_hz : float
-        Sampling rate.
+        Sampling rate in Hz.
     """
 
     model: DiagonalModel | None
@@ -34,13 +34,13 @@ class PassSizes:
     rate_hz: float
 
     def of(self, passes: Sequence[np.ndarray]) -> tuple[float, float, float]:
-        """Return a size and the ends of its interval, in mm; NaN where it is not known.
+        """Return a size and the ends of its interval, in mm; NaN if unknown.
 
         Parameters
         ----------
         passes : sequence of (S, K) arrays
-            Readings of the passes over one place. The size is the mean over them; its interval
-            does not shrink, since the nodule's height against the capsule is the same in all.
+            Readings of the passes over one place. The size is the mean over them. More passes do
+            not narrow its interval: the nodule's height against the capsule is the same in all.
         """
         if self.model is None or self.model.sizes is None:
             return _UNKNOWN, _UNKNOWN, _UNKNOWN
@@ -53,11 +53,14 @@ class PassSizes:
 
 
 def pass_sizes(results: Path, detector: Settings, rate_hz: float) -> PassSizes:
-    """Read what the workflow has learned, where it has; parameters as in `PassSizes`."""
+    """Read the model that the workflow has learned, if there is one; parameters as in `PassSizes`.
+
+    A model that was learned with other settings is not used.
+    """
     path, model = results / "detectors.json", None
     if path.exists():
         content = read_json(path)
-        # Learned with other settings, it would take these passes for something else.
+        # A model learned with other settings does not fit the features of these passes.
         if content.get("settings", {}).get("diagonal") == dict(detector):
             model = DiagonalModel.restored(content, None)
     return PassSizes(model, detector, rate_hz)

@@ -1,4 +1,4 @@
-"""A logger board that plays a simulated run, at a port where the recorder finds it."""
+"""A simulated logger board that plays a run at a port of this computer."""
 
 import contextlib
 import math
@@ -12,14 +12,14 @@ from acquisition.stand_in import StandInLogger
 from acquisition.workbench import Workbench
 from capsule.phantom.sensor import Electronics
 
-# Less than the time between samples: each sample finds its own voltages.
+# Shorter than the time between samples, so that each sample gets its own voltages.
 _STRETCH_US = 20_000
-# The logger believes in its end stop when two samples in a row have found it pressed.
+# The logger reports the end stop after two samples in a row at which it was pressed.
 _PRESSED_FOR = 2
 
 
 class PlayedRun:
-    """A world in which a board's inputs follow a simulated run, a reading a sample.
+    """A world that sets a board's inputs to one reading of a simulated run per sample.
 
     Parameters
     ----------
@@ -28,12 +28,12 @@ class PlayedRun:
     counts : (S, K) array
         The readings; the last one is at the end stop.
     electronics : Electronics
-        Of the simulated bench.
+        Electronics of the simulated bench.
     """
 
     def __init__(self, board: StandInLogger, counts: np.ndarray, electronics: Electronics) -> None:
         self._board = board
-        # The middle of each of the converter's steps.
+        # The voltage in the middle of each step of the converter.
         self._mv = (counts + 0.5) * 1000 * electronics.vref_v / 2**electronics.adc_bits
 
     def __call__(self, start_s: float, end_s: float) -> None:
@@ -55,17 +55,17 @@ def played_board(counts: np.ndarray, electronics: Electronics, speed: float) -> 
     counts : (S, K) array
         The readings.
     electronics : Electronics
-        Of the simulated bench.
+        Electronics of the simulated bench.
     speed : float
-        Seconds of the bench in a second.
+        Seconds of the bench per second of the wall clock.
 
     Yields
     ------
     str
-        The port.
+        Name of the port.
     """
     board = StandInLogger()
-    # Nobody uploads a firmware to this board, so a byte that comes early does no harm.
+    # An early byte cannot block this board, because it has no real boot loader.
     cable = SocketCable(board, sticks=False)
     bench = Workbench(cable, world=PlayedRun(board, counts, electronics), speed=speed)
     over = threading.Event()

@@ -1,7 +1,7 @@
-"""The serial line of the bench's boards: bytes in, events out; commands in, bytes out.
+"""The serial protocol of the boards: decode bytes into events, encode commands into bytes.
 
-docs/protocol.md describes the frames, ``$payload*CRC`` and a line feed. A ``$`` always begins a
-frame, so that a frame cut off by a reset or by noise never takes the next one with it.
+docs/protocol.md describes the frames: ``$payload*CRC`` and a line feed. A ``$`` always begins a
+frame, so a frame cut off by a reset or by noise does not damage the next one.
 """
 
 import binascii
@@ -29,11 +29,11 @@ class Sample:
     sequence : int
         Number of the sample since the board started.
     device_ms : int
-        When the conversion began, in milliseconds since the board started.
+        Start of the conversion, in milliseconds since the board started.
     counts : tuple of S float
-        ADC counts; of a stream, whatever it sends.
+        ADC counts; from a stream, readings in the unit of the stream.
     at_end : bool
-        The capsule has closed the end stop.
+        Whether the capsule has closed the end stop.
     """
 
     sequence: int
@@ -44,7 +44,7 @@ class Sample:
 
 @dataclass(frozen=True)
 class Identity:
-    """What a board says of itself: its kind (such as ``logger``) and its entries."""
+    """A board's description of itself: its kind (such as ``logger``) and its entries."""
 
     device: str
     entries: Mapping[str, str]
@@ -52,13 +52,13 @@ class Identity:
 
 @dataclass(frozen=True)
 class Position:
-    """Where the wave of the peristalsis board is; speed is negative backward.
+    """The position of the wave, from the peristalsis board; the speed is negative backward.
 
     Attributes
     ----------
     index_half_steps : int, optional
-        The half-steps at which the cam shaft last passed its index; None where it has not since
-        the board started, or where the firmware is older than the index.
+        Count of half-steps at the last passage of the cam shaft's index. None if the shaft has not
+        passed it since the board started, or if the firmware is too old to report it.
     """
 
     device_ms: int
@@ -71,18 +71,18 @@ class Position:
 
 @dataclass(frozen=True)
 class FoldState:
-    """What the fold board says of the origami.
+    """The state of the origami, from the fold board.
 
     Attributes
     ----------
     device_ms : int
         Milliseconds since the board started.
     half_steps : int
-        Half-steps that the thread is wound since the switch "unfolded" last closed.
+        Half-steps by which the thread was wound since the switch "unfolded" last closed.
     switches : {"none", "unfolded", "folded", "both"}
         The end switches that are closed.
     state : {"unfolded", "folding", "folded", "unfolding", "fault"}
-        What the board makes of it.
+        The state that the board concludes.
     """
 
     device_ms: int
@@ -93,7 +93,7 @@ class FoldState:
 
 @dataclass(frozen=True)
 class Acknowledgement:
-    """The board obeys a command."""
+    """A board's confirmation of a command."""
 
     command: str
     argument: str
@@ -101,7 +101,7 @@ class Acknowledgement:
 
 @dataclass(frozen=True)
 class Refusal:
-    """The board does not obey, and why."""
+    """A board's refusal of a command, with the reason."""
 
     command: str
     reason: str
@@ -109,7 +109,7 @@ class Refusal:
 
 @dataclass(frozen=True)
 class Damaged:
-    """Bytes that are no whole frame, and why; nothing of them is ever used."""
+    """Bytes that are not a whole frame, with the reason; they are never used."""
 
     content: bytes
     reason: str
@@ -119,17 +119,17 @@ Event = Sample | Identity | Position | FoldState | Acknowledgement | Refusal | D
 
 
 def checksum(payload: bytes) -> int:
-    """Compute the CRC-16/CCITT-FALSE (polynomial 0x1021, initial value 0xFFFF)."""
+    """Return the CRC-16/CCITT-FALSE (polynomial 0x1021, initial value 0xFFFF)."""
     return binascii.crc_hqx(payload, 0xFFFF)
 
 
 def encode(payload: str) -> bytes:
-    """Make a frame of a payload such as ``start`` or ``speed,25``.
+    """Return the frame of a payload such as ``start`` or ``speed,25``.
 
     Raises
     ------
     ValueError
-        The payload holds a character that has a meaning of its own on the line.
+        The payload holds a ``$`` or a character other than printable ASCII.
     """
     if not re.fullmatch(r"[ -#%-~]+", payload):
         raise ValueError(f"{payload!r} cannot be sent: printable ASCII without '$' only")
@@ -138,7 +138,7 @@ def encode(payload: str) -> bytes:
 
 
 class FrameParser:
-    """Cuts what comes in from the line into frames; any bytes are welcome.
+    """A parser that cuts received bytes into frames; it accepts any bytes.
 
     Examples
     --------
@@ -153,7 +153,7 @@ class FrameParser:
         self._pending = b""
 
     def feed(self, received: bytes) -> list[Event]:
-        """Give the events that these bytes complete."""
+        """Return the events that these bytes complete."""
         content = self._pending + received
         events: list[Event] = []
         end = 0
@@ -170,7 +170,7 @@ class FrameParser:
         return events
 
     def drop_pending(self, reason: str = "cut off") -> list[Damaged]:
-        """Give up the frame that has begun, because the line was closed."""
+        """Drop the unfinished frame, because the line was closed; return it as damaged."""
         pending, self._pending = self._pending, b""
         return [Damaged(pending, reason)] if pending else []
 
@@ -181,7 +181,7 @@ def decode(frame: bytes) -> Event:
     Returns
     -------
     Event
-        `Damaged` where the check or the form is wrong.
+        `Damaged` if the checksum or the form is wrong.
     """
     match = _FRAME.fullmatch(frame)
     if not match:

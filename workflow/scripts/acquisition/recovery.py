@@ -1,7 +1,7 @@
-"""A recording made of what a killed recorder has left: nothing is cut off, nothing deleted.
+"""Recover the unfinished recording of a killed recorder.
 
-Every line that can be read is taken, wherever it stands. A line that cannot is skipped and counted,
-and its sample is missing. The file itself is kept beside the recording, under another name.
+The recording gets every line that can be read. An unreadable line is skipped and counted, and its
+sample is missing. The original file stays unchanged beside the recording, under another name.
 """
 
 import bisect
@@ -24,20 +24,20 @@ _ENTRY = re.compile(r"# ([a-z0-9_]+): ([ -~\u00a0-\U0010ffff]+)")
 
 @dataclass(frozen=True)
 class Rescued:
-    """What was made of an unfinished recording.
+    """The result of recovering an unfinished recording.
 
     Attributes
     ----------
     final : Path
         The recording.
     original : Path
-        The file it was made of, byte for byte as it was.
+        The unfinished file, unchanged.
     samples : int
-        How many lines of samples the recording holds.
+        Number of lines of samples in the recording.
     skipped : int
-        Lines before the last sample that could not be read.
+        Number of unreadable lines before the last sample.
     dropped : int
-        Bytes behind the last sample.
+        Number of bytes after the last sample.
     """
 
     final: Path
@@ -47,7 +47,7 @@ class Rescued:
     dropped: int
 
     def summary(self) -> str:
-        """Say it in one line."""
+        """Return the result in one line."""
         parts = [f"recovered {self.final}: {self.samples} samples"]
         if self.skipped:
             parts.append(f"lines skipped because they could not be read: {self.skipped}")
@@ -58,7 +58,7 @@ class Rescued:
 
 @dataclass(frozen=True)
 class _Line:
-    """A line of the file: where it ends, and what it says (None: nothing that can be read)."""
+    """A line of the file: its end in bytes, its time and its text (None: unreadable)."""
 
     end: int
     time_s: float | None = None
@@ -66,12 +66,12 @@ class _Line:
 
 
 def recover(part: Path, sensors: int) -> Rescued:
-    """Make a recording of what a killed recorder has left.
+    """Recover the unfinished recording of a killed recorder.
 
     Parameters
     ----------
     part : Path
-        The ``.part`` file; it is renamed and never written.
+        The ``.part`` file; it is renamed, never changed.
     sensors : int
         Number of sensors S.
 
@@ -82,9 +82,9 @@ def recover(part: Path, sensors: int) -> Rescued:
     Raises
     ------
     AcquisitionError
-        It is being recorded at this moment, holds no sample, or is none of ours.
+        A recorder is writing the file, it holds no sample, or its name does not end in ``.part``.
     NameExistsError
-        There is a recording of that name, or an original that was kept before.
+        There is a recording of that name, or the kept original of an earlier recovery.
     """
     if part.suffix != PART:
         raise AcquisitionError(
@@ -106,27 +106,27 @@ def recover(part: Path, sensors: int) -> Rescued:
 
 
 def rescue(content: bytes, sensors: int, final: Path, original: Path) -> tuple[bytes, Rescued]:
-    """Take from an unfinished recording whatever can be read.
+    """Return a recording made of the readable lines of an unfinished one.
 
     Parameters
     ----------
     content : bytes
-        What is in the file.
+        Content of the unfinished file.
     sensors : int
         Number of sensors S.
     final, original : Path
-        The names that the recording and the file will have.
+        New names of the recording and of the unfinished file.
 
     Returns
     -------
     recording : bytes
-        The recording. Where lines were skipped, its header says how many.
+        The recording. If lines were skipped, its header states their number.
     rescued : Rescued
 
     Raises
     ------
     AcquisitionError
-        There is no sample in it.
+        The file holds no sample.
     """
     header, damaged, samples = _read(_split(content), sensors)
     readable = [line for line in samples if line.time_s is not None]
@@ -147,7 +147,7 @@ def rescue(content: bytes, sensors: int, final: Path, original: Path) -> tuple[b
 
 
 def _split(content: bytes) -> list[tuple[int, bytes]]:
-    """Give each whole line without its end (LF, or CR LF), and where the next one begins."""
+    """Return each whole line without its end (LF, or CR LF), and the offset of the next line."""
     lines, end = [], 0
     for line in content.split(b"\n")[:-1]:
         end += len(line) + 1
@@ -175,21 +175,22 @@ def _read(
         in_header = False
         match = form.fullmatch(line)
         samples.append(_Line(end, float(match[1]), line.decode("ascii")) if match else _Line(end))
-    header.pop("format_version", None)  # whoever writes a recording says what he writes
+    header.pop("format_version", None)  # the writer of a recording adds its own version
     return header, damaged, samples
 
 
 def _entry(line: bytes) -> dict[str, str]:
-    """Read a line of the header; nothing of one that is not whole."""
+    """Return the entry in a line of the header; empty if the line is damaged."""
     text = line.removeprefix(b"\xef\xbb\xbf").decode("utf-8", errors="replace")
     match = None if "\ufffd" in text else _ENTRY.fullmatch(text)
     return {match[1]: match[2]} if match else {}
 
 
 def _longest_run(times_s: Sequence[float]) -> list[int]:
-    """Give the indices of the longest subsequence whose times rise.
+    """Return the indices of the longest subsequence with rising times.
 
-    A damaged digit can move one line far ahead: it is left out, not all that come after it.
+    A damaged digit can give one line a much later time. This leaves out that line, not the lines
+    after it.
     """
     ends_s: list[float] = []  # the smallest last time of a run of each length
     last: list[int] = []
@@ -208,7 +209,7 @@ def _longest_run(times_s: Sequence[float]) -> list[int]:
 
 
 def _write(recording: bytes, final: Path) -> None:
-    """Write a recording beside its name first, so that the name stands for all of it."""
+    """Write a recording to a temporary file, then rename it, so that no partial file appears."""
     unfinished = final.with_name(f".{final.name}.{os.getpid()}.unfinished")
     try:
         with unfinished.open("xb") as stream:
@@ -224,11 +225,11 @@ def _write(recording: bytes, final: Path) -> None:
 
 @contextlib.contextmanager
 def _opened(part: Path) -> Iterator[None]:
-    """Hold an unfinished recording, so that nobody records into it meanwhile."""
+    """Lock an unfinished recording, so that no recorder writes to it meanwhile."""
     try:
         descriptor = os.open(part, os.O_RDWR | getattr(os, "O_BINARY", 0))
     except FileNotFoundError as fault:
-        raise AcquisitionError(f"{part} does not exist") from fault
+        raise AcquisitionError(f"{part} does not exist; give the path of a {PART} file") from fault
     try:
         lock_file(descriptor)
         yield

@@ -1,4 +1,4 @@
-"""What acquire.py does: record a run, or recover what a killed recorder has left."""
+"""The steps of acquire.py: record a run, or recover the recording of a killed recorder."""
 
 import argparse
 import contextlib
@@ -39,7 +39,7 @@ SCHEMA = PROJECT / "workflow" / "schemas" / "config.schema.json"
 JUDGE_EVERY_S = 0.5
 Samples = list[tuple[float, ...] | None]
 Watcher = Callable[[Progress, Samples], None]
-# What says, of the samples so far, how the run would be judged; of a header, or with one already.
+# Functions that judge the samples so far; the second has its header already.
 Judge = Callable[[Samples, Mapping[str, str]], list[str]]
 RunningJudge = Callable[[Samples], list[str]]
 Describe = Callable[[datetime, Wave | None], dict[str, str]]
@@ -53,7 +53,7 @@ def record(options: argparse.Namespace, origin: Mapping[str, str] | None = None)
     options : argparse.Namespace
         The command line of acquire.py.
     origin : mapping of str to str, optional
-        Entries of the header for a board that is simulated: they say so.
+        Entries of the header that describe a simulated board.
 
     Returns
     -------
@@ -125,7 +125,7 @@ def record(options: argparse.Namespace, origin: Mapping[str, str] | None = None)
 
 
 def recover(options: argparse.Namespace) -> None:
-    """Make recordings of unfinished ones; raises `AcquisitionError` if one cannot be."""
+    """Recover unfinished recordings; raise `AcquisitionError` if one of them fails."""
     everything = options.recover == "all"
     parts = archive.unfinished(options.raw) if everything else [Path(options.recover)]
     if not parts:
@@ -146,7 +146,7 @@ def recover(options: argparse.Namespace) -> None:
 
 
 def _settings(config: Path) -> dict[str, Any]:
-    """Read the workflow's configuration, with the workflow's own check."""
+    """Read the configuration, and check it as the workflow does."""
     settings = read_config_file(config)
     check_configuration(settings, read_json(SCHEMA), {str(config): settings})
     return settings
@@ -157,17 +157,17 @@ def _tell_of_unfinished(raw: Path) -> None:
     if parts:
         print(
             f"unfinished recordings under {raw}: {len(parts)}, such as {parts[0]}; to complete "
-            "them: acquire.py --recover"
+            "them, run: acquire.py --recover"
         )
 
 
 def _judges(
     options: argparse.Namespace, settings: dict[str, Any]
 ) -> tuple[Judge | None, Callable[[np.ndarray], list[str]] | None]:
-    """Give what judges the samples so far and what judges the whole recording, if wanted."""
+    """Return functions that judge the samples so far and the whole recording, if wanted."""
     if not options.detect:
         return None, None
-    from acquisition.verdict import FinalVerdict, RunningVerdict  # only where they are used
+    from acquisition.verdict import FinalVerdict, RunningVerdict  # only if they are used
 
     learned = options.templates.with_name("detectors.json")
     final = FinalVerdict(options.templates, learned, settings)
@@ -182,7 +182,7 @@ def _source(
     options: argparse.Namespace, settings: dict[str, Any]
 ) -> tuple["Line | StreamLine", Identity]:
     if options.stream_in:
-        from acquisition.stream_line import StreamLine  # only for those who ask for a stream
+        from acquisition.stream_line import StreamLine  # only if a stream is recorded
 
         line = StreamLine(options.stream_in, options.stream_channels, settings["recording"])
         return line, line.identity
@@ -205,10 +205,10 @@ def _watchers(
     sensors: int,
     length: int,
 ) -> Watcher:
-    """Join everything that follows the recording while it runs."""
+    """Return one function that shows, drives and judges during the recording."""
     window = None
     if options.plot:
-        from acquisition.window import Window  # matplotlib only where it is used
+        from acquisition.window import Window  # matplotlib only if it is used
 
         window = Window(title, sensors)
     judged_s = 0.0
@@ -238,14 +238,14 @@ def _watchers(
 
 
 def _run(session: Session, part: archive.PartFile, terminal: Terminal, log: FrameLog) -> None:
-    """Record, and archive whatever came, even if the board was lost."""
+    """Record, and archive the samples, even if the board was lost."""
     lost = None
     try:
         session.run()
     except BoardLostError as reason:
         session.ended, lost = str(reason), reason
     except AcquisitionError as reason:
-        with contextlib.suppress(AcquisitionError):  # what fits still
+        with contextlib.suppress(AcquisitionError):  # write what still fits on the disk
             part.flush()
         part.close()
         terminal.clear()
@@ -264,7 +264,10 @@ def _run(session: Session, part: archive.PartFile, terminal: Terminal, log: Fram
 def _tell_outcome(
     session: Session, terminal: Terminal, final: Path, log: Path, settings: dict[str, Any]
 ) -> tuple[np.ndarray, str] | None:
-    """Say how it ended; gives what `readings_of` gives, None if the workflow will refuse it."""
+    """Print how the recording ended.
+
+    Return the result of `readings_of`, or None if the workflow will reject the recording.
+    """
     progress = session.progress
     terminal.note(f"ended: {session.ended}")
     if progress.damaged:
@@ -278,7 +281,7 @@ def _tell_outcome(
 
 
 def _accepted(recording: Path, settings: dict[str, Any]) -> tuple[np.ndarray, str]:
-    """Ask the workflow's own check what it will say, while the run can still be made again."""
+    """Check the recording as the workflow does, while the run can still be repeated."""
     rules = settings["recording"]
     with recording.open("rb") as stream:
         read = read_recording(stream, rules["sensors"], int(rules["max_megabytes"] * 1e6))

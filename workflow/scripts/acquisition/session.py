@@ -1,4 +1,4 @@
-"""A recording from its first sample to its archive, through noise, resets and pulled cables."""
+"""One recording from its first to its last sample, through noise, resets and unplugged cables."""
 
 import math
 import time
@@ -32,26 +32,26 @@ KNOCK_EVERY_S = 0.2
 
 
 class Session:
-    """Records from one logger into one file.
+    """One recording from one logger into one file.
 
     Parameters
     ----------
     line : Line or StreamLine
         The open line to the logger.
     identity : Identity
-        What the logger says of itself.
+        The logger's description of itself.
     part : PartFile
-        Where the samples go.
+        The file of the samples.
     log : FrameLog
-        Where everything else goes.
+        Log of events and damaged frames.
     terminal : Terminal
-        Where people look.
+        The terminal for messages.
     limits : Limits
-        What ends the recording.
+        Limits of the recording.
     stop : StopRequest
-        Ctrl-C.
+        Request to stop, by Ctrl-C.
     watch : callable
-        Called with the progress and the first samples, often: shows, drives, judges.
+        Function that shows, drives and judges; often called with progress and first samples.
     """
 
     def __init__(
@@ -81,18 +81,18 @@ class Session:
         self._begun_s = elapsed_s()
 
     def run(self) -> None:
-        """Record until something ends it; `ended` then says what.
+        """Record until a limit, a request or an error ends it; `ended` is then the reason.
 
         Raises
         ------
         BoardLostError
-            No sample came for longer than the patience; what came before is in the file.
+            No sample came within the patience; the samples before that are in the file.
         AcquisitionError
             Samples cannot be written.
         """
         while not self.ended:
             try:
-                # Read first: what came while this program was stopped lies in the port.
+                # Read first: samples that came while this program was stopped are in the port.
                 self._attendance.take(self._line.receive(), self._line.port)
                 self._keep_running()
             except LineLostError:
@@ -106,19 +106,19 @@ class Session:
         self._pause()
 
     def _keep_running(self) -> None:
-        """Start the board until it sends, and ask after it when it falls silent."""
+        """Start the board until it sends, and ask for its identity if it is silent."""
         now_s = AWAKE.now_s()
         self._check_patience(now_s)
         if command := self._attendance.command(now_s):
             self._line.send(command)
 
     def _check_patience(self, now_s: float, what: str = "sent no sample for") -> None:
-        """Give up where no sample came for too long, whatever else comes.
+        """Raise an error if no sample came for too long, even if other frames come.
 
         Raises
         ------
         BoardLostError
-            The patience or the duration is over.
+            The patience or the duration has ended.
         """
         if self._intake.ended:
             return
@@ -141,7 +141,7 @@ class Session:
             self._rate_mark = (now_s, received)
 
     def _wait_for_board(self) -> None:
-        """Wait until the board is back, and go on in the same recording."""
+        """Wait until the board is back, and continue the same recording."""
         self._close_line()
         self._attendance.went_away()
         patience_s = self._limits.patience_s
@@ -176,10 +176,10 @@ class Session:
     def _wait_a_little(self) -> None:
         self._check_patience(AWAKE.now_s(), "did not come back within")
         time.sleep(KNOCK_EVERY_S)
-        AWAKE.now_s()  # asked often, or it takes the wait for a stop
+        AWAKE.now_s()  # read often: the clock counts a long pause as a stopped program
 
     def _pause(self) -> None:
-        """Pause the board; what it sent before it heard of that is kept."""
+        """Pause the board, and keep the samples that it sends until it confirms."""
         deadline = AWAKE.now_s() + LAST_FRAMES_S
         try:
             self._line.send("pause")
@@ -189,7 +189,7 @@ class Session:
                 if any(arrival.event == Acknowledgement("pause", "") for arrival in arrivals):
                     break
         except LineLostError:
-            pass  # the recording has ended all the same
+            pass  # the recording has ended anyway
         self._close_line()
         self._intake.settle()
         self._part.flush()

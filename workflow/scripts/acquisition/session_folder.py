@@ -1,4 +1,4 @@
-"""The folder of a survey: every line on disk as it comes, the final names only for whole files."""
+"""The folder of a survey; its files get their final names only when they are complete."""
 
 import json
 import math
@@ -22,10 +22,10 @@ from capsule.survey.survey_log import Event, Judgement, Readings
 from edges.files import read_json, write_csv, write_json, write_whole
 
 RECORDINGS, BOARDS_LOG = "recordings", "boards.log"
-# What the survey made of the readings; only the last of a judgement has them.
+# Results of a judgement; only the row of its last sample has them.
 JUDGED = ("head_mm", "score", "threshold")
-# Entries of session.json that are known later: the phase at the cam shaft's index; the place in the
-# wave, from that index on, where the map begins; and the same as earlier sessions had it.
+# Entries of session.json that become known later: the phase of the wave at the cam shaft's index;
+# the start of the map, as a phase from that index on; and that start in earlier sessions.
 INDEX, ORIGIN, EARLIER_ORIGIN = "index_mm", "origin_mm", "earlier_origin_mm"
 PLACE_COLUMNS = (
     "place",
@@ -43,25 +43,25 @@ PLACE_COLUMNS = (
 
 
 class SessionFolder:
-    """What a survey leaves on disk.
+    """The files of one survey.
 
     Parameters
     ----------
     folder : Path
         The session's folder.
     about : mapping
-        What the session was begun with, kept as ``session.json``.
+        Settings of the session, stored as ``session.json``.
     sensors : int
         Number of sensors S.
     resumed : bool
-        Whether the folder was left by a session that was killed.
+        Whether a killed session left the folder.
     raw : Path or None
-        The workflow's ``raw/``, where the passes are wanted as well.
+        Also store the passes in this ``raw/`` folder of the workflow.
 
     Raises
     ------
     NameExistsError
-        There is such a session.
+        The session exists.
     """
 
     def __init__(
@@ -78,24 +78,24 @@ class SessionFolder:
 
     @property
     def caught_up(self) -> bool:
-        """Whether a session that was taken up again has come to where it was killed."""
+        """Return whether a resumed session has reached the point at which it was killed."""
         return self._stream.caught_up
 
     def note(self, entry: str, value_mm: float | None) -> None:
-        """Keep what was not known when the session began, as soon as it is."""
+        """Store an entry of session.json that becomes known during the session."""
         if value_mm is not None and self._about.get(entry) is None:
             self._about[entry] = round(value_mm, 3)
             write_json(self.folder / ABOUT, self._about)
 
     def leave_out(self, entry: str) -> None:
-        """Keep that something could not be had after all."""
+        """Store that an entry is not available."""
         self._about[entry] = None
         write_json(self.folder / ABOUT, self._about)
 
     def add_readings(self, readings: Readings, judgement: Judgement) -> None:
-        """Add samples to the stream, and to the last of them what the survey made of them.
+        """Add samples to the stream, and the judgement to the last of them.
 
-        The cells of what is missing stay empty.
+        The cell of a missing value stays empty.
         """
         judged = [
             _cell(judgement.head_mm, 2),
@@ -120,12 +120,12 @@ class SessionFolder:
             self._events.add(json.dumps(content) + "\n")
 
     def go_on_from_here(self) -> None:
-        """Drop what was there and has not come again: a survey on boards goes on differently."""
+        """Drop the stored lines that were not repeated: new readings on boards differ from them."""
         self._stream.cut()
         self._events.cut()
 
     def keep(self) -> None:
-        """Hand everything to the operating system, and once a second to the disk."""
+        """Write all lines to the files, and once a second to the disk."""
         for file in (self._stream, self._events):
             file.flush()
         if time.monotonic() - self._synced_s >= SYNC_EVERY_S:
@@ -134,7 +134,7 @@ class SessionFolder:
             self._synced_s = time.monotonic()
 
     def add_recording(self, name: str, recording: Recording) -> str:
-        """Keep a whole pass as an ordinary recording; give its name within the folder."""
+        """Store a complete pass as a recording, and return its name within the folder."""
         wanted = [self.folder / RECORDINGS / f"{name}.csv"]
         if self._raw is not None:
             wanted.append(self._raw / UNLABELLED / f"{self.folder.name}-{name}.csv")
@@ -145,21 +145,21 @@ class SessionFolder:
         return f"{RECORDINGS}/{name}.csv"
 
     def write_places(self, rows: Sequence[Row]) -> None:
-        """Write the table of places anew."""
+        """Write the table of places."""
         write_csv(self.folder / PLACES, PLACE_COLUMNS, rows)
 
     def finish(self) -> None:
-        """Give the files their names."""
+        """Rename the files to their final names."""
         self._stream.finish()
         self._events.finish()
 
     def close(self) -> None:
-        """Leave the files as they are."""
+        """Close the files under their unfinished names."""
         self._stream.close()
         self._events.close()
 
     def discard(self) -> None:
-        """Remove a session that has not begun: it holds no sample."""
+        """Remove a session that holds no sample."""
         self.close()
         for name in (STREAM + PART, EVENTS + PART, BOARDS_LOG, ABOUT):
             (self.folder / name).unlink(missing_ok=True)
@@ -167,47 +167,47 @@ class SessionFolder:
 
 
 def check_new(folder: Path) -> None:
-    """Make sure that there is no such session; raises `NameExistsError`."""
+    """Raise `NameExistsError` if the session exists."""
     if folder.exists():
         raise NameExistsError(
             f"{folder} exists, and a session is never overwritten; choose another --out, "
-            "or take it up again with --resume"
+            "or continue the session with --resume"
         )
 
 
 def stream_columns(sensors: int) -> str:
-    """Return the first line of a stream of so many sensors."""
+    """Return the first line of a stream with this number of sensors."""
     return ",".join([*column_names(sensors), "wave_mm", *JUDGED, "fold"])
 
 
 def read_origin(folders: Sequence[Path], wavelength_mm: float) -> float:
-    """Read where the maps of earlier sessions begin; give their mean.
+    """Read the starts of the maps of earlier sessions, and return their mean.
 
     Raises
     ------
     AcquisitionError
-        A folder holds no session, or one that does not tell.
+        A folder holds no session, or a session without the start of its map.
     """
     origins_mm = []
     for folder in folders:
         origin_mm = _read_entries(folder, "--map: ").get(ORIGIN)
         if origin_mm is None:
             raise AcquisitionError(
-                f"--map: {folder} does not tell where its map begins: it ended before its position "
-                "was known, its bench has no index switch, or an earlier version made it; leave it "
-                "out"
+                f"--map: {folder} does not tell where its map begins: the session ended before its "
+                "position was known, its bench has no index switch, or an earlier version made it; "
+                "leave it out"
             )
         origins_mm.append(origin_mm)
     return mean_origin(origins_mm, wavelength_mm)
 
 
 def read_about(folder: Path) -> dict[str, Any]:
-    """Read what a session that was killed was begun with.
+    """Read the settings of a session that was killed.
 
     Raises
     ------
     AcquisitionError
-        There is no such session, or it is finished.
+        The session does not exist, or it is finished.
     """
     about = _read_entries(folder)
     if (folder / STREAM).exists():
@@ -218,7 +218,9 @@ def read_about(folder: Path) -> dict[str, Any]:
 def _read_entries(folder: Path, option: str = "") -> dict[str, Any]:
     """Read the entries of ``session.json``."""
     if not (folder / ABOUT).exists():
-        raise AcquisitionError(f"{option}{folder} holds no session: there is no {ABOUT}")
+        raise AcquisitionError(
+            f"{option}{folder} holds no session: there is no {ABOUT}; give the folder of a session"
+        )
     return read_json(folder / ABOUT)
 
 

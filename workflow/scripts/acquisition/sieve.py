@@ -1,8 +1,8 @@
-"""Which samples to believe: a false frame that passed its check must not harm those after it.
+"""Decide which samples to accept, so that a damaged frame does no harm to later samples.
 
-One damaged frame in 65 536 passes its check, and its time may be any. A sample that is exactly the
-next one is believed at once. Any other waits for the sample after it: what a second sample
-continues was true, what the next one contradicts was not.
+One damaged frame in 65 536 passes its check, and its time can have any value. The sieve accepts a
+sample at once if it is exactly the next one. Any other sample waits for the one after it. If that
+one continues it, the sieve accepts it; if that one contradicts it, the sieve refuses it.
 """
 
 from dataclasses import dataclass, field
@@ -10,14 +10,14 @@ from dataclasses import dataclass, field
 from acquisition.protocol import Sample
 from acquisition.timeline import MisplacedSampleError, Place, Timeline, steps_between
 
-# So many samples that continue each other and not the last one: the board's clock has moved.
+# After so many samples that continue each other but not the last one, the board's clock has jumped.
 BELIEVED_ALONE = 20
 DOUBTED_ALONE = 3
 
 
 @dataclass
 class Sifted:
-    """Samples with their places, in order, and samples that are not believed, with the reason."""
+    """Accepted samples with their places, in order, and refused samples with the reasons."""
 
     accepted: list[tuple[Sample, Place]] = field(default_factory=list)
     refused: list[tuple[Sample, str]] = field(default_factory=list)
@@ -31,29 +31,29 @@ class _Waiting:
 
 
 class Sieve:
-    """Decides which samples a timeline gets; holds no more than `BELIEVED_ALONE` of them.
+    """A filter that decides which samples a timeline gets; at most `BELIEVED_ALONE` wait in it.
 
     Parameters
     ----------
     timeline : Timeline
-        Where the samples get their places.
+        Gives the samples their places.
     period_s : float
-        Between two samples.
+        Time between two samples.
     """
 
     def __init__(self, timeline: Timeline, period_s: float) -> None:
         self._timeline = timeline
         self._period_ms = 1000.0 * period_s
         self._waiting: list[_Waiting] = []
-        self._rivals: list[_Waiting] = []  # waited before; the next sample decides between the two
+        self._rivals: list[_Waiting] = []  # earlier ones; the next sample decides between the two
 
     @property
     def in_doubt(self) -> bool:
-        """Samples come that contradict the last one: the board should say what it is."""
+        """Return whether new samples contradict the last one, so that the board must be asked."""
         return len(self._waiting) >= DOUBTED_ALONE and bool(self._objection())
 
     def sift(self, sample: Sample, moment_s: float) -> Sifted:
-        """Take a sample and the computer's clock when it was read."""
+        """Decide on a sample that was read at `moment_s` of the computer's clock."""
         sifted = Sifted()
         new = _Waiting(sample, moment_s, self._timeline.objection(sample, moment_s))
         if self._timeline.is_next(sample):
@@ -83,7 +83,7 @@ class Sieve:
         return sifted
 
     def settle(self) -> Sifted:
-        """Decide on what waits, because nothing of this board will follow it."""
+        """Decide on the waiting samples, because no more samples of this board will follow."""
         sifted = Sifted()
         self._refuse_rivals(sifted)
         if self._waiting and not self._objection():
@@ -91,12 +91,12 @@ class Sieve:
         return sifted
 
     def _objection(self) -> str:
-        """Say what speaks against the first of those that wait; a restart may have changed it."""
+        """Return the objection to the first waiting sample; a restart may have changed it."""
         first = self._waiting[0]
         return self._timeline.objection(first.sample, first.moment_s)
 
     def _steps(self, before: list[_Waiting], new: _Waiting) -> int:
-        """Count the periods from the last of those before to a new one; 0 if they contradict."""
+        """Return the periods from the last of `before` to `new`; 0 if the two contradict."""
         if not before:
             return 0
         last = before[-1]

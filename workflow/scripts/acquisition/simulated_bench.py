@@ -1,6 +1,6 @@
-"""A simulated bench for surveys: the phantom's journey, and a fold board that grants leases.
+"""A simulated bench for surveys: a capsule in the simulated phantom, and a fold board with leases.
 
-It is a `acquisition.survey_bench.SurveyBench` on which nothing ever fails.
+It is an `acquisition.survey_bench.SurveyBench` that never fails.
 """
 
 import numpy as np
@@ -14,36 +14,36 @@ from capsule.survey import cycle as cycles
 from capsule.survey.survey_log import FOLDED, FOLDING, UNFOLDED, UNFOLDING, Readings
 
 SOURCE = "simulated survey"
-# A fold is granted for so long, and each `hold` renews it.
+# Lease of a fold; each `hold` renews it.
 LEASE_S = 5.0
 _FULL = 1 - 1e-9
-# Numbers are drawn for a journey that takes so many times as long as the straight way.
+# Random numbers are drawn for a journey this many times as long as a straight one.
 _DETOURS = 2.5
 _AT_LEAST = 5000
-# Nodules keep off the ends of the gut, and of each other where there is room.
+# Distance of nodules from the ends of the gut, and from each other if there is room.
 _FREE_MM = 60.0
 
 
 class SimulatedBench:
-    """Boards and capsule in one.
+    """Simulated boards and capsule in one.
 
     Parameters
     ----------
     journey : Journey
         The capsule in its gut.
     rate_hz : float
-        Sampling rate.
+        Sampling rate in Hz.
 
     Attributes
     ----------
     head_mm : list of arrays
-        The truth: where the head stood at each sample.
+        True positions of the head at each sample.
     header : dict of str to str
-        What is to be said of its recordings.
+        Header of the recordings.
     trouble
-        None: it has no trouble.
+        None: this bench has no faults.
     index_mm
-        0: its cam shaft has the index where a crest stands at the start of the gut.
+        0: the index passes when a crest is at the start of the gut.
     """
 
     trouble = None
@@ -58,11 +58,11 @@ class SimulatedBench:
 
     @property
     def at_end(self) -> bool:
-        """Whether the gut is over, or all that chance was drawn for."""
+        """Return whether the capsule has reached the end, or the random numbers are used up."""
         return self._journey.at_end or self._journey.samples_left < 100
 
     def tell(self, command: str) -> None:
-        """Give the boards a command."""
+        """Send the boards a command."""
         match command:
             case cycles.FOLD:
                 self._folding = True
@@ -76,7 +76,7 @@ class SimulatedBench:
                 self._journey.stop_wave()
 
     def read(self, samples: int) -> Readings:
-        """Wait for the next samples."""
+        """Return the next samples."""
         if self._folding:
             self._lease_s -= samples / self._rate_hz
             if self._lease_s < 0:
@@ -91,7 +91,7 @@ class SimulatedBench:
         )
 
     def leave(self) -> list[str]:
-        """Unfold the origami and stop the wave; there is nothing to warn of."""
+        """Unfold the origami and stop the wave; return no warnings."""
         self._let_go()
         self._journey.stop_wave()
         return []
@@ -109,7 +109,7 @@ class SimulatedBench:
 def simulated_bench(
     phantom: Phantom, *, seed: int, length_mm: float, nodules_mm: list[float], sensors: int
 ) -> SimulatedBench:
-    """Return a bench with a gut of that length, with nodules of those diameters in it."""
+    """Return a bench with a gut of this length and nodules of these diameters."""
     places_mm = nodule_places(seed, length_mm, len(nodules_mm))
     nodules = [Nodule(at, size) for at, size in zip(places_mm, nodules_mm, strict=True)]
     return bench_with(phantom, seed=seed, length_mm=length_mm, nodules=nodules, sensors=sensors)
@@ -118,7 +118,7 @@ def simulated_bench(
 def bench_with(
     phantom: Phantom, *, seed: int, length_mm: float, nodules: list[Nodule], sensors: int
 ) -> SimulatedBench:
-    """Return a bench with a gut of that length, with nodules at known places."""
+    """Return a bench with a gut of this length and nodules at given places."""
     rate_hz = phantom.electronics.rate_hz
     straight_s = length_mm / phantom.advance.speed_mm_s
     samples = int(_DETOURS * straight_s * rate_hz) + _AT_LEAST
@@ -128,7 +128,7 @@ def bench_with(
 
 
 def nodule_places(seed: int, length_mm: float, count: int) -> list[float]:
-    """Draw where nodules lie, in mm from the start, in their order."""
+    """Return random places of nodules, in mm from the start, in rising order."""
     if count == 0:
         return []
     numbers = generator(seed, "survey", "nodules")

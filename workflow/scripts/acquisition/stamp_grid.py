@@ -1,28 +1,28 @@
-"""Which period of an even grid a time stamp belongs to: a lost sample leaves its period empty."""
+"""Assign time stamps to the periods of an even grid; a lost sample leaves its period empty."""
 
-# Of what a stamp is off the grid, how much moves it: a clock may drift, one stamp may jitter.
+# Share of a stamp's deviation by which the grid moves: it follows drift, but hardly jitter.
 _GAIN = 0.1
 
 
 class StampGrid:
-    """Numbers time stamps by periods from the first one; follows a clock that drifts.
+    """An even grid that numbers time stamps by periods and follows a clock that drifts.
 
-    A stamp may jitter by less than half a period. The grid moves with the stamps, so that a source
-    whose clock is off by a part in a thousand neither gains nor loses a sample.
+    A stamp may jitter by less than half a period. The grid moves with the stamps. So a clock that
+    is wrong by a part in a thousand neither adds nor loses a sample.
 
     Parameters
     ----------
     period_s : float
-        Between two samples.
+        Time between two samples.
     """
 
     def __init__(self, period_s: float) -> None:
         self._period_s = period_s
-        self._last_s: float | None = None  # where the grid puts the last stamp
+        self._last_s: float | None = None  # time of the last stamp's grid point
         self._number = 0
 
     def number(self, stamp_s: float) -> int:
-        """Give the number of a stamp's period, from 0; it need not be higher than the last one.
+        """Return the number of a stamp's period, from 0; it can be lower than the last one.
 
         Parameters
         ----------

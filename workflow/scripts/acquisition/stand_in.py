@@ -1,4 +1,4 @@
-"""Boards imitated in plain Python, for systems without the emulator and for hours in seconds."""
+"""Boards imitated in plain Python: they need no emulator and simulate hours in seconds."""
 
 import re
 
@@ -8,7 +8,7 @@ PERIOD_US = 100_000
 
 
 class StandIn:
-    """What all boards have in common: a line, a clock that a reset sets back, and commands."""
+    """The common part of all imitated boards: a serial line, a clock and commands."""
 
     baud = 115200
     device = ""
@@ -34,7 +34,7 @@ class StandIn:
         return (self._now_us - self._started_us) // 1000
 
     def skip(self, until_us: int) -> None:
-        """Let time pass without the firmware."""
+        """Advance the time without running the firmware."""
         self._now_us = until_us
 
     def advance(self, until_us: int) -> None:
@@ -42,7 +42,7 @@ class StandIn:
         self._now_us = until_us
 
     def take_sent(self) -> bytes:
-        """Take what was sent."""
+        """Return the bytes that the board has sent, once."""
         sent, self._sent = self._sent, b""
         return sent
 
@@ -71,7 +71,7 @@ class StandIn:
                 self.send(f"E,{command},unknown; the {self.device} knows {self.known()}")
 
     def known(self) -> str:
-        """List what it obeys."""
+        """Return the commands that the board obeys."""
         return " ".join(("identify", *self.commands))
 
     def send(self, payload: str) -> None:
@@ -79,27 +79,27 @@ class StandIn:
         self._sent += encode(payload)
 
     def send_identity(self) -> None:
-        """Say what it is."""
+        """Send the board's description of itself."""
         entries = (
             {"protocol": 1, "firmware": "1.0"} | self.entries() | {"uptime_ms": self.uptime_ms}
         )
         self.send(f"I,{self.device}," + ",".join(f"{key}={entries[key]}" for key in entries))
 
     def begin(self) -> None:
-        """Begin as after power-on."""
+        """Set the state after power-on."""
         raise NotImplementedError
 
     def entries(self) -> dict[str, object]:
-        """Give what it says of itself."""
+        """Return the entries of the board's description."""
         raise NotImplementedError
 
     def answer(self, command: str, argument: str) -> None:
-        """Obey a command that it knows."""
+        """Obey a command that the board knows."""
         raise NotImplementedError
 
 
 class StandInLogger(StandIn):
-    """Answers and samples as the logger's firmware does; docs/protocol.md describes both."""
+    """A logger that answers and samples as its firmware does; see docs/protocol.md."""
 
     device = "logger"
     commands = ("start", "pause")
@@ -110,25 +110,25 @@ class StandInLogger(StandIn):
         super().__init__()
 
     def begin(self) -> None:
-        """Begin as after power-on."""
+        """Set the state after power-on."""
         self._periods = 0
         self._sequence = 0
         self._running = False
         self._closed_before = False
 
     def entries(self) -> dict[str, object]:
-        """Give what it says of itself."""
+        """Return the entries of the board's description."""
         electronics = {"rate_hz": 10, "channels": 4, "adc_bits": 10, "vref_mv": 5000}
         state = "running" if self._running else "paused"
         return {**electronics, "series_ohm": 12000, "state": state}
 
     @property
     def samples_sent(self) -> int:
-        """How many samples it has sent since it started."""
+        """Number of samples sent since the board started."""
         return self._sequence
 
     def set_voltages(self, from_mv: list[float], to_mv: list[float]) -> None:
-        """Set the analogue inputs; they stay at the end of the stretch."""
+        """Set the analogue inputs to the voltages at the end of the stretch."""
         del from_mv
         self._voltages_mv = [float(voltage) for voltage in to_mv]
 
@@ -146,7 +146,7 @@ class StandInLogger(StandIn):
         self._now_us = until_us
 
     def answer(self, command: str, argument: str) -> None:
-        """Obey a command that it knows."""
+        """Obey a command that the board knows."""
         if argument:
             self.send(f"E,{command},takes no argument")
         else:

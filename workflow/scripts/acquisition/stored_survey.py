@@ -1,4 +1,4 @@
-"""What is on disk of a survey on boards that was killed: read back as a pilot first saw it."""
+"""Read a killed survey from disk, in the form in which its pilot got it."""
 
 import json
 from collections.abc import Iterator
@@ -21,13 +21,13 @@ from capsule.survey.survey_log import (
 )
 
 _FOLDS = {UNFOLDED, FOLDING, FOLDED, UNFOLDING, RESTING, UNKNOWN_FOLD}
-# What a pilot is told from outside; no reading shows it.
+# Events that the pilot gets from outside; no reading shows them.
 _TOLD = {"stopped", "gut_ended", "fault"}
 
 
 @dataclass(frozen=True)
 class Told:
-    """What a pilot was told: an event, why, and its number in the log."""
+    """An event that the pilot got from outside, with its reason and its number in the log."""
 
     number: int
     time_s: float
@@ -37,17 +37,16 @@ class Told:
 
 @dataclass(frozen=True)
 class StoredSurvey:
-    """A survey as it was recorded.
+    """A stored survey.
 
     Attributes
     ----------
     readings : list of Readings
-        What the boards said, judgement by judgement; their times leave out the time in which the
-        survey was interrupted.
+        Readings of each judgement; their times do not count interruptions.
     away_s : list of float
-        For each, how long the survey had been interrupted before it, all in all.
+        Total time of interruptions before each judgement, in seconds.
     told : list of Told
-        What may have been told from outside.
+        Events that may have come from outside.
     """
 
     readings: list[Readings]
@@ -56,7 +55,7 @@ class StoredSurvey:
 
 
 def read_stored(folder: Path, sensors: int, rate_hz: float, every: int) -> StoredSurvey:
-    """Read a survey that was killed, up to the last whole judgement that can be read.
+    """Read a killed survey up to the last complete judgement that can be read.
 
     Parameters
     ----------
@@ -65,9 +64,9 @@ def read_stored(folder: Path, sensors: int, rate_hz: float, every: int) -> Store
     sensors : int
         Number of sensors S.
     rate_hz : float
-        Sampling rate.
+        Sampling rate in Hz.
     every : int
-        Samples from one judgement to the next.
+        Number of samples from one judgement to the next.
     """
     rows = list(_rows(folder / (STREAM + PART), sensors))
     readings, away_s, shift_s = [], [], 0.0
@@ -76,7 +75,7 @@ def read_stored(folder: Path, sensors: int, rate_hz: float, every: int) -> Store
         # Between two samples there is one period, or an interruption.
         passed_s = np.round((start + np.arange(every)) / rate_hz, 3)
         shift_s = round(some[0][0] - float(passed_s[0]), 3)
-        # In the same order in memory: sums in another order differ in their last digits.
+        # The same order in memory as at first: another order of sums changes the last digits.
         numbers = np.array([row[1] for row in some]).T.copy()
         readings.append(Readings(passed_s, numbers[:-1], numbers[-1], some[0][2]))
         away_s.append(shift_s)
@@ -84,7 +83,7 @@ def read_stored(folder: Path, sensors: int, rate_hz: float, every: int) -> Store
 
 
 def _rows(path: Path, sensors: int) -> Iterator[tuple[float, list[float], str]]:
-    """Read time, numbers and fold state of each row, up to the first that cannot be read."""
+    """Read time, numbers and fold state of each row, up to the first unreadable one."""
     lines = path.read_bytes().split(b"\n")[:-1] if path.exists() else []
     if lines[:1] != [stream_columns(sensors).encode()]:
         return

@@ -1,4 +1,4 @@
-"""Which stream is recorded, which of its channels, and what the recording's header says of it."""
+"""Find a stream of the Lab Streaming Layer, choose its channels, and describe it in a header."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
     import pylsl
 
 FIND_S = 5.0
-# Within which another stream of the same name would answer: it may not hear the first question.
+# Wait for a second stream of the same name, which may miss the first request.
 ALONE_S = 1.5
-# Where a stream tells of the board behind it, as stream_outlet.py writes it.
+# Element of a stream's description with the entries of its board; stream_outlet.py writes it.
 BOARD, BOARD_ENTRIES = "capsule", ("adc_bits", "vref_v", "series_ohm")
-_ALL_BITS = 32  # of readings whose full scale is not known
-# The largest reading that a terminal has to show, by unit; counts of 10 bits are usual.
+_ALL_BITS = 32  # for readings of unknown full scale
+# The largest reading in the terminal's display, by unit; counts have 10 bits by default.
 _FULL_SCALES = {"V": 5.0, "ohm": 24_000.0, "kohm": 24.0}
 _USUAL_BITS = 10
 _UNITS = {"counts": "counts", "v": "V", "volt": "V", "volts": "V", "ohm": "ohm", "ohms": "ohm"}
@@ -32,16 +32,16 @@ _LONGEST = 100
 
 @dataclass(frozen=True)
 class ChosenStream:
-    """A stream, and the channels that are recorded.
+    """A stream, and the channels to record.
 
     Attributes
     ----------
     info : pylsl.StreamInfo
-        The whole of what the stream tells of itself.
+        The stream's full description.
     channels : tuple of S int
         Indices of the channels, from 0, in the order of the sensors.
     unit : str
-        Of the readings, as a recording's header names it; empty where the stream tells none.
+        Unit of the readings, as in a recording's header; empty if the stream names none.
     """
 
     info: "pylsl.StreamInfo"
@@ -50,23 +50,23 @@ class ChosenStream:
 
     @property
     def title(self) -> str:
-        """Name it for people."""
+        """Name of the stream for messages."""
         return f"the LSL stream {plain(self.info.name())!r}"
 
     def board(self) -> dict[str, str]:
-        """Give what the stream tells of the board behind it."""
+        """Return the entries of the stream's board; empty if it describes none."""
         node = self.info.desc().child(BOARD)
         entries = {key: plain(node.child_value(key)) for key in (*BOARD_ENTRIES, "source")}
         return {key: text for key, text in entries.items() if text}
 
     def identity(self) -> Identity:
-        """Describe it as the recorder describes a logger board."""
+        """Return a description of the stream in the form of a logger board's."""
         entries = {"rate_hz": f"{self.info.nominal_srate():g}", "channels": str(len(self.channels))}
         return Identity("logger", entries | {"adc_bits": str(self._bits or _ALL_BITS)})
 
     @property
     def full_scale(self) -> float:
-        """The largest reading, roughly."""
+        """Approximate largest reading."""
         return _FULL_SCALES.get(self.unit, 2.0 ** (self._bits or _USUAL_BITS) - 1)
 
     @property
@@ -76,7 +76,7 @@ class ChosenStream:
         return int(bits) if known else None
 
     def header(self, started: datetime, wave: Wave | None) -> dict[str, str]:
-        """Return the header of its recording."""
+        """Return the header of the stream's recording."""
         info, board = self.info, self.board()
         of = [f"type {info.type()}", f"host {info.hostname()}", f"source id {info.source_id()}"]
         source = f"recorded from {self.title} ({plain(', '.join(of))})"
@@ -91,7 +91,7 @@ class ChosenStream:
 
 
 def plain(text: str) -> str:
-    """Write what a stream tells so that a line of a header holds it."""
+    """Return a text from a stream as one printable line of limited length, for a header."""
     return "".join(each for each in " ".join(text.split()) if each.isprintable())[:_LONGEST]
 
 
@@ -107,18 +107,18 @@ def find_stream(
     name : str
         The stream's name or source id.
     wait_s : float
-        How long to wait for it.
+        Longest wait for the stream, in seconds.
     alone_s : float
-        How long to look for another one of that name; 0: the first one is taken.
+        Time in seconds to look for a second stream of that name; 0: take the first one.
 
     Raises
     ------
     BoardNotFoundError
-        There is none, or there are several.
+        There is no such stream, or there are several.
     """
     query = f"name='{name}' or source_id='{name}'"
     streams = lsl.resolve_bypred(query, 1, wait_s)
-    # The first answer has ended the search.
+    # The search ended with the first answer, so look once more for a second stream.
     if streams and alone_s:
         streams = lsl.resolve_bypred(query, 2, alone_s) or streams
     if len(streams) == 1:
@@ -142,16 +142,16 @@ def choose(info: "pylsl.StreamInfo", wanted: str | None, rules: Settings) -> Cho
     Parameters
     ----------
     info : pylsl.StreamInfo
-        The whole of what the stream tells of itself.
+        The stream's full description.
     wanted : str or None
-        Labels or numbers from 1, with commas between them; None: there are as many as sensors.
+        Labels or numbers from 1, separated by commas; None: one channel per sensor.
     rules : mapping
         Section ``recording`` of the configuration.
 
     Raises
     ------
     WrongBoardError
-        The stream, or the choice, does not fit; the text says what does.
+        The stream or the choice does not fit; the text says what would fit.
     """
     title, rate_hz = f"the LSL stream {plain(info.name())!r}", info.nominal_srate()
     if info.channel_format() == 3:  # pylsl.cf_string
@@ -167,15 +167,15 @@ def choose(info: "pylsl.StreamInfo", wanted: str | None, rules: Settings) -> Cho
     units = {_UNITS.get(unit.lower()) for unit in written}
     if len(units) > 1 or None in units:
         raise WrongBoardError(
-            f"{title} gives its channels in {', '.join(sorted(plain(unit) for unit in written))}; "
-            "a recording is in counts, V, ohm or kohm, all channels alike: have its source send "
-            "one of these"
+            f"{title} has channels in {', '.join(sorted(plain(unit) for unit in written))}; all "
+            "channels of a recording must have the same unit, counts, V, ohm or kohm: let its "
+            "source send one of these"
         )
     return ChosenStream(info, channels, units.pop() or "")
 
 
 def labels_of(info: "pylsl.StreamInfo") -> list[str]:
-    """Give each channel's label; its number where it has none."""
+    """Return the label of each channel; its number, if it has no label."""
     return [label or str(n) for n, label in enumerate(_child_texts(info, "label"), start=1)]
 
 

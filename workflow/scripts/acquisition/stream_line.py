@@ -1,4 +1,4 @@
-"""A stream of the Lab Streaming Layer in the place of a logger board's serial line."""
+"""A stream of the Lab Streaming Layer in place of a logger's serial line."""
 
 import math
 from collections.abc import Callable
@@ -27,33 +27,33 @@ _MOST_SAMPLES = 1024
 
 
 class StreamLine:
-    """Gives the samples of a stream as a `Line` gives those of a board.
+    """A stream with the interface of a `Line`.
 
-    A time stamp tells which period a sample belongs to, so samples that are lost on the way leave
-    a gap. A source that ends and begins again is found again: by the Lab Streaming Layer itself if
-    the source has an id, else by its name.
+    A time stamp tells the period of a sample, so samples lost on the way leave a gap. If a source
+    ends and starts again, this class finds it again. The Lab Streaming Layer does this itself if
+    the source has an id; otherwise the name is searched.
 
     Parameters
     ----------
     name : str
         The stream's name or source id.
     wanted : str or None
-        Its channels, as in `choose`.
+        Channels, as in `choose`.
     rules : mapping
         Section ``recording`` of the configuration.
 
     Attributes
     ----------
     port : str
-        The stream's name for people.
+        Name of the stream for messages.
     identity : Identity
-        What stands for a logger's words on itself.
+        Description of the stream in the form of a logger's.
     header : callable
-        As `ChosenStream.header`.
+        `ChosenStream.header`.
     full_scale : float
-        The largest reading, roughly.
+        Approximate largest reading.
     tell : callable
-        Is told when the stream ends, and when it is back.
+        Function that shows a message when the stream ends or is back.
 
     Raises
     ------
@@ -77,7 +77,7 @@ class StreamLine:
         self._away = False
 
     def receive(self, timeout_s: float = PULL_S) -> list[Arrival]:
-        """Give what has come in; waits up to the timeout for something to come."""
+        """Read the events that have arrived; wait up to the timeout for the first."""
         answers, self._answers = self._answers, []
         samples, stamps = self._pull(timeout_s)
         moment_s, now_s = elapsed_s(), AWAKE.now_s()
@@ -92,28 +92,28 @@ class StreamLine:
         return answers + [Arrival(self._event(*each), moment_s) for each in taken]
 
     def send(self, payload: str) -> None:
-        """Answer for the stream, which takes no commands."""
+        """Answer a command in place of the stream, which accepts none."""
         if payload == "pause":
             self._answers.append(Arrival(Acknowledgement("pause", ""), elapsed_s()))
 
     def close(self) -> list[Damaged]:
-        """Leave the stream."""
+        """Close the stream."""
         if self._inlet is not None:
             self._inlet.close_stream()
         return []
 
     def _open(self, wait_s: float, alone_s: float) -> tuple["pylsl.StreamInlet", ChosenStream]:
         info = find_stream(self._lsl, self._name, wait_s, alone_s)
-        # Not the layer's own smoothing of stamps: it takes a lost sample for jitter.
+        # Without the layer's smoothing of stamps, which treats a lost sample as jitter.
         inlet = self._lsl.StreamInlet(info, processing_flags=self._lsl.proc_clocksync)
         try:
             chosen = choose(inlet.info(OPEN_S), self._wanted, self._rules)
             inlet.open_stream(OPEN_S)
-            # The first correction takes most of a second; those after it come from behind.
+            # The first correction takes almost a second; later ones run in the background.
             inlet.time_correction(OPEN_S)
         except (TimeoutError, self._lsl.util.LostError) as fault:
             raise BoardNotFoundError(
-                f"the LSL stream {self._name!r} ends while it is opened ({fault}); start its "
+                f"the LSL stream {self._name!r} ended while it was opened ({fault}); start its "
                 "source again"
             ) from None
         return inlet, chosen
@@ -129,8 +129,8 @@ class StreamLine:
             self._inlet = None
             self._note_away("has ended")
         except TimeoutError:
-            # A source that is found again does not yet answer what its clock says.
-            self._note_away("does not tell its clock")
+            # A source that has just started again does not yet answer questions about its clock.
+            self._note_away("does not report its clock")
         return [], []
 
     def _find_again(self) -> bool:
@@ -152,7 +152,7 @@ class StreamLine:
         if not self._away:
             self._away = True
             self.tell(
-                f"{self.port} {what}; start its source again within the --patience, or end the "
+                f"{self.port} {what}; start its source again before --patience ends, or end the "
                 "recording with Ctrl-C"
             )
 

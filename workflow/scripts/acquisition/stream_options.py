@@ -9,7 +9,7 @@ _LONGEST_NAME = 100
 
 
 def add_stream_options(parser: argparse.ArgumentParser) -> None:
-    """Add what says which stream samples go out to, and which they come from."""
+    """Add the options for the streams to send samples to and to record from."""
     group = parser.add_argument_group("streams of the Lab Streaming Layer", f"need {EXTRA}")
     group.add_argument(
         "--stream-out",
@@ -17,7 +17,7 @@ def add_stream_options(parser: argparse.ArgumentParser) -> None:
         const=DEFAULT_NAME,
         type=_stream_name,
         metavar="NAME",
-        help=f"offer the samples as a stream while recording (NAME: {DEFAULT_NAME})",
+        help=f"also send the samples as a stream while recording (default NAME: {DEFAULT_NAME})",
     )
     group.add_argument(
         "--stream-in",
@@ -28,13 +28,13 @@ def add_stream_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--stream-channels",
         metavar="LIST",
-        help="of a stream with more channels: labels or numbers from 1, such as 2,3,4,5; "
-        "sensor 1 first",
+        help="channels to record, if the stream has more than sensors: labels or numbers from 1, "
+        "such as 2,3,4,5; sensor 1 first",
     )
 
 
 def fault_of_streams(options: argparse.Namespace) -> str:
-    """Say which options contradict each other; empty if none do."""
+    """Return which options contradict each other; empty if none do."""
     if options.stream_in and options.port:
         return "--stream-in records from a stream, --port from a board: give one of the two"
     if options.stream_channels and not options.stream_in:
@@ -45,7 +45,7 @@ def fault_of_streams(options: argparse.Namespace) -> str:
 
 
 def _stream_name(text: str) -> str:
-    """Read a stream's name, which becomes part of a query."""
+    """Return the name of a stream; a name that would break a query is an error."""
     if not text.strip() or not text.isprintable() or "'" in text or len(text) > _LONGEST_NAME:
         raise argparse.ArgumentTypeError(
             f"{text[:_LONGEST_NAME]!r} is not allowed as a stream's name: use 1 to "

@@ -1,4 +1,4 @@
-"""The samples of a recording, offered as a stream of the Lab Streaming Layer."""
+"""Send the samples of a recording as a stream of the Lab Streaming Layer."""
 
 from collections.abc import Callable, Mapping
 
@@ -10,14 +10,14 @@ Samples = list[tuple[float, ...] | None]
 
 
 class SampleOutlet:
-    """Sends each sample once, with the moment at which it was read.
+    """A stream that sends each sample once, with the time at which it was read.
 
     Parameters
     ----------
     name : str
         The stream's name.
     header : mapping of str to str
-        The recording's; the stream tells it, too.
+        Header of the recording; the stream's description repeats it.
     sensors : int
         Number of sensors S.
     recording : str
@@ -32,7 +32,7 @@ class SampleOutlet:
     def __init__(self, name: str, header: Mapping[str, str], sensors: int, recording: str) -> None:
         self._lsl = lsl = import_pylsl("--stream-out")
         rate_hz = float(header["rate_hz"])
-        # The same for each run, so that who listens finds the next run by itself.
+        # The same for each run, so that listeners reconnect to the next run.
         source_id = f"origami-capsule {name}"
         info = lsl.StreamInfo(name, "Tactile", sensors, rate_hz, lsl.cf_float32, source_id)
         channels = info.desc().append_child("channels")
@@ -50,7 +50,7 @@ class SampleOutlet:
         self._sent = 0
 
     def send(self, progress: Progress) -> None:
-        """Send the samples that are new; a missing one is left out, and the stamps show the gap."""
+        """Send the new samples; skip missing ones, so that the time stamps show the gap."""
         new = min(progress.places - self._sent, len(progress.recent))
         self._sent = progress.places
         now_s = self._lsl.local_clock()
@@ -63,7 +63,7 @@ class SampleOutlet:
 def watched_and_sent(
     watch: Callable[[Progress, Samples], None], outlet: SampleOutlet
 ) -> Callable[[Progress, Samples], None]:
-    """Join what follows the recording with a stream that it goes out to."""
+    """Return a function that sends the new samples, then calls `watch`."""
 
     def both(progress: Progress, samples: Samples) -> None:
         outlet.send(progress)

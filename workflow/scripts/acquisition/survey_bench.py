@@ -1,4 +1,4 @@
-"""What a survey needs of a bench, be it boards, emulated boards or a simulation."""
+"""The interface between a survey and its bench: real boards, emulated boards or a simulation."""
 
 from typing import Protocol
 
@@ -12,12 +12,12 @@ class SurveyBench(Protocol):
     Attributes
     ----------
     at_end : bool
-        Whether the capsule has arrived at the end of the gut.
+        Whether the capsule has reached the end of the gut.
     trouble : AcquisitionError or None
-        Why the survey cannot go on; it then ends with an unfolded origami.
+        The fault that ends the survey; the origami is then unfolded.
     index_mm : float or None
-        Phase of the wave at the cam shaft's index, by which a later session knows the wave's phase;
-        None before the shaft has passed it.
+        Phase of the wave at the cam shaft's index, from which a later session gets the phase; None
+        before the shaft has passed the index.
     """
 
     @property
@@ -33,19 +33,19 @@ class SurveyBench(Protocol):
         """See above."""
 
     def tell(self, command: str) -> None:
-        """Give the boards a command of `capsule.survey.cycle`; returns at once."""
+        """Send the boards a command of `capsule.survey.cycle`, and return at once."""
 
     def read(self, samples: int) -> Readings:
-        """Wait for the next samples; what does not come in time is missing.
+        """Wait for the next samples; a late sample is missing.
 
         Raises
         ------
         AcquisitionError
-            There was not even a first sample.
+            The first sample did not arrive.
         """
 
     def leave(self) -> list[str]:
-        """Unfold the origami, stop the wave and let go of the boards; gives warnings.
+        """Unfold the origami, stop the wave and close the ports; return warnings.
 
-        Whatever has happened: it may be called at any time, and more than once.
+        It can be called at any time, also more than once.
         """

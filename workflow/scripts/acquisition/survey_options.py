@@ -10,17 +10,17 @@ EXAMPLES = """
 examples:
   %(prog)s --simulate --metres 2 --nodules 1 3 --seed 7 --out sessions/demo
                                    a simulated gut of 2 m with a nodule of 1 and one of 3 mm
-  %(prog)s --resume sessions/demo take up a session that was killed
+  %(prog)s --resume sessions/demo continue a session that was killed
   %(prog)s --simulate --metres 1 --goto 500 140 --out sessions/there
                                    go to 500 mm, then back to 140 mm, and stop
   %(prog)s --simulate --metres 1 --goto 140 --map sessions/demo --out sessions/again
-                                   140 mm as an earlier session has it
+                                   go to 140 mm on the map of an earlier session
   %(prog)s --drive /dev/ttyACM1 --fold /dev/ttyACM2 --out sessions/tuesday
                                    on the bench, until the end stop or Ctrl-C
   %(prog)s --resume sessions/tuesday --fold /dev/ttyACM3
-                                   go on with it; the fold board has another port now
+                                   continue it; the fold board has another port now
 
-Nothing of the folding was measured: docs/survey.md.
+Nobody has measured the folding: docs/survey.md.
 
 exit status:
   0 the gut was surveyed, or the target reached     1 other fault        2 wrong option
@@ -30,38 +30,40 @@ exit status:
  13 the target was not reached       14 the origami did not obey
 130 ended by Ctrl-C
 """
-# Room for a pass before the first nodule and behind the last.
+# Leaves room for a pass before the first nodule and after the last.
 SHORTEST_M = 0.2
 
 
 def parse(arguments: list[str] | None = None) -> argparse.Namespace:
-    """Read the command line; ends the program with status 2 where it is wrong."""
+    """Return the options; end the program with status 2 if one is wrong."""
     parser = argparse.ArgumentParser(
-        description="Survey a gut: go back to what looks like a nodule, and look again.",
+        description="Survey a gut: go back to each suspected nodule, and test it again.",
         epilog=EXAMPLES,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         parents=[phantom_arguments()],
     )
     add = parser.add_argument
-    add("--simulate", action="store_true", help="in a simulated gut, without boards")
-    metres = "length of the gut (default: 1 if simulated, else to the end stop)"
+    add("--simulate", action="store_true", help="survey a simulated gut, without boards")
+    metres = "length of the gut in m (default: 1 if simulated, else up to the end stop)"
     add("--metres", type=_length, metavar="M", help=metres)
-    nodules = "diameters of nodules, which lie at places drawn from the seed"
+    nodules = "diameters of the simulated nodules in mm; the seed decides their places"
     add("--nodules", type=_diameter, nargs="+", default=[], metavar="MM", help=nodules)
-    add("--seed", type=natural, default=1, metavar="N", help="same seed, same session (default: 1)")
-    add("--goto", type=float, nargs="+", default=[], metavar="MM", help="go there, one by one")
-    earlier = "earlier sessions from the same start of this bench: use the map that they agree on"
+    seed = "random seed; the same seed gives the same session (default: 1)"
+    add("--seed", type=natural, default=1, metavar="N", help=seed)
+    targets = "go to these positions one after the other, in mm from the start"
+    add("--goto", type=float, nargs="+", default=[], metavar="MM", help=targets)
+    earlier = "use the common map of earlier sessions with the same start on this bench"
     add("--map", type=Path, nargs="+", default=[], metavar="SESSION", help=earlier)
     add("--out", type=Path, metavar="FOLDER", help="the session's new folder")
-    raw = "put each pass into FOLDER/unlabelled/ as well, for the workflow to judge"
+    raw = "also store each pass in FOLDER/unlabelled/, for the workflow"
     add("--raw", type=Path, metavar="FOLDER", help=raw)
-    add("--resume", type=Path, metavar="FOLDER", help="take up a session that was killed")
-    results = "where the workflow has put detectors.json, for sizes (default: results)"
+    add("--resume", type=Path, metavar="FOLDER", help="continue a session that was killed")
+    results = "the workflow's results; detectors.json gives the sizes (default: results)"
     add("--results", type=Path, default=Path("results"), metavar="FOLDER", help=results)
     add_board_options(parser)
     add_wave_options(parser)
     parser.add_argument_group("the fold board").add_argument(
-        "--fold", metavar="PORT", help="serial port; fold and unfold the origami"
+        "--fold", metavar="PORT", help="fold and unfold the origami at this port"
     )
     options = parser.parse_args(arguments)
     if options.resume is None:
@@ -70,21 +72,23 @@ def parse(arguments: list[str] | None = None) -> argparse.Namespace:
 
 
 def _check_new(options: argparse.Namespace, parser: argparse.ArgumentParser) -> None:
-    """Check what a new session needs, and fill in what was left out."""
+    """Check the options of a new session, and set the default length."""
     boards = {"--drive": options.drive, "--fold": options.fold}
     if options.simulate == any(boards.values()):
-        parser.error("say --simulate, or where the boards are: --drive PORT --fold PORT")
+        parser.error("give either --simulate, or the ports of the boards: --drive PORT --fold PORT")
     missing = [option for option, port in boards.items() if not options.simulate and not port]
     if missing:
         parser.error(f"a survey needs {missing[0]} PORT too")
     if options.out is None:
-        parser.error("say where the session goes: --out FOLDER")
+        parser.error("give a new folder for the session: --out FOLDER")
     if options.simulate and options.metres is None:
         options.metres = 1.0
     length_mm = float("inf") if options.metres is None else options.metres * 1000
     outside = [target for target in options.goto if not 0 <= target <= length_mm]
     if outside:
-        parser.error(f"--goto {outside[0]:g}: the gut is {length_mm:g} mm long")
+        parser.error(
+            f"--goto {outside[0]:g}: the gut is {length_mm:g} mm long; give a position within it"
+        )
 
 
 def _length(text: str) -> float:

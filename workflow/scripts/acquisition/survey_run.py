@@ -1,4 +1,4 @@
-"""One survey, from its first sample to its last: who decides, who obeys, and what is kept."""
+"""One survey from its first sample to its last: pilot, bench, files and display together."""
 
 import math
 import sys
@@ -22,14 +22,14 @@ from capsule.survey.pilot import Pilot
 from capsule.survey.survey_log import UNFOLDED, UNKNOWN_FOLD, Judgement, Readings
 from capsule.survey.suspected_place import Place
 
-# A recording of one pass is shorter than the paper's matrix. No two hold the same samples, and what
-# is left of a pass must show the sensors' usual beats.
+# Samples in the recording of one pass. It must fit into the paper's matrix, and be long enough to
+# show the sensors' usual beats. Two recordings share no samples.
 _LONGEST_PASS, _SHORTEST_PASS = 990, 300
-# Times are written with so many seconds.
+# Resolution of stored times.
 _CLOCK_STEP_S = 0.001
 _NO_INDEX = (
     "warning: the cam shaft has not passed its index, so the map of the earlier sessions (--map) "
-    "cannot be taken over; positions begin at the start of this session"
+    "cannot be used; positions begin at the start of this session"
 )
 
 
@@ -39,28 +39,28 @@ class SurveyRun:
     Parameters
     ----------
     pilot : Pilot
-        Who decides.
+        The pilot, which decides.
     disk : SessionFolder
-        Where everything goes.
+        The survey's files.
     sizes : PassSizes
-        Sizes the passes.
+        Estimates nodule sizes from passes.
     view : SurveyView
-        Shows the survey to a person.
+        The display.
     header : mapping of str to str
-        Of the recordings.
+        Header of the recordings.
     rate_hz : float
-        Sampling rate.
+        Sampling rate in Hz.
     length_mm : float
-        Where the gut ends, if no end stop says so before.
+        Length of the gut; an end stop may end the survey earlier.
     earlier_mm : float, optional
-        Where the map of earlier sessions begins, from the cam shaft's index on.
+        Start of the map of earlier sessions, from the cam shaft's index on.
     index_mm : float, optional
-        Phase of the wave at that index, in a session that is taken up again.
+        Phase of the wave at that index, in a resumed session.
 
     Attributes
     ----------
     trouble : AcquisitionError or None
-        Why the bench had to end the survey.
+        The fault of the bench that ended the survey.
     """
 
     def __init__(
@@ -83,33 +83,33 @@ class SurveyRun:
         self._heard: list[Readings] = []
         self._told = self._kept = 0
         self._passes: dict[int, list[tuple[str, np.ndarray]]] = {}
-        # For how long the survey was interrupted; the pilot's clock stood still meanwhile.
+        # Total time of interruptions; the pilot's clock does not count it.
         self._away_s = 0.0
         self.trouble: AcquisitionError | None = None
 
     @property
     def begun(self) -> bool:
-        """Whether there are samples."""
+        """Return whether the survey has samples."""
         return bool(self._heard)
 
     @property
     def next_s(self) -> float:
-        """Time of the next sample that comes from the boards, by the pilot's clock."""
-        # The judgement that stands for the interruption comes before it.
+        """Time of the next sample from the boards, by the pilot's clock."""
+        # Before it comes the empty judgement that stands for the interruption.
         judged = len(self._heard) + bool(self._heard)
         return round(judged * self._pilot.every / self._rate_hz, 3)
 
     def go_on(self, bench: SurveyBench, stop: StopRequest, begun: datetime | None = None) -> None:
-        """Lead the capsule until the survey is over.
+        """Run the survey to its end.
 
         Parameters
         ----------
         bench : SurveyBench
             Boards and capsule.
         stop : StopRequest
-            Ctrl-C.
+            Request to stop, by Ctrl-C.
         begun : datetime, optional
-            When a survey began that was interrupted; the computer's clock then tells for how long.
+            Start of an interrupted survey, from which follows the length of the interruption.
         """
         pilot = self._pilot
         while not pilot.cycle.over:
@@ -129,18 +129,18 @@ class SurveyRun:
         self._disk.write_places([self._row(place) for place in pilot.suspects.places])
 
     def repeat(self, stored: StoredSurvey) -> None:
-        """Let the pilot see again what is stored, so that it knows what it knew.
+        """Repeat the stored readings and events, so that the pilot has its former state.
 
         Raises
         ------
         AcquisitionError
-            It decides differently from what is stored.
+            The pilot's decisions differ from the stored ones.
         """
         pilot, told, now_s = self._pilot, list(stored.told), 0.0
         for readings, away_s in zip(stored.readings, stored.away_s, strict=True):
             while told and told[0].number <= len(pilot.log):
                 if told[0].number == len(pilot.log):
-                    # The pilot's own events have the time of the readings that come now.
+                    # A later event was the pilot's own; the readings below cause it again.
                     if told[0].time_s > now_s + away_s + _CLOCK_STEP_S:
                         break
                     pilot.tell(told[0].event, told[0].reason)
@@ -151,7 +151,7 @@ class SurveyRun:
         self._disk.go_on_from_here()
 
     def _outside(self, bench: SurveyBench, stop: StopRequest) -> list[tuple[str, str]]:
-        """Say what happened that no reading shows, once."""
+        """Return events that no reading shows, with their reasons."""
         if self._pilot.cycle.state == "closing":
             return []
         if self.trouble is None and (trouble := bench.trouble):
@@ -164,12 +164,12 @@ class SurveyRun:
         return []
 
     def _interrupt(self, begun: datetime) -> tuple[str, ...]:
-        """Take note that nobody looked for a while; a judgement without readings stands for it."""
+        """Record the interruption: let the pilot judge missing readings in its place."""
         if not self._heard:
             return ()
         pilot, last = self._pilot, self._heard[-1]
         time_s = np.round(last.time_s + pilot.every / self._rate_hz, 3)
-        # What has come meanwhile was read after it.
+        # The bench has already read the first samples after the interruption.
         unread_s = (2 * pilot.every) / self._rate_hz
         now_s = (datetime.now(UTC) - begun).total_seconds()
         self._away_s = round(max(self._away_s, now_s - unread_s - float(last.time_s[-1])), 3)
@@ -177,7 +177,7 @@ class SurveyRun:
         return self._take(Readings(time_s, nothing, nothing[0], UNKNOWN_FOLD))
 
     def _take(self, readings: Readings) -> tuple[str, ...]:
-        """Keep readings and let the pilot judge them; gives its commands."""
+        """Store readings, let the pilot judge them, and return its commands."""
         self._heard.append(readings)
         if self._earlier_mm is not None and self._index_mm is not None:
             self._pilot.sensing.take_origin(self._earlier_mm + self._index_mm)
@@ -193,7 +193,7 @@ class SurveyRun:
         return float(self._heard[-1].time_s[-1]) + self._away_s
 
     def _note_map(self) -> None:
-        """Keep where the map begins, as soon as that is known."""
+        """Store the start of the map, as soon as it is known."""
         origin_mm, index_mm = self._pilot.sensing.origin_mm, self._index_mm
         self._disk.note(INDEX, index_mm)
         if origin_mm is not None and index_mm is not None:
@@ -204,7 +204,7 @@ class SurveyRun:
             self._disk.leave_out(EARLIER_ORIGIN)
 
     def _judgement(self) -> Judgement:
-        """Return what the pilot made of the newest readings."""
+        """Return the pilot's judgement of the newest readings."""
         suspects = self._pilot.suspects
         return Judgement(
             self._pilot.sensing.head_mm, suspects.newest_score, suspects.threshold.threshold
@@ -216,7 +216,7 @@ class SurveyRun:
             bench.tell(command)
 
     def _note_events(self) -> None:
-        """Write what has happened since, and keep the passes that are complete."""
+        """Write the new events, and store the passes that are complete."""
         events = self._pilot.log[self._told :]
         self._told = len(self._pilot.log)
         if self._away_s:
@@ -235,7 +235,7 @@ class SurveyRun:
                 self._disk.write_places([self._row(place) for place in places])
 
     def _keep_pass(self) -> None:
-        """Make a recording of the pass that has just ended."""
+        """Store the pass that has just ended as a recording."""
         place = self._pilot.suspects.present
         last = first = len(self._heard)
         least = max(self._kept, last - _LONGEST_PASS // self._pilot.every)

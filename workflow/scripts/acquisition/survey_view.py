@@ -1,4 +1,4 @@
-"""What a person sees of a survey while it goes on."""
+"""The display of a running survey in the terminal."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -13,11 +13,11 @@ from capsule.survey.pilot import Pilot
 from capsule.survey.state_words import STATE_WORDS
 from capsule.survey.survey_log import Event
 
-# More places do not fit on a screen.
+# Number of places that the display lists.
 _PLACES = 6
-# How much of the gut a bar shows where nobody knows how long it is.
+# Step in mm by which the bar grows if the length of the gut is unknown.
 _STRETCH_MM = 250.0
-# The bar of the evidence ends at so many thresholds.
+# The bar of the score ends at this multiple of the threshold.
 _THRESHOLDS = 3
 _MARKS = {"confirmed": "●", "dismissed": "○", "undecided": "◇", "": "?"}
 _PLAIN = str.maketrans(f"●○◇━─▶◀█│·{words.MINUS}", "*oU=-><#|.-")
@@ -25,27 +25,27 @@ _PLAIN = str.maketrans(f"●○◇━─▶◀█│·{words.MINUS}", "*oU=-><#|
 
 @dataclass(frozen=True)
 class SurveyState:
-    """How a survey stands.
+    """The state of a survey.
 
     Attributes
     ----------
     title : str
-        Its name.
+        Name of the survey.
     time_s : float
-        Since it began.
+        Time since the survey began.
     head_mm : float
-        The newest known position; NaN before the first.
+        Last known position of the capsule's head; NaN before the first.
     known : bool
-        Whether it is that of now.
+        Whether this is the present position.
     state : str
         One of `capsule.survey.cycle.STATES`.
     score, threshold : float
-        Of the newest judgement; NaN without a score.
+        Score and threshold of the newest judgement; the score is NaN if there is none.
     length_mm : float
-        How long the gut is; infinite where nobody knows.
+        Length of the gut; infinite if unknown.
     places : sequence of (int, str, float, str)
-        Number, status, place in mm and size in words of each suspected place; the status is empty
-        while it is not decided.
+        Number, status, position in mm and size in words of each suspected place. The status is
+        empty while the place is not decided.
     """
 
     title: str
@@ -60,16 +60,16 @@ class SurveyState:
 
 
 def state_lines(state: SurveyState, width: int, *, plain: bool = False) -> list[str]:
-    """Return the lines that show how a survey stands.
+    """Return the lines that show the state of a survey.
 
     Parameters
     ----------
     state : SurveyState
-        How it stands.
+        State of the survey.
     width : int
-        How many characters a line may have.
+        Largest number of characters in a line.
     plain : bool
-        Whether only ASCII may be used.
+        Whether to use ASCII only.
     """
     minutes, seconds = divmod(int(state.time_s), 60)
     head = f"head {'' if state.known else 'last '}at {words.number(state.head_mm, 1)} mm"
@@ -88,7 +88,7 @@ def state_lines(state: SurveyState, width: int, *, plain: bool = False) -> list[
 
 
 def _gut_bar(state: SurveyState, width: int) -> str:
-    """Return a bar of the gut: what was passed, the places, and the head with its direction."""
+    """Return a bar of the gut: the part passed so far, the places, the head and its direction."""
     reached_mm = max([0.0, *(place_mm for _, _, place_mm, _ in state.places)])
     if not math.isnan(state.head_mm):
         reached_mm = max(reached_mm, state.head_mm)
@@ -126,16 +126,16 @@ def _score_bar(state: SurveyState, width: int) -> str:
 
 
 class SurveyView:
-    """Shows a survey: on a terminal how it stands, drawn anew in its place; elsewhere its events.
+    """A display of a survey: a state redrawn in place on a terminal, else a line per event.
 
     Parameters
     ----------
     stream : TextIO
-        Where to write.
+        The output.
     title : str
-        The survey's name.
+        Name of the survey.
     length_mm : float
-        How long the gut is; infinite where nobody knows.
+        Length of the gut; infinite if unknown.
     """
 
     def __init__(self, stream: TextIO, title: str, length_mm: float) -> None:
@@ -144,7 +144,7 @@ class SurveyView:
         self._head_mm = math.nan
 
     def tell(self, event: Event) -> None:
-        """Say what happened, where the survey itself cannot be shown."""
+        """Print an event, if the output cannot show the survey's state."""
         if not self._panel.redraws:
             self._panel.note(
                 f"{event.time_s:8.1f} s {event.position_mm:7.1f} mm  {event.after:<11} "
@@ -152,16 +152,16 @@ class SurveyView:
             )
 
     def show(self, time_s: float, pilot: Pilot, sizes: Mapping[int, str]) -> None:
-        """Show how the survey stands, not more often than an eye can follow.
+        """Show the state of the survey, if the last display is old enough.
 
         Parameters
         ----------
         time_s : float
-            Of the newest sample.
+            Time of the newest sample.
         pilot : Pilot
-            Who leads it.
+            The survey's pilot.
         sizes : mapping of int to str
-            The sizes of confirmed places in words, by their numbers.
+            Sizes of confirmed places in words, by place number.
         """
         if not math.isnan(pilot.sensing.head_mm):
             self._head_mm = pilot.sensing.head_mm
@@ -169,7 +169,7 @@ class SurveyView:
             self._draw(time_s, pilot, sizes)
 
     def end(self, time_s: float, pilot: Pilot, sizes: Mapping[int, str]) -> None:
-        """Show how the survey has ended, and leave that on the terminal."""
+        """Show the final state of the survey, and leave it on the terminal."""
         if self._panel.redraws:
             self._draw(time_s, pilot, sizes)
             self._panel.leave()

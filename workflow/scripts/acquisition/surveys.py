@@ -1,4 +1,4 @@
-"""What survey.py does: begin a survey on boards or in a simulated gut, or take one up again."""
+"""The steps of survey.py: begin or resume a survey, on boards or in a simulated gut."""
 
 import argparse
 import math
@@ -40,10 +40,12 @@ def survey(options: argparse.Namespace) -> None:
 
     Raises
     ------
-    CannotArriveError, SurveyFaultError
-        The capsule did not come where it should, or the origami did not obey.
+    CannotArriveError
+        The capsule did not reach its target.
+    SurveyFaultError
+        The origami did not fold or unfold.
     AcquisitionError
-        A board is not there, refuses or was lost.
+        A board is missing, refuses or was lost.
     """
     resumed = options.resume is not None
     folder = options.resume if resumed else options.out
@@ -101,7 +103,10 @@ def _simulated(
     *,
     resumed: bool,
 ) -> None:
-    """Survey a simulated gut; one that was killed is simulated again to where it was killed."""
+    """Survey a simulated gut.
+
+    A resumed survey repeats the simulation up to the point at which it was killed.
+    """
     phantom = read_phantom(Path(about["parameters"]), about["changes"], about["bench"])
     sensors, rate_hz = settings["recording"]["sensors"], phantom.electronics.rate_hz
     bench = simulated_bench(
@@ -136,18 +141,21 @@ def _on_boards(
     *,
     resumed: bool,
 ) -> None:
-    """Survey on boards; one that was killed is read back, and goes on where the capsule is."""
-    # From here on nobody leaves without unfolding the origami.
+    """Survey on boards.
+
+    A resumed survey reads the stored samples and continues where the capsule is.
+    """
+    # From here on Ctrl-C no longer kills the program: the origami must be unfolded first.
     stop = StopRequest()
     wave = Wave(**about["wave"])
-    # A board may have another port by now.
+    # A board can have another port than in the killed session.
     given = {name: port for name, port in _ports(options).items() if port is not None}
     ports = Ports(**(about["boards"] | given), baud=options.baud)
     links = {} if resumed else board_links(ports, _tell)
     try:
         if not resumed:
             about |= _begun(links, settings, wave, folder)
-        # The odometer and the beats go by the wave that is driven.
+        # Odometer and beat detection need the speed of the wave that the board drives.
         detector = settings["diagonal"] | {"wave_speed_mm_s": wave.speed_mm_s}
         rate_hz, sensors = settings["recording"]["rate_hz"], settings["recording"]["sensors"]
         pilot = Pilot(detector, rate_hz, targets_mm=about["goto"])
@@ -194,7 +202,7 @@ def _lead(
     patience_s: float,
     stop: StopRequest,
 ) -> None:
-    """Lead the capsule; whatever ends that, the origami is unfolded and the wave stopped."""
+    """Run the survey; always unfold the origami and stop the wave at its end."""
     log = FrameLog(folder / BOARDS_LOG, _tell)
     bench = board_bench(
         links,
@@ -218,7 +226,7 @@ def _lead(
 def _begun(
     links: Mapping[str, BoardLink], settings: dict[str, Any], wave: Wave, folder: Path
 ) -> dict[str, Any]:
-    """Return what is known only when the boards are there: when it began, and of what it is."""
+    """Return the entries known only once the boards are connected: start time and header."""
     logger, peristalsis = links["logger"].identity, links["peristalsis"].identity
     check_fits(logger, settings["recording"])
     driven_mm, expected_mm = (
@@ -228,7 +236,7 @@ def _begun(
     if float(driven_mm) != expected_mm:
         raise AcquisitionError(
             f"the peristalsis board drives waves of {driven_mm} mm, but the workflow is configured "
-            f"for {expected_mm:g} mm (config/config.yaml: diagonal.wavelength_mm)"
+            f"for {expected_mm:g} mm; correct diagonal.wavelength_mm in config/config.yaml"
         )
     begun = datetime.now(UTC)
     header = header_of(logger, begun, wave) | {"session": folder.name}
@@ -252,7 +260,7 @@ def _tell_outcome(pilot: Pilot, folder: Path, run: SurveyRun, *, to_targets: boo
     listed = ", ".join(f"{count} {status}" for status, count in counts.items())
     print(f"{folder}: {len(places)} places suspected ({listed})")
     if pilot.cycle.no_return:
-        print("the capsule cannot go back: folding does not bring it back", file=sys.stderr)
+        print("the capsule cannot go back: folding did not bring it back", file=sys.stderr)
     if run.trouble:
         raise run.trouble
     happened = {event.event for event in pilot.log}

@@ -1,4 +1,4 @@
-"""What a person sees in the terminal while recording."""
+"""The display of a running recording in the terminal."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -8,34 +8,34 @@ from typing import TextIO
 from acquisition.live_panel import LivePanel
 
 REDRAW_EVERY_S = 0.2
-LINE_EVERY_S = 10.0  # where the terminal cannot redraw: a log file, a pipe
+LINE_EVERY_S = 10.0  # if the output cannot redraw: a log file, a pipe
 KEPT = 600
 BARS = "▁▂▃▄▅▆▇█"
-PLAIN_BARS = "_.-=+*#@"  # where the terminal knows no more than ASCII
+PLAIN_BARS = "_.-=+*#@"  # for terminals that show ASCII only
 
 
 @dataclass
 class Progress:
-    """How the recording stands; the session writes it, terminal and window read it.
+    """The state of a recording; the session writes it, terminal and window read it.
 
     Attributes
     ----------
     period_s : float
         Seconds between samples.
     end_s : float
-        When the recording will end by itself; 0 where it will not.
+        Time in seconds at which the recording ends by itself; 0 if it does not.
     places : int
-        Samples so far, the missing ones included.
+        Number of samples so far, missing samples included.
     missing, gaps, damaged : int
-        Samples missing, in how many gaps; pieces of the line that failed their check.
+        Numbers of missing samples, of gaps, and of damaged frames.
     rate_hz : float
-        Samples received per second of this computer's clock, lately.
+        Samples received per second of this computer's clock, over the last seconds.
     recent : deque of tuple of int, or None
-        The last samples.
+        The last samples; None is a missing one.
     wave : str
-        What the peristalsis board says; empty without it.
+        Position and speed of the wave; empty without a peristalsis board.
     verdicts : list of str
-        Lines that say what the detectors make of it so far; none without them.
+        Lines with the detectors' verdicts so far; empty without detectors.
     """
 
     period_s: float
@@ -50,7 +50,7 @@ class Progress:
     verdicts: list[str] = field(default_factory=list)
 
     def summary(self) -> str:
-        """Say in one line how the recording stands."""
+        """Return the state of the recording in one line."""
         now = _minutes(self.places * self.period_s)
         parts = [
             f"{now} of {_minutes(self.end_s)}" if self.end_s else now,
@@ -68,29 +68,29 @@ def _minutes(seconds: float) -> str:
 
 
 class Terminal:
-    """Shows notes and the recording's state; redraws in place where the terminal can.
+    """A terminal that shows notes and the recording's state, redrawn in place if possible.
 
     Parameters
     ----------
     stream : TextIO
-        Where to write.
+        The output.
     full_scale : float
-        The largest reading: the ADC's largest count, or such as 5 where readings are volts.
+        The largest reading: the ADC's largest count, or for example 5 for readings in volts.
     """
 
     def __init__(self, stream: TextIO, full_scale: float) -> None:
         self._panel = LivePanel(stream)
-        # A quiet sensor should look quiet: noise of a few counts does not fill the height.
+        # Noise of a few counts must not fill the height: a quiet sensor should look quiet.
         whole = isinstance(full_scale, int)
         self._least_span = max(full_scale // 100, 1) if whole else full_scale / 100
         self._bars = PLAIN_BARS if self._panel.plain else BARS
 
     def note(self, text: str) -> None:
-        """Say something that stays."""
+        """Print a note, which stays on the terminal."""
         self._panel.note(text)
 
     def show(self, progress: Progress) -> None:
-        """Show the state, not more often than an eye can follow."""
+        """Show the state, if the last display is old enough."""
         panel = self._panel
         if not panel.is_due(REDRAW_EVERY_S if panel.redraws else LINE_EVERY_S):
             return
@@ -102,7 +102,7 @@ class Terminal:
         panel.draw([progress.summary()[:width], *self._sensor_lines(progress, width), *verdicts])
 
     def clear(self) -> None:
-        """Take the state away, so that what follows stands alone."""
+        """Remove the state from the terminal."""
         self._panel.clear()
 
     def _sensor_lines(self, progress: Progress, width: int) -> list[str]:
@@ -122,21 +122,24 @@ class Terminal:
         return lines
 
     def sparkline(self, counts: list[float | None]) -> str:
-        """Draw a trace between its smallest and largest value; a missing sample is a space."""
+        """Return a trace as bars between its smallest and largest value.
+
+        A missing sample is a space.
+        """
         return trace(counts, self._bars, self._least_span)
 
 
 def trace(values: Sequence[float | None], bars: str, least_span: float = 0.0) -> str:
-    """Draw values as a line of bars between the smallest and the largest.
+    """Return values as a line of bars between the smallest and the largest.
 
     Parameters
     ----------
     values : sequence of float or None
-        What is missing is None, and becomes a space.
+        The values; None is a missing one, which becomes a space.
     bars : str
         `BARS` or `PLAIN_BARS`.
     least_span : float
-        Values that differ by less do not fill the height.
+        Smallest range that fills the full height.
     """
     known = [value for value in values if value is not None]
     low, high = min(known, default=0), max(known, default=0)

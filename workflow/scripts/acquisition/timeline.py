@@ -1,4 +1,4 @@
-"""Where in time each sample belongs: a gap is missing samples, never shifted time."""
+"""Place samples in time: a gap becomes missing samples, and later samples keep their times."""
 
 import math
 from collections import deque
@@ -6,32 +6,32 @@ from dataclasses import dataclass
 
 from acquisition.protocol import Sample
 
-# The delay between a sample and its arrival varies; the smallest of the last ones is the line's.
+# The delay from sample to arrival varies; the smallest of the last ones is the line's own delay.
 DELAYS_KEPT = 50
-LARGEST_STRAY = 0.2  # of a period, that a device time may be off the even grid
-# Both are 32 bits on the board: its clock begins anew after 49.7 days.
+LARGEST_STRAY = 0.2  # largest deviation of a device time from the even grid, in periods
+# Both have 32 bits on the board: its clock starts again after 49.7 days.
 CLOCK_ENDS_MS = COUNTER_ENDS = 2**32
-DRIFT = 0.01  # of the time, that the board's resonator may be off the computer's clock
-# A gap that is so much longer by the board's clock than by the computer's is none.
+DRIFT = 0.01  # largest relative deviation of the board's resonator from the computer's clock
+# A gap that is longer by the board's clock than by the computer's by so much is an error.
 CLOCKS_DIFFER_S = 10.0
 
 
 class MisplacedSampleError(Exception):
-    """A sample whose number and time contradict those before it."""
+    """A sample's number or time contradicts an earlier sample."""
 
 
 @dataclass(frozen=True)
 class Place:
-    """Where a sample belongs.
+    """The place of a sample in the recording.
 
     Attributes
     ----------
     index : int
         Column of the recording, from 0.
     missing : int
-        Samples missing before it.
+        Number of missing samples before it.
     by_computer_clock : bool
-        The board restarted, so the gap was measured by this computer.
+        Whether this computer's clock measured the gap, because the board restarted.
     """
 
     index: int
@@ -40,7 +40,7 @@ class Place:
 
 
 class Timeline:
-    """Places samples by the board's clock, and across a restart of the board by the computer's.
+    """A timeline that places samples by the board's clock, or after a restart by the computer's.
 
     Parameters
     ----------
@@ -59,11 +59,11 @@ class Timeline:
 
     @property
     def samples(self) -> int:
-        """How many places of the recording are passed, missing samples included."""
+        """Number of samples so far, missing ones included."""
         return self._index + 1
 
     def note_identity(self, uptime_ms: int, running: bool, moment_s: float = math.inf) -> bool:
-        """Take note of what the board says of itself; says whether `continues` does not hold."""
+        """Compare the board's clock with the last sample; return whether the board restarted."""
         if not self.continues(uptime_ms, running, moment_s):
             self.note_restart()
         return self._restarted
@@ -71,35 +71,35 @@ class Timeline:
     def continues(
         self, uptime_ms: int, running: bool, moment_s: float = math.inf, fresh: bool = False
     ) -> bool:
-        """Say whether the board that took the last sample has run on ever since.
+        """Return whether the board has run without a restart since the last sample.
 
         Parameters
         ----------
         uptime_ms : int
             The board's clock.
         running : bool
-            It sends samples; a board that does not, although it had been started, has restarted.
+            Whether the board sends samples; a board that stopped by itself has restarted.
         moment_s : float
-            The computer's clock when that was read; its end where it is not known.
+            The computer's clock when the frame was read; infinite if unknown.
         fresh : bool
-            It was said at that moment, and did not wait in the port.
+            Whether the board sent the frame at that moment, so that it did not wait in the port.
         """
         if self._last is None:
             return True
         if moment_s == math.inf:
             return running and uptime_ms >= self._last.device_ms
-        # Modulo: a clock that runs backwards would have passed its end weeks ahead.
+        # Modulo: a lower time would mean that the clock passed its end, weeks ahead.
         passed_s = (uptime_ms - self._last.device_ms) % CLOCK_ENDS_MS / 1000.0
         ahead_s = passed_s - (moment_s - self.taken_s)
         lowest_s = -CLOCKS_DIFFER_S if fresh else -math.inf
         return running and lowest_s <= ahead_s <= CLOCKS_DIFFER_S
 
     def note_restart(self) -> None:
-        """Have the next sample placed by the computer's clock."""
+        """Place the next sample by the computer's clock."""
         self._restarted = self._last is not None
 
     def place(self, sample: Sample, arrived_s: float) -> Place:
-        """Give a sample its place.
+        """Return the place of a sample, which becomes the last one.
 
         Parameters
         ----------
@@ -111,7 +111,7 @@ class Timeline:
         Raises
         ------
         MisplacedSampleError
-            It cannot have been taken after the last one; it must not be used.
+            The sample cannot follow the last one, and must not be used.
         """
         steps = self._steps(sample, arrived_s)
         place = Place(self._index + steps, steps - 1, self._restarted)
@@ -131,7 +131,7 @@ class Timeline:
         return place
 
     def is_next(self, sample: Sample) -> bool:
-        """Say whether nothing is missing between the last sample and this one."""
+        """Return whether no sample is missing between the last sample and this one."""
         if self._last is None or self._restarted:
             return False
         frames = (sample.sequence - self._last.sequence) % COUNTER_ENDS
@@ -139,7 +139,7 @@ class Timeline:
         return frames == 1 and abs(passed_ms / self._period_ms - 1) <= LARGEST_STRAY
 
     def objection(self, sample: Sample, arrived_s: float) -> str:
-        """Say why a sample cannot have been taken after the last one; empty if it can."""
+        """Return why a sample cannot follow the last one; empty if it can."""
         try:
             self._steps(sample, arrived_s)
         except MisplacedSampleError as reason:
@@ -148,7 +148,7 @@ class Timeline:
 
     @property
     def taken_s(self) -> float:
-        """Give the computer's clock when the last sample was taken, rather too early."""
+        """Estimated time of the last sample, by the computer's clock; rather too early."""
         return self._board_s + self._least_delay_s
 
     def _steps(self, sample: Sample, arrived_s: float) -> int:
@@ -161,16 +161,16 @@ class Timeline:
 
 
 def steps_between(earlier: Sample, later: Sample, period_ms: float, passed_s: float) -> int:
-    """Count the periods from one sample to another by the board's clock.
+    """Return the number of periods from one sample to another, by the board's clock.
 
     Parameters
     ----------
     earlier, later : Sample
         The samples.
     period_ms : float
-        Between two samples.
+        Time between two samples.
     passed_s : float
-        What passed between them by the computer's clock, at most.
+        Largest time between them by the computer's clock.
 
     Returns
     -------
@@ -179,7 +179,7 @@ def steps_between(earlier: Sample, later: Sample, period_ms: float, passed_s: fl
     Raises
     ------
     MisplacedSampleError
-        They contradict each other, or this computer's clock.
+        The samples contradict each other or this computer's clock.
     """
     passed_ms = (later.device_ms - earlier.device_ms) % CLOCK_ENDS_MS
     elapsed = passed_ms / period_ms
@@ -189,9 +189,9 @@ def steps_between(earlier: Sample, later: Sample, period_ms: float, passed_s: fl
         f"number {later.sequence} at {later.device_ms} ms cannot follow "
         f"number {earlier.sequence} at {earlier.device_ms} ms"
     )
-    # The board numbers what it sends, so more numbers than periods cannot be.
+    # The board numbers each sample, so there are never more numbers than periods.
     if not 1 <= frames <= steps or abs(elapsed - steps) > LARGEST_STRAY:
         raise MisplacedSampleError(pair)
     if passed_ms / 1000.0 > passed_s + CLOCKS_DIFFER_S:
-        raise MisplacedSampleError(f"{pair}: by this computer's clock {passed_s:.1f} s passed")
+        raise MisplacedSampleError(f"{pair}: only {passed_s:.1f} s passed by this computer's clock")
     return steps

@@ -1,4 +1,4 @@
-"""Telling a USB port again after its board was plugged back in: the name may have changed."""
+"""Find the USB port of a board that was plugged in again, because its name can change."""
 
 from collections.abc import Iterable
 
@@ -7,14 +7,14 @@ from serial.tools.list_ports_common import ListPortInfo
 
 
 class UsbPort:
-    """A port and, where it is a USB port, the identity of what is plugged in.
+    """A port and, if it is a USB port, the identity of its device.
 
     Parameters
     ----------
     name : str
-        The port's name now.
+        Present name of the port.
     ports : iterable of port descriptions, optional
-        The computer's ports; looked up if left out.
+        The computer's ports; searched if left out.
     """
 
     def __init__(self, name: str, ports: Iterable[ListPortInfo] | None = None) -> None:
@@ -25,7 +25,7 @@ class UsbPort:
                 self._identity = _identity(port)
 
     def current_name(self, ports: Iterable[ListPortInfo] | None = None) -> str:
-        """Find the port's name now; the old one where nothing tells better."""
+        """Return the present name of the port; the old one if no single port has its device."""
         if self._identity is None:
             return self._name
         ports = list_ports.comports() if ports is None else ports

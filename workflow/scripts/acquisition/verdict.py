@@ -1,4 +1,4 @@
-"""What every detector makes of a recording: of a whole one, and of one while it is made."""
+"""The verdicts of all detectors on a recording: on a whole one, and on one in progress."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -22,7 +22,7 @@ WEIGHTS = Path(__file__).resolve().parents[2] / "weights" / "scorer.npz"
 
 
 def existing(path: Path, asked_by: str) -> Path:
-    """Refuse a file of results that is not there yet."""
+    """Return the path of a file of results; raise `AcquisitionError` if it does not exist."""
     if not path.exists():
         raise AcquisitionError(
             f"{asked_by} needs {path}; make it first: snakemake -c2 results/{path.name}, or with "
@@ -32,21 +32,21 @@ def existing(path: Path, asked_by: str) -> Path:
 
 
 class FinalVerdict:
-    """Judges a whole recording by every configured detector, as the workflow would.
+    """The configured detectors, which judge a whole recording as the workflow does.
 
     Parameters
     ----------
     templates, learned : Path
-        ``results/templates.npz`` and ``results/detectors.json``, as the workflow makes them.
+        ``results/templates.npz`` and ``results/detectors.json``, made by the workflow.
     settings : mapping
         The configuration.
     asked_by : str
-        What asks for verdicts, as a user knows it.
+        Option or action that needs verdicts, for error messages.
 
     Raises
     ------
     AcquisitionError
-        One of them is not there yet, or made by another configuration.
+        One of the files does not exist, or another configuration made it.
     """
 
     def __init__(
@@ -77,28 +77,28 @@ class FinalVerdict:
         Parameters
         ----------
         values : (S, K) array
-            Its readings, as `capsule.checking.readings_of` gives them; each sensor shows a wave.
+            Readings from `capsule.checking.readings_of`; each sensor shows a wave.
 
         Returns
         -------
         dict of str to Verdict
-            By the detector's name.
+            Verdicts by the detector's name.
         """
         recording = NewRecording(values, self._settings, self._scorer)
         return {name: model.verdict(recording) for name, model in self._models.items()}
 
     def judge(self, values: np.ndarray) -> list[str]:
-        """Say what every configured detector makes of a recording.
+        """Return the verdicts of all configured detectors in words.
 
         Parameters
         ----------
         values : (S, K) array
-            As `verdicts` takes it.
+            Readings, as in `verdicts`.
 
         Returns
         -------
         list of str
-            A line a detector.
+            One line per detector.
         """
         return [self._line(name, verdict) for name, verdict in self.verdicts(values).items()]
 
@@ -125,12 +125,12 @@ class FinalVerdict:
 
 
 class RunningVerdict:
-    """Judges a run while it is recorded, as if it ended now.
+    """The configured detectors, which judge a run in progress as if it ended now.
 
     Parameters
     ----------
     final : FinalVerdict
-        What judges the whole run.
+        The detectors.
     settings : mapping
         The configuration.
     """
@@ -141,19 +141,19 @@ class RunningVerdict:
     def judge(
         self, samples: Sequence[Sequence[float] | None], header: Mapping[str, str]
     ) -> list[str]:
-        """Say what every detector would say if the run ended now.
+        """Return the verdicts of all detectors if the run ended now.
 
         Parameters
         ----------
         samples : sequence of K samples
-            ADC counts of the S sensors, or None where a sample is missing.
+            ADC counts of the S sensors; None is a missing sample.
         header : mapping of str to str
             The recording's header.
 
         Returns
         -------
         list of str
-            A table, or one line that says why there is no verdict yet.
+            A table, or one line with the reason why there is no verdict yet.
         """
         rules = self._settings["recording"]
         missing = [np.nan] * rules["sensors"]

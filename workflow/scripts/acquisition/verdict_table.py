@@ -10,19 +10,19 @@ _GAP = "  "
 
 
 def verdict_table(verdicts: Mapping[str, Verdict], settings: Settings) -> list[str]:
-    """Return a table with a line a detector.
+    """Return a table with one line per detector.
 
     Parameters
     ----------
     verdicts : mapping of str to Verdict
-        By the detector's name.
+        Verdicts by the detector's name.
     settings : mapping
         Sections ``recording`` and ``evaluation`` of the configuration.
 
     Returns
     -------
     list of str
-        The first line is the head.
+        The lines of the table; the first one names the columns.
     """
     confidence = words.percent(settings["evaluation"]["size_confidence"])
     head = ["detector", "verdict", f"size ({confidence} interval)", "probability", "place"]
@@ -45,7 +45,10 @@ def _cells(detector: str, verdict: Verdict, rate_hz: float) -> list[str]:
 
 
 def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Pad cells to columns; the last cell of a row may be longer than its column."""
+    """Return rows as lines with aligned columns.
+
+    The last cell of a row may be longer than its column.
+    """
     columns = max(map(len, rows))
     widths = [
         max((len(row[column]) for row in rows if column < len(row) - 1), default=0)

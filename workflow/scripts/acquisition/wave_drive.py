@@ -1,4 +1,4 @@
-"""The peristalsis board of a survey: kept running, and asked five times a second where it is."""
+"""The peristalsis board of a survey: keep the wave running, and ask for its position."""
 
 from collections.abc import Callable
 
@@ -15,9 +15,9 @@ from acquisition.protocol import Damaged, Position
 from acquisition.wave_phase import RUNNING, WavePhase
 
 ASK_EVERY_S = 0.2
-# The wave stops by itself when the computer has not asked for so long.
+# The board stops the wave if the computer sends nothing for so long.
 LEASE_S = 5
-# A wave that stops at once leaves the capsule where it is: docs/protocol.md has the limit.
+# A steep stop leaves the capsule where it is; docs/protocol.md states the limit.
 STEEPEST_MM_S2 = 100
 
 
@@ -29,15 +29,15 @@ class WaveDrive:
     link : BoardLink
         The board's line.
     wave : Wave
-        How the wave should travel.
+        Speed, ramp and direction.
     index_mm : float or None
-        Phase at the index, from a session before that is taken up again.
+        Phase at the index, from the killed session that is resumed.
     resumed : bool
-        Whether a session before is taken up again: its phase goes on.
+        Whether a killed session is resumed.
     log : FrameLog
-        Where damaged frames go.
+        Log of damaged frames.
     tell : callable
-        Is told what people should know.
+        Function that shows a message to the user.
     """
 
     def __init__(
@@ -67,7 +67,7 @@ class WaveDrive:
 
     @property
     def index_mm(self) -> float | None:
-        """Phase at the cam shaft's index; None where it has not passed one."""
+        """Phase at the cam shaft's index; None before the shaft has passed the index."""
         return self._phase.index_mm
 
     def start(self) -> None:
@@ -76,7 +76,7 @@ class WaveDrive:
         Raises
         ------
         AcquisitionError
-            The board refuses, with its reason, or went away.
+            The board refuses, with its reason, or was disconnected.
         """
         try:
             for setting in self._settings:
@@ -85,7 +85,7 @@ class WaveDrive:
                 except RefusedError as reason:
                     if not setting.startswith("lease"):
                         raise
-                    self._tell(f"warning: the wave will go on if this computer dies: {reason}")
+                    self._tell(f"warning: the wave will not stop if this computer fails: {reason}")
             request(self._link.line, "start")
         except LineLostError as fault:
             raise AcquisitionError(
@@ -94,7 +94,7 @@ class WaveDrive:
         self._heard_s = self._known_s = AWAKE.now_s()
 
     def serve(self) -> None:
-        """Take what the board has said, and ask where the wave is."""
+        """Read the board's frames, and ask for the position of the wave."""
         for arrival in self._link.receive():
             self._errands.note(arrival.event)
             match arrival.event:
@@ -113,31 +113,31 @@ class WaveDrive:
             self._link.send("position")
 
     def wave_mm(self, moments_s: np.ndarray) -> np.ndarray:
-        """Return how far the wave was at moments of the computer's clock; NaN: not known."""
+        """Return the wave's position at moments of the computer's clock; NaN: unknown."""
         return self._phase.at(moments_s)
 
     def stop(self) -> None:
-        """Have the wave stop; returns at once."""
+        """Command the board to stop the wave, and return at once."""
         self._wanted = False
         self._errands.want(f"ramp,{STEEPEST_MM_S2}", "stop")
 
     def trouble(self, patience_s: float) -> AcquisitionError | None:
-        """Say why the survey cannot go on; None if it can."""
+        """Return the error that ends the survey; None if it can continue."""
         now_s = AWAKE.now_s()
         if self._wanted and now_s - self._heard_s > patience_s:
             return BoardLostError(
-                f"the peristalsis board at {self._link.port} has said nothing for "
+                f"the peristalsis board at {self._link.port} has sent nothing for "
                 f"{patience_s:.0f} s (--patience)"
             )
         if self._wanted and now_s - self._known_s > patience_s:
             return BoardLostError(
                 f"the phase of the wave has not been known for {patience_s:.0f} s (--patience): "
-                "the peristalsis board was reset and has no index switch, or its motor stands still"
+                "the peristalsis board was reset and has no index switch, or its motor is blocked"
             )
         return None
 
     def leave_stopped(self) -> str:
-        """Stop the wave, wait for it and close the port; gives a warning if it does not stop."""
+        """Stop the wave, wait, and close the port; return a warning if the wave does not stop."""
         try:
             if self._link.connected:
                 request(self._link.line, "stop")
@@ -147,7 +147,7 @@ class WaveDrive:
             reason = str(fault)
         finally:
             self._link.close()
-        return f"warning: the wave could not be stopped: {reason}; it stops when its lease is over"
+        return f"warning: the wave could not be stopped: {reason}; it stops when its lease ends"
 
     def _note_position(self, position: Position, arrived_s: float) -> None:
         self._heard_s = AWAKE.now_s()

@@ -1,8 +1,8 @@
-"""How far the drive has carried the wave at any moment, from what its board says now and then.
+"""The position of the wave at any moment, from the position frames of the peristalsis board.
 
-The board counts half-steps from its start. Where it has an index switch, the count at which the cam
-shaft last passed it tells the phase, also after the board was reset and after the motor has lost
-steps. Without one the count alone tells, and after a reset the phase is lost.
+The board counts half-steps from its start. With an index switch, the count at the last passage of
+the index tells the phase. This holds even after a reset of the board or lost steps of the motor.
+Without an index switch only the count tells the phase, and a reset loses it.
 """
 
 import math
@@ -15,19 +15,19 @@ from acquisition.protocol import Position
 from acquisition.timeline import CLOCK_ENDS_MS, DELAYS_KEPT, DRIFT
 
 RUNNING = "running"
-# Between two frames further apart than this, nobody knows what the wave did.
+# Between two frames further apart than this, the position is unknown.
 FARTHEST_APART_S = 1.5
-# Past the newest frame, the wave goes on at its speed for so long.
+# For so long after the newest frame, the position is extrapolated at the wave's speed.
 AHEAD_S = 1.0
-# After so many turns without its index, the motor does not turn the cams as it thinks.
+# After so many turns without an index, the cam shaft does not follow the motor.
 LONGEST_TURN = 1.3
 _KEPT = 60
 
 
 class BoardClock:
-    """Tells when, by the computer's clock, something happened that a board has timed.
+    """A conversion of a board's times to the computer's clock.
 
-    The delay of a line varies; the smallest of late is the line's own.
+    The delay of a line varies. The smallest of the last delays counts as the delay of the line.
     """
 
     def __init__(self) -> None:
@@ -36,16 +36,16 @@ class BoardClock:
         self._delays_s: deque[tuple[float, float]] = deque(maxlen=DELAYS_KEPT)
 
     def continues(self, device_ms: int) -> bool:
-        """Say whether the board has run on since it was heard last."""
+        """Return whether the board has run without a reset since its last frame."""
         return self._last_ms is None or (device_ms - self._last_ms) % CLOCK_ENDS_MS < 2**31
 
     def moment_s(self, device_ms: int, arrived_s: float) -> float:
-        """Return the computer's clock at a moment of the board's; takes note of the delay."""
+        """Convert a time of the board to the computer's clock, and store the delay."""
         if self._last_ms is not None:
             self._board_s += (device_ms - self._last_ms) % CLOCK_ENDS_MS / 1000
         self._last_ms = device_ms
         self._delays_s.append((self._board_s, arrived_s - self._board_s))
-        # The two clocks may differ, so what was long ago counts as later.
+        # The two clocks drift apart, so an old delay counts as longer.
         return self._board_s + min(
             delay_s + DRIFT * (self._board_s - at_s) for at_s, delay_s in self._delays_s
         )
@@ -53,7 +53,7 @@ class BoardClock:
 
 @dataclass(frozen=True)
 class _Knot:
-    """A frame: when, how far the wave was (NaN where that is not known), and how fast."""
+    """A frame: its time, the position of the wave (NaN: unknown) and its speed."""
 
     moment_s: float
     wave_mm: float
@@ -61,21 +61,21 @@ class _Knot:
 
 
 class WavePhase:
-    """The wave's way, from the frames of the peristalsis board.
+    """The position of the wave over time, from the frames of the peristalsis board.
 
     Parameters
     ----------
     wavelength_mm : float
-        Way of the wave in a turn of the cam shaft.
+        Distance that the wave travels in one turn of the cam shaft.
     forward : bool
         Whether the board counts upward.
     index_mm : float, optional
-        Phase at the index, from a session before; without, it is learned.
+        Phase at the index, from an earlier session; learned if left out.
 
     Attributes
     ----------
     index_mm : float or None
-        Phase at the index; None where the cam shaft has not passed one.
+        Phase at the index; None before the cam shaft has passed the index.
     known : bool
         Whether the newest frame tells the phase.
     """
@@ -85,7 +85,7 @@ class WavePhase:
     ) -> None:
         self._wavelength_mm = wavelength_mm
         self._sign = 1.0 if forward else -1.0
-        # From the board's count to the wave's way; None where the count began anew.
+        # Added to the board's count, it gives the wave's position; None after a reset.
         self._offset_mm: float | None = 0.0
         self._wave_mm = 0.0
         self._mm_per_half_step = (0, 0.0)
@@ -95,14 +95,14 @@ class WavePhase:
         self.known = False
 
     def begin_anew(self) -> None:
-        """Take note that the board was reset: its count and its clock began again."""
+        """Forget all frames, because a reset set the board's count and clock to zero."""
         self._clock = BoardClock()
         self._knots.clear()
         self._offset_mm = None
         self.known = False
 
     def note(self, position: Position, arrived_s: float) -> bool:
-        """Take a frame; False where it shows that the board was reset."""
+        """Store a frame; return False if it shows that the board was reset."""
         continues = self._clock.continues(position.device_ms)
         if not continues:
             self.begin_anew()
@@ -116,7 +116,7 @@ class WavePhase:
         return continues
 
     def at(self, moments_s: np.ndarray) -> np.ndarray:
-        """Return how far the wave was at some moments of the computer's clock; NaN: not known."""
+        """Return the wave's position at moments of the computer's clock; NaN: unknown."""
         if not self._knots:
             return np.full(moments_s.shape, np.nan)
         knots_s = np.array([knot.moment_s for knot in self._knots])
@@ -136,9 +136,9 @@ class WavePhase:
         return wave_mm
 
     def _wave(self, position: Position) -> float:
-        """Return the wave's way at a frame; NaN where its phase is not known or no wave runs."""
+        """Return the wave's position at a frame; NaN if its phase is unknown or no wave runs."""
         steps, counted_mm = position.half_steps, self._sign * position.position_mm
-        # The more half-steps, the better the frame's millimetres tell how long one is.
+        # More half-steps give a more exact length of one half-step.
         if abs(steps) > self._mm_per_half_step[0]:
             self._mm_per_half_step = abs(steps), counted_mm / steps
         if position.index_half_steps is not None:
@@ -151,14 +151,14 @@ class WavePhase:
         return counted_mm + self._offset_mm
 
     def _fit(self, counted_mm: float, turned_mm: float) -> None:
-        """Have the board's count fit the index, which it has passed by some millimetres."""
+        """Correct the offset of the board's count by the index, passed `turned_mm` ago."""
         since_mm = self._offset_mm
         expected_mm = self._wave_mm if since_mm is None else counted_mm + since_mm
         if self.index_mm is None:
             if since_mm is None:
                 return  # the board was reset before its first index
             self.index_mm = (expected_mm - turned_mm) % self._wavelength_mm
-        # Whole waves do not matter; those are taken that fit what was before.
+        # The index tells the phase only; the number of waves is the one nearest to expectation.
         phase_mm = turned_mm + self.index_mm
         turns = round((expected_mm - phase_mm) / self._wavelength_mm)
         self._offset_mm = phase_mm + turns * self._wavelength_mm - counted_mm

@@ -1,4 +1,4 @@
-"""The live window of --plot: the four sensors as they come."""
+"""The live window of --plot: the readings of the sensors."""
 
 import time
 
@@ -12,9 +12,9 @@ REDRAW_EVERY_S = 0.25
 
 
 def check_screen() -> None:
-    """Make sure that a window can be opened; raises `AcquisitionError`."""
+    """Raise `AcquisitionError` if no window can be opened."""
     plt.ion()
-    # Without a screen matplotlib falls back to drawing into memory, without a word.
+    # Without a screen matplotlib silently draws into memory.
     if plt.get_backend().lower() not in backend_registry.list_builtin(BackendFilter.INTERACTIVE):
         raise AcquisitionError(
             f"--plot needs a screen, and there is none (matplotlib: {plt.get_backend()}); "
@@ -23,7 +23,7 @@ def check_screen() -> None:
 
 
 class Window:
-    """A window with one trace a sensor over the last minute.
+    """A window with one trace per sensor, over the last minute.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class Window:
         self._drawn_s = 0.0
 
     def show(self, progress: Progress) -> None:
-        """Draw what came lately; a closed window stays closed, and recording goes on."""
+        """Draw the last samples; if the user closed the window, do nothing."""
         now_s = time.monotonic()
         if now_s - self._drawn_s < REDRAW_EVERY_S or not plt.fignum_exists(self._figure.number):
             return

@@ -1,4 +1,4 @@
-"""The bench as a whole: several boards share one clock, and a world moves their inputs."""
+"""A simulated bench: several boards share one clock, and a function sets their inputs."""
 
 import time
 from collections.abc import Callable
@@ -9,17 +9,17 @@ World = Callable[[float, float], None]
 
 
 class Workbench:
-    """Lets time pass for the boards on their cables.
+    """A clock that runs the boards on their cables.
 
     Parameters
     ----------
     *cables : Cable
         The boards.
     world : callable, optional
-        Called with the start and the end in seconds of each stretch of time before it is run: sets
-        voltages and switches.
+        Function that sets voltages and switches. It is called before each stretch of time, with the
+        stretch's start and end in seconds.
     speed : float, optional
-        Seconds of the bench per second of the wall clock; as fast as it goes if left out.
+        Seconds of the bench per second of the wall clock; as fast as possible if left out.
     """
 
     def __init__(
@@ -36,19 +36,19 @@ class Workbench:
         return self.now_us / 1e6
 
     def run(self, until: Callable[[], bool], limit_s: float = 30.0, stretch_us: int = 5000) -> None:
-        """Run until something holds.
+        """Run until a condition holds.
 
         Raises
         ------
         TimeoutError
-            It does not hold after `limit_s` of the wall clock.
+            The condition does not hold after `limit_s` seconds of the wall clock.
         """
         started, started_us = time.monotonic(), self.now_us
         while not until():
             passed = time.monotonic() - started
             if passed > limit_s:
                 raise TimeoutError(
-                    f"nothing came of it in {limit_s} s ({self.now_s} s of the bench)"
+                    f"the condition did not hold within {limit_s} s ({self.now_s} s of the bench)"
                 )
             if self.speed:
                 ahead = (self.now_us - started_us) / 1e6 / self.speed - passed
@@ -63,6 +63,6 @@ class Workbench:
             self.now_us = end_us
 
     def run_for(self, seconds: float, stretch_us: int = 5000) -> None:
-        """Run for some time of the bench."""
+        """Run for this many seconds of the bench's time."""
         end_us = self.now_us + int(seconds * 1e6)
         self.run(lambda: self.now_us >= end_us, stretch_us=stretch_us)
