@@ -335,7 +335,8 @@ def test_results_that_no_longer_fit_are_told(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", [*call, "--out", str(tmp_path / "out")])
     export.main()
     printed = capsys.readouterr().out
-    assert "does not fit 1 files any more, such as raw/3mm/r07.csv; make it again" in printed
+    assert "1 files have changed since " in printed
+    assert "was made, such as raw/3mm/r07.csv; make it again" in printed
     stored = parquet.read_schema(tmp_path / "out/fits.parquet").metadata[b"provenance"]
     assert json.loads(stored)["results_out_of_date"] == "raw/3mm/r07.csv"
 

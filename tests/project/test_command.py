@@ -56,7 +56,8 @@ def test_without_a_word_the_help_is_an_error():
 def test_a_wrong_word_is_answered_with_the_nearest(word, hint):
     done = call(word)
     assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith(f"error: there is no capsule {word!r}; ") and hint in done.stderr
+    assert done.stderr.startswith(f"error: capsule has no command {word!r}; ")
+    assert hint in done.stderr
 
 
 @pytest.mark.parametrize("word", PRESENT)

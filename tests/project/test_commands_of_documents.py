@@ -25,7 +25,7 @@ def calls():
         for line in block.text.replace("\\\n", " ").splitlines():
             call = CALL.fullmatch(line)
             # Not what stands for any word, the answer to a wrong one, or a key on its way.
-            if call and call[2] not in ("WORD", "jugde") and "<Tab>" not in line:
+            if call and call[2] not in ("COMMAND", "jugde") and "<Tab>" not in line:
                 yield str(block), AFTER.split(call[1])[0], call[2]
 
 

@@ -4,8 +4,7 @@ import _signal
 import os
 
 if __name__ == "__main__":
-    # Until the imports are done, Ctrl-C would end in a traceback from within one of them; even
-    # `signal` itself imports several modules.
+    # During the imports, Ctrl-C would end in a traceback; even `signal` imports several modules.
     _signal.signal(_signal.SIGINT, lambda *_: os._exit(130))
 
 import signal
@@ -16,7 +15,7 @@ from edges import files
 
 
 def main() -> None:
-    """Record, or recover; each fault at the bench has its own exit status."""
+    """Record a run or recover one; each fault at the bench has its own exit status."""
     with end_with_status(INTERRUPTED):
         signal.signal(signal.SIGINT, signal.default_int_handler)
         arguments = options.parse()

@@ -1,4 +1,4 @@
-"""Play a simulated run on a board that is not there, judge it live, and make its report."""
+"""Play a simulated run without a board, judge it live, and make its report."""
 
 import argparse
 from pathlib import Path
@@ -10,7 +10,7 @@ from edges.phantom import natural
 
 
 def size(text: str) -> float:
-    """Read a nodule size in mm."""
+    """Return a nodule size in mm."""
     value = float(text)
     if not 0 <= value <= 5:
         raise argparse.ArgumentTypeError(f"{text} mm is not within 0 to 5 mm")
@@ -18,33 +18,34 @@ def size(text: str) -> float:
 
 
 def speed(text: str) -> float:
-    """Read how much faster than a real run."""
+    """Return the speed relative to a real run."""
     value = float(text)
     if not 0.5 <= value <= 100:
-        raise argparse.ArgumentTypeError(f"{text} is not within 0.5 to 100")
+        raise argparse.ArgumentTypeError(f"{text} is not a speed within 0.5 to 100")
     return value
 
 
 def read_arguments() -> argparse.Namespace:
-    """Read what to play."""
+    """Return the options."""
     parser = argparse.ArgumentParser(description=__doc__)
     add = parser.add_argument
     out = "the demo's own folder, never your raw/ (default: demo)"
     add("--out", type=Path, default=Path("demo"), metavar="FOLDER", help=out)
-    faster = "how many times as fast as a real run (default: 5)"
+    faster = "speed relative to a real run (default: 5)"
     add("--speed", type=speed, default=5.0, metavar="X", help=faster)
-    add("--size", type=size, default=3.0, metavar="MM", help="the nodule; 0: none (default: 3)")
-    run = "which run: each seed simulates another one (default: the first not played yet)"
+    nodule = "nodule size; 0: no nodule (default: 3)"
+    add("--size", type=size, default=3.0, metavar="MM", help=nodule)
+    run = "random seed; each seed is another run (default: the first not played yet)"
     add("--seed", type=natural, metavar="N", help=run)
     add("--plot", action="store_true", help="show the sensors in a window, if one can be opened")
-    cores = "how many jobs of the report may run side by side (default: all)"
+    cores = "number of jobs that run at the same time for the report (default: all)"
     add("--cores", default="all", metavar="N", help=cores)
-    add("--no-open", dest="open", action="store_false", help="open no browser at the end")
+    add("--no-open", dest="open", action="store_false", help="do not open a browser at the end")
     return parser.parse_args()
 
 
 def main() -> None:
-    """Play the demo; faults of the recorder have its exit status."""
+    """Play the demo; a fault of the recorder has the recorder's exit status."""
     with end_with_status(INTERRUPTED):
         demo_run.demo(read_arguments())
 

@@ -12,7 +12,7 @@ from exporting.gathering import gather
 
 
 def main() -> None:
-    """Read the results, and write them in the format that was asked for."""
+    """Read the results, and write them in the chosen format."""
     arguments = read_arguments()
     settings = read_config_file(arguments.config)
     check_configuration(settings, read_schema(SCHEMA), {str(arguments.config): settings})
@@ -21,8 +21,8 @@ def main() -> None:
     count, written = write(exported, arguments.format, arguments.out, force=arguments.force)
     if changed := outdated(arguments.results):
         print(
-            f"warning: {arguments.results}/ does not fit {len(changed)} files any more, such as "
-            f"{changed[0]}; make it again: snakemake -c2 results/report.html"
+            f"warning: {len(changed)} files have changed since {arguments.results}/ was made, such "
+            f"as {changed[0]}; make it again: snakemake -c2 results/report.html"
         )
     origin = exported.provenance["origin"]
     files_written = "1 file" if count == 1 else f"{count} files"

@@ -8,7 +8,7 @@ from importing.import_run import Importer
 
 
 def main() -> None:
-    """Import what is given; the last line counts it, and status 1 tells that a file was refused."""
+    """Import the given files and print their number; exit with status 1 if a file was refused."""
     importer = Importer(build_parser().parse_args())
     importer.run()
     print(importer.summary(), flush=True)

@@ -14,29 +14,29 @@ from edges.workflow_call import data_config, data_folder
 
 
 def read_arguments() -> argparse.Namespace:
-    """Read what to judge."""
+    """Return the options."""
     parser = argparse.ArgumentParser(
         description=__doc__, epilog="exit status: 0 judged, 1 a file was rejected, or other fault"
     )
     add = parser.add_argument
-    add("files", type=Path, nargs="+", metavar="FILE", help="a recording, wherever it lies")
-    results = "where the workflow has put detectors.json and templates.npz (default: results/)"
+    add("files", type=Path, nargs="+", metavar="FILE", help="a recording, in any folder")
+    results = "the workflow's results: detectors.json and templates.npz (default: results/)"
     add("--results", type=Path, default=data_folder() / "results", metavar="FOLDER", help=results)
     config = "the workflow's configuration (default: config/config.yaml)"
     add("--config", type=Path, default=data_config(), metavar="FILE", help=config)
-    picture = "draw what it was judged by, with the place, into a .png or .svg file"
+    picture = "draw the recording, and the place of the nodule, to a .png or .svg file"
     add("--picture", type=Path, metavar="FILE", help=picture)
     add("--json", action="store_true", help="print the verdicts as JSON, for other programs")
     arguments = parser.parse_args()
     if arguments.picture and len(arguments.files) > 1:
         parser.error("--picture draws one recording: give one FILE")
     if arguments.picture and arguments.picture.suffix not in (".png", ".svg"):
-        parser.error(f"--picture {arguments.picture}: its name must end in .png or .svg")
+        parser.error(f"--picture {arguments.picture}: the name must end in .png or .svg")
     return arguments
 
 
 def main() -> None:
-    """Judge each file; the exit status tells whether all were accepted."""
+    """Judge each file; the exit status is 0 only if all were accepted."""
     arguments = read_arguments()
     settings, results = read_config_file(arguments.config), arguments.results
     learned = results / "detectors.json"
@@ -53,7 +53,7 @@ def main() -> None:
         for each in judged:
             print("\n".join(judged_view.judged_lines(each, settings, width, plain=plain)))
     if arguments.picture and judged[0].is_accepted:
-        from acquisition.judged_picture_file import write_picture  # draws: only where asked for
+        from acquisition.judged_picture_file import write_picture  # matplotlib only if it is used
 
         write_picture(judged[0], settings, arguments.picture)
     sys.exit(not all(each.is_accepted for each in judged))

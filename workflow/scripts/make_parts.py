@@ -21,7 +21,7 @@ except ModuleNotFoundError as error:
 
 
 def main() -> None:
-    """Make every part, then write its files."""
+    """Make all parts, and write their files."""
     arguments = read_arguments(__doc__)
     design, sensors = read_design(arguments.changes, arguments.nozzle), read_sensors()
     step_bytes = step_writer() if arguments.step else None

@@ -1,4 +1,4 @@
-"""Make results/report.html from the recordings in raw/: Snakemake does what is not done yet."""
+"""Make results/report.html from the recordings in raw/: Snakemake runs the steps still missing."""
 
 import argparse
 import sys
@@ -6,11 +6,11 @@ import sys
 from edges import files, workflow_call
 
 DETAILS = """
-It works in the current folder, where that holds raw/ and config/config.yaml, and otherwise in the
-folder of the project. What follows two dashes goes to Snakemake as it is:
+It works in the current folder if that holds raw/ and config/config.yaml, else in the folder of the
+project. Options after two dashes go to Snakemake unchanged:
 
-  capsule report -- -n            say what would be done, and why
-  capsule report -- --forceall    do everything anew
+  capsule report -- -n            show the steps that would run, and why
+  capsule report -- --forceall    run all steps again
 """
 
 
@@ -22,7 +22,7 @@ def main() -> None:
         usage="%(prog)s [-h] [--cores N] [-- SNAKEMAKE_OPTION ...]",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    cores = "how many jobs may run side by side, or all: as many as there are cores (default: 2)"
+    cores = "number of jobs that run at the same time; all: one per core (default: 2)"
     parser.add_argument("--cores", default="2", metavar="N", help=cores)
     parser.add_argument("options", nargs="*", help=argparse.SUPPRESS)
     arguments = parser.parse_args()

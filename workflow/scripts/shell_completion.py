@@ -1,4 +1,4 @@
-"""Print what lets your shell complete the command capsule: its words, options, sizes and files."""
+"""Print a script that completes capsule in your shell: commands, options, sizes and files."""
 
 import argparse
 import sys
@@ -24,7 +24,7 @@ FOLDERS = {"FOLDER", "SESSION"}
 
 
 def completed(parser: argparse.ArgumentParser) -> argparse.ArgumentParser:
-    """Say of each option of a parser with what its value is completed."""
+    """Mark each option of a parser with the values that complete it, and return the parser."""
     for action in parser._actions:
         if action.dest in ("size", "sizes", "nodules"):
             action.choices = SIZES_MM
@@ -35,19 +35,19 @@ def completed(parser: argparse.ArgumentParser) -> argparse.ArgumentParser:
 
 
 def whole_parser() -> argparse.ArgumentParser:
-    """Return a parser of the whole command, each word with the options of its script."""
+    """Return a parser of the whole command, with the options of each subcommand."""
     parser = argparse.ArgumentParser(prog="capsule")
     words = parser.add_subparsers()
     for word, (script, line) in capsule_command.WORDS.items():
         path = capsule_command.SCRIPTS / script
-        # A word whose script is not installed has no options, and says so itself when it is called.
+        # A subcommand whose script is not installed has no options; a call of it says so.
         options = [completed(script_parser(path))] if path.exists() else []
         words.add_parser(word, help=line, parents=options, add_help=False)
     return parser
 
 
 def main() -> None:
-    """Print the script."""
+    """Print the completion script."""
     parser = argparse.ArgumentParser(
         description=__doc__, epilog=DETAILS, formatter_class=argparse.RawDescriptionHelpFormatter
     )

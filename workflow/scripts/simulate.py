@@ -13,15 +13,15 @@ from edges.phantom import CONFIG, natural, phantom_arguments, read_phantom
 
 
 def size(text: str) -> float:
-    """Read a nodule size in mm."""
+    """Return a nodule size in mm."""
     value = float(text)
     if not 0 <= value <= 20:
-        raise argparse.ArgumentTypeError(f"{text} mm does not fit into the gut (0..20 mm)")
+        raise argparse.ArgumentTypeError(f"{text} mm does not fit into the gut (0 to 20 mm)")
     return value
 
 
 def read_arguments() -> argparse.Namespace:
-    """Read what to make."""
+    """Return the options."""
     parser = argparse.ArgumentParser(description=__doc__, parents=[phantom_arguments()])
     add = parser.add_argument
     sizes = {"type": size, "nargs": "+", "metavar": "MM", "default": [0, 1, 2, 3, 4, 5]}
@@ -39,7 +39,7 @@ def read_arguments() -> argparse.Namespace:
 
 
 def main() -> None:
-    """Make the files."""
+    """Simulate the recordings, and write them."""
     arguments = read_arguments()
     phantom = read_phantom(arguments.parameters, arguments.changes, arguments.bench)
     configured = read_config_file(CONFIG / "config.yaml")["recording"]["sensors"]

@@ -10,7 +10,7 @@ STUDIES = {"calibrate": calibrate_phantom, "judge": judge_phantom, "draw": draw_
 
 
 def main() -> None:
-    """Run the study that is named."""
+    """Run the named study."""
     parser = argparse.ArgumentParser(description=__doc__)
     studies = parser.add_subparsers(dest="study", required=True, metavar="STUDY")
     for name, module in STUDIES.items():

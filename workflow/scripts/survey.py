@@ -1,4 +1,4 @@
-"""Survey a gut: go back to what looks like a nodule, and look again."""
+"""Survey a gut: go back to each suspected nodule, and test it again."""
 
 from acquisition import output, survey_options, surveys
 from acquisition.bench_errors import end_with_status
@@ -6,7 +6,7 @@ from edges import files
 
 
 def main() -> None:
-    """Survey; each fault has its own exit status."""
+    """Run a survey; each fault has its own exit status."""
     with end_with_status():
         surveys.survey(survey_options.parse())
 

@@ -19,7 +19,7 @@ BENCHES_A_PHANTOM = 10
 
 
 def read_arguments() -> argparse.Namespace:
-    """Read what teaches, and how long."""
+    """Return the options."""
     parser = argparse.ArgumentParser(description=__doc__)
     add = parser.add_argument
     output = Path("workflow/weights/scorer.npz")
@@ -37,7 +37,7 @@ def read_arguments() -> argparse.Namespace:
 
 
 def main() -> None:
-    """Simulate the benches, teach, check, write."""
+    """Simulate the benches, train the scorer, check its weights and write them."""
     arguments = read_arguments()
     try:
         import torch

@@ -31,7 +31,7 @@ def read_arguments(description: str | None) -> argparse.Namespace:
         help="change a value of config/parts.yaml, or an origami.* or wall.* of "
         "config/phantom.yaml, such as origami.fold_angle_deg=40; may be repeated",
     )
-    add("--nozzle", metavar="MM", help=f"the printer's nozzle (the same as --set {_NOZZLE}=MM)")
+    add("--nozzle", metavar="MM", help=f"diameter of the nozzle (the same as --set {_NOZZLE}=MM)")
     add("--step", action="store_true", help="also write STEP (needs the extra [cad])")
     return parser.parse_args()
 

@@ -38,8 +38,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--final-archives", default=20, help="simulated archives for each finalist (default: 20)")
     add("--jobs", default=1, help="parallel processes (default: 1)")
     add = functools.partial(parser.add_argument, metavar="X", type=float)
-    add("--spread", default=0.2, help="first spread, as a part of each range (default: 0.2)")
-    add("--rate", default=0.5, help="move of each generation towards its best, 0..1 (default: 0.5)")
+    add("--spread", default=0.2, help="first spread, as a share of each range (default: 0.2)")
+    share = "share of the way to each generation's best, 0 to 1 (default: 0.5)"
+    add("--rate", default=0.5, help=share)
     add = functools.partial(parser.add_argument, metavar="FILE", type=Path, required=True)
     add("--log", help="CSV file of the trials; an existing file is continued")
     add("--output", help="output: the table with the winner's values")
