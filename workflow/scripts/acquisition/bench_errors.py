@@ -16,79 +16,79 @@ class AcquisitionError(CapsuleError):
 
 
 class BoardNotFoundError(AcquisitionError):
-    """No port exists, no board is behind any port, or several boards fit."""
+    """A board that was not found, or several boards that fit."""
 
     status = 3
 
 
 class NoAnswerError(AcquisitionError):
-    """The port opens, but nothing answers."""
+    """A port that opens but does not answer."""
 
     status = 4
 
 
 class PortBusyError(AcquisitionError):
-    """Another program uses the port."""
+    """A port that another program uses."""
 
     status = 5
 
 
 class NoPermissionError(AcquisitionError):
-    """The user has no permission to open the port."""
+    """A port that the user has no permission to open."""
 
     status = 6
 
 
 class WrongBaudError(AcquisitionError):
-    """The port sends bytes but no frames."""
+    """A port that sends bytes but no frames."""
 
     status = 7
 
 
 class WrongBoardError(AcquisitionError):
-    """Another board, another program or another protocol answers."""
+    """An answer from another board, another program or another protocol."""
 
     status = 8
 
 
 class DiskFullError(AcquisitionError):
-    """The disk is full."""
+    """A disk that is full."""
 
     status = 9
 
 
 class NameExistsError(AcquisitionError):
-    """A recording or session of that name exists; it is never overwritten."""
+    """A name that a recording or session already has; neither is ever overwritten."""
 
     status = 10
 
 
 class BoardLostError(AcquisitionError):
-    """A board was lost and did not come back in time; the samples before that are kept."""
+    """A board that was lost and did not come back in time; earlier samples are kept."""
 
     status = 11
 
 
 class RefusedError(AcquisitionError):
-    """A board refuses a command."""
+    """A command that a board refuses."""
 
     status = 12
 
 
 class CannotArriveError(AcquisitionError):
-    """The capsule did not reach its target."""
+    """A target that the capsule did not reach."""
 
     status = 13
 
 
 class SurveyFaultError(AcquisitionError):
-    """The origami did not fold or unfold as commanded."""
+    """An origami that did not fold or unfold as commanded."""
 
     status = 14
 
 
 class LineLostError(Exception):
-    """An open port disappeared; the session waits for it to come back."""
+    """An open port that disappeared; the session waits for it to come back."""
 
 
 @contextlib.contextmanager

@@ -128,7 +128,7 @@ def bench_with(
 
 
 def nodule_places(seed: int, length_mm: float, count: int) -> list[float]:
-    """Return random places of nodules, in mm from the start, in rising order."""
+    """Return places of nodules in mm from the start: random ones, or even ones if room is short."""
     if count == 0:
         return []
     numbers = generator(seed, "survey", "nodules")

@@ -17,7 +17,7 @@ CLOCKS_DIFFER_S = 10.0
 
 
 class MisplacedSampleError(Exception):
-    """A sample's number or time contradicts an earlier sample."""
+    """A sample whose number or time contradicts an earlier sample."""
 
 
 @dataclass(frozen=True)
