@@ -1,8 +1,8 @@
 """Lock an open file; the operating system releases the lock when the process ends.
 
-The locked files hold data: a recording, or the name of the process that holds the lock. Libraries do
-not fit that: `filelock` empties the file that it locks, and `portalocker` locks the whole file on
-Windows, so that no other process can read it.
+The locked files hold data: a recording, or the name of the process that holds the lock. Libraries
+do not fit that: `filelock` empties the file that it locks, and `portalocker` locks the whole
+file on Windows, so that no other process can read it.
 
 The Snakefile uses this module, so it imports only fast modules.
 """
