@@ -1,4 +1,4 @@
-"""Stick-slip advance of the capsule: a stroke a wave, held back by nodules and by slips back."""
+"""Model the capsule's stick-slip advance: one stroke per wave, reduced by nodules and slips."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ Numbers = TypeVar("Numbers", float, FloatArray)
 
 @dataclass(frozen=True)
 class Advance:
-    """How the waves carry the capsule.
+    """Parameters of the capsule's advance by the waves.
 
     Attributes
     ----------
@@ -28,24 +28,24 @@ class Advance:
     slip_probability
         Probability that the capsule slips back between one stroke and the next.
     slip_back
-        Mean length of such a slip, in parts of the mean way of a wave; it may exceed 1.
+        Mean length of such a slip, as a multiple of the mean advance per wave.
     grip_fraction
-        Part of a wave's period in which the wave grips and moves the capsule.
+        Fraction of a wave's period in which the wave grips and moves the capsule.
     snag
         How strongly a slope of the wall under the awns shortens (or, downhill, lengthens) a stroke.
     catch_slope
         Slope of the wall under an awn from which the awn may catch.
     catch_probability
-        Probability that an awn catches on such a slope at all, drawn once for each awn and run.
+        Probability that an awn can catch on such a slope, drawn once for each awn and run.
     hold_waves
-        Mean number of waves for which a caught awn holds the capsule; some hold hardly at all,
-        some twice as long.
+        Mean number of waves for which a caught awn holds the capsule; the number is uniform from
+        0 to twice the mean.
     lead_mm
-        Way before sensor 1 meets the nodule, and after sensor 4 has left it.
+        Distance before sensor 1 meets the nodule, and after the last sensor has left it.
     lead_spread_mm
-        Spread of the way before the nodule, from run to run.
+        Spread of the distance before the nodule, from run to run.
     longest_samples
-        The run is stopped by hand at this many samples.
+        Limit of a run's samples, at which a person stops the run.
     """
 
     speed_mm_s: float
@@ -66,16 +66,16 @@ class Advance:
 
 @dataclass(frozen=True)
 class Strokes:
-    """What chance makes of the strokes of one journey.
+    """The random strokes of one journey.
 
     Attributes
     ----------
     stroke_mm
-        Stroke of a usual wave.
+        Stroke of a typical wave.
     factors
-        Factor on it, from wave to wave, shape (waves,).
+        Factor of each wave on that stroke, shape (waves,).
     moves
-        Whether a wave moves the capsule where nothing holds it, shape (waves,).
+        Whether each wave moves the capsule if nothing holds it, shape (waves,).
     """
 
     stroke_mm: float
@@ -90,7 +90,7 @@ def stick_and_slip(
     carried: BoolArray | bool,
     waves: int,
 ) -> tuple[FloatArray, BoolArray, float]:
-    """Draw how the strokes of some waves differ.
+    """Draw the variation of strokes from wave to wave.
 
     Parameters
     ----------
@@ -108,9 +108,9 @@ def stick_and_slip(
     factors : array of shape (waves,)
         Factor on the stroke of each wave.
     moves : array of shape (waves,)
-        Whether it moves the capsule.
+        Whether each wave moves the capsule.
     mean : float
-        Mean factor over the waves that move it and those that do not.
+        Mean factor over all waves; a wave that does not move the capsule counts as 0.
     """
     factors = np.exp(generator.normal(0.0, spread, waves))
     moves: BoolArray = carried & (generator.random(waves) >= stick_probability)
@@ -136,7 +136,7 @@ def draw_strokes(
         Whether there is a wave to carry the capsule, shape (waves,).
     """
     run_factor = np.exp(generator.normal(0.0, advance.speed_spread))
-    # The mean over sticking and slipping waves is the speed that is set, slips back included.
+    # The mean over all waves, including slips back, is the configured speed.
     factors, moves, mean_factor = stick_and_slip(
         generator, advance.stroke_spread, advance.stick_probability, carried, waves
     )
@@ -146,9 +146,9 @@ def draw_strokes(
 
 
 def draw_holds(advance: Advance, generator: np.random.Generator, awns: int) -> FloatArray:
-    """Draw for how many waves each awn will hold the capsule once it catches: shape (awns,).
+    """Draw the number of waves for which each awn holds the capsule once it catches: shape (awns,).
 
-    Where several nodules lie along the way, an awn has a chance of its own at each.
+    With several nodules, an awn has one entry per nodule.
     """
     catches = generator.random(awns) < advance.catch_probability
     return np.rint(catches * advance.hold_waves * generator.uniform(0.0, 2.0, awns))
@@ -157,16 +157,16 @@ def draw_holds(advance: Advance, generator: np.random.Generator, awns: int) -> F
 def one_stroke(
     advance: Advance, strokes: Strokes, wave: int, climbs_mm: FloatArray, holds: FloatArray
 ) -> tuple[float, FloatArray]:
-    """Return how far a wave carries the capsule, in mm, and the waves that its awns still hold.
+    """Return a wave's stroke in mm, and the number of waves that each awn still holds.
 
     Parameters
     ----------
     wave
         Number of the wave.
     climbs_mm
-        By how much each awn would climb during a usual stroke, shape (awns,).
+        Height that each awn would climb during a typical stroke, shape (awns,).
     holds
-        For how many waves each awn still holds the capsule once it catches, shape (awns,).
+        Number of waves for which each awn still holds the capsule once it catches, shape (awns,).
     """
     slopes = climbs_mm / strokes.stroke_mm
     caught = (holds > 0) & (slopes > advance.catch_slope)
@@ -180,10 +180,9 @@ def one_stroke(
 def slips_back(
     advance: Advance, generator: np.random.Generator, period_s: float, waves: int
 ) -> FloatArray:
-    """Return how far the capsule slips back after each wave's stroke, in mm: shape (waves,).
+    """Return the slip back after each wave's stroke, in mm: shape (waves,).
 
-    Awns hold until they lose their grip; how far the capsule then falls back has no typical
-    length (it is exponentially distributed).
+    Awns hold until they lose their grip. The length of a slip is exponentially distributed.
     """
     slipped = generator.random(waves) < advance.slip_probability
     lengths = generator.exponential(advance.slip_back, waves)
@@ -201,7 +200,7 @@ def stroke_positions(
     slips_mm: FloatArray | float = 0.0,
     carried: BoolArray | bool = True,
 ) -> FloatArray:
-    """Return where the capsule's head stands at the start of each wave, in mm: shape (waves + 1,).
+    """Return the position of the head at the start of each wave, in mm: shape (waves + 1,).
 
     Parameters
     ----------
@@ -210,12 +209,12 @@ def stroke_positions(
     waves
         Number of waves.
     rise
-        ``rise(position, stroke)``: by how much, in mm, each awn would climb when the head moves
-        from ``position`` by ``stroke``; shape (S,).
+        ``rise(position, stroke)`` returns the height in mm that each awn would climb when the
+        head moves from ``position`` by ``stroke``, shape (S,).
     sensors
         Number of substructures S, each with an awn.
     slips_mm
-        How far the capsule slips back after each stroke (`slips_back`), shape (waves,).
+        Slip back after each stroke (`slips_back`), shape (waves,).
     carried
         Whether there is a wave to carry the capsule, shape (waves,).
     """
@@ -237,16 +236,16 @@ def head_position(
     time_s: FloatArray,
     slips_mm: FloatArray | float = 0.0,
 ) -> FloatArray:
-    """Return the head's position over time, in mm: it moves with each wave's grip, then rests.
+    """Return the head's position over time, in mm.
 
-    A capsule that slips back does so while it would rest.
+    In each period, the capsule moves while the wave grips it. Then it rests, or slips back.
 
     Parameters
     ----------
     positions_mm
         Position at the start of each wave, shape (waves + 1,).
     time_s
-        Times to evaluate, as the cams count them, shape (K,).
+        Times of the samples, from `capsule.phantom.wave.cam_time`, shape (K,).
     slips_mm
         Slip back at the end of each wave, shape (waves,).
     """
@@ -261,18 +260,18 @@ def head_position(
 
 
 def carried_part(advance: Advance, part: Numbers) -> Numbers:
-    """Return how much of its stroke a wave has carried the capsule by then, 0..1.
+    """Return the fraction of the stroke that is done at a part of the period, 0..1.
 
     Parameters
     ----------
     part
-        Part of the wave's period that is over, 0..1.
+        Elapsed fraction of the wave's period, 0..1.
     """
     return _smooth_step(part / advance.grip_fraction)
 
 
 def slipped_part(advance: Advance, part: Numbers) -> Numbers:
-    """Return how much of the way back after a wave the capsule has slipped by then, 0..1."""
+    """Return the fraction of the slip back that is done at a part of the period, 0..1."""
     rest = max(1 - advance.grip_fraction, np.finfo(float).eps)
     return _smooth_step((part - advance.grip_fraction) / rest)
 
@@ -282,7 +281,7 @@ def first_arrival(head_mm: FloatArray, position_mm: float) -> np.intp: ...
 @overload
 def first_arrival(head_mm: FloatArray, position_mm: FloatArray) -> IntArray: ...
 def first_arrival(head_mm: FloatArray, position_mm: FloatArray | float) -> IntArray | np.intp:
-    """Return the sample at which the head first stands at each position; K where it never does.
+    """Return the first sample at which the head reaches each position; K if it never does.
 
     A capsule that slips back passes a place more than once.
     """

@@ -1,4 +1,4 @@
-"""What a buried nodule does to a passing capsule: a bulge with a height, width and stiffness."""
+"""Model a buried nodule as a bulge with a height, a width and a stiffness."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -19,15 +19,15 @@ class Bulge:
     Attributes
     ----------
     at_mm
-        Its place along the gut.
+        Place along the gut.
     height_mm
-        Height that is left under the pressing capsule.
+        Height that remains under the pressing capsule.
     width_mm
         Standard deviation along the gut.
     sphere_n_mm
-        Stiffness that it adds to the wall's.
+        Stiffness that the nodule adds to the wall.
     coupling
-        Each sensor's touch on it, shape (S,).
+        Factor on the bulge's height under each sensor, shape (S,).
     """
 
     at_mm: float
@@ -52,13 +52,13 @@ def bulge_of(
     Parameters
     ----------
     nodule_mm
-        Its diameter; 0 for none.
+        Diameter of the nodule; 0 for none.
     at_mm, coupling
         As in `Bulge`.
     height_offset_mm
-        How far it lies above or below the capsule's middle plane.
+        Height of the nodule above the capsule's middle plane; negative below it.
     """
-    # What lies above or below the capsule neither lifts its tips nor carries them.
+    # A part above or below the capsule neither lifts nor supports the tips of the awns.
     touched = touch.height_factor(contact, nodule_mm, height_offset_mm)
     return Bulge(
         at_mm,
@@ -70,12 +70,12 @@ def bulge_of(
 
 
 def climbs(bulges: Sequence[Bulge], position_mm: FloatArray, stroke_mm: float) -> FloatArray:
-    """Return by how much each awn would climb each bulge during a stroke: shape (N S,), in mm.
+    """Return the height that each awn would climb on each bulge in a stroke: shape (N S,), in mm.
 
     Parameters
     ----------
     position_mm
-        Where the awns stand, shape (S,).
+        Positions of the awns, shape (S,).
     """
     rises = [np.empty(0)]
     for bulge in bulges:
@@ -86,12 +86,12 @@ def climbs(bulges: Sequence[Bulge], position_mm: FloatArray, stroke_mm: float) -
 
 
 def bulge_heights(bulges: Sequence[Bulge], position_mm: FloatArray) -> tuple[FloatArray, ...]:
-    """Return height, in mm, and stiffness, in N/mm, of all bulges under the sensors.
+    """Return height in mm and stiffness in N/mm of all bulges under the sensors.
 
     Parameters
     ----------
     position_mm
-        Where the sensors stand, shape (S, K).
+        Positions of the sensors, shape (S, K).
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""What chance brings over one journey along a gut, drawn before it: no decision changes it."""
+"""Draw all random quantities of one journey in advance, so that no decision changes them."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,9 +26,9 @@ class Nodule:
     Attributes
     ----------
     at_mm
-        Its place: the way of sensor 1 from the start until it stands over it.
+        Distance of sensor 1 from the start when it is over the nodule.
     diameter_mm
-        Its diameter.
+        Diameter.
     """
 
     at_mm: float
@@ -37,16 +37,17 @@ class Nodule:
 
 @dataclass(frozen=True)
 class Pass:
-    """What differs from one pass over the gut to the next: the capsule was folded in between.
+    """The random quantities of one pass; the capsule was folded between passes.
 
     Attributes
     ----------
     bulges
         The nodules, as the capsule meets them in this pass.
     holds
-        For how many waves each awn holds the capsule at each nodule once it catches, shape (N S,).
+        Number of waves for which each awn holds the capsule at each nodule once it catches,
+        shape (N S,).
     looseness_mm
-        How far the substructures shift in their seats.
+        Standard deviation of the substructures' shift in their seats.
     """
 
     bulges: tuple[Bulge, ...]
@@ -55,7 +56,7 @@ class Pass:
 
 
 class Chance:
-    """All that chance decides on one journey.
+    """All random quantities of one journey.
 
     Parameters
     ----------
@@ -64,9 +65,9 @@ class Chance:
     seed
         The session's seed.
     name
-        The session's name; with the seed it gives the same journey again.
+        The session's name; the same seed and name give the same journey.
     nodules
-        What lies under the wall.
+        The nodules under the wall.
     sensors
         Number of sensors S.
     samples
@@ -77,15 +78,15 @@ class Chance:
     pressing : Pressing
         The gut and its waves.
     strokes : Strokes
-        Of the unfolded capsule.
+        Strokes of the unfolded capsule.
     folded_mm : (waves,) array
         Stroke of the folded capsule.
     slips_mm : (waves,) array
         Slip back at the end of each wave.
     wander, strength : (S, K) arrays
-        Shift of each seat, of deviation 1, and the strength of its contact.
+        Shift of each seat, with deviation 1, and the strength of its contact.
     unloaded : Unloaded
-        How the sensors read without load.
+        Resistance of the sensors without load.
     """
 
     def __init__(
@@ -101,7 +102,7 @@ class Chance:
         self._names = seed, "journey", name
         advance, rate_hz = phantom.advance, phantom.electronics.rate_hz
         period_s = wave_period(phantom.wall)
-        # Waves may come sooner than the mean.
+        # Draw more waves than the mean period needs, because periods vary.
         waves = int(np.ceil(1.1 * samples / rate_hz / period_s)) + 8
         train = wave_train(phantom.wave, self._draw("waves"), period_s, waves)
         there = train.crests > 0
@@ -138,16 +139,16 @@ class Chance:
         return generator(*self._names, *subject)
 
     def draw_pass(self, number: int) -> Pass:
-        """Draw a pass, numbered from 1.
+        """Draw the random quantities of a pass; passes count from 1.
 
-        The nodules' height against the capsule stays, but for the part that is drawn anew.
+        A nodule's height offset stays the same, except for the fraction that each pass draws.
         """
         contact, advance = self._phantom.contact, self._phantom.advance
         redrawn = self._phantom.folding.height_redrawn
         spread_mm = float(np.hypot(contact.series_offset_mm, contact.height_offset_mm))
         bulges, holds = [], [np.empty(0)]
         for which, nodule in enumerate(self._nodules):
-            # Streams of its own: another nodule changes nothing for this one.
+            # Each nodule has its own streams, so that another nodule does not change this one.
             kept = self._draw("nodule", str(which)).normal(0.0, spread_mm)
             numbers = self._draw("nodule", str(which), "pass", str(number))
             offset_mm = np.sqrt(1 - redrawn) * kept

@@ -1,4 +1,4 @@
-"""Contact between capsule, wall and nodule: how far each substructure is compressed."""
+"""Model the contact between capsule, wall and nodule: the compression of each substructure."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ from capsule.phantom.wall import Wall, cushion_stiffness
 
 @dataclass(frozen=True)
 class Contact:
-    """Stiffness and reach of a substructure, and how its seat against the wall varies.
+    """Stiffness and reach of a substructure, and the variation of its seat against the wall.
 
     Attributes
     ----------
@@ -27,17 +27,16 @@ class Contact:
     bearing_height_mm
         Height of the strip by which the capsule bears on the wall, at most that of the print.
     series_offset_mm
-        Spread, from one series of runs over a nodule to the next, of the nodule's height against
-        the capsule's middle plane: nodule and platform are set up once for a series.
+        Spread of the nodule's height above the capsule's middle plane, from one series of runs to
+        the next. Nodule and platform are set up once per series.
     height_offset_mm
         Spread of that height from run to run within a series.
     stray_probability
-        Probability that the capsule passes the nodule off its height: it stands off by the usual
-        offset and ``stray_mm``.
+        Probability that a run has an additional height offset of ``stray_mm``.
     stray_mm
-        How far a capsule that strays stands off.
+        Additional height offset of such a run.
     coupling_spread
-        Spread of the logarithm of each sensor's touch on the nodule, drawn anew in each run.
+        Spread of the logarithm of each sensor's coupling to the nodule, drawn for each run.
     wander_mm
         Standard deviation of a substructure's slow shift in its seat.
     wander_spread
@@ -62,45 +61,44 @@ class Contact:
 
 
 def sphere_stiffness(wall: Wall, nodule_mm: float) -> float:
-    """Return the stiffness with which the sheet carries a sphere, in N/mm.
+    """Return the stiffness of the sheet under a sphere, in N/mm.
 
-    A sphere that is pressed in to its equator is a punch of its diameter. The silicone around it
-    helps to carry it: ``E d / (1 - nu^2)`` on a deep sheet (I. N. Sneddon, Int. J. Eng. Sci. 3,
-    1965, 47-57). A column below the sphere alone, ``E (pi d^2 / 4) / sheet``, would carry a 1 mm
-    sphere five times too softly; at 5 mm the two agree.
+    A sphere that is pressed in to its equator acts as a punch of its diameter. The silicone around
+    it adds support: ``E d / (1 - nu^2)`` on a deep sheet (I. N. Sneddon, Int. J. Eng. Sci. 3,
+    1965, 47-57). A column below the sphere alone, ``E (pi d^2 / 4) / sheet``, would be five times
+    too soft for a 1 mm sphere; at 5 mm both formulas agree.
     """
     return float(wall.modulus_kpa * 1e-3 * nodule_mm / (1 - wall.poisson_ratio**2))
 
 
 def pressed_bulge(contact: Contact, wall: Wall, nodule_mm: float) -> float:
-    """Return the height of the bulge that is left under the pressing capsule, in mm.
+    """Return the height of the bulge that remains under the pressing capsule, in mm.
 
-    A sphere of diameter d lifts the thin free wall by d, but only below itself. The capsule's tip
-    rests on the sphere and on the wall around it, two springs side by side, and stands at the mean
-    of their heights weighted by their stiffness: ``d k_sphere / (k_sphere + k_wall)``. So a small
-    sphere sinks away and a large one stands firm.
+    A sphere of diameter d lifts the free wall by d, but only above the sphere. The capsule's tip
+    rests on the sphere and on the wall around it, which are two parallel springs. The height is the
+    mean of their heights, weighted by stiffness: ``d k_sphere / (k_sphere + k_wall)``. So the
+    capsule presses a small sphere down more than a large one.
     """
     sphere = sphere_stiffness(wall, nodule_mm)
     return nodule_mm * sphere / (sphere + cushion_stiffness(wall, contact.patch_mm2))
 
 
 def bulge_width(contact: Contact, wall: Wall, origami: Origami, nodule_mm: float) -> float:
-    """Return the standard deviation along the gut of the bulge as a substructure feels it, in mm.
+    """Return the bulge's standard deviation along the gut, as a substructure feels it, in mm.
 
-    The sphere below the wall is felt through the wall and by the rounded tip, so half its width is
-    about radius + wall + tip radius, taken as two standard deviations; the substructure's own
-    reach adds to it.
+    A rounded tip touches the sphere through the wall, so half the width is about radius + wall +
+    tip radius. This counts as two standard deviations. The substructure's own reach adds to it.
     """
     half_width_mm = nodule_mm / 2 + wall.wall_mm + origami.tip_radius_mm
     return float(np.hypot(half_width_mm / 2, contact.reach_mm))
 
 
 def height_factor(contact: Contact, nodule_mm: float, offset_mm: float) -> float:
-    """Return the part of a nodule's contact that is left when it lies above or below the capsule.
+    """Return the fraction of a nodule's contact that remains with a height offset.
 
-    Seen along the way of pressing, the nodule is a disc and the capsule bears on it by a strip.
-    What counts is the disc's area within the strip, compared with a nodule at the strip's middle.
-    So a badly set platform misses a small nodule and still touches a large one.
+    Seen in the direction of pressing, the nodule is a disc, and the capsule bears on a strip. The
+    fraction is the disc's area within the strip, divided by the area without offset. So a badly
+    adjusted platform misses a small nodule but still touches a large one.
 
     Parameters
     ----------
@@ -112,7 +110,7 @@ def height_factor(contact: Contact, nodule_mm: float, offset_mm: float) -> float
     radius, half_strip = nodule_mm / 2, contact.bearing_height_mm / 2
 
     def below(edge_mm: float) -> float:
-        # Part of the disc's area below a horizontal line at this height over its centre.
+        # Fraction of the disc's area below a horizontal line at this height over the centre.
         line = np.clip(edge_mm / radius, -1.0, 1.0)
         return float(0.5 + (line * np.sqrt(1 - line**2) + np.arcsin(line)) / np.pi)
 
@@ -121,10 +119,10 @@ def height_factor(contact: Contact, nodule_mm: float, offset_mm: float) -> float
 
 
 def stray_offset(contact: Contact, generator: np.random.Generator) -> float:
-    """Return by how much further one run passes the nodule off its height, in mm.
+    """Return the additional height offset of one run, in mm; mostly 0.
 
-    The capsule may ride up on the platform, or the sphere roll aside under the wall. Such a run
-    touches a large nodule in part and passes a small one by without touch.
+    The capsule may ride up on the platform, or the sphere may roll aside under the wall. Such a run
+    touches a large nodule in part, and does not touch a small one.
     """
     return float(contact.stray_mm * (generator.random() < contact.stray_probability))
 
@@ -137,32 +135,32 @@ def bulge_profile(height_mm: float, width_mm: float, distance_mm: FloatArray) ->
 def compression(
     contact: Contact, wall: Wall, overlap_mm: FloatArray, sphere_n_mm: FloatArray | float = 0.0
 ) -> FloatArray:
-    """Return how far half a substructure yields to a wall that overlaps it, in mm.
+    """Return the compression of half a substructure by a wall that overlaps it, in mm.
 
-    Wall and substructure are two springs in series and share the overlap; a sphere below the tip
-    adds its stiffness to the wall's. The fold gives way until it is closed.
+    Wall and substructure are two springs in series that share the overlap. A sphere below the tip
+    adds its stiffness to the wall's. The fold yields until it is closed.
 
     Parameters
     ----------
     overlap_mm
-        How far the wall would reach into the relaxed substructure.
+        Depth to which the wall would reach into the relaxed substructure.
     sphere_n_mm
         Stiffness of the sphere below the tip.
     """
     support = cushion_stiffness(wall, contact.patch_mm2) + sphere_n_mm
     share = support / (support + contact.unit_stiffness_n_mm)
     free = share * overlap_mm
-    # Free below the limit, stopped by the closed fold above it, with a short rounded transition.
+    # Linear below the limit and constant above it, where the fold is closed; smooth in between.
     return free / (1 + (free / contact.fold_limit_mm) ** 4) ** 0.25
 
 
 def seat_wander(
     contact: Contact, generator: np.random.Generator, sensors: int, samples: int, rate_hz: float
 ) -> FloatArray:
-    """Return the slow shift of each substructure in its seat, of deviation 1: shape (S, K).
+    """Return the slow shift of each substructure in its seat, with deviation 1: shape (S, K).
 
-    White noise smoothed by a Gaussian of the correlation time. How far the seat shifts in mm, each
-    run's `looseness` says.
+    The shift is white noise, smoothed by a Gaussian of the correlation time. Each run's `looseness`
+    scales it to mm.
     """
     frequencies = np.fft.rfftfreq(2 * samples, 1 / rate_hz)
     gain = np.exp(-0.5 * (np.pi * frequencies * contact.wander_time_s) ** 2)
@@ -170,5 +168,5 @@ def seat_wander(
 
 
 def looseness(contact: Contact, generator: np.random.Generator) -> float:
-    """Return how far the substructures shift in their seats in one run, as a deviation in mm."""
+    """Return the standard deviation of the shift of the seats in one run, in mm."""
     return float(contact.wander_mm * np.exp(generator.normal(0.0, contact.wander_spread)))

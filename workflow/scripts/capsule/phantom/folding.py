@@ -1,4 +1,4 @@
-"""How the origami folds, and what peristalsis then does to it: assumed, nothing was measured."""
+"""Model the folded capsule and its motion. All values are assumed; nothing was measured."""
 
 from dataclasses import dataclass
 
@@ -10,24 +10,24 @@ from capsule.phantom.advance import stick_and_slip
 
 @dataclass(frozen=True)
 class Folding:
-    """The folded capsule, and what differs from one pass over a place to the next.
+    """Parameters of the folded capsule, and of the differences between passes over a place.
 
     Attributes
     ----------
     half_width_mm
-        Distance from the capsule's axis to the tips of its awns when it is folded.
+        Distance from the folded capsule's axis to the tips of its awns.
     speed_mm_s
-        Mean speed of the folded capsule; below 0 the waves push it back.
+        Mean speed of the folded capsule; negative if the waves push it back.
     stroke_spread
         Spread of the logarithm of a folded stroke, from wave to wave.
     stick_probability
-        Probability that a wave does not move the folded capsule: it slips past.
+        Probability that a wave slips past the folded capsule without moving it.
     fold_s
         Time in which the origami folds, or unfolds; meanwhile no wave moves it.
     signal_left
-        Part of the compression that the sensors still show when folded.
+        Fraction of the compression that the sensors still show when folded.
     height_redrawn
-        Part of a nodule's height against the capsule that is drawn anew in each pass, 0..1.
+        Fraction, 0..1, of the variance of a nodule's height offset that is drawn for each pass.
     drift_return_s
         Time constant with which the drift of the sensors returns, over the hours of a session.
     """
@@ -43,20 +43,20 @@ class Folding:
 
 
 def reach(folding: Folding, unfolded_mm: float, folded: FloatArray) -> FloatArray:
-    """Return the half width of an origami that is folded in part, in mm.
+    """Return the half width of a partly folded origami, in mm.
 
     Parameters
     ----------
     unfolded_mm
         Half width of the unfolded origami.
     folded
-        Part of the way to folded, 0..1, any shape.
+        Degree of folding, from 0 (unfolded) to 1 (folded), any shape.
     """
     return unfolded_mm + folded * (folding.half_width_mm - unfolded_mm)
 
 
 def shown(folding: Folding, folded: FloatArray) -> FloatArray:
-    """Return the part of its compression that an origami shows that is folded in part."""
+    """Return the fraction of its compression that a partly folded origami shows."""
     return 1 - folded * (1 - folding.signal_left)
 
 
@@ -67,7 +67,7 @@ def folded_strokes(
     waves: int,
     carried: BoolArray | bool = True,
 ) -> FloatArray:
-    """Draw how far each wave would push the folded capsule, in mm: shape (waves,).
+    """Draw the distance that each wave moves the folded capsule, in mm: shape (waves,).
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def folded_strokes(
     waves
         Number of waves.
     carried
-        Whether there is a wave at all, shape (waves,).
+        Whether each wave has a crest, shape (waves,).
     """
     factors, moves, mean = stick_and_slip(
         generator, folding.stroke_spread, folding.stick_probability, carried, waves

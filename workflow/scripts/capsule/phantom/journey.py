@@ -1,4 +1,4 @@
-"""A capsule that travels along a gut, wave by wave, and folds and unfolds when it is told to."""
+"""Simulate a capsule that travels along a gut, wave by wave, and folds and unfolds on command."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -17,12 +17,12 @@ from capsule.phantom.sensor import Polymer, Unloaded, counts, loaded_resistance
 from capsule.phantom.wall import wave_period
 from capsule.phantom.wave import cam_time
 
-# In this time the peristalsis board's steepest ramp, 100 mm/s^2, brings a wave of 25 mm/s to rest.
+# The peristalsis board's steepest ramp, 100 mm/s^2, stops a wave of 25 mm/s in this time.
 _RAMP_S = 0.25
 
 
 class Fate(Protocol):
-    """What chance brings over a journey, as `capsule.phantom.chance.Chance` draws it."""
+    """The random quantities of a journey, as `capsule.phantom.chance.Chance` draws them."""
 
     pressing: Pressing
     strokes: Strokes
@@ -33,12 +33,12 @@ class Fate(Protocol):
     unloaded: Unloaded
 
     def draw_pass(self, number: int) -> Pass:
-        """Draw a pass, numbered from 1."""
+        """Draw the random quantities of a pass; passes count from 1."""
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """Some samples of a journey.
+    """Consecutive samples of a journey.
 
     Attributes
     ----------
@@ -47,11 +47,11 @@ class Stretch:
     counts
         Readings of the converter, integers, shape (S, K).
     wave_mm
-        How far the drive has carried the wave, from where a crest stands at place 0: shape (K,).
+        Distance that the drive has carried the wave since a crest was at place 0, shape (K,).
     folded
-        Part of the way to folded, 0..1, shape (K,).
+        Degree of folding, from 0 (unfolded) to 1 (folded), shape (K,).
     head_mm
-        Way of sensor 1 from the start: the truth that no controller sees, shape (K,).
+        True distance of sensor 1 from the start, shape (K,). No controller may use it.
     """
 
     time_s: FloatArray
@@ -62,20 +62,21 @@ class Stretch:
 
 
 class Journey:
-    """A capsule between two walls.
+    """A simulated capsule between two walls.
 
-    Unfolded, each wave carries it forward by a stroke; folded, by a stroke of another length,
-    usually backward; while it folds or unfolds no wave moves it. It cannot leave the gut at its
-    start. At its end it stops. Where the wave is stopped, it stays.
+    Each wave carries the unfolded capsule forward by a stroke. A wave carries the folded capsule
+    by a stroke of another length, usually backward. While the capsule folds or unfolds, no wave
+    moves it. The capsule cannot leave the gut at its start, and it stops at its end. If the wave
+    stops, the capsule stays where it is.
 
     Parameters
     ----------
     phantom
         The bench.
     fate
-        What chance brings.
+        The random quantities of the journey.
     length_mm
-        Where the gut ends.
+        Position of the gut's end.
     """
 
     def __init__(self, phantom: Phantom, fate: Fate, length_mm: float) -> None:
@@ -92,13 +93,13 @@ class Journey:
         self._passes = 1
         self._pass = fate.draw_pass(1)
         self._holds = self._pass.holds
-        # Of the present leg: its wave and way of moving, where it began, and how far it goes.
+        # The current leg: its wave and degree of folding, its start, and its distances.
         self._leg: tuple[int, float] | None = None
         self._from_mm = self._head_mm = self._moved_mm = self._slip_mm = self._part = 0.0
 
     @property
     def samples_left(self) -> int:
-        """How many more samples chance was drawn for."""
+        """Number of further samples for which random quantities exist."""
         left: int = self._fate.wander.shape[1] - self._sample
         return left
 
@@ -112,7 +113,7 @@ class Journey:
         self._folding = True
 
     def unfold(self) -> None:
-        """Begin to unfold; the capsule takes a new seat, and so begins a new pass."""
+        """Begin to unfold; the capsule settles in a new seat, which begins a new pass."""
         if self._folding:
             self._passes += 1
             self._pass = self._fate.draw_pass(self._passes)
@@ -120,16 +121,16 @@ class Journey:
         self._folding = False
 
     def stop_wave(self) -> None:
-        """Begin to stop the wave, for good."""
+        """Begin to stop the wave; it does not start again."""
         self._stopped_s = min(self._stopped_s, self._sample / self._phantom.electronics.rate_hz)
 
     def bend(self, folded: float) -> None:
-        """Have the origami folded so far by the next samples: a motor outside moves it.
+        """Set the degree of folding that the next samples reach, for an origami moved by a motor.
 
         Parameters
         ----------
         folded
-            Part of the way to folded, 0..1.
+            Degree of folding, from 0 (unfolded) to 1 (folded).
         """
         if folded > self._folded:
             self.fold()
@@ -138,7 +139,7 @@ class Journey:
         self._bent = folded
 
     def advance(self, samples: int) -> Stretch:
-        """Let some time pass.
+        """Simulate the next samples.
 
         Parameters
         ----------
@@ -172,13 +173,13 @@ class Journey:
         return Stretch(time_s, readings, wave_mm, folded, head_mm)
 
     def _drive_time(self, time_s: FloatArray) -> FloatArray:
-        """Return for how long a drive that never stops would have run, in seconds: shape (K,)."""
+        """Return the time in s that an unstopped drive needs for the same distance: shape (K,)."""
         ramping_s = np.clip(time_s - self._stopped_s, 0.0, _RAMP_S)
         slower_s = ramping_s - ramping_s**2 / (2 * _RAMP_S)
         return np.minimum(time_s, self._stopped_s) + slower_s
 
     def _fold_on(self, samples: int, rate_hz: float) -> FloatArray:
-        """Return how far the origami is folded at each sample: at a constant speed."""
+        """Return the degree of folding at each sample; the origami folds at a constant speed."""
         if self._bent is not None:
             folded = np.linspace(self._folded, self._bent, samples + 1)[1:]
             self._folded = self._bent
@@ -190,10 +191,10 @@ class Journey:
         return folded
 
     def _move_on(self, cams_s: FloatArray, folded: FloatArray) -> FloatArray:
-        """Return where the head stands at each sample, in mm."""
+        """Return the position of the head at each sample, in mm."""
         number, part = np.divmod(cams_s / self._period_s, 1.0)
         number = number.astype(int)
-        # Only wholly unfolded, 0, and wholly folded, 1, it is moved.
+        # Waves move the capsule only if it is fully unfolded (0) or fully folded (1).
         way = np.where((folded > 0) & (folded < 1), 0.5, folded)
         begins = np.flatnonzero((np.diff(number) != 0) | (np.diff(way) != 0)) + 1
         head_mm = np.empty(cams_s.size)
@@ -210,10 +211,10 @@ class Journey:
         return head_mm
 
     def _begin_leg(self, leg: tuple[int, float], part: float) -> None:
-        """Begin a wave, or another way of moving in the middle of one."""
+        """Begin a new leg: at a new wave, or when folding changes the motion within a wave."""
         wave, folded = leg
         same_wave = self._leg is not None and self._leg[0] == wave
-        # Where the leg before would have ended with its wave, whatever moment a sample shows.
+        # A new wave begins where the previous leg ends with its wave, not at the last sample.
         self._from_mm = self._head_mm if same_wave else self._from_mm + self._rest_mm()
         self._leg, self._part = leg, part if same_wave else 0.0
         self._moved_mm = self._slip_mm = 0.0
@@ -230,6 +231,6 @@ class Journey:
             self._moved_mm = max(float(self._fate.folded_mm[wave]), -self._from_mm)
 
     def _rest_mm(self) -> float:
-        """Return how far the present leg leads by the end of its wave, in mm."""
+        """Return the distance that remains in the current leg until the end of its wave, in mm."""
         begun = float(carried_part(self._phantom.advance, np.float64(self._part)))
         return (1 - begun) * self._moved_mm - self._slip_mm

@@ -1,4 +1,4 @@
-"""The phantom's parameters: one value object, made from a table that says where each is from."""
+"""Hold the simulated phantom's parameters, and read them from tables with their sources."""
 
 import difflib
 import re
@@ -17,13 +17,13 @@ from capsule.phantom.wall import Wall
 from capsule.phantom.wave import Wave
 
 SOURCES = ("paper", "data sheet", "calibrated", "assumed", "absent")
-# The sentence at the head of a bench's file.
+# The key of the sentence at the head of a bench's file.
 EXPLAINS = "explains"
 
 
 @dataclass(frozen=True)
 class Phantom:
-    """All parameters of the bench, by part."""
+    """All parameters of the simulated bench, by part."""
 
     origami: Origami
     wall: Wall
@@ -43,7 +43,7 @@ def parameter_names() -> list[str]:
 
 
 def phantom_from_table(table: Mapping[str, Any]) -> Phantom:
-    """Return the phantom described by a table of parts, parameters and their values.
+    """Return the phantom that a table of parts and parameters describes.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def phantom_from_table(table: Mapping[str, Any]) -> Phantom:
     Raises
     ------
     CapsuleError
-        A parameter is unknown, missing, without value, unit or source, or no number.
+        If a parameter is unknown, missing, not a number, or without value, unit or source.
     """
     if not isinstance(table, Mapping):
         raise CapsuleError("the table of the phantom is empty; it needs parts with parameters")
@@ -79,15 +79,15 @@ def phantom_from_table(table: Mapping[str, Any]) -> Phantom:
 
 
 def bench_table(table: Mapping[str, Any], bench: Any) -> dict[str, dict[str, Any]]:  # noqa: ANN401
-    """Return the table of a bench that is written as its differences from another.
+    """Return the full table of a bench whose file lists only the differences.
 
     Parameters
     ----------
     table
         The phantom's table, as `phantom_from_table` takes it.
     bench
-        What a bench's file holds: ``explains``, a sentence that says which explanation of the
-        paper's table it is, and those parts and parameters that differ.
+        Content of the bench's file: ``explains``, a sentence on how this bench explains the
+        paper's table, and the parts and parameters that differ.
 
     Returns
     -------
@@ -97,7 +97,7 @@ def bench_table(table: Mapping[str, Any], bench: Any) -> dict[str, dict[str, Any
     Raises
     ------
     CapsuleError
-        The sentence is missing; a parameter is unknown, has another unit or no whole entry.
+        If the sentence is missing, or a parameter is unknown, incomplete or has another unit.
     """
     if not isinstance(bench, Mapping) or not isinstance(bench.get(EXPLAINS), str):
         raise CapsuleError(
@@ -120,7 +120,7 @@ def bench_table(table: Mapping[str, Any], bench: Any) -> dict[str, dict[str, Any
 
 
 def bench_parts(bench: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the parts of a bench: all that its file holds beside its sentence."""
+    """Return the parts in a bench's file: all entries except the sentence."""
     return {part: entries for part, entries in bench.items() if part != EXPLAINS}
 
 
@@ -135,7 +135,7 @@ def with_values(phantom: Phantom, values: Mapping[str, float]) -> Phantom:
     Raises
     ------
     CapsuleError
-        A name is unknown; the message gives the nearest right one.
+        If a name is unknown; the message gives the nearest known name.
     """
     for name, value in values.items():
         _check_known(name)
@@ -154,19 +154,20 @@ def value_of(phantom: Phantom, name: str) -> float:
 
 
 def rewritten(text: str, values: Mapping[str, float]) -> str:
-    """Return the text of a table with new values; comments and order stay.
+    """Return a table's text with new values; comments and order stay.
 
     Parameters
     ----------
     text
-        The YAML text: parts at the margin, one line a parameter, ``key: {value: 1.0, ...}``.
+        The YAML text, with parts at the margin and one line per parameter:
+        ``key: {value: 1.0, ...}``.
     values
         New values by ``part.parameter``.
 
     Raises
     ------
     CapsuleError
-        A parameter has no such line.
+        If a parameter has no such line.
     """
     pending, lines, part = dict(values), [], ""
     for line in text.splitlines(keepends=True):

@@ -1,4 +1,4 @@
-"""How hard both walls press each substructure: wave, uneven walls, nodules and shifting seats."""
+"""Compute how both walls compress each substructure: wave, uneven walls, nodules, seats."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,9 +18,9 @@ class UnevenWalls:
     Attributes
     ----------
     rough
-        How uneven they are, in parts of the usual unevenness.
+        Factor on the usual unevenness.
     nodule_side, other_side
-        The wall over the nodules, and the one across.
+        The wall with the nodules, and the wall opposite.
     """
 
     rough: float
@@ -30,7 +30,7 @@ class UnevenWalls:
 
 @dataclass(frozen=True)
 class Pressing:
-    """What presses a capsule, wherever it stands.
+    """All that presses a capsule at any position and time.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class Pressing:
         bulges
             The nodules.
         position_mm
-            Where the sensors stand, shape (S, K).
+            Positions of the sensors, shape (S, K).
         time_s
             Times of the samples, shape (K,).
         half_width_mm
@@ -80,7 +80,7 @@ class Pressing:
         nodule_side = walls.rough * uneven_height(wall, walls.nodule_side, position_mm)
         other_side = walls.rough * uneven_height(wall, walls.other_side, position_mm)
         heights, spheres = bulge_heights(bulges, position_mm)
-        # A seat that shifts towards one wall moves away from the other.
+        # A substructure that shifts towards one wall moves away from the other wall.
         near_mm = wave_mm + nodule_side + heights + wander_mm
         near = strength * overlap(wall, half_width_mm, near_mm)
         far = strength * overlap(wall, half_width_mm, wave_mm + other_side - wander_mm)

@@ -1,6 +1,6 @@
-"""What a printed conductive sensor does beside following its load: pure functions on arrays.
+"""Model the imperfections of a printed conductive sensor, such as lag, hysteresis and jumps.
 
-Each is the identity, or adds nothing, where its strength is 0.
+With a strength of 0, each function leaves its signal unchanged or adds nothing.
 """
 
 from itertools import accumulate
@@ -18,8 +18,8 @@ def low_pass(
     Parameters
     ----------
     before
-        Response at the sample before, shape (S, 1); without it the signal rested at its first
-        value.
+        Response at the previous sample, shape (S, 1). If it is not given, the signal was constant
+        before.
     """
     samples = signal.shape[-1]
     if time_constant_s <= 0:
@@ -35,11 +35,11 @@ def low_pass(
 def play(
     compression_mm: FloatArray, width_mm: float, before: FloatArray | None = None
 ) -> FloatArray:
-    """Return what a play operator (backlash) holds while it follows a load, in mm: shape (S, K).
+    """Return the output of a play operator (backlash) that follows a load, in mm: shape (S, K).
 
-    It follows only once the load has turned back by the whole width, so loading and unloading take
-    different ways, at any speed (M. A. Krasnosel'skii and A. V. Pokrovskii, Systems with
-    Hysteresis, 1989).
+    After the load turns back, the output moves only once the load has moved by the whole width. So
+    loading and unloading take different paths, at any speed (M. A. Krasnosel'skii and
+    A. V. Pokrovskii, Systems with Hysteresis, 1989).
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def play(
     width_mm
         Width of the play: the loop's width along the load.
     before
-        What it held at the sample before, shape (S, 1); without it, the first compression.
+        Output at the previous sample, shape (S, 1); the first compression if not given.
     """
     half = width_mm / 2
 
@@ -61,7 +61,7 @@ def play(
 
 
 def hysteresis(compression_mm: FloatArray, held_mm: FloatArray, share: float) -> FloatArray:
-    """Return the compression of which a share, 0..1, has the play that `play` follows it with."""
+    """Return the mean of compression and output of `play`; the latter has the weight `share`."""
     return (1 - share) * compression_mm + share * held_mm
 
 
@@ -72,29 +72,29 @@ def release_peak(
     rate_hz: float,
     before: tuple[FloatArray, FloatArray] | None = None,
 ) -> FloatArray:
-    """Return what a sensor shows beside its load as it is released, in mm: shape (S, K).
+    """Return the second peak that a sensor shows when it is released, in mm: shape (S, K).
 
-    While the polymer springs back its network of carbon is disturbed once more, in proportion to
-    the speed of release, and recovers with a time constant: a second peak after the first.
+    When the polymer springs back, its carbon network is disturbed again, in proportion to the speed
+    of release. It recovers with a time constant.
 
     Parameters
     ----------
     compression_mm
         Compression, shape (S, K).
     strength
-        Height of the second peak, in parts of a compression that is released at once.
+        Height of the second peak, as a fraction of a compression that is released at once.
     time_s
-        Time in which it decays.
+        Time constant of its decay.
     rate_hz
         Sampling rate.
     before
-        Compression and second peak at the sample before, each of shape (S, 1).
+        Compression and second peak at the previous sample, each of shape (S, 1).
     """
     if strength == 0:
         return np.zeros_like(compression_mm)
     load, peak = (compression_mm[:, :1], None) if before is None else before
     released = np.maximum(-np.diff(compression_mm, prepend=load), 0.0)
-    # The low-pass gives a sudden release the height 1 - decay.
+    # The low-pass turns a sudden release into a peak of height 1 - decay; scale it to 1.
     height = 1 - np.exp(-1 / (rate_hz * time_s))
     rest = None if peak is None else peak * height / strength
     peaks: FloatArray = strength * low_pass(released, time_s, rate_hz, rest) / height
@@ -102,9 +102,9 @@ def release_peak(
 
 
 def crosstalk(signal: FloatArray, share: float) -> FloatArray:
-    """Return the signals with a share of each neighbour's added: shape (S, K).
+    """Return the signals with a share of each neighbour's signal added: shape (S, K).
 
-    Neighbours are glued and wired side by side, so that one that is pressed strains the next.
+    Neighbours are glued together, so a pressed substructure strains the next one.
     """
     if share == 0:
         return signal
@@ -122,17 +122,17 @@ def base_line_jumps(
     recovery_s: float,
     rate_hz: float,
 ) -> FloatArray:
-    """Return how far each sensor's base line has jumped, relative to its resistance: shape (S, K).
+    """Return the jumps of each sensor's base line, relative to its resistance: shape (S, K).
 
-    A joint that works loose or a crack that opens changes the resistance at once; the polymer
-    creeps back. Jumps come at random (Poisson) moments, in each sensor at its own.
+    A joint that loosens or a crack that opens changes the resistance at once. The polymer then
+    creeps back. Jumps are random (Poisson) and independent between sensors.
 
     Parameters
     ----------
     shape
         Sensors S and samples K.
     jumps_per_s
-        Mean number of jumps of a sensor a second.
+        Mean number of jumps per sensor and second.
     size
         Standard deviation of a jump.
     recovery_s
@@ -143,7 +143,7 @@ def base_line_jumps(
     jumped = generator.random(shape) < jumps_per_s / rate_hz
     steps = np.where(jumped, generator.normal(0.0, size, shape), 0.0)
     decay = np.exp(-1 / (rate_hz * recovery_s))
-    # The low-pass gives a sudden step the height 1 - decay; before the run nothing had jumped.
+    # The low-pass scales a sudden step by 1 - decay. There is no jump before the run.
     steps[:, 0] = 0.0
     jumps: FloatArray = low_pass(steps, recovery_s, rate_hz) / (1 - decay)
     return jumps

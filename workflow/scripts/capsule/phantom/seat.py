@@ -1,4 +1,4 @@
-"""How firmly each substructure is seated between the walls, along a run."""
+"""Model how firmly each substructure sits between the walls during a run."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from capsule.arrays import FloatArray, IntArray
 
 @dataclass(frozen=True)
 class Seat:
-    """How the strength of the contact wanders; 1 is the strength with which the run began.
+    """Variation of the contact's strength; 1 is its typical strength.
 
     Attributes
     ----------
@@ -18,10 +18,9 @@ class Seat:
     strength_run_spread
         Spread of the logarithm of that spread, from run to run.
     strength_time_s
-        Time over which the strength wanders.
+        Correlation time of the strength.
     reseat_spread
-        Spread of the logarithm of the strength that each substructure takes on whenever the
-        capsule slips back.
+        Spread of the logarithm of each substructure's new strength after the capsule slips back.
     """
 
     strength_spread: float
@@ -38,8 +37,8 @@ def shaped_noise(
     Parameters
     ----------
     gain
-        Gain at the frequencies of ``rfftfreq(2 * samples)``, shape (samples + 1,). Twice the
-        samples are drawn, so that the end of a run does not know of its beginning.
+        Gain at the frequencies of ``rfftfreq(2 * samples)``, shape (samples + 1,). The noise has
+        twice the samples, so that the end of a run is independent of its beginning.
     """
     noise = generator.standard_normal((sensors, 2 * samples))
     smooth = np.fft.irfft(np.fft.rfft(noise) * gain, 2 * samples)[:, :samples]
@@ -56,8 +55,8 @@ def wandering_strength(
 ) -> FloatArray:
     """Return the strength of each substructure's contact over time: shape (S, K).
 
-    Its logarithm is a first-order (Ornstein-Uhlenbeck) noise of its own in each sensor: it has no
-    typical shape, as of a capsule that tilts, turns and creeps between soft walls.
+    Its logarithm is first-order (Ornstein-Uhlenbeck) noise, independent for each sensor. It stands
+    for a capsule that tilts, turns and creeps between soft walls.
     """
     if seat.strength_spread == 0:
         return np.ones((sensors, samples))
@@ -76,9 +75,9 @@ def reseated_strength(
     slips_mm: FloatArray,
     wave: IntArray,
 ) -> FloatArray:
-    """Return the strength of each substructure's contact as slips change it: shape (S, K).
+    """Return the factor of slips on each substructure's contact strength: shape (S, K).
 
-    A slip moves the awns to other places of the wall, where each finds a seat of its own.
+    A slip moves the awns to other places of the wall, where each awn finds a new seat.
 
     Parameters
     ----------

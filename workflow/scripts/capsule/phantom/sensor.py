@@ -1,4 +1,4 @@
-"""From compression to counts: piezoresistive substructure, voltage divider, analogue converter."""
+"""Convert compression to counts: piezoresistive substructure, voltage divider and ADC."""
 
 from dataclasses import dataclass
 
@@ -17,7 +17,7 @@ from capsule.phantom.response import (
 
 @dataclass(frozen=True)
 class Sensor:
-    """A substructure as a resistor.
+    """Parameters of a substructure as a resistor.
 
     Attributes
     ----------
@@ -36,8 +36,8 @@ class Sensor:
     creep_s
         Time constant of the slow part.
     settling
-        Spread of the relative change of resistance, common to all sensors, while they settle after
-        the capsule was set in and the first waves pressed it.
+        Spread of the relative change of resistance while the sensors settle, after the capsule is
+        inserted and the first waves press it. It is common to all sensors.
     settling_s
         Time constant of that settling.
     settling_spread
@@ -47,21 +47,22 @@ class Sensor:
     noise
         Relative noise of a reading.
     hysteresis
-        Part of the response that has play: it follows a load only after it has turned back.
+        Fraction of the response that has play (`capsule.phantom.response.play`).
     hysteresis_mm
         Width of that play.
     release_peak
-        Height of the second peak on release, in parts of a compression that is released at once.
+        Height of the second peak on release, as a fraction of a compression that is released at
+        once.
     release_s
-        Time in which that peak decays.
+        Time constant of that peak's decay.
     crosstalk
-        Part of a sensor's response that its neighbours show as well.
+        Fraction of a sensor's response that its neighbours also show.
     jump
         Spread of the jumps of a sensor's base line, relative to its resistance.
     jump_run_spread
         Spread of the logarithm of that size, from run to run.
     jumps_per_s
-        Mean number of such jumps a second.
+        Mean number of such jumps per second.
     jump_s
         Time constant with which the base line returns after a jump.
     """
@@ -91,7 +92,7 @@ class Sensor:
 
 @dataclass(frozen=True)
 class Electronics:
-    """The voltage divider and the converter.
+    """Parameters of the voltage divider and the converter (ADC).
 
     Attributes
     ----------
@@ -112,16 +113,16 @@ class Electronics:
 
 
 class Polymer:
-    """What the sensors' polymer makes of its load; it remembers what it has felt.
+    """The response of the sensors' polymer to its load, with the memory of past loads.
 
-    Compression brings the carbon particles closer, up to saturation; the polymer follows quickly
-    in part and slowly in part. Play, a second peak on release and crosstalk come on top where they
-    are switched on.
+    Compression brings the carbon particles closer together, up to saturation. One part of the
+    response is quick, and the other part creeps. Play, a second peak on release, and crosstalk
+    add to it if they are switched on.
 
     Parameters
     ----------
     sensor
-        Its parameters.
+        Parameters of the sensor.
     rate_hz
         Sampling rate.
     """
@@ -132,7 +133,7 @@ class Polymer:
         self._felt = self._held = self._peak = self._quick = self._slow = nothing
 
     def follow(self, compression_mm: FloatArray) -> FloatArray:
-        """Return what the sensors follow of the next samples, in mm: shape (S, K).
+        """Return the response to the next samples, in mm of compression: shape (S, K).
 
         Parameters
         ----------
@@ -160,14 +161,14 @@ class Polymer:
 
 @dataclass(frozen=True)
 class Unloaded:
-    """How the sensors read without load, over one journey.
+    """The sensors' resistance without load over one journey.
 
     Attributes
     ----------
     rest_ohm
         Resistance at rest, shape (S, 1).
     change
-        Relative change of it: drift, settling, noise and jumps, shape (S, K).
+        Relative change from drift, settling, noise and jumps, shape (S, K).
     """
 
     rest_ohm: FloatArray
@@ -181,7 +182,7 @@ def draw_unloaded(
     rate_hz: float,
     drift_return_s: float = 0.0,
 ) -> Unloaded:
-    """Draw how the sensors read without load: mounting, temperature and wear make them drift.
+    """Draw the sensors' resistance without load, which drifts with mounting, temperature and wear.
 
     Parameters
     ----------
@@ -190,26 +191,26 @@ def draw_unloaded(
     rate_hz
         Sampling rate.
     drift_return_s
-        Time constant with which the drift returns to 0; with 0 it is a random walk, as within the
-        minute or two of a run.
+        Time constant with which the drift returns to 0. With 0, the drift is a random walk, which
+        suits a run of one or two minutes.
     """
     sensors, samples = shape
     time_s = np.arange(samples) / rate_hz
     rest = sensor.resistance_ohm * np.exp(
         generator.normal(0.0, sensor.resistance_spread, (sensors, 1))
     )
-    # Of one material and pressed by the same waves from the same moment on, they settle alike.
+    # All sensors settle alike: same material, same waves, same start.
     size = sensor.settling * np.exp(generator.normal(0.0, sensor.settling_spread))
     settling = generator.normal(0.0, size) * np.exp(-time_s / sensor.settling_s)
     steps = generator.standard_normal((sensors, samples)) * sensor.drift_per_s / np.sqrt(rate_hz)
     noise = sensor.noise * generator.standard_normal((sensors, samples))
-    # Drawn last: where nothing jumps, all else is as it was.
+    # Draw the jumps last, so that they do not change the other draws.
     size = sensor.jump * np.exp(generator.normal(0.0, sensor.jump_run_spread))
     jumps = base_line_jumps(
         generator, (sensors, samples), sensor.jumps_per_s, size, sensor.jump_s, rate_hz
     )
     if drift_return_s > 0:
-        # The low-pass gives a step the height 1 - decay, and no step came before the first.
+        # The low-pass scales a step by 1 - decay. There is no step before the first sample.
         height = 1 - np.exp(-1 / (drift_return_s * rate_hz))
         drift = low_pass(steps, drift_return_s, rate_hz, np.zeros((sensors, 1))) / height
     else:
@@ -220,7 +221,7 @@ def draw_unloaded(
 def loaded_resistance(
     sensor: Sensor, rest_ohm: FloatArray, change: FloatArray, followed_mm: FloatArray
 ) -> FloatArray:
-    """Return the resistance of each sensor, in ohm: compression lowers it.
+    """Return the resistance of each sensor in ohm; compression lowers it.
 
     Parameters
     ----------
@@ -229,7 +230,7 @@ def loaded_resistance(
     followed_mm
         From `Polymer.follow`, shape (S, K).
     """
-    # No resistance can fall below zero, however wild the parameters.
+    # Extreme parameters must not give a negative resistance.
     return rest_ohm * np.maximum(1 + (change - sensor.gauge_per_mm * followed_mm), 0.0)
 
 
@@ -254,7 +255,7 @@ def resistance(
 def counts(electronics: Electronics, resistance_ohm: FloatArray) -> IntArray:
     """Return the converter's reading of the voltage across each sensor: integers of shape (S, K).
 
-    The silicon converts ``floor(V 2^bits / Vref)`` and stays at its highest code above that.
+    The reading is ``floor(V 2^bits / Vref)``, at most the highest code.
     """
     steps = 2**electronics.adc_bits
     voltage_v = electronics.vref_v * resistance_ohm / (resistance_ohm + electronics.series_ohm)

@@ -1,4 +1,4 @@
-"""One simulated run: the capsule's way, the wall under each sensor, and what the board reads."""
+"""Simulate one run: the capsule's motion, the wall under each sensor, and the readings."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -24,16 +24,16 @@ from capsule.phantom.wave import cam_time, wave_train
 from capsule.recording import Recording
 from capsule.seeding import generator
 
-# Raise it whenever the same seed gives other bytes.
+# Raise the version whenever the same seed gives other bytes.
 SIMULATOR_VERSION = "5"
 SENSORS = 4
-# A fixed date: a simulated run takes place at no time, and the clock would spoil repeatability.
+# A fixed date, so that a simulated run gives the same bytes at any time.
 STARTED = "2024-06-03T00:00:00Z"
 
 
 @dataclass(frozen=True)
 class Run:
-    """Everything that happens in one simulated run.
+    """The course of one simulated run.
 
     Attributes
     ----------
@@ -42,9 +42,9 @@ class Run:
     time_s
         Times of the samples, shape (K,).
     head_mm
-        Way of sensor 1 from the start, shape (K,).
+        Distance of sensor 1 from the start, shape (K,).
     nodule_at_mm
-        Place of the nodule on that way; the place it would have if there is none.
+    Place of the nodule, as a value of `head_mm`; without a nodule, the place that it would have.
     compression_mm
         Compression of each substructure, shape (S, K).
     counts
@@ -70,7 +70,7 @@ class PlannedRun:
 
 
 def planned_runs(sizes_mm: Sequence[float], runs: int, passes: int) -> list[PlannedRun]:
-    """List the runs of an archive; several passes over one place share its site."""
+    """Return the runs of an archive; several passes over one place share its site."""
     sites = [
         (f"{size:g}mm/r{number:02d}", size) for size in sizes_mm for number in range(1, runs + 1)
     ]
@@ -100,9 +100,9 @@ def simulate_run(
     seed
         The archive's seed.
     site
-        Name of the place: its nodule and its uneven wall are the same in every pass.
+        Name of the place. Its nodule and its uneven wall are the same in every pass.
     attempt
-        Name of the pass: everything else is drawn anew in each.
+        Name of the pass. Everything else is drawn again for each pass.
     sensors
         S; the paper's capsule has four.
 
@@ -114,7 +114,7 @@ def simulate_run(
     series = generator(seed, "phantom", f"{nodule_mm:g}mm", "series")
 
     def draw(subject: str) -> np.random.Generator:
-        # A stream for each subject: changing one parameter leaves the other draws as they were.
+        # Each subject has its own stream, so that one changed parameter leaves other draws as is.
         return generator(seed, "phantom", site, attempt, subject)
 
     origami, wall, contact = phantom.origami, phantom.wall, phantom.contact
@@ -174,12 +174,12 @@ def simulate_run(
 
 
 def simulated_header(source: str, phantom: Phantom, seed: int) -> dict[str, str]:
-    """Return what the header of every simulated recording says first.
+    """Return the first header lines of every simulated recording.
 
     Parameters
     ----------
     source
-        What simulated it; the word "simulated" belongs into it.
+        Name of the source; it must contain the word "simulated".
     """
     electronics = phantom.electronics
     return {
@@ -197,12 +197,12 @@ def simulated_header(source: str, phantom: Phantom, seed: int) -> dict[str, str]
 def recording_of(
     run: Run, phantom: Phantom, seed: int, site: str, bench: str | None = None
 ) -> Recording:
-    """Return a run as a recording, with a header that says that it is simulated.
+    """Return a run as a recording, with a header that marks it as simulated.
 
     Parameters
     ----------
     bench
-        Name of the bench, where it is not the usual one.
+        Name of the bench, if it is not the default bench.
     """
     header = {
         **simulated_header("simulated phantom", phantom, seed),

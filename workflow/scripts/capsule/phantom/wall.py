@@ -1,4 +1,4 @@
-"""The phantom's two walls: where they stand, how uneven and how soft they are."""
+"""Model the phantom's two walls: position, unevenness and stiffness."""
 
 from dataclasses import dataclass
 
@@ -28,7 +28,7 @@ class Wall:
     unevenness_length_mm
         Correlation length of that height.
     unevenness_spread
-        Spread of the logarithm of that deviation, from place to place: some walls are smoother.
+        Spread of the logarithm of that deviation, from place to place.
     """
 
     lumen_mm: float
@@ -50,28 +50,28 @@ def wave_period(wall: Wall) -> float:
 
 
 def overlap(wall: Wall, half_width_mm: FloatArray | float, height_mm: FloatArray) -> FloatArray:
-    """Return how far a wall would reach into a relaxed capsule, in mm; 0 where they are apart.
+    """Return the depth to which a wall would reach into a relaxed capsule, in mm; 0 if apart.
 
     Parameters
     ----------
     half_width_mm
         Distance from the capsule's axis to the tips of its awns.
     height_mm
-        Inward displacement of the wall from its baseline, everything added up.
+        Total inward displacement of the wall from its baseline.
     """
     return np.maximum(height_mm + half_width_mm - wall.lumen_mm / 2, 0.0)
 
 
 @dataclass(frozen=True)
 class Unevenness:
-    """One uneven wall: sinusoids along the gut.
+    """One uneven wall, as a sum of sinusoids along the gut.
 
     Attributes
     ----------
     wave_numbers
-        In radians a mm, shape (waves,).
+        Wave numbers in rad/mm, shape (waves,).
     phases
-        In radians, shape (waves,).
+        Phases in rad, shape (waves,).
     """
 
     wave_numbers: FloatArray
@@ -81,9 +81,9 @@ class Unevenness:
 def draw_unevenness(wall: Wall, generator: np.random.Generator, waves: int = 24) -> Unevenness:
     """Draw one uneven wall.
 
-    A sum of sinusoids of random phase whose wave numbers follow a normal distribution: a Gaussian
-    random field with a Gaussian correlation of the length ``unevenness_length_mm``. It belongs to
-    the place, so a second pass with a generator in the same state feels the same wall.
+    The wall is a sum of sinusoids of random phase whose wave numbers are normally distributed. This
+    is a Gaussian random field with a Gaussian correlation of length ``unevenness_length_mm``. The
+    wall belongs to the place: a second pass with a generator in the same state has the same wall.
     """
     wave_numbers = generator.normal(0.0, 1.0 / wall.unevenness_length_mm, waves)
     return Unevenness(wave_numbers, generator.uniform(0.0, 2 * np.pi, waves))
@@ -98,7 +98,7 @@ def uneven_height(wall: Wall, uneven: Unevenness, position_mm: FloatArray) -> Fl
 
 
 def roughness(wall: Wall, generator: np.random.Generator) -> float:
-    """Return how uneven the walls of one place are, in parts of the usual unevenness."""
+    """Return the factor of one place on the usual unevenness of its walls."""
     return float(np.exp(generator.normal(0.0, wall.unevenness_spread)))
 
 

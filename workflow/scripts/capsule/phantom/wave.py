@@ -1,4 +1,4 @@
-"""The wave that the cams drive through both walls: a sine, or one that is less regular."""
+"""Model the wave that the cams drive through both walls: a sine, or a less regular wave."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from capsule.phantom.wall import Wall
 
 @dataclass(frozen=True)
 class Wave:
-    """How the wave differs from a regular sine.
+    """The shape of the wave and its irregularities, compared with a regular sine.
 
     Attributes
     ----------
@@ -27,8 +27,8 @@ class Wave:
     missing_probability
         Probability that a wave's crest is missing, and its stroke with it.
     run_spread
-        Spread of the logarithm of a factor, from run to run, that scales both spreads and that
-        probability: some runs are more regular than others.
+        Spread of the logarithm of a factor that scales both spreads and that probability. It
+        differs from run to run, so that some runs are more regular than others.
     """
 
     skew: float
@@ -48,7 +48,7 @@ class WaveTrain:
     starts_s
         Time at which each wave starts, shape (waves + 1,).
     delays_s
-        By how much that is later than with a constant period, shape (waves + 1,).
+        Delay of each start against a constant period, shape (waves + 1,).
     crests
         Height of each crest in parts of the amplitude, 0 where it is missing, shape (waves,).
     """
@@ -61,7 +61,7 @@ class WaveTrain:
 def wave_train(
     wave: Wave, generator: np.random.Generator, period_s: float, waves: int
 ) -> WaveTrain:
-    """Draw the waves of one run; with all spreads 0 they follow each other like a clock's.
+    """Draw the waves of one run; with all spreads 0, the waves are regular.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def wave_train(
     crests = generator.normal(0.0, wave.amplitude_spread, waves)
     chances = generator.random(waves)
     irregular = np.exp(generator.normal(0.0, wave.run_spread))
-    # The motor keeps its mean speed: all waves together take the time that is set.
+    # The motor keeps its mean speed, so all waves together take the configured time.
     periods = np.exp(irregular * periods) / np.exp(irregular * periods).mean()
     crests = np.exp(irregular * crests)
     missing = chances < irregular * wave.missing_probability
@@ -84,15 +84,17 @@ def wave_train(
 
 
 def cam_time(train: WaveTrain, time_s: FloatArray) -> FloatArray:
-    """Return the time at which evenly turning cams would stand as these do, in seconds.
+    """Return the time at which evenly turning cams would reach the same angle, in seconds.
 
-    One motor turns all cams, so a wave that is late is late along the whole gut.
+    One motor turns all cams, so a late wave is late along the whole gut.
     """
     return time_s - np.interp(time_s, train.starts_s, train.delays_s)
 
 
 def crest_shape(wave: Wave, angle: FloatArray) -> FloatArray:
-    """Return the shape of the wave, -1 to 1, crest at angle 0; a place's angle falls with time.
+    """Return the wave's height, -1 to 1, with the crest at angle 0.
+
+    The angle of a place decreases with time.
 
     Parameters
     ----------
@@ -100,7 +102,8 @@ def crest_shape(wave: Wave, angle: FloatArray) -> FloatArray:
         Phase in radians, any shape.
     """
     if wave.skew != 0:
-        # Time to the next crest, in periods: the way in takes this share, the way out the rest.
+        # `ahead` is the time to the next crest in periods. The wall moves inwards for `share` of a
+        # period, and outwards for the rest.
         ahead, share = np.mod(angle / (2 * np.pi), 1.0), (1 + wave.skew) / 2
         outwards = 1 + (ahead - share) / (1 - share)
         angle = np.pi * np.where(ahead < share, ahead / share, outwards)
@@ -118,22 +121,23 @@ def wave_height(
     time_s: FloatArray,
     phase: float,
 ) -> FloatArray:
-    """Return how far the wave pushes a wall inwards of its baseline, in mm.
+    """Return how far the wave pushes a wall inwards from its baseline, in mm.
 
     Parameters
     ----------
     wall, wave, train
         The walls, the shape of the wave, and the waves of this run.
     position_mm, time_s
-        Places along the gut and times; they broadcast against each other.
+        Places along the gut, and times; their shapes broadcast.
     phase
         Phase of the wave at place 0 and time 0, in radians.
     """
     travelled = position_mm - wall.speed_mm_s * cam_time(train, time_s)
     angle = 2 * np.pi * travelled / wall.wavelength_mm + phase
     height = wall.amplitude_mm * crest_shape(wave, angle)
-    # Crest n passes where the angle is -2 pi n; the one before the first is like the first.
+    # Crest n passes where the angle is -2 pi n. A crest before the first has the first's height.
     crest = np.clip(-np.rint(angle / (2 * np.pi)).astype(int), 0, train.crests.size - 1)
-    # Only crests differ: between them the wall is away from the capsule. Both walls meet halfway.
+    # Only crests differ in height, because between crests the wall is away from the capsule. The
+    # walls meet in the middle, so neither moves further than half the lumen.
     pressed = np.minimum(height * train.crests[crest], wall.lumen_mm / 2)
     return np.where(height > 0, pressed, height)
