@@ -131,7 +131,7 @@ def test_a_recording_in_any_dialect_is_read_or_refused_with_what_decides(dialect
             read_s, read_values, read_unit = read(content, **said)
         except CapsuleError as refusal:
             assert not said, f"all is said, and still: {refusal}"
-            words = ("say which", "name one by --time", "by --sensors", "unit; give")
+            words = ("choose one", "name one with --time", "with --sensors", "use --time-unit")
             assert any(word in str(refusal) for word in words) and "--" in str(refusal)
             event("refused: " + str(refusal).rpartition(";")[2].strip()[:30])
             continue

@@ -60,8 +60,8 @@ def test_of_several_variables_one_is_asked_for(tmp_path):
     write_matlab(tmp_path / "runs.mat", runs)
     imported = import_files(tmp_path, tmp_path / "runs.mat")
     assert (
-        "runs.mat: 2 of its parts can be the recording: 'run1', 'run2'; name one by --variable, "
-        "or give --variable all if each is a run"
+        "runs.mat: 2 of its parts can be the recording: 'run1', 'run2'; name one with --variable, "
+        "or use --variable all if each one is a run"
     ) in imported.refused
     imported = import_files(tmp_path, tmp_path / "runs.mat", "--variable", "run2")
     assert_readings(imported.the_recording(), TIME_S, COUNTS + 2)
@@ -128,7 +128,7 @@ def test_of_several_sheets_one_is_asked_for(tmp_path):
     sheets = {f"Run {n}": excel_rows(TIME_S.tolist()) for n in (1, 2)}
     write_workbook(tmp_path / "lab.xlsx", sheets)
     refused = import_files(tmp_path, tmp_path / "lab.xlsx").refused
-    assert "'Run 1', 'Run 2'; name one by --sheet, or give --sheet all" in refused
+    assert "'Run 1', 'Run 2'; name one with --sheet, or use --sheet all" in refused
 
 
 @pytest.mark.parametrize("time", [{"rate": 10.0}, {"timestamps": TIME_S + 100}], ids=str)

@@ -44,7 +44,7 @@ def test_a_bad_file_is_a_line_and_the_others_come_in(tmp_path, good):
     assert list(imported.recordings()) == ["3mm/monday-1", "3mm/tuesday"]
     assert imported.counted == "2 recordings imported, 2 files refused"
     first, second = imported.refused.splitlines()
-    assert first.startswith(f"refused: {bad}: line 2: no table")
+    assert first.startswith(f"refused: {bad}: line 2: there is no table")
     assert second == (
         f"refused: {none}: No such file or directory; give the name of a file that can be read"
     )
@@ -210,7 +210,7 @@ def test_an_option_outweighs_the_map(tmp_path, good):
         ("adc_bits: 1.5", "adc_bits: 1.5 is not allowed; must be a whole number from 1 up to 32"),
         ("- unit", "this file holds a list instead of keys"),
         ("unit: V\nunit: ohm", "line 2: the key 'unit' appears twice"),
-        ("run_gap_s: 5\nper_sensor: true", "run_gap_s: 5 splits a file, but a file is one"),
+        ("run_gap_s: 5\nper_sensor: true", "run_gap_s: 5 splits a file into runs, but each file"),
         ("sensor_files: {sensor_1: a.csv}", "sensor_files: sensor_1 are given; give the files of"),
     ],
 )
@@ -343,7 +343,7 @@ def test_lines_of_one_column_with_a_comma_can_be_three_things(tmp_path):
     given = [*files, "--per-sensor", "--unit", "V", "--rate", "10"]
     assert (
         "a.csv: line 1: '1,234' can be columns, 1 and 234 (--delimiter comma) or 1.234 (--decimal "
-        "comma) or 1234 (--thousands comma); say which"
+        "comma) or 1234 (--thousands comma); choose one"
     ) in import_files(tmp_path, *given).refused
     decided = {"--decimal": 1.234, "--thousands": 1234, "--delimiter": 234}
     for option, first in decided.items():
@@ -358,7 +358,7 @@ def test_a_broken_line_where_nothing_else_tells_the_time_is_refused(tmp_path):
     log = tmp_path / "log.txt"
     log.write_text("ready\n" + "".join([*lines[:90], "S1:5\n", *lines[90:]]))
     refused = import_files(tmp_path, log, "--rate", "10").refused
-    assert "log.txt: line 92 holds no whole sample, and no column tells the time" in refused
+    assert "log.txt: line 92 does not hold a whole sample, and no column gives the time" in refused
     log.write_text("ready\n" + "".join(lines) + "S1:5\n")
     recording = import_files(tmp_path, log, "--rate", "10").the_recording()
     assert_readings(recording, TIME_S, COUNTS)
@@ -368,9 +368,9 @@ def test_a_broken_line_where_nothing_else_tells_the_time_is_refused(tmp_path):
 @pytest.mark.parametrize(
     ("scale", "options", "words", "remedy"),
     [
-        (5 / 1024, "--unit V", "volts are judged as they are; give --vref-v", "--vref-v 5"),
-        (20, "--unit ohm", "the median resistance stands for it; give", "--series-ohm 12000"),
-        (4, "--unit counts", "diagonal.full_scale is 1024; give --adc-bits", "--adc-bits 12"),
+        (5 / 1024, "--unit V", "volts are judged as they are; use --vref-v", "--vref-v 5"),
+        (20, "--unit ohm", "the median resistance replaces it; use", "--series-ohm 12000"),
+        (4, "--unit counts", "diagonal.full_scale is 1024; use --adc-bits", "--adc-bits 12"),
     ],
 )
 def test_what_the_unit_needs_to_be_judged_is_told(tmp_path, scale, options, words, remedy):

@@ -100,65 +100,65 @@ REFUSED = {
     "slash_dates": (
         "",
         "line 2, column 'date': '03/04/2026 12:00:00.0' can be day 3 of month 4 (--date-order "
-        "day_first) or day 4 of month 3 (--date-order month_first); say which",
+        "day_first) or day 4 of month 3 (--date-order month_first); choose one",
     ),
-    "sample_numbers": ("", "column 'sample' counts samples; give the sampling rate in Hz by"),
+    "sample_numbers": ("", "column 'sample' counts samples; give the sampling rate in Hz with"),
     "steps_of_one": (
         "",
         "column 'time': its usual step of 1 can be ms, 1000 Hz (--time-unit ms) or numbers of "
-        "samples (--time-unit sample --rate HZ); say which",
+        "samples (--time-unit sample --rate HZ); choose one",
     ),
     "steps_of_0.4": (
         "",
         "its usual step of 0.4 can be s, 2.5 Hz (--time-unit s) or ms, 2500 Hz (--time-unit ms)",
     ),
-    "no_time": ("", "no column tells the time; name one by --time, or give the sampling rate"),
+    "no_time": ("", "no column gives the time; name one with --time, or give the sampling rate"),
     "missing": (
         "",
-        "column 'S1': readings from -999 to 612 fit no unit; if one of them stands for a",
+        "column 'S1': readings from -999 to 612 fit no unit; if one of them marks a",
     ),
-    "volts_unnamed": ("", "can be V (--unit V) or kohm (--unit kohm); say which"),
+    "volts_unnamed": ("", "can be V (--unit V) or kohm (--unit kohm); choose one"),
     "many_counts": ("", "can be counts (--unit counts) or mV (--unit mV) or ohm (--unit ohm)"),
     "pressure": ("", "the file names the unit 'kPa'; allowed are counts, V, mV, ohm and kohm"),
     "thousands": (
         "",
-        "line 2: '2,004' can be 2.004 (--decimal comma) or 2004 (--thousands comma); say which",
+        "line 2: '2,004' can be 2.004 (--decimal comma) or 2004 (--thousands comma); choose one",
     ),
     "commas_for_all": ("", "line 2: '0,0' can be"),
     "five_channels": (
         "",
         "the columns 'left', 'right', 'up', 'down', 'middle' can all be sensors, and there are 4 "
-        "sensors; name 4 of them by --sensors, in the order of the sensors",
+        "sensors; name 4 of them with --sensors, in the order of the sensors",
     ),
-    "sixteen_channels": ("", "can all be sensors, and there are 4 sensors; name 4 of them by"),
-    "two_clocks": ("", "the columns 'time', 'timestamp' can all be the time; name one by --time"),
+    "sixteen_channels": ("", "can all be sensors, and there are 4 sensors; name 4 of them with"),
+    "two_clocks": ("", "the columns 'time', 'timestamp' can all be the time; name one with --time"),
     "wrong_unit": (
         "",
-        "column 'time (s)': its unit s (named in the file) makes its usual step of 100 a rate of "
-        "0.01 Hz; give another --time-unit",
+        "column 'time (s)': with the unit s (named in the file), its usual step of 100 is a "
+        "sampling rate of 0.01 Hz; use another --time-unit",
     ),
     "cut_off": ("", "line 9, the last one, has 4 cells, but there are 5 columns; the file is cut"),
     "short_line": ("", "line 6 has 4 cells, but there are 5 columns; complete the line, or"),
-    "word_in_a_cell": ("", "line 4, column 'S2': 'overload' is not a number; if it stands for a"),
-    "end_line": ("", "line 10, column 'time': 'end' is not a number; if it stands for a missing"),
+    "word_in_a_cell": ("", "line 4, column 'S2': 'overload' is not a number; if it marks a"),
+    "end_line": ("", "line 10, column 'time': 'end' is not a number; if it marks a missing"),
     "backwards": ("", "sample 5: time runs backwards, 0 s follows 0.3 s; if another run begins"),
     "coarse_clock": ("", "sample 2: time repeats, 0 s follows 0 s; if its clock is too coarse"),
-    "prose": ("", "line 2: no table with 4 columns of numbers is there"),
+    "prose": ("", "line 2: there is no table with 4 columns of numbers"),
     "empty": ("", "the file is empty; export it again"),
     "three_columns": ("", "3 columns of numbers are left for the sensors, but recording.sensors"),
     "no_such_day": ("", "line 2, column 'date': there is no day 30 of month 2 in 2026"),
-    "null_bytes": ("", "the file is no text that can be read"),
-    "comma": ("--delimiter tab", "line 5: no table with 4 columns of numbers is there"),
-    "ampersands": ("", "line 5: no table with 4 columns of numbers is there"),
+    "null_bytes": ("", "the file is not readable text"),
+    "comma": ("--delimiter tab", "line 5: there is no table with 4 columns of numbers"),
+    "ampersands": ("", "line 5: there is no table with 4 columns of numbers"),
     "battery": ("--sheet Run", "sheet: 'Run' is given, but the file holds one table; leave it"),
-    "tab": ("--time clock", "time: 'clock' is no column; the columns are 'time (ms)', 'S1'"),
+    "tab": ("--time clock", "time: 'clock' is not a column; the columns are 'time (ms)', 'S1'"),
     "semicolon": ("--sensors S1 S2 S3 S1", "sensors: ['S1', 'S2', 'S3', 'S1'] names a column"),
-    "iso": ("--time-unit clock", "line 2, column 'date': '2026-03-04T12:00:00.0Z' is no clock"),
-    "latin1": ("--encoding utf-8", "the file is no text that can be read: byte 7 is not utf-8"),
+    "iso": ("--time-unit clock", "line 2, column 'date': '2026-03-04T12:00:00.0Z' is not a clock"),
+    "latin1": ("--encoding utf-8", "the file is not readable text: byte 7 is not utf-8"),
 }
 REMEDY = re.compile(
-    r"--[a-z]+|delete|export|complete|say which|allowed|copy|correct|leave|name (each|\d)|"
-    r"is no column"
+    r"--[a-z]+|delete|export|complete|choose one|allowed|copy|correct|leave|name (each|\d)|"
+    r"is not a column"
 )
 
 

@@ -78,12 +78,16 @@ def test_seconds_since_1970_tell_when_a_run_began():
 @pytest.mark.parametrize(
     ("values", "said", "words"),
     [
-        (TIME_S * 1e-3, {}, "is a rate between 2 and 4000 Hz in no unit; give --time-unit"),
-        (TIME_S * 0, {}, "the time does not run forward; name another column by --time"),
-        ([0, np.nan, 2], {}, "sample 2: the time is missing in column 1; complete it, or give"),
+        (TIME_S * 1e-3, {}, "is a rate between 2 and 4000 Hz in no unit; use --time-unit"),
+        (TIME_S * 0, {}, "the time does not run forward; name another column with --time"),
+        ([0, np.nan, 2], {}, "sample 2: the time is missing in column 1; complete it, or use"),
         ([0.0], {}, "there are fewer than two samples"),
-        (TIME_S, {"time_unit": "date"}, "sample 1, column 1: numbers is no date; name another"),
-        (TIME_S, {"time_unit": "sample"}, "counts samples; give the sampling rate in Hz by --rate"),
+        (TIME_S, {"time_unit": "date"}, "sample 1, column 1: a number is not a date; name another"),
+        (
+            TIME_S,
+            {"time_unit": "sample"},
+            "give the sampling rate in Hz with --rate",
+        ),
     ],
 )
 def test_what_cannot_be_the_time_is_refused_with_what_decides(values, said, words):

@@ -1,1 +1,1 @@
-"""From a laboratory's table to recordings: dialect, time, units, columns, runs, sampling rate."""
+"""Turn a laboratory's table into recordings: dialect, columns, time, units, runs, resampling."""

@@ -1,4 +1,4 @@
-"""Tables from named arrays, as MATLAB and HDF5 files hold them."""
+"""Make tables from named arrays, as in MATLAB and HDF5 files."""
 
 import re
 from collections import defaultdict
@@ -8,7 +8,7 @@ import numpy as np
 
 from capsule.importing.source_table import Column, SourceTable, bare_column
 
-# A matrix with more columns is an image or a film.
+# A matrix with more columns is probably an image.
 _MOST_COLUMNS = 256
 _RATE_NAMES = re.compile(
     r"(fs|rate|rate_hz|srate|samplerate|sample_rate|sampling_?rate(_hz)?|samplingfrequency|freq)",
@@ -23,24 +23,24 @@ def array_tables(
     separator: str,
     started: str = "",
 ) -> list[SourceTable]:
-    """Put arrays of the same length and the same parent side by side.
+    """Return tables that join arrays with the same length and the same parent.
 
     Parameters
     ----------
     arrays : mapping of str to array
-        By path, such as ``run.time``. The longer side of a matrix counts samples. A single number
-        called rate or fs is the sampling rate of what has the same parent, or one above.
+        Arrays by path, such as ``run.time``. The longer side of a matrix counts samples. A single
+        number called rate or fs is the sampling rate of arrays with that parent, or below it.
     units : mapping of str to str
         Units by path.
     separator : str
-        What separates the parts of a path.
+        Separator of the parts of a path.
     started : str
-        When the first sample was taken.
+        Date and time of the first sample.
 
     Returns
     -------
     list of SourceTable
-        Named by their parent; with the first column's name where a parent has several.
+        Tables named by their parent, or by their first array if a parent has several.
     """
     rates: dict[str, float] = {}
     groups: defaultdict[tuple[str, int], dict[str, list[Column]]] = defaultdict(dict)
@@ -64,7 +64,7 @@ def array_tables(
 def _columns(
     path: str, name: str, array: np.ndarray, units: Mapping[str, str]
 ) -> list[Column] | None:
-    """Take an array apart into columns; None where it is no series of samples."""
+    """Return an array's columns; None if it is not a series of samples."""
     unit = units.get(path, "")
     if array.dtype.names:
         fields = [field for field in array.dtype.names if array.dtype[field].kind in "iuf"]

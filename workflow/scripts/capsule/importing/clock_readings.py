@@ -1,4 +1,4 @@
-"""From a column that tells the time to seconds, whatever its unit."""
+"""Convert a column of times to seconds, and find its unit."""
 
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -19,34 +19,35 @@ _SECONDS = {
     "h": 3600.0,
     "day": 86_400.0,
 }
-# What numbers alone may be: minutes and hours are named where anyone uses them.
+# Units that are tried if none is named. Minutes and hours are not tried: users name them.
 _TRIED = ("s", "ms", "us", "ns", "day")
-# No one samples a gut that moves 80 mm in 3 s slower than this, and no such sensor answers faster.
+# Plausible sampling rates: a wave of 3 s needs the lower one, and no sensor is faster than the
+# upper one.
 _PLAUSIBLE_HZ = (2.0, 4000.0)
-# What a unit that somebody has named must give; beyond that it is another one.
+# Sampling rates outside this range show that a named unit is wrong.
 _POSSIBLE_HZ = (0.2, 100_000.0)
-# A rate this near to a known one, relative to it, is that rate.
+# Largest relative difference of rates that count as the same.
 _SAME_RATE = 0.05
-# Seconds since 1970 from 2000 to 2100.
+# Seconds since 1970 of the years 2000 and 2100.
 _EPOCH_S = (946_684_800.0, 4_102_444_800.0)
 
 
 @dataclass(frozen=True)
 class Clock:
-    """When the samples were taken.
+    """The time of each sample.
 
     Attributes
     ----------
     time_s : (K,) array
-        Seconds; the first sample is at 0.
+        Time in s; the first sample is at 0.
     unit : str
-        Unit of the column, as lab.yaml names it; ``rate`` where there is no column.
+        Unit of the column, as lab.yaml names it; ``rate`` if there is no column.
     reason : str
-        Why this unit.
+        Reason for this unit.
     first_s : float
-        What the file's own clock says of the first sample, in seconds.
+        Time of the first sample by the file's own clock, in s.
     started : str
-        When the first sample was taken; empty where nothing tells it.
+        Date and time of the first sample, ISO 8601; empty if not known.
     """
 
     time_s: np.ndarray
@@ -59,30 +60,30 @@ class Clock:
 def read_time(
     table: SourceTable, index: int | None, keys: SimpleNamespace, configured_hz: float
 ) -> Clock:
-    """Read when the samples were taken.
+    """Return the time of each sample.
 
     Parameters
     ----------
     table : SourceTable
         The table.
     index : int or None
-        Index of the column of the time; None where there is none.
+        Index of the column of the time; None if there is none.
     keys : SimpleNamespace
-        What lab.yaml says: ``time_unit``, ``rate``, ``date_order``.
+        The keys of lab.yaml, of which ``time_unit``, ``rate`` and ``date_order`` are used.
     configured_hz : float
-        Sampling rate of the configuration.
+        Configured sampling rate.
 
     Raises
     ------
     CapsuleError
-        The time cannot be told, or its unit fits in two ways.
+        If the time is not known, or several units fit.
     """
     rate = keys.rate or table.rate_hz
     if index is None:
         if rate is None:
             raise CapsuleError(
-                "no column tells the time; name one by --time, or give the sampling rate in Hz "
-                "by --rate"
+                "no column gives the time; name one with --time, or give the sampling rate in Hz "
+                "with --rate"
             )
         _check_none_between(table)
         count = table.columns[0].values.size
@@ -97,7 +98,7 @@ def read_time(
     if empty.size:
         raise CapsuleError(
             f"{table.line(int(empty[0]))}: the time is missing in column "
-            f"{table.column_label(index)}; complete it, or give --time none and --rate"
+            f"{table.column_label(index)}; complete it, or use --time none and --rate"
         )
     if numbers.size < 2:
         raise CapsuleError("there are fewer than two samples; is the table cut off?")
@@ -106,7 +107,7 @@ def read_time(
         if rate is None:
             raise CapsuleError(
                 f"column {table.column_label(index)} counts samples; give the sampling rate in Hz "
-                "by --rate"
+                "with --rate"
             )
         first_s = float(numbers[0] / rate)
         return Clock((numbers - numbers[0]) / rate, unit, reason, first_s, table.started)
@@ -117,15 +118,15 @@ def read_time(
 
 
 def _check_none_between(table: SourceTable) -> None:
-    """Refuse lines that are no samples where the samples' number is all that tells the time."""
+    """Raise an error for lines without a sample if only the row numbers give the time."""
     if table.lines is None:
         return
     first, last = int(table.lines[0]), int(table.lines[-1])
     between = [number for number in table.passed_over if first < number < last]
     if between:
         raise CapsuleError(
-            f"line {between[0]} holds no whole sample, and no column tells the time: whether a "
-            "sample is missing there cannot be told; delete the line, or complete it"
+            f"line {between[0]} does not hold a whole sample, and no column gives the time, so a "
+            "missing sample would shift all later ones; delete the line, or complete it"
         )
 
 
@@ -135,10 +136,10 @@ def _from_text(table: SourceTable, index: int, keys: SimpleNamespace) -> Clock:
     kind = "" if texts is None else text_kind(texts.tolist())
     asked = keys.time_unit
     if texts is None or not kind or (asked and asked != kind):
-        shown = "numbers" if texts is None else repr(str(texts[0])[:60])
+        shown = "a number" if texts is None else repr(str(texts[0])[:60])
         raise CapsuleError(
-            f"{table.line(0)}, column {label}: {shown} is no "
-            f"{asked or 'time'}; name another column by --time, or another --time-unit"
+            f"{table.line(0)}, column {label}: {shown} is not a "
+            f"{asked or 'time'}; name another column with --time, or use another --time-unit"
         )
     places = [f"{table.line(row)}, column {label}" for row in range(texts.size)]
     if kind == "clock":
@@ -151,13 +152,13 @@ def _from_text(table: SourceTable, index: int, keys: SimpleNamespace) -> Clock:
 def _unit(
     table: SourceTable, index: int, keys: SimpleNamespace, configured_hz: float
 ) -> tuple[str, str]:
-    """Tell the unit of a column of numbers, and why."""
+    """Return the unit of a column of numbers, and the reason."""
     numbers, label = table.columns[index].values, table.column_label(index)
     steps = np.diff(numbers)
     step = float(np.median(steps))
     if step <= 0:
         raise CapsuleError(
-            f"column {label}: the time does not run forward; name another column by --time"
+            f"column {label}: the time does not run forward; name another column with --time"
         )
     column = table.columns[index]
     bare, in_name = split_unit(column.name)
@@ -191,8 +192,8 @@ def _check_possible(unit: str, step: float, label: str, reason: str) -> None:
     rate = 1.0 / (step * _SECONDS[unit])
     if not _POSSIBLE_HZ[0] <= rate <= _POSSIBLE_HZ[1]:
         raise CapsuleError(
-            f"column {label}: its unit {unit} ({reason}) makes its usual step of {step:.6g} a "
-            f"rate of {rate:.4g} Hz; give another --time-unit"
+            f"column {label}: with the unit {unit} ({reason}), its usual step of {step:.6g} is a "
+            f"sampling rate of {rate:.4g} Hz; use another --time-unit"
         )
 
 
@@ -207,6 +208,6 @@ def _which(label: str, step: float, fitting: dict[str, float]) -> str:
         low, high = _PLAUSIBLE_HZ
         return (
             f"column {label}: its usual step of {step:.6g} is a rate between {low:g} and "
-            f"{high:g} Hz in no unit; give --time-unit, or another column by --time"
+            f"{high:g} Hz in no unit; use --time-unit, or name another column with --time"
         )
-    return f"column {label}: its usual step of {step:.6g} can be {' or '.join(options)}; say which"
+    return f"column {label}: its usual step of {step:.6g} can be {' or '.join(options)}; choose one"

@@ -1,4 +1,4 @@
-"""Which column of a table is the time, and which are the sensors."""
+"""Choose the columns of a table that hold the time and the sensors."""
 
 import re
 from collections import defaultdict
@@ -35,7 +35,7 @@ class Choice:
     Attributes
     ----------
     time : int or None
-        Index of the column of the time; None where there is none.
+        Index of the column of the time; None if there is none.
     sensors : tuple of int
         Indices of the S sensors' columns.
     run : int or None
@@ -48,21 +48,21 @@ class Choice:
 
 
 def choose_columns(table: SourceTable, keys: SimpleNamespace, sensors: int) -> Choice:
-    """Find time and sensors, by what lab.yaml says, by names, then by position.
+    """Return the columns of time and sensors, by lab.yaml, then by names, then by position.
 
     Parameters
     ----------
     table : SourceTable
         The table.
     keys : SimpleNamespace
-        What lab.yaml says: ``time``, ``sensors``, ``run_column``, ``rate``.
+        The keys of lab.yaml, of which ``time``, ``sensors`` and ``run_column`` are used.
     sensors : int
         Number of sensors S.
 
     Raises
     ------
     CapsuleError
-        A named column is not there, or more than one choice fits.
+        If a named column does not exist, or more than one choice fits.
     """
     run = None if keys.run_column is None else named_column(table, keys.run_column, "run_column")
     given = keys.sensors
@@ -87,22 +87,22 @@ def choose_columns(table: SourceTable, keys: SimpleNamespace, sensors: int) -> C
 
 
 def named_column(table: SourceTable, wanted: str | int, key: str) -> int:
-    """Find a column by its name, with or without its unit, or by its number from 1 on.
+    """Return the index of a column, by its name (with or without its unit) or number from 1.
 
     Raises
     ------
     CapsuleError
-        There is none, or more than one.
+        If there is no such column, or more than one.
     """
     count = len(table.columns)
     if isinstance(wanted, int) or (wanted.isdecimal() and not _by_name(table, wanted)):
         if int(wanted) <= count:
             return int(wanted) - 1
-        raise CapsuleError(f"{key}: {wanted} is no column; there are columns 1 to {count}")
+        raise CapsuleError(f"{key}: {wanted} is not a column; there are columns 1 to {count}")
     matching = _by_name(table, wanted)
     if len(matching) == 1:
         return matching[0]
-    what = "is the name of several columns; give its number" if matching else "is no column"
+    what = "is the name of several columns; give its number" if matching else "is not a column"
     listed = table.listed(list(range(count)))
     raise CapsuleError(f"{key}: {wanted!r} {what}; the columns are {listed}")
 
@@ -117,7 +117,7 @@ def _by_name(table: SourceTable, wanted: str) -> list[int]:
 
 
 def _time(table: SourceTable, taken: set[int], sensors: int) -> int | None:
-    """Find the column of the time; `sensors` more columns of numbers are needed beside it."""
+    """Return the column of the time; `sensors` other columns of numbers must remain."""
     free = [index for index in range(len(table.columns)) if index not in taken]
     by_name = [
         index for index in free if _TIME_NAMES.fullmatch(split_unit(table.columns[index].name)[0])
@@ -126,7 +126,7 @@ def _time(table: SourceTable, taken: set[int], sensors: int) -> int | None:
     if len(by_name) == 1:
         return by_name[0]
     numbers = [index for index in free if table.columns[index].holds_numbers]
-    # With no column to spare, one that rises is a sensor.
+    # If no column is left over, a rising column is a sensor.
     rising = [
         index
         for index in (numbers if len(numbers) > sensors else [])
@@ -137,11 +137,11 @@ def _time(table: SourceTable, taken: set[int], sensors: int) -> int | None:
     ]
     candidates = by_name or [index for index in rising if index not in counters] or counters
     if len(candidates) > 1 and not by_name and candidates[0] == 0 and not table.columns[0].name:
-        # Without names the first column is the time, unless another could be it as well.
+        # Without names, the first column is the time, unless another one also steps evenly.
         candidates = [index for index in candidates if _steps_evenly(table.columns[index].values)]
     if len(candidates) > 1:
         raise CapsuleError(
-            f"the columns {table.listed(candidates)} can all be the time; name one by --time"
+            f"the columns {table.listed(candidates)} can all be the time; name one with --time"
         )
     if candidates:
         return candidates[0]
@@ -150,13 +150,13 @@ def _time(table: SourceTable, taken: set[int], sensors: int) -> int | None:
         return texts[0]
     if texts:
         raise CapsuleError(
-            f"the columns {table.listed(texts)} can all be the time; name one by --time"
+            f"the columns {table.listed(texts)} can all be the time; name one with --time"
         )
     return None
 
 
 def _may_be_time(table: SourceTable, index: int, *, text: bool = False) -> bool:
-    """Tell whether a column holds times: dates or times of day, or numbers."""
+    """Return whether a column can be the time: dates, times of day or (unless `text`) numbers."""
     column = table.columns[index]
     if column.texts is not None and text_kind(column.texts.tolist()) in ("date", "clock"):
         return True
@@ -168,14 +168,14 @@ def _rises(values: np.ndarray) -> bool:
 
 
 def _steps_evenly(values: np.ndarray) -> bool:
-    """Tell whether most steps are about the usual one, as those of a clock are."""
+    """Return whether most steps are near the median, as those of a clock are."""
     steps = np.diff(values)
     median = float(np.median(steps))
     return bool(np.mean(np.abs(steps - median) <= 0.5 * abs(median)) > 0.5)
 
 
 def _sensors(table: SourceTable, free: Sequence[int], sensors: int) -> tuple[int, ...]:
-    """Choose the sensors by names that are numbered, or take all columns that are left."""
+    """Return the columns of the sensors: those with numbered names, or all that are left."""
     families = defaultdict(list)
     for index in free:
         column = table.columns[index]
@@ -195,15 +195,15 @@ def _sensors(table: SourceTable, free: Sequence[int], sensors: int) -> tuple[int
         listed = table.listed(plain) if plain else "none"
         raise CapsuleError(
             f"{len(plain)} columns of numbers are left for the sensors, but recording.sensors of "
-            f"the configuration is {sensors}: {listed}; name them by --sensors"
+            f"the configuration is {sensors}: {listed}; name them with --sensors"
         )
     raise CapsuleError(
         f"the columns {table.listed(plain)} can all be sensors, and there are {sensors} sensors; "
-        f"name {sensors} of them by --sensors, in the order of the sensors"
+        f"name {sensors} of them with --sensors, in the order of the sensors"
     )
 
 
 def _is_counter(table: SourceTable, index: int) -> bool:
-    """Tell whether a column counts samples."""
+    """Return whether a column counts samples."""
     column = table.columns[index]
     return bool(_COUNTER_NAMES.fullmatch(column.name.strip())) and _rises(column.values)

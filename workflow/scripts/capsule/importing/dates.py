@@ -1,4 +1,4 @@
-"""Dates and times of day from text."""
+"""Read dates and times of day from text."""
 
 import re
 from collections.abc import Sequence
@@ -12,13 +12,13 @@ _CLOCK = re.compile(r"([0-9]{1,2}):([0-9]{2}):([0-9]{2})(?:[.,:]([0-9]{1,9}))?")
 _DAY_AND_MONTH = re.compile(r"([0-9]{1,2})([./-])([0-9]{1,2})\2([0-9]{4})[ T,]+(.*)")
 _YEAR_FIRST = re.compile(r"([0-9]{4})[-/.]([0-9]{1,2})[-/.]([0-9]{1,2})[ T,]+(.*)")
 _ZONE = re.compile(r"(.*?)\s*(Z|UTC|[+-][0-9]{2}:?[0-9]{2})?")
-# 12:00:00 PM is noon.
+# A time with AM or PM; 12:00:00 PM is noon.
 _NOON = re.compile(r"(.*?)\s*([AaPp])\.?[Mm]\.?")
 _DAY_S = 86_400.0
 
 
 def text_kind(texts: Sequence[str]) -> str:
-    """Tell what a column of text holds: ``date``, ``clock``, or nothing that tells a time."""
+    """Return whether a column of text holds a ``date``, a ``clock`` or neither (empty)."""
     some = [str(text).strip() for text in texts[:50] if str(text).strip()]
     if some and all(_CLOCK.fullmatch(_NOON.sub(r"\1", text)) for text in some):
         return "clock"
@@ -28,12 +28,12 @@ def text_kind(texts: Sequence[str]) -> str:
 
 
 def read_clock(texts: Sequence[str], places: Sequence[str]) -> np.ndarray:
-    """Read times of day, such as 12:34:56.789, as seconds (K,); they go on behind midnight.
+    """Return times of day, such as 12:34:56.789, in s (K,); after midnight they continue to rise.
 
     Raises
     ------
     CapsuleError
-        A cell is no time of day; the text names its place.
+        If a cell is not a time of day; the message names its place.
     """
     seconds = np.array(
         [_clock(str(text), place) for text, place in zip(texts, places, strict=True)]
@@ -47,8 +47,8 @@ def _clock(text: str, place: str) -> float:
     match = _CLOCK.fullmatch(noon[1] if noon else text.strip())
     if not match or int(match[1]) > 23 or int(match[2]) > 59 or int(match[3]) > 60:
         raise CapsuleError(
-            f"{place}: {text[:60]!r} is no time of day such as 12:34:56.789; "
-            "correct the line, or name another column by --time"
+            f"{place}: {text[:60]!r} is not a time of day such as 12:34:56.789; "
+            "correct the line, or name another column with --time"
         )
     hour = int(match[1]) % 12 + 12 * (noon[2].lower() == "p") if noon else int(match[1])
     fraction = float(f"0.{match[4]}") if match[4] else 0.0
@@ -58,30 +58,30 @@ def _clock(text: str, place: str) -> float:
 def read_dates(
     texts: Sequence[str], order: str | None, places: Sequence[str]
 ) -> tuple[np.ndarray, float, str]:
-    """Read dates with times of day.
+    """Return dates with times of day as seconds.
 
     Parameters
     ----------
     texts : sequence of K str
         The cells.
     order : {"day_first", "month_first"} or None
-        Order of day and month where the year stands last.
+        Order of day and month if the year is last.
     places : sequence of K str
-        Where each cell stands.
+        The place of each cell, for messages.
 
     Returns
     -------
     (K,) array
-        Seconds since the first.
+        Seconds since the first date.
     float
-        The first, in seconds since 1970.
+        The first date, in seconds since 1970.
     str
-        The first, as ISO 8601, with ``Z`` where the cells name a time zone.
+        The first date, as ISO 8601, with ``Z`` if the cells name a time zone.
 
     Raises
     ------
     CapsuleError
-        A cell is no date, or day and month cannot be told apart.
+        If a cell is not a date, or the order of day and month is not clear.
     """
     order = order or _order(texts, places)
     dates = [_date(str(text), order, place) for text, place in zip(texts, places, strict=True)]
@@ -100,7 +100,7 @@ def _order(texts: Sequence[str], places: Sequence[str]) -> str:
         return "day_first"
     if second:
         return "month_first"
-    # Points between day and month are written where the day stands first.
+    # Countries that write points between day and month write the day first.
     if all(match[2] == "." for match in matches if match):
         return "day_first"
     day, month = next(iter(pairs))
@@ -108,12 +108,12 @@ def _order(texts: Sequence[str], places: Sequence[str]) -> str:
         return "day_first"
     raise CapsuleError(
         f"{places[0]}: {str(texts[0])[:60]!r} can be day {day} of month {month} (--date-order "
-        f"day_first) or day {month} of month {day} (--date-order month_first); say which"
+        f"day_first) or day {month} of month {day} (--date-order month_first); choose one"
     )
 
 
 def _date(text: str, order: str, place: str) -> tuple[datetime, bool]:
-    """Read a date; tell whether a time zone stood with it."""
+    """Return a date, and whether the text names a time zone."""
     stripped = text.strip()
     if match := _YEAR_FIRST.fullmatch(stripped):
         year, month, day, rest = int(match[1]), int(match[2]), int(match[3]), match[4]
@@ -123,8 +123,8 @@ def _date(text: str, order: str, place: str) -> tuple[datetime, bool]:
         day, month = (first, second) if order == "day_first" else (second, first)
     else:
         raise CapsuleError(
-            f"{place}: {text[:60]!r} is no date with a time, such as 2026-03-04 12:34:56.789; "
-            "correct the line, or name another column by --time"
+            f"{place}: {text[:60]!r} is not a date with a time, such as 2026-03-04 12:34:56.789; "
+            "correct the line, or name another column with --time"
         )
     zone = _ZONE.fullmatch(rest)
     seconds = _clock(zone[1] if zone else rest, place)
@@ -133,7 +133,7 @@ def _date(text: str, order: str, place: str) -> tuple[datetime, bool]:
     except ValueError:
         raise CapsuleError(
             f"{place}: there is no day {day} of month {month} in {year}; "
-            "is --date-order the other one?"
+            "correct the line, or use the other --date-order"
         ) from None
     named = zone[2] if zone else None
     if named and named not in ("Z", "UTC"):
@@ -144,7 +144,7 @@ def _date(text: str, order: str, place: str) -> tuple[datetime, bool]:
 
 
 def later(started: str, seconds: float) -> str:
-    """Move an instant in ISO 8601 on by seconds; nothing stays nothing."""
+    """Return a time in ISO 8601, moved by seconds; an empty text stays empty."""
     if not started:
         return ""
     zone = "Z" if started.endswith("Z") else ""
@@ -153,6 +153,6 @@ def later(started: str, seconds: float) -> str:
 
 
 def since_1970(seconds: float) -> str:
-    """Write seconds since 1970 as ISO 8601."""
+    """Return seconds since 1970 as ISO 8601."""
     date = datetime.fromtimestamp(seconds, UTC)
     return date.isoformat(timespec="seconds").replace("+00:00", "Z")

@@ -1,4 +1,4 @@
-"""What was taken for what, as text: a table, the first samples, a line a sensor."""
+"""Write how a file was read as text: its columns, the first samples, one trace per sensor."""
 
 from collections.abc import Sequence
 
@@ -15,12 +15,12 @@ _FIRST_SAMPLES = 3
 
 
 def guess_lines(guess: Guess) -> list[str]:
-    """Write what was taken for what, and by which key of lab.yaml another choice is made.
+    """Return lines on how a table was read; each line begins with the key of lab.yaml.
 
     Parameters
     ----------
     guess : Guess
-        Of a table.
+        How the table was read.
     """
     table, choice, clock = guess.table, guess.choice, guess.clock
     reading = table.reading
@@ -62,14 +62,14 @@ def _named(table: SourceTable, index: int) -> str:
 
 
 def sample_lines(recording: Recording, *, plain: bool) -> list[str]:
-    """Write the first samples of a recording, and a line a sensor.
+    """Return lines with the first samples of a recording, and one trace per sensor.
 
     Parameters
     ----------
     recording : Recording
-        As it is written to raw/.
+        The recording as it is written to raw/.
     plain : bool
-        Whether the terminal shows ASCII alone.
+        Whether the terminal shows only ASCII.
     """
     names = ["time_s", *(f"sensor_{n}" for n in range(1, recording.values.shape[0] + 1))]
     samples = [
@@ -88,7 +88,7 @@ def _span(values: np.ndarray) -> str:
 
 
 def trace(values: Sequence[float] | np.ndarray, width: int = _WIDTH, *, plain: bool = False) -> str:
-    """Draw readings (K,) as a line of bars; where samples are missing, a blank.
+    """Return readings (K,) as a line of bars, with blanks for missing samples.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def trace(values: Sequence[float] | np.ndarray, width: int = _WIDTH, *, plain: b
     width : int
         Largest number of characters.
     plain : bool
-        ASCII alone.
+        Whether to use only ASCII.
     """
     values = np.asarray(values, dtype=float)
     bars = _PLAIN_BARS if plain else _BARS

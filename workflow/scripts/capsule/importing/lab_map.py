@@ -1,4 +1,4 @@
-"""What a laboratory says about its files: the keys of lab.yaml, also options of the command."""
+"""Check the keys of lab.yaml, with which a laboratory describes its files."""
 
 import difflib
 from collections.abc import Iterator
@@ -12,26 +12,26 @@ from capsule.kinds import Settings
 
 
 def checked_map(content: Settings, schema: Settings, sensors: int) -> SimpleNamespace:
-    """Check what lab.yaml and the options say, and lay it out by key.
+    """Return the keys of lab.yaml and of the options, after checking them.
 
     Parameters
     ----------
     content : mapping
-        Keys of lab.yaml, values as read.
+        Values by key of lab.yaml.
     schema : mapping
         The JSON Schema of lab.yaml.
     sensors : int
-        Number of sensors S that the configuration names.
+        Configured number of sensors S.
 
     Returns
     -------
     SimpleNamespace
-        An attribute a key; None where nothing is said.
+        One attribute per key; None if a key is not set.
 
     Raises
     ------
     CapsuleError
-        Names key, value and what is allowed.
+        If a key or value is not allowed; the message names key, value and what is allowed.
     """
     faults = [
         text
@@ -49,13 +49,13 @@ def checked_map(content: Settings, schema: Settings, sensors: int) -> SimpleName
     splitting = next((key for key in ("run_column", "run_gap_s") if content.get(key)), None)
     if splitting and (content.get("per_sensor") or content.get("sensor_files")):
         raise CapsuleError(
-            f"{splitting}: {content[splitting]!r} splits a file, but a file is one sensor here; "
-            "leave one of the two out"
+            f"{splitting}: {content[splitting]!r} splits a file into runs, but each file is one "
+            "sensor here; leave one of the two keys out"
         )
     if content.get("date_order") and content.get("time_unit") not in (None, "date"):
         raise CapsuleError(
-            f"date_order: {content['date_order']!r} is given for time_unit: "
-            f"{content['time_unit']}; leave one of the two out"
+            f"date_order: {content['date_order']!r} needs dates, but time_unit is "
+            f"{content['time_unit']}; leave one of the two keys out"
         )
     return SimpleNamespace(**{key: content.get(key) for key in schema["properties"]})
 
@@ -78,7 +78,7 @@ def _describe(error: ValidationError, schema: Settings) -> Iterator[str]:
 
 
 def allowed(part: Settings) -> str:
-    """Say in words what a key may hold.
+    """Return in words what a key may hold.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""From a table of a laboratory to recordings, and to what was taken for what."""
+"""Make recordings from a laboratory's table, and record how each column was read."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from capsule.importing.run_splitting import runs_by_gap, runs_by_value
 from capsule.importing.source_table import SourceTable
 from capsule.recording import Recording
 
-# What a file's own lines may say of the bench.
+# Keys of a file's own header lines that the recording keeps.
 _KNOWN_NOTES = ("adc_bits", "vref_v", "series_ohm", "site", "session")
 _ELECTRONICS = {"adc_bits": "g", "vref_v": "g", "series_ohm": ".6f"}
 _MILLI_DIGITS = 9
@@ -24,7 +24,7 @@ _MILLI_DIGITS = 9
 
 @dataclass(frozen=True)
 class Bench:
-    """What the configuration says of recordings.
+    """The configuration's keys about recordings.
 
     Attributes
     ----------
@@ -33,7 +33,7 @@ class Bench:
     rate_hz, rate_tolerance : float
         Sampling rate, and the largest relative deviation from it.
     full_scale : float
-        What the configured converter reads at the supply voltage.
+        Reading of the configured converter at the supply voltage.
     """
 
     sensors: int
@@ -44,7 +44,7 @@ class Bench:
 
 @dataclass(frozen=True)
 class Guess:
-    """What was taken for what in a table."""
+    """The columns, the time and the unit of the readings that were found in a table."""
 
     table: SourceTable
     choice: Choice
@@ -59,11 +59,11 @@ class Run:
     Attributes
     ----------
     label : str
-        What tells it from the other runs of the file; empty where there is one.
+        Name of the run within the file; empty if the file holds one run.
     recording : Recording
-        Its samples, and the header lines that its origin does not tell.
+        The run's samples, and its header lines except those on its origin.
     remarks : tuple of str
-        What the user should know of it.
+        Notes for the user.
     """
 
     label: str
@@ -72,21 +72,21 @@ class Run:
 
 
 def guess_table(table: SourceTable, keys: SimpleNamespace, bench: Bench) -> Guess:
-    """Find out what the columns of a table are.
+    """Return how to read the columns of a table.
 
     Parameters
     ----------
     table : SourceTable
         The table.
     keys : SimpleNamespace
-        What lab.yaml says.
+        The keys of lab.yaml.
     bench : Bench
-        What the configuration says.
+        The configured values.
 
     Raises
     ------
     CapsuleError
-        Something cannot be told, or in several ways.
+        If the columns, the time or the unit are unknown or ambiguous.
     """
     choice = choose_columns(table, keys, bench.sensors)
     clock = read_time(table, choice.time, keys, bench.rate_hz)
@@ -94,9 +94,9 @@ def guess_table(table: SourceTable, keys: SimpleNamespace, bench: Bench) -> Gues
 
 
 def readings(guess: Guess) -> tuple[np.ndarray, int]:
-    """Return the sensors' readings (S, K) in the unit to be written, and the incomplete samples.
+    """Return readings (S, K) in the recording's unit, and the number of incomplete samples.
 
-    A sample of which a sensor is missing is missing: a recording holds no half ones.
+    If one sensor of a sample is missing, the whole sample counts as missing.
     """
     _, factor = WRITTEN[guess.unit.unit]
     values = np.array([guess.table.numbers(index) for index in guess.choice.sensors])
@@ -109,21 +109,21 @@ def readings(guess: Guess) -> tuple[np.ndarray, int]:
 
 
 def runs_of(guess: Guess, keys: SimpleNamespace, bench: Bench) -> list[Run]:
-    """Make the recordings of a table.
+    """Return the runs of a table as recordings.
 
     Parameters
     ----------
     guess : Guess
-        What its columns are.
+        How the table's columns are read.
     keys : SimpleNamespace
-        What lab.yaml says.
+        The keys of lab.yaml.
     bench : Bench
-        What the configuration says.
+        The configured values.
 
     Raises
     ------
     CapsuleError
-        Time does not run forward, or the sampling rate is too low.
+        If time does not run forward, or the sampling rate is too low.
     """
     values, partly = readings(guess)
     runs = []
@@ -142,7 +142,7 @@ def runs_of(guess: Guess, keys: SimpleNamespace, bench: Bench) -> list[Run]:
 
 
 def _split(guess: Guess, keys: SimpleNamespace) -> list[tuple[str, slice]]:
-    """Split into runs: by the column that names them, then by gaps."""
+    """Return name and rows of each run, split by the run column, then by gaps."""
     labelled = [("", slice(0, guess.clock.time_s.size))]
     if guess.choice.run is not None:
         column = guess.table.columns[guess.choice.run]
@@ -167,7 +167,7 @@ def _split(guess: Guess, keys: SimpleNamespace) -> list[tuple[str, slice]]:
 
 
 def header_of(guess: Guess, keys: SimpleNamespace, started: str) -> dict[str, str]:
-    """Write what is known of a run: what the file's own lines say, then what lab.yaml says."""
+    """Return a run's header: the file's own header lines, overridden by lab.yaml."""
     notes: Mapping[str, str] = guess.table.notes
     own = "format_version" in notes
     header = {
@@ -195,22 +195,22 @@ def make_run(
     bench: Bench,
     remarks: Sequence[str] = (),
 ) -> Run:
-    """Make a recording, at the configured rate.
+    """Return a run as a recording at the configured rate.
 
     Parameters
     ----------
     label : str
-        What tells the run from the others.
+        Name of the run within the file.
     time_s : (K,) array
         Time of each sample in seconds.
     values : (S, K) array
         Readings; NaN where a sample is missing.
     header : mapping of str to str
-        What is known of it.
+        Header lines of the run.
     bench : Bench
-        What the configuration says.
+        The configured values.
     remarks : sequence of str
-        What the user should know of it already.
+        Notes for the user.
     """
     rate_hz = usual_rate(time_s)
     header = dict(header)
@@ -226,7 +226,7 @@ def make_run(
 
 
 def as_map(guess: Guess, keys: SimpleNamespace) -> dict[str, object]:
-    """Write what was taken for what as keys of lab.yaml, which then leave nothing to guess."""
+    """Return how a table was read as keys of lab.yaml, so that nothing is left to guess."""
     table, choice = guess.table, guess.choice
     content: dict[str, object] = {key: text for key, text in table.reading.items() if text}
     content["time"] = NO_TIME if choice.time is None else column_key(table, choice.time)
@@ -239,7 +239,7 @@ def as_map(guess: Guess, keys: SimpleNamespace) -> dict[str, object]:
 
 
 def column_key(table: SourceTable, index: int) -> str | int:
-    """Name a column as lab.yaml does: by its name if no other has it, or by its number."""
+    """Return a column's name in lab.yaml, or its number if the name is missing or not unique."""
     names = [column.name for column in table.columns]
     name = names[index]
     return name if name and names.count(name) == 1 and not name.isdecimal() else index + 1

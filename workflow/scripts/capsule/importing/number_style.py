@@ -1,10 +1,10 @@
-"""How numbers are written: the decimal sign, and what separates thousands."""
+"""Read numbers with different decimal signs and separators of thousands."""
 
 import re
 from collections.abc import Collection
 from dataclasses import dataclass
 
-# No clock and no sensor gives more than this.
+# Larger numbers are neither times nor readings.
 LARGEST_NUMBER = 1e20
 MISSING = frozenset(("", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--"))
 _EXPONENT = r"(?:[eE][+-]?[0-9]+)?"
@@ -12,28 +12,28 @@ _EXPONENT = r"(?:[eE][+-]?[0-9]+)?"
 
 @dataclass(frozen=True)
 class NumberStyle:
-    """A way to write numbers.
+    """The signs that a file uses in numbers.
 
     Attributes
     ----------
     decimal : {"point", "comma"}
         The decimal sign.
     thousands : {"none", "comma", "point"}
-        What separates thousands.
+        The separator of thousands.
     """
 
     decimal: str
     thousands: str = "none"
 
     def number(self, cell: str, missing: Collection[str | float] = ()) -> float | None:
-        """Read a cell: NaN where it stands for a missing sample, None where it is no number.
+        """Return a cell's number; NaN for a missing sample, None if it is not a number.
 
         Parameters
         ----------
         cell : str
-            As it stands in the file.
+            The cell's text.
         missing : collection of str or float
-            What also stands for a missing sample, in lower case.
+            Additional marks of a missing sample, in lower case.
         """
         text = cell.strip()
         if _PATTERNS[self].fullmatch(text):
@@ -51,7 +51,7 @@ COMMA = NumberStyle("comma")
 POINT_WITH_THOUSANDS = NumberStyle("point", "comma")
 COMMA_WITH_THOUSANDS = NumberStyle("comma", "point")
 STYLES = (POINT, COMMA, POINT_WITH_THOUSANDS, COMMA_WITH_THOUSANDS)
-# A group of thousands never begins with 0: 0,123 holds a decimal comma.
+# A number with thousands never begins with 0: the comma of 0,123 is a decimal sign.
 _PATTERNS = {
     POINT: re.compile(rf"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+){_EXPONENT}"),
     COMMA: re.compile(rf"[+-]?(?:[0-9]+(?:,[0-9]+)?|,[0-9]+){_EXPONENT}"),

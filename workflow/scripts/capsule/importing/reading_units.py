@@ -1,4 +1,4 @@
-"""What the readings of a table are: counts, volts or resistances."""
+"""Find the unit of a table's readings: counts, volts or ohms."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,16 +11,16 @@ from capsule.importing.source_table import SourceTable
 from capsule.importing.unit_names import OTHER_UNITS, READING_UNITS, plain_unit, split_unit
 from capsule.recording import Recording
 
-# A full scale up to this is volts, a larger one counts.
+# A full scale up to this is in volts, a larger one in counts.
 _HIGHEST_VOLTS = 60.0
 _FIT_VOLTS = 5.5
 _FIT_MILLIVOLTS = (100.0, 5500.0)
 _FIT_OHMS = (100.0, 1e7)
 _FIT_KILOOHMS = (0.1, 1e4)
 _HIGHEST_COUNT = 65_535.0
-# Readings that use less of the converter than this are rather something else.
+# If the largest reading is below this, the readings are probably not counts.
 _LEAST_COUNT = 64.0
-# What a recording calls the unit, and what its readings are multiplied by.
+# The unit's name in a recording, and the factor on the readings.
 WRITTEN = {
     "counts": ("counts", 1.0),
     "V": ("V", 1.0),
@@ -29,14 +29,14 @@ WRITTEN = {
     "kohm": ("kohm", 1.0),
 }
 _NO_UNIT = (
-    "fit no unit; if one of them stands for a missing sample, name it by --missing, else give "
-    "the unit by --unit"
+    "fit no unit; if one of them marks a missing sample, name it with --missing, else give "
+    "the unit with --unit"
 )
 
 
 @dataclass(frozen=True)
 class ReadingUnit:
-    """The unit of the readings, as lab.yaml names it, and why it is that."""
+    """The unit of the readings, as lab.yaml names it, and the reason for it."""
 
     unit: str
     reason: str
@@ -45,7 +45,7 @@ class ReadingUnit:
 def reading_unit(
     table: SourceTable, sensors: Sequence[int], keys: SimpleNamespace, full_scale: float
 ) -> ReadingUnit:
-    """Tell the unit of the sensors' readings.
+    """Return the unit of the sensors' readings.
 
     Parameters
     ----------
@@ -54,14 +54,14 @@ def reading_unit(
     sensors : sequence of S int
         Indices of the sensors' columns.
     keys : SimpleNamespace
-        What lab.yaml says: ``unit``.
+        The keys of lab.yaml, of which ``unit`` is used.
     full_scale : float
-        What the configured converter reads at the supply voltage.
+        Reading of the configured converter at the supply voltage.
 
     Raises
     ------
     CapsuleError
-        The file names a unit that cannot be used, or several units fit and none is named.
+        If the file names a unit that cannot be used, or names none and several fit.
     """
     if keys.unit:
         return ReadingUnit(keys.unit, "given")
@@ -71,8 +71,8 @@ def reading_unit(
     if "" in units or len(units) > 1:
         raise CapsuleError(
             f"column {label}: the file names the unit {' and '.join(sorted(texts))!r}; allowed "
-            "are counts, V, mV, ohm and kohm, the same for all sensors: give --unit if the "
-            "readings are one of these"
+            "are counts, V, mV, ohm and kohm, the same for all sensors; use --unit if the "
+            "readings have one of these units"
         )
     if units:
         return ReadingUnit(units.pop(), "named in the file")
@@ -95,7 +95,7 @@ def _named(table: SourceTable, index: int) -> str:
 def _by_values(values: np.ndarray, full_scale: float, label: str) -> ReadingUnit:
     known = values[~np.isnan(values)]
     if known.size == 0:
-        raise CapsuleError(f"column {label}: there is no reading; name other columns by --sensors")
+        raise CapsuleError(f"column {label}: it has no reading; name other columns with --sensors")
     low, high = float(known.min()), float(known.max())
     whole = bool(np.all(known % 1.0 == 0))
     span = f"readings from {low:.6g} to {high:.6g}"
@@ -118,31 +118,31 @@ def _by_values(values: np.ndarray, full_scale: float, label: str) -> ReadingUnit
     if len(fitting) == 1:
         return ReadingUnit(fitting[0], f"{span} fit no other unit")
     options = " or ".join(f"{unit} (--unit {unit})" for unit in fitting)
-    told = f"can be {options}; say which" if fitting else _NO_UNIT
+    told = f"can be {options}; choose one" if fitting else _NO_UNIT
     raise CapsuleError(f"column {label}: {span} {told}")
 
 
 def advice(recording: Recording, full_scale: float) -> list[str]:
-    """Say what else of the bench is needed to judge readings in their unit.
+    """Return advice on the electronics' values that judging the readings still needs.
 
     Parameters
     ----------
     recording : Recording
-        As it is archived; its header names the unit.
+        The recording as it is archived; its header names the unit.
     full_scale : float
-        What the configured converter reads at the supply voltage.
+        Reading of the configured converter at the supply voltage.
     """
     header, unit = recording.header, recording.header["unit"]
     highest = float(np.nanmax(recording.values, initial=0.0))
     if unit == "V" and "vref_v" not in header:
-        return ["the supply voltage is unknown, so volts are judged as they are; give --vref-v"]
+        return ["the supply voltage is unknown, so volts are judged as they are; use --vref-v"]
     if unit in ("ohm", "kohm") and "series_ohm" not in header:
         return [
-            "the resistor in series is unknown, so the median resistance stands for it; "
-            "give --series-ohm"
+            "the resistor in series is unknown, so the median resistance replaces it; "
+            "use --series-ohm"
         ]
     if unit == "counts" and "adc_bits" not in header and highest >= full_scale:
         return [
-            f"readings reach {highest:g}, diagonal.full_scale is {full_scale:g}; give --adc-bits"
+            f"readings reach {highest:g}, but diagonal.full_scale is {full_scale:g}; use --adc-bits"
         ]
     return []

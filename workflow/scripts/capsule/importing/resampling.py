@@ -1,12 +1,14 @@
-"""From the sampling rate of a laboratory to the configured one.
+"""Resample a laboratory's readings to the configured sampling rate.
 
-The filter is a finite impulse response: its phase is linear, and it is applied about each instant,
-so that it moves no peak. Where the peaks of the four sensors lie is what the detectors judge by; a
-recursive filter would delay each frequency by another time. Its length is Kaiser's for 60 dB, a
-thousandth: what folds back is below one step of a 10 bit converter. It passes all below a quarter
-of the new rate, which at 10 Hz are eight harmonics of a wave of 3.2 s, and nothing from half the
-new rate on. It is 1.5 s long at 10 Hz; within half of that from an end or a gap it has but one
-side, and the readings there go on with their own slope.
+The low-pass filter is a symmetric finite impulse response, so it moves no peak. The detectors use
+the positions of the four sensors' peaks; a recursive filter would delay each frequency differently.
+
+The filter's length is Kaiser's for 60 dB, a factor of 1000: aliases stay below one step of a 10-bit
+converter. The filter passes all below a quarter of the new rate, and stops all above half of it. At
+10 Hz, it passes eight harmonics of a wave of 3.2 s.
+
+The filter is 1.5 s long at 10 Hz. Within half of that from an end or a gap, the readings are
+continued with their own slope.
 """
 
 import numpy as np
@@ -16,31 +18,31 @@ from scipy.signal import firwin, kaiser_beta, kaiserord, oaconvolve
 from capsule.errors import CapsuleError
 
 STOP_DB = 60.0
-# Of the new rate: up to here all passes, from half of it on nothing does.
+# Ends of the passband and start of the stopband, as fractions of the new rate.
 _PASS = 0.25
 _STOP = 0.5
-# Samples that lie further apart than this many intervals of the slower rate enclose a gap.
+# Two samples enclose a gap if they are more than this many intervals of the slower rate apart.
 _GAP = 1.5
-# A new sample is there where an old one is at most this many intervals away, of the new rate ...
+# A new sample exists if an old one is at most this many intervals of the new rate away ...
 _NEAR_NEW = 0.49
-# ... or of the old one, where that is the slower one.
+# ... or of the old rate, if that distance is larger.
 _NEAR_OLD = 0.6
-# Of the spline between samples: its images of a tone decay with the sixth power of frequency ...
+# Degree of the spline between samples: its images decay with the sixth power of frequency ...
 _DEGREE = 5
-# ... so that on a grid this many times the new rate what they fold back to is below the filter's.
+# ... so on a grid of this many times the new rate, their aliases are below those of the filter.
 _LEAST_FACTOR = 12
-# Significant digits that are kept: far below the noise, and short to write.
+# Significant digits that are kept: precise far below the noise, and short to write.
 _DIGITS = 6
 _LEAST_RATIO = 0.5
 
 
 def usual_rate(time_s: np.ndarray) -> float:
-    """Return the sampling rate of instants (K,), whatever gaps and jitter they have.
+    """Return the sampling rate in Hz of times (K,) in s, which may have gaps and jitter.
 
     Raises
     ------
     CapsuleError
-        Time does not run forward.
+        If time does not run forward, or there are fewer than two samples.
     """
     steps = np.diff(time_s)
     wrong = np.flatnonzero(steps <= 0)
@@ -65,37 +67,37 @@ def usual_rate(time_s: np.ndarray) -> float:
 def resample(
     time_s: np.ndarray, values: np.ndarray, rate_hz: float, start_s: float | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Bring readings to another sampling rate.
+    """Return readings at another sampling rate.
 
     Parameters
     ----------
     time_s : (K,) array
         Time of each sample in seconds.
     values : (S, K) array
-        Readings; a sample is missing where one of them is NaN.
+        Readings; a sample with any NaN counts as missing.
     rate_hz : float
         The new rate.
     start_s : float, optional
-        Instant of the first new sample; the first sample's if not given.
+        Time of the first new sample; that of the first sample if not given.
 
     Returns
     -------
     time_s : (M,) array
-        Instants of the new samples, from 0 on.
+        Times of the new samples, from 0 on.
     values : (S, M) array
-        Readings; NaN where no sample lies near, so that a gap stays a gap.
+        Readings; NaN if no sample is near. So missing samples stay missing.
 
     Raises
     ------
     CapsuleError
-        The rate is too low to be raised to the new one, or time does not run forward.
+        If the old rate is too low, or time does not run forward.
     """
     old_hz = usual_rate(time_s)
     if old_hz < _LEAST_RATIO * rate_hz:
         raise CapsuleError(
             f"the sampling rate is {old_hz:.4g} Hz, less than half of recording.rate_hz "
-            f"{rate_hz:g}; what was not sampled cannot be made: record faster, or configure "
-            "another rate"
+            f"{rate_hz:g}, and import cannot restore what was not sampled; record faster, or "
+            "configure another rate"
         )
     known = ~np.isnan(values).any(axis=0)
     at, kept = time_s[known], values[:, known]
@@ -128,10 +130,11 @@ def _nearest(at: np.ndarray, instants: np.ndarray) -> np.ndarray:
 def _within(
     at: np.ndarray, values: np.ndarray, instants: np.ndarray, old_hz: float, rate_hz: float
 ) -> np.ndarray:
-    """Filter a stretch (S, K) that holds no gap, and read it at the instants (M,)."""
+    """Return readings (S, K) without gaps, filtered, at other times (M,)."""
     if at.size <= _DEGREE:
         return np.array([np.interp(instants, at, row) for row in values])
-    # An even grid of which each so many samples are one new one: clocks jitter, and rates are odd.
+    # The clock may jitter and the rates may have no common multiple, so first interpolate on a fine
+    # even grid, whose rate is a multiple of the new rate.
     spline = make_interp_spline(at, values, k=_DEGREE, axis=1)
     inside = np.clip(instants, at[0], at[-1])
     if old_hz <= rate_hz:
@@ -143,7 +146,7 @@ def _within(
     before = int(np.floor((instants[0] - at[0]) * fine_hz + 1e-9))
     after = int(np.floor((at[-1] - instants[0]) * fine_hz + 1e-9))
     grid = instants[0] + np.arange(-before, after + 1) / fine_hz
-    # Turned about its ends, a stretch goes on with its own slope.
+    # Odd reflection at both ends continues the readings with their own slope.
     widths = ((0, 0), (half, half))
     even = spline(np.clip(grid, at[0], at[-1]))
     padded = np.pad(even, widths, mode="reflect", reflect_type="odd")
@@ -154,7 +157,7 @@ def _within(
 
 
 def low_pass(fine_hz: float, rate_hz: float) -> np.ndarray:
-    """Design the filter before samples are left out.
+    """Return the taps of the low-pass filter before decimation.
 
     Parameters
     ----------
@@ -166,7 +169,7 @@ def low_pass(fine_hz: float, rate_hz: float) -> np.ndarray:
     Returns
     -------
     (N,) array
-        Taps, of an odd number; they add up to 1.
+        Taps; their number is odd, and their sum is 1.
     """
     width = (_STOP - _PASS) * rate_hz / (fine_hz / 2)
     number, _ = kaiserord(STOP_DB, width)
@@ -177,6 +180,6 @@ def low_pass(fine_hz: float, rate_hz: float) -> np.ndarray:
 
 
 def _rounded(values: np.ndarray) -> np.ndarray:
-    """Drop digits that mean nothing."""
+    """Return values rounded to significant digits of the largest value."""
     largest = np.nanmax(np.abs(values), initial=1e-12, where=~np.isnan(values))
     return np.round(values, _DIGITS - int(np.ceil(np.log10(largest))))

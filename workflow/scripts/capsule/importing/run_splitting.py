@@ -1,4 +1,4 @@
-"""Several runs in one table: by a column that names them, or by gaps in time."""
+"""Split a table into runs, by a column that names the runs or by gaps in time."""
 
 from collections.abc import Sequence
 
@@ -10,7 +10,7 @@ MOST_RUNS = 1000
 
 
 def runs_by_value(values: Sequence[str]) -> list[tuple[str, slice]]:
-    """Split where a column's value changes.
+    """Return the runs of a table, split where a column's value changes.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ def runs_by_value(values: Sequence[str]) -> list[tuple[str, slice]]:
     Raises
     ------
     CapsuleError
-        There are more runs than a file can hold.
+        If there are more than `MOST_RUNS` runs.
     """
     array = np.array(values, dtype=object)
     starts = [0, *(np.flatnonzero(array[1:] != array[:-1]) + 1).tolist()]
@@ -35,14 +35,14 @@ def runs_by_value(values: Sequence[str]) -> list[tuple[str, slice]]:
 
 
 def runs_by_gap(time_s: np.ndarray, run_gap_s: float) -> list[slice]:
-    """Split where more than `run_gap_s` passes between two samples, or time runs backwards.
+    """Return the rows of each run, split at gaps in time and where time runs backwards.
 
     Parameters
     ----------
     time_s : (K,) array
         Time of each sample in seconds.
     run_gap_s : float
-        Longest gap within a run.
+        Longest gap within a run, in s.
     """
     steps = np.diff(time_s)
     starts = [0, *(np.flatnonzero((steps > run_gap_s) | (steps < 0)) + 1).tolist()]

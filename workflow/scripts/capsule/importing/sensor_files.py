@@ -1,4 +1,4 @@
-"""One run from several files, each of one sensor."""
+"""Join files of one sensor each to one run."""
 
 from collections.abc import Sequence
 from types import SimpleNamespace
@@ -10,32 +10,32 @@ from capsule.importing.dates import later
 from capsule.importing.mapped_runs import Bench, Guess, Run, header_of, make_run, readings
 from capsule.importing.resampling import resample, usual_rate
 
-# Time stamps that differ by less, in intervals, are the same instant.
+# Time stamps that differ by less than this many intervals are the same time.
 _SAME_INSTANT = 0.1
 
 
 def joined_run(guesses: Sequence[Guess], keys: SimpleNamespace, bench: Bench) -> Run:
-    """Join the files of the sensors to one recording.
+    """Return one run from the files of the sensors.
 
     Parameters
     ----------
     guesses : sequence of S Guess
-        Each of one sensor, in the order of the sensors.
+        One table per sensor, in the order of the sensors.
     keys : SimpleNamespace
-        What lab.yaml says.
+        The keys of lab.yaml.
     bench : Bench
-        What the configuration says.
+        The configured values.
 
     Raises
     ------
     CapsuleError
-        The files differ in unit, or do not overlap in time.
+        If the files have different units, or do not overlap in time.
     """
     units = {guess.unit.unit for guess in guesses}
     if len(units) > 1:
         raise CapsuleError(
             f"the sensors' files have different units, {' and '.join(sorted(units))}; "
-            "give one by --unit"
+            "give one with --unit"
         )
     times = [guess.clock.first_s + guess.clock.time_s for guess in guesses]
     rows = [readings(guess)[0][0] for guess in guesses]
@@ -50,7 +50,7 @@ def joined_run(guesses: Sequence[Guess], keys: SimpleNamespace, bench: Bench) ->
     header = header_of(guesses[0], keys, started)
     if _are_alike(times):
         values = np.array(rows)
-        # A recording holds no half samples.
+        # If one sensor of a sample is missing, the whole sample counts as missing.
         values[:, np.isnan(values).any(axis=0)] = np.nan
         return make_run("", times[0] - start, values, header, bench)
     parts = []

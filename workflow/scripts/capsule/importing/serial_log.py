@@ -1,4 +1,4 @@
-"""Logs of a serial line: time stamps of the Arduino IDE, and labels of its serial plotter."""
+"""Read logs of a serial line, with the Arduino IDE's time stamps or its plotter's labels."""
 
 import re
 from types import SimpleNamespace
@@ -13,39 +13,39 @@ from capsule.importing.text_table import missing_words, text_column, text_table
 STAMP_NAME = "serial monitor"
 _STAMP = re.compile(r"\s*([0-9]{1,2}:[0-9]{2}:[0-9]{2}(?:[.,][0-9]+)?)\s*->\s?(.*)")
 _LABELLED = re.compile(r"([A-Za-z_][\w .#-]*?)\s*[:=]\s*([+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?|nan)")
-# The share of the lines that must look like a serial log's.
+# Least share of the lines that must look like those of a serial log.
 _LEAST_SHARE = 0.5
 
 
 def is_serial_log(text: TextLines) -> bool:
-    """Tell whether lines bear the time stamps of a serial monitor, or labels before readings."""
+    """Return whether lines have a serial monitor's time stamps, or labels before readings."""
     some = [line for _, line in text.lines[:200]]
     fitting = sum(bool(_STAMP.fullmatch(line) or _labels(line)) for line in some)
     return bool(some) and fitting > _LEAST_SHARE * len(some)
 
 
 def _labels(line: str) -> tuple[str, ...]:
-    """Give the labels of a line that holds nothing but labelled numbers."""
+    """Return the labels of a line; empty if it holds anything but labelled numbers."""
     rest = re.sub(r"[\s,;|]+", "", _LABELLED.sub("", line))
     return tuple(match[1].strip() for match in _LABELLED.finditer(line)) if not rest else ()
 
 
 def serial_table(text: TextLines, keys: SimpleNamespace, needed: int) -> SourceTable:
-    """Read the table in the log of a serial line; a line that holds no whole sample is passed over.
+    """Read the table in the log of a serial line; lines without a whole sample are passed over.
 
     Parameters
     ----------
     text : TextLines
-        Its lines.
+        The file's lines.
     keys : SimpleNamespace
-        What lab.yaml says.
+        The keys of lab.yaml.
     needed : int
-        Number of columns of numbers that there must be.
+        Least number of columns of numbers.
 
     Raises
     ------
     CapsuleError
-        There is no table, or it can be read in several ways.
+        If there is no table, or several dialects fit.
     """
     stamps, lines = {}, []
     for number, line in text.lines:
@@ -73,7 +73,7 @@ def serial_table(text: TextLines, keys: SimpleNamespace, needed: int) -> SourceT
 
 
 def _labelled(text: TextLines, keys: SimpleNamespace) -> SourceTable | None:
-    """Read labelled numbers; None where there are no labels."""
+    """Return the table of labelled numbers; None if the lines have no labels."""
     labels = [_labels(line) for _, line in text.lines]
     usual = max(set(labels), key=labels.count, default=())
     if not usual or labels.count(usual) < _LEAST_SHARE * len(labels):

@@ -1,4 +1,4 @@
-"""A table as it lies in a laboratory's file, whatever the format of the file."""
+"""Represent a table of a laboratory's file, for all file formats."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -18,15 +18,15 @@ class Column:
     Attributes
     ----------
     name : str
-        As the file has it; empty where it has none.
+        Name in the file; empty if there is none.
     values : (K,) array
-        Numbers; NaN where a cell is empty, stands for a missing sample, or is no number.
+        Numbers; NaN if a cell is empty, marks a missing sample, or is not a number.
     unit : str
-        As the file has it; empty where it has none.
+        Unit in the file; empty if there is none.
     texts : (K,) array of str, or None
-        The cells as they stand in a text file.
+        The cells' text in a text file.
     unreadable : (B,) array of int
-        Indices of the cells that hold something that is no number.
+        Indices of the cells that hold something else than a number.
     """
 
     name: str
@@ -37,7 +37,7 @@ class Column:
 
     @property
     def holds_numbers(self) -> bool:
-        """Whether most of what stands in the cells is a number."""
+        """Whether most of the filled cells are numbers."""
         numbers = int(np.count_nonzero(~np.isnan(self.values)))
         return numbers > self.unreadable.size
 
@@ -51,26 +51,26 @@ class SourceTable:
     columns : tuple of Column
         All of the same length.
     kind : str
-        What a table of this format is called, and the key of lab.yaml that chooses one:
-        ``sheet`` or ``variable``; empty where a file holds one table.
+        Word for a table of this format, and key of lab.yaml that chooses one: ``sheet`` or
+        ``variable``; empty if a file holds one table.
     label : str
         The table's name.
     lines : (K,) array of int, or None
-        Where each row stands: the number of its line or row.
+        Number of each row's line or row in the file.
     line_word : str
-        What `lines` counts.
+        Word for what `lines` counts.
     started : str
-        When the first sample was taken, ISO 8601; empty where it is unknown.
+        Date and time of the first sample, ISO 8601; empty if unknown.
     rate_hz : float or None
-        Sampling rate that the file gives beside the readings.
+        Sampling rate that the file states.
     notes : mapping of str to str
         ``key: value`` lines of the file.
     reading : mapping of str to str
         How the file was read, as keys of lab.yaml: encoding, delimiter, decimal.
     passed_over : tuple of int
-        Numbers of the lines that hold no sample, or less than a whole one.
+        Numbers of the lines without a whole sample.
     remark : str
-        What the user should know of the file; empty where nothing is odd.
+        Note for the user; empty if there is none.
     """
 
     columns: tuple[Column, ...]
@@ -87,21 +87,21 @@ class SourceTable:
 
     @property
     def place(self) -> str:
-        """The table's place in its file, for a message; empty where there is but one."""
+        """The table's place in its file, for a message; empty if the file holds one table."""
         return f"{self.kind} {self.label!r}" if self.kind else ""
 
     def line(self, index: int) -> str:
-        """Name the place of a row."""
+        """Return the place of a row, for a message."""
         if self.lines is None:
             return f"sample {index + 1}"
         return f"{self.line_word} {self.lines[index]}"
 
     def column_label(self, index: int) -> str:
-        """Name a column by what stands above it, or by its number."""
+        """Return a column's name, or its number if it has no name."""
         return repr(self.columns[index].name) if self.columns[index].name else f"{index + 1}"
 
     def listed(self, indices: list[int]) -> str:
-        """List columns in words."""
+        """Return a list of columns in words."""
         shown = [self.column_label(index) for index in indices[:_NAMED_AT_MOST]]
         more = len(indices) - len(shown)
         return ", ".join(shown) + (f" and {more} more" if more else "")
@@ -112,7 +112,7 @@ class SourceTable:
         Raises
         ------
         CapsuleError
-            A cell holds something else; the text names its place.
+            If a cell holds something else; the message names its place.
         """
         column = self.columns[index]
         if column.unreadable.size:
@@ -120,7 +120,7 @@ class SourceTable:
             text = "" if column.texts is None else str(column.texts[row])[:60]
             raise CapsuleError(
                 f"{self.line(row)}, column {self.column_label(index)}: {text!r} is not a number; "
-                "if it stands for a missing sample, name it by --missing; if the table ends above "
+                "if it marks a missing sample, name it with --missing; if the table ends above "
                 "it, delete what follows"
             )
         wild = np.flatnonzero(np.abs(column.values) > LARGEST_NUMBER)
@@ -134,5 +134,5 @@ class SourceTable:
 
 
 def bare_column(name: str, values: np.ndarray, unit: str = "") -> Column:
-    """Make a column of numbers of a file that holds no text."""
+    """Return a column of numbers, for a file format without text cells."""
     return Column(name, np.asarray(values, dtype=float), unit)

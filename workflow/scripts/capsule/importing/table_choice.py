@@ -1,4 +1,4 @@
-"""Which table of a file that holds several."""
+"""Choose the tables of a file that are runs."""
 
 import difflib
 from collections.abc import Sequence
@@ -14,21 +14,21 @@ _NAMED_AT_MOST = 12
 def choose_tables(
     tables: Sequence[SourceTable], keys: SimpleNamespace, needed: int
 ) -> list[SourceTable]:
-    """Choose the tables that are runs: by name, all, or the only one that can be.
+    """Return the tables that are runs: the named table, all tables, or the only one that fits.
 
     Parameters
     ----------
     tables : sequence of SourceTable
-        Those of a file.
+        The tables of a file.
     keys : SimpleNamespace
-        What lab.yaml says: ``sheet``, ``variable``.
+        The keys of lab.yaml, of which ``sheet`` and ``variable`` are used.
     needed : int
-        Number of columns of numbers that a run must have.
+        Least number of columns of numbers of a run.
 
     Raises
     ------
     CapsuleError
-        The named one is not there, or several can be.
+        If the named table does not exist, or several tables fit.
     """
     fitting = [
         table for table in tables if sum(column.holds_numbers for column in table.columns) >= needed
@@ -58,8 +58,8 @@ def choose_tables(
     if len(fitting) > 1 and wanted != ALL:
         raise CapsuleError(
             f"{len(fitting)} of its parts can be the recording: "
-            f"{_listed([table.label for table in fitting])}; name one by --{kind}, or give "
-            f"--{kind} all if each is a run"
+            f"{_listed([table.label for table in fitting])}; name one with --{kind}, or use "
+            f"--{kind} all if each one is a run"
         )
     return fitting
 

@@ -1,7 +1,7 @@
-"""How a text file writes a table: what separates its columns, and how it writes its numbers.
+"""Find the dialect of a text file: the delimiter of its columns, and the style of its numbers.
 
-Each way that is possible is tried. Where several give different numbers, none is taken: the
-refusal names them, and the key of lab.yaml that decides.
+The module tries each possible dialect. If several give different numbers, it takes none: the
+error names them, and the keys of lab.yaml that decide.
 """
 
 from collections import Counter
@@ -20,31 +20,31 @@ from capsule.importing.number_style import (
 )
 from capsule.importing.text_lines import DELIMITERS, split_cells
 
-# Lines that are tried at first; all where these leave a choice.
+# Lines that are tried first; if they leave a choice, all lines are tried.
 _TRIED = 200
-# The share of the lines below the first sample that must look like samples.
+# Least share of the lines below the first sample that must look like samples.
 _LEAST_ROWS = 0.6
-# A way to read that makes fewer numbers of the cells than another by this share is dropped.
+# A dialect is dropped if its share of cells with numbers is lower than the best by this much.
 _FEWER_NUMBERS = 0.05
-# Lines of numbers: None where a cell is none; "?" for a missing sample, for it equals itself.
+# Lines of numbers. None: not a number. "?": a missing sample (NaN would not equal itself).
 _Read: TypeAlias = list[list[float | str | None]]
 _SIGNS = {"comma": ",", "point": ".", "none": ""}
 
 
 @dataclass(frozen=True)
 class Dialect:
-    """How a text file writes a table.
+    """The format of a table in a text file.
 
     Attributes
     ----------
     delimiter : str
         A key of `capsule.importing.text_lines.DELIMITERS`.
     style : NumberStyle
-        How it writes numbers.
+        The style of its numbers.
     first : int
-        Index of the first line that holds a sample.
+        Index of the first line with a sample.
     cells : int
-        Number of cells of a line.
+        Number of cells in a line.
     """
 
     delimiter: str
@@ -53,12 +53,12 @@ class Dialect:
     cells: int
 
     def split(self, line: str) -> list[str]:
-        """Split a line into the cells of this dialect."""
+        """Return the cells of a line in this dialect."""
         return dialect_cells(line, self.delimiter, self.style, self.cells)
 
 
 def dialect_cells(line: str, delimiter: str, style: NumberStyle, cells: int = 0) -> list[str]:
-    """Split a line; where commas do both, columns and decimals, two parts are one number."""
+    """Return a line's cells; if commas are delimiter and decimal sign, two parts make a number."""
     parts = split_cells(line, delimiter)
     if delimiter == "comma" and style == COMMA and '"' not in line and len(parts) == 2 * cells:
         return [",".join(parts[at : at + 2]) for at in range(0, len(parts), 2)]
@@ -71,23 +71,23 @@ def guess_dialect(
     needed: int,
     missing: Collection[str | float],
 ) -> Dialect:
-    """Find how a text file writes its table.
+    """Return the dialect of a text file's table.
 
     Parameters
     ----------
     lines : sequence of (int, str)
         Number and text of each line.
     keys : SimpleNamespace
-        What lab.yaml says; ``delimiter``, ``decimal`` and ``thousands`` are looked at.
+        The keys of lab.yaml, of which ``delimiter``, ``decimal`` and ``thousands`` are used.
     needed : int
-        Number of columns of numbers that there must be.
+        Least number of columns of numbers.
     missing : collection of str
-        What stands for a missing sample, in lower case.
+        Words for a missing sample, in lower case.
 
     Raises
     ------
     CapsuleError
-        There is no such table, or there are several ways to read it.
+        If there is no such table, or several dialects fit.
     """
     few = lines if len(lines) <= _TRIED else [*lines[: _TRIED // 2], *lines[-_TRIED // 2 :]]
     ways = _distinct(few, keys, needed, missing)
@@ -96,9 +96,9 @@ def guess_dialect(
     if not ways:
         number, text = lines[len(lines) // 2] if lines else (1, "")
         raise CapsuleError(
-            f"line {number}: no table with {needed} columns of numbers is there, whether commas, "
-            f"semicolons, tabs, spaces or bars separate them; the line is {text.strip()[:60]!r}; "
-            "say how it is written by --delimiter, --decimal and --skip-lines"
+            f"line {number}: there is no table with {needed} columns of numbers, separated by "
+            f"commas, semicolons, tabs, spaces or bars; the line is {text.strip()[:60]!r}; "
+            "describe the format with --delimiter, --decimal and --skip-lines"
         )
     if len(ways) > 1:
         raise CapsuleError(_ambiguity(few, list(ways)))
@@ -120,7 +120,7 @@ def _distinct(
     needed: int,
     missing: Collection[str | float],
 ) -> dict[Dialect, _Read]:
-    """Try each way; give those that read different numbers, one of each."""
+    """Try each dialect; return those that read different numbers, one of each."""
     rated = []
     for delimiter in [keys.delimiter] if keys.delimiter else DELIMITERS:
         if DELIMITERS[delimiter] and not any(DELIMITERS[delimiter] in text for _, text in lines):
@@ -128,7 +128,7 @@ def _distinct(
         for style in _styles(lines, keys):
             rated += _try(lines, delimiter, style, needed, missing, said=_is_said(keys))
     best = max((share for share, _, _ in rated), default=0.0)
-    # With the same columns, the way that makes more numbers of the cells is the right one.
+    # With the same delimiter, the style that reads more cells as numbers is the right one.
     most = {dialect.delimiter: 0.0 for _, dialect, _ in rated}
     for share, dialect, _ in rated:
         most[dialect.delimiter] = max(most[dialect.delimiter], share)
@@ -137,7 +137,7 @@ def _distinct(
         rated = [each for each in rated if each[1].delimiter != "none"]
     ways: dict[Dialect, _Read] = {}
     for share, dialect, numbers in rated:
-        # Spaces beside tabs are part of a name or of an empty cell.
+        # In a table with tabs, spaces are part of a name or of an empty cell.
         beside_tab = dialect.delimiter == "space" and any(d.delimiter == "tab" for d in ways)
         if share >= best - _FEWER_NUMBERS and numbers not in ways.values() and not beside_tab:
             ways[dialect] = numbers
@@ -145,13 +145,13 @@ def _distinct(
 
 
 def _is_said(keys: SimpleNamespace) -> bool:
-    """Tell whether lab.yaml has commas between columns and in numbers."""
+    """Return whether lab.yaml sets commas as delimiter and as decimal sign."""
     said: bool = keys.delimiter == "comma" and keys.decimal == "comma"
     return said
 
 
 def _is_named(lines: Sequence[tuple[int, str]], dialect: Dialect) -> bool:
-    """Tell whether the line above the first sample names several columns."""
+    """Return whether the line above the first sample names several columns."""
     if dialect.cells < 2 or dialect.first == 0:
         return False
     names = split_cells(lines[dialect.first - 1][1], dialect.delimiter)
@@ -164,7 +164,7 @@ def _styles(lines: Sequence[tuple[int, str]], keys: SimpleNamespace) -> list[Num
         for style in STYLES
         if keys.decimal in (None, style.decimal) and keys.thousands in (None, style.thousands)
     ]
-    # A number with a point is one with decimals, wherever no comma says otherwise.
+    # A point is a decimal sign, unless commas appear, too.
     both = any("," in text and "." in text for _, text in lines)
     if keys.thousands is None and not both:
         styles = [style for style in styles if style != COMMA_WITH_THOUSANDS]
@@ -180,7 +180,7 @@ def _try(
     *,
     said: bool,
 ) -> list[tuple[float, Dialect, _Read]]:
-    """Read all lines in one way; nothing where that makes no table."""
+    """Read all lines in one dialect; return an empty list if that gives no table."""
     rows = [split_cells(text, delimiter) for _, text in lines]
     usual = Counter(map(len, rows[len(rows) // 4 :])).most_common(1)
     if not usual:
@@ -188,7 +188,7 @@ def _try(
     width = usual[0][0]
     commas_in_numbers = "," in (_SIGNS[style.decimal], _SIGNS[style.thousands])
     quotes = any('"' in text for _, text in lines)
-    # A comma does one thing, unless quotes tell the two apart, or a number has two parts.
+    # A comma has one role, unless quotes separate the two roles, or two parts make a number.
     if delimiter == "comma" and commas_in_numbers and not quotes:
         return _try_pairs(lines, style, width, needed, missing, said=said)
     numbers: _Read = [[style.number(cell, missing) for cell in row] for row in rows]
@@ -204,7 +204,7 @@ def _try_pairs(
     *,
     said: bool,
 ) -> list[tuple[float, Dialect, _Read]]:
-    """Take two parts for one number, where lab.yaml or half as many names say so."""
+    """Join two parts to one number, if lab.yaml says so or a line has half as many names."""
     cells = width // 2
     named = any(len(split_cells(text, "comma")) == cells for _, text in lines)
     if style != COMMA or width % 2 or not (named or said):
@@ -222,7 +222,7 @@ def _rate(
         return len(row) == cells and known >= needed
 
     def is_row(row: list[float | str | None]) -> bool:
-        # Of a sample that is missing, the time alone may be there.
+        # A line with a missing sample may hold only the time.
         return len(row) == cells and None not in row and any(each == each for each in row)
 
     first = next((index for index, row in enumerate(numbers) if is_sample(row)), None)
@@ -240,15 +240,15 @@ def _rate(
 
 
 def _ambiguity(lines: Sequence[tuple[int, str]], ways: list[Dialect]) -> str:
-    """Name a cell that can be read in several ways, and what decides."""
+    """Return a message that names an ambiguous cell, and the options that decide."""
     widest = min(ways, key=lambda way: way.cells)
     for number, text in lines[widest.first :]:
         for cell in widest.split(text):
             if "," in cell or (len({way.cells for way in ways}) == 1 and "." in cell):
-                return f"line {number}: {cell!r} can be {_readings(cell, ways)}; say which"
+                return f"line {number}: {cell!r} can be {_readings(cell, ways)}; choose one"
     number, text = lines[widest.first]
     options = " or ".join(f"--delimiter {way.delimiter}" for way in ways)
-    return f"line {number}: {text.strip()[:60]!r} can be read in several ways; give {options}"
+    return f"line {number}: {text.strip()[:60]!r} can be read in several ways; use {options}"
 
 
 def _readings(cell: str, ways: list[Dialect]) -> str:

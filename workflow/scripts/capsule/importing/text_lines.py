@@ -1,4 +1,4 @@
-"""From the bytes of a text file to its lines, and from a line to its cells."""
+"""Split the bytes of a text file into lines, and a line into cells."""
 
 import csv
 import re
@@ -15,16 +15,16 @@ _LONGEST_LINE = 100_000
 
 @dataclass(frozen=True)
 class TextLines:
-    """The lines of a text file that are no comments.
+    """The lines and comments of a text file.
 
     Attributes
     ----------
     lines : tuple of (int, str)
-        Number and text of each line that is not blank.
+        Number and text of each line that is neither blank nor a comment.
     comments : tuple of (int, str)
-        The comments, without what begins them.
+        Number and text of each comment, without its mark.
     encoding : str
-        How the bytes were read.
+        Encoding of the bytes.
     """
 
     lines: tuple[tuple[int, str], ...]
@@ -33,20 +33,20 @@ class TextLines:
 
     @property
     def notes(self) -> Mapping[str, str]:
-        """What the comments say as ``key: value``."""
+        """The comments of the form ``key: value``, by key."""
         matches = [_NOTE.fullmatch(text) for _, text in self.comments]
         return {match[1]: match[2].strip() for match in matches if match}
 
 
 def decode(content: bytes, encoding: str | None) -> tuple[str, str]:
-    """Turn bytes into text.
+    """Return a file's text and its encoding.
 
     Parameters
     ----------
     content : bytes
         The file.
     encoding : str or None
-        What lab.yaml says; None to find out.
+        Encoding in lab.yaml; None to detect it.
 
     Returns
     -------
@@ -55,7 +55,7 @@ def decode(content: bytes, encoding: str | None) -> tuple[str, str]:
     Raises
     ------
     CapsuleError
-        The bytes are no text.
+        If the bytes are not text.
     """
     if not content:
         raise CapsuleError("the file is empty; export it again")
@@ -67,11 +67,11 @@ def decode(content: bytes, encoding: str | None) -> tuple[str, str]:
             fault = f"byte {error.start + 1} is not {guess}"
             continue
         if "\x00" not in text:
-            # Of UTF-16 without its mark the codec cuts nothing off.
+            # The codecs utf-16-le and utf-16-be leave a byte-order mark in the text.
             return text.lstrip("\ufeff"), guess.removesuffix("-le").removesuffix("-be")
         fault = "it holds null characters"
     raise CapsuleError(
-        f"the file is no text that can be read: {fault}; give --encoding, or export it as text"
+        f"the file is not readable text: {fault}; use --encoding, or export the file as text"
     )
 
 
@@ -80,25 +80,25 @@ def _likely(content: bytes) -> list[str]:
         return ["utf-16"]
     head = content[:4000]
     if b"\x00" in head:
-        # Latin letters have their null byte second (little endian) or first.
+        # In UTF-16, a Latin letter has its null byte second (little endian) or first (big endian).
         low, high = head[0::2].count(0), head[1::2].count(0)
         return ["utf-16-le"] if high > low else ["utf-16-be"]
     return ["utf-8", "cp1252", "latin-1"]
 
 
 def split_lines(text: str, encoding: str, comment: str | None, skip: int) -> TextLines:
-    """Split a text into lines, and set comments apart.
+    """Return the lines and the comments of a text.
 
     Parameters
     ----------
     text : str
         The file.
     encoding : str
-        How its bytes were read.
+        Encoding of its bytes.
     comment : str or None
-        What else begins a comment.
+        An additional mark of comments.
     skip : int
-        Number of lines above the table that are passed over.
+        Number of lines to skip above the table.
     """
     marks = (*_COMMENT, comment) if comment else _COMMENT
     lines, comments = [], []
@@ -109,8 +109,8 @@ def split_lines(text: str, encoding: str, comment: str | None, skip: int) -> Tex
             continue
         if len(line) > _LONGEST_LINE:
             raise CapsuleError(
-                f"line {number} has {len(line)} characters, a line of a table has at most "
-                f"{_LONGEST_LINE}; is this another file?"
+                f"line {number} has {len(line)} characters, but a line of a table has at most "
+                f"{_LONGEST_LINE}; choose another file"
             )
         mark = next((each for each in marks if stripped.startswith(each)), None)
         if mark is None:
@@ -121,7 +121,7 @@ def split_lines(text: str, encoding: str, comment: str | None, skip: int) -> Tex
 
 
 def split_cells(line: str, delimiter: str) -> list[str]:
-    """Split a line into cells without the blanks around them.
+    """Return the cells of a line, without the blanks around them.
 
     Parameters
     ----------

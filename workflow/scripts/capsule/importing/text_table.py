@@ -1,4 +1,4 @@
-"""The table of a text file: its names, units and cells, once its dialect is known."""
+"""Read the table of a text file: its names, units and cells."""
 
 from collections.abc import Collection, Sequence
 from types import SimpleNamespace
@@ -14,9 +14,9 @@ from capsule.importing.unit_names import is_unit
 
 
 def missing_words(keys: SimpleNamespace) -> frozenset[str | float]:
-    """Give what stands for a missing sample beside what always does, in lower case, or as number.
+    """Return the additional marks of a missing sample, as lower-case words and as numbers.
 
-    -999 is also written -999.0.
+    The number matches all its spellings: -999 is also written -999.0.
     """
     words = {str(word).strip().lower() for word in keys.missing or ()}
     numbers = {POINT.number(word) for word in words}
@@ -32,19 +32,19 @@ def text_table(
     Parameters
     ----------
     text : TextLines
-        Its lines.
+        The file's lines.
     keys : SimpleNamespace
-        What lab.yaml says.
+        The keys of lab.yaml.
     needed : int
-        Number of columns of numbers that there must be.
+        Least number of columns of numbers.
     tolerant : bool
-        Whether a line that is no whole sample is passed over, as it is in the log of a serial
-        line, instead of refused.
+        Whether to pass over a line without a whole sample, as for the log of a serial line,
+        instead of raising an error.
 
     Raises
     ------
     CapsuleError
-        There is no table, or it can be read in several ways, or a line has too few cells.
+        If there is no table, several dialects fit, or a line has too few cells.
     """
     missing = missing_words(keys)
     dialect = guess_dialect(text.lines, keys, needed, missing)
@@ -86,7 +86,7 @@ def text_table(
 
 
 def _check_last(lines: Sequence[tuple[int, str]], dialect: Dialect) -> None:
-    """Refuse a table whose last line is cut off: the reader of the rest would not be told."""
+    """Raise an error if the last line is cut off, because then the file is incomplete."""
     number, line = lines[-1]
     cells = dialect.split(line)
     if len(cells) < dialect.cells:
@@ -101,7 +101,7 @@ def _is_whole(cells: Sequence[str], dialect: Dialect, needed: int) -> bool:
 
 
 def _head(text: TextLines, dialect: Dialect) -> tuple[list[str], list[str]]:
-    """Find the line of names above the first sample, and the line of units below it."""
+    """Return the names above the first sample, and the units in the line below the names."""
     above = text.lines[: dialect.first]
     heads = [cells for _, line in above if (cells := _as_head(line, dialect))]
     if not heads or len(_as_head(above[-1][1], dialect)) == 0:
@@ -128,7 +128,7 @@ def _as_head(line: str, dialect: Dialect) -> list[str]:
 def text_column(
     name: str, unit: str, cells: Sequence[str], style: NumberStyle, missing: Collection[str | float]
 ) -> Column:
-    """Make a column from cells of text, numbers where they are some."""
+    """Return a column from cells of text, with their numbers."""
     read = [style.number(cell, missing) for cell in cells]
     unreadable = [index for index, number in enumerate(read) if number is None]
     values = np.array([np.nan if number is None else number for number in read])

@@ -1,4 +1,4 @@
-"""The names that people give to units, and where in a column's name they stand."""
+"""Recognise the names of units, also within a column's name."""
 
 import re
 
@@ -21,7 +21,7 @@ _TIME = {
 }
 READING_UNITS = {word: unit for unit, words in _READING.items() for word in words.split()}
 TIME_UNITS = {word: unit for unit, words in _TIME.items() for word in words.split()}
-# What sensors also read, and the capsule's do not.
+# Units of other sensors.
 _OTHER = "pa hpa kpa mpa bar mbar psi n mn kn g kg mm a ma c °c % pf nf ff hz khz db"
 OTHER_UNITS = frozenset(_OTHER.split())
 _BRACKETS = re.compile(r"(.*?)[\s_]*[\[(<]\s*([^\])>]*?)\s*[\])>]\s*")
@@ -29,24 +29,24 @@ _BEHIND = re.compile(r"(.*?)[\s_./]+([^\s_./]+)")
 
 
 def split_unit(name: str) -> tuple[str, str]:
-    """Split a column's name into the name and the unit in it.
+    """Return a column's name without its unit, and the unit.
 
     Parameters
     ----------
     name : str
-        Such as ``time (ms)``, ``S1 [kOhm]`` or ``left_V``.
+        For example ``time (ms)``, ``S1 [kOhm]`` or ``left_V``.
 
     Returns
     -------
     name, unit : str
-        The unit as it stands there; empty where there is none.
+        The name, and the unit as written; the unit is empty if there is none.
     """
     match = _BRACKETS.fullmatch(name)
     # data[0] and V(1) are numbered columns.
     if match and not match[2].isdecimal():
         return match[1], match[2]
     match = _BEHIND.fullmatch(name)
-    # One letter behind a blank is rather a name: sensor A, sensor R, Prox V.
+    # Most single letters after a blank are names, not units: sensor A, sensor R.
     if match and match[2].lower() in READING_UNITS | TIME_UNITS:
         letter = len(match[2]) == 1 and match[2].lower() not in ("v", "s")
         if not letter:
@@ -55,7 +55,7 @@ def split_unit(name: str) -> tuple[str, str]:
 
 
 def is_unit(text: str) -> bool:
-    """Tell whether a cell is a unit, in brackets or not, or empty."""
+    """Return whether a cell is empty or a unit, with or without brackets."""
     bare = text.strip().strip("[]()<>").strip().lower()
     return bare in READING_UNITS or bare in TIME_UNITS or bare == ""
 
