@@ -1,1 +1,1 @@
-"""Shapes of the capsule and of the bench's parts: corners, outlines, distances, cams."""
+"""Geometry of the capsule and of the bench's parts: corners, outlines, distances, cams."""

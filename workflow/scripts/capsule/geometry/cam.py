@@ -1,4 +1,4 @@
-"""The spiral cam: a circle off the shaft's axis that turns once in a wavelength."""
+"""Compute the spiral cam: an eccentric circle that turns once per wavelength."""
 
 from dataclasses import dataclass
 
@@ -16,9 +16,9 @@ class Cam:
     radius_mm
         Radius of the circle.
     eccentricity_mm
-        Distance of its centre from the shaft's axis: the wave's amplitude.
+        Distance of the circle's centre from the shaft's axis; equals the wave's amplitude.
     lead_mm
-        Length along the shaft in which the circle turns once: the wavelength.
+        Length along the shaft of one turn of the circle; equals the wavelength.
     """
 
     radius_mm: float
@@ -27,10 +27,10 @@ class Cam:
 
 
 def follower_displacement(cam: Cam, along_mm: FloatArray, turn_rad: FloatArray) -> FloatArray:
-    """Return how far the cam moves its followers, in mm.
+    """Return the displacement of the followers by the cam, in mm.
 
-    In a window as wide as the circle a follower stands where the circle's centre stands:
-    ``e cos(turn - 2 pi x / lead)``, a sine that travels along the shaft as the shaft turns.
+    A follower's window is as wide as the circle, so the follower moves with the circle's centre:
+    ``e cos(turn - 2 pi x / lead)``. This sine travels along the shaft as the shaft turns.
 
     Parameters
     ----------
@@ -50,15 +50,15 @@ def phase_step(cam: Cam, pitch_mm: float) -> float:
 def steepest_overhang(cam: Cam) -> float:
     """Return the overhang of the cam's flank when the shaft is printed upright, in degrees.
 
-    The circle's centre moves sideways by ``2 pi e`` in a lead.
+    The circle's centre moves sideways by ``2 pi e`` per lead.
     """
     return float(np.degrees(np.arctan(2 * np.pi * cam.eccentricity_mm / cam.lead_mm)))
 
 
 def relief(thickness_mm: float, bevel_deg: float) -> float:
-    """Return by how much a window is wider at a follower's faces than at its middle, a side, in mm.
+    """Return the additional half width of a window at a follower's faces, in mm.
 
-    The cam is inclined, so over a follower's thickness it moves sideways. A window whose edge is a
-    ridge at the follower's middle touches the cam there alone, and the motion stays a sine.
+    The cam is inclined, so it moves sideways over a follower's thickness. The window's edge is a
+    ridge at the follower's middle. So the cam touches only the ridge, and the motion stays a sine.
     """
     return float(thickness_mm / 2 * np.tan(np.radians(bevel_deg)))

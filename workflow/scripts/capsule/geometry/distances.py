@@ -1,4 +1,4 @@
-"""Distances between outlines, and whether an outline crosses itself."""
+"""Compute distances between outlines, and detect crossings."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ def _cross(first: FloatArray, second: FloatArray) -> FloatArray:
 
 
 def _crossings(first: FloatArray, second: FloatArray) -> BoolArray:
-    """Return which edge of one polygon crosses which of the other: shape (N, M), of bool."""
+    """Return whether each edge of one polygon crosses each of the other: shape (N, M), of bool."""
     start, end = (each[:, np.newaxis] for each in _edges(first))
     other_start, other_end = (each[np.newaxis] for each in _edges(second))
     way, other_way = end - start, other_end - other_start
@@ -24,18 +24,18 @@ def _crossings(first: FloatArray, second: FloatArray) -> BoolArray:
 
 
 def crosses_itself(polygon: FloatArray) -> bool:
-    """Say whether two edges of a polygon cross.
+    """Return whether two edges of a polygon cross.
 
     Parameters
     ----------
     polygon
-        Its corners in order, shape (N, 2).
+        The polygon's corners in order, shape (N, 2).
     """
     return bool(_crossings(polygon, polygon).any())
 
 
 def cross(first: FloatArray, second: FloatArray) -> bool:
-    """Say whether an edge of one polygon crosses one of the other."""
+    """Return whether an edge of one polygon crosses an edge of the other."""
     return bool(_crossings(first, second).any())
 
 
@@ -49,7 +49,7 @@ def _to_edges(points: FloatArray, polygon: FloatArray) -> float:
 
 
 def contains(polygon: FloatArray, point: FloatArray) -> bool:
-    """Say whether a point lies within a polygon (a ray to the right crosses it an odd number)."""
+    """Return whether a point is inside a polygon (a ray to the right crosses it an odd number)."""
     start, end = _edges(polygon)
     spans = (start[:, 1] > point[1]) != (end[:, 1] > point[1])
     rise = np.where(spans, end[:, 1] - start[:, 1], 1.0)
@@ -58,10 +58,7 @@ def contains(polygon: FloatArray, point: FloatArray) -> bool:
 
 
 def gap(first: FloatArray, second: FloatArray) -> float:
-    """Return the distance between two polygons, in mm; negative where one lies in the other.
-
-    Polygons that overlap have no distance; -1 stands for that.
-    """
+    """Return the distance between two polygons, in mm; -1 if they overlap."""
     overlap = cross(first, second) or contains(first, second[0]) or contains(second, first[0])
     if overlap:
         return -1.0

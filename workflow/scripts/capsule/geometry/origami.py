@@ -1,6 +1,6 @@
-"""Geometry of the origami: from the dimensions of one substructure to the pitch of the sensors.
+"""Compute the geometry of the origami, from a substructure's dimensions to the sensors' pitch.
 
-Coordinates: x runs along the capsule towards its head (the right), y away from the symmetry axis.
+Coordinates: x runs along the capsule to its head (to the right), y away from the symmetry axis.
 """
 
 from dataclasses import dataclass
@@ -55,8 +55,8 @@ def half_width(origami: Origami) -> float:
 def vertices(origami: Origami) -> dict[str, FloatArray]:
     """Return the corners A, B, C and the awn's tip D of one half of a substructure.
 
-    B, C and D lie on one line, which leans to the tail by alpha; CA leans from it by beta towards
-    the head; A and B are both h_1 away from the axis, where the neighbours are glued.
+    B, C and D are on one line, which leans to the tail by alpha. CA leans from it by beta to the
+    head. A and B are both h_1 away from the axis, where the neighbours are glued.
 
     Returns
     -------
@@ -78,8 +78,8 @@ def vertices(origami: Origami) -> dict[str, FloatArray]:
 def pitch(origami: Origami) -> float:
     """Return the distance along the axis from one substructure to the next, in mm.
 
-    The corners lie on the middle line of the printed wall, so a substructure ends half a wall
-    beyond A and beyond B, and a film of adhesive joins it to its neighbour:
+    The corners are on the middle line of the printed wall, so a substructure ends half a wall
+    beyond A and B. A film of adhesive joins it to its neighbour. So the pitch is
     ``h_2 (tan(alpha + beta) - tan(alpha)) + wall + adhesive``.
     """
     corners = vertices(origami)
@@ -88,5 +88,5 @@ def pitch(origami: Origami) -> float:
 
 
 def sensor_offsets(origami: Origami, sensors: int) -> FloatArray:
-    """Return how far each sensor lies behind sensor 1, the one at the head, in mm: shape (S,)."""
+    """Return the distance of each sensor behind sensor 1 (at the head), in mm: shape (S,)."""
     return pitch(origami) * np.arange(sensors, dtype=float)

@@ -1,11 +1,11 @@
-"""Pulleys of a toothed belt, and the lengths of belts between them."""
+"""Compute pulleys of a toothed belt, and lengths of belts."""
 
 import numpy as np
 
 from capsule.arrays import FloatArray
 
-# GT2, 2 mm: from the belt's pitch line down to the pulley's outside; depth and radius of a groove,
-# half the width of its mouth (the belt's tooth is 1.3 mm wide there, with rounded flanks).
+# GT2, 2 mm: pitch; distance from the belt's pitch line to the pulley's outside; depth and radius of
+# a groove; half the width of its mouth, where the belt's tooth is 1.3 mm wide with rounded flanks.
 PITCH_MM = 2.0
 _PITCH_LINE_MM = 0.254
 _DEPTH_MM = 0.76
@@ -14,7 +14,7 @@ _MOUTH_MM = 0.7
 
 
 def pitch_radius(teeth: int) -> float:
-    """Return the radius at which the belt runs, in mm."""
+    """Return the radius of the belt's pitch line, in mm."""
     return teeth * PITCH_MM / (2 * np.pi)
 
 
@@ -24,15 +24,15 @@ def outer_radius(teeth: int) -> float:
 
 
 def teeth_around(radius_mm: float) -> int:
-    """Return the fewest teeth of a pulley whose grooves stay outside of a radius."""
+    """Return the least number of teeth of a pulley whose grooves stay outside a radius."""
     return int(np.ceil((radius_mm + _DEPTH_MM + _PITCH_LINE_MM) * 2 * np.pi / PITCH_MM))
 
 
 def pulley_outline(teeth: int) -> FloatArray:
     """Return a pulley's section, anticlockwise: shape (N, 2), in mm.
 
-    Each groove is a half circle with a mouth that opens a little: near to the standard's, and wide
-    enough for a print.
+    Each groove is a half circle with a mouth that widens a little. It is close to the standard, and
+    wide enough to print.
     """
     radius = outer_radius(teeth)
     angles = np.linspace(np.pi, 2 * np.pi, 13)
@@ -55,12 +55,12 @@ def belt_length(first_teeth: int, second_teeth: int, distance_mm: float) -> floa
 
 
 def shaft_distance(first_teeth: int, second_teeth: int, belt_mm: float) -> float:
-    """Return the distance of two shafts that a belt of a given length needs, in mm.
+    """Return the distance of two shafts for a belt of a given length, in mm.
 
     Raises
     ------
     ValueError
-        The belt is too short to go around both pulleys.
+        If the belt is too short for both pulleys.
     """
     low = pitch_radius(first_teeth) + pitch_radius(second_teeth)
     high = belt_mm / 2

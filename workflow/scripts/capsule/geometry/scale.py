@@ -1,4 +1,4 @@
-"""The scale on the platform: a line a millimetre, a number every centimetre."""
+"""Draw the scale on the platform: one line per millimetre, one number per centimetre."""
 
 from capsule.arrays import FloatArray
 from capsule.geometry.stand import rectangle
@@ -7,7 +7,7 @@ from capsule.geometry.stand import rectangle
 LINE_MM = 0.4
 _LENGTHS_MM = {10: 4.0, 5: 3.0, 1: 2.0}
 _DIGIT_MM = (1.5, 3.0)
-# Which of seven bars a digit consists of: top, upper left and right, middle, lower left and right,
+# The bars of each digit, of seven: top, upper left, upper right, middle, lower left, lower right,
 # bottom.
 _BARS = ("1110111", "0010010", "1011101", "1011011", "0111010", "1101011", "1101111", "1010010",
          "1111111", "1111011")  # fmt: skip
@@ -44,7 +44,7 @@ def scale_marks(length_mm: float, width_mm: float) -> list[FloatArray]:
     for position in range(round(length_mm) + 1):
         at = position - length_mm / 2
         length = next(size for step, size in _LENGTHS_MM.items() if position % step == 0)
-        # Beyond the edge, so that the line is open there.
+        # A line begins beyond the edge, so that its end is open there.
         marks.append(rectangle(at - LINE_MM / 2, edge - 0.5, at + LINE_MM / 2, edge + length))
         if position % 10 == 0:
             text = str(position)

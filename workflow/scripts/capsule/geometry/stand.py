@@ -1,8 +1,8 @@
-"""The bench's plates: followers, slides, platform and end plates.
+"""Compute the outlines of the bench's plates: followers, slides, platform and end plates.
 
-Coordinates: x along the gut, y across it, z upwards; the axes of both cam shafts and the middle of
-the capsule lie at z = 0, the middle of the gut at y = 0. A follower's own coordinates begin at its
-shaft: u towards the gut, z upwards, at the middle of its stroke.
+Coordinates: x runs along the gut, y across it, and z upwards. The axes of both cam shafts and the
+middle of the capsule are at z = 0. The middle of the gut is at y = 0. A follower's own coordinates
+begin at its shaft, at the middle of its stroke: u runs towards the gut, and z upwards.
 """
 
 from dataclasses import dataclass
@@ -25,13 +25,13 @@ class Bench:
     follower_mm
         Thickness of a follower, and the pitch of the row.
     follower_gap_mm
-        By how much a follower is thinner than its place in the row.
+        Difference between a follower's place in the row and its thickness.
     cam_radius_mm
         Radius of the cam's circle.
     play_mm
-        Play between parts that slide, a side.
+        Play between parts that slide, per side.
     fit_mm
-        Play of a bore, a side.
+        Play of a bore, per side.
     bevel_deg
         Angle of a window's edge from its ridge to the follower's faces.
     frame_mm
@@ -45,7 +45,7 @@ class Bench:
     plate_mm, slide_mm
         Thickness of end plates and of slides.
     row_play_mm
-        By how much the slides are longer than the row.
+        Difference in length between the slides and the row.
     platform_width_mm, platform_mm, platform_top_mm
         Width and thickness of the platform, and the height of its upper side.
     cam_teeth, motor_teeth
@@ -84,7 +84,7 @@ class Window:
     Attributes
     ----------
     ridge_mm, face_mm
-        Half width at the follower's middle, where it touches the cam, and at its faces.
+        Half width at the follower's middle, where the window touches the cam, and at its faces.
     height_mm
         Half height.
     """
@@ -102,7 +102,7 @@ def rectangle(left: float, low: float, right: float, high: float) -> FloatArray:
 def circle(
     radius_mm: float, centre: tuple[float, float] = (0.0, 0.0), points: int = 96
 ) -> FloatArray:
-    """Return a circle as a polygon of the circle's area, anticlockwise: shape (points, 2)."""
+    """Return a polygon with the area of a circle, anticlockwise: shape (points, 2)."""
     step = 2 * np.pi / points
     angles = step * np.arange(points)
     radius = radius_mm * np.sqrt(step / np.sin(step))
@@ -122,12 +122,12 @@ def slot(centre: tuple[float, float], width_mm: float, travel_mm: float) -> Floa
 
 
 def bore(bench: Bench, turned: bool = False) -> FloatArray:
-    """Return the bore for the rod: a circle with a flat, which sets the phase.
+    """Return the bore for the rod: a circle with a flat, which sets the cam's phase.
 
     Parameters
     ----------
     turned
-        With the flat on the side away from the cam's circle instead of the side next to it.
+        Whether the flat is on the side away from the cam's circle, instead of next to it.
     """
     radius = bench.rod_mm / 2 + bench.fit_mm
     flat = bench.rod_mm / 2 - bench.rod_flat_mm + bench.fit_mm
@@ -138,7 +138,7 @@ def bore(bench: Bench, turned: bool = False) -> FloatArray:
 
 
 def front(bench: Bench, lumen_mm: float, silicone_mm: float) -> float:
-    """Return how far a follower reaches from its shaft to the silicone, in mm.
+    """Return the distance from a follower's shaft to its front at the silicone, in mm.
 
     Parameters
     ----------
@@ -151,7 +151,7 @@ def front(bench: Bench, lumen_mm: float, silicone_mm: float) -> float:
 
 
 def window(bench: Bench, cam: Cam) -> Window:
-    """Return the window in which a follower rides on the cam."""
+    """Return the window with which a follower rides on the cam."""
     ridge = cam.radius_mm + bench.play_mm
     thickness = bench.follower_mm - bench.follower_gap_mm
     height = cam.radius_mm + cam.eccentricity_mm + bench.play_mm
@@ -169,7 +169,7 @@ def follower_outline(bench: Bench, cam: Cam, front_mm: float) -> tuple[FloatArra
 
 
 def followers(bench: Bench) -> int:
-    """Return how many followers stand in one row."""
+    """Return the number of followers in one row."""
     return round(bench.length_mm / bench.follower_mm)
 
 
@@ -179,26 +179,26 @@ def row_length(bench: Bench) -> float:
 
 
 def slide_levels(bench: Bench, cam: Cam) -> tuple[float, float]:
-    """Return the lower and the upper side of an upper slide, in mm above the shafts."""
+    """Return the heights of an upper slide's lower and upper side above the shafts, in mm."""
     low = window(bench, cam).height_mm + bench.frame_mm + bench.play_mm
     return low, low + bench.slide_mm
 
 
 def slide_span(bench: Bench, cam: Cam, front_mm: float) -> tuple[float, float]:
-    """Return from where to where a slide reaches beside a shaft, in a follower's u."""
+    """Return the ends of a slide in a follower's coordinate u, in mm."""
     back = window(bench, cam).face_mm + bench.frame_mm + cam.eccentricity_mm
     return -back, front_mm + cam.eccentricity_mm
 
 
 def tab_places(bench: Bench, cam: Cam, front_mm: float) -> list[tuple[float, float]]:
-    """Return from where to where the two tabs of a slide's end reach, in a follower's u."""
+    """Return the ends of the two tabs at a slide's end in a follower's coordinate u, in mm."""
     low, high = slide_span(bench, cam, front_mm)
     width = (high - low) / 4
     return [(low + width / 2, low + 3 * width / 2), (high - 3 * width / 2, high - width / 2)]
 
 
 def slide_outline(bench: Bench, cam: Cam, front_mm: float) -> FloatArray:
-    """Return a slide with the tabs that stand in the end plates, in (x, u), anticlockwise."""
+    """Return a slide with its tabs for the end plates, in (x, u), anticlockwise."""
     low, high = slide_span(bench, cam, front_mm)
     half = row_length(bench) / 2
     reach = half + bench.plate_mm
@@ -211,7 +211,7 @@ def slide_outline(bench: Bench, cam: Cam, front_mm: float) -> FloatArray:
 
 
 def platform_outline(bench: Bench) -> FloatArray:
-    """Return the platform with its ends in the end plates, in (x, y), anticlockwise."""
+    """Return the platform, including its ends inside the end plates, in (x, y), anticlockwise."""
     half = row_length(bench) / 2 + bench.plate_mm
     return rectangle(-half, -bench.platform_width_mm / 2, half, bench.platform_width_mm / 2)
 
@@ -224,8 +224,8 @@ def motor_height(bench: Bench) -> float:
 def end_plate(bench: Bench, cam: Cam, front_mm: float) -> tuple[FloatArray, list[FloatArray]]:
     """Return the outline of an end plate and its holes, in (y, z).
 
-    Holes for the bearings, the slides' tabs, the platform and the motor, whose holes are slots that
-    let the belt be tightened.
+    The holes hold the bearings, the slides' tabs, the platform and the motor. The motor's holes are
+    slots, so that a user can tighten the belt.
     """
     shaft = bench.shaft_distance_mm / 2
     low, high = slide_levels(bench, cam)
@@ -246,7 +246,7 @@ def end_plate(bench: Bench, cam: Cam, front_mm: float) -> tuple[FloatArray, list
     half = bench.platform_width_mm / 2 + play
     under = bench.platform_top_mm - bench.platform_mm - play
     holes.append(rectangle(-half, under, half, bench.platform_top_mm + play))
-    # 28BYJ-48: its shaft lies 8 mm beside the middle of the body; two screws of 4 mm, 35 mm apart.
+    # 28BYJ-48: the shaft is 8 mm beside the middle of the body; two screws of 4 mm, 35 mm apart.
     holes.append(slot((shaft, motor), 10.0, 6.0))
     holes += [slot((shaft + side * 17.5, motor + 8.0), 4.2, 6.0) for side in (-1.0, 1.0)]
     return outline, [hole[::-1] for hole in holes]

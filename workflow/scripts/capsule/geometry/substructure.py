@@ -1,6 +1,7 @@
-"""One substructure as a closed wall: its middle lines, its outline, its length.
+"""Compute one substructure as a closed wall: middle lines, outline and length.
 
-Coordinates as in `capsule.geometry.origami`. One half is worked out; the other is its mirror image.
+Coordinates are as in `capsule.geometry.origami`. The module computes one half; the other half is
+its mirror image.
 """
 
 from dataclasses import dataclass
@@ -11,9 +12,9 @@ from capsule.arrays import FloatArray
 from capsule.geometry.open_choices import Choices
 from capsule.geometry.origami import Origami, half_width
 
-# Arcs are drawn in steps of at most this angle.
+# Largest angle between points of an arc.
 _STEP_RAD = np.radians(6.0)
-# How far a curled awn turns: its end points back into the lumen, away from the wall.
+# Angle of a curled awn's end, which points back into the lumen, away from the wall.
 _CURL_END_RAD = np.radians(135.0)
 _UP = np.array([0.0, 1.0])
 
@@ -35,9 +36,9 @@ class Shape:
     wall_mm
         Thickness of the wall.
     tip
-        Kind of the awn's end, as in `Choices`.
+        Form of the awn's end, as in `Choices`.
     turn_rad
-        By how much the line BD has turned to the tail since rest.
+        Angle by which the line BD has turned to the tail since rest.
     """
 
     fold: FloatArray
@@ -52,7 +53,7 @@ class Shape:
 
     @property
     def side(self) -> float:
-        """1 where the fold A lies at the head of B, -1 where it lies at its tail."""
+        """1 if the fold A is on the head's side of B, -1 if it is on the tail's side."""
         return 1.0 if self.fold[0] > self.lower[0] else -1.0
 
     @property
@@ -67,9 +68,9 @@ class Shape:
 
 
 def named_corners(origami: Origami, choices: Choices) -> dict[str, FloatArray]:
-    """Return the corners A, B, C and D that the dimensions of a drawing refer to.
+    """Return the corners A, B, C and D to which the dimensions of a drawing refer.
 
-    As `capsule.geometry.origami.vertices`, under any choice. C is at x = 0.
+    They are those of `capsule.geometry.origami.vertices`, but for any choice. C is at x = 0.
     """
     tilt, fold = np.radians(origami.awn_tilt_deg), np.radians(origami.fold_angle_deg)
     shoulder = origami.axis_to_fold_mm + origami.fold_to_shoulder_mm
@@ -87,9 +88,9 @@ def named_corners(origami: Origami, choices: Choices) -> dict[str, FloatArray]:
 def _crossing(
     point: FloatArray, along: FloatArray, other: FloatArray, other_along: FloatArray
 ) -> FloatArray:
-    """Return where two lines cross, each given by a point and a direction.
+    """Return the crossing of two lines, each given by a point and a direction.
 
-    Of parallel lines it is the point of the second.
+    For parallel lines, return the point of the second line.
     """
     if abs(along[0] * other_along[1] - along[1] * other_along[0]) < 1e-9:
         return other
@@ -101,11 +102,11 @@ def _crossing(
 def _offset_corners(
     fold: FloatArray, lower: FloatArray, shoulder: FloatArray, inward_mm: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the corners A, B, C of the hexagon whose sides lie ``inward_mm`` further in."""
+    """Return the corners A, B, C of the hexagon with sides moved inwards by ``inward_mm``."""
     side = np.sign(fold[0] - lower[0])
     slope, steep = shoulder - fold, shoulder - lower
     slope, steep = slope / np.linalg.norm(slope), steep / np.linalg.norm(steep)
-    # To the left of the slope as seen from A lies the inside where A is at the head.
+    # Seen from A, the inside is to the left of the slope if A is at the head.
     slope_at = fold + inward_mm * side * np.array([-slope[1], slope[0]])
     steep_at = lower + inward_mm * side * np.array([steep[1], -steep[0]])
     fold_at = fold - np.array([inward_mm * side, 0.0])
@@ -126,7 +127,7 @@ def shape_of(origami: Origami, choices: Choices) -> Shape:
     tilt = np.radians(origami.awn_tilt_deg)
     radius = wall / 2 if choices.tip == "round" else origami.tip_radius_mm
     height = half_width(origami) - radius
-    # A curl turns about a point beside the wall, any other end about a point on its middle.
+    # The centre of a curl is beside the wall; the centre of another end is on the wall's middle.
     beside = radius - wall / 2 if choices.tip == "curl" else 0.0
     foot = shoulder - beside * np.array([np.cos(tilt), np.sin(tilt)])
     along = np.array([-np.sin(tilt), np.cos(tilt)])
@@ -140,10 +141,10 @@ def top_mm(shape: Shape) -> float:
 
 
 def folded(shape: Shape, half_width_mm: float) -> Shape:
-    """Return the shape when its awn is pressed to a smaller half width.
+    """Return the shape with its awn pressed to a smaller half width.
 
-    The walls AC and BCD keep their lengths and turn about the corners A, B and C; the flats stay
-    upright. So the line BCD leans further to the tail, and A follows along the axis.
+    The walls AC and BCD keep their lengths and turn about the corners A, B and C. The flats stay
+    upright. So the line BCD leans further to the tail, and A moves along the axis.
 
     Parameters
     ----------
@@ -153,7 +154,7 @@ def folded(shape: Shape, half_width_mm: float) -> Shape:
     Raises
     ------
     ValueError
-        The awn cannot lean that far, or A would leave the wall AC.
+        If the awn cannot lean that far, or A would leave the wall AC.
     """
     arm = shape.cap - shape.lower
     length = np.linalg.norm(arm)
@@ -166,7 +167,7 @@ def folded(shape: Shape, half_width_mm: float) -> Shape:
     shoulder = shape.lower + turned @ (shape.shoulder - shape.lower)
     height = shoulder[1] - shape.fold[1]
     if height <= 0:
-        raise ValueError(f"at {half_width_mm:g} mm the shoulder C lies below the fold A")
+        raise ValueError(f"at {half_width_mm:g} mm the shoulder C is below the fold A")
     run = np.sqrt(slope @ slope - height**2)
     return Shape(
         np.array([shoulder[0] + shape.side * run, shape.fold[1]]),
@@ -182,7 +183,7 @@ def folded(shape: Shape, half_width_mm: float) -> Shape:
 
 
 def _arc(centre: FloatArray, radius_mm: float, start_rad: float, end_rad: float) -> FloatArray:
-    """Return points on an arc, both ends included, and its highest point where it holds that."""
+    """Return points on an arc, with both ends and, if it includes it, the highest point."""
     steps = int(np.ceil(abs(end_rad - start_rad) / _STEP_RAD)) + 1
     angles = np.linspace(start_rad, end_rad, steps)
     low, high = sorted((start_rad, end_rad))
@@ -193,11 +194,11 @@ def _arc(centre: FloatArray, radius_mm: float, start_rad: float, end_rad: float)
 
 
 def awn_end(shape: Shape) -> FloatArray:
-    """Return the awn's end from its head side over the top to its tail side: shape (N, 2)."""
+    """Return the outline of the awn's end, from head side to tail side: shape (N, 2)."""
     half = shape.wall_mm / 2
     radius, tilt, centre = shape.cap_radius_mm, shape.tilt_rad, shape.cap
     if shape.tip != "curl":
-        # The circle leaves the awn's two sides where it is as wide as the wall.
+        # The circle meets the awn's two sides where it is as wide as the wall.
         neck = np.arccos(min(1.0, half / radius))
         return _arc(centre, radius, tilt - neck, tilt + np.pi + neck)
     end = _CURL_END_RAD + shape.turn_rad
@@ -212,7 +213,7 @@ def awn_end(shape: Shape) -> FloatArray:
 
 
 def _mirrored(half: FloatArray) -> FloatArray:
-    """Return a chain of points, then its mirror image about the axis on the way back."""
+    """Return a chain of points, followed by its mirror image about the axis in reverse order."""
     return np.vstack([half, half[::-1] * [1.0, -1.0]])
 
 
@@ -224,14 +225,14 @@ def outline(shape: Shape) -> tuple[FloatArray, FloatArray]:
     outer : array of shape (N, 2)
         Anticlockwise, in mm.
     inner : array of shape (6, 2)
-        Clockwise: the hexagon's inside is a hole.
+        Clockwise, because the hexagon's inside is a hole.
     """
     half = shape.wall_mm / 2
     fold, lower, _ = _offset_corners(shape.fold, shape.lower, shape.shoulder, -half)
     inner_fold, inner_lower, inner_shoulder = _offset_corners(
         shape.fold, shape.lower, shape.shoulder, half
     )
-    # The awn's side next to A meets the outside of the wall AC.
+    # The point at which the awn's side next to A meets the outside of the wall AC.
     joint = _crossing(
         fold,
         shape.shoulder - shape.fold,
@@ -246,24 +247,24 @@ def outline(shape: Shape) -> tuple[FloatArray, FloatArray]:
 
 
 def loop_length(shape: Shape) -> float:
-    """Return the length of the hexagon's wall along its middle, in mm."""
+    """Return the length of the hexagon's wall along its middle line, in mm."""
     middle = _mirrored(np.vstack([shape.fold, shape.shoulder, shape.lower]))
     return float(np.linalg.norm(middle - np.roll(middle, 1, axis=0), axis=1).sum())
 
 
 def wall_area(shape: Shape) -> float:
-    """Return the area of the wall's section, awns included, in mm2."""
+    """Return the area of the wall's section with the awns, in mm2."""
     return sum(signed_area(boundary) for boundary in outline(shape))
 
 
 def signed_area(polygon: FloatArray) -> float:
-    """Return the area of a polygon, negative where it runs clockwise."""
+    """Return the area of a polygon; it is negative if the polygon is clockwise."""
     x, y = polygon.T
     return float(0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1)))
 
 
 def glue_faces(shape: Shape) -> dict[str, FloatArray]:
-    """Return the two flat outer faces by which neighbours are glued.
+    """Return the two flat outer faces that are glued to the neighbours.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Where a substructure is cut, and where its two wires enter the wall."""
+"""Place the cut and the two wires of a substructure."""
 
 import numpy as np
 
@@ -19,10 +19,10 @@ def cut_lines(shape: Shape, choices: Choices) -> list[FloatArray]:
 
 
 def wire_positions(shape: Shape, choices: Choices, beside_mm: float = 1.0) -> FloatArray:
-    """Return where the two wires enter the wall: shape (2, 2), in mm.
+    """Return the points at which the two wires enter the wall: shape (2, 2), in mm.
 
-    At one cut they sit above and below it, and the current runs around the loop. With both flats
-    cut, one wire sits in each cut, and the two halves lie beside each other.
+    With one cut, the wires are above and below it, and the current takes the whole loop. With both
+    flats cut, one wire is in each cut, and the current takes the two halves in parallel.
     """
     middles = [line.mean(axis=0) for line in cut_lines(shape, choices)]
     if choices.current == "halves":

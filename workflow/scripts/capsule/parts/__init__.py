@@ -1,1 +1,1 @@
-"""The parts that one makes: their design, what it refuses, their solids (these need manifold3d)."""
+"""Parts of capsule and bench: design, checks, and solids (which need manifold3d)."""

@@ -1,4 +1,4 @@
-"""Every part of capsule and bench."""
+"""Make all parts of capsule and bench."""
 
 import numpy as np
 
@@ -11,17 +11,17 @@ from capsule.parts.part import Part, extent
 
 
 def all_parts(design: Design, sensors: int) -> list[Part]:
-    """Return all parts, each of which fits the printer.
+    """Return all parts; each fits the printer.
 
     Parameters
     ----------
     sensors
-        How many substructures a capsule has.
+        Number of substructures of a capsule.
 
     Raises
     ------
     CapsuleError
-        A part is larger than the printer's room; the text names the value to be changed.
+        If a part is larger than the printer's room; the message names the value to change.
     """
     parts = [
         substructure(design, sensors),
@@ -33,12 +33,12 @@ def all_parts(design: Design, sensors: int) -> list[Part]:
     room = np.array([printing.bed_x_mm, printing.bed_y_mm, printing.bed_z_mm])
     for part in parts:
         size = extent(part)
-        # A part may be turned on the bed, not tipped over.
+        # A part may be turned on the bed, but not tilted.
         turned = size[[1, 0, 2]]
         if (size > room).any() and (turned > room).any():
             box, space = (" x ".join(f"{each:g}" for each in box.round(1)) for box in (size, room))
             raise CapsuleError(
-                f"{part.limited_by} makes the {part.name} too large: {box} mm; the printer has "
-                f"room for at most {space} mm"
+                f"{part.limited_by} makes the {part.name} too large, {box} mm; the printer has "
+                f"room for at most {space} mm; reduce {part.limited_by}"
             )
     return parts

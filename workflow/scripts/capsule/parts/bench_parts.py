@@ -1,4 +1,4 @@
-"""The bench's parts: cam shafts, followers, slides, platform, end plates, pulleys."""
+"""Make the bench's parts: cam shafts, followers, slides, platform, end plates, pulleys."""
 
 import numpy as np
 from manifold3d import Manifold
@@ -13,11 +13,11 @@ from capsule.parts import solids
 from capsule.parts.design import Design
 from capsule.parts.part import BENCH, Flat, Part, Spiral
 
-# Steps of the cam along its section, and corners of its circle: within 0.01 mm of the true cam.
+# Steps along a cam shaft's section, and corners of its circle: within 0.01 mm of the exact cam.
 _STEPS, _CORNERS = 160, 96
 _ENGRAVED_MM = 0.4
-# A pulley has one flange; a second one above the grooves would need support. The two pulleys of a
-# belt are mounted with their flanges on opposite sides of it.
+# A pulley has one flange, because a second one above the grooves needs support when printed. The
+# flanges of a belt's two pulleys are on opposite sides of the belt.
 _BELT_MM, _FLANGE_MM, _RIM_MM = 7.0, 1.5, 1.0
 # The shaft of a 28BYJ-48: round, with two flats.
 _MOTOR_SHAFT_MM, _MOTOR_FLATS_MM = 5.0, 3.0
@@ -36,10 +36,10 @@ def bench_parts(design: Design) -> list[Part]:
 
 
 def cam_solid(bench: Bench, cam: Cam, turned: bool = False) -> Manifold:
-    """Return one section of a cam shaft: one turn, printed upright.
+    """Return one section of a cam shaft, which is one turn, printed upright.
 
-    Both shafts turn the same way, since a belt joins them. The mirror image of a wave then takes
-    the same hand, half a turn ahead: the second shaft is keyed by half a turn, not mirrored.
+    A belt joins both shafts, so they turn in the same direction. For the mirrored wave, the second
+    shaft has the same hand and is half a turn ahead: its key is turned, and its cam not mirrored.
     """
     circle = stand.circle(cam.radius_mm, (cam.eccentricity_mm, 0.0), points=_CORNERS)
     body = solids.twisted([circle], cam.lead_mm, -360.0, _STEPS)
@@ -73,12 +73,12 @@ def cam_sections(design: Design) -> list[Part]:
 
 
 def window_cut(ridge_mm: float, face_mm: float, height_mm: float, thickness_mm: float) -> Manifold:
-    """Return what a window takes away: narrowest at the middle of the plate, wider at its faces.
+    """Return the solid to cut for a window, which is narrowest at the middle of the plate.
 
     Parameters
     ----------
     ridge_mm, face_mm, height_mm
-        Half sizes.
+        Half width at the middle, half width at the faces, and half height.
     thickness_mm
         Thickness of the plate, which lies on z = 0.
     """
@@ -94,7 +94,7 @@ def window_cut(ridge_mm: float, face_mm: float, height_mm: float, thickness_mm: 
 
 
 def follower_solid(design: Design) -> Manifold:
-    """Return a follower, lying on the face that looks along the shaft; u is x, z is y."""
+    """Return a follower that lies on its face across the shaft; u becomes x, and z becomes y."""
     bench, cam = design.parts.bench, design.cam
     outer, _ = stand.follower_outline(bench, cam, design.front_mm)
     thickness = bench.follower_mm - bench.follower_gap_mm
@@ -104,7 +104,7 @@ def follower_solid(design: Design) -> Manifold:
 
 
 def follower(design: Design) -> Part:
-    """Return the follower, of which each row holds one every 2 mm."""
+    """Return the follower; both rows consist of followers."""
     bench, cam = design.parts.bench, design.cam
     opening = stand.window(bench, cam)
     return Part(
@@ -127,7 +127,7 @@ def follower(design: Design) -> Part:
 
 
 def slide(design: Design) -> Part:
-    """Return a slide: one lies above and one below each row."""
+    """Return a slide; each row has one above and one below it."""
     bench = design.parts.bench
     outline = stand.slide_outline(bench, design.cam, design.front_mm)
     return Part(
@@ -146,7 +146,7 @@ def slide(design: Design) -> Part:
 
 
 def platform(design: Design) -> Part:
-    """Return the platform with its scale, which begins at the left end of the row."""
+    """Return the platform with its scale, which begins at the row's left end."""
     bench = design.parts.bench
     outline = stand.platform_outline(bench)
     marks = scale_marks(bench.length_mm, bench.platform_width_mm)
@@ -169,7 +169,7 @@ def platform(design: Design) -> Part:
 
 
 def end_plate(design: Design) -> Part:
-    """Return an end plate: bearings, slides, platform and, on one of the two, the motor."""
+    """Return an end plate, which holds bearings, slides and platform; one also holds the motor."""
     bench = design.parts.bench
     outline, holes = stand.end_plate(bench, design.cam, design.front_mm)
     return Part(

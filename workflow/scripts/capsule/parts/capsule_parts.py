@@ -1,4 +1,4 @@
-"""The capsule's parts: the substructure and four of them in a row."""
+"""Make the capsule's parts: the substructure, and the assembly of all substructures."""
 
 import numpy as np
 from manifold3d import Manifold
@@ -19,7 +19,7 @@ from capsule.parts.part import CAPSULE, Flat, Part
 
 
 def substructure_solid(design: Design) -> Manifold:
-    """Return one substructure, standing on its lower side."""
+    """Return one substructure, upright on its lower side."""
     origami = design.phantom.origami
     solid = solids.prism(outline(design.shape), origami.height_mm)
     if design.parts.choice.folding == "eyelets":
@@ -32,7 +32,7 @@ def substructure_solid(design: Design) -> Manifold:
 
 
 def substructure(design: Design, sensors: int) -> Part:
-    """Return the part that is printed once a sensor."""
+    """Return the substructure, which is printed once per sensor."""
     origami, choices, shape = design.phantom.origami, design.parts.choice, design.shape
     corner = named_corners(origami, choices)
     faces = glue_faces(shape)
@@ -67,7 +67,7 @@ def substructure(design: Design, sensors: int) -> Part:
 
 
 def assembly(design: Design, sensors: int) -> Part:
-    """Return the substructures in a row, sensor 1 at the head; the adhesive is left out."""
+    """Return the row of substructures, with sensor 1 at the head and without the adhesive."""
     pitch = spacing(design.shape, design.phantom.origami.adhesive_mm)
     unit = substructure_solid(design)
     row = Manifold.compose([unit.translate((-pitch * n, 0.0, 0.0)) for n in range(sensors)])

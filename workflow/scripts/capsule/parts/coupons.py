@@ -1,4 +1,4 @@
-"""Test coupons: what to print before the capsule, and what to measure on it."""
+"""Make test coupons: small parts to print and measure before the capsule."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from capsule.parts.bench_parts import window_cut
 from capsule.parts.design import Design
 from capsule.parts.part import BENCH, CAPSULE, Flat, Part
 
-# Plays of the three windows of the follower's gauge, in parts of the design's play.
+# Plays of the gauge's three windows, as multiples of the design's play.
 _PLAYS = (0.5, 1.0, 1.5)
 _HANDLE_MM = (8.0, 4.0)
 _PROBE_MM = 10.0
@@ -40,7 +40,7 @@ def _flat_coupon(
 
 
 def _bars(design: Design) -> list[Part]:
-    """Return bars as thick as the wall, thinner and thicker; none is thinner than the nozzle."""
+    """Return bars as thick as the wall, thinner and thicker, but not thinner than the nozzle."""
     wall, less = design.phantom.origami.wall_thickness_mm, design.parts.coupon.thinner_mm
     length = design.parts.coupon.bar_mm
     nozzle = design.parts.print.nozzle_mm
@@ -78,7 +78,7 @@ def _strip(design: Design) -> Part:
 
 
 def _tip(design: Design) -> Part:
-    """Return the awn from its shoulder to its end, upright on a handle."""
+    """Return the awn, from its shoulder to its end, upright on a handle."""
     shape = design.shape
     end = awn_end(shape)
     foot = shape.shoulder
@@ -86,7 +86,7 @@ def _tip(design: Design) -> Part:
     wide, high = _HANDLE_MM
     corners = [[-wide / 2, 0.0], [-wide / 2, -high], [wide / 2, -high], [wide / 2, 0.0]]
     handle = foot + np.array(corners)
-    # Down the tail side into the handle, around it, and up the head side.
+    # The outline runs down the tail side, around the handle, and up the head side.
     chain = np.vstack([end, foot - half, handle, foot + half])
     chain[len(end), 1] = chain[-1, 1] = foot[1]
     return _flat_coupon(
@@ -101,7 +101,7 @@ def _tip(design: Design) -> Part:
 
 
 def _glue(design: Design) -> Part:
-    """Return an angle: a flat to be glued to its twin, and a leg for the meter's probe."""
+    """Return an angle: a flat to glue to a second angle, and a leg for the meter's probe."""
     shape = design.shape
     wall, flat = shape.wall_mm, 2 * float(shape.fold[1])
     angle = np.array(
@@ -138,7 +138,7 @@ def _fit(design: Design) -> list[Part]:
         gauge = gauge - cut.translate((centre, 0.0, 0.0))
         face = half + bevel
         holes.append(rectangle(centre - face, -high / 2, centre + face, high / 2)[::-1])
-    # One, two and three notches in the lower edge say which window has which play.
+    # One, two or three notches in the lower edge number the windows.
     for count, centre in enumerate(centres, start=1):
         for notch in range(count):
             left = centre + 2.0 * (notch - (count - 1) / 2) - 0.5

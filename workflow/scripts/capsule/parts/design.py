@@ -1,4 +1,4 @@
-"""The design of all parts: the phantom's dimensions and what the paper leaves open."""
+"""Hold the design of all parts: the phantom's dimensions, and the choices of parts.yaml."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
@@ -11,13 +11,13 @@ from capsule.geometry.stand import Bench, front
 from capsule.geometry.substructure import Shape, loop_length, shape_of
 from capsule.phantom.parameters import Phantom, value_of
 
-# Parts of the table that hold no choice.
+# The part of the table with limits instead of choices.
 LIMITS = "limits"
 
 
 @dataclass(frozen=True)
 class Printing:
-    """The printer: nozzle, height of a layer, room, and the overhang it needs no support for."""
+    """The printer: nozzle, layer height, room, and largest overhang without support."""
 
     nozzle_mm: float
     layer_mm: float
@@ -29,7 +29,7 @@ class Printing:
 
 @dataclass(frozen=True)
 class Material:
-    """Densities of the capsule's and of the bench's plastic."""
+    """Densities of the plastics of capsule and bench."""
 
     capsule_g_cm3: float
     bench_g_cm3: float
@@ -37,7 +37,7 @@ class Material:
 
 @dataclass(frozen=True)
 class Coupon:
-    """Test coupons: the bars' length, and by how much they differ from the wall."""
+    """Test coupons: length of the bars, and their difference from the wall's thickness."""
 
     bar_mm: float
     thinner_mm: float
@@ -45,7 +45,7 @@ class Coupon:
 
 @dataclass(frozen=True)
 class Parts:
-    """What ``config/parts.yaml`` holds, by part."""
+    """The values of ``config/parts.yaml``, by part."""
 
     choice: Choices
     print: Printing
@@ -56,16 +56,17 @@ class Parts:
 
 @dataclass(frozen=True)
 class Design:
-    """All that the parts are made from.
+    """All values that determine the parts.
 
     Attributes
     ----------
     phantom
         Dimensions of the origami, of the gut and of the wave.
     parts
-        What the paper leaves open.
+        The choices that the paper leaves open.
     resistivity_ohm_m
-        Of the conductive plastic: with it the paper's substructure has the paper's resistance.
+        Resistivity of the conductive plastic, computed so that the paper's substructure has the
+        paper's resistance.
     limits
         Smallest and largest value of the phantom's dimensions, by ``part.parameter``.
     """
@@ -88,13 +89,13 @@ class Design:
 
     @property
     def front_mm(self) -> float:
-        """How far a follower reaches from its shaft towards the gut."""
+        """Distance from a follower's shaft to its front, in mm."""
         wall = self.phantom.wall
         return front(self.parts.bench, wall.lumen_mm, wall.wall_mm + wall.sheet_mm)
 
 
 def entries(table: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
-    """Return each choice's name and entry, in the order of the table."""
+    """Yield name and entry of each choice, in the order of the table."""
     for part, rows in table.items():
         if part != LIMITS:
             yield from ((f"{part}.{key}", entry) for key, entry in rows.items())
@@ -111,19 +112,19 @@ def design_of(
     Parameters
     ----------
     table
-        ``{part: {key: entry}}``, as in ``config/parts.yaml``: an entry has a ``value`` and a
-        ``range`` or what is ``allowed``, and may say that it is ``whole``. Under ``limits`` stand
-        the smallest and largest value of what is the phantom's.
+        ``{part: {key: entry}}``, as in ``config/parts.yaml``. An entry has a ``value`` and either
+        a ``range`` or a list ``allowed``; ``whole`` marks integers. ``limits`` holds the smallest
+        and largest values of the phantom's dimensions.
     values
         Changed values by ``part.key``.
     phantom, unchanged
-        The phantom with the user's changes, and without: the latter is the paper's capsule, by
-        whose resistance the plastic is known.
+        The phantom with and without the user's changes. The unchanged phantom is the paper's
+        capsule, whose resistance gives the plastic's resistivity.
 
     Raises
     ------
     CapsuleError
-        A value is outside its limits; the text names both.
+        If a value is outside its limits; the message names both.
     """
     chosen = {name: values.get(name, entry["value"]) for name, entry in entries(table)}
     for name, entry in entries(table):
@@ -155,9 +156,9 @@ def _check(name: str, value: float | str, entry: Mapping[str, Any]) -> None:
 def resistance(resistivity_ohm_m: float, phantom: Phantom, choices: Choices) -> float:
     """Return the resistance between the two wires of a substructure, in ohm.
 
-    The wall is a wire of constant section along the hexagon; the awns carry no current. At one cut
-    the wires measure the whole loop, ``rho L / A``; with both flats cut the two halves of the loop
-    lie beside each other, ``rho L / (4 A)``.
+    The wall acts as a wire of constant section along the hexagon; the awns carry no current. With
+    one cut, the current takes the whole loop: ``rho L / A``. With both flats cut, it takes the two
+    halves of the loop in parallel: ``rho L / (4 A)``.
     """
     origami = phantom.origami
     section_mm2 = origami.wall_thickness_mm * origami.height_mm
@@ -167,5 +168,5 @@ def resistance(resistivity_ohm_m: float, phantom: Phantom, choices: Choices) -> 
 
 
 def resistivity(phantom: Phantom, choices: Choices) -> float:
-    """Return the resistivity that gives a substructure the phantom's resistance, in ohm metre."""
+    """Return the resistivity in ohm metre for which a substructure has the phantom's resistance."""
     return phantom.sensor.resistance_ohm / resistance(1.0, phantom, choices)

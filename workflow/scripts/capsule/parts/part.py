@@ -1,4 +1,4 @@
-"""One part: its solid as a mesh, its outline where it is flat, and what is to be known of it."""
+"""Represent one part to print or cut: its mesh, its outline if it is flat, and its data."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -20,7 +20,7 @@ class Flat:
     cuts
         Closed outlines, each of shape (N, 2), in mm.
     marks
-        Closed outlines of what is engraved and not cut.
+        Closed outlines to engrave instead of cutting them.
     """
 
     cuts: Sequence[FloatArray]
@@ -29,12 +29,12 @@ class Flat:
 
 @dataclass(frozen=True)
 class Spiral:
-    """The true form of a cam's section, of which a mesh is a fine polygon.
+    """The exact form of a cam shaft's section, which the mesh approximates.
 
     Attributes
     ----------
     cam
-        Its circle, which turns once.
+        The cam, whose circle turns once.
     bore
         The bore's outline, anticlockwise: shape (N, 2), in mm.
     """
@@ -45,30 +45,30 @@ class Spiral:
 
 @dataclass(frozen=True)
 class Part:
-    """A part in the pose in which it is printed.
+    """A part in its pose for printing.
 
     Attributes
     ----------
     name
-        As its files are called.
+        Name of the part and of its files.
     vertices, triangles
-        The mesh: shape (V, 3) in mm, and (T, 3), seen anticlockwise from outside.
+        The mesh: shape (V, 3) in mm, and shape (T, 3), anticlockwise seen from outside.
     quantity
-        How many the whole experiment takes.
+        Number of pieces for the whole experiment.
     material
-        What it is printed from.
+        Material to print with.
     note
-        What it is for, in one sentence.
+        Purpose, in one sentence.
     limited_by
-        The value that is to be changed if the part does not fit the printer.
+        Name of the value to change if the part does not fit the printer.
     bodies
-        How many separate bodies the mesh holds.
+        Number of separate bodies in the mesh.
     flat
-        Its outline, if it can be cut from a sheet.
+        Outline, if the part can be cut from a sheet.
     spiral
-        Its true form, if it is not bounded by planes alone.
+        Exact form, if not all faces are plane.
     sizes
-        Dimensions to be listed, by name.
+        Dimensions for the list of parts, by name.
     """
 
     name: str

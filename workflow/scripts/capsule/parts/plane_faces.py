@@ -1,4 +1,4 @@
-"""The plane faces of a mesh, each with its outline and holes: what a CAD program calls a solid."""
+"""Find the plane faces of a mesh, with outlines and holes, for export to CAD programs."""
 
 from dataclasses import dataclass
 
@@ -8,9 +8,9 @@ from scipy.sparse.csgraph import connected_components
 
 from capsule.arrays import FloatArray, IntArray
 
-# Neighbouring triangles lie in one plane if they differ by less, in mm: a tenth of a nanometre.
+# Largest distance in mm of a neighbouring triangle in the same plane: a tenth of a nanometre.
 _PLANE_MM = 1e-7
-# Two planes that meet at less than some 8 degrees and keep that distance are one.
+# Least cosine between the normals of one plane: about 8 degrees.
 _SAME_SIDE = 0.99
 
 
@@ -23,8 +23,8 @@ class PlaneFace:
     normal
         Outward unit vector, shape (3,).
     loops
-        Numbers of vertices around each boundary, the outline first, then the holes; the solid
-        lies to the left of each as seen from outside.
+        Indices of the vertices around each boundary: first the outline, then the holes. Seen from
+        outside, the face is to the left of each boundary.
     """
 
     normal: FloatArray
@@ -32,12 +32,12 @@ class PlaneFace:
 
 
 def plane_faces(vertices: FloatArray, triangles: IntArray) -> list[PlaneFace]:
-    """Join the triangles of a closed mesh that lie in one plane.
+    """Return the plane faces of a closed mesh, each joined from triangles in one plane.
 
     Parameters
     ----------
     vertices, triangles
-        As `capsule.parts.part.Part` has them; each edge belongs to two triangles.
+        The mesh, as in `capsule.parts.part.Part`; each edge belongs to two triangles.
 
     Returns
     -------
@@ -60,14 +60,14 @@ def plane_faces(vertices: FloatArray, triangles: IntArray) -> list[PlaneFace]:
         enclosed = np.cross(around, np.roll(around, -1, axis=0)).sum(axis=0) @ normal[of_face]
         outline[of_face].append((-enclosed, start[loop]))
     return [
-        # Holes run the other way around: the outline alone encloses a positive area.
+        # Holes have the opposite direction, so only the outline encloses a positive area.
         PlaneFace(direction, [loop for _, loop in sorted(loops, key=lambda each: each[0])])
         for direction, loops in zip(normal, outline, strict=True)
     ]
 
 
 def _twins(triangles: IntArray, vertices: int) -> IntArray:
-    """Return the other side of each edge; edge 3 t + k leaves corner k of triangle t."""
+    """Return each edge's twin in the next triangle; edge 3 t + k leaves corner k of triangle t."""
     start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
     key = start * vertices + end
     order = np.argsort(key)
@@ -77,10 +77,10 @@ def _twins(triangles: IntArray, vertices: int) -> IntArray:
 def _same_plane(
     vertices: FloatArray, triangles: IntArray, area: FloatArray, twin: IntArray
 ) -> IntArray:
-    """Return for each triangle the number of its face."""
+    """Return the number of each triangle's face."""
     size = np.linalg.norm(area, axis=1)
     edge = np.arange(len(twin))
-    # The plane of the larger of two neighbours is the surer one.
+    # Of two neighbours, the larger triangle gives the more accurate plane.
     large, small = edge // 3, twin // 3
     apex = triangles[small, (twin + 2) % 3]
     wanted = size[large] >= size[small]
@@ -93,18 +93,18 @@ def _same_plane(
         (np.ones(joined.sum()), (large[joined], small[joined])), shape=(len(triangles),) * 2
     )
     _, label = connected_components(pairs, directed=False)
-    # Numbered by the first triangle of each.
+    # Number the faces by their first triangles.
     _, first, number = np.unique(label, return_index=True, return_inverse=True)
     return np.argsort(np.argsort(first))[number]
 
 
 def _boundaries(face: IntArray, twin: IntArray) -> list[IntArray]:
-    """Return the edges around each face, a loop each."""
+    """Return the boundaries of all faces, each as a loop of edges."""
     edge = np.arange(len(twin))
     following = edge - edge % 3 + (edge + 1) % 3
     inner = face[edge // 3] == face[twin // 3]
     after = following.copy()
-    # Around a corner, through the face's own triangles, to the next edge that ends the face.
+    # Turn around a corner, through the face's own triangles, to the next edge of the boundary.
     while (through := inner[after]).any():
         after[through] = following[twin[after[through]]]
     loops: list[IntArray] = []

@@ -1,4 +1,4 @@
-"""What cannot be made, and the limit that it breaks: one line that names the value."""
+"""Check that a design can be made; an error names the value and its limit."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -25,21 +25,21 @@ from capsule.geometry.substructure import (
 from capsule.parts.design import Design
 from capsule.phantom.parameters import Phantom, value_of, with_values
 
-# How closely a limit is worked out.
+# Number of tried values, and number of bisections, in the search for a limit.
 _TRIES, _HALVINGS = 41, 16
-# Wall that is left around a bore or between two openings.
+# Least wall around a bore or between two openings.
 _LEFT_MM = 1.0
 
 Margin = Callable[[Phantom, Choices], float]
 
 
 def check_design(design: Design) -> None:
-    """Refuse a design whose parts cannot be made, or do not fit each other.
+    """Raise an error if a design's parts cannot be made, or do not fit each other.
 
     Raises
     ------
     CapsuleError
-        The text names the value, and the limit that would be allowed.
+        If so; the message names the value and its limit.
     """
     _check_substructure(design)
     _check_bench(design)
@@ -47,7 +47,7 @@ def check_design(design: Design) -> None:
 
 def _refuse(name: str, value: float, limit: float, least: bool, reason: str) -> None:
     if (value < limit - 1e-9) if least else (value > limit + 1e-9):
-        # Rounded to the allowed side, so that the limit that is told is allowed.
+        # Round to the allowed side, so that the limit in the message is allowed.
         thousands = math.ceil(limit * 1e3 - 1e-6) if least else math.floor(limit * 1e3 + 1e-6)
         rounded = thousands / 1e3
         word = "at least" if least else "at most"
@@ -98,9 +98,9 @@ def _check_tip(origami: Origami, choices: Choices) -> None:
 
 
 def _check_by_trial(design: Design, names: Sequence[str], margin: Margin, reason: str) -> None:
-    """Refuse a negative margin; the limit is found by trying other values of the first name.
+    """Raise an error if a margin is negative, with the limit of the first name that can help.
 
-    If none of its values helps, those of the next name are tried.
+    The limit is found by trying other values of each name in turn.
     """
     choices = design.parts.choice
     if margin(design.phantom, choices) >= 0:
@@ -121,8 +121,9 @@ def _check_by_trial(design: Design, names: Sequence[str], margin: Margin, reason
             _refuse(name, value, float(good), good > value, reason)
     low, high = design.limits[names[0]]
     raise CapsuleError(
-        f"{names[0]} is {value_of(design.phantom, names[0]):g}; allowed is no value from {low:g} "
-        f"to {high:g}, nor of {', '.join(names[1:])}, so that {reason}"
+        f"{names[0]} is {value_of(design.phantom, names[0]):g}; no value from {low:g} to "
+        f"{high:g}, and no value of {', '.join(names[1:])}, is such that {reason}; change several "
+        "of them together"
     )
 
 
@@ -135,7 +136,7 @@ def _is_simple(origami: Origami, design: Design) -> bool:
 
 
 def _outline_of(phantom: Phantom, choices: Choices) -> tuple[Shape, FloatArray, FloatArray] | None:
-    """Return shape and boundaries, or nothing where lines meet nowhere."""
+    """Return shape and boundaries, or None if lines do not meet."""
     try:
         shape = shape_of(phantom.origami, choices)
         return (shape, *outline(shape))
@@ -144,7 +145,7 @@ def _outline_of(phantom: Phantom, choices: Choices) -> tuple[Shape, FloatArray, 
 
 
 def _room_inside(phantom: Phantom, choices: Choices) -> float:
-    """Return the room between the flats and below the shoulder, less a wall; negative: none."""
+    """Return the least room inside the hexagon, less a wall; negative if there is none."""
     made = _outline_of(phantom, choices)
     if made is None:
         return -1.0
@@ -163,7 +164,7 @@ def _room_inside(phantom: Phantom, choices: Choices) -> float:
 
 
 def _room_beside(phantom: Phantom, choices: Choices) -> float:
-    """Return the distance to the neighbour, less half of the film of adhesive."""
+    """Return the distance to the neighbour, less half the film of adhesive."""
     made = _outline_of(phantom, choices)
     if made is None:
         return -1.0
@@ -173,7 +174,7 @@ def _room_beside(phantom: Phantom, choices: Choices) -> float:
 
 
 def _room_pressed(phantom: Phantom, choices: Choices) -> float:
-    """Return the distance to the neighbour when the largest wave presses both."""
+    """Return the distance to the neighbour when both are pressed to the largest compression."""
     try:
         shape = shape_of(phantom.origami, choices)
         pressed = folded(shape, top_mm(shape) - phantom.contact.fold_limit_mm)
@@ -192,11 +193,11 @@ def _room_to_next(outer: FloatArray, pitch_mm: float) -> float:
 
 
 def _upper(outer: FloatArray) -> FloatArray:
-    """Return one half of an outline; the other is its mirror image."""
+    """Return the upper half of an outline; the lower half is its mirror image."""
     return outer[outer[:, 1] > 0]
 
 
-# What is tried: which values can help, which room is wanted, and what it is for.
+# The names of the values that can help, the margin that must not be negative, and the reason.
 _TRIALS: tuple[tuple[tuple[str, ...], Margin, str], ...] = (
     (
         ("origami.fold_angle_deg", "origami.fold_to_shoulder_mm", "origami.axis_to_fold_mm"),
@@ -269,7 +270,7 @@ def _check_end_plate(design: Design) -> None:
     least: float = teeth_around(bench.rod_mm / 2 + bench.fit_mm + _LEFT_MM)
     reason = "a wall is left between rod and teeth"
     _refuse("bench.cam_teeth", bench.cam_teeth, least, True, reason)
-    # Motor body above the upper slide, and both pulleys clear of each other.
+    # The motor's body is above the upper slide, and the pulleys do not touch each other.
     clear = max(
         high + bench.plate_mm + 10.0,
         outer_radius(bench.cam_teeth) + outer_radius(bench.motor_teeth) + 2 * _LEFT_MM,
@@ -287,6 +288,6 @@ def _check_end_plate(design: Design) -> None:
 
 
 def face_back(design: Design) -> float:
-    """Return how far the slides reach behind a cam shaft, in mm."""
+    """Return the distance from a cam shaft to the slides' back, in mm."""
     bench, cam = design.parts.bench, design.cam
     return window(bench, cam).face_mm + bench.frame_mm + cam.eccentricity_mm

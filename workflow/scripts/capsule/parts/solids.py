@@ -1,6 +1,6 @@
-"""Solids from outlines: prisms, twisted prisms, what is joined to them and cut from them.
+"""Make solids from outlines: prisms and twisted prisms.
 
-The only module that knows manifold3d, whose solids are manifold by construction.
+The solids are those of manifold3d, so they are always manifold.
 """
 
 from collections.abc import Sequence
@@ -10,31 +10,31 @@ from manifold3d import CrossSection, FillRule, Manifold
 
 from capsule.arrays import FloatArray, IntArray
 
-# Vertices that differ by less, in mm, are one; a tenth of what a printer can place.
+# Vertices closer than this, in mm, are merged; it is a tenth of a printer's accuracy.
 _FINEST_MM = 1e-3
 
 
 def section(outlines: Sequence[FloatArray]) -> CrossSection:
-    """Return the area within outlines; one that runs clockwise is a hole."""
+    """Return the area inside outlines; a clockwise outline is a hole."""
     return CrossSection(list(outlines), FillRule.Positive)
 
 
 def prism(outlines: Sequence[FloatArray], height_mm: float, low_mm: float = 0.0) -> Manifold:
-    """Return the solid above an area, from ``low_mm`` on."""
+    """Return the prism above an area, from the height ``low_mm`` on."""
     return Manifold.extrude(section(outlines), height_mm).translate((0.0, 0.0, low_mm))
 
 
 def twisted(
     outlines: Sequence[FloatArray], height_mm: float, twist_deg: float, steps: int
 ) -> Manifold:
-    """Return the solid above an area that turns about the origin on its way up."""
+    """Return the prism above an area, twisted about the origin."""
     return Manifold.extrude(section(outlines), height_mm, steps - 1, twist_deg)
 
 
 def crossways(outlines: Sequence[FloatArray], length_mm: float, along: str) -> Manifold:
-    """Return the solid along x or y above an area, half of it to either side.
+    """Return the prism of an area along x or y, centred on the origin.
 
-    Along x the area's coordinates are (y, z), along y they are (x, z).
+    Along x, the area's coordinates are (y, z). Along y, they are (x, z).
     """
     solid = Manifold.extrude(section(outlines), length_mm).translate((0.0, 0.0, -length_mm / 2))
     if along == "x":
