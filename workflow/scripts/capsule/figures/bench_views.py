@@ -1,4 +1,4 @@
-"""Views of the bench and of its parts, with dimensions: for the report and for drawings."""
+"""Draw the bench and its parts with dimensions, for the report and for workshop drawings."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -24,9 +24,9 @@ _AXIS: Look = {"color": MUTED, "linewidth": 0.5, "linestyle": (0, (8, 2, 1.5, 2)
 
 
 def draw_bench(axes: Axes, design: Design, turn_rad: float = np.pi / 2) -> None:
-    """Draw the bench in section across the gut, at followers whose cams have turned that far.
+    """Draw the bench in section across the gut, with the cams turned by an angle.
 
-    By default the walls stand at their baselines.
+    With the default angle, the walls are at their baselines.
     """
     bench, cam, wall = design.parts.bench, design.cam, design.phantom.wall
     moved = cam.eccentricity_mm * np.cos(turn_rad)
@@ -37,7 +37,7 @@ def draw_bench(axes: Axes, design: Design, turn_rad: float = np.pi / 2) -> None:
     shaft, silicone = bench.shaft_distance_mm / 2, wall.wall_mm + wall.sheet_mm
     tall = outer[:, 1].max() - 1.0
     for side in (-1.0, 1.0):
-        # A follower's u runs towards the gut.
+        # A follower's coordinate u increases towards the gut.
         flip = np.array([-side, 1.0])
         at, stroke = np.array([side * shaft, 0.0]), np.array([moved, 0.0])
         draw_area(axes, at + flip * (outer + stroke), _FOLLOWER)
@@ -128,11 +128,11 @@ def draw_follower(axes: Axes, design: Design) -> None:
 
 
 def _draw_follower_section(axes: Axes, design: Design, left: float) -> None:
-    """Draw the frame in section along the shaft: the ridge at the middle of the thickness."""
+    """Draw the frame in section along the shaft, with the ridge in the middle of its thickness."""
     bench, cam = design.parts.bench, design.cam
     opening = stand.window(bench, cam)
     thick = bench.follower_mm - bench.follower_gap_mm
-    # Five times as large, or the ridge would not be seen.
+    # Draw it five times as large, because the ridge is too small to see otherwise.
     large = 5.0
     bevel = opening.face_mm - opening.ridge_mm
     frame = bench.frame_mm
@@ -152,7 +152,7 @@ def _draw_follower_section(axes: Axes, design: Design, left: float) -> None:
 
 
 def draw_cam(axes: Axes, design: Design) -> None:
-    """Draw a section of the cam shaft from its end, and the followers' places along it."""
+    """Draw the cam shaft in section, seen from its end, and one lead of it from the side."""
     bench, cam = design.parts.bench, design.cam
     centre = (cam.eccentricity_mm, 0.0)
     draw_area(axes, stand.circle(cam.radius_mm, centre), _CAM)

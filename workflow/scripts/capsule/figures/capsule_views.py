@@ -1,4 +1,4 @@
-"""Views of the capsule and of the bench, with dimensions: for the report and for drawings."""
+"""Draw the capsule with dimensions, for the report and for workshop drawings."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -35,7 +35,7 @@ _GLUE: Look = {"color": GREEN, "linewidth": 1.8, "solid_capstyle": "butt"}
 
 
 def draw_wall(axes: Axes, shape: Shape, shift_mm: float = 0.0, colour: str = WALL) -> None:
-    """Draw one substructure's section; the hexagon's inside stays empty."""
+    """Draw one substructure in section; the inside of the hexagon stays empty."""
     outer, inner = outline(shape)
     shift = np.array([shift_mm, 0.0])
     draw_area(axes, outer + shift, colour)
@@ -58,7 +58,7 @@ def draw_substructure(axes: Axes, origami: Origami, choices: Choices) -> None:
     axes.plot(*wire_positions(shape, choices).T, "o", color=BLUE, markersize=3.2, zorder=5)
     _draw_names(axes, corner, side)
     _draw_legend(axes, shape, choices)
-    # The flat at the head is measured on the right, beyond the heights.
+    # The dimension of the flat at the head is on the right, beyond the heights.
     at_head, at_tail = ("A", "B") if side > 0 else ("B", "A")
     for name, at in ((at_head, right + 4.2), (at_tail, left - 0.2)):
         ends = corner[name], corner[name] * [1.0, -1.0]
@@ -85,7 +85,7 @@ def draw_substructure(axes: Axes, origami: Origami, choices: Choices) -> None:
 
 
 def _draw_legend(axes: Axes, shape: Shape, choices: Choices) -> None:
-    """Name cut, wires and glue faces where they are."""
+    """Label the cut, the wires and the glue faces."""
     beside = (shape.fold[0] + shape.lower[0]) / 2 - 0.6
     look: Look = {"ha": "left", "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 0.6}}
     for wire, height in zip(wire_positions(shape, choices), (1.2, -1.2), strict=True):
@@ -128,7 +128,7 @@ def _draw_angles(axes: Axes, origami: Origami, corner: dict[str, FloatArray], si
     to_a = np.degrees(np.arctan2(*(corner["A"] - corner["C"])[::-1]))
     beta = f"\u03b2 = {length_text(origami.fold_angle_deg)}\u00b0"
     draw_angle(axes, corner["C"], 2.4, to_b, to_a, beta, shift=(0.6 * side, -0.8))
-    # The direction across the axis, to which the awn's line leans.
+    # The dashed line across the axis is the reference for the awn's tilt.
     tilt = origami.awn_tilt_deg
     top = corner["D"][1] + 2.4
     axes.plot([corner["B"][0]] * 2, [corner["B"][1], top], **_AXIS)
@@ -139,7 +139,7 @@ def _draw_angles(axes: Axes, origami: Origami, corner: dict[str, FloatArray], si
 
 
 def draw_row(axes: Axes, origami: Origami, choices: Choices, sensors: int) -> None:
-    """Draw the substructures in a row with their sensors' numbers and wires."""
+    """Draw the row of substructures with their sensors' numbers and wires."""
     shape = shape_of(origami, choices)
     pitch = spacing(shape, origami.adhesive_mm)
     faces = glue_faces(shape)
@@ -173,17 +173,17 @@ def draw_row(axes: Axes, origami: Origami, choices: Choices, sensors: int) -> No
 
 
 def draw_readings(axes: Axes, origami: Origami, readings: dict[str, Choices]) -> FloatArray:
-    """Lay the outlines of several readings over each other, C at the same place.
+    """Draw the outlines of several readings of the paper's text, with point C at the same place.
 
     Parameters
     ----------
     readings
-        Choices by their words; the first is the one that was chosen.
+        Choices by their description; the first is the chosen reading.
 
     Returns
     -------
     array of shape (2, 2)
-        Lowest and highest corner of what is drawn, in mm.
+        Lowest and highest corner of the drawing, in mm.
     """
     looks: tuple[Look, ...] = (
         {"color": INK, "linewidth": 1.6},

@@ -1,4 +1,4 @@
-"""A matrix of S sensors by L columns as filled contours, as the paper shows it."""
+"""Draw a matrix of S sensors by L columns as filled contours, as the paper does."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -8,21 +8,21 @@ from matplotlib.ticker import MaxNLocator
 from capsule.arrays import FloatArray, NumberArray
 from capsule.figures.style import COLOURS_OF_HEIGHT, INK, say_nothing_to_show
 
-# More columns than this are finer than print; contours of all of them make heavy files.
+# More columns than this add no visible detail, and their contours make large files.
 _COLUMNS_DRAWN = 250
 
 
 def contour_levels(highest: float, count: int = 8, *, with_faint: bool = False) -> FloatArray:
-    """Choose round heights from 0 up to at least the highest value.
+    """Return round heights from 0 to at least the highest value.
 
     Parameters
     ----------
     highest : float
-        Largest value to be shown; where it is 0, any heights do.
+        Largest value of the drawing; 0 is treated as 1.
     count : int
-        About how many bands.
+        Approximate number of bands.
     with_faint : bool
-        Add a height at a fifth of the first step, so that a low pattern beside high ones shows.
+        Whether to add a height at a fifth of the first step, which shows low patterns.
 
     Returns
     -------
@@ -38,14 +38,14 @@ def contour_levels(highest: float, count: int = 8, *, with_faint: bool = False) 
 def draw_matrix(
     axes: Axes, matrix: FloatArray, column: NumberArray, levels: FloatArray
 ) -> QuadContourSet | None:
-    """Draw one matrix, sensor 1 on top; between the rows the heights are interpolated.
+    """Draw one matrix with sensor 1 on top; heights between the rows are interpolated.
 
     Parameters
     ----------
     axes : Axes
-        Where to draw.
+        The axes.
     matrix : (S, L) array
-        The heights; one that holds NaN is said to be unknown, one of zeros to be zero.
+        The heights. With any NaN, or with zeros only, the axes show a note instead.
     column : (L,) array
         Position of each column along the axis of time.
     levels : (N,) array
@@ -54,10 +54,10 @@ def draw_matrix(
     Returns
     -------
     QuadContourSet or None
-        For a colour bar; None where there was nothing to draw.
+        For a colour bar; None if there are no contours.
     """
     sensors = matrix.shape[0]
-    # A single sensor becomes a band.
+    # Contours need two rows, so a single sensor becomes a band.
     row = np.arange(1, sensors + 1) if sensors > 1 else np.array([0.5, 1.5])
     heights = matrix if sensors > 1 else np.repeat(matrix, 2, axis=0)
     step = max(1, -(-column.size // _COLUMNS_DRAWN))

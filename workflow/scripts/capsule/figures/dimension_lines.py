@@ -1,4 +1,4 @@
-"""Dimensions on a drawing: lines with arrows, angles, and labels with a leader."""
+"""Draw dimensions: lines with arrows, angles, and labels with a leader line."""
 
 from typing import Any
 
@@ -16,7 +16,7 @@ _THIN: Look = {"color": MUTED, "linewidth": 0.4, "solid_capstyle": "butt"}
 
 
 def length_text(value_mm: float) -> str:
-    """Return a length as drawings print it: to a hundredth, without idle zeros."""
+    """Return a length as drawings print it: to 0.01 mm, without trailing zeros."""
     return f"{value_mm:.2f}".rstrip("0").rstrip(".").replace("-", "\u2212")
 
 
@@ -31,22 +31,22 @@ def draw_length(
     outside: bool = False,
     part: float = 1.0,
 ) -> None:
-    """Draw the length between two points along one axis.
+    """Draw the dimension of the distance between two points along one axis.
 
     Parameters
     ----------
     start, end
         The points, shape (2,), in mm.
     at
-        Where the dimension's line runs: its x if upright, else its y.
+        Position of the dimension's line: its x if upright, else its y.
     upright
-        Whether the length is that along y.
+        Whether the distance is measured along y.
     name
-        A symbol before the number.
+        Symbol before the number.
     outside
-        Whether the number stands beyond the end, for lengths that have no room for it.
+        Whether the number is beyond the end, for lengths without room for it.
     part
-        How many times larger than the rest of the drawing this part of it is.
+        Magnification of this part of the drawing.
     """
     along, across = (1, 0) if upright else (0, 1)
     low, high = sorted((float(start[along]), float(end[along])))
@@ -61,7 +61,7 @@ def draw_length(
     text = f"{name} = {length}" if name else length
     turned = 90 if upright else 0
     if outside:
-        # Arrows from both sides, and the number beyond the second.
+        # Arrows point inwards from both sides; the number follows the second arrow.
         reach = 0.9
         for tip, tail in ((low, low - reach), (high, high + reach)):
             arrow = {"arrowstyle": "-|>"} | _END
@@ -90,7 +90,7 @@ def draw_angle(
     *,
     shift: tuple[float, float] = (0.0, 0.0),
 ) -> None:
-    """Draw an angle as an arc with its number."""
+    """Draw an angle as an arc with its text."""
     angles = np.radians(np.linspace(start_deg, end_deg, 40))
     arc = corner + radius_mm * np.column_stack([np.cos(angles), np.sin(angles)])
     axes.plot(*arc.T, color=INK, linewidth=0.5)
@@ -106,7 +106,7 @@ def draw_label(
     text: str,
     **look: Any,  # noqa: ANN401
 ) -> None:
-    """Write a label beside the drawing, with a line that leads to its point."""
+    """Draw a label with a leader line to its point."""
     leader = {"arrowstyle": "-", "linewidth": 0.5, "color": MUTED, "shrinkA": 0, "shrinkB": 0}
     tip = float(point[0]), float(point[1])
     axes.annotate(text, tip, where, arrowprops=leader, va="center", **look)
@@ -119,6 +119,6 @@ def draw_area(axes: Axes, outline: FloatArray, colour: str, **look: Any) -> None
 
 
 def true_scale(axes: Axes, x: tuple[float, float], y: tuple[float, float]) -> None:
-    """Show nothing but the drawing from x to x and y to y, with equal scales."""
+    """Limit the axes to the ranges x and y, with equal scales and without axis lines."""
     axes.set(xlim=x, ylim=y, aspect="equal")
     axes.set_axis_off()

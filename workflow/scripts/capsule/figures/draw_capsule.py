@@ -1,4 +1,7 @@
-"""The figures of the capsule: how it is built, and the readings that were not chosen."""
+"""Draw the capsule's design, and other designs that the paper's text allows.
+
+A *reading* here is one interpretation of the paper's text, not a sensor's value.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -17,7 +20,7 @@ from capsule.geometry.open_choices import Choices
 from capsule.geometry.substructure import outline, shape_of, spacing
 from capsule.parts.design import Design
 
-# What else the paper's words allow, one choice at a time.
+# Other choices that the paper's text allows, one change at a time.
 _OTHERS = (
     ("fold_side", {"head": "tail", "tail": "head"}, "A at the {} of BC"),
     ("corners", {"middle": "outside", "outside": "middle"}, "corners on the wall\u2019s {}"),
@@ -27,7 +30,7 @@ _OTHERS = (
 
 
 def other_readings(choices: Choices) -> dict[str, Choices]:
-    """Return the choices that were made, then those that differ from them in one thing each."""
+    """Return the chosen design, then each design that differs from it in one choice."""
     readings = {"chosen": choices}
     for key, instead, words in _OTHERS:
         other = instead[getattr(choices, key)]
@@ -37,7 +40,7 @@ def other_readings(choices: Choices) -> dict[str, Choices]:
 
 
 def outline_table(design: Design, readings: dict[str, Choices]) -> pd.DataFrame:
-    """Return the outlines that a figure shows: a row a corner, with the pitch of its reading."""
+    """Return a figure's outlines, one row per corner, with the pitch of each reading."""
     origami = design.phantom.origami
     rows = []
     for words, choices in readings.items():
@@ -49,7 +52,7 @@ def outline_table(design: Design, readings: dict[str, Choices]) -> pd.DataFrame:
 
 
 def capsule_drawing(inputs: FigureInputs) -> Drawing:
-    """Give the dimensioned substructure, the row of sensors, and the bench in section."""
+    """Return the drawing of the substructure, the row of sensors, and the bench in section."""
     design = inputs.design
     table = outline_table(design, {"chosen": design.parts.choice})
     sensors = inputs.settings["recording"]["sensors"]
@@ -57,7 +60,7 @@ def capsule_drawing(inputs: FigureInputs) -> Drawing:
 
 
 def readings_drawing(inputs: FigureInputs) -> Drawing:
-    """Give the readings of the paper over each other."""
+    """Return the drawing that compares the readings of the paper's text."""
     design = inputs.design
     readings = other_readings(design.parts.choice)
     table = outline_table(design, readings)
@@ -95,14 +98,14 @@ def _stack(
     title_in: float = 0.28,
     below_in: float = 0.0,
 ) -> None:
-    """Lay drawings in rows as wide as the figure; those of a row have one scale.
+    """Arrange drawings in rows across the figure; the drawings of a row have one scale.
 
-    They know the size of what they show, so no room is lost around them.
+    The limits of the axes give the size of each drawing, so there are no empty margins.
 
     Parameters
     ----------
     title_in, below_in
-        Room for the titles of a row, and below all rows.
+        Room in inches for the titles of a row, and below all rows.
     """
     spans = [[(np.ptp(axes.get_xlim()), np.ptp(axes.get_ylim())) for axes in row] for row in rows]
     scales = [width_in / sum(wide for wide, _ in row) for row in spans]
@@ -113,7 +116,7 @@ def _stack(
     figure.set_size_inches(width_in, total)
     top = total
     for row, sizes, scale, height in zip(rows, spans, scales, heights, strict=True):
-        # All of a row are as tall, so that their titles stand level.
+        # All drawings of a row get the same height, so that their titles align.
         half = height / scale / 2
         top -= title_in + height
         left = 0.0
@@ -127,7 +130,7 @@ def _stack(
 def draw_other_readings(
     design: Design, readings: dict[str, Choices], width_in: float = PAGE_WIDTH_IN
 ) -> Figure:
-    """Draw each other reading over the chosen one."""
+    """Draw each other reading over the chosen reading."""
     origami = design.phantom.origami
     chosen, *others = readings
     with figure_style():
@@ -142,7 +145,7 @@ def draw_other_readings(
             panels.append(axes)
         left, right = min(box[0, 0] for box in boxes), max(box[1, 0] for box in boxes)
         for axes in panels:
-            # Room for the title between its neighbours.
+            # Leave room for the title.
             axes.set_xlim(left - 1.5, right + 1.5)
         half = len(panels) // 2
         narrow = width_in <= COLUMN_WIDTH_IN

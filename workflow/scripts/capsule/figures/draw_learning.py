@@ -1,4 +1,4 @@
-"""The figure of the learning curves: rates against the number of recordings that teach."""
+"""Draw the learning curves: rates against the number of recordings that teach."""
 
 from collections.abc import Mapping, Sequence
 
@@ -21,7 +21,7 @@ from capsule.kinds import Look
 
 
 def learning_drawing(inputs: FigureInputs) -> Drawing:
-    """Give the rates at every share of the archive, of each detector that learns a threshold."""
+    """Return the drawing of the rates at each share of the archive, per learning detector."""
     table, detectors = inputs.learning, inputs.evaluation.detectors()
     return table, lambda width_in: draw_learning(table, detectors, width_in)
 
@@ -29,14 +29,14 @@ def learning_drawing(inputs: FigureInputs) -> Drawing:
 def draw_learning(
     table: pd.DataFrame, detectors: Sequence[str], width_in: float = PAGE_WIDTH_IN
 ) -> Figure:
-    """Draw specificity and sensitivity against the recordings that teach, a panel each.
+    """Draw specificity and sensitivity against the recordings that teach, one panel per rate.
 
     Parameters
     ----------
     table : DataFrame
         From `capsule.evaluation.learning`.
     detectors : sequence of str
-        In the order of the configuration; those without a row have no curve.
+        In the order of the configuration; a detector without a row has no curve.
     width_in : float
         Width of the figure in inches.
 
@@ -44,7 +44,7 @@ def draw_learning(
     -------
     Figure
     """
-    # Without any recording one empty panel is left, to say so.
+    # Without recordings, one empty panel remains, with a note.
     ranges = main_ranges(table["size_from_mm"]) or [(0.0, 0.0)]
     narrow = width_in <= COLUMN_WIDTH_IN
     shape = (len(ranges), 1) if narrow else (1, len(ranges))

@@ -1,4 +1,4 @@
-"""The pre-processing figure: signal, envelope and matrix of a run without and with a nodule."""
+"""Draw pre-processing: signal, envelope and matrix of a run without and a run with a nodule."""
 
 from collections.abc import Mapping, Sequence
 
@@ -22,29 +22,29 @@ from capsule.stages import PreprocessedRun
 
 
 def typical_recording(energy: Mapping[str, float]) -> str | None:
-    """Choose the recording in the middle, so that the figure shows no lucky one.
+    """Return the median recording, so that the figure does not show an unusually good one.
 
     Parameters
     ----------
     energy : mapping of str to float
-        By the recording's name, its distance to the zero template.
+        Each recording's distance to the zero template, by name.
 
     Returns
     -------
     str or None
-        The lower median; of equal ones the first by name; None where there is no recording.
+        The lower median; of equal recordings the first by name; None if there is no recording.
     """
     ordered = sorted(energy, key=lambda name: (energy[name], name))
     return ordered[(len(ordered) - 1) // 2] if ordered else None
 
 
 def typical_recordings(evaluation: Evaluation) -> list[tuple[str, str | None]]:
-    """Choose a typical run without a nodule, and one over a nodule of the middle size.
+    """Return a typical run without a nodule, and a typical run over a nodule of the middle size.
 
     Returns
     -------
     list of (str, str or None)
-        What it is, and the recording's name; None where there is no such recording.
+        The panel's title, and the recording's name; None if there is no such recording.
     """
     nodules_mm = evaluation.sizes_mm()[1:]
     wanted = {"no nodule": 0.0, "nodule": None}
@@ -60,7 +60,7 @@ def typical_recordings(evaluation: Evaluation) -> list[tuple[str, str | None]]:
 
 
 def example_table(examples: Sequence[PreprocessedRun | None]) -> pd.DataFrame:
-    """Lay out what the figure shows as a table, one row a sample."""
+    """Return the figure's data as a table, one row per sample."""
     columns = ["recording", "time_s"]
     frames = []
     for example in filter(None, examples):
@@ -74,7 +74,7 @@ def example_table(examples: Sequence[PreprocessedRun | None]) -> pd.DataFrame:
 
 
 def preprocessing_drawing(inputs: FigureInputs) -> Drawing:
-    """Give the stages of pre-processing of a typical run without and one with a nodule."""
+    """Return the drawing of the stages of a typical run without and a typical run with a nodule."""
     typical = typical_recordings(inputs.evaluation)
     examples = [inputs.run(name, title) if name else None for title, name in typical]
     threshold = inputs.settings["preprocessing"]["threshold"]
@@ -87,12 +87,12 @@ def preprocessing_drawing(inputs: FigureInputs) -> Drawing:
 def draw_preprocessing(
     examples: Sequence[PreprocessedRun | None], threshold: float, width_in: float = PAGE_WIDTH_IN
 ) -> Figure:
-    """Draw the stages of pre-processing (eq. normalization to eq. extended), a column a run.
+    """Draw the stages of pre-processing (eq. normalization to eq. extended), one column per run.
 
     Parameters
     ----------
     examples : sequence of PreprocessedRun or None
-        The runs side by side; None where the archive holds no such run.
+        The runs, from left to right; None if the archive has no such run.
     threshold : float
         c, drawn over the envelopes, in standard deviations.
     width_in : float
@@ -139,7 +139,7 @@ def draw_preprocessing(
 
 
 def _draw_signals(axes: Axes, example: PreprocessedRun) -> None:
-    """Draw the readings one sensor below the other, all to one scale."""
+    """Draw the readings of each sensor below the other, with one scale for all."""
     centred = example.values - np.nanmedian(example.values, axis=1, keepdims=True)
     distance = float(np.nanmax(centred) - np.nanmin(centred)) * 0.75
     sensors = len(centred)

@@ -1,4 +1,4 @@
-"""Figures of rates per size: the leading detector's, the paper's detector's, and the paper's."""
+"""Draw rates per size: of the leading detector, the paper's detector, and the paper."""
 
 from collections.abc import Mapping, Sequence
 
@@ -28,12 +28,12 @@ from capsule.kinds import Look
 
 _TRUE_SIZE = "size of the nodule (mm)"
 _KEY = ["detector", "scheme"]
-# How markers and whiskers are drawn; colour and shape are the detector's own.
+# Look of all markers and whiskers; each detector has its own colour and shape.
 _MARKS: Look = {"linestyle": "none", "markersize": 4.5, "elinewidth": 0.9, "capsize": 1.8}
 
 
 def detection_drawing(inputs: FigureInputs) -> Drawing:
-    """Give precision and recall per size, of each series."""
+    """Return the drawing of precision and recall per size, for each series."""
     sizes_mm = inputs.evaluation.sizes_mm()[1:]
     table = points.detection_points(series_rows(inputs, "detection"))
     panels = {"precision": "precision", "recall": "recall"}
@@ -41,7 +41,7 @@ def detection_drawing(inputs: FigureInputs) -> Drawing:
 
 
 def sizing_drawing(inputs: FigureInputs) -> Drawing:
-    """Give the rates of exact and of tolerable sizes, of each series."""
+    """Return the drawing of the exact and within-tolerance rates per size, for each series."""
     sizes_mm = inputs.evaluation.sizes_mm()[1:]
     table = points.sizing_points(series_rows(inputs, "sizing"))
     within = f"within {inputs.settings['evaluation']['tolerance_mm']:g} mm (*: one-sided)"
@@ -50,7 +50,7 @@ def sizing_drawing(inputs: FigureInputs) -> Drawing:
 
 
 def negatives_drawing(inputs: FigureInputs) -> Drawing:
-    """Give what healthy recordings are taken for, in each series."""
+    """Return the drawing of the verdicts on healthy recordings, for each series."""
     confidence = inputs.settings["evaluation"]["confidence"]
     table = points.negative_points(series_rows(inputs, "confusion"), confidence)
     panels = {"classified": "recordings without a nodule, by verdict"}
@@ -59,13 +59,13 @@ def negatives_drawing(inputs: FigureInputs) -> Drawing:
 
 
 def series_rows(inputs: FigureInputs, name: str) -> pd.DataFrame:
-    """Give the rows of a table that the figures of rates show.
+    """Return the rows of a table that the figures of rates show.
 
     Returns
     -------
     DataFrame
-        Under the main scheme those of the leading detector, then those of the paper's detector
-        where another one leads; at last the paper's own.
+        The leading detector's rows for the main scheme, then those of the paper's detector if
+        another one leads, then the paper's own rows.
     """
     evaluation, settings = inputs.evaluation, inputs.settings
     schemes = settings["evaluation"]["schemes"]
@@ -90,7 +90,7 @@ def _drawing(
 
 
 def rate_looks(detectors: Sequence[str]) -> dict[str, Look]:
-    """Give colour and mark of each detector's points, as in the other figures, and the paper's."""
+    """Return colour and marker for the points of each detector and of the paper."""
     looks = detector_looks(detectors) | {paper.NAME: PAPER_LOOK}
     return {
         name: {key: value for key, value in look.items() if key != "linestyle"}
@@ -106,20 +106,20 @@ def draw_rates(
     looks: Mapping[str, Look],
     width_in: float = PAGE_WIDTH_IN,
 ) -> Figure:
-    """Draw rates per size with their intervals, a panel a measure.
+    """Draw rates per size with their intervals, one panel per measure.
 
     Parameters
     ----------
     table : DataFrame
-        From `capsule.evaluation.points`; rates are fractions, NaN where nothing was counted.
+        From `capsule.evaluation.points`; rates are fractions, NaN if nothing was counted.
     panels : mapping of str to str
-        The measures to draw, and the title of each one's panel.
+        Title of the panel of each measure.
     sizes_mm : sequence of float
-        The sizes along the axis; 0 is written as no nodule.
+        The sizes along the axis; 0 is labelled as none.
     x_label : str
-        What the sizes are.
+        Label of the axis of sizes.
     looks : mapping of str to mapping
-        Colour and mark of each detector and of the paper, from `rate_looks`.
+        Colour and marker of each detector and of the paper, from `rate_looks`.
     width_in : float
         Width of the figure in inches.
 

@@ -1,4 +1,4 @@
-"""The figure of the ROC curves: what every threshold of a score would reach."""
+"""Draw the ROC curves: the rates that each threshold of a score reaches."""
 
 from collections.abc import Mapping, Sequence
 
@@ -26,16 +26,16 @@ _FINE = 201
 def curve_table(
     roc: pd.DataFrame, summary: pd.DataFrame, sensitivity: pd.DataFrame, scheme: str
 ) -> pd.DataFrame:
-    """Collect the curves and the operating points of one scheme.
+    """Return the curves and the operating points of one scheme.
 
     Parameters
     ----------
     roc : DataFrame
-        Curves with their bands per detector and size; an empty size is any nodule.
+        Curves with their bands, per detector and size; an empty size means any nodule.
     summary, sensitivity : DataFrame
-        Specificity per detector; sensitivity per detector and size.
+        Specificity per detector, and sensitivity per detector and size.
     scheme : str
-        The scheme wanted.
+        The scheme.
 
     Returns
     -------
@@ -54,12 +54,12 @@ def curve_table(
     points = points.rename(columns=names).reindex(columns=[*columns, *bounds])
     points = points.dropna(subset=columns[2:])
     parts = [curves.assign(kind="curve"), points.assign(kind="operating point")]
-    # pandas warns of empty parts, which say nothing of the columns' types.
+    # Leave out empty parts: pandas warns about them, because their columns have no types.
     return pd.concat([part for part in parts if not part.empty] or parts[:1], ignore_index=True)
 
 
 def roc_drawing(inputs: FigureInputs) -> Drawing:
-    """Give the curves of all detectors under the main scheme of the configuration."""
+    """Return the drawing of all detectors' curves for the main scheme of the configuration."""
     tables = inputs.judgements
     scheme = main_scheme(inputs.settings["evaluation"]["schemes"])
     curves = curve_table(tables["roc"], tables["summary"], tables["predictive_values"], scheme)
@@ -70,9 +70,9 @@ def roc_drawing(inputs: FigureInputs) -> Drawing:
 def draw_roc(
     table: pd.DataFrame, detectors: Sequence[str], width_in: float = PAGE_WIDTH_IN
 ) -> Figure:
-    """Draw the curves of any nodule and of each size against none, a panel each.
+    """Draw the curves of any nodule and of each size against no nodule, one panel per curve.
 
-    Detectors that share a score share a curve; it is drawn once, and each has its own point.
+    Detectors with the same score share one curve, but each has its own operating point.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ def _draw_panel(axes: Axes, table: pd.DataFrame, looks: Mapping[str, Look]) -> N
     for names in drawn.values():
         rows = curves[curves["detector"] == names[-1]].sort_values("false_positive_rate")
         look = looks[names[-1]]
-        # The curve is a staircase: so many false alarms are allowed, or fewer.
+        # The curve is a staircase: each rate holds for at most that many false alarms.
         allowed = rows["false_positive_rate"].to_numpy()
         fine = np.linspace(0, 1, _FINE)
         step = np.searchsorted(allowed, fine + 1e-9, side="right") - 1

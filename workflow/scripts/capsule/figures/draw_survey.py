@@ -1,7 +1,7 @@
-"""The space-time picture of a survey: distance across, time downward.
+"""Draw the space-time picture of a survey: distance to the right, time downward.
 
-The capsule's path runs from the upper left to the lower right; where it went back and looked again
-it has a sawtooth. Beside it stands the evidence, below it some suspected places, larger.
+The capsule's path runs from the upper left to the lower right. It has a sawtooth where the capsule
+went back and looked again. The evidence is beside the map; enlarged suspected places are below it.
 """
 
 import textwrap
@@ -33,14 +33,14 @@ from capsule.figures.survey_panels import (
 from capsule.survey.stored_session import Session, StoredPlace
 from capsule.survey.track import Pin, Track
 
-# The rows of a figure's data, and what draws it: it takes the width in inches.
+# The rows of a figure's data, and a function that draws the figure at a width in inches.
 SurveyDrawing = tuple[list[dict[str, Any]], Callable[[float], Figure]]
-# More panels of places than these are no picture.
+# Panels of places in one row.
 _PLACES_ACROSS, _PLACES_ACROSS_NARROW = 4, 2
 
 
 def picture_table(track: Track) -> list[dict[str, Any]]:
-    """Return the data of the picture, a row a judgement."""
+    """Return the data of the picture, one row per judgement."""
     columns = {
         "time_s": track.time_s.tolist(),
         "head_mm": np.round(track.head_mm, 2).tolist(),
@@ -60,20 +60,20 @@ def survey_drawing(
     pins: Sequence[Pin],
     wave: tuple[float, float],
 ) -> SurveyDrawing:
-    """Give the data of a survey's picture, and what draws it.
+    """Return the drawing of a survey: its data, and a function that draws it.
 
     Parameters
     ----------
     session : Session
         The survey.
     title : str
-        Its name in words.
+        Its title.
     track : Track
-        Its judgements.
+        Position, state and score at each of its judgements.
     pins : sequence of Pin
-        When it was busy with each place.
+        The interval in which it examined each place.
     wave : pair of float
-        Wavelength in mm, and where a crest stood when the drive had not carried it yet.
+        Wavelength in mm, and the position of a crest in mm before the drive moved the wave.
     """
     told = session.about.get("metres")
     length_mm = 1000 * told if isinstance(told, int | float) else 0.0
@@ -84,7 +84,7 @@ def survey_drawing(
 
 
 def unreadable_drawing(name: str, problem: str) -> SurveyDrawing:
-    """Give the picture of a survey that cannot be read: it says why."""
+    """Return the drawing of a survey that cannot be read, with the reason."""
 
     def draw(width_in: float) -> Figure:
         with figure_style():
@@ -98,14 +98,14 @@ def unreadable_drawing(name: str, problem: str) -> SurveyDrawing:
 
 
 def frames(figure: Figure) -> dict[str, Any]:
-    """Return where map and evidence stand in a figure that was rendered.
+    """Return the positions of map and evidence in a rendered figure.
 
     Returns
     -------
     dict
-        ``size`` in points; of ``map`` and ``evidence`` the ``box`` (left, top, width, height, in
-        points from the upper left) and the ends of its axes ``x`` and ``y``. Without a map only
-        ``size``.
+        ``size`` in points; ``map`` and ``evidence``, each with its ``box`` (left, top, width,
+        height, in points from the upper left) and the limits of its axes ``x`` and ``y``. Without
+        a map only ``size``.
     """
     width, height = figure.get_size_inches() * 72
     told: dict[str, Any] = {"size": [round(float(width), 2), round(float(height), 2)]}
@@ -127,12 +127,12 @@ def frames(figure: Figure) -> dict[str, Any]:
 
 
 def draw_survey(picture: SurveyPicture, width_in: float = PAGE_WIDTH_IN) -> Figure:
-    """Draw the picture; its first axes are the map, its second the evidence.
+    """Draw the picture; its first axes are the map, and its second axes the evidence.
 
     Parameters
     ----------
     picture : SurveyPicture
-        What it shows.
+        The survey's data.
     width_in : float
         Width of the figure in inches.
     """
@@ -167,7 +167,7 @@ def draw_survey(picture: SurveyPicture, width_in: float = PAGE_WIDTH_IN) -> Figu
 
 
 def _places_shown(picture: SurveyPicture, most: int) -> list[tuple[StoredPlace, Pin]]:
-    """Choose the places that have room; nodules come first, and the order is that of the gut."""
+    """Return the places that have room, nodules before others, in the order of their numbers."""
     order = {"confirmed": 0, "undecided": 1, "dismissed": 2}
     pairs = list(zip(picture.places, picture.pins, strict=False))
     pairs.sort(key=lambda pair: (order[pair[0].status], -_known_or_zero(pair[0].height)))

@@ -1,4 +1,4 @@
-"""The figure of the templates, with contour lines."""
+"""Draw the templates with contour lines."""
 
 from collections.abc import Sequence
 
@@ -13,7 +13,7 @@ from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, figure_style
 
 
 def template_table(sizes_mm: Sequence[float], matrices: Sequence[FloatArray]) -> pd.DataFrame:
-    """Lay out the templates as a table, one row a size and column of the matrix."""
+    """Return the templates as a table, one row per size and column of the matrix."""
     frames = []
     for size_mm, matrix in zip(sizes_mm, matrices, strict=True):
         frame = pd.DataFrame({"size_mm": size_mm, "column": np.arange(1, matrix.shape[1] + 1)})
@@ -24,7 +24,7 @@ def template_table(sizes_mm: Sequence[float], matrices: Sequence[FloatArray]) ->
 
 
 def templates_drawing(inputs: FigureInputs) -> Drawing:
-    """Give the templates, each with the number of recordings that it averages."""
+    """Return the drawing of the templates, each with the number of recordings that it averages."""
     sizes_mm, matrices = list(inputs.templates), list(inputs.templates.values())
     counts = inputs.template_counts
     return (
@@ -39,7 +39,7 @@ def draw_templates(
     counts: Sequence[int],
     width_in: float = PAGE_WIDTH_IN,
 ) -> Figure:
-    """Draw every template T^b to one scale.
+    """Draw every template T^b, with one scale for all.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def draw_templates(
     matrices : sequence of B (S, L) arrays
         The templates; NaN for a size without an accepted recording.
     counts : sequence of B ints
-        Q, how many recordings each is the average of.
+        Q, the number of recordings that each template averages.
     width_in : float
         Width of the figure in inches.
 

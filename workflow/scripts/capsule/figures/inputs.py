@@ -1,4 +1,4 @@
-"""What the figures are drawn from, and what each of them gives."""
+"""Define the inputs of the figures, and make a figure's drawing from them."""
 
 from collections.abc import Callable, Mapping
 from importlib import import_module
@@ -14,19 +14,16 @@ from capsule.kinds import Settings
 from capsule.parts.design import Design
 from capsule.stages import PreprocessedRun
 
-# The data of a figure, and what draws it: it takes the width in inches.
+# A figure's data, and a function that draws the figure at a width in inches.
 Drawing = tuple[pd.DataFrame, Callable[[float], Figure]]
 
 
 class FigureInputs(Protocol):
-    """The results that figures show, each read when a figure asks for it."""
+    """The results that figures show; each is read when a figure needs it."""
 
     @property
     def settings(self) -> Settings:
-        """Of the configuration ``recording``, ``preprocessing``, ``evaluation`` and ``report``.
-
-        Of the last only ``lead``.
-        """
+        """Sections recording, preprocessing and evaluation, and the key ``report.lead``."""
 
     @property
     def evaluation(self) -> Evaluation:
@@ -38,31 +35,31 @@ class FigureInputs(Protocol):
 
     @property
     def learning(self) -> pd.DataFrame:
-        """The rates that parts of the archive reach, by `capsule.evaluation.learning`."""
+        """The rates reached with parts of the archive, from `capsule.evaluation.learning`."""
 
     @property
     def templates(self) -> Mapping[float, FloatArray]:
-        """The template of every size in mm, (S, L), that of 0 first."""
+        """The template of each size in mm, (S, L); size 0 comes first."""
 
     @property
     def template_counts(self) -> list[int]:
-        """How many recordings each template is the average of."""
+        """Number of recordings that each template averages."""
 
     @property
     def design(self) -> Design:
-        """The capsule and the bench as they can be built."""
+        """The buildable design of the capsule and the bench."""
 
     def run(self, name: str, title: str) -> PreprocessedRun:
-        """Take an accepted recording through the stages of pre-processing."""
+        """Return an accepted recording after each stage of pre-processing."""
 
 
 def make_drawing(name: str, inputs: FigureInputs) -> Drawing:
-    """Import what makes a figure, and let it.
+    """Import the module of a figure, and return its drawing.
 
     Raises
     ------
     CapsuleError
-        There is no such figure.
+        If there is no such figure.
     """
     row = figure_row(name)
     make: Callable[[FigureInputs], Drawing] = getattr(import_module(row.module), row.made_by)

@@ -1,4 +1,4 @@
-"""One recording as a detector judges it: readings, envelope and matrix, with the place marked."""
+"""Draw one recording as detectors judge it: readings, envelope, matrix, and the nodule's place."""
 
 import io
 from collections.abc import Mapping, Sequence
@@ -12,23 +12,23 @@ from capsule.kinds import Look
 from capsule.stages import PreprocessedRun
 
 _DOTS_PER_INCH = 200
-# Room above the readings for the names of the places.
+# Room above the readings for the legend, as a share of the readings' range.
 _HEADROOM = 0.3
 
 
 def draw_judged(
     run: PreprocessedRun, threshold: float, places_s: Mapping[float, Sequence[str]]
 ) -> Figure:
-    """Draw a recording and where along it the detectors find a nodule.
+    """Draw a recording, with lines where the detectors find a nodule.
 
     Parameters
     ----------
     run : PreprocessedRun
-        The recording; its title says what the detectors made of it.
+        The recording; its title gives the detectors' verdicts.
     threshold : float
         c, drawn over the envelopes, in standard deviations.
     places_s : mapping of float to sequence of str
-        When sensor 1 passes the nodule, in seconds, and the detectors that say so.
+        The detectors that find a nodule, by the time in s at which sensor 1 passes it.
 
     Returns
     -------
@@ -53,12 +53,12 @@ def draw_judged(
 
 
 def picture_bytes(figure: Figure, kind: str, name: str) -> bytes:
-    """Make a file's content of a figure.
+    """Return a figure as the content of a file.
 
     Parameters
     ----------
     figure : Figure
-        As `draw_judged` gives it.
+        From `draw_judged`.
     kind : {"png", "svg"}
         The format.
     name : str

@@ -1,7 +1,7 @@
-"""The figures, a row each: which module makes it.
+"""List the figures and the modules that make them.
 
-A new figure is a module beside this one, a row below, and its place in the report's template.
-Imports nothing heavy: the Snakefile reads it at every start.
+To add a figure, add a module to this folder, a row below, and an image to the report's template.
+This module imports nothing heavy, because the Snakefile reads it at every start.
 """
 
 from dataclasses import dataclass
@@ -11,18 +11,18 @@ from capsule.errors import CapsuleError
 
 @dataclass(frozen=True)
 class Row:
-    """What everybody needs to know of a figure.
+    """The name of a figure and the function that makes it.
 
     Attributes
     ----------
     name : str
-        As its files are called.
+        The figure's name, which is also the name of its files.
     module, made_by : str
-        The module, and its function: it takes a `capsule.figures.inputs.FigureInputs` and gives a
-        `capsule.figures.inputs.Drawing`.
+        The module and its function, which takes a `capsule.figures.inputs.FigureInputs` and
+        returns a `capsule.figures.inputs.Drawing`.
     of_design : bool
-        Whether it shows the capsule and the bench as they can be built, and so no result: no
-        recording changes it.
+        Whether it shows the design of the capsule and the bench. Such a figure shows no result,
+        so no recording changes it.
     """
 
     name: str
@@ -46,12 +46,12 @@ FIGURES = {row.name: row for row in _ROWS}
 
 
 def figure_row(name: str) -> Row:
-    """Look up a figure.
+    """Return the row of a figure.
 
     Raises
     ------
     CapsuleError
-        There is no such figure; the text lists those that there are.
+        If there is no such figure; the message lists all figures.
     """
     if name not in FIGURES:
         raise CapsuleError(f"there is no figure {name}; allowed are: {', '.join(FIGURES)}")

@@ -1,8 +1,8 @@
-"""The look that all figures share, and how they become files.
+"""Set the look that all figures share, and write figures as files.
 
-Lightness and shape carry every difference, colour repeats it: the figures stay readable in
-greyscale and with any colour vision. The font is one that matplotlib brings along, so that every
-machine draws the same bytes.
+Lightness and shape show every difference, and colour repeats it. So the figures stay readable in
+greyscale and with any colour vision. The font comes with matplotlib, so that every machine draws
+the same bytes.
 """
 
 import contextlib
@@ -30,12 +30,12 @@ GREEN = "#2a7f62"
 DARK_GREEN = "#0f5a42"
 GREY = "#8a8a8a"
 VIOLET = "#9b6fb0"
-# From white upwards in darkness: zero is the paper's white, in print too.
+# From white to dark, so that zero is white in print, too.
 COLOURS_OF_HEIGHT = "Blues"
-# One line a sensor: dark to light, each with its own dashes.
+# One line per sensor, from dark to light, each with its own dashes.
 SENSOR_COLOURS = ("#08306b", ORANGE, GREEN, VIOLET, MUTED)
 SENSOR_DASHES = ("-", (0, (5, 1.5)), (0, (1.5, 1.2)), (0, (6, 1.5, 1.2, 1.5)))
-# Colour, dashes and mark of a detector by its place in the configuration.
+# Colour, dashes and marker of a detector, by its position in the configuration.
 DETECTOR_LOOKS: tuple[Look, ...] = (
     {"color": ORANGE, "linestyle": (0, (5, 1.5)), "marker": "D"},
     {"color": INK, "linestyle": (0, (1.5, 1.2)), "marker": "s"},
@@ -43,10 +43,10 @@ DETECTOR_LOOKS: tuple[Look, ...] = (
     {"color": DARK_GREEN, "linestyle": (0, (6, 1.5, 1.2, 1.5)), "marker": "^"},
     {"color": VIOLET, "linestyle": (0, (3, 1)), "marker": "v"},
 )
-# The numbers that the paper prints are no detector's: a hollow mark.
+# The paper's printed numbers belong to no detector here, so their marker is hollow.
 PAPER_LOOK = {"color": GREY, "marker": "s", "markerfacecolor": "white"}
 
-# To matplotlib's types each key is a kind of its own.
+# Any, because matplotlib's types list every allowed key.
 _SETTINGS: dict[Any, object] = {
     "font.family": "DejaVu Sans",
     "font.size": 7.5,
@@ -71,7 +71,7 @@ _SETTINGS: dict[Any, object] = {
     "ytick.major.width": 0.6,
     "lines.linewidth": 1.0,
     "hatch.linewidth": 0.5,
-    # Glyphs as outlines in SVG and as TrueType in PDF: no reader needs the font.
+    # Letters are outlines in SVG and embedded TrueType in PDF, so that no reader needs the font.
     "svg.fonttype": "path",
     "pdf.fonttype": 42,
     "pdf.compression": 9,
@@ -80,7 +80,7 @@ _SETTINGS: dict[Any, object] = {
 
 @contextlib.contextmanager
 def figure_style() -> Iterator[None]:
-    """Draw in the shared style; nothing outside is changed, and nothing outside changes it."""
+    """Use the shared style inside the context, and restore matplotlib's settings after it."""
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(_SETTINGS)
@@ -88,7 +88,7 @@ def figure_style() -> Iterator[None]:
 
 
 def render_figure(figure: Figure, kind: str, name: str, *, outlines: bool = True) -> bytes:
-    """Make a file's content of a figure; the same figure gives the same bytes.
+    """Return a figure as the content of a file; the same figure gives the same bytes.
 
     Parameters
     ----------
@@ -97,10 +97,11 @@ def render_figure(figure: Figure, kind: str, name: str, *, outlines: bool = True
     kind : {"svg", "pdf"}
         The format.
     name : str
-        Title in the file; the identifiers inside an SVG come from it.
+        Title in the file; the identifiers inside an SVG are derived from it.
     outlines : bool
-        Whether the letters of an SVG are outlines, which no reader needs a font for. Without them
-        the file is less than half as large: letters are text, coordinates are tenths of a point.
+        Whether the letters of an SVG are outlines, for which no reader needs a font. If not,
+        letters are text and coordinates are tenths of a point: the file is less than half as
+        large.
 
     Returns
     -------
@@ -117,7 +118,7 @@ def render_figure(figure: Figure, kind: str, name: str, *, outlines: bool = True
             layout.execute(figure)
             figure.set_layout_engine("none")
         if kind == "svg":
-            # `savefig` would first draw everything without writing it.
+            # `savefig` is slower: it first draws everything without writing it.
             FigureCanvasSVG(figure).print_svg(stream, metadata=metadata[kind])
         else:
             figure.savefig(stream, format=kind, metadata=metadata[kind])
@@ -128,7 +129,7 @@ def render_figure(figure: Figure, kind: str, name: str, *, outlines: bool = True
 
 
 def _shorten_coordinates(svg: bytes) -> bytes:
-    """Round the coordinates of paths to a hundredth of a point: half the file, same picture."""
+    """Round the coordinates of paths to 0.01 point, which halves the file."""
 
     def shorten_path(path: re.Match[bytes]) -> bytes:
         return re.sub(rb"-?\d+\.\d{3,}", lambda number: b"%.2f" % float(number[0]), path[0])
@@ -137,7 +138,7 @@ def _shorten_coordinates(svg: bytes) -> bytes:
 
 
 def _shorten_all(svg: bytes) -> bytes:
-    """Round the coordinates of paths to a tenth of a point, and let readers choose a like font."""
+    """Round the coordinates of paths to 0.1 point, and name fallback fonts once for all texts."""
 
     def shorten_path(path: re.Match[bytes]) -> bytes:
         numbers = re.sub(rb"-?\d+\.\d+", lambda number: b"%.1f" % float(number[0]), path[0])
@@ -145,7 +146,7 @@ def _shorten_all(svg: bytes) -> bytes:
 
     short = re.sub(rb' d="[^"]*"', shorten_path, svg)
     short = re.sub(rb' transform="rotate\(-?0 [^"]*"', b"", short)
-    # Said once for all texts, with what is like it where that font is not installed.
+    # One rule names the font for all texts, with similar fonts if it is not installed.
     short = short.replace(b" font-family: 'DejaVu Sans';", b"")
     family = b"<style>text{font-family:'DejaVu Sans',Verdana,sans-serif}</style>"
     short = re.sub(rb"<svg\b[^>]*>", lambda opening: opening[0] + family, short, count=1)
@@ -153,19 +154,19 @@ def _shorten_all(svg: bytes) -> bytes:
 
 
 def say_nothing_to_show(axes: Axes, reason: str) -> None:
-    """Write into empty axes why they are empty."""
+    """Write a reason into empty axes."""
     axes.set(xticks=[], yticks=[])
     axes.text(0.5, 0.5, reason, transform=axes.transAxes, ha="center", va="center", color=MUTED)
 
 
 def detector_looks(detectors: Sequence[str]) -> dict[str, Look]:
-    """Give each detector of the configuration, in its order, colour, dashes and mark."""
+    """Return colour, dashes and marker of each detector, in the order of the configuration."""
     count = len(DETECTOR_LOOKS)
     return {name: DETECTOR_LOOKS[place % count] for place, name in enumerate(detectors)}
 
 
 def sensor_line(sensor: int) -> Look:
-    """Give the colour and dashes of a sensor, counted from 0."""
+    """Return the colour and dashes of a sensor; sensors count from 0."""
     return {
         "color": SENSOR_COLOURS[sensor % len(SENSOR_COLOURS)],
         "linestyle": SENSOR_DASHES[sensor % len(SENSOR_DASHES)],

@@ -1,4 +1,4 @@
-"""The panels of a survey's picture: map, evidence, and a place from near by."""
+"""Draw the panels of a survey's picture: map, evidence, and enlarged places."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from capsule.kinds import Look
 from capsule.survey.stored_session import StoredPlace
 from capsule.survey.track import AGAIN, AHEAD, BACK, Pin, Track, runs_of, simplified
 
-# One look a group of states; what was not measured is dashed.
+# One look per group of states; the path is dashed where the position was not measured.
 LOOKS: dict[str, Look] = {
     AHEAD: {"color": BLUE, "linewidth": 1.1, "label": "travels ahead"},
     BACK: {"color": ORANGE, "linewidth": 1.1, "label": "folds, is pushed back, unfolds"},
@@ -29,36 +29,36 @@ PIN_LOOKS: dict[str, Look] = {
     "undecided": {**_PIN, "marker": "D", "markerfacecolor": "#ffffff"},
 }
 _WAVE = "#b9c2cc"
-# More waves than these are a grey area.
+# With more waves, the lines merge into a grey area.
 _WAVES = 24
-# What a panel of a place shows beside it.
+# The distance and time that a place's panel shows around the place.
 _BEFORE_MM, _BEHIND_MM, _BEFORE_S, _BEHIND_S = 22.0, 30.0, 25.0, 20.0
 _MARGIN_MM, _FARTHEST_MM = 3.0, 90.0
 _POINTS_ACROSS, _PATH_MM = 1500, 0.3
 _POINTS_OF_EVIDENCE = 300
-# Between two stretches of one line.
+# A gap between two pieces of one line.
 _BREAK = np.full((1, 2), np.nan)
-# Labels of the map are at least so far from each other, in points; about how high the map is.
+# Least distance between the map's labels, and approximate height of the map, in points.
 _LABEL_PT, _MAP_PT = 9.5, 220
 
 
 @dataclass(frozen=True)
 class SurveyPicture:
-    """What the picture of a survey shows.
+    """The data of a survey's picture.
 
     Attributes
     ----------
     title : str
-        Its name; of a simulated one it says so.
+        The survey's title, which marks a simulated survey.
     track : Track
-        The survey from judgement to judgement.
+        Position, state and score at each judgement.
     places, pins : sequence of StoredPlace and Pin
-        The suspected places; when the survey was busy with each.
+        The suspected places, and the interval in which the survey examined each.
     length_mm : float
-        How long the gut is, or how far the capsule came.
+        Length of the gut, or the farthest position of the capsule or of a place.
     wavelength_mm, crest_mm : float
-        Length of the wave, and where a crest stood when the drive had not carried it yet; NaN where
-        no wave was felt.
+        Length of the wave, and the position of a crest before the drive moved the wave; NaN if no
+        wave was felt.
     """
 
     title: str
@@ -73,7 +73,7 @@ class SurveyPicture:
 def _draw_path(
     axes: Axes, track: Track, within_s: tuple[float, float], per_s: float, tolerance_mm: float
 ) -> None:
-    """Draw the head's path, each stretch in the look of its states; a line for each look."""
+    """Draw the head's path; each piece has the look of its group of states."""
     lines: dict[tuple[str, bool], list[FloatArray]] = {}
     for run in runs_of(track):
         some = slice(run.first, run.last + 1)
@@ -102,12 +102,12 @@ def _draw_waves(
     within_s: tuple[float, float],
     per_s: float,
 ) -> int:
-    """Draw crests of the wave as faint diagonals; gives the how-manieth each is."""
+    """Draw the wave's crests as faint diagonals; return n if every n-th crest is drawn, or 0."""
     track, wavelength_mm = picture.track, picture.wavelength_mm
     known = ~np.isnan(track.wave_mm)
     if not np.isfinite(picture.crest_mm) or np.count_nonzero(known) < 2:
         return 0
-    # Fine enough for the edges of a panel: the wave runs evenly from judgement to judgement.
+    # The wave moves evenly between judgements. A fine grid lets its lines reach the panel's edges.
     time_s = np.linspace(within_s[0], within_s[1], 2000)
     wave_mm = np.interp(time_s, track.time_s[known], track.wave_mm[known]) + picture.crest_mm
     numbers = np.arange(
@@ -128,7 +128,7 @@ def _draw_waves(
 
 
 def draw_map(axes: Axes, picture: SurveyPicture, *, narrow: bool) -> None:
-    """Draw the path over the whole survey, some waves, and a pin for each place."""
+    """Draw the path of the whole survey, some waves, and a pin for each place."""
     track = picture.track
     span_s = (0.0, float(track.time_s[-1]))
     margin_mm = 0.02 * picture.length_mm
@@ -148,9 +148,9 @@ def _nth_wave(every: int) -> str:
 
 
 def _draw_pins(axes: Axes, picture: SurveyPicture, *, narrow: bool) -> None:
-    """Mark each place at its side of the path that is free, with its number and its size."""
+    """Mark each place on the free side of the path, with its number and its size."""
     pairs = list(zip(picture.places, picture.pins, strict=False))
-    # Above the path all to the right is free, and below it all to the left.
+    # The area to the right is free above the path; the area to the left is free below it.
     for right in (True, False):
         some = [each for each in pairs if (each[0].place_mm < picture.length_mm / 2) == right]
         middles = [(pin.suspected_s + pin.decided_s) / 120 for _, pin in some]
@@ -177,9 +177,9 @@ def _draw_pins(axes: Axes, picture: SurveyPicture, *, narrow: bool) -> None:
 
 
 def spread_out(places: Sequence[float], least: float, end: float) -> list[float]:
-    """Move ascending places apart so that no two are nearer than `least`, none beyond `end`.
+    """Return ascending positions moved apart by at least `least`, and none beyond `end`.
 
-    Where there is no room for all of them they run together at the start.
+    If there is not enough room, positions run together at the start.
     """
     moved: list[float] = []
     for place in places:
@@ -192,7 +192,7 @@ def spread_out(places: Sequence[float], least: float, end: float) -> list[float]
 
 
 def verdict_words(place: StoredPlace) -> str:
-    """Write a verdict on a place with its size: ``confirmed, 3.1 mm (2.4 to 3.8)``."""
+    """Return the verdict on a place with its size: ``confirmed, 3.1 mm (2.4 to 3.8)``."""
     if place.status != "confirmed" or not words.is_known(place.size_mm):
         return place.status
     names = ("size_mm", "size_low_mm", "size_high_mm")
@@ -201,7 +201,7 @@ def verdict_words(place: StoredPlace) -> str:
 
 
 def draw_evidence(axes: Axes, picture: SurveyPicture) -> None:
-    """Draw the score against the threshold of suspicion, over the time of the map."""
+    """Draw the score and the threshold of suspicion, on the map's axis of time."""
     track = picture.track
     some = _highest_of_each(track.score, _POINTS_OF_EVIDENCE)
     minutes = track.time_s[some] / 60
@@ -209,7 +209,7 @@ def draw_evidence(axes: Axes, picture: SurveyPicture) -> None:
     axes.fill_betweenx(minutes, 0, score, facecolor=GREY, edgecolor=MUTED, linewidth=0.4)
     enough = simplified(track.time_s, level, 0.02 * float(level.max()))
     axes.plot(level[enough], track.time_s[enough] / 60, **THRESHOLD)
-    # Scores of nodules are many times the threshold; the others are to be held against it.
+    # Nodules' scores are many times the threshold. The square root keeps low scores visible.
     axes.set_xscale("function", functions=(np.sqrt, np.square))
     top = 1.08 * max(float(np.nanmax(score, initial=0.0)), float(level.max()))
     axes.set(xlim=(0, top), xlabel="score", xticks=_round_ticks(top))
@@ -218,13 +218,13 @@ def draw_evidence(axes: Axes, picture: SurveyPicture) -> None:
 
 
 def _round_ticks(top: float) -> list[float]:
-    """Return 0, and of a square-root scale one tick near its middle and one near its end."""
+    """Return the ticks of a square-root scale: 0, one near the middle, and one near the end."""
     steps = [digit * 10.0**power for power in range(-4, 3) for digit in (1, 2, 5)]
     return [0, *(max(step for step in steps if step <= share * top) for share in (0.25, 1.0))]
 
 
 def _highest_of_each(values: FloatArray, most: int) -> IntArray:
-    """Return of each piece of a long series its highest value, at most so many; where it stands."""
+    """Return the indices of the highest values of at most `most` pieces of a long series."""
     pieces = np.array_split(np.arange(values.size), min(most, values.size))
     return np.array(
         [
@@ -235,7 +235,7 @@ def _highest_of_each(values: FloatArray, most: int) -> IntArray:
 
 
 def _around(track: Track, place_mm: float, within_s: tuple[float, float]) -> tuple[float, float]:
-    """Return the stretch of gut that a panel of a place shows: all of its path, within reason."""
+    """Return the range in mm of a place's panel: its whole path, up to a limit on both sides."""
     inside = (track.time_s >= within_s[0]) & (track.time_s <= within_s[1])
     head_mm = np.clip(track.head_mm[inside], place_mm - _FARTHEST_MM, place_mm + _FARTHEST_MM)
     low, high = place_mm - _BEFORE_MM, place_mm + _BEHIND_MM
@@ -243,7 +243,7 @@ def _around(track: Track, place_mm: float, within_s: tuple[float, float]) -> tup
 
 
 def draw_place(axes: Axes, picture: SurveyPicture, place: StoredPlace, pin: Pin) -> None:
-    """Draw the path about a place, large enough for its sawtooth to be seen."""
+    """Draw the path near a place, large enough to show its sawtooth."""
     within_s = (
         max(pin.suspected_s - _BEFORE_S, 0.0),
         min(pin.decided_s + _BEHIND_S, float(picture.track.time_s[-1])),
