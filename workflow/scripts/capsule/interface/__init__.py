@@ -1,1 +1,1 @@
-"""What a scientist's own program uses: an archive as an object, and detectors as estimators."""
+"""The interface for programs and notebooks: archives as objects, and detectors as estimators."""

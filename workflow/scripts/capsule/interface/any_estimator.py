@@ -1,4 +1,4 @@
-"""What any estimator of scikit-learn says of the recordings of an archive, as a detector would."""
+"""Judge the recordings of an archive with any estimator of scikit-learn, as with a detector."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -28,24 +28,24 @@ _UNKNOWN = float("nan")
 def estimator_rows(
     archive: LoadedArchive, estimator: object, name: str, scheme: str
 ) -> Iterator[Cells]:
-    """Fit an estimator in every fold, and give its verdicts on the recordings left out.
+    """Fit an estimator in every fold, and yield its verdicts on the recordings left out.
 
     Parameters
     ----------
     archive : LoadedArchive
-        Its labelled recordings.
+        The archive, whose labelled recordings are judged.
     estimator : estimator of scikit-learn
-        A classifier gets the numbers of the sizes, 0 for the smallest, since a class must be a
-        whole number; any other gets the sizes in mm.
+        A classifier learns the indices of the sizes, 0 for the smallest, because classes must be
+        integers. Any other estimator learns the sizes in mm.
     name : str
-        What the rows call it.
+        Name of the estimator in the rows.
     scheme : str
         As in `folds`.
 
     Yields
     ------
     dict
-        A row a recording, as of `capsule.evaluation.predictions.by_folds`, without distances.
+        One row per recording, as from `capsule.evaluation.predictions.by_folds`, without distances.
     """
     size_mm = dict(zip(archive.labelled, archive.y.tolist(), strict=True))
     for taught, judged in folds(archive, scheme).split():
@@ -57,17 +57,18 @@ def estimator_rows(
 
 
 def unlabelled_rows(archive: LoadedArchive, estimator: object, name: str) -> Iterator[Cells]:
-    """Fit an estimator on all labelled recordings, and give its verdicts on the unlabelled ones.
+    """Fit an estimator on all labelled recordings, and yield its verdicts on the unlabelled ones.
 
     Parameters
     ----------
     archive, estimator, name
-        As of `estimator_rows`.
+        As in `estimator_rows`.
 
     Yields
     ------
     dict
-        As of `capsule.evaluation.predictions.of_unlabelled`, without distances.
+        One row per recording, as from `capsule.evaluation.predictions.of_unlabelled`, without
+        distances.
     """
     index = archive.index(archive.labelled)
     usable = np.array([not index[each]["no_verdict"] for each in archive.labelled], dtype=bool)
@@ -81,7 +82,7 @@ def unlabelled_rows(archive: LoadedArchive, estimator: object, name: str) -> Ite
 def _judged(
     archive: LoadedArchive, estimator: object, taught: np.ndarray, names: Sequence[str]
 ) -> Iterator[Cells]:
-    """Fit on some rows of ``archive.X``, and give the cells of the verdicts on recordings."""
+    """Fit on some rows of ``archive.X``, and yield the cells of the verdicts on recordings."""
     size_mm, rate_hz = archive.y, archive.settings["recording"]["rate_hz"]
     index = archive.index(names)
     usable = [name for name in names if not index[name]["no_verdict"]]
@@ -109,9 +110,9 @@ class _Fitted:
     sizes_mm : (B,) array
         The sizes of the archive, ascending.
     taught_share : float
-        Share of nodules among the recordings that taught it.
+        Share of nodules among the recordings that taught the estimator.
     prevalence : float
-        That of the probabilities.
+        Prevalence at which the probabilities hold.
     """
 
     estimator: Any
@@ -120,7 +121,7 @@ class _Fitted:
     prevalence: float
 
     def verdicts(self, rows: np.ndarray) -> list[Verdict]:
-        """Judge recordings, a row each."""
+        """Return the verdicts on recordings, one row each."""
         if hasattr(self.estimator, "verdicts"):
             judged: list[Verdict] = self.estimator.verdicts(rows)
             return judged
@@ -129,12 +130,12 @@ class _Fitted:
         return self._of_sizes(rows)
 
     def _of_sizes(self, rows: np.ndarray) -> list[Verdict]:
-        """Round predicted sizes to those of the archive; of a regressor, the size is the score."""
+        """Return verdicts whose score is the predicted size, rounded to a size of the archive."""
         scores = np.asarray(self.estimator.predict(rows), dtype=np.float64)
         threshold = _UNKNOWN
         nodules = self.sizes_mm[self.sizes_mm > 0]
         if is_regressor(self.estimator) and nodules.size and self.sizes_mm[0] == 0:
-            # Half of the smallest size is as near to none.
+            # Half the smallest size is as close to 0 as to that size.
             threshold = float(nodules[0]) / 2
         verdicts = []
         for score in scores.tolist():
@@ -147,7 +148,7 @@ class _Fitted:
         return verdicts
 
     def _of_classifier(self, rows: np.ndarray) -> list[Verdict]:
-        """Take the predicted class, and what speaks against the class of no nodule."""
+        """Return verdicts with the predicted class, and the score against no nodule."""
         sizes_mm = self.sizes_mm[np.asarray(self.estimator.predict(rows), dtype=np.int64)]
         scores, threshold, chances = self._against_none(rows)
         return [
@@ -156,14 +157,14 @@ class _Fitted:
         ]
 
     def _against_none(self, rows: np.ndarray) -> tuple[list[float], float, list[float]]:
-        """Give scores, their threshold, and the probabilities of a nodule."""
+        """Return scores, their threshold, and the probabilities of a nodule."""
         unknown = [_UNKNOWN] * len(rows)
         classes = self.sizes_mm[np.asarray(self.estimator.classes_, dtype=np.int64)]
         if classes.size < 2 or classes[0] > 0:
             return unknown, _UNKNOWN, unknown
         if hasattr(self.estimator, "predict_proba"):
             scores = 1.0 - self.estimator.predict_proba(rows)[:, 0]
-            # Two classes are told apart at one half; of more, the likeliest one need not pass it.
+            # With more than two classes, the likeliest one may be below one half.
             threshold = 0.5 if classes.size == 2 else _UNKNOWN
             return scores.tolist(), threshold, self._at_prevalence(scores).tolist()
         if hasattr(self.estimator, "decision_function"):
@@ -174,7 +175,7 @@ class _Fitted:
         return unknown, _UNKNOWN, unknown
 
     def _at_prevalence(self, chances: np.ndarray) -> np.ndarray:
-        """Move probabilities from the share of nodules in the training to the prevalence."""
+        """Return probabilities converted from the training's share of nodules to the prevalence."""
         ratio = self.prevalence / (1 - self.prevalence)
         ratio *= (1 - self.taught_share) / self.taught_share
         moved: np.ndarray = chances * ratio / (chances * ratio + 1.0 - chances)

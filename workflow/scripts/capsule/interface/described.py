@@ -1,7 +1,7 @@
-"""What the detectors judge a recording by, made of its readings and kept for the next fold.
+"""Compute what the detectors need of a recording, and cache it for the next fold.
 
-Estimators of scikit-learn are fitted anew for every fold, and see readings without names: by their
-checksum, what was made of the same readings under the same settings is found again.
+Estimators of scikit-learn are fitted again for every fold, and get readings without names. So the
+cache finds earlier results by the checksum of the readings and by the settings.
 """
 
 import json
@@ -19,19 +19,19 @@ from capsule.preprocessing import preprocess
 from capsule.seeding import readings_checksum
 from capsule.wave_check import missing_wave
 
-# More than an archive holds that is judged on one machine; a recording takes some 60 kB.
+# More recordings than an archive on one machine has; each takes some 60 kB.
 _KEPT = 4096
 
 
 class DescribedRecording:
-    """The readings of one recording, and what the detectors see of them.
+    """The readings of one recording, and the detectors' view of them.
 
     Parameters
     ----------
     values : (S, K) array
         Readings on an even grid in time; NaN where a sample is missing.
     settings : JudgingSettings
-        What decides how it is seen.
+        The configuration.
 
     Attributes
     ----------
@@ -50,7 +50,7 @@ class DescribedRecording:
 
     @property
     def no_verdict(self) -> str:
-        """Why no detector judges it; empty where each sensor shows a wave."""
+        """Why no detector judges the recording; empty if each sensor shows a wave."""
         window = self._settings.all["preprocessing"]["window"]
         if self.values.shape[1] < window:
             return f"{self.values.shape[1]} samples are fewer than the window of {window}"
@@ -60,17 +60,17 @@ class DescribedRecording:
 
     @property
     def passage(self) -> Passage:
-        """Its best candidate for a nodule."""
+        """The recording's best candidate for a nodule."""
         return _passage(self._key("recording", "diagonal"))
 
     @property
     def features(self) -> Features:
-        """What the taught scorer makes of it."""
+        """The taught scorer's features of the recording."""
         return _features(self._key("recording", "diagonal"))
 
     @property
     def fit(self) -> Fit:
-        """The particle that is most similar to it; some 0.2 s when it is asked for first."""
+        """The particle that is most similar to the recording; the first access takes some 0.2 s."""
         return _fit(self._key("preprocessing", "fit"))
 
     def _key(self, *sections: str) -> "_Key":
@@ -78,7 +78,7 @@ class DescribedRecording:
 
 
 class JudgingSettings:
-    """The configuration, and sections of it as text, by which equal ones are found again.
+    """The configuration, with its sections as text, which serves as the key of a cache.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ class JudgingSettings:
         self._texts: dict[tuple[str, ...], str] = {}
 
     def text(self, sections: tuple[str, ...]) -> str:
-        """Write some sections as JSON."""
+        """Return some sections as JSON."""
         if sections not in self._texts:
             chosen = {name: self.all[name] for name in sections}
             self._texts[sections] = json.dumps(chosen, sort_keys=True)
@@ -99,14 +99,14 @@ class JudgingSettings:
 
 
 def _varies(values: np.ndarray) -> BoolArray:
-    """Tell which sensors vary, (S,) of bool."""
+    """Return whether each sensor varies, (S,) of bool."""
     known = np.where(np.isnan(values), -np.inf, values).max(axis=1)
     varies: BoolArray = known > np.where(np.isnan(values), np.inf, values).min(axis=1)
     return varies
 
 
 class _Key:
-    """Readings under settings; equal where the same numbers follow from both."""
+    """Readings with settings; two keys are equal if they lead to the same results."""
 
     def __init__(self, recording: DescribedRecording, settings: str) -> None:
         self.recording, self._same = recording, (recording.name, settings)
@@ -130,7 +130,7 @@ class _Key:
 @lru_cache(maxsize=_KEPT)
 def _matrix(key: _Key) -> np.ndarray:
     matrix = preprocess(key.values, **key.settings["preprocessing"])
-    # All who ask get the same array.
+    # All callers share this array.
     matrix.flags.writeable = False
     return matrix
 

@@ -1,9 +1,10 @@
-"""The detectors in the shape of scikit-learn.
+"""Provide the detectors as estimators of scikit-learn.
 
-X holds the readings of a recording in each row, as `LoadedArchive.X` has them; y the sizes of the
-nodules in mm, 0 for none. A prediction is a size, and NaN where a detector says neither yes nor no.
-So these are no classifiers in scikit-learn's sense, whose classes 2.5 and NaN could not be, and no
-regressors, which have no probabilities.
+X holds the readings of one recording per row, as in `LoadedArchive.X`. y holds the sizes of the
+nodules in mm, 0 for none. A prediction is a size, or NaN without a verdict.
+
+For scikit-learn, these estimators are neither classifiers nor regressors: 2.5 and NaN cannot be
+classes, and regressors have no probabilities.
 """
 
 from collections.abc import Sequence
@@ -34,7 +35,7 @@ except ImportError:
 
 
 class _OfReadings(BaseEstimator):
-    """What takes readings, a recording a row."""
+    """Base class of all that takes readings, one recording per row."""
 
     def __init__(self, settings: Settings | None = None) -> None:
         self.settings = settings
@@ -69,14 +70,14 @@ class _OfReadings(BaseEstimator):
 
 
 class _DetectorEstimator(_OfReadings):
-    """A detector; each class below names its own."""
+    """Base class of the detectors; each subclass sets `detector`."""
 
     detector: str
 
     def __sklearn_tags__(self) -> Tags:
         tags = super().__sklearn_tags__()
         tags.target_tags.required = True
-        # Sizes.
+        # y holds sizes.
         tags.target_tags.positive_only = True
         return tags
 
@@ -86,7 +87,7 @@ class _DetectorEstimator(_OfReadings):
         Parameters
         ----------
         X : (n, N) array
-            Readings, a recording a row; NaN where one is missing.
+            Readings, one recording per row; NaN where a reading is missing.
         y : (n,) array
             Sizes of the nodules in mm, 0 for none.
 
@@ -97,34 +98,34 @@ class _DetectorEstimator(_OfReadings):
         Raises
         ------
         ValueError
-            X holds no readings, or y a size below 0.
+            If X is not an array of readings, or y holds a size below 0.
         """
         rows, sizes_mm = self._validated(X, y=y, y_numeric=True)
         if (sizes_mm < 0).any():
             raise ValueError(f"y holds {sizes_mm.min():g}; sizes are 0 (no nodule) or more, in mm")
         pairs = list(zip(self._described(rows), sizes_mm.astype(float).tolist(), strict=True))
         usable = [(each, size_mm) for each, size_mm in pairs if not each.no_verdict]
-        # In one order: sums of the same numbers may differ in another.
+        # Sort, because the sum of the same numbers depends on their order.
         usable.sort(key=lambda pair: (pair[0].name, pair[1]))
         archive = self._archive(usable)
         detector = detector_class(self.detector)
-        # What is stored is all that a verdict needs, and can be pickled.
+        # The stored values are all that a verdict needs, and they can be pickled.
         learned = detector(archive).without([]).stored()
         self.model_ = detector.Model.restored(learned, archive.templates)
         return self
 
     def predict(self, X: object) -> np.ndarray:
-        """Give the size in mm, 0 for no nodule, NaN for no verdict, (n,)."""
+        """Return the sizes in mm, 0 for no nodule, NaN for no verdict, (n,)."""
         return np.array([verdict.predicted_mm for verdict in self.verdicts(X)])
 
     def decision_function(self, X: object) -> np.ndarray:
-        """Give by how much the score exceeds the threshold: above 0 for a nodule, (n,)."""
+        """Return score minus threshold, which is above 0 for a nodule, (n,)."""
         return np.array([verdict.score - verdict.threshold for verdict in self.verdicts(X)])
 
     def score(self, X: object, y: object) -> float:
-        """Give the mean of sensitivity and specificity; no verdict counts as a wrong one.
+        """Return the balanced accuracy; a recording without a verdict counts as wrong.
 
-        By this the report chooses the detector that it shows first.
+        The report shows the detector with the highest balanced accuracy first.
         """
         predicted_mm, size_mm = self.predict(X), np.asarray(y, dtype=np.float64)
         rows = [
@@ -134,7 +135,7 @@ class _DetectorEstimator(_OfReadings):
         return balanced_accuracy(frame(["size_mm", "predicted_mm"], rows))
 
     def verdicts(self, X: object) -> list[Verdict]:
-        """Give all that the detector says of each recording: size, interval, place, ..."""
+        """Return the detector's full verdict on each recording: size, interval, place, ..."""
         check_is_fitted(self)
         return [
             NO_VERDICT if each.no_verdict else self.model_.verdict(each)
@@ -142,9 +143,9 @@ class _DetectorEstimator(_OfReadings):
         ]
 
     def _archive(self, usable: Sequence[tuple[DescribedRecording, float]]) -> TrainingArchive:
-        """Gather what teaches the detector; what it does not judge by is not made."""
+        """Return the detector's training data, without data that it does not use."""
         settings, row = self._settings(), detector_row(self.detector)
-        # The same readings may come twice.
+        # Number the names, because the same readings may occur twice.
         named = {f"{each.name} {place}": each for place, (each, _) in enumerate(usable)}
         sizes_mm = dict(zip(named, [size_mm for _, size_mm in usable], strict=True))
         particles: dict[str, Particle] = {}
@@ -174,19 +175,19 @@ class _DetectorEstimator(_OfReadings):
 
 
 class _WithProbability(_DetectorEstimator):
-    """A detector that states a probability."""
+    """Base class of the detectors that state a probability."""
 
     def predict_proba(self, X: object) -> np.ndarray:
-        """Give the probabilities of no nodule and of a nodule, (n, 2); NaN where it states none.
+        """Return the probabilities of no nodule and of a nodule, (n, 2); NaN if none is stated.
 
-        They hold at the configured prevalence.
+        The probabilities hold at the configured prevalence.
         """
         nodule = np.array([verdict.probability for verdict in self.verdicts(X)])
         return np.column_stack([1.0 - nodule, nodule])
 
 
 class TemplateEstimator(_DetectorEstimator):
-    """The paper's detector: the nearest template.
+    """The paper's detector, which takes the nearest template.
 
     Parameters
     ----------
@@ -197,41 +198,41 @@ class TemplateEstimator(_DetectorEstimator):
     Attributes
     ----------
     model_ : capsule.detectors.training.Model
-        What it has learned.
+        The fitted model.
     """
 
     detector = "template"
 
 
 class TemplateThresholdEstimator(_DetectorEstimator):
-    """The paper's margin with a learned threshold; parameters as of `TemplateEstimator`."""
+    """The paper's margin with a learned threshold; parameters as for `TemplateEstimator`."""
 
     detector = "template_threshold"
 
 
 class DiagonalEstimator(_WithProbability):
-    """The detector of this project; parameters as of `TemplateEstimator`."""
+    """The project's own detector, of the diagonal; parameters as for `TemplateEstimator`."""
 
     detector = "diagonal"
 
 
 class TaughtEstimator(_WithProbability):
-    """A network trained on simulated benches and adapted by `fit`; as `TemplateEstimator`."""
+    """A network, trained on simulated benches and adapted by `fit`; as `TemplateEstimator`."""
 
     detector = "taught"
 
 
 class MatrixTransformer(TransformerMixin, _OfReadings):
-    """Turns readings into the padded matrices V, for estimators that know nothing of the capsule.
+    """A transformer from readings to the padded matrices V, for general estimators.
 
     Parameters
     ----------
     settings : mapping, optional
-        As of `TemplateEstimator`.
+        As for `TemplateEstimator`.
     """
 
     def fit(self, X: object, y: object = None) -> "MatrixTransformer":
-        """Learn nothing but the number of columns of X."""
+        """Store the number of columns of X; nothing else is learned."""
         self._validated(X)
         return self
 
@@ -239,9 +240,9 @@ class MatrixTransformer(TransformerMixin, _OfReadings):
         return hasattr(self, "n_features_in_")
 
     def transform(self, X: object) -> np.ndarray:
-        """Give the matrices V, sensor after sensor: (n, S L), NaN for a recording without a wave.
+        """Return the matrices V as rows, sensor after sensor: (n, S L); NaN without a wave.
 
-        ``result.reshape(n, S, L)`` gives the matrices themselves.
+        ``result.reshape(n, S, L)`` returns the matrices themselves.
         """
         check_is_fitted(self)
         settings = self._settings()

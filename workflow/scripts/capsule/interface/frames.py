@@ -1,4 +1,4 @@
-"""Rows of results as tables of pandas."""
+"""Convert rows of results to tables of pandas."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -9,12 +9,12 @@ from capsule.kinds import Row
 
 
 def frame(columns: Sequence[str], rows: Iterable[Row]) -> pd.DataFrame:
-    """Make a table of rows; what is unknown is NaN, as in a table that pandas reads.
+    """Return rows as a table; unknown values are NaN, as in a table that pandas reads.
 
     Parameters
     ----------
     columns : sequence of str
-        In their order; each row holds them all.
+        Names of the columns, in order; each row has all of them.
     rows : iterable of mapping
 
     Returns

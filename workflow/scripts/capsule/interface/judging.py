@@ -1,4 +1,4 @@
-"""Judges detectors, and any estimator of scikit-learn, by the folds of the workflow."""
+"""Judge detectors, and any estimator of scikit-learn, with the folds of the workflow."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -26,16 +26,17 @@ from capsule.naming import sort_key
 
 @dataclass(frozen=True)
 class Judgement:
-    """How good detectors are on an archive.
+    """The verdicts of detectors on an archive, and their rates.
 
     Attributes
     ----------
     predictions : DataFrame
-        A row a detector, recording and scheme: true and predicted size in mm (NaN: no verdict),
-        score, threshold, probability, place, ...; as ``results/evaluation/predictions.csv``.
+        One row per detector, recording and scheme: true and predicted size in mm (NaN without a
+        verdict), score, threshold, probability, place, ...; as
+        ``results/evaluation/predictions.csv``.
     tables : dict of str to DataFrame
-        ``detection``, ``specificity``, ``sizing``, ``confusion``, ``summary``, ``auc``, ...: those
-        of ``results/evaluation/``.
+        ``detection``, ``specificity``, ``sizing``, ``confusion``, ``summary``, ``auc``, ...: the
+        tables of ``results/evaluation/``.
     detections : DataFrame
         Verdicts on the unlabelled recordings, as ``results/detections.csv``.
     """
@@ -59,20 +60,20 @@ def judge(
     name: str | None = None,
     scheme: str = LEAVE_ONE_OUT,
 ) -> Judgement:
-    """Judge each labelled recording by what the others teach.
+    """Judge each labelled recording by what the others teach, and return verdicts and rates.
 
     Parameters
     ----------
     archive : LoadedArchive
         The recordings.
     estimator : estimator of scikit-learn, optional
-        Fitted on rows of ``archive.X`` and ``archive.y`` in every fold. If not given, the
-        configured detectors are judged under all configured schemes, as the workflow does: its
-        numbers, to the last bit.
+        Estimator to fit on rows of ``archive.X`` and ``archive.y`` in every fold. If not given, the
+        configured detectors are judged with all configured schemes. The numbers are then those of
+        the workflow, bit by bit.
     name : str, optional
-        What the tables call the estimator; its class if not given.
+        Name of the estimator in the tables; its class if not given.
     scheme : str
-        For an estimator, as in `folds`.
+        The scheme for an estimator, as in `folds`.
 
     Returns
     -------
@@ -81,7 +82,7 @@ def judge(
     Raises
     ------
     CapsuleError
-        There is nothing to learn from.
+        If no recording can teach.
     """
     if estimator is None:
         return _judge_configured(archive)
@@ -107,8 +108,8 @@ def judge(
 def _judge_configured(archive: LoadedArchive) -> Judgement:
     if not archive.particles():
         raise CapsuleError(
-            "judge: no recording of a nodule can be used, so no template can be made; "
-            "archive.recordings says why"
+            "judge: no recording of a nodule can be used, so no template can be made; look for the "
+            "reasons in archive.recordings"
         )
     training = archive.training_archive()
     tables = evaluate_archive(training, archive.index(archive.labelled))
@@ -127,7 +128,7 @@ def _judge_configured(archive: LoadedArchive) -> Judgement:
 def _assessed(
     archive: LoadedArchive, predictions: list[list[dict[str, str]]], rules: Settings
 ) -> dict[str, Table]:
-    """Give the tables that judge.py makes of what evaluate.py has written."""
+    """Return the tables that judge.py makes from evaluate.py's tables."""
     index = archive.index([*archive.labelled, *archive.unlabelled])
     turn = {name: place for place, name in enumerate(index)}
     sites = {name: row["site"] for name, row in index.items()}

@@ -1,4 +1,4 @@
-"""An archive of recordings in memory: what a notebook looks at, and what teaches the detectors."""
+"""Hold an archive of recordings in memory, for notebooks and for teaching detectors."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
@@ -21,24 +21,24 @@ from capsule.templates import TemplateSet, build_templates
 
 
 class LoadedArchive:
-    """The recordings under a folder such as ``raw/``, checked and pre-processed by the workflow.
+    """The recordings in a folder such as ``raw/``, checked and pre-processed as by the workflow.
 
-    `capsule.load` makes it. What takes long (the fits) is made when it is first asked for.
+    `capsule.load` makes an archive. Slow results (the fits) are computed when first needed.
 
     Attributes
     ----------
     recordings : DataFrame
-        A row a file, by the recording's name such as ``3mm/r07``: the columns of
-        ``results/recordings.csv``. ``status`` is ``accepted`` or ``rejected``, and ``reason`` says
-        why; ``no_verdict`` says why no detector judges an accepted one.
+        One row per file, indexed by the recording's name such as ``3mm/r07``, with the columns of
+        ``results/recordings.csv``. ``status`` is ``accepted`` or ``rejected``, and ``reason`` is
+        the reason. ``no_verdict`` is the reason why no detector judges an accepted recording.
     passed_over : DataFrame
-        What lies under the folder and is no recording, and why.
+        Files in the folder that are not recordings, and why.
     settings : dict
         The configuration, by sections.
     readings : dict of str to (S, K) array
-        Of each accepted recording, on an even grid in time; NaN where a sample is missing.
+        Readings of each accepted recording, on an even grid in time; NaN where a sample is missing.
     matrices : dict of str to (S, L) array
-        V of each accepted recording, the paper's Eq. 6.
+        V of each accepted recording (the paper's Eq. 6).
     headers : dict of str to dict
         The ``# key: value`` lines of each accepted recording.
     labelled, unlabelled : list of str
@@ -100,19 +100,19 @@ class LoadedArchive:
 
     @property
     def preprocess_options(self) -> Cells:
-        """What `capsule.preprocess` takes beside the readings."""
+        """The arguments of `capsule.preprocess` except the readings."""
         return dict(self.settings["preprocessing"])
 
     @property
     def fit_options(self) -> Cells:
-        """What `capsule.fit_particle` takes beside matrix and generator."""
+        """The arguments of `capsule.fit_particle` except matrix and generator."""
         ranges = {key: value for key, value in self.settings["fit"].items() if key != "seed"}
         counts = {key: ranges.pop(key) for key in ("particles", "iterations", "first_peak")}
         return {**counts, "space": ParameterSpace(**ranges)}
 
     @property
     def template_options(self) -> Cells:
-        """What `capsule.build_templates` takes beside the particles."""
+        """The arguments of `capsule.build_templates` except the particles."""
         return {
             "sensors": self.settings["recording"]["sensors"],
             "first_peak": self.settings["fit"]["first_peak"],
@@ -120,13 +120,13 @@ class LoadedArchive:
         }
 
     def rows(self, names: Iterable[str]) -> np.ndarray:
-        """Lay out the readings of some accepted recordings as estimators take them.
+        """Return the readings of some accepted recordings as rows for estimators.
 
         Returns
         -------
         (n, L S) array
-            A row a recording, sample after sample as the lines of its file, and NaN behind the
-            last. Missing samples at the very end of a recording are lost here.
+            One row per recording, sample after sample as in its file, with NaN after the last.
+            Missing samples at the very end of a recording are lost here.
         """
         sensors = self.settings["recording"]["sensors"]
         length = self.settings["preprocessing"]["length"]
@@ -138,11 +138,11 @@ class LoadedArchive:
         return np.arange(self.readings[name].shape[1]) / rate_hz
 
     def generator(self, name: str) -> np.random.Generator:
-        """Make the random numbers of a recording's fit, as the workflow does."""
+        """Return the random generator for a recording's fit, as the workflow uses it."""
         return fit_generator(self.settings["fit"]["seed"], self.readings[name])
 
     def fit(self, name: str) -> Fit:
-        """Return the particle that is most similar to a recording, and how similar it is."""
+        """Return the particle that is most similar to a recording, with its RMSE."""
         if name not in self._described:
             raise CapsuleError(
                 f"{name}: this archive has no such accepted recording; archive.recordings lists all"
@@ -152,7 +152,7 @@ class LoadedArchive:
     def particles(self) -> dict[float, list[Particle]]:
         """Return the fitted particles by the size of their recordings, for `build_templates`.
 
-        The first call fits each recording of a nodule that shows a wave, some 0.2 s each.
+        The first call fits each recording of a nodule that shows a wave; each takes some 0.2 s.
         """
         groups: dict[float, list[Particle]] = {}
         sizes_mm = sizes_of(self._particles)
@@ -180,17 +180,17 @@ class LoadedArchive:
         return LoadedArchive(rows, self._checks, self.readings, self._passed_over, self.settings)
 
     def index(self, names: Iterable[str]) -> dict[str, Row]:
-        """Return the rows of some accepted recordings by content, as the workflow takes them."""
+        """Return the rows of some accepted recordings, in the workflow's order (by checksum)."""
         rows = [self._rows[name] for name in names]
         rows.sort(key=lambda row: row["readings_sha256"])
         return {row["recording"]: row for row in rows}
 
     def labelled_copies(self, name: str) -> list[str]:
-        """List the labelled recordings that are nearly the same as a recording."""
+        """Return the labelled recordings that are nearly the same as a recording."""
         return sorted(set(self.labelled) & set(self._rows[name][NEAR_COPIES].split()))
 
     def training_archive(self) -> TrainingArchive:
-        """Return what teaches the configured detectors; the first call makes all fits."""
+        """Return the training data of the configured detectors; the first call makes all fits."""
         names = [*self.labelled, *self.unlabelled]
         rows = [detector_row(name) for name in self.settings["detectors"]]
         judged = [name for name in names if not self._rows[name]["no_verdict"]]

@@ -1,6 +1,6 @@
-"""The names that `import capsule` offers, and the module that each is from.
+"""List the public names of `import capsule`, and the module of each.
 
-Imports nothing heavy: a module is imported when a program asks for one of its names.
+This module imports nothing heavy: a module is imported when a program uses one of its names.
 """
 
 from importlib import import_module
@@ -27,24 +27,24 @@ _MODULES = {
         "TemplateThresholdEstimator",
     ),
 }
-# These read from disk, so they are none of the library's.
+# These functions read from disk, so they are outside the library.
 _READERS = {"library": ("load", "read_settings")}
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 _READER_OF = {name: module for module, names in _READERS.items() for name in names}
 
 
 def public_names() -> list[str]:
-    """List all names that `import capsule` offers, sorted."""
+    """Return all public names of `import capsule`, sorted."""
     return sorted([*_MODULE_OF, *_READER_OF])
 
 
 def attribute(name: str) -> object:
-    """Import what stands behind a public name.
+    """Import the object behind a public name, and return it.
 
     Raises
     ------
     AttributeError
-        There is no such name.
+        If there is no such name.
     """
     if name == "__all__":
         return public_names()

@@ -1,4 +1,4 @@
-"""Finds the modules that read from disk, which the library itself does without."""
+"""Import the modules that read from disk, which are outside the library."""
 
 import sys
 from importlib import import_module
@@ -8,32 +8,32 @@ from types import ModuleType
 from capsule.errors import CapsuleError
 
 _PACKAGE = "edges"
-# Where an installed library keeps the project: its settings, schemas, weights and scripts.
+# Folder of an installed library with the project's settings, schemas, weights and scripts.
 _INSTALLED = "capsule_project"
 
 
 def import_reader(module: str) -> ModuleType:
-    """Import a module of `edges`.
+    """Import a module of `edges`, and return it.
 
-    Beside a script of the project `edges` is importable already. An installed library finds it in
-    the folder ``capsule_project``, which then stands at the end of `sys.path`.
+    A script of the project can import `edges` directly. An installed library finds it in the
+    folder ``capsule_project``, which this function adds to the end of `sys.path`.
 
     Parameters
     ----------
     module : str
-        Its name within `edges`.
+        The module's name within `edges`.
 
     Raises
     ------
     CapsuleError
-        Neither is there.
+        If `edges` cannot be found.
     """
     if find_spec(_PACKAGE) is None:
         installed = find_spec(_INSTALLED)
         if installed is None or not installed.submodule_search_locations:
             raise CapsuleError(
-                f"the folder {_INSTALLED} is missing beside the package capsule, so nothing can be "
-                "read from disk; install the project again: pip install ."
+                f"the folder {_INSTALLED} is missing beside the package capsule, so the library "
+                "cannot read from disk; install the project again: pip install ."
             )
         sys.path += [
             f"{folder}/workflow/scripts" for folder in installed.submodule_search_locations

@@ -1,4 +1,4 @@
-"""Readings as rows of one table, as estimators take them, and back."""
+"""Convert readings to rows of one array, for estimators, and back."""
 
 from collections.abc import Sequence
 
@@ -6,19 +6,19 @@ import numpy as np
 
 
 def as_rows(readings: Sequence[np.ndarray], sensors: int, length: int) -> np.ndarray:
-    """Lay out readings as rows of equal length.
+    """Return readings as rows of equal length.
 
     Parameters
     ----------
     readings : sequence of n (S, K) arrays
-        K may differ; it is at most L.
+        Readings; K may differ, and is at most L.
     sensors, length : int
         S and L.
 
     Returns
     -------
     (n, L S) array
-        Sample after sample, as the lines of a recording; NaN behind the last.
+        Sample after sample, as the lines of a recording, with NaN after the last.
     """
     rows = np.full((len(readings), sensors * length), np.nan)
     for row, values in zip(rows, readings, strict=True):
@@ -27,19 +27,19 @@ def as_rows(readings: Sequence[np.ndarray], sensors: int, length: int) -> np.nda
 
 
 def as_readings(row: np.ndarray, sensors: int) -> np.ndarray:
-    """Take the readings out of a row.
+    """Return the readings of a row.
 
     Parameters
     ----------
     row : (N,) array
-        Sample after sample; a last one that is cut off misses its other sensors.
+        Sample after sample; an incomplete last sample lacks its other sensors.
     sensors : int
         S.
 
     Returns
     -------
     (S, K) array
-        Without what is missing at the end.
+        Without missing samples at the end.
     """
     samples = -(-row.size // sensors)
     padded = np.full(samples * sensors, np.nan)

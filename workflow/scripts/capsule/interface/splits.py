@@ -1,4 +1,4 @@
-"""The folds of the workflow's evaluation, as a splitter of scikit-learn."""
+"""Provide the folds of the workflow's evaluation as a splitter for scikit-learn."""
 
 from collections.abc import Iterator, Mapping
 
@@ -18,14 +18,14 @@ from capsule.kinds import Row
 
 
 class RecordingSplitter:
-    """Splits the labelled recordings of an archive into those that teach and those judged.
+    """A splitter of an archive's labelled recordings into teaching and judged recordings.
 
-    `folds` makes it; any ``cv=`` of scikit-learn takes it.
+    `folds` makes a splitter; any ``cv=`` argument of scikit-learn accepts it.
 
     Parameters
     ----------
     scheme : Folds
-        Of the labelled recordings.
+        The folds of the labelled recordings.
     rows : mapping of str to mapping
         Their rows of results/recordings.csv, in the order of the recordings.
     """
@@ -41,9 +41,9 @@ class RecordingSplitter:
         y: object = None,
         groups: object = None,
     ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Give, fold by fold, the rows of ``archive.X`` that teach and those that are judged.
+        """Yield, for each fold, the rows of ``archive.X`` that teach and those that are judged.
 
-        A recording that no detector can judge teaches nothing; each recording is judged once.
+        A recording that no detector can judge does not teach. Each recording is judged once.
         """
         for judged, left_out in self._parts:
             taught = self._judged.copy()
@@ -61,27 +61,27 @@ class RecordingSplitter:
 
 
 def folds(archive: LoadedArchive, scheme: str = LEAVE_ONE_OUT) -> RecordingSplitter:
-    """Give the workflow's folds of an archive.
+    """Return the workflow's folds of an archive.
 
     Parameters
     ----------
     archive : LoadedArchive
-        Its labelled recordings.
+        The archive, whose labelled recordings are split.
     scheme : str
-        ``leave_one_out``: one recording is judged by all others, but for those that are nearly the
-        same; ``leave_one_site_out``, ``leave_one_session_out`` or another key of the recordings'
-        headers: all recordings of a site are judged by those of the other sites;
-        ``resubstitution``: all are judged by all.
+        ``leave_one_out``: all others teach when one recording is judged, except those that are
+        nearly the same. ``leave_one_site_out``, ``leave_one_session_out`` or another key of the
+        headers: the other sites teach when all recordings of a site are judged.
+        ``resubstitution``: all recordings teach and are judged.
 
     Returns
     -------
     RecordingSplitter
-        With ``split`` and ``get_n_splits``; the indices are rows of ``archive.X``.
+        The splitter; its indices are rows of ``archive.X``.
 
     Raises
     ------
     CapsuleError
-        There is no such scheme, or no two recordings share a site.
+        If there is no such scheme, or no two recordings share a site.
     """
     rows = {name: archive.index([name])[name] for name in archive.labelled}
     if scheme in (LEAVE_ONE_OUT, RESUBSTITUTION):
@@ -91,7 +91,7 @@ def folds(archive: LoadedArchive, scheme: str = LEAVE_ONE_OUT) -> RecordingSplit
     if scheme != group_scheme(key):
         raise CapsuleError(
             f"folds: there is no scheme {scheme!r}; allowed are {LEAVE_ONE_OUT}, {RESUBSTITUTION} "
-            f"and such as {group_scheme('site')}"
+            f"and leave_one_KEY_out, such as {group_scheme('site')}"
         )
     headers = {name: {**archive.headers[name], **row} for name, row in rows.items()}
     made = group_folds(key, headers)
