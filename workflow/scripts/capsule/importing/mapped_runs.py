@@ -11,7 +11,7 @@ from capsule.importing.clock_readings import Clock, read_time
 from capsule.importing.column_choice import NO_TIME, Choice, choose_columns
 from capsule.importing.dates import later
 from capsule.importing.reading_units import WRITTEN, ReadingUnit, reading_unit
-from capsule.importing.resampling import STOP_DB, resample, usual_rate
+from capsule.importing.resampling import DEGREE, STOP_DB, resample, usual_rate
 from capsule.importing.run_splitting import runs_by_gap, runs_by_value
 from capsule.importing.source_table import SourceTable
 from capsule.recording import Recording
@@ -219,7 +219,7 @@ def make_run(
         how = (
             f"finite impulse response low-pass, -{STOP_DB:g} dB from {bench.rate_hz / 2:g} Hz on"
             if rate_hz > bench.rate_hz
-            else "cubic spline"
+            else f"spline of degree {DEGREE}"
         )
         header["import_resampled"] = f"from {rate_hz:.4g} Hz to {bench.rate_hz:g} Hz, {how}"
     return Run(label, Recording(np.round(time_s - time_s[0], 9), values, header), tuple(remarks))

@@ -18,7 +18,7 @@ from scipy.signal import firwin, kaiser_beta, kaiserord, oaconvolve
 from capsule.errors import CapsuleError
 
 STOP_DB = 60.0
-# Ends of the passband and start of the stopband, as fractions of the new rate.
+# End of the passband and start of the stopband, as fractions of the new rate.
 _PASS = 0.25
 _STOP = 0.5
 # Two samples enclose a gap if they are more than this many intervals of the slower rate apart.
@@ -28,7 +28,7 @@ _NEAR_NEW = 0.49
 # ... or of the old rate, if that distance is larger.
 _NEAR_OLD = 0.6
 # Degree of the spline between samples: its images decay with the sixth power of frequency ...
-_DEGREE = 5
+DEGREE = 5
 # ... so on a grid of this many times the new rate, their aliases are below those of the filter.
 _LEAST_FACTOR = 12
 # Significant digits that are kept: precise far below the noise, and short to write.
@@ -131,11 +131,11 @@ def _within(
     at: np.ndarray, values: np.ndarray, instants: np.ndarray, old_hz: float, rate_hz: float
 ) -> np.ndarray:
     """Return readings (S, K) without gaps, filtered, at other times (M,)."""
-    if at.size <= _DEGREE:
+    if at.size <= DEGREE:
         return np.array([np.interp(instants, at, row) for row in values])
     # The clock may jitter and the rates may have no common multiple, so first interpolate on a fine
     # even grid, whose rate is a multiple of the new rate.
-    spline = make_interp_spline(at, values, k=_DEGREE, axis=1)
+    spline = make_interp_spline(at, values, k=DEGREE, axis=1)
     inside = np.clip(instants, at[0], at[-1])
     if old_hz <= rate_hz:
         read: np.ndarray = spline(inside)

@@ -26,7 +26,7 @@ class Column:
     texts : (K,) array of str, or None
         The cells' text in a text file.
     unreadable : (B,) array of int
-        Indices of the cells that hold something else than a number.
+        Indices of the cells that hold something other than a number.
     """
 
     name: str
