@@ -130,7 +130,7 @@ class _Fitted:
         return self._of_sizes(rows)
 
     def _of_sizes(self, rows: np.ndarray) -> list[Verdict]:
-        """Return verdicts whose score is the predicted size, rounded to a size of the archive."""
+        """Return verdicts with the archive's nearest sizes; the prediction itself is the score."""
         scores = np.asarray(self.estimator.predict(rows), dtype=np.float64)
         threshold = _UNKNOWN
         nodules = self.sizes_mm[self.sizes_mm > 0]

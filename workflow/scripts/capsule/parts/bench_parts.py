@@ -94,7 +94,7 @@ def window_cut(ridge_mm: float, face_mm: float, height_mm: float, thickness_mm: 
 
 
 def follower_solid(design: Design) -> Manifold:
-    """Return a follower that lies on its face across the shaft; u becomes x, and z becomes y."""
+    """Return a follower that lies on its face, with u as x and z as y."""
     bench, cam = design.parts.bench, design.cam
     outer, _ = stand.follower_outline(bench, cam, design.front_mm)
     thickness = bench.follower_mm - bench.follower_gap_mm

@@ -74,7 +74,7 @@ def sphere_stiffness(wall: Wall, nodule_mm: float) -> float:
 def pressed_bulge(contact: Contact, wall: Wall, nodule_mm: float) -> float:
     """Return the height of the bulge that remains under the pressing capsule, in mm.
 
-    A sphere of diameter d lifts the free wall by d, but only above the sphere. The capsule's tip
+    A sphere of diameter d lifts the free wall by d, but only over the sphere. The capsule's tip
     rests on the sphere and on the wall around it, which are two parallel springs. The height is the
     mean of their heights, weighted by stiffness: ``d k_sphere / (k_sphere + k_wall)``. So the
     capsule presses a small sphere down more than a large one.
