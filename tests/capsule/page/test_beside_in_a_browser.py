@@ -108,7 +108,7 @@ def test_without_the_files_the_page_says_so_and_all_else_works(browser, large, t
     browser.open(alone, "#recording=6mm/r02")
     wait_for_title(browser, "6mm/r02: no signals")
     (why,) = browser.texts("#viewer p")
-    assert "in the folder report, which is not there" in why
+    assert "in the folder report beside this page, but this folder is missing" in why
     browser.find("#search").send_keys("2.5mm/r02")
     assert browser.run(NAMES) == ["2.5mm/r02"]
     browser.find("#recordings-table a[href='#recording=2.5mm/r02']").click()

@@ -89,8 +89,8 @@ def test_without_a_healthy_recording_nothing_is_called_reliably_found():
     answers = detector_sections.answers_of(evaluated(verdicts), "template", SETTINGS)
     text = cards.summary("recorded", 18, answers, "template")
     assert text.startswith(
-        "On 18 recordings it cannot be told how reliably the paper's detector finds a nodule: each "
-        "of them has one."
+        "On 18 recordings, it is not known how reliably the paper's detector finds a nodule, "
+        "because each of them has one."
     )
     assert "reliably finds" not in text
     (smallest,) = [
@@ -101,4 +101,4 @@ def test_without_a_healthy_recording_nothing_is_called_reliably_found():
         if card["id"] == "smallest"
     ]
     assert (smallest["answer"], smallest["value"]) == ("not known", None)
-    assert "precision says nothing" in smallest["detail"]
+    assert "precision has no meaning" in smallest["detail"]

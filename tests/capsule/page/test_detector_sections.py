@@ -20,7 +20,7 @@ LEAD = Lead("template", False, UNKNOWN, 0)
         (
             [("0mm/a", 0.0, 0.0)],
             (0.0,),
-            "none of a nodule of known size, there is nothing",
+            "cannot be judged, because none has a nodule of known size",
         ),
         ([("2mm/a", 2.0, 0.0)], (0.0, 2.0), "reliably finds no nodule size"),
     ],
@@ -41,9 +41,9 @@ def test_too_few_healthy_recordings_to_promise_a_specificity_are_told():
     assert detector_sections.few_healthy(19, 0.95) == detector_sections.few_healthy(9, 0.9) == ""
     assert detector_sections.few_healthy(0, 0.95) == ""  # then there is no threshold at all
     said = detector_sections.few_healthy(18, 0.95)
-    assert said.startswith("A specificity of 95 % takes 19 recordings without a nodule;")
+    assert said.startswith("A specificity of 95 % needs 19 recordings without a nodule;")
     assert "this archive has 18." in said
-    assert "90 % takes 9 " in detector_sections.few_healthy(1, 0.9)
+    assert "90 % needs 9 " in detector_sections.few_healthy(1, 0.9)
 
 
 def test_an_unlabelled_recording_is_no_evidence():

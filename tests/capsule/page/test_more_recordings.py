@@ -93,7 +93,7 @@ def test_every_rate_says_how_many_recordings_it_takes_and_how_many_are_missing()
     assert (healthy["title"], healthy["recordings"]) == ("specificity", 20)
     assert healthy["missing"] == takes - 20
     assert healthy["cells"][0]["text"] == "95 %"
-    assert healthy["cells"][0]["count"].startswith(f"takes {takes}, at most ")
+    assert healthy["cells"][0]["count"].startswith(f"needs {takes}, at most ")
     assert (nodules["title"], nodules["missing"]) == ("found at 2 mm", 0)
 
 
@@ -110,6 +110,6 @@ def test_a_size_without_a_recording_has_no_row():
 def test_a_sentence_says_how_many_more_recordings_of_which_size_are_needed():
     one = [("2mm/a", 2.0, 2.0)]
     (row,) = (needed := needed_rows(evaluated(one), RATES))["rows"]
-    assert needed["sentence"].endswith(f"takes so many more: {row['missing']} of 2 mm.")
+    assert needed["sentence"].endswith(f"needs more recordings: {row['missing']} of 2 mm.")
     enough = [(f"2mm/{number}", 2.0, 2.0) for number in range(row["missing"] + 1)]
     assert needed_rows(evaluated(enough), RATES)["sentence"].startswith("Each rate of each")

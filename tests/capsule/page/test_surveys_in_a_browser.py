@@ -53,7 +53,7 @@ def test_the_section_shows_each_survey_with_its_places(browser, page):
         "const image = document.querySelector('#surveys img'); return image.naturalWidth > 400"
     )
     text = browser.find("#surveys").text
-    assert "Nothing of the folding was measured" in text
+    assert "Neither this project nor the paper measured the folding" in text
     assert "A gut offers no such odometer" in text
     assert browser.texts("#surveys-not-shown code") == ["sessions/running"]
     assert "--resume" in browser.find("#surveys-not-shown").text

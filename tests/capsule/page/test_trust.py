@@ -27,7 +27,7 @@ def test_what_the_archive_lacks_is_not_said():
     healthy = trust_words(verdicts((0, 0)), "leave_one_out", 0.95, "recorded")
     assert "nodules of" not in healthy and "1 of 1 recordings without a nodule" in healthy
     assert trust_words(verdicts((2, UNKNOWN)), "leave_one_out", 0.95, "recorded").startswith(
-        "This archive cannot tell how far to trust a verdict"
+        "This archive cannot show how far to trust a verdict"
     )
 
 

@@ -1,4 +1,4 @@
-// What all charts share: axes, time, a bar for the scale, lines across.
+// Shared parts of all charts: axes, time, scale bar, lines.
 
 const ChartFrame = ((Palette, Elements) => {
   "use strict";
@@ -6,10 +6,10 @@ const ChartFrame = ((Palette, Elements) => {
   const { number } = Elements;
   const { sensorLine, themeColour } = Palette;
   const FONT = "12px system-ui, sans-serif";
-  // Room at the right for the bar of the scale; the same in all charts, so that their times stand in line.
+  // Room at the right for the scale bar. It is the same in all charts, so that their time axes align.
   const MARGIN = 30;
 
-  /** Axes, cursor and size that all charts share; `x` names the unit along the chart. */
+  /** Return the axes, cursor and size that all charts share. */
   function chartOptions(width, height, yLabel, { xLabel = "time (s)", yAxis, ...options }) {
     const axis = {
       stroke: themeColour("soft"),
@@ -41,7 +41,7 @@ const ChartFrame = ((Palette, Elements) => {
     });
   }
 
-  /** Give axis and lines of sensors that stand one below the other, so far apart. */
+  /** Return the axis and the lines of sensors that are drawn below each other at a distance. */
   function sensorsBelow(count, distance) {
     return {
       yAxis: {
@@ -56,7 +56,7 @@ const ChartFrame = ((Palette, Elements) => {
     return Array.from({ length: count }, (_, index) => first + index * step);
   }
 
-  /** Let a chart of fewer moments begin and end with the recording. */
+  /** Extend times and rows so that a chart begins and ends with the recording. */
   function overWholeRun(time, rows, duration) {
     return [
       [Math.min(0, time[0]), ...time, Math.max(duration, time[time.length - 1])],
@@ -64,13 +64,13 @@ const ChartFrame = ((Palette, Elements) => {
     ];
   }
 
-  /** Give the largest of 1, 2, 5, 10 ... that does not exceed a number above 0. */
+  /** Return the largest of 1, 2, 5, 10 ... that does not exceed a positive number. */
   function roundLength(most) {
     const power = 10 ** Math.floor(Math.log10(most));
     return power * [5, 2, 1].find((digit) => digit * power <= most * 1.0000001);
   }
 
-  /** Draw a line on a chart from one point to another, in its values. */
+  /** Draw a line on a chart between two points, given in the chart's values. */
   function strokeLine(chart, from, to, { colour, width = 1, dash = [] }) {
     const { ctx } = chart;
     ctx.save();
@@ -85,7 +85,7 @@ const ChartFrame = ((Palette, Elements) => {
     ctx.restore();
   }
 
-  /** Write beside a line that stands at `x`, on the side that has room. */
+  /** Write a text beside a vertical line at `x`, on the side that has room. */
   function writeBeside(chart, text, x, line, colour) {
     const { ctx, bbox } = chart;
     const left = chart.valToPos(x, "x", true);
@@ -98,7 +98,7 @@ const ChartFrame = ((Palette, Elements) => {
     const fits = left + gap + ctx.measureText(text).width <= bbox.left + bbox.width;
     ctx.textAlign = fits ? "left" : "right";
     const top = bbox.top + (2 + 15 * line) * devicePixelRatio;
-    // A halo keeps the words legible over lines.
+    // A halo keeps the text legible over lines.
     ctx.strokeStyle = themeColour("paper");
     ctx.lineWidth = 4 * devicePixelRatio;
     ctx.strokeText(text, fits ? left + gap : left - gap, top);
@@ -106,7 +106,7 @@ const ChartFrame = ((Palette, Elements) => {
     ctx.restore();
   }
 
-  /** Draw a bar of so many units at the right of a chart, above a value. */
+  /** Draw a scale bar of a length at the right of a chart, upwards from a value. */
   function drawScaleBar(chart, length, unit, above) {
     const { ctx, bbox } = chart;
     const x = bbox.left + bbox.width + 7 * devicePixelRatio;

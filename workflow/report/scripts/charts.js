@@ -1,4 +1,4 @@
-// The charts of one recording: readings, envelopes, matrix with a particle over it.
+// Draw the charts of one recording: readings, envelopes, and the matrix with a particle over it.
 
 const Charts = ((uPlot, Signals, Palette, Matrix, ChartFrame) => {
   "use strict";
@@ -8,8 +8,8 @@ const Charts = ((uPlot, Signals, Palette, Matrix, ChartFrame) => {
   const { chartOptions, drawScaleBar, evenly, roundLength, sensorSeries, sensorsBelow } = ChartFrame;
 
   /**
-   * Draw rows of values, one sensor below the other, all to one scale, with a bar for it.
-   * `middles` lie on the sensors' own lines; `across` draws over it: it gets the chart and the height of a row.
+   * Draw rows of values, one sensor below the other, with one scale for all and a scale bar.
+   * `middles` are the values at the sensors' ticks. `across` draws over the chart: it gets the chart and the distance of the rows.
    */
   function drawStacked(container, { time, rows, middles, unit, height, across = () => {} }) {
     const span = Math.max(
@@ -64,7 +64,7 @@ const Charts = ((uPlot, Signals, Palette, Matrix, ChartFrame) => {
     return new uPlot(options, [time, ...rows, threshold], container);
   }
 
-  /** Draw the matrix as shades, and a particle's contours over it. */
+  /** Draw the matrix as shades, with a particle's contours over it. */
   function drawMatrix(container, evidence, particle) {
     const rows = unpack(evidence.matrix);
     const laid = particle ? surfaceRows(particle, rows.length, rows[0].length, evidence.matrix.every) : null;

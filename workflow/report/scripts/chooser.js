@@ -1,11 +1,11 @@
-// Choosing one recording to look at: by its link, its address, or the next and the previous.
+// Choose the recording to show: by a link, by the address, or with the buttons Previous and Next.
 
 const Chooser = ((EvidenceStore, Palette, Viewer, Elements) => {
   "use strict";
 
   const { element } = Elements;
 
-  /** Let a reader choose from the rows of the table; `onChosen` hears of it. Gives what is to be called when its rows change. */
+  /** Let a reader choose from the rows of the table. `onChosen` is called with the choice. Return a function to call when the rows change. */
   function setUp(list, shown, data, onChosen) {
     const viewer = document.getElementById("viewer");
     if (!viewer) return () => {};
@@ -43,7 +43,7 @@ const Chooser = ((EvidenceStore, Palette, Viewer, Elements) => {
       asked += 1;
       const turn = asked;
       const drawn = (change) => (content) => {
-        // Of several that were asked for in a row, the last one counts.
+        // If several recordings were requested quickly, only the last request counts.
         if (turn !== asked) return;
         viewer.removeAttribute("aria-busy");
         change(content);
@@ -68,7 +68,7 @@ const Chooser = ((EvidenceStore, Palette, Viewer, Elements) => {
 
     const step = (which) => {
       const row = neighbours()[which];
-      // The button keeps the focus.
+      // Do not scroll: the button keeps the focus.
       if (row) shown.show({ recording: row.dataset.recording });
     };
 

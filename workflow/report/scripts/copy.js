@@ -1,4 +1,4 @@
-// Buttons that copy a text of the page; where a browser forbids that, they select it.
+// Make buttons copy a text of the page. If the browser forbids copying, select the text.
 
 (() => {
   "use strict";
@@ -11,7 +11,7 @@
       const selection = getSelection();
       selection.removeAllRanges();
       selection.addRange(range);
-      // Works without asking, also on a page that was opened from disk.
+      // This way of copying needs no permission, also on a page that was opened from disk.
       const copied = document.execCommand("copy");
       button.nextElementSibling.textContent = copied ? "Copied." : "Selected: press Ctrl+C.";
     });

@@ -1,33 +1,33 @@
-// The elements that the drawings and tables are put together from.
+// Make the HTML and SVG elements of drawings and tables.
 
 const Elements = (() => {
   "use strict";
 
   const UNKNOWN = "not known";
 
-  /** Write a number, with so many decimals if told: a minus is a minus sign, and zero has none. */
+  /** Return a number as text, with a number of decimals if given, a true minus sign, and no sign for zero. */
   function number(value, decimals = null) {
     const text = decimals === null ? String(value) : value.toFixed(decimals);
     return Number(text) === 0 ? text.replace("-", "") : text.replaceAll("-", "\u2212");
   }
 
-  /** Write a number to three significant digits. */
+  /** Return a number as text with three significant digits. */
   function significant(value) {
     return number(Number(value.toPrecision(3)));
   }
 
-  /** Write a size as the page does. */
+  /** Return a size in the words of the page. */
   function sizeWords(size) {
     if (size === null) return UNKNOWN;
     return size === 0 ? "no nodule" : `${number(size)} mm`;
   }
 
-  /** Read what the page carries as JSON in an element. */
+  /** Return the JSON content of an element. */
   function readData(node) {
     return JSON.parse(node.textContent);
   }
 
-  /** Make an element with a class and text. */
+  /** Return an element with a class and a text. */
   function element(tag, className = "", text = "") {
     const made = document.createElement(tag);
     if (className) made.className = className;
@@ -35,7 +35,7 @@ const Elements = (() => {
     return made;
   }
 
-  /** Make a button; the label says what it does where its text is too short for that. */
+  /** Return a button. The label explains its action to screen readers. */
   function button(text, label, onClick) {
     const made = element("button", "", text);
     made.type = "button";
@@ -44,14 +44,14 @@ const Elements = (() => {
     return made;
   }
 
-  /** Make an element of a drawing with its attributes. */
+  /** Return an SVG element with attributes. */
   function svgElement(tag, attributes) {
     const made = document.createElementNS("http://www.w3.org/2000/svg", tag);
     for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
     return made;
   }
 
-  /** Make a table out of rows; the first cell of a row is its header. It scrolls where it must. */
+  /** Return a table in a scroll box. The first cell of each row is its header. */
   function textTable(className, label, caption, heads, rows) {
     const scroll = element("div", "scroll");
     scroll.tabIndex = 0;
@@ -82,7 +82,7 @@ const Elements = (() => {
     return scroll;
   }
 
-  /** Make a figure for a chart; the description says in words what its canvas shows. */
+  /** Return a figure for a chart. The description tells screen readers what the canvas shows. */
   function chartFigure({ title, caption, description }) {
     const figure = element("figure", "chart");
     figure.append(element("figcaption", "", caption));

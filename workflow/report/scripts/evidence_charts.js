@@ -1,4 +1,4 @@
-// What a detector judged by: beats, the score along the gut, what each stretch adds.
+// Draw the evidence of a detector: beats, the score along the gut, and the part of each stretch.
 
 const EvidenceCharts = ((uPlot, Signals, Palette, Charts, ChartFrame, Elements) => {
   "use strict";
@@ -14,7 +14,7 @@ const EvidenceCharts = ((uPlot, Signals, Palette, Charts, ChartFrame, Elements) 
     return (count - 1) * evidence.interval_s;
   }
 
-  /** Draw the depth of each sensor's beats about its usual depth, and when it passes the place. */
+  /** Draw the depth of each sensor's beats, its usual depth, and the time at which it passes the place. */
   function drawBeats(container, evidence, passing) {
     const { beats } = evidence;
     const rows = unpack(beats);
@@ -40,14 +40,14 @@ const EvidenceCharts = ((uPlot, Signals, Palette, Charts, ChartFrame, Elements) 
     });
   }
 
-  /** Draw the score along the gut, the threshold, the place with the highest, and the true place. */
+  /** Draw the score along the gut, the threshold, the place with the highest score, and the true place. */
   function drawGut(container, evidence, verdict) {
     const [scores] = unpack(evidence.gut);
     const places = evenly(scores.length, 0, evidence.gut.step_mm);
     const { threshold } = verdict;
     const levels = [...scores, ...(threshold === null ? [] : [threshold])];
     const [least, most] = [Math.min(...levels, 0), Math.max(...levels)];
-    // Room for two lines of words above.
+    // Leave room for two lines of text above.
     const range = [least - 0.05 * (most - least), most + 0.35 * (most - least)];
     const best = places[scores.indexOf(Math.max(...scores))];
     const truth = evidence.nodule_at_mm;
@@ -80,7 +80,7 @@ const EvidenceCharts = ((uPlot, Signals, Palette, Charts, ChartFrame, Elements) 
     return new uPlot(options, [x, beyond ? [...scores, null] : scores], container);
   }
 
-  /** Draw what the score loses without each stretch. */
+  /** Draw the loss of score without each stretch. */
   function drawStretches(container, evidence) {
     const { stretches } = evidence;
     const [loss] = unpack(stretches);

@@ -1,11 +1,11 @@
-// Which charts show what a detector judged one recording by, and what they say in words.
+// Choose the charts of a detector's evidence on one recording, and write their captions.
 
 const EvidenceList = ((Charts, ScoreChart, EvidenceCharts, Elements) => {
   "use strict";
 
   const { number, significant, sizeWords } = Elements;
 
-  /** The score among those of the archive. */
+  /** Return the chart of the score among the scores of the archive. */
   function scoreChart(verdict, marks) {
     const { score, threshold } = verdict;
     const side =
@@ -25,7 +25,7 @@ const EvidenceList = ((Charts, ScoreChart, EvidenceCharts, Elements) => {
     };
   }
 
-  /** The depth of the beats; `passing` marks when each sensor passes the place. */
+  /** Return the chart of the beats' depth. `passing` adds marks at the times when each sensor passes the place. */
   function beatsChart(evidence, passing) {
     const passed = evidence.beats.passed_s.map((at, s) => `sensor ${s + 1} ${at === null ? "never" : `at ${number(at, 1)} s`}`);
     const marks = passing ? " Bars: when each sensor passes the place with the highest score." : "";
@@ -79,7 +79,7 @@ const EvidenceList = ((Charts, ScoreChart, EvidenceCharts, Elements) => {
     };
   }
 
-  /** Give the charts of a detector in their order; none where nothing is known. */
+  /** Return the charts of a detector in order; charts without data are left out. */
   function chartsOf(evidence, verdict, detector, marks) {
     const charts = [];
     if (verdict.score !== null) charts.push(scoreChart(verdict, marks));

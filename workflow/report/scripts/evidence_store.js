@@ -1,20 +1,20 @@
-// What the page draws of each recording: it stands inside the page, or in files beside it that are read when they are needed.
+// Read the data of each recording's drawings, from inside the page or from files beside it.
 
 const EvidenceStore = ((Elements) => {
   "use strict";
 
   const { readData } = Elements;
-  // A reader goes on to a neighbour, or comes back.
+  // Keep several files, because a reader often goes to a neighbour, or back.
   const KEPT_FILES = 8;
   const received = new Map();
 
-  /** Take the texts of a file beside the page: every such file calls this, and nothing else. */
+  /** Store the texts of a file beside the page. Each such file only calls this function. */
   function receive(file, texts) {
     received.set(file, texts);
     if (received.size > KEPT_FILES) received.delete(received.keys().next().value);
   }
 
-  /** Read a file beside the page: from disk a page may do so as a script alone. Gives null where it is not there. */
+  /** Read a file beside the page as a script, because a page on disk can read files in no other way. Resolve to null if it is missing. */
   function readFile(folder, file) {
     return new Promise((resolve) => {
       const script = document.createElement("script");
@@ -29,24 +29,24 @@ const EvidenceStore = ((Elements) => {
     });
   }
 
-  /** Turn a text of such a file back into what it holds. */
+  /** Return the content of a text from such a file. */
   async function inflate(text) {
     const bytes = Uint8Array.from(atob(text), (character) => character.charCodeAt(0));
     const inflated = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
     return new Response(inflated).json();
   }
 
-  /** Say in words why nothing can be drawn. */
+  /** Return a message for missing files. */
   function missingWords(folder) {
     return (
-      `The signals of the recordings are not in this page but beside it, in the folder ${folder}, which is not there or belongs ` +
+      `The signals of the recordings are in the folder ${folder} beside this page, but this folder is missing or belongs ` +
       "to another report. Keep the folder and the page together, as they were made. All else on this page is complete."
     );
   }
 
-  const TOO_OLD = "This browser is too old to unpack the signals that stand beside this page. All else on this page is complete.";
+  const TOO_OLD = "This browser is too old to unpack the signals beside this page; use a newer one. All else on this page is complete.";
 
-  /** Give access to the files beside the page; the recordings stand in them in their order. */
+  /** Return the access to the files beside the page. They hold the recordings in the page's order. */
   function besideThePage({ folder, files, each }, names) {
     const places = new Map(names.map((name, place) => [name, place]));
     const read = async (name) => {
@@ -64,14 +64,14 @@ const EvidenceStore = ((Elements) => {
     };
   }
 
-  /** Give access to what stands inside the page; it is there at once. */
+  /** Return the access to the data inside the page, which is available at once. */
   function insideThePage() {
     const nodes = [...document.querySelectorAll("script[data-evidence]")];
     const carried = new Map(nodes.map((node) => [node.dataset.evidence, node]));
     return { has: (name) => carried.has(name), read: (name, onRead) => onRead(readData(carried.get(name))) };
   }
 
-  /** Give `has`, which tells whether a recording can be drawn, and `read`, which calls back with what is drawn of it. */
+  /** Return `has`, which returns whether a recording can be drawn, and `read`, which calls back with its data. */
   function setUp(data) {
     return data.beside ? besideThePage(data.beside, Object.keys(data.checksums)) : insideThePage();
   }

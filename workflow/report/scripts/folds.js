@@ -1,14 +1,14 @@
-// Folds open where an address leads into one, and all of them on paper.
+// Open a fold if the address names an element in it, and open all folds for printing.
 
 const Folds = (() => {
   "use strict";
 
-  /** Open a fold, or all that an element lies in. */
+  /** Open all folds around an element, including itself. */
   function reveal(element) {
     for (let fold = element?.closest("details"); fold; fold = fold.parentElement.closest("details")) fold.open = true;
   }
 
-  /** Open what the address names, now and whenever it changes; open all while the page is printed. */
+  /** Open the folds that the address names, now and after each change. Open all folds while the page is printed. */
   function setUp() {
     const named = () => {
       const target = document.getElementById(location.hash.slice(1));

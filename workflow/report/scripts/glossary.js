@@ -1,4 +1,4 @@
-// Each term of the glossary is linked where it first stands in the text.
+// Link the first occurrence of each term to the glossary.
 
 const Glossary = (() => {
   "use strict";
@@ -6,7 +6,7 @@ const Glossary = (() => {
   const TEXT = "p, li, figcaption, caption, td, th, h4";
   const APART = "a, button, code, pre, blockquote, .terms, #viewer, #recordings-table, #configuration";
 
-  /** Give the page's pieces of text in their order. */
+  /** Yield the page's text nodes in order. */
   function* pieces() {
     const walker = document.createTreeWalker(document.querySelector("main"), NodeFilter.SHOW_TEXT);
     while (walker.nextNode()) {

@@ -1,4 +1,4 @@
-// Tables as grids: which columns a cell covers, whatever spans rows and columns; columns on and off.
+// Treat tables as grids, also with cells that span rows and columns, and hide columns.
 
 const Grid = (() => {
   "use strict";
@@ -7,7 +7,7 @@ const Grid = (() => {
     return cell.textContent.replace(/\s+/g, " ").trim();
   }
 
-  /** Lay rows out: for each row the cell that covers each column. */
+  /** Return, for each row, the cell that covers each column. */
   function lay(rows) {
     const laid = rows.map(() => []);
     rows.forEach((row, at) => {
@@ -24,7 +24,7 @@ const Grid = (() => {
     return laid;
   }
 
-  /** Name the columns by their heads, the upper ones first. */
+  /** Return the titles of the columns, joined from their head cells, upper cells first. */
   function columnTitles(table) {
     const heads = lay([...(table.tHead?.rows ?? [])]);
     const count = Math.max(0, ...heads.map((row) => row.length));
@@ -34,7 +34,7 @@ const Grid = (() => {
     });
   }
 
-  /** Show all columns of a table but some; a cell that covers several shrinks. */
+  /** Hide some columns of a table, and show all others. A cell over several columns shrinks. */
   function hideColumns(table, hidden) {
     const parts = [table.tHead, ...table.tBodies].filter(Boolean);
     for (const part of parts) {

@@ -1,4 +1,4 @@
-// Paint a matrix as shades over sensor and time, and the contours of a particle over it.
+// Draw a matrix as shades over sensor and time, with the contours of a particle over it.
 
 const Matrix = ((Signals, Palette) => {
   "use strict";
@@ -8,7 +8,7 @@ const Matrix = ((Signals, Palette) => {
 
   const CONTOURS = [0.25, 0.5, 0.75];
 
-  /** Shade the matrix; `x` and `y` tell where on the canvas a column and a row lie. */
+  /** Draw the matrix as shades. `x` and `y` convert a column and a row to canvas coordinates. */
   function shade(context, matrix, x, y) {
     const rows = atLeastTwoRows(matrix);
     const [red, green, blue] = themeColour("shade").split(",").map(Number);
@@ -32,7 +32,7 @@ const Matrix = ((Signals, Palette) => {
     context.drawImage(canvas, x(0), y(0), x(columns - 1) - x(0), y(rows.length - 1) - y(0));
   }
 
-  /** Draw the contours of a particle at some parts of its height. */
+  /** Draw the contours of a particle at fractions of its height. */
   function strokeContours(context, particle, x, y) {
     const rows = atLeastTwoRows(particle);
     const most = highest(rows);

@@ -1,4 +1,4 @@
-// Notes of the reader on recordings: kept in this browser, saved as CSV.
+// Keep the reader's notes on recordings in this browser, and save them as CSV.
 
 const Notes = ((Elements, Saving) => {
   "use strict";
@@ -6,7 +6,7 @@ const Notes = ((Elements, Saving) => {
   const { element } = Elements;
   const PREFIX = "capsule-note:";
 
-  /** Keep texts in the browser; where it refuses, in the page until it is closed. */
+  /** Return a store of texts in the browser. If the browser refuses, the texts last until the page is closed. */
   function openStore() {
     try {
       const probe = `${PREFIX}probe`;
@@ -24,7 +24,7 @@ const Notes = ((Elements, Saving) => {
     else localStorage.removeItem(key);
   }
 
-  /** Set up the notes on the recordings of this report; gives what shows those on one recording. */
+  /** Set up the notes on this report's recordings. Return a function that shows the note on one recording. */
   function setUp(list, { report, checksums }) {
     const store = openStore();
     const keyOf = (name) => `${PREFIX}${report}:${name}:${checksums[name]}`;

@@ -1,16 +1,16 @@
-// The rows of the table of all recordings. Of a very large archive the table holds some at a time: a browser lays out thousands slowly.
+// Manage the rows of the table of all recordings. For a very large archive the table lists a part of them, because browsers are slow with thousands of rows.
 
 const RecordingRows = ((Elements, Tools) => {
   "use strict";
 
   const { element } = Elements;
 
-  /** Keep the rows in an order; those that are hidden do not fit what the reader looks for. */
+  /** Set up the rows and their order. A hidden row does not fit the reader's filters. */
   function setUp(table) {
     const body = table.tBodies[0];
-    // As many as the table was written with.
+    // The number of rows that the page contains in its table.
     const step = body.rows.length;
-    // Rows in a template are no part of the page until they are put into it.
+    // Rows in a template are not part of the page until they are moved into the table.
     const further = document.getElementById("further-rows");
     const all = [...body.rows, ...(further ? further.content.children : [])];
     const byName = new Map(all.map((row) => [row.dataset.recording, row]));
@@ -23,7 +23,7 @@ const RecordingRows = ((Elements, Tools) => {
     more.hidden = true;
     if (further) document.getElementById("none-shown").before(more);
 
-    /** Put rows into the table; columns that are out of sight stay so. */
+    /** Put rows into the table; hidden columns stay hidden. */
     const put = (rows) => {
       body.replaceChildren(...rows);
       Tools.toggleColumns(table, [], true);
@@ -41,7 +41,7 @@ const RecordingRows = ((Elements, Tools) => {
       list();
     });
     if (further) {
-      // A file holds all rows that fit.
+      // A saved file holds all rows that fit.
       table.addEventListener("beforesave", () => put(fitting()));
       table.addEventListener("aftersave", list);
     }
@@ -49,7 +49,7 @@ const RecordingRows = ((Elements, Tools) => {
       all,
       fitting,
       of: (name) => byName.get(name),
-      /** List anew, from the top, what fits now. */
+      /** List the rows that fit now, from the top. */
       refresh: () => {
         limit = step;
         list();
@@ -58,7 +58,7 @@ const RecordingRows = ((Elements, Tools) => {
         ordered = rows;
         if (!further) body.append(...rows);
       },
-      /** Say how many of the rows that fit are not in the table. */
+      /** Return the number of rows that fit but are not in the table. */
       unlisted: () => (further ? Math.max(0, fitting().length - limit) : 0),
     };
   }

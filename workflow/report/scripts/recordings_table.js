@@ -1,9 +1,9 @@
-// The table of all recordings: sort, filter, search.
+// Sort, filter and search the table of all recordings.
 
 const RecordingsTable = (() => {
   "use strict";
 
-  /** Let a reader sort, filter and search the rows of `list`; `onChange` is called after each change. Gives what is to be called when outcomes change. */
+  /** Let a reader sort, filter and search the rows of `list`. `onChange` is called after each change. Return a function to call when outcomes change. */
   function setUp(table, list, onChange) {
     const rows = list.all;
     const search = document.getElementById("search");
@@ -45,7 +45,7 @@ const RecordingsTable = (() => {
       const compare = (a, b) => (numeric ? a - b : order.compare(a, b));
       const keyed = rows.map((row, rank) => ({ row, rank, value: key(row) }));
       keyed.sort((a, b) => {
-        // What is unknown comes last in both directions; equals keep the order of the archive.
+        // Unknown values come last in both directions. Equal values keep the order of the archive.
         if (a.value === null || b.value === null) return (a.value === null) - (b.value === null) || a.rank - b.rank;
         return (ascending ? 1 : -1) * compare(a.value, b.value) || a.rank - b.rank;
       });
@@ -65,7 +65,7 @@ const RecordingsTable = (() => {
     });
     filter();
     return () => {
-      // The choice of outcomes holds those that there are.
+      // Offer only the outcomes that occur.
       const present = [...new Set(rows.map((row) => row.dataset.outcome))];
       const before = outcome.value;
       outcome.replaceChildren(outcome.options[0], ...present.map((name) => new Option(name)));

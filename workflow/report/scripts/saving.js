@@ -1,11 +1,11 @@
-// Files that the page hands to its reader: tables as CSV, charts as pictures.
+// Save tables as CSV, and charts and figures as pictures.
 
 const Saving = ((Grid, Palette) => {
   "use strict";
 
   const { columnTitles, lay, textOf } = Grid;
   const { sensorLine, themeColour } = Palette;
-  // The same rules as for the files of results: a cell is no formula, and a number stays one.
+  // The same rules as for the files of results: no cell is a formula for a spreadsheet, and numbers stay as they are.
   const FORMULA = /(^|[;,|\t])(?=["']*[=+\-@\uff1d\uff0b\uff0d\uff20])/g;
   const NUMBER = /^([+-]?[0-9]+(\.[0-9]+)?([eE][+-]?[0-9]+)?|[+-]?inf)$/;
 
@@ -22,7 +22,7 @@ const Saving = ((Grid, Palette) => {
     return rows.map((row) => `${row.map(csvCell).join(",")}\n`).join("");
   }
 
-  /** Give what a table shows: the visible rows and columns; a rate takes a column for each of its parts. */
+  /** Return the visible rows and columns of a table. A rate becomes three columns. */
   function tableRows(table) {
     const [head] = [...(table.tHead?.rows ?? [])];
     const titles = columnTitles(table);
@@ -39,7 +39,7 @@ const Saving = ((Grid, Palette) => {
     const written = body.map((row) =>
       visible.flatMap((column, place) => {
         const cell = row[column];
-        // What stands over several columns is written once.
+        // A cell that covers several columns is written once.
         const again = place > 0 && row[visible[place - 1]] === cell;
         if (!cell || again) return isRate(column) ? ["", "", ""] : [""];
         if (!isRate(column)) return [cell.dataset.value ?? textOf(cell)];
@@ -61,7 +61,7 @@ const Saving = ((Grid, Palette) => {
     save(new Blob([toCsv(rows)], { type: "text/csv;charset=utf-8" }), name);
   }
 
-  /** Save a chart's canvas under a title, with the names of the sensors' lines, on the colour of the page. */
+  /** Save a chart's canvas with a title and a key of the sensors' lines, on the page's background. */
   function saveChart(canvas, title, sensors, name) {
     const unit = devicePixelRatio;
     const [edge, line] = [12 * unit, 20 * unit];
@@ -93,18 +93,18 @@ const Saving = ((Grid, Palette) => {
     picture.toBlob((blob) => save(blob, name), "image/png");
   }
 
-  /** Give the SVG file of a figure: without what the page adds for the dark, byte by byte. */
+  /** Return the original SVG file of a figure, without the page's style for dark mode. */
   function svgFile(image) {
     return atob(image.src.split(",")[1]).replace(/<style id="dark">.*?<\/style>/, "");
   }
 
-  /** Save a figure as the SVG that it is. */
+  /** Save a figure as its original SVG file. */
   function saveSvg(image, name) {
     const bytes = Uint8Array.from(svgFile(image), (character) => character.charCodeAt(0));
     save(new Blob([bytes], { type: "image/svg+xml" }), `${name}.svg`);
   }
 
-  /** Save a figure as a picture twice as fine as on the screen, on white. */
+  /** Save a figure as PNG at twice its size, on white. */
   function saveFigure(image, name) {
     const drawn = new Image();
     drawn.addEventListener("load", () => {

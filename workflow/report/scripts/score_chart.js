@@ -1,4 +1,4 @@
-// A score on a line: the threshold, and the scores of the archive by true size.
+// Draw a score on an axis, with the threshold and the scores of the archive by true size.
 
 const ScoreChart = ((uPlot, Palette, ChartFrame, Elements) => {
   "use strict";

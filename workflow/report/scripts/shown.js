@@ -1,9 +1,9 @@
-// What the page shows: recording, detector and scheme; the address says it, and whoever draws it is told.
+// Keep what the page shows (recording, detector, scheme), write it into the address, and call the listeners.
 
 const Shown = ((Address) => {
   "use strict";
 
-  /** Begin with the address; `data` is what the page carries of all recordings. */
+  /** Set up the state, beginning with the address. `data` is the page's data on all recordings. */
   function setUp(data) {
     const listeners = [];
     const plain = { recording: null, detector: data.detectors[0]?.name ?? null, scheme: data.main_scheme };
@@ -14,7 +14,7 @@ const Shown = ((Address) => {
     };
     let shown = { ...plain };
 
-    /** Take over what an address names and the page has; what it does not name is as at first. */
+    /** Apply the valid parts of an address. What it does not name returns to the defaults, except the recording. */
     const take = (address) => {
       const named = Object.entries(address).filter(([key, value]) => known[key](value));
       shown = { ...plain, recording: shown.recording, ...Object.fromEntries(named) };
@@ -22,13 +22,13 @@ const Shown = ((Address) => {
 
     const tell = (change) => listeners.forEach((listener) => listener(shown, change));
 
-    /** Write the address of something to show; what is as at first stays out of it. */
+    /** Return the address of something to show, without default values. */
     const addressOf = (wanted) => {
       const named = Object.entries({ ...shown, ...wanted }).filter(([key, value]) => value !== plain[key]);
       return Address.format(Object.fromEntries(named));
     };
 
-    /** Show something else, and let the reader come back to this by the browser's Back. */
+    /** Show something else. The browser's Back button returns to the former state. */
     const show = (wanted, change = {}) => {
       const before = shown;
       shown = { ...shown, ...wanted };
@@ -37,7 +37,7 @@ const Shown = ((Address) => {
       tell(change);
     };
 
-    // Back and Forward return to what was shown there; a link to a place of the page changes nothing of it.
+    // Back and Forward return to what was shown. A link to an element of the page does not change what is shown.
     window.addEventListener("hashchange", () => {
       const address = Address.parse(location.hash);
       if (history.state?.shown) shown = history.state.shown;
@@ -45,7 +45,7 @@ const Shown = ((Address) => {
       history.replaceState({ shown }, "");
       tell({ byAddress: Boolean(address?.recording) });
     });
-    // A link names the recording; the detector stays the one that was chosen.
+    // A link names the recording; the chosen detector stays.
     document.addEventListener("click", (event) => {
       const link = event.target.closest?.('a[href^="#recording="]');
       if (!link || event.ctrlKey || event.metaKey || event.shiftKey || event.button) return;

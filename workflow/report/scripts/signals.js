@@ -1,9 +1,9 @@
-// Signals as the page carries them, and the geometry of their contours. No drawing here.
+// Unpack the page's signals, and compute contours. This module draws nothing.
 
 const Signals = (() => {
   "use strict";
 
-  /** Turn packed numbers back into rows of values; a missing sample is null. */
+  /** Return the rows of values of packed numbers; a missing sample is null. */
   function unpack(packed) {
     const binary = atob(packed.data);
     const bytes = Uint8Array.from(binary, (character) => character.charCodeAt(0));
@@ -24,7 +24,7 @@ const Signals = (() => {
     return rows;
   }
 
-  /** Draw a particle's surfaces out over a recording (eq. G): where they overlap, the higher one counts. */
+  /** Return a particle's height over a recording (eq. G), in rows. Where surfaces overlap, the higher one counts. */
   function surfaceRows(surface, sensors, columns, every) {
     const { amplitude, vertical, peak, horizontal } = surface;
     const bell = (distance, spread) => Math.exp(-0.5 * (distance / spread) ** 2);
@@ -38,19 +38,19 @@ const Signals = (() => {
     });
   }
 
-  /** Give the largest value of some rows, 0 if there is none. */
+  /** Return the largest value of some rows, or 0 if there is none. */
   function highest(rows) {
     return rows.reduce((sofar, row) => row.reduce((most, value) => Math.max(most, value), sofar), 0);
   }
 
-  /** A single row has no neighbour to draw contours between: give it one. */
+  /** Return the rows, a single one twice, because contours need two rows. */
   function atLeastTwoRows(rows) {
     return rows.length > 1 ? rows : [rows[0], rows[0]];
   }
 
   /**
-   * Find the contour of a matrix at one height by marching squares.
-   * Gives segments [column, row, column, row] in fractions of columns and rows, counted from 0.
+   * Return the contour of a matrix at one height, computed by marching squares.
+   * The segments are [column, row, column, row], in fractions of columns and rows, counted from 0.
    */
   function contourSegments(rows, level) {
     const segments = [];
@@ -71,7 +71,7 @@ const Signals = (() => {
             crossings.push([x0 + part * (x1 - x0), y0 + part * (y1 - y0)]);
           }
         }
-        // Two crossings are one segment; four are a saddle, taken as two in order around the cell.
+        // Two crossings are one segment. Four crossings are a saddle, drawn as two segments.
         for (let first = 0; first + 1 < crossings.length; first += 2) {
           segments.push([...crossings[first], ...crossings[first + 1]]);
         }

@@ -1,4 +1,4 @@
-// Set up what a reader can work with, where the page has it.
+// Set up the interactive parts of the page, if the page has them.
 
 ((RecordingRows, RecordingsTable, Chooser, Shown, Switches, Notes, Links, Tools, Folds, Glossary, Surveys, Elements) => {
   "use strict";
@@ -13,7 +13,7 @@
   const data = Elements.readData(carried);
   const shown = Shown.setUp(data);
   document.getElementById("filters").hidden = false;
-  // A report that is made again in its place keeps the notes on recordings that are still the same.
+  // A report that is made again at the same path keeps the notes on unchanged recordings.
   const list = RecordingRows.setUp(table);
   const noteOn = Notes.setUp(list, { report: location.pathname, checksums: data.checksums });
   Links.setUp(new Set(Object.keys(data.checksums)));

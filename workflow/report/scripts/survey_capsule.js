@@ -1,4 +1,4 @@
-// The capsule as it is built: four hexagons with their awns, open or folded, to scale.
+// Draw the capsule to scale: its hexagons with awns, open or folded.
 
 const SurveyCapsule = ((Elements, Palette) => {
   "use strict";
@@ -10,12 +10,12 @@ const SurveyCapsule = ((Elements, Palette) => {
   }
 
   /**
-   * Draw the capsule with its head at a place.
-   * `scale` turns a place in mm into x, `unit` is the length of a mm, `middle` the y of its axis.
+   * Return a drawing of the capsule at a moment.
+   * `scale` converts a position in mm to x, `unit` is the length of 1 mm, and `middle` is the y of the axis.
    */
   function draw(capsule, { head, folded, measured }, { scale, unit, middle, width = 1.5 }) {
     const group = svgElement("g", { class: measured ? "capsule" : "capsule guessed" });
-    // Folding draws the awns in; how its hexagons then lie nobody has measured.
+    // Folding makes the capsule narrower. The true shape of folded hexagons was not measured.
     const part = folded ?? 0;
     const narrow = 1 - part * (1 - capsule.folded_half_mm / capsule.half_width_mm);
     for (let sensor = capsule.sensors - 1; sensor >= 0; sensor -= 1) {

@@ -1,4 +1,4 @@
-// The gut about the capsule, to scale, and below it space and time about the moment.
+// Draw the gut around the capsule to scale, and below it space and time around the moment.
 
 const SurveyCloseup = ((Elements, SurveyTime, SurveyCapsule) => {
   "use strict";
@@ -9,7 +9,7 @@ const SurveyCloseup = ((Elements, SurveyTime, SurveyCapsule) => {
   const [LEFT, RIGHT, AXIS] = [52, 12, 40];
   const ROOM_MM = 33;
   const AROUND_S = 20;
-  // Above the gut stand the numbers of the places.
+  // Room above the gut for the numbers of the places.
   const ABOVE = 28;
   const TIME_HEIGHT = 190;
 
@@ -19,7 +19,7 @@ const SurveyCloseup = ((Elements, SurveyTime, SurveyCapsule) => {
     return made;
   }
 
-  /** Cut the path into lines of one look that lie in a window of time. */
+  /** Return the path in a window of time as lines, each with one look. */
   function pathsIn(player, [from, until]) {
     const times = player.head.map(([time]) => time).filter((time) => time > from && time < until);
     const changes = [...player.states.map(([time]) => time), ...player.unknown.flat()];
@@ -47,14 +47,14 @@ const SurveyCloseup = ((Elements, SurveyTime, SurveyCapsule) => {
     return shapes[place.status]();
   }
 
-  /** Draw one moment of a survey, so many pixels wide. */
+  /** Return the drawing of one moment of a survey, with a width in pixels. */
   function drawMoment(survey, time, width, words) {
     const { player, places } = survey;
     const now = momentOf(player, time);
     const inner = width - LEFT - RIGHT;
     const span = inner > 480 ? 120 : 64;
     const unit = inner / span;
-    // The capsule is 25 mm long; it stands in the middle.
+    // The capsule, which is 25 mm long, is in the middle.
     const low = now.head - 0.5 * span - 9;
     const scale = (mm) => LEFT + (mm - low) * unit;
     const strip = ROOM_MM * unit;
@@ -68,7 +68,7 @@ const SurveyCloseup = ((Elements, SurveyTime, SurveyCapsule) => {
     const inside = svgElement("g", { "clip-path": `url(#${clip})` });
     const window = [time - AROUND_S, time + AROUND_S];
 
-    // The gut: its walls where the drive holds them.
+    // The gut's walls, as the drive positions them.
     const columns = Array.from({ length: 97 }, (_, at) => low + (span * at) / 96);
     const middle = ABOVE + strip / 2;
     for (const side of [-1, 1]) {
@@ -76,7 +76,7 @@ const SurveyCloseup = ((Elements, SurveyTime, SurveyCapsule) => {
       const wall = columns.map((mm) => [scale(mm), middle + side * unit * halfLumen(player, now.wave, mm)]);
       inside.append(svgElement("path", { d: pathOf([[LEFT, outer], ...wall, [width - RIGHT, outer]], true), class: "wall" }));
     }
-    // Space and time about now.
+    // Space and time around the moment.
     inside.append(svgElement("rect", { x: LEFT, y: top, width: inner, height: TIME_HEIGHT, class: "field" }));
     for (const line of crests(player, window, [low, low + span])) {
       inside.append(svgElement("path", { d: pathOf(line.map(([mm, s]) => [scale(mm), y(s)]), false), class: "crest" }));

@@ -1,17 +1,17 @@
-// The capsule in the picture of a survey itself: a line across at the moment, and the capsule to scale.
+// Draw over a survey's picture: a line at the current time, and the capsule to scale.
 
 const SurveyOverlay = ((Elements, SurveyCapsule) => {
   "use strict";
 
   const { svgElement } = Elements;
 
-  /** Lay a drawing over a survey's picture; gives what moves it. */
+  /** Put a drawing over a survey's picture. Return a function that moves it to a moment. */
   function setUp(stage, survey, onTime) {
     const image = stage.querySelector("img");
     const overlay = svgElement("svg", { class: "overlay", "aria-hidden": "true" });
     stage.append(overlay);
 
-    // The page chooses the narrow picture by itself.
+    // The browser chooses between the wide and the narrow picture.
     const frameOf = () => {
       const narrow = image.currentSrc === stage.querySelector("source").srcset;
       return survey.frames[narrow ? "narrow" : "wide"];

@@ -1,4 +1,4 @@
-// The readings of a survey about one moment, one sensor below the other.
+// Draw a survey's readings around one moment, one sensor below the other.
 
 const SurveySignals = ((uPlot, Signals, Palette, ChartFrame) => {
   "use strict";
@@ -6,7 +6,7 @@ const SurveySignals = ((uPlot, Signals, Palette, ChartFrame) => {
   const { chartOptions, drawScaleBar, roundLength, sensorsBelow, strokeLine } = ChartFrame;
   const AROUND_S = 30;
 
-  /** Give a height that nearly all stretches of a minute fit into. */
+  /** Return the span of values that 90 % of the pieces of one minute do not exceed. */
   function usualSpan(rows, perMinute) {
     const spans = [];
     for (const row of rows) {
@@ -19,7 +19,7 @@ const SurveySignals = ((uPlot, Signals, Palette, ChartFrame) => {
     return spans[Math.floor(0.9 * spans.length)] || 1;
   }
 
-  /** Make a chart that can be moved to a moment. */
+  /** Set up a chart. Return functions to move it to a time and to draw it again. */
   function setUp(container, signals, startTime) {
     const rows = signals.rows.map((packed) => Signals.unpack(packed)[0]);
     const distance = 1.1 * usualSpan(rows, Math.max(Math.round((2 * AROUND_S) / signals.every_s), 1));

@@ -1,9 +1,9 @@
-// What a survey was at one moment: position, wave, state. No drawing here.
+// Compute a survey's position, wave and state at one moment. This module draws nothing.
 
 const SurveyTime = (() => {
   "use strict";
 
-  /** Give the number of the last entry that begins at or before a moment; -1 before the first. */
+  /** Return the index of the last entry that begins at or before a time; -1 before the first. */
   function lastAt(entries, time) {
     let [low, high] = [0, entries.length];
     while (low < high) {
@@ -14,7 +14,7 @@ const SurveyTime = (() => {
     return low - 1;
   }
 
-  /** Give the value of a line of points [s, value] at a moment; null in a gap, and its ends beyond them. */
+  /** Return the value of a line of points [s, value] at a time; null in a gap. Beyond its ends, the line is constant. */
   function valueAt(points, time) {
     if (!points.length) return null;
     const before = lastAt(points, time);
@@ -25,19 +25,19 @@ const SurveyTime = (() => {
     return value + ((time - from) / (next[0] - from)) * (next[1] - value);
   }
 
-  /** Tell whether a moment lies in one of some stretches [s, s]. */
+  /** Return whether a time is in one of the intervals [s, s]. */
   function isWithin(stretches, time) {
     const at = lastAt(stretches, time + 1e-6);
     return at >= 0 && time <= stretches[at][1] + 1e-6;
   }
 
-  /** Give the state at a moment, and the reason that led to it. */
+  /** Return the state at a time, and the reason for it. */
   function stateAt(player, time) {
     const [, state, reason] = player.states[Math.max(lastAt(player.states, time + 1e-3), 0)];
     return { state, reason };
   }
 
-  /** Give all that is known of a moment. */
+  /** Return all values at a time. */
   function momentOf(player, time) {
     const { state, reason } = stateAt(player, time);
     const judged = player.scores[Math.round((time - player.from_s) / player.judged_s)] ?? null;
@@ -54,7 +54,7 @@ const SurveyTime = (() => {
     };
   }
 
-  /** Give how wide a half of the gut is at a place, in mm, while the wave stands somewhere. */
+  /** Return half the width of the gut at a place, in mm, for a position of the wave. */
   function halfLumen({ wall }, wave, place) {
     const baseline = wall.lumen_mm / 2;
     if (wave === null || wall.crest_mm === null) return baseline;
@@ -62,12 +62,12 @@ const SurveyTime = (() => {
     return baseline - wall.amplitude_mm * Math.cos(angle);
   }
 
-  /** Give the times of a window, evenly. */
+  /** Return evenly spaced times of a window. */
   function moments(from, until, count) {
     return Array.from({ length: count + 1 }, (_, at) => from + ((until - from) * at) / count);
   }
 
-  /** Give where crests pass through a window of time and place: lines [[place, s], [place, s]]. */
+  /** Return the paths of crests through a window of time and place, as lines of points [place, s]. */
   function crests({ wave, wall }, [from, until], [low, high]) {
     if (wall.crest_mm === null) return [];
     const known = moments(from, until, 120)

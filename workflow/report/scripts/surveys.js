@@ -1,4 +1,4 @@
-// A slider moves the capsule through each survey.
+// Let a slider move the capsule through each survey.
 
 const Surveys = ((Elements, Palette, Signals, SurveyTime, SurveyCloseup, SurveySignals, SurveyOverlay) => {
   "use strict";
@@ -10,7 +10,7 @@ const Surveys = ((Elements, Palette, Signals, SurveyTime, SurveyCloseup, SurveyS
     return `${Math.floor(time / 60)} min ${String(Math.floor(time % 60)).padStart(2, "0")} s`;
   }
 
-  /** Say in words what a moment is. */
+  /** Return a moment in words. */
   function wordsOf(player, moment) {
     const where = `${moment.measured ? "head at" : "head near"} ${number(moment.head, 1)} mm`;
     const unknown = moment.measured ? "" : ", position not measured";
@@ -19,7 +19,7 @@ const Surveys = ((Elements, Palette, Signals, SurveyTime, SurveyCloseup, SurveyS
     return { when: clock(moment.time), does: player.words[moment.state], rest: `${where}${unknown}; ${judged}${held}.`, reason: moment.reason };
   }
 
-  /** Set one survey up. */
+  /** Set up one survey. */
   function setUpOne(node) {
     const survey = readData(node);
     const { player, title, places } = survey;
@@ -36,7 +36,7 @@ const Surveys = ((Elements, Palette, Signals, SurveyTime, SurveyCloseup, SurveyS
     now.setAttribute("aria-live", "off");
     const closeup = element("div", "space");
     const chart = element("figure", "chart");
-    const caption = element("figcaption", "", "Half a minute before and after, in counts about the mean of that minute, one sensor below the other; the bar shows the scale of all.");
+    const caption = element("figcaption", "", "Half a minute before and after, in counts relative to the mean of that minute, one sensor below the other. All sensors have the scale of the bar.");
     caption.prepend(element("strong", "", "Readings. "));
     const canvas = element("div", "canvas");
     canvas.setAttribute("role", "img");
@@ -70,7 +70,7 @@ const Surveys = ((Elements, Palette, Signals, SurveyTime, SurveyCloseup, SurveyS
       button("Previous event", `Previous event of the survey ${title}`, () => toEvent(-1)),
       button("Next event", `Next event of the survey ${title}`, () => toEvent(1)),
       ...places.map((place) =>
-        button(`Place ${place.number}`, `To where place ${place.number} of the survey ${title} was suspected`, () => goTo(place.suspected_s)),
+        button(`Place ${place.number}`, `Go to the time at which the survey ${title} suspected place ${place.number}`, () => goTo(place.suspected_s)),
       ),
     );
     slider.addEventListener("input", show);
@@ -85,7 +85,7 @@ const Surveys = ((Elements, Palette, Signals, SurveyTime, SurveyCloseup, SurveyS
       width = box.clientWidth;
       redraw();
     }).observe(box);
-    // A nodule says more at first sight than the start.
+    // Begin at a nodule, which shows more than the start.
     const first = places.find(({ status }) => status === "confirmed") ?? places[0];
     goTo(first ? first.suspected_s : player.from_s);
   }

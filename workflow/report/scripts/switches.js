@@ -1,11 +1,11 @@
-// One switch of detector and scheme for all sections that show the verdicts of one.
+// Switch detector and scheme in all sections that show the verdicts of one detector.
 
 const Switches = ((Elements, Grid, Tools) => {
   "use strict";
 
   const { element, sizeWords } = Elements;
 
-  /** Make a choice among the detectors or the schemes. */
+  /** Return a selection of detectors or schemes. */
   function choice(title, options, onChange) {
     const label = element("label", "", `${title} `);
     const select = element("select");
@@ -19,12 +19,12 @@ const Switches = ((Elements, Grid, Tools) => {
     return { label, select };
   }
 
-  /** Tell which tables show the same of several detectors or schemes. */
+  /** Return a name that tables share if they differ only in detector or scheme. */
   function kind(block) {
     return block.querySelector("table").id.replace(/-\d+$/, "");
   }
 
-  /** Bring the tables of the other detectors to where that of the first stands. */
+  /** Move the tables of the other detectors next to the table of the first. */
   function gather() {
     const last = new Map();
     for (const block of document.querySelectorAll("main .block:has(> .scroll[data-detector])")) {
@@ -35,13 +35,13 @@ const Switches = ((Elements, Grid, Tools) => {
     for (const emptied of document.querySelectorAll("details.other-rates")) emptied.remove();
   }
 
-  /** Show of each table the chosen detector and scheme; mark the chosen one where all stand side by side. */
+  /** Show the tables of the chosen detector and scheme. Mark the chosen detector in tables with all detectors. */
   function showTables(shown, data) {
     const wordsOf = Object.fromEntries(data.schemes.map(({ name, words }) => [name, words]));
     const chosen = wordsOf[shown.scheme];
     const others = Object.values(wordsOf).filter((words) => words !== chosen);
     const scrolls = [...document.querySelectorAll("main .scroll")].filter((each) => !each.closest("#viewer"));
-    // What was made under one scheme alone stays.
+    // A table that exists for one scheme only stays visible.
     const ofChosen = new Set(scrolls.filter((each) => each.dataset.scheme === chosen).map(kind));
     for (const scroll of scrolls) {
       const { detector, scheme } = scroll.dataset;
@@ -88,11 +88,11 @@ const Switches = ((Elements, Grid, Tools) => {
     document.getElementById("table-judge").textContent = `${shown.detector}, ${scheme}`;
   }
 
-  /** Set up the switch; `onVerdicts` is called when the table of recordings has others. */
+  /** Set up the switch. `onVerdicts` is called after the verdicts in the table of recordings change. */
   function setUp(list, shown, data, onVerdicts) {
     gather();
     const form = element("form", "switches");
-    form.setAttribute("aria-label", "Whose verdicts are shown");
+    form.setAttribute("aria-label", "Detector and scheme of the verdicts shown");
     const detector = choice(
       "Detector",
       data.detectors.map(({ name }) => ({ name, text: name })),
@@ -113,7 +113,7 @@ const Switches = ((Elements, Grid, Tools) => {
       const key = `${current.detector}|${current.scheme}`;
       if (key === before) return;
       showTables(current, data);
-      // What the page was written with needs not be written again.
+      // The page already contains the verdicts of the first detector and the main scheme.
       if (before !== null || key !== `${data.detectors[0].name}|${data.main_scheme}`) {
         showVerdicts(list, current, data);
         onVerdicts();

@@ -1,22 +1,22 @@
-// The tables of one recording: verdicts, distances, envelopes, facts.
+// Make the tables of one recording: verdicts, distances, envelopes, facts.
 
 const Tables = ((Elements) => {
   "use strict";
 
   const { UNKNOWN, element, number, sizeWords, textTable } = Elements;
 
-  /** Name the detector of a verdict, and what taught it. */
+  /** Return a verdict's detector and scheme in words. */
   function labelOf(verdict, data) {
     const scheme = data.schemes.find((each) => each.name === verdict.scheme);
     return `${verdict.detector}, ${scheme ? scheme.words : "all labelled"}`;
   }
 
-  /** Give the verdicts under a scheme; an unlabelled recording has one for all. */
+  /** Return the verdicts of a scheme. An unlabelled recording has one verdict for all schemes. */
   function ofScheme(evidence, scheme) {
     return evidence.verdicts.filter((verdict) => [scheme, "all"].includes(verdict.scheme));
   }
 
-  /** A distance as a number with a bar, so that the eye finds the shortest. */
+  /** Return a distance as a number with a bar, which makes the shortest distance easy to see. */
   function distanceCell(value, nearest, longest) {
     if (value === null) return document.createTextNode(UNKNOWN);
     const cell = element("span", value === nearest ? "distance nearest" : "distance");
@@ -28,7 +28,7 @@ const Tables = ((Elements) => {
     return cell;
   }
 
-  /** Make the table of the distances to every template, by each detector that judges by them. */
+  /** Return the table of distances to all templates, for each detector that uses them. */
   function distances(evidence, data, scheme) {
     const shown = ofScheme(evidence, scheme).filter((verdict) => verdict.distances.length);
     const heads = ["Template", ...shown.map((verdict) => labelOf(verdict, data))];
@@ -42,19 +42,19 @@ const Tables = ((Elements) => {
     return textTable("distances", "distances", caption, heads, rows);
   }
 
-  /** Make the table of every detector's verdict. */
+  /** Return the table of all detectors' verdicts. */
   function verdicts(evidence, data, scheme) {
     const rows = ofScheme(evidence, scheme).map((verdict) => [
       labelOf(verdict, data),
       element("strong", "", sizeWords(verdict.predicted_mm)),
       verdict.details,
     ]);
-    const taught = scheme === "resubstitution" ? "by what all recordings teach, this one too" : "by what other recordings teach";
-    const caption = `Every detector’s verdict, ${taught}.`;
+    const taught = scheme === "resubstitution" ? "All recordings teach, including this one" : "Only other recordings teach";
+    const caption = `Every detector’s verdict. ${taught}.`;
     return textTable("verdicts", "verdicts", caption, ["Detector", "Verdict", "Details"], rows);
   }
 
-  /** Make the table of the envelopes in numbers. */
+  /** Return the table of the envelopes in numbers. */
   function peaks(evidence) {
     const rows = evidence.peaks.map(([value, at, above], sensor) => [
       `Sensor ${sensor + 1}`,
@@ -66,7 +66,7 @@ const Tables = ((Elements) => {
     return textTable("peaks", "envelopes", "The envelopes in numbers.", heads, rows);
   }
 
-  /** Make the list of what the recording's header and fit say. */
+  /** Return the list of facts from the recording's header and fit. */
   function facts(evidence) {
     const list = element("dl", "facts");
     for (const [name, text] of Object.entries(evidence.facts)) {

@@ -1,13 +1,13 @@
-// What a reader can do with a table or a figure: columns on and off, and files to keep.
+// Add tools to tables and figures: hide columns, and save files.
 
 const Tools = ((Elements, Grid, Saving) => {
   "use strict";
 
   const { button, element } = Elements;
-  // Of each table, the columns that the reader and the choice of a scheme have put out of sight.
+  // For each table, the columns that the reader or the choice of a scheme has hidden.
   const hiddenColumns = new WeakMap();
 
-  /** Put a column of a table out of sight, or back. */
+  /** Hide or show columns of a table. */
   function toggleColumns(table, columns, on) {
     const hidden = hiddenColumns.get(table) ?? new Set();
     hiddenColumns.set(table, hidden);
@@ -21,7 +21,7 @@ const Tools = ((Elements, Grid, Saving) => {
     }
   }
 
-  /** Make the list of a table's columns; the first, which names the rows, always stays. */
+  /** Return the list of a table's columns. The first column, which names the rows, cannot be hidden. */
   function columnChoice(table, label) {
     const choice = element("details", "columns");
     const summary = element("summary", "", "Columns");
@@ -48,7 +48,7 @@ const Tools = ((Elements, Grid, Saving) => {
     return choice;
   }
 
-  /** Give the rows of a table for a file; a table that lists some at a time is told before and after. */
+  /** Return all rows of a table for a file. Events tell a table with further rows to list them before, and to remove them after. */
   function wholeTable(table) {
     table.dispatchEvent(new Event("beforesave"));
     const rows = Saving.tableRows(table);
@@ -56,7 +56,7 @@ const Tools = ((Elements, Grid, Saving) => {
     return rows;
   }
 
-  /** Give a table, in the box that it scrolls in, its tools; `name` is that of its file. */
+  /** Add the tools to a table in its scroll box. Return the new block; `name` is the file's name. */
   function forTable(scroll, name) {
     const table = scroll.querySelector("table");
     const label = scroll.getAttribute("aria-label").replace(/^Table: /, "");
@@ -69,7 +69,7 @@ const Tools = ((Elements, Grid, Saving) => {
     return block;
   }
 
-  /** Give a chart of a recording its tool. */
+  /** Add the tool to a recording's chart. */
   function forChart(figure, canvas, { title, sensors, name }) {
     const tools = element("div", "tools");
     const save = () => Saving.saveChart(canvas.querySelector("canvas"), title, sensors, `${name}.png`);
@@ -77,7 +77,7 @@ const Tools = ((Elements, Grid, Saving) => {
     figure.prepend(tools);
   }
 
-  /** Give a figure of the page its tools. */
+  /** Add the tools to a figure of the page. */
   function forFigure(figure) {
     const name = figure.id.replace(/^figure-/, "");
     const image = () => figure.querySelector("img");
@@ -89,7 +89,7 @@ const Tools = ((Elements, Grid, Saving) => {
     figure.append(tools);
   }
 
-  /** Give all tables and figures of the page their tools. */
+  /** Add the tools to all tables and figures of the page. */
   function setUp() {
     for (const scroll of document.querySelectorAll("main .scroll")) {
       forTable(scroll, scroll.querySelector("table").id || "table");

@@ -1,4 +1,4 @@
-// One recording: what the chosen detector judged by, its signals, its tables.
+// Show one recording: the chosen detector's evidence, the signals, and the tables.
 
 const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address) => {
   "use strict";
@@ -6,7 +6,7 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address
   const { chartFigure, element, number, sizeWords, svgElement } = Elements;
   const { sensorLine } = Palette;
 
-  /** Name the lines: a sample of each sensor's line with its number. */
+  /** Return the key of the lines: a sample of each sensor's line with its number. */
   function keyEntries(sensors) {
     return Array.from({ length: sensors }, (_, sensor) => {
       const { colour, dash } = sensorLine(sensor);
@@ -18,7 +18,7 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address
     });
   }
 
-  /** Give the charts of the signals in their order: title, caption, what they show in words, and how to draw them. */
+  /** Return the charts of the signals in order, each with title, caption, description and drawing function. */
   function signalCharts(evidence) {
     const { rows: sensors } = evidence.readings;
     const strongest = evidence.peaks
@@ -35,7 +35,7 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address
       {
         title: "Readings",
         bySensor: true,
-        caption: `As recorded, in ${unit}, one sensor below the other; the bar shows the scale of all.`,
+        caption: `As recorded, in ${unit}, one sensor below the other. All sensors have the scale of the bar.`,
         description: `Readings of ${sensors} sensors over time, in ${unit}.`,
         draw: (canvas) => Charts.drawReadings(canvas, evidence),
       },
@@ -55,13 +55,13 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address
     ];
   }
 
-  /** Give the verdict of a detector under a scheme; an unlabelled recording has one for all schemes. */
+  /** Return a detector's verdict for a scheme. An unlabelled recording has one verdict for all schemes. */
   function verdictOf(evidence, { detector, scheme }) {
     const wanted = [scheme, "all"];
     return evidence.verdicts.find((each) => each.detector === detector && wanted.includes(each.scheme));
   }
 
-  /** Say what the recording is, and what the chosen detector takes it for. */
+  /** Return the recording's truth and the chosen detector's verdict in words. */
   function titleOf(evidence, shown, data) {
     const verdict = verdictOf(evidence, shown);
     if (!verdict || verdict.predicted_mm === null) return `${evidence.title}, not judged`;
@@ -70,7 +70,7 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address
     return `${evidence.title}, taken for ${sizeWords(verdict.predicted_mm)} by ${shown.detector}${judged}`;
   }
 
-  /** Make the links that show the same recording as another detector judged it. */
+  /** Return links to the same recording with other detectors. */
   function detectorLinks(evidence, shown, data) {
     const list = element("ul", "judges");
     list.setAttribute("aria-label", "Detectors");
@@ -87,7 +87,7 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address
     return list;
   }
 
-  /** Make the heading of a detector's evidence, with the verdict in words. */
+  /** Return the heading of a detector's evidence, with the verdict in words. */
   function evidenceHead(evidence, verdict, detector, data) {
     const head = element("h4", "", "What ");
     head.append(element("code", "", detector.name), " judged by");
@@ -101,7 +101,7 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address
     return [head, said];
   }
 
-  /** Fill the viewer with one recording; gives what is to be called when width or theme changes. */
+  /** Fill the viewer with one recording. Return a function to call when width or theme changes. */
   function show(viewer, evidence, shown, data) {
     const verdict = verdictOf(evidence, shown);
     const detector = data.detectors.find((each) => each.name === shown.detector);
@@ -119,7 +119,7 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address
     const [readings, ...derived] = signals;
     const before = viewer.querySelector("details.fold");
     const fold = element("details", "fold");
-    // Whoever opened it for one recording wants to see it of the next.
+    // A fold that the reader opened stays open for the next recording.
     fold.open = before?.open ?? false;
     fold.append(element("summary", "", "Envelope, matrix, every detector’s verdict and the header"));
     const tables = element("div", "tables");
@@ -146,7 +146,7 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address
     const redraw = () => {
       key.replaceChildren(...keyEntries(evidence.readings.rows));
       drawn.forEach((chart) => chart.destroy());
-      // A chart has no width while it is folded away.
+      // Draw no chart in a closed fold, because it has no width there.
       drawn = [...judged, readings, ...(fold.open ? derived : [])].map(({ draw, canvas }) => draw(canvas));
     };
     redraw();

@@ -1,1 +1,1 @@
-"""The report: tables in, one HTML page out."""
+"""The report: functions that turn tables into one HTML page."""

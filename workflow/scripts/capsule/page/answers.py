@@ -1,6 +1,6 @@
-"""The answers of the first screen, in values: what the system can do on these recordings.
+"""Compute the answers of the first screen: what a detector achieves on these recordings.
 
-`capsule.page.cards` words them.
+`capsule.page.cards` puts them into words.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,14 +15,14 @@ from capsule.kinds import Row, Settings
 
 @dataclass(frozen=True)
 class Estimate:
-    """A value with its interval; NaN where there is nothing to count.
+    """A value with its interval; NaN if there is nothing to count.
 
     Attributes
     ----------
     value, low, high : float
         The value and the bounds of its interval.
     hits, of : int
-        The counts behind a rate; of a mean, ``of`` is how many values were averaged.
+        The counts behind a rate; for a mean, ``of`` is the number of values.
     """
 
     value: float
@@ -34,27 +34,27 @@ class Estimate:
 
 @dataclass(frozen=True)
 class Answers:
-    """What a detector achieves on these recordings, by one scheme.
+    """The results of a detector on these recordings, by one scheme.
 
     Attributes
     ----------
     reliable_rate : float
-        What precision, recall and specificity must all reach, for a size to be reliably found.
+        A size is reliably found if precision, recall and specificity all reach this rate.
     judged : bool
-        Whether a recording of a nodule of known size was judged at all.
+        Whether any recording of a nodule of known size was judged.
     smallest_mm : float or None
         From `smallest_reliable_size`; None without a recording of no nodule.
     healthy_wanting : bool
-        Whether a size would be reliably found, were there any recording of no nodule: a detector
-        that calls everything a nodule cannot be told from a good one.
+        Whether only a recording without a nodule is missing for a size to be reliably found.
+        Without one, a detector that reports a nodule everywhere looks like a good detector.
     precision, recall : Estimate or None
-        Those of that size; None where there is none.
+        Rates of the smallest reliable size; None if there is no such size.
     specificity : Estimate
-        The share of the recordings without a nodule that were called so.
+        Share of the recordings without a nodule that have this verdict.
     tolerance_mm : float
-        How far off a size may be.
+        Allowed error of the size.
     within : Estimate
-        The share of the recordings of nodules whose size is right within the tolerance.
+        Share of the recordings of nodules whose size is right within the tolerance.
     size_error_mm : Estimate
         From `mean_size_error`.
     """
@@ -73,22 +73,22 @@ class Answers:
 
 @dataclass(frozen=True)
 class PaperAnswers:
-    """What the paper achieves on its recordings, by the same rules.
+    """The results of the paper on its recordings, by the same rules.
 
     Attributes
     ----------
     smallest_mm : float or None
         From `smallest_reliable_size`.
     specificity : Estimate
-        Worked out from its counts.
+        Computed from the paper's counts.
     sizes_mm : tuple of float
-        The sizes whose estimates it judges, ascending.
+        The sizes for which the paper gives sizing rates, ascending.
     within : Estimate
-        Over these sizes, within its tolerance.
+        Share of right sizes over these sizes, within the paper's tolerance.
     same_tolerance : bool
-        Whether its tolerance is the one used here.
+        Whether the paper's tolerance equals the configured one.
     ours_within : Estimate or None
-        Our own over these sizes; None where this archive lacks one of them.
+        Our share over these sizes; None if this archive lacks one of them.
     """
 
     smallest_mm: float | None
@@ -102,7 +102,7 @@ class PaperAnswers:
 def our_answers(
     tables: Mapping[str, pd.DataFrame], predictions: pd.DataFrame, settings: Settings
 ) -> Answers:
-    """Return what a detector achieves on these recordings.
+    """Return a detector's results on these recordings.
 
     Parameters
     ----------
@@ -146,14 +146,14 @@ def paper_answers(
     settings: Settings,
     printed_tolerance_mm: float,
 ) -> PaperAnswers:
-    """Return what the paper achieves, and what of it can be compared with ours.
+    """Return the paper's results, with ours over the same sizes.
 
     Parameters
     ----------
     paper : mapping of str to DataFrame
         ``detection``, ``specificity`` and ``sizing`` of the paper.
     our_sizing : DataFrame
-        The rates per size of the detector and scheme that stand beside them.
+        Our rates per size, of the detector and scheme that the page compares.
     settings : mapping
         Sections ``evaluation`` and ``report`` of the configuration.
     printed_tolerance_mm : float
@@ -180,23 +180,23 @@ def paper_answers(
 def smallest_reliable_size(
     detection: pd.DataFrame, specificity: float, level: float
 ) -> float | None:
-    """Return the smallest size from which on every size is reliably found.
+    """Return the smallest size from which every size is reliably found.
 
     Parameters
     ----------
     detection : DataFrame
         Precision and recall per size, of one detector and scheme.
     specificity : float
-        Its specificity. The precision of a size counts only false alarms of exactly that size, so
-        a detector with many false alarms of other sizes can have a precision of 100 %.
+        Its specificity. It is needed because the precision of a size counts only false alarms of
+        exactly that size: a detector with many false alarms of other sizes can reach 100 %.
     level : float
-        What precision, recall and specificity must all reach, there and at every larger size.
+        Precision, recall and specificity must all reach this, at that size and every larger one.
 
     Returns
     -------
     float or None
-        Size in mm; None where not even the largest size is reliably found, or where a rate is
-        not known.
+        Size in mm; None if not even the largest size is reliably found, or if a rate is not
+        known.
     """
     smallest = None
     # A comparison with NaN is false: an unknown rate is not reliable.
@@ -212,7 +212,7 @@ def smallest_reliable_size(
 def within_tolerance(
     sizing: pd.DataFrame, confidence: float, sizes_mm: Sequence[float] | None = None
 ) -> Estimate:
-    """Return the within-tolerance rate of several sizes, pooled.
+    """Return the within-tolerance rate, pooled over several sizes.
 
     Parameters
     ----------
@@ -221,7 +221,7 @@ def within_tolerance(
     confidence : float
         Level of the Wilson interval.
     sizes_mm : sequence of float, optional
-        The sizes to pool; all of them if not given.
+        The sizes to pool; all sizes if not given.
     """
     rows = sizing if sizes_mm is None else sizing[sizing["size_mm"].isin(sizes_mm)]
     hits, of = int(rows["within"].sum()), int(rows["recordings"].sum())
@@ -248,12 +248,12 @@ def mean_size_error(predictions: pd.DataFrame, confidence: float) -> Estimate:
     nodules = predictions[predictions["size_mm"] > 0]
     errors = (nodules["predicted_mm"] - nodules["size_mm"]).abs().dropna().to_numpy(dtype=float)
     mean, low, high = mean_interval(errors, confidence)
-    # NaN stays NaN here: it is not smaller than 0.
+    # NaN stays NaN, because `low < 0` is false for it.
     return Estimate(mean, 0.0 if low < 0 else low, high, 0, errors.size)
 
 
 def specificity(table: pd.DataFrame) -> Estimate:
-    """Return the specificity in the one row of its table, NaN where the table has none."""
+    """Return the specificity from the only row of its table; NaN if the table is empty."""
     if table.empty:
         unknown = float("nan")
         return Estimate(unknown, unknown, unknown, 0, 0)

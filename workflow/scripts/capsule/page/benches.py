@@ -1,4 +1,4 @@
-"""How far a detector's rates differ from one simulated bench to another."""
+"""Show how much a detector's rates differ between simulated benches."""
 
 from collections.abc import Sequence
 
@@ -7,20 +7,20 @@ from capsule.kinds import Cells, Row
 
 
 def page_values(rows: Sequence[Row], detectors: Sequence[str]) -> Cells:
-    """Return what the page says of other benches.
+    """Return what the page says about other benches.
 
     Parameters
     ----------
     rows : sequence of mapping
-        Each detector's worst, middle and best bench, as workflow/report/benches.csv holds them.
+        Each detector's worst, middle and best bench, from workflow/report/benches.csv.
     detectors : sequence of str
-        Those that judge this archive.
+        The detectors that judge this archive.
 
     Returns
     -------
     dict
         ``bench_rows`` with ``detector``, ``which``, ``bench`` and the formatted ``rates``, and
-        ``on_other_benches``, one sentence.
+        ``on_other_benches``, a text.
     """
     ranges = [row for row in rows if row["detector"] in detectors]
     return {
@@ -41,7 +41,7 @@ def page_values(rows: Sequence[Row], detectors: Sequence[str]) -> Cells:
 
 
 def _in_one_sentence(ranges: Sequence[Row]) -> str:
-    """Say each detector's range over the benches; nothing without any."""
+    """Return each detector's range over the benches in words; empty without benches."""
     clauses = []
     for detector in dict.fromkeys(row["detector"] for row in ranges):
         reached = {

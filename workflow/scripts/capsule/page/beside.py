@@ -1,10 +1,10 @@
-"""Where the page's evidence stands: inside the page, or in files beside it for a large archive.
+"""Decide whether the evidence of a large archive goes into files beside the page, and write them.
 
-A page on disk can read a file beside it only as a script. Such a file therefore hands over one text
-a recording, which is nothing but letters and digits: deflated JSON in base64. No name and no header
-of a recording stands in it as code, or could.
+A page on disk can read a file beside it only as a script. Each such file therefore passes one text
+per recording, in letters and digits only: deflated JSON in base64. So no name or header of a
+recording can run as code.
 
-Imports nothing heavy: the Snakefile asks whether there will be files beside the page.
+This module imports nothing heavy, because the Snakefile calls `stands_beside`.
 """
 
 import base64
@@ -16,22 +16,22 @@ from collections.abc import Iterable, Iterator
 
 from capsule.kinds import Settings
 
-# In bytes: the figures and all that does not grow; a recording's row, verdicts and header; of a
-# sensor the envelope and the matrix, 250 points each; a reading, 16 bits in base64.
+# In bytes. _PAGE: figures and all else of constant size. _RECORDING: row, verdicts and header.
+# _SENSOR: envelope and matrix, 250 points each. _READING: 16 bits in base64.
 _PAGE, _RECORDING, _SENSOR, _READING = 2.5e6, 5400, 670, 8 / 3
-# So many recordings share a file: some 200 kB, read in a moment.
+# A file of this many recordings has about 200 kB, which loads at once.
 RECORDINGS_A_FILE = 32
 
 
 def stands_beside(recordings: int, settings: Settings) -> bool:
-    """Tell whether the evidence stands beside the page, which would become too large with it.
+    """Return whether the evidence goes into files beside the page, to keep the page small.
 
     Parameters
     ----------
     recordings : int
         Number of recordings.
     settings : mapping
-        The configuration; each recording counts as one of the longest that it allows.
+        The configuration; each recording counts with the largest length that it allows.
     """
     sensors, length = settings["recording"]["sensors"], settings["preprocessing"]["length"]
     one: float = _RECORDING + sensors * (_SENSOR + length * _READING)
@@ -40,7 +40,7 @@ def stands_beside(recordings: int, settings: Settings) -> bool:
 
 
 def data_files(evidence: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:
-    """Yield the files that stand beside the page, one at a time.
+    """Yield the files that go beside the page, one at a time.
 
     Parameters
     ----------
@@ -50,8 +50,8 @@ def data_files(evidence: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]
     Yields
     ------
     name : str
-        The file's name without its suffix: a number, and the start of the content's SHA-256. A page
-        reads the files that it was made with, and no others.
+        The file's name without its suffix: a number, and the start of the content's SHA-256. So a
+        page reads only the files that were made with it.
     script : str
         The file's content.
     """

@@ -1,6 +1,6 @@
-"""The answers of the first screen in words, each with its interval and the paper's answer.
+"""Write the answers of the first screen in words, with their intervals and the paper's answers.
 
-What is worded, and what is left out, depends on the values of `capsule.page.answers` alone.
+The words depend only on the values of `capsule.page.answers`.
 """
 
 from capsule import words
@@ -11,21 +11,21 @@ from capsule.page.answers import Answers, Estimate, PaperAnswers
 
 
 def answer_cards(ours: Answers, paper: PaperAnswers, method: Answers | None) -> list[Cells]:
-    """Return the answers to the questions that a reader brings.
+    """Return the cards that answer a reader's first questions.
 
     Parameters
     ----------
     ours : Answers
-        What a detector achieves.
+        The detector's results.
     paper : PaperAnswers
-        What the paper achieves.
+        The paper's results.
     method : Answers or None
-        What the paper's own detector achieves on the same recordings; None where it is ours.
+        Results of the paper's detector on the same recordings; None if `ours` is that detector.
 
     Returns
     -------
     list of dict
-        ``id``, ``question``, ``answer``, ``value`` (None where not known), ``detail``, ``method``
+        ``id``, ``question``, ``answer``, ``value`` (None if not known), ``detail``, ``method``
         (empty without one) and ``paper``.
     """
     return [
@@ -69,16 +69,16 @@ def answer_cards(ours: Answers, paper: PaperAnswers, method: Answers | None) -> 
 
 
 def summary(origin: str, labelled: int, ours: Answers, detector: str) -> str:
-    """Return what a detector achieves in a few sentences.
+    """Return a few sentences that summarise a detector's results.
 
     Parameters
     ----------
     origin : str
         Kind of origin, from `capsule.page.provenance.Origin`.
     labelled : int
-        How many recordings of known size there are; no other is evidence.
+        Number of recordings of known size; only these count.
     ours : Answers
-        What the detector achieves on them.
+        The detector's results on these recordings.
     detector : str
         Its name.
     """
@@ -92,12 +92,13 @@ def summary(origin: str, labelled: int, ours: Answers, detector: str) -> str:
         sentences = [f"{on}, {subject} reliably finds {nodules}."]
     elif ours.healthy_wanting:
         sentences = [
-            f"{on} it cannot be told how reliably {subject} finds a nodule: each of them has one."
+            f"{on}, it is not known how reliably {subject} finds a nodule, because each of them "
+            "has one."
         ]
     elif ours.judged:
         sentences = [f"{on}, {subject} reliably finds no nodule size."]
     else:
-        sentences = [f"{on}, none of a nodule of known size, there is nothing to judge it by."]
+        sentences = [f"{on}, {subject} cannot be judged, because none has a nodule of known size."]
     if ours.specificity.of:
         false_alarms = words.percent(1 - ours.specificity.value)
         sentences.append(f"It reports a nodule in {false_alarms} of the recordings without one.")
@@ -110,7 +111,7 @@ def summary(origin: str, labelled: int, ours: Answers, detector: str) -> str:
 
 
 def lead_words(lead: Lead, scheme: str) -> str:
-    """Return why the page is led by this detector.
+    """Return why this detector leads the page.
 
     Parameters
     ----------
@@ -158,8 +159,8 @@ def _reliable_words(ours: Answers) -> str:
         f"{words.percent(ours.reliable_rate)}, there and at every larger size."
     )
     no_precision = (
-        " There is no recording without a nodule, so there is no false alarm to count, and "
-        "precision says nothing."
+        " There is no recording without a nodule. So no false alarm can occur, and precision "
+        "has no meaning."
     )
     return rates_there + reliable + ("" if ours.specificity.of else no_precision)
 

@@ -1,4 +1,4 @@
-"""The report's tables, cell by cell: text to read, and the value that it was written from."""
+"""Make the cells of the report's tables; a cell has a text and the value behind it."""
 
 from collections.abc import Mapping, Sequence
 from typing import Protocol
@@ -23,21 +23,23 @@ class Rate(Protocol):
 def rate_table(
     rates: pd.DataFrame, measures: Mapping[str, str], sizes_mm: Sequence[float]
 ) -> Cells:
-    """Return rates: a row a size, a group of columns a measure, a column a scheme.
+    """Return a table of rates: one row per size, one group of columns per measure.
+
+    A group has one column per scheme.
 
     Parameters
     ----------
     rates : DataFrame
         From `capsule.evaluation.points`.
     measures : mapping of str to str
-        The measures, and their headings.
+        Heading of each measure.
     sizes_mm : sequence of float
-        The rows; a size without a point is not known.
+        The rows; the rate of a size without a point is not known.
 
     Returns
     -------
     dict
-        ``groups`` (headings with their schemes) and ``rows`` (``size_mm`` and ``cells``); a cell
+        ``groups`` (headings with their schemes) and ``rows`` (``size_mm`` and ``cells``). A cell
         has ``value``, ``text``, ``interval`` and ``count``.
     """
     schemes = list(dict.fromkeys(rates["scheme"]))
@@ -67,7 +69,7 @@ def rate_table(
 
 
 def rate_cell(point: Rate | None, scheme: str = "") -> Cells:
-    """Return one rate with its interval and its counts."""
+    """Return the cell of one rate, with its interval and its counts."""
     if point is None or not words.is_known(point.rate):
         text = words.NOT_GIVEN if scheme == "paper" else words.UNKNOWN
         return {"value": None, "text": text, "interval": "", "count": "", "scheme": scheme}
@@ -86,7 +88,7 @@ def plain_cell(value: float | None, text: str, interval: str = "", count: str = 
 
 
 def rate_cell_of(row: Row, name: str) -> Cells:
-    """Return the rate in a row of a table with the interval beside it."""
+    """Return the cell of a rate and its interval from a row of a table."""
     value, low, high = row[name], row[f"{name}_low"], row[f"{name}_high"]
     if not words.is_known(value):
         return plain_cell(None, words.UNKNOWN)
@@ -95,10 +97,10 @@ def rate_cell_of(row: Row, name: str) -> Cells:
 
 
 def confusion_rows(confusion: pd.DataFrame, scheme: str, sizes_mm: Sequence[float]) -> list[Cells]:
-    """Return the counts of one scheme: a row a true size, a cell a predicted size.
+    """Return the counts of one scheme: one row per true size, one cell per predicted size.
 
-    A cell has its ``count``, its ``share`` of the row in tenths (for its shade), and says whether
-    it is ``right``.
+    A cell has its ``count``, its ``share`` of the row in tenths (for its shade), and whether it is
+    ``right``.
     """
     chosen = confusion[confusion["scheme"] == scheme]
     counts = {(r.size_mm, r.predicted_mm): int(r.count) for r in chosen.itertuples(index=False)}
@@ -119,7 +121,7 @@ def confusion_rows(confusion: pd.DataFrame, scheme: str, sizes_mm: Sequence[floa
 
 
 def template_rows(entries: Sequence[Row]) -> list[Cells]:
-    """Return the averaged parameters of every template, a row a size and sensor."""
+    """Return the averaged parameters of every template: one row per size, with all sensors."""
     rows = []
     for entry in entries:
         parameters = entry["parameters"]
@@ -153,13 +155,13 @@ def template_rows(entries: Sequence[Row]) -> list[Cells]:
 
 
 def detection_rows(detections: pd.DataFrame) -> Cells:
-    """Return the verdicts on unlabelled recordings with the distance to every template.
+    """Return the verdicts on unlabelled recordings, with the distance to every template.
 
     Returns
     -------
     dict
-        ``sizes`` of the templates, and ``rows``: a recording with its ``distances`` and a verdict
-        of every detector.
+        ``sizes`` of the templates, and ``rows``, one per recording, with ``distances`` and
+        ``verdicts`` of all detectors.
     """
     labels = [name for name in detections.columns if name.startswith("rmse_")]
     rows = []
@@ -187,7 +189,7 @@ def detection_rows(detections: pd.DataFrame) -> Cells:
 
 
 def _verdict_words(row: Row) -> Cells:
-    """Write a detector's verdict; what it leaves open, such as the place of none, is not given."""
+    """Return a detector's verdict in words; a missing value reads as not given."""
     return {
         "detector": row["detector"],
         "verdict": words.verdict(row),
@@ -204,12 +206,12 @@ def rate_tables(
     sizes_mm: Sequence[float],
     settings: Settings,
 ) -> Cells:
-    """Return the tables of rates by size and of the negatives, the paper's beside ours.
+    """Return the tables of rates by size and of the negatives, ours and the paper's.
 
     Parameters
     ----------
     detection, sizing, confusion : DataFrame
-        The tables of one detector, all schemes, and the paper's below them.
+        The tables of one detector with all schemes, and the paper's rows below.
     sizes_mm : sequence of float
         The sizes that have a template; the first is 0, no nodule.
     settings : mapping
@@ -218,7 +220,7 @@ def rate_tables(
     Returns
     -------
     dict
-        ``rates``, of detection and of sizing, and ``negatives``, from `rate_table`.
+        ``rates`` (of detection and sizing) and ``negatives``, from `rate_table`.
     """
     tolerance, confidence = settings["tolerance_mm"], settings["confidence"]
     measures = {"exact_rate": "Exact size", "within_rate": f"Within {tolerance:g} mm"}

@@ -1,4 +1,4 @@
-"""Which rows the table of the compared detectors has, and how a cell of each is written."""
+"""Define the rows of the table that compares the detectors, and write the cells of each row."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,21 +13,21 @@ from capsule.page.cells import plain_cell, rate_cell_of
 
 @dataclass(frozen=True)
 class Row:
-    """A measure of the compared detectors, a cell a detector.
+    """A row of the comparison: one measure, one cell per detector.
 
     Attributes
     ----------
     title : str
-        Its heading; ``{size}``, ``{tolerance}`` and ``{reference}`` are filled in.
+        The heading; ``{size}``, ``{tolerance}`` and ``{reference}`` are filled in.
     table : str
-        Where its values stand, one of `capsule.evaluation.tables`.
+        The table with its values, one of `capsule.evaluation.tables`.
     cell : callable
-        Makes a cell out of a row of that table.
+        Makes a cell from a row of that table.
     sizes : {"all", "healthy", "each", "smallest"}
-        Of which recordings: all nodules together, those without one, or those of a size: a row
-        for each, or one for the smallest.
+        The recordings that count: all with a nodule, those without one, or those of one size
+        (one row for each size, or one row for the smallest).
     measure : str
-        In the table of differences, between what; empty in every other.
+        In the table of differences, the measure that is compared; empty for other tables.
     """
 
     title: str
@@ -48,7 +48,7 @@ class Group:
     rows : tuple of Row
         The rows.
     folded : bool
-        Whether they stand behind a fold: most readers do not need them.
+        Whether the rows are folded away, because most readers do not need them.
     """
 
     title: str
@@ -57,21 +57,21 @@ class Group:
 
 
 def rate_of(name: str) -> Callable[[TableRow], Cells]:
-    """Return what makes a cell out of the rate in a column."""
+    """Return a function that makes a cell from the rate in a column."""
     return partial(rate_cell_of, name=name)
 
 
 def number_of(name: str, unit: str = "", end: str = "") -> Callable[[TableRow], Cells]:
-    """Return what makes a cell out of the number in a column, with its unit.
+    """Return a function that makes a cell from the number in a column, with its unit.
 
     Parameters
     ----------
     name : str
-        How the names of the columns of value, ``_low`` and ``_high`` begin.
+        Start of the names of the three columns (value, ``_low`` and ``_high``).
     unit : str, optional
-        Stands behind the number, with a space before it.
+        Text after the number; it begins with a space.
     end : str, optional
-        How these names end, such as ``_mm``.
+        End of these names, such as ``_mm``.
     """
     return partial(_number_cell, name=name, unit=unit, end=end)
 
@@ -85,7 +85,7 @@ def _number_cell(row: TableRow, name: str, unit: str, end: str) -> Cells:
 
 
 def chance(row: TableRow) -> Cells:
-    """Return the area that chance alone reaches, and how often it reaches the detector's."""
+    """Return the AUC that chance alone reaches, and how often chance reaches the detector's AUC."""
     bounds = f"{words.number(row['by_chance_low'])} to {words.number(row['by_chance_high'])}"
     return plain_cell(
         float(row["by_chance"]), words.number(row["by_chance"]), bounds, words.p_value(row["p"])
@@ -93,25 +93,25 @@ def chance(row: TableRow) -> Cells:
 
 
 def brier(row: TableRow) -> Cells:
-    """Return the Brier score, and that of stating the prevalence every time."""
+    """Return the Brier score, and the score of always stating the prevalence."""
     uninformed = f"always stating the prevalence: {words.number(row['brier_uninformed'], 3)}"
     return plain_cell(float(row["brier"]), words.number(row["brier"], 3), "", uninformed)
 
 
 def size_error(row: TableRow) -> Cells:
-    """Return the mean absolute error of the size, and of how many nodules it is."""
+    """Return the mean absolute error of the size, and the number of nodules that it covers."""
     cell = _number_cell(row, "absolute_error", " mm", "_mm")
     return cell | {"count": words.count_of(row["detected"], row["recordings"])}
 
 
 def location_error(row: TableRow) -> Cells:
-    """Return the median error of the place, and of how many recordings it is."""
+    """Return the median error of the place, and the number of recordings that it covers."""
     cell = _number_cell(row, "median_absolute_error_mm", " mm", "")
     return cell | {"count": words.plural(int(row["recordings"]), "recording")}
 
 
 def difference(row: TableRow) -> Cells:
-    """Return a difference of two rates, with the p of McNemar's test."""
+    """Return the difference of two rates, with the p value of McNemar's test."""
     value = row["difference"]
     if not words.is_known(value):
         return plain_cell(None, words.UNKNOWN)
@@ -131,7 +131,7 @@ GROUPS = (
         folded=False,
     ),
     Group(
-        "Ranking by the score, whatever the threshold",
+        "Ranking by the score, for all thresholds",
         (
             Row("AUC, any nodule against none", "auc", number_of("auc")),
             Row("AUC, {size} against none", "auc", number_of("auc"), "smallest"),
@@ -139,7 +139,7 @@ GROUPS = (
         ),
     ),
     Group(
-        "What a verdict means where {prevalence} have a nodule",
+        "Meaning of a verdict if {prevalence} of the places have a nodule",
         (
             Row("Positive predictive value", "predictive_values", rate_of("ppv")),
             Row("Negative predictive value", "predictive_values", rate_of("npv")),

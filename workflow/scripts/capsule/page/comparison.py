@@ -1,4 +1,4 @@
-"""The detectors side by side: one table a scheme, a column a detector."""
+"""Compare the detectors: one table per scheme, one column per detector."""
 
 from collections.abc import Mapping, Sequence
 
@@ -18,7 +18,7 @@ Judgements = Mapping[str, pd.DataFrame]
 
 
 def page_values(judgements: Judgements, settings: Settings, lead: str) -> Cells:
-    """Return the page's values that set the detectors side by side.
+    """Return the page's values that compare the detectors.
 
     Parameters
     ----------
@@ -50,14 +50,14 @@ def page_values(judgements: Judgements, settings: Settings, lead: str) -> Cells:
 def compared(
     judgements: Judgements, schemes: Sequence[str], settings: Settings, lead: str
 ) -> list[Cells]:
-    """Return what the tables say of every detector, ready to be laid out.
+    """Return the comparison of the detectors, one table per scheme.
 
     Parameters
     ----------
     judgements : mapping of str to DataFrame
         The tables of `capsule.evaluation.tables`, by name.
     schemes : sequence of str
-        The schemes wanted, in this order; one without a verdict is left out.
+        The schemes to show, in this order; a scheme without a verdict is left out.
     settings : mapping
         Section ``evaluation`` of the configuration.
     lead : str
@@ -66,7 +66,7 @@ def compared(
     Returns
     -------
     list of dict
-        One a scheme: ``scheme``, ``title``, ``recordings``, ``detectors``, and the rows in
+        For each scheme: ``scheme``, ``title``, ``recordings``, ``detectors``, and the rows in
         ``groups`` and in ``folded_groups``.
     """
     compared_schemes = []
@@ -102,7 +102,7 @@ def _groups(
     *,
     folded: bool,
 ) -> list[Cells]:
-    """Fill in the rows of `compared_rows.GROUPS`; differences are from `reference`."""
+    """Return the filled rows of `compared_rows.GROUPS`; differences are from `reference`."""
     sizes_mm = sorted(tables["predictive_values"]["size_mm"].dropna().unique())
     sizes_of: dict[str, list[float | None]] = {
         "all": [None],
@@ -139,7 +139,7 @@ def _cells(
     detectors: Sequence[str],
     reference: str,
 ) -> list[Cells]:
-    """Make a row's cells, one a detector."""
+    """Return a row's cells, one per detector."""
     by_detector = {}
     if row.measure:
         table = table[(table["first"] == reference) & (table["measure"] == row.measure)]
@@ -147,7 +147,7 @@ def _cells(
         by_detector[reference] = REFERENCE
     for values in _of_size(table, size_mm):
         cell = row.cell(values)
-        # The baseline has no score and no size.
+        # The baseline has no score and no size, so its cells without a value do not apply.
         if values["detector"] != ALWAYS or cell["value"] is not None:
             by_detector[values["detector"]] = cell
     return [by_detector.get(name, NOT_APPLICABLE) for name in detectors]
@@ -162,7 +162,7 @@ def _of_size(table: pd.DataFrame, size_mm: float | None) -> list[Cells]:
 
 
 def silent(judgements: Judgements, scheme: str, detectors: Sequence[str]) -> str:
-    """Return which of the configured detectors have judged no labelled recording, and why."""
+    """Return a sentence on the detectors that judged no labelled recording, and why."""
     table = judgements["summary"]
     judged = set(table.loc[table["scheme"] == scheme, "detector"])
     names = [name for name in detectors if name not in judged]
@@ -174,20 +174,20 @@ def silent(judgements: Judgements, scheme: str, detectors: Sequence[str]) -> str
     )
     return (
         f"{words.enumerate_words(names)} {verb} given no verdict on a labelled recording. The "
-        "recording under test teaches nothing, so a threshold takes at least two recordings "
-        f"without a nodule, and a size at least two with one{needs}."
+        "recording under test does not teach. So a threshold needs at least two recordings "
+        f"without a nodule, and a size needs at least two with one{needs}."
     )
 
 
 def _sentence(name: str) -> str:
-    """Say how a detector decides, or the baseline that stands beside them."""
+    """Return how a detector, or the baseline, decides."""
     if name == ALWAYS:
         return "baseline: calls everything a nodule"
     return detector_row(name).sentence
 
 
 def calibration_rows(calibration: pd.DataFrame, scheme: str) -> list[Cells]:
-    """Return stated and observed frequencies of nodules, bin by bin, of one scheme.
+    """Return stated and observed frequencies of nodules, one row per bin, of one scheme.
 
     Returns
     -------

@@ -1,6 +1,7 @@
-"""Figures in the dark: the colours that an SVG file takes on where the page is dark.
+"""Add the colours of dark mode to SVG figures.
 
-Only the page's copies carry them; the files in results/figures stay as a paper needs them.
+Only the copies inside the page have these colours. The files in results/figures stay light, for
+papers.
 """
 
 import re
@@ -10,14 +11,15 @@ import numpy as np
 
 from capsule.arrays import FloatArray
 
-# White becomes the colour that sections have in the dark, and the figures' ink that of the text,
-# as report.css has them.
+# In dark mode, white becomes the background of a section, and the figures' ink becomes the colour
+# of the text. Both colours are those of report.css.
 PAPER, INK = "#1b2026", "#e9ecf0"
 _WHITE, _FIGURE_INK = "#ffffff", "#1a1a1a"
 _COLOUR = re.compile(rb"(fill|stroke): (#[0-9a-f]{6})")
 _OPENING = re.compile(rb"<svg\b[^>]*>")
-# Oklab, whose lightness is that which people see (Ottosson 2020): cone responses of linear sRGB,
-# and from their cube roots lightness and the two axes of colour.
+# The Oklab colour space, in which equal steps of lightness look equal (Ottosson 2020). The first
+# matrix turns linear sRGB into cone responses; the second turns their cube roots into lightness
+# and two axes of colour.
 _TO_CONES = np.array(
     [
         [0.4122214708, 0.5363325363, 0.0514459929],
@@ -35,17 +37,17 @@ _TO_LAB = np.array(
 
 
 def with_dark_colours(svg: bytes) -> bytes:
-    """Return an SVG file of matplotlib that turns dark with the page that shows it.
+    """Return an SVG file of matplotlib with colours for a dark page added.
 
     Parameters
     ----------
     svg : bytes
-        Colours stand in it as ``fill: #rrggbb`` and ``stroke: #rrggbb`` of style attributes.
+        Its style attributes give colours as ``fill: #rrggbb`` and ``stroke: #rrggbb``.
 
     Returns
     -------
     bytes
-        The same file with one more ``style`` element, ``id="dark"``; without it, it is the file.
+        The same file with one additional ``style`` element, ``id="dark"``.
     """
     rules = _rules(set(_COLOUR.findall(svg)))
     style = b'<style id="dark">@media (prefers-color-scheme: dark){' + rules + b"}</style>"
@@ -53,12 +55,12 @@ def with_dark_colours(svg: bytes) -> bytes:
 
 
 def dark_colour(colour: str) -> str:
-    """Return the colour of a figure in the dark: its lightness is turned round, its hue is kept.
+    """Return a figure's colour in dark mode: the lightness is inverted, the hue is kept.
 
     Parameters
     ----------
     colour : str
-        Such as ``#1a1a1a``.
+        For example ``#1a1a1a``.
 
     Returns
     -------
@@ -68,12 +70,12 @@ def dark_colour(colour: str) -> str:
         _lab_of(each) for each in (_WHITE, _FIGURE_INK, PAPER, INK, colour)
     )
     darkness = (white[0] - lab[0]) / (white[0] - ink[0])
-    # White and ink hit their counterparts, tint included.
+    # White becomes PAPER and the figures' ink becomes INK exactly, with their tints.
     return _colour_of(paper + darkness * (text - paper) + np.array([0.0, lab[1], lab[2]]))
 
 
 def _rules(colours: Iterable[tuple[bytes, bytes]]) -> bytes:
-    """Write a rule for each pair of a property and its colour; it outdoes the style attribute."""
+    """Return CSS rules, one per property and colour; they override the style attributes."""
     return b"".join(
         b'[style*="%b: %b"]{%b:%b!important}'
         % (name, colour, name, dark_colour(colour.decode()).encode())
@@ -82,7 +84,7 @@ def _rules(colours: Iterable[tuple[bytes, bytes]]) -> bytes:
 
 
 def _lab_of(colour: str) -> FloatArray:
-    """Return lightness and the axes of colour, (3,)."""
+    """Return lightness and the two axes of colour, (3,)."""
     part = np.array([int(colour[at : at + 2], 16) for at in (1, 3, 5)]) / 255
     linear = np.where(part <= 0.04045, part / 12.92, ((part + 0.055) / 1.055) ** 2.4)
     lab: FloatArray = _TO_LAB @ np.cbrt(_TO_CONES @ linear)
@@ -90,7 +92,7 @@ def _lab_of(colour: str) -> FloatArray:
 
 
 def _colour_of(lab: FloatArray) -> str:
-    """Return the colour of lightness and axes of colour, the nearest that a screen shows."""
+    """Return the colour of the given lightness and axes, limited to what a screen can show."""
     linear = np.linalg.solve(_TO_CONES, np.linalg.solve(_TO_LAB, lab) ** 3).clip(0, 1)
     part = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
     return "#" + "".join(f"{round(255 * value):02x}" for value in part)

@@ -1,4 +1,4 @@
-"""What the page says of each detector: answers, rates beside the paper's, confusions."""
+"""Make each detector's section of the page: answers, rates beside the paper's, confusions."""
 
 import math
 from collections.abc import Iterable
@@ -21,7 +21,7 @@ def page_values(
     settings: Settings,
     printed_tolerance_mm: float,
 ) -> Cells:
-    """Return the page's values that follow from the detectors' rates.
+    """Return the page's values from the detectors' rates.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def page_values(
     dict
         ``results`` (from `result_of`, the leading detector first), ``lead_note`` (why it leads),
         ``trust``, ``summary``, ``sizes``, ``few_healthy``, ``scheme_note`` and ``figure_series``
-        (whose rates the figures show).
+        (the detectors whose rates the figures show).
     """
     scheme = main_scheme(settings["evaluation"]["schemes"])
     labelled = index[(index["status"] == "accepted") & index["size_mm"].notna()]
@@ -129,7 +129,7 @@ def result_of(
 
 
 def answers_of(evaluation: Evaluation, detector: str, settings: Settings) -> answers.Answers:
-    """Return what a detector achieves, by the scheme that the page stands on.
+    """Return a detector's results, by the page's main scheme.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ def _verdicts_of(evaluation: Evaluation, detector: str, scheme: str) -> pd.DataF
 
 
 def scheme_note(scheme: str) -> str:
-    """Return what the scheme of the results means, and how the paper's stands to it."""
+    """Return what the results' scheme means, and how the paper's scheme compares."""
     if scheme == RESUBSTITUTION:
         return (
             "Results are resubstitution: the recording under test also teaches the detector. The "
@@ -167,24 +167,24 @@ def scheme_note(scheme: str) -> str:
 
 
 def few_healthy(healthy: int, specificity: float) -> str:
-    """Return a sentence where some threshold, but none that promises the specificity, is learned.
+    """Return a warning if too few recordings without a nodule exist for the wanted specificity.
 
     Parameters
     ----------
     healthy : int
-        How many recordings there are without a nodule.
+        Number of recordings without a nodule.
     specificity : float
-        The specificity that is aimed at.
+        The specificity at which learned thresholds aim.
 
     Returns
     -------
     str
-        Empty where there is nothing to say.
+        Empty if there are enough recordings, or none.
     """
     needed = math.ceil(specificity / (1 - specificity) - 1e-9)
     if healthy == 0 or healthy >= needed:
         return ""
     return (
-        f"A specificity of {words.percent(specificity)} takes {needed} recordings without a "
+        f"A specificity of {words.percent(specificity)} needs {needed} recordings without a "
         f"nodule; this archive has {healthy}. With so few, the threshold is their largest score."
     )

@@ -1,6 +1,6 @@
-"""What the page holds of each recording, small enough for a thousand of them.
+"""Collect what the page shows of each recording, small enough for a thousand recordings.
 
-Signals are packed (`capsule.page.packing`); particles are drawn from their parameters.
+Signals are packed (`capsule.page.packing`). The page draws particles from their parameters.
 """
 
 import json
@@ -26,13 +26,13 @@ VERDICT_KEYS = (
     *("detector", "scheme", "predicted_mm", "details", "distances"),
     *("score", "threshold", "location_mm"),
 )
-# Envelopes and matrices are smooth over the window of the envelope; more points show no more.
+# Envelopes and matrices are smooth over the window of the envelope, so more points add no detail.
 SMOOTH_POINTS = 250
 
 
 @dataclass(frozen=True)
 class Stored:
-    """What the stages have stored of an accepted recording.
+    """The stored results of an accepted recording.
 
     Attributes
     ----------
@@ -41,14 +41,14 @@ class Stored:
     header : mapping of str to str
         The lines above the readings.
     fit : (mapping, Particle) or None
-        The numbers of the fit, and Theta*; None without one.
+        The numbers of the fit, and Theta*; None without a fit.
     templates : mapping of str to mapping of float to Particle
-        Of each scheme by which the recording was judged, the averaged particles of its fold, by
-        size in mm.
+        For each scheme that judged the recording: the averaged particles of its fold, by size in
+        mm.
     stretches : Stretches or None
-        What the taught score loses without each stretch; None where it was not asked for.
+        What the taught score loses without each stretch; None if it was not computed.
     at_ends : sequence of S floats
-        Of each sensor the largest share of its samples at one end of the ADC's range.
+        For each sensor, the largest share of its samples at one end of the ADC's range.
     """
 
     values: FloatArray
@@ -60,12 +60,12 @@ class Stored:
 
 
 def peaks(envelope: FloatArray, time_s: FloatArray, threshold: float) -> list[list[float]]:
-    """Return the highest value of each sensor's envelope, its time, and the time above threshold.
+    """Return each sensor's highest envelope value, its time, and the time above the threshold.
 
     Parameters
     ----------
     envelope : (S, K) array
-        Standard deviations.
+        The envelopes, in standard deviations.
     time_s : (K,) array
         Seconds, evenly spaced.
     threshold : float
@@ -74,7 +74,8 @@ def peaks(envelope: FloatArray, time_s: FloatArray, threshold: float) -> list[li
     Returns
     -------
     list of S lists of 3 floats
-        Standard deviations, seconds, seconds; each to three decimals.
+        Highest value in standard deviations, its time in s, and the time above the threshold in s;
+        each to three decimals.
     """
     interval = float(time_s[1] - time_s[0])
     rows = []
@@ -104,9 +105,9 @@ def recording_evidence(
     judged : mapping
         From `what_was_judged`.
     verdicts : sequence of mapping
-        `VERDICT_KEYS` of every detector's verdict.
+        Each detector's verdict, with `VERDICT_KEYS`.
     facts : mapping of str to str
-        Names and texts that are listed beside the signals.
+        Names and texts to list beside the signals.
 
     Returns
     -------
@@ -132,14 +133,14 @@ def recording_evidence(
 
 
 def what_was_judged(run: PreprocessedRun, stored: Stored, settings: Settings) -> Cells:
-    """Return what the detectors judged a recording by.
+    """Return the evidence from which the detectors judged a recording.
 
     Parameters
     ----------
     run : PreprocessedRun
         The recording on its way from readings to matrix.
     stored : Stored
-        What the stages have stored of it.
+        Its stored results.
     settings : mapping
         The configuration.
 
@@ -147,7 +148,7 @@ def what_was_judged(run: PreprocessedRun, stored: Stored, settings: Settings) ->
     -------
     dict
         ``unit`` of the readings; ``fitted`` and ``templates``, from `judged_by.surface`; ``beats``,
-        ``gut`` and ``stretches``, from `judged_by`; None for what is not known.
+        ``gut`` and ``stretches``, from `judged_by`. A value that is not known is None.
     """
     length, first_peak = settings["preprocessing"]["length"], settings["fit"]["first_peak"]
     rate_hz = settings["recording"]["rate_hz"]
@@ -194,7 +195,7 @@ def archive_evidence(
     verdicts : mapping of str to sequence of mapping
         From `capsule.page.recordings.verdicts_by_recording`.
     load : callable
-        ``load(name)`` returns what is stored of a recording.
+        ``load(name)`` returns the stored results of a recording.
     settings : mapping
         The configuration.
 
@@ -225,7 +226,7 @@ def archive_evidence(
 
 
 def to_json(content: object) -> str:
-    """Return JSON that can stand inside a script element: no tag can begin in it."""
+    """Return JSON in which no tag can begin, so that it is safe inside a script element."""
     text = json.dumps(content, allow_nan=False, ensure_ascii=False, separators=(",", ":"))
     for character in "<>&\u2028\u2029":
         text = text.replace(character, f"\\u{ord(character):04x}")

@@ -1,4 +1,4 @@
-"""What each detector judged a recording by, small enough for the page to draw it."""
+"""Collect the evidence that each detector used on a recording, small enough for the page."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -18,18 +18,19 @@ from capsule.templates import ParticleTotal
 
 @dataclass(frozen=True)
 class NearestTemplate:
-    """The template of a nodule that lies best on a recording.
+    """The nodule's template that is most similar to a recording.
 
     Attributes
     ----------
     size_mm : float
-        Its size.
+        The nodule's size.
     particle : Particle
-        What it is rendered from.
+        The parameters from which it is rendered.
     lag : int
         tau, its best lag.
     gain : float
-        By how much it beats T^0 (`capsule.detectors.matching.template_margins`): the score.
+        The score: how much more similar it is than T^0
+        (`capsule.detectors.matching.template_margins`).
     """
 
     size_mm: float
@@ -41,14 +42,14 @@ class NearestTemplate:
 def fold_particles(
     totals: Mapping[float, ParticleTotal], left_out: Iterable[tuple[float, Particle]]
 ) -> dict[float, Particle]:
-    """Return the averaged particles of a training fold, by size; of no recording there is none.
+    """Return the averaged particles of a training fold, for each size that has recordings.
 
     Parameters
     ----------
     totals : mapping of float to ParticleTotal
-        The sum of all recordings of each nodule size in mm.
+        The sum over all recordings of each nodule size, by size in mm.
     left_out : iterable of (float, Particle)
-        Size and optimal particle of each recording that teaches nothing.
+        Size and optimal particle of each recording that is left out of the training.
     """
     remaining = dict(totals)
     for size_mm, particle in left_out:
@@ -59,12 +60,12 @@ def fold_particles(
 def nearest_template(
     comparison: SlidingComparison, particles: Mapping[float, Particle], first_peak: float
 ) -> NearestTemplate | None:
-    """Return the template with the largest gain; None where there is none.
+    """Return the template with the largest gain; None if there is no template.
 
     Parameters
     ----------
     comparison : SlidingComparison
-        Of the recording's matrix V, (S, L).
+        The comparison with the recording's matrix V, (S, L).
     particles : mapping of float to Particle
         From `fold_particles`.
     first_peak : float
@@ -80,7 +81,7 @@ def nearest_template(
 
 
 def surface(particle: Particle, first_peak: float, lag: int, length: int) -> Cells:
-    """Return what the page draws a particle over a recording from (eq. G, eq. RMSE).
+    """Return the values from which the page draws a particle over a recording (eq. G, eq. RMSE).
 
     Parameters
     ----------
@@ -89,16 +90,16 @@ def surface(particle: Particle, first_peak: float, lag: int, length: int) -> Cel
     first_peak : float
         u.
     lag : int
-        tau in 1..2L; at L + 1 both matrices lie on each other.
+        tau in 1..2L; at L + 1 the particle is not shifted.
     length : int
         L.
 
     Returns
     -------
     dict
-        Of each surface ``amplitude``, ``vertical`` (sigma^ver), ``peak`` (in samples from the first
-        reading) and ``horizontal`` (sigma^hor); and ``from`` and ``to``, between which samples the
-        particle lies.
+        For each surface: ``amplitude``, ``vertical`` (sigma^ver), ``peak`` (in samples from the
+        first reading) and ``horizontal`` (sigma^hor). ``from`` and ``to`` are the samples between
+        which the particle lies.
     """
     shift = lag - (length + 1)
     peaks = peak_positions(particle.peak_spacing, first_peak) - 1 + shift
@@ -113,7 +114,7 @@ def surface(particle: Particle, first_peak: float, lag: int, length: int) -> Cel
 
 
 def beats_evidence(along: AlongGut, rate_hz: float) -> Cells:
-    """Return the depth of the beats, in usual depths, and when each sensor passes the place."""
+    """Return the beats' depth, in multiples of the usual depth, and when each sensor passes."""
     passed = [None if np.isnan(at) else round(float(at) / rate_hz, 2) for at in along.passed]
     return {
         "first_s": along.first / rate_hz,
@@ -136,9 +137,9 @@ def stretches_evidence(
     Parameters
     ----------
     stretches : Stretches
-        Its centres are in beats from the first one, which is the first of `along`, too.
+        The stretches; their centres are in beats from the first beat of `along`.
     along : AlongGut
-        Of the same recording.
+        The evidence along the gut, of the same recording.
     rate_hz : float
         Sampling rate.
     settings : mapping

@@ -1,4 +1,4 @@
-"""A methods paragraph for a paper, from the configuration and the numbers that were really used."""
+"""Write a methods paragraph for a paper from the configuration and the results."""
 
 from collections.abc import Sequence
 
@@ -13,7 +13,7 @@ from capsule.kinds import Settings
 from capsule.page.notation import cited
 from capsule.page.provenance import ProjectState, is_simulated
 
-# Which entry of references.bib each program has.
+# Each program's entry in references.bib.
 REFERENCES = {
     "Python": "python",
     "snakemake": "moelder2021snakemake",
@@ -39,7 +39,7 @@ def methods_sentences(
     settings: Settings,
     equations: Sequence[str],
 ) -> list[str]:
-    """Return what was done, a sentence or two a step; references stand in brackets by their keys.
+    """Return the methods, one paragraph part per step, with keys of references in brackets.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def methods_sentences(
 
 
 def software_sentence(state: ProjectState, versions: Sequence[tuple[str, str]]) -> str:
-    """Return by which programs it was done, each with its version and its reference."""
+    """Return a sentence that names the programs, each with its version and its reference."""
     programs = [f"{name} {version} [{REFERENCES[name]}]" for name, version in versions]
     return f"The results were made by {state.text()}, with {words.enumerate_words(programs)}."
 
@@ -130,7 +130,7 @@ def _judged(evaluation: Evaluation, settings: Settings) -> str:
 
 
 def _threshold(rows: pd.DataFrame, name: str) -> str:
-    """Write a learned threshold with its range over the folds; of a fixed one nothing."""
+    """Return a learned threshold with its range over the folds; empty for a fixed threshold."""
     known = rows["threshold"].dropna() if "threshold" in rows else rows.iloc[:0, 0]
     if detector_row(name).fixed_threshold is not None or known.empty:
         return ""

@@ -1,4 +1,4 @@
-"""What more recordings would bring: narrower intervals, and better taught detectors."""
+"""Estimate the gain from more recordings: narrower intervals, and better taught detectors."""
 
 from collections.abc import Mapping, Sequence
 from typing import Protocol
@@ -13,16 +13,16 @@ from capsule.evaluation.precision import recordings_needed, recordings_needed_wi
 from capsule.kinds import Cells, Row, Settings
 from capsule.page.cells import plain_cell, rate_cell_of
 
-# The interval that the page plans for: +-10 points.
+# Half the width of the interval that the page plans for: +-10 points.
 HALF_WIDTH = 0.1
-# Where the gain's interval ends below this, more recordings are not likely to help.
+# If the gain's interval ends below this, more recordings are not likely to help.
 LEAST_GAIN = 0.05
 _HALF = 0.5
 _SHARES = {0.25: "a quarter", _HALF: "a half", 0.75: "three quarters", ALL_BUT_ONE: "all but one"}
 
 
 class Taught(Protocol):
-    """A row of the table of what parts of the archive reach, as pandas gives it."""
+    """A row of the learning table (rates reached with parts of the archive), as pandas gives it."""
 
     taught: float
     taught_healthy: float
@@ -55,7 +55,7 @@ def page_values(evaluation: Evaluation, learning: pd.DataFrame, settings: Settin
 
 
 def needed_rows(evaluation: Evaluation, rules: Settings) -> Cells:
-    """Return how many recordings would give every rate its interval, a column a detector.
+    """Return how many recordings each rate needs for its interval, one column per detector.
 
     Parameters
     ----------
@@ -67,8 +67,9 @@ def needed_rows(evaluation: Evaluation, rules: Settings) -> Cells:
     Returns
     -------
     dict
-        ``detectors`` and ``rows`` with ``title``, ``recordings``, ``cells`` and ``missing``: how
-        many more give all detectors' rates the interval; ``sentence``, from `_needed_sentence`.
+        ``detectors``; ``rows`` with ``title``, ``recordings``, ``cells`` and ``missing`` (how many
+        more recordings give all detectors' rates the interval); ``sentence``, from
+        `_needed_sentence`.
     """
     scheme, confidence = main_scheme(rules["schemes"]), rules["confidence"]
     detectors = evaluation.detectors()
@@ -100,16 +101,17 @@ def needed_rows(evaluation: Evaluation, rules: Settings) -> Cells:
 
 
 def _needed_sentence(rows: Sequence[Row], confidence: float) -> str:
-    """Return how many more recordings of each size narrow all intervals take."""
+    """Return a sentence on how many more recordings of each size make all intervals narrow."""
     wanted = f"{words.percent(confidence)} interval of ±{100 * HALF_WIDTH:g} points"
     missing = [f"{row['missing']} of {row['size']}" for row in rows if row["missing"]]
     if not missing:
         return f"Each rate of each detector has a {wanted} or a narrower one."
-    return f"A {wanted} for each detector takes so many more: {words.enumerate_words(missing)}."
+    listed = words.enumerate_words(missing)
+    return f"A {wanted} for each detector needs more recordings: {listed}."
 
 
 def _rates_of(evaluation: Evaluation, detector: str, scheme: str) -> dict[float, tuple[int, Row]]:
-    """Return specificity (of size 0) and recall of a detector, with the recordings counted."""
+    """Return a detector's specificity (as size 0) and recalls, each with its recordings counted."""
     tables = {name: evaluation.of(name, detector) for name in ("specificity", "detection")}
     chosen = {
         name: table[table["scheme"] == scheme].to_dict("records") for name, table in tables.items()
@@ -124,7 +126,7 @@ def _needed_cell(judged: int, row: Row | None, confidence: float) -> Cells:
         return plain_cell(None, words.UNKNOWN)
     name, needed = _name(row), _needed(row, confidence)
     most = recordings_needed_within(row[f"{name}_low"], row[f"{name}_high"], HALF_WIDTH, confidence)
-    return rate_cell_of(row, name) | {"count": f"takes {needed}, at most {most}"}
+    return rate_cell_of(row, name) | {"count": f"needs {needed}, at most {most}"}
 
 
 def _needed(row: Row, confidence: float) -> int:
@@ -136,7 +138,7 @@ def _name(row: Row) -> str:
 
 
 def learning_rows(learning: pd.DataFrame) -> Cells:
-    """Return the learning curves, a row a detector and range of sizes, a column a share.
+    """Return the learning curves: one row per detector and range of sizes, one column per share.
 
     Parameters
     ----------
@@ -146,9 +148,9 @@ def learning_rows(learning: pd.DataFrame) -> Cells:
     Returns
     -------
     dict
-        ``shares`` (headings with the recordings that teach), ``rows`` with ``detector``,
-        ``title``, ``cells`` and ``gain``, and ``sentences``: a ``detector`` and what its curves
-        say each.
+        ``shares`` (headings with the number of teaching recordings); ``rows`` with ``detector``,
+        ``title``, ``cells`` and ``gain``; ``sentences``, each with a ``detector`` and its
+        ``text``.
     """
     taught = learning.drop_duplicates("share").sort_values("share")
     shares = [
@@ -183,7 +185,7 @@ def _gain_cell(half: Row) -> Cells:
 
 
 def _advice(half: Row) -> str:
-    """Say what the second half of the archive lets expect of still more recordings."""
+    """Return in words whether more recordings are likely to help, from the gain since half."""
     if half["gain_low"] > 0:
         return "more recordings are likely to help"
     if half["gain_high"] < LEAST_GAIN:
@@ -192,7 +194,7 @@ def _advice(half: Row) -> str:
 
 
 def _sentence(curves: Mapping[str, Mapping[float, Row]]) -> str:
-    """Say of a detector's curves, by title, what half of the archive and all but one reach."""
+    """Return in words what a detector reaches with half of the archive and with all but one."""
     by_advice: dict[str, list[str]] = {}
     for title, curve in curves.items():
         if words.is_known(curve[_HALF]["gain"]):

@@ -1,4 +1,4 @@
-"""Equations and symbols as a reader of the paper sees them."""
+"""Write equations and symbols as the paper prints them."""
 
 import re
 from collections.abc import Sequence
@@ -9,19 +9,19 @@ _SCRIPTS = {"": "base", "^": "sup", "_": "sub"}
 
 
 def cited(where: str, equations: Sequence[str]) -> str:
-    """Return where something stands in the paper, its equations by their printed numbers.
+    """Return a citation of the paper in which equations have their printed numbers.
 
     Parameters
     ----------
     where : str
         A section, or ``eq.`` and the label of an equation in the paper's source.
     equations : sequence of str
-        The labels in the order in which the paper numbers them.
+        The labels, in the order of the paper's numbers.
 
     Returns
     -------
     str
-        Such as ``Eq. 2``.
+        For example ``Eq. 2``.
 
     Raises
     ------
@@ -32,12 +32,12 @@ def cited(where: str, equations: Sequence[str]) -> str:
 
 
 def typeset(symbol: str) -> list[dict[str, str]]:
-    """Return a symbol such as ``Delta mu^hor`` in parts that HTML can show.
+    """Return the parts of a symbol such as ``Delta mu^hor``, for HTML.
 
     Parameters
     ----------
     symbol : str
-        Letters and names of Greek ones; ``^`` raises and ``_`` lowers what follows.
+        Letters and names of Greek letters; ``^`` raises and ``_`` lowers what follows.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""How many recordings there are, where they come from, and what could not be used."""
+"""Count the recordings, name their origin, and list what could not be used."""
 
 import pandas as pd
 
@@ -8,7 +8,7 @@ from capsule.page.provenance import Origin, origin_of
 
 
 def overview(index: pd.DataFrame, passed_over: pd.DataFrame) -> Cells:
-    """Return how many recordings there are, where they come from and what could not be used.
+    """Return the number of recordings, their origin, and what could not be used.
 
     Parameters
     ----------
@@ -21,9 +21,9 @@ def overview(index: pd.DataFrame, passed_over: pd.DataFrame) -> Cells:
     -------
     dict
         ``origin``, ``accepted``, ``by_size``, ``unlabelled``, ``rejected`` and ``passed_over``;
-        ``near_copies``, the recordings that are nearly the same, a list a group, and whether
-        their labels contradict; ``not_judged``, those that no detector judges, and why; under
-        ``accepted_words``, ``rejected_words`` and ``passed_over_words`` how many, in words.
+        ``near_copies``, groups of recordings that are nearly the same, and whether their labels
+        contradict; ``not_judged``, recordings that no detector judges, and why; and counts in
+        words as ``accepted_words``, ``rejected_words`` and ``passed_over_words``.
     """
     accepted = index[index["status"] == "accepted"]
     rejected = index[index["status"] != "accepted"]
@@ -49,7 +49,7 @@ def overview(index: pd.DataFrame, passed_over: pd.DataFrame) -> Cells:
 
 
 def _near_copies(accepted: pd.DataFrame) -> list[Cells]:
-    """Return each group of recordings that are nearly the same once."""
+    """Return the groups of recordings that are nearly the same, each group once."""
     sizes_mm = dict(zip(accepted["recording"], accepted["size_mm"], strict=True))
     groups = {
         tuple(name for name in sizes_mm if name in {row.recording, *row.near_copies.split()})
@@ -65,7 +65,7 @@ def _near_copies(accepted: pd.DataFrame) -> list[Cells]:
 
 
 def _origin_words(origin: Origin) -> Cells:
-    """Return where the recordings come from, in a headline and a sentence."""
+    """Return a headline and a text on the recordings' origin."""
     total = origin.simulated + origin.recorded + origin.silent
     match origin.kind:
         case "simulated":

@@ -1,6 +1,6 @@
-"""Arrays as text: whole numbers of one or two bytes with a scale, in base64, or a few digits.
+"""Pack arrays into short text: integers of one or two bytes in base64, or rounded numbers.
 
-The page multiplies the whole numbers back. Readings that are counts of an ADC come through exactly.
+The page's scripts restore the values with a scale. Readings that are ADC counts stay exact.
 """
 
 import base64
@@ -13,21 +13,21 @@ from capsule.kinds import Cells
 
 
 def pack(values: RealArray, bits: int = 16) -> Cells:
-    """Return an array as whole numbers of 8 or 16 bits in base64.
+    """Return an array as integers of 8 or 16 bits in base64.
 
     Parameters
     ----------
     values : (S, N) array
         NaN where a sample is missing.
     bits : {8, 16}
-        Bits a value.
+        Bits per value.
 
     Returns
     -------
     dict
         ``bits``, ``rows``, ``low``, ``scale`` and ``data``: value = low + scale * number, row after
-        row, little-endian; the largest number stands for a missing sample. Whole numbers that
-        fit are kept exactly.
+        row, little-endian. The largest number marks a missing sample. Integer values whose range
+        fits are kept exactly.
     """
     missing = 2**bits - 1
     known = values[~np.isnan(values)]
@@ -46,5 +46,5 @@ def pack(values: RealArray, bits: int = 16) -> Cells:
 
 
 def rounded(values: Iterable[float], digits: int = 5) -> list[float]:
-    """Return numbers to so many significant digits."""
+    """Return numbers rounded to a number of significant digits."""
     return [float(f"{value:.{digits}g}") for value in values]

@@ -1,4 +1,4 @@
-"""What the page's scripts know of all recordings at once: every detector's verdicts and scores."""
+"""Collect the data on all recordings for the page's scripts: every verdict and score."""
 
 from collections.abc import Mapping, Sequence
 
@@ -9,7 +9,7 @@ from capsule.kinds import Cells, Row, Settings
 from capsule.page.packing import rounded
 from capsule.page.recordings import OUTCOMES, outcome
 
-# More marks than these on one line run into each other.
+# With more marks on one line, the marks overlap.
 MAX_MARKS = 200
 
 
@@ -20,7 +20,7 @@ def page_data(
     sizes_mm: Sequence[float],
     settings: Settings,
 ) -> Cells:
-    """Return what the page's scripts know of all recordings.
+    """Return the data on all recordings for the page's scripts.
 
     Parameters
     ----------
@@ -29,19 +29,19 @@ def page_data(
     verdicts : mapping of str to sequence of mapping
         From `capsule.page.recordings.verdicts_by_recording`.
     detectors : sequence of str
-        In the order of the page: the first is shown until another is chosen.
+        In the order of the page; the first is shown until the reader chooses another.
     sizes_mm : sequence of float
-        Of the templates, 0 first.
+        Sizes of the templates, 0 first.
     settings : mapping
         Section ``evaluation`` of the configuration.
 
     Returns
     -------
     dict
-        ``sizes``; ``detectors`` and ``schemes``, each with ``name`` and ``words``, of a detector
-        also ``drawn`` and ``needs``; ``main_scheme``; ``outcomes``; ``verdicts``, of
-        each detector and scheme the size in mm and the number of the outcome of every row, and
-        ``scores``, from `score_marks`; ``checksums`` of the rows.
+        ``sizes``; ``detectors`` and ``schemes``, each with ``name`` and ``words``; a detector also
+        has ``drawn`` and ``needs``; ``main_scheme``; ``outcomes``; ``verdicts``, for each detector
+        and scheme the size in mm and the outcome's number of every row; ``scores``, from
+        `score_marks`; ``checksums`` of the rows.
     """
     schemes = list(settings["schemes"])
     tables = {}
@@ -70,19 +70,19 @@ def page_data(
 
 
 def score_marks(rows: Sequence[Row], judged: Sequence[Row | None]) -> list[Cells]:
-    """Return the scores of the labelled recordings, a row a size, at most `MAX_MARKS` of each.
+    """Return the scores of the labelled recordings, one row per size, at most `MAX_MARKS` each.
 
     Parameters
     ----------
     rows : sequence of mapping
         The recordings.
     judged : sequence of mapping or None
-        The verdict on each.
+        The verdict on each recording.
 
     Returns
     -------
     list of dict
-        ``size_mm``, ``of`` (how many recordings) and ``scores``, ascending: every one, or those
+        ``size_mm``, ``of`` (number of recordings) and ``scores``, ascending: all scores, or those
         of evenly spaced ranks.
     """
     by_size: dict[float, list[float]] = {}
@@ -100,7 +100,7 @@ def score_marks(rows: Sequence[Row], judged: Sequence[Row | None]) -> list[Cells
 
 
 def _verdict(verdicts: Sequence[Row], detector: str, scheme: str) -> Row | None:
-    """Find the verdict of a detector; unlabelled recordings have one for all schemes."""
+    """Return a detector's verdict; an unlabelled recording has one verdict for all schemes."""
     wanted = (scheme, "all")
     chosen = (v for v in verdicts if v["detector"] == detector and v["scheme"] in wanted)
     return next(chosen, None)

@@ -1,4 +1,4 @@
-"""The verdict on every patient: on each unlabelled recording, or site with several passes."""
+"""List the verdicts on patients: unlabelled recordings, and sites with several passes."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,25 +11,25 @@ from capsule.naming import UNLABELLED, folder_of
 from capsule.page.evidence import Stored
 from capsule.page.quality import quality_words
 
-# So many rows stand open; the others are folded.
+# Rows that are visible at once; the page folds the others away.
 SHOWN = 20
-# Nodules come first; what nobody could judge stands before what was found healthy.
+# Nodules come first. Patients without a verdict come before healthy ones.
 _ORDER = ("nodule", "no verdict", "no nodule")
 
 
 @dataclass(frozen=True)
 class Found:
-    """What a detector says of a patient.
+    """A detector's verdict on a patient, in words.
 
     Attributes
     ----------
     kind : {"nodule", "no nodule", "no verdict"}
     size, place, probability : str
-        In words.
+        The values in words.
     reason : str
-        Why there is no verdict, where the detector tells.
+        Why there is no verdict, if the detector gives a reason.
     chance : float
-        The probability as a number, 0 where there is none; to sort by.
+        The probability as a number to sort by; 0 if there is none.
     """
 
     kind: str
@@ -40,7 +40,7 @@ class Found:
     chance: float = 0.0
 
     def text(self) -> str:
-        """Return the verdict, with the reason for none."""
+        """Return the kind of verdict, with the reason if there is one."""
         return f"{self.kind}: {self.reason}" if self.reason else self.kind
 
 
@@ -59,18 +59,18 @@ def page_values(
     index, detections, sites : DataFrame
         results/recordings.csv, detections.csv and sites.csv.
     lead : str
-        The detector whose verdict is shown; of the others only whether they agree.
+        The detector whose verdict is shown; of the others the page shows only whether they agree.
     load : callable
-        ``load(name)`` returns what is stored of an accepted recording.
+        ``load(name)`` returns the stored results of an accepted recording.
     rate_hz : float
         Sampling rate.
 
     Returns
     -------
     dict
-        ``rows`` and ``folded`` (of ``patient``, ``site``, ``recordings``, ``kind``, ``verdict``,
-        ``size``, ``place``, ``probability``, ``quality`` and ``others``), nodules first, and
-        ``counts``, a sentence or two; no row without an unlabelled recording.
+        ``rows`` and ``folded``, nodules first, with ``patient``, ``site``, ``recordings``,
+        ``kind``, ``verdict``, ``size``, ``place``, ``probability``, ``quality`` and ``others``;
+        and ``counts``, one or two sentences. There is no row if no recording is unlabelled.
     """
 
     def quality(name: str) -> str:
@@ -92,7 +92,7 @@ def _recording_rows(
     quality: Callable[[str], str],
     of_sites: set[str],
 ) -> Iterator[Cells]:
-    """Yield a row an unlabelled recording that belongs to no site with a verdict of its own."""
+    """Yield one row per unlabelled recording, except those of a site that has its own row."""
     verdicts: dict[str, dict[str, Found]] = {}
     for row in detections.to_dict("records"):
         verdicts.setdefault(row["recording"], {})[row["detector"]] = of_recording(row)
@@ -108,7 +108,7 @@ def _recording_rows(
 def _site_rows(
     index: pd.DataFrame, sites: pd.DataFrame, lead: str, quality: Callable[[str], str]
 ) -> Iterator[Cells]:
-    """Yield a row an unlabelled site that was passed several times."""
+    """Yield one row per unlabelled site that was passed several times."""
     unlabelled = index[(index["status"] == "accepted") & index["size_mm"].isna()]
     for site, rows in sites[sites["size_mm"].isna()].groupby("site", sort=False):
         names = list(unlabelled.loc[unlabelled["site"] == site, "recording"])
@@ -145,12 +145,12 @@ def _row(
 
 
 def _label(name: str) -> str:
-    """Name an unlabelled recording without the folder that all of them lie in."""
+    """Return an unlabelled recording's name without the folder that all of them share."""
     return name.removeprefix(f"{UNLABELLED}/")
 
 
 def of_recording(row: Row) -> Found:
-    """Return what a row of results/detections.csv says."""
+    """Return the verdict in a row of results/detections.csv."""
     predicted_mm = row["predicted_mm"]
     if not words.is_known(predicted_mm):
         return Found("no verdict", reason=_reason(row))
@@ -163,7 +163,7 @@ def of_recording(row: Row) -> Found:
 
 
 def of_site(row: Row) -> Found:
-    """Return what a row of results/sites.csv says; a site has no probability."""
+    """Return the verdict in a row of results/sites.csv; a site has no probability."""
     if not words.is_known(row["detected"]):
         return Found("no verdict", reason=_reason(row))
     if str(row["detected"]) != "True":
@@ -174,14 +174,14 @@ def of_site(row: Row) -> Found:
 
 
 def others_words(verdict: Found, others: Mapping[str, Found]) -> str:
-    """Return in short how many other detectors agree, and what those say that do not.
+    """Return how many other detectors agree, and the verdicts of those that do not.
 
     Parameters
     ----------
     verdict : Found
-        Of the leading detector.
+        The leading detector's verdict.
     others : mapping of str to Found
-        Of each other detector.
+        The verdict of each other detector.
     """
     differing = {name: each for name, each in others.items() if each.kind != verdict.kind}
     if verdict.kind == "no verdict":
@@ -204,7 +204,7 @@ def _counts(rows: Sequence[Row], lead: str, *, sites: bool) -> str:
 
 
 def _size(row: Row) -> str:
-    """Write a nodule's size; a detector may give one without an interval, or none."""
+    """Return a nodule's size in words; a size may lack an interval, or be missing."""
     size = words.estimated_size(row)
     known, bounded = words.is_known(row["estimate_mm"]), words.is_known(row["estimate_low_mm"])
     return f"{size}, no interval" if known and not bounded else size

@@ -1,4 +1,4 @@
-"""Places that were passed several times: one verdict each, and what more passes bring."""
+"""Make the tables of places with several passes: their verdicts, and the gain of more passes."""
 
 import pandas as pd
 
@@ -8,7 +8,7 @@ from capsule.page.cells import plain_cell, rate_cell_of
 
 
 def place_rows(sites: pd.DataFrame) -> Cells:
-    """Return the verdicts on places, a row a place and a column a detector.
+    """Return the verdicts on places: one row per place, one column per detector.
 
     Parameters
     ----------
@@ -47,12 +47,12 @@ def _verdict(row: Row) -> str:
 
 
 def retest_rows(retest: pd.DataFrame) -> Cells:
-    """Return how often a nodule is reported by the number of passes that are judged together.
+    """Return how often a nodule is reported, by the number of passes that are judged together.
 
     Returns
     -------
     dict
-        ``sizes`` (headings) and ``rows`` with ``detector``, ``passes`` and a cell a size.
+        ``sizes`` (headings) and ``rows`` with ``detector``, ``passes`` and one cell per size.
     """
     if retest.empty:
         return {"sizes": [], "rows": []}

@@ -1,4 +1,4 @@
-"""Where the recordings come from, and how the report was made."""
+"""State where the recordings come from, and how the report was made."""
 
 import hashlib
 import re
@@ -16,16 +16,16 @@ _FINISHED = re.compile(r"^finished in (\d+(?:\.\d+)?) s$", re.MULTILINE)
 
 @dataclass(frozen=True)
 class Origin:
-    """What the recordings say about where they come from.
+    """The origin of the recordings, as their headers state it.
 
     Attributes
     ----------
     kind : {"simulated", "recorded", "mixed", "unknown", "none"}
-        ``unknown`` if no recording says it, ``none`` if there is no recording.
+        ``unknown`` if no recording states its source, ``none`` if there is no recording.
     simulated, recorded, silent : int
-        How many recordings say that they are simulated, name another source, say nothing.
+        Number of recordings whose source is simulated, another source, or not stated.
     sources : dict of str to int
-        Each source as the recordings name it, and how many do; silent ones not included.
+        Number of recordings of each source that is stated.
     """
 
     kind: str
@@ -37,14 +37,14 @@ class Origin:
 
 @dataclass(frozen=True)
 class ProjectState:
-    """Which state of the project made a page.
+    """The state of the project that made a page.
 
     Attributes
     ----------
     version : str or None
         From pyproject.toml; None where it is missing.
     commit : str or None
-        Of the code, in hexadecimal; None outside a clone.
+        Commit of the code, in hexadecimal; None outside a clone.
     modified : bool
         Whether code or configuration differ from the commit.
     """
@@ -63,7 +63,7 @@ class ProjectState:
 def page_values(
     recordings: Iterable[Row], settings: Settings, schema: Settings, printed: Settings
 ) -> Cells:
-    """Return the page's values that say from what it was made.
+    """Return the page's values on what it was made from.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def page_values(
     -------
     dict
         ``configuration``, ``differences``, ``seed``, ``recordings_checksum``, ``paper`` and
-        ``equation`` (the printed number of each, by its label).
+        ``equation`` (the printed number of each equation, by its label).
     """
     equations = printed["equations"]
     configuration = configuration_table(settings, schema, printed["settings"], equations)
@@ -100,20 +100,20 @@ def how_made(
     made: datetime,
     state: ProjectState,
 ) -> Cells:
-    """Return the page's values that say by what it was made, when, and in what time.
+    """Return the page's values on the code that made it, the date and the duration.
 
     Parameters
     ----------
     code : mapping of str to str
-        SHA-256 of each file of the code, by its name.
+        SHA-256 of each file of the code, by file name.
     versions : sequence of (str, str)
         Names of packages and their versions.
     durations : iterable of mapping
         ``rule``, ``jobs`` and ``seconds`` of each rule.
     made : datetime
-        The moment, with its time zone.
+        The time of making, with its time zone.
     state : ProjectState
-        That of the project.
+        The project's state.
 
     Returns
     -------
@@ -130,12 +130,12 @@ def how_made(
 
 
 def is_simulated(source: str) -> bool:
-    """Tell whether the header's ``source`` says that a recording is simulated."""
+    """Return whether the header's ``source`` states that a recording is simulated."""
     return "simulat" in source.casefold()
 
 
 def origin_of(sources: Iterable[str]) -> Origin:
-    """Return what the sources that the accepted recordings name in their headers sum up to."""
+    """Return the origin of the accepted recordings, from the sources in their headers."""
     counted: dict[str, int] = {}
     for source in sources:
         counted[source.strip()] = counted.get(source.strip(), 0) + 1
@@ -152,7 +152,7 @@ def origin_of(sources: Iterable[str]) -> Origin:
 
 
 def seconds_in_log(log: str) -> float | None:
-    """Return how long a script took, from its log; None where it did not finish."""
+    """Return a script's duration in s, from its log; None if the script did not finish."""
     durations_s = _FINISHED.findall(log)
     return float(durations_s[-1]) if durations_s else None
 
@@ -160,24 +160,24 @@ def seconds_in_log(log: str) -> float | None:
 def configuration_table(
     config: Settings, schema: Settings, printed: Settings, equations: Sequence[str]
 ) -> list[Cells]:
-    """Return every key of the configuration with what the paper gives for it.
+    """Return every key of the configuration with the paper's value.
 
     Parameters
     ----------
     config : mapping
         The configuration.
     schema : mapping
-        Its JSON Schema, from which description, symbol and unit come.
+        Its JSON Schema, with descriptions, symbols and units.
     printed : mapping
-        ``settings`` of ``paper.yaml``: value and place by dotted key.
+        ``settings`` of ``paper.yaml``: value and place in the paper, by dotted key.
     equations : sequence of str
-        ``equations`` of ``paper.yaml``: their labels in the order of the paper.
+        ``equations`` of ``paper.yaml``: the labels in the order of the paper.
 
     Returns
     -------
     list of dict
         ``key``, ``value``, ``symbol`` (from `typeset`), ``unit``, ``description``, ``paper``,
-        ``where`` and ``differs``; ``paper`` is empty where the paper gives no number.
+        ``where`` and ``differs``; ``paper`` is empty if the paper gives no number.
     """
     rows = []
     for key, value, description in _leaves(config, schema):
@@ -198,14 +198,14 @@ def configuration_table(
 
 
 def differences(rows: Iterable[Row]) -> str:
-    """Return a sentence about what of `configuration_table` differs from the paper."""
+    """Return a sentence on the rows of `configuration_table` that differ from the paper."""
     differing = [
         f"{row['key']} is {row['value']} instead of {row['paper']}"
         for row in rows
         if row["differs"]
     ]
     if not differing:
-        return "Every number that the paper gives is used as it stands there."
+        return "Every number that the paper gives is used unchanged."
     return f"Different from the paper: {enumerate_words(differing)}."
 
 
@@ -213,7 +213,7 @@ def _leaves(
     config: Settings, schema: Settings, prefix: str = ""
 ) -> Iterable[tuple[str, Any, Settings]]:
     described_keys = schema.get("properties", {})
-    # In the order of the schema, which is the order of the file; unknown keys are refused earlier.
+    # The schema has the order of the configuration file. Unknown keys raise an error earlier.
     for key in sorted(config, key=list(described_keys).index):
         value, described = config[key], described_keys[key]
         if isinstance(value, Mapping):
@@ -223,7 +223,7 @@ def _leaves(
 
 
 def _agrees(value: Any, in_paper: Settings) -> bool:  # noqa: ANN401
-    """Compare with the paper; its ranges that are open at 0 begin at any small number here."""
+    """Return whether a value is the paper's; a range open at 0 may begin at any small number."""
     if in_paper.get("open_at_low_end"):
         low, high = in_paper["value"]
         return bool(value[1] == high and low < value[0] <= low + 0.01)
@@ -231,7 +231,7 @@ def _agrees(value: Any, in_paper: Settings) -> bool:  # noqa: ANN401
 
 
 def fit_words(fit: Row) -> str:
-    """Return how well a particle fits, from the fit's file."""
+    """Return in words how well a particle fits, from the fit's file."""
     return (
         f"RMSE {number(fit['rmse'], 4)}; the best of the random particles had "
         f"{number(fit['rmse_initial'], 4)}, and {plural(fit['accepted_moves'], 'step')} "
@@ -240,9 +240,9 @@ def fit_words(fit: Row) -> str:
 
 
 def combined_checksum(checksums: Mapping[str, str]) -> str:
-    """Return one SHA-256 for many named files: of the lines ``checksum  name``, sorted by name.
+    """Return one SHA-256 for many named files: that of the lines ``checksum  name``, by name.
 
-    The same as ``sha256sum`` prints for a list of files, summed once more.
+    It equals the SHA-256 of what ``sha256sum`` prints for the sorted list of files.
     """
     lines = "".join(f"{checksums[name]}  {name}\n" for name in sorted(checksums))
     return hashlib.sha256(lines.encode("utf-8")).hexdigest()

@@ -1,4 +1,4 @@
-"""How good a recording is: what is missing, and which sensors were loose."""
+"""Write a recording's quality in words: missing samples and loose sensors."""
 
 from collections.abc import Sequence
 
@@ -7,19 +7,19 @@ import numpy as np
 from capsule import words
 from capsule.arrays import BoolArray, FloatArray
 
-# A sensor that touches an end of the range for less of a run is pressed hard rather than loose.
+# Below this share at an end of the range, a sensor is more likely pressed hard than loose.
 _LOOSE_FROM = 0.01
 
 
 def quality_words(values: FloatArray, at_ends: Sequence[float], rate_hz: float) -> str:
-    """Return what is wrong with an accepted recording, or that nothing is.
+    """Return the faults of an accepted recording in words, or that it has none.
 
     Parameters
     ----------
     values : (S, K) array
         The readings on an even grid in time; NaN where a sample is missing.
     at_ends : sequence of S floats
-        Of each sensor the largest share of its samples at one end of the ADC's range, from
+        For each sensor, the largest share of its samples at one end of the ADC's range, from
         `capsule.converter.shares_at_ends`.
     rate_hz : float
         Sampling rate.

@@ -1,4 +1,4 @@
-"""The table of all recordings: what each is, the verdict on it, and whether that is right."""
+"""Make the table of all recordings: the true size, the verdict, and whether it is right."""
 
 import math
 from collections.abc import Mapping
@@ -23,9 +23,9 @@ OUTCOMES = (
     "not judged",
     "rejected",
 )
-# A larger archive's table is begun with so many rows; a reader of its page lists further ones.
+# The table of an archive above MAX_ROWS begins with FIRST_ROWS; the reader can list more.
 MAX_ROWS, FIRST_ROWS = 2000, 500
-# What a verdict was drawn from, in the columns of the tables.
+# The columns with the evidence for a verdict.
 EVIDENCE = ("score", "threshold", "location_mm")
 
 
@@ -41,7 +41,7 @@ def page_values(
     verdicts : mapping of str to list of dict
         From `verdicts_by_recording`.
     detector : str
-        Whose verdict is shown.
+        The detector whose verdicts are shown.
     settings : mapping
         Section ``evaluation`` of the configuration.
 
@@ -49,13 +49,13 @@ def page_values(
     -------
     dict
         ``recordings`` (from `recording_rows`), ``rows_listed`` (how many of them the table holds
-        before the page's script is at work), ``recording_sizes`` and ``outcomes`` to filter them
-        by, ``first_shown`` and ``tolerance``.
+        before the page's script runs), ``recording_sizes`` and ``outcomes`` for the filters,
+        ``first_shown`` and ``tolerance``.
     """
     scheme, tolerance_mm = main_scheme(settings["schemes"]), settings["tolerance_mm"]
     rows = recording_rows(index, verdicts, detector, scheme, tolerance_mm)
     accepted = [row for row in rows if row["accepted"]]
-    # A nodule says more at first sight than a run without.
+    # A recording with a nodule shows more at first sight than one without.
     first = next((row for row in accepted if row["size_mm"]), accepted[0] if accepted else None)
     present = {row["outcome"] for row in rows}
     return {
@@ -69,14 +69,14 @@ def page_values(
 
 
 def outcome(size_mm: float | None, predicted_mm: float | None, tolerance_mm: float) -> str:
-    """Return how a verdict on an accepted recording relates to the truth.
+    """Return the outcome of a verdict on an accepted recording.
 
     Parameters
     ----------
     size_mm : float or None
         True size, 0 for no nodule; None or NaN for an unlabelled recording.
     predicted_mm : float or None
-        The verdict.
+        Predicted size, 0 for no nodule; None or NaN without a verdict.
     tolerance_mm : float
         Allowed error of the size.
 
@@ -106,10 +106,10 @@ def verdicts_by_recording(
     Returns
     -------
     dict of str to list of dict
-        ``detector``, ``scheme``, ``predicted_mm``, ``details`` (size,
-        probability and place in words), ``distances`` to every template, None where not known,
-        empty for a detector that does not judge by them; and `EVIDENCE`. Unlabelled recordings
-        have the scheme ``all``.
+        ``detector``, ``scheme``, ``predicted_mm``, ``details`` (size, probability and place in
+        words), ``distances`` to every template, and `EVIDENCE`. A distance that is not known is
+        None. A detector that does not use distances has none. Unlabelled recordings have the
+        scheme ``all``.
     """
     verdicts: dict[str, list[Cells]] = {}
     for table in (predictions, detections):
@@ -131,7 +131,7 @@ def verdicts_by_recording(
 
 
 def _details(row: Row) -> str:
-    """Return what a verdict says beyond its size; of no nodule only the probability."""
+    """Return the estimated size, probability and place of a verdict in words, as far as known."""
     parts = {
         "estimated": (row.get("estimate_mm"), words.estimated_size(row)),
         "probability": (row.get("probability"), words.probability(row.get("probability"))),
@@ -146,7 +146,7 @@ def _details(row: Row) -> str:
 
 
 def _significant(value: float | None) -> float | None:
-    """Return a number to seven digits, more than a drawing shows; None where it has none."""
+    """Return a number to seven digits, more than a drawing shows; None if it is not finite."""
     return float(f"{value:.7g}") if words.is_known(value) and math.isfinite(value) else None
 
 
@@ -161,7 +161,7 @@ def recording_rows(
     scheme: str,
     tolerance_mm: float,
 ) -> list[Cells]:
-    """Return a row a recording, the rejected ones too.
+    """Return one row per recording, including rejected recordings.
 
     Parameters
     ----------
@@ -170,7 +170,7 @@ def recording_rows(
     verdicts : mapping of str to list of dict
         From `verdicts_by_recording`.
     detector, scheme : str
-        Whose verdict is shown.
+        The detector and scheme whose verdicts are shown.
     tolerance_mm : float
         Allowed error of the size.
 
@@ -216,12 +216,12 @@ def recording_rows(
 
 
 def truth(row: Row) -> str:
-    """Return what a recording is of, such as ``3 mm nodule``; `row` is from `recording_rows`."""
+    """Return a recording's truth, such as ``3 mm nodule``; `row` is from `recording_rows`."""
     return {None: "unlabelled", 0.0: "no nodule"}.get(row["size_mm"], f"{row['size']} nodule")
 
 
 def _why_not(row: Row) -> str:
-    """Return why a recording takes no part, or has no verdict; empty where it has one."""
+    """Return why a recording was rejected or has no verdict; empty if it has a verdict."""
     if row["status"] != "accepted":
         reason: str = row["reason"]
         return reason

@@ -1,4 +1,4 @@
-"""The page itself: a template filled in, with a policy that lets nothing else run."""
+"""Render the HTML page from its templates, with a policy that blocks all foreign code."""
 
 import base64
 import hashlib
@@ -18,15 +18,15 @@ _BESIDE = "'self' file:"
 
 @dataclass(frozen=True)
 class Frame:
-    """What the page's values are filled into.
+    """The templates, the style and the script of the page.
 
     Attributes
     ----------
     templates : mapping of str to str
-        The Jinja templates by name: `PAGE`, and what it includes and imports. ``page`` holds the
-        values, ``style``, ``script`` and ``policy`` what belongs to the frame.
+        The Jinja templates by name: `PAGE`, and what it includes and imports. The templates see
+        the values as ``page``, and the frame's parts as ``style``, ``script`` and ``policy``.
     style, script : str
-        The page's CSS and JavaScript; neither may hold the end tag of its element.
+        The page's CSS and JavaScript; neither may contain the end tag of its element.
     """
 
     templates: Mapping[str, str]
@@ -35,14 +35,17 @@ class Frame:
 
 
 def render_page(frame: Frame, page: Row) -> str:
-    """Return the template filled in; every value is escaped, and an unknown name is an error.
+    """Return the HTML page.
 
-    The page's Content-Security-Policy allows this style and this script by their checksums, images
-    inside the page, and nothing else: no network, no inline handler, no foreign script, even if
-    a text from a recording's header slipped through the escaping. Where evidence stands beside the
-    page, this script may also read files as scripts (`_READ_BY_SCRIPT`), and a second policy lets
-    these lie on the same disk or server alone (`_BESIDE`): no element that is written into the page
-    reads any.
+    Every value is escaped, and an unknown name in a template is an error.
+
+    The page's Content-Security-Policy allows this style and this script by their checksums, and
+    images inside the page. It forbids all else: network, inline handlers and foreign scripts. It
+    also protects if a text from a recording's header slips through the escaping.
+
+    If the evidence is in files beside the page, this script may also load files as scripts
+    (`_READ_BY_SCRIPT`). A second policy limits these to the same disk or server (`_BESIDE`). No
+    element that is written into the page can load one.
 
     Parameters
     ----------
@@ -50,7 +53,7 @@ def render_page(frame: Frame, page: Row) -> str:
         Templates, style and script.
     page : mapping
         The values. ``data`` and the second parts of ``evidence`` are JSON from
-        `capsule.page.evidence.to_json`, which no tag can begin in.
+        `capsule.page.evidence.to_json`, in which no tag can begin.
 
     Returns
     -------
@@ -60,7 +63,7 @@ def render_page(frame: Frame, page: Row) -> str:
     Raises
     ------
     ValueError
-        If the style or the script holds its own end tag.
+        If the style or the script contains its own end tag.
     """
     for name, text in (("style", frame.style), ("script", frame.script)):
         if f"</{name}" in text.casefold():
@@ -104,11 +107,11 @@ def _policy(frame: Frame, *, beside: bool) -> str:
 
 
 def _allowed(text: str) -> str:
-    """Make the source expression that allows an inline element of exactly this text."""
+    """Return the policy's source expression that allows an inline element with this text."""
     digest = hashlib.sha256(text.encode("utf-8")).digest()
     return f"'sha256-{base64.b64encode(digest).decode('ascii')}'"
 
 
 def image_address(svg: bytes) -> str:
-    """Return an SVG file as an address that an image inside the page can have."""
+    """Return an SVG file as a data address for an image inside the page."""
     return "data:image/svg+xml;base64," + base64.b64encode(svg).decode("ascii")

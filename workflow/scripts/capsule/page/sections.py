@@ -1,4 +1,4 @@
-"""What the page says, put together from the tables of results."""
+"""Put together the values of all sections of the page from the tables of results."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -41,9 +41,9 @@ class Tables:
     judgements : mapping of str to DataFrame
         The tables of `capsule.evaluation.tables`, by name.
     learning : DataFrame
-        The rates that parts of the archive reach, by `capsule.evaluation.learning`.
+        The rates reached with parts of the archive, from `capsule.evaluation.learning`.
     benches : sequence of mapping
-        What the detectors reach on other benches, from workflow/report/benches.csv.
+        The detectors' rates on other benches, from workflow/report/benches.csv.
     references : str
         workflow/report/references.bib.
     """
@@ -68,22 +68,22 @@ def page_values(
     printed: Settings,
     put_beside: Callable[[Iterator[tuple[str, str]]], Row] | None = None,
 ) -> Cells:
-    """Return the page's values, but for the figures and how this run of the workflow went.
+    """Return the page's values, except the figures and the facts of this run of the workflow.
 
     Parameters
     ----------
     tables : Tables
         The tables.
     load : callable
-        ``load(name)`` returns what is stored of an accepted recording.
+        ``load(name)`` returns the stored results of an accepted recording.
     settings, schema : mapping
         The configuration and its JSON Schema.
     printed : mapping
         Content of paper.yaml.
     put_beside : callable, optional
-        Where it is given, the evidence stands beside the page: it puts there what
-        `capsule.page.evidence.archive_evidence` yields, and returns what the page's scripts must
-        know to read it. Otherwise the evidence stands inside the page.
+        Writes the evidence into files beside the page: it takes what
+        `capsule.page.evidence.archive_evidence` yields, and returns what the page's scripts need
+        to read the files. If it is not given, the evidence is inside the page.
 
     Returns
     -------

@@ -1,7 +1,7 @@
-"""What the page's scripts know of a survey: enough to move the capsule through it.
+"""Prepare the data with which the page's scripts replay a survey.
 
-Signals are thinned and packed (`capsule.page.packing`), paths are straight lines between the points
-that matter.
+Signals are thinned and packed (`capsule.page.packing`). A path becomes a few points with straight
+lines between them.
 """
 
 from collections.abc import Sequence
@@ -17,38 +17,38 @@ from capsule.survey.state_words import STATE_WORDS
 from capsule.survey.stored_session import Session
 from capsule.survey.track import Track, folded_part, group_of, simplified
 
-# So many values of each sensor, a byte each; a survey of more than 47 minutes is thinned further.
+# Limit of values per sensor, one byte each; a survey of more than 47 minutes is thinned further.
 MOST_SAMPLES = 14_000
 MOST_JUDGEMENTS = 6000
-# A wave of 3.2 s is still one at this rate.
+# At this interval a wave of 3.2 s still shows.
 _LEAST_S = 0.2
 _WAVE_MM, _FOLDED, _THRESHOLD = 0.5, 0.02, 0.002
-# The head to within this, and to so many parts of the whole way.
+# Largest error of the head's position: in mm, and as a fraction (1 / parts) of the whole way.
 _HEAD_MM, _HEAD_PARTS = 0.4, 5000
 
 
 def player(session: Session, track: Track, crest_mm: float, phantom: Phantom) -> Cells:
-    """Return what moves the capsule through a survey.
+    """Return the data that replays a survey.
 
     Parameters
     ----------
     session : Session
         The survey.
     track : Track
-        Its judgements.
+        Position, state and score at each of its judgements.
     crest_mm : float
         From `capsule.survey.track.crest_at_mm`.
     phantom : Phantom
-        Whose geometry is drawn.
+        The phantom whose geometry is drawn.
 
     Returns
     -------
     dict
         ``from_s``, ``until_s`` and ``step_s`` of the slider; ``head``, ``wave``, ``folded`` and
-        ``threshold`` as points [s, value], a gap where the value is None; ``unknown``, stretches
-        [s, s] in which the survey did not know the position; ``states``, as [s, state, reason];
-        ``words`` for them, and ``groups``, as what each is drawn; ``score``, packed, a value each
-        ``judged_s``; ``signals``; ``capsule`` and ``wall``, in mm.
+        ``threshold`` as points [s, value] (None marks a gap); ``unknown``, intervals [s, s] in
+        which the survey did not know the position; ``states`` as [s, state, reason]; ``words``
+        for the states, and ``groups``, the group in which each is drawn; ``score``, packed, one
+        value per ``judged_s``; ``signals``; ``capsule`` and ``wall``, in mm.
     """
     time_s = session.time_s
     step_s = float(np.median(np.diff(track.time_s)))
@@ -83,13 +83,13 @@ def player(session: Session, track: Track, crest_mm: float, phantom: Phantom) ->
 
 
 def capsule_outline(origami: Origami, folded_half_mm: float, sensors: int) -> Cells:
-    """Return the outline of the capsule in mm; x runs to the head, from the first shoulder.
+    """Return the outline of the capsule in mm; x runs from the first shoulder to the head.
 
     Returns
     -------
     dict
         ``hexagon``, the six corners of one substructure; ``awns``, the two lines from shoulder to
-        tip; ``pitch_mm`` from one substructure to the next behind it; ``sensors``, how many;
+        tip; ``pitch_mm`` from one substructure to the next behind it; ``sensors``, their number;
         ``half_width_mm`` and ``folded_half_mm``, from the axis to the tips.
     """
     corners = {name: rounded(at, 4) for name, at in vertices(origami).items()}
@@ -109,7 +109,7 @@ def capsule_outline(origami: Origami, folded_half_mm: float, sensors: int) -> Ce
 def _points(
     time_s: FloatArray, values: FloatArray, tolerance: float, digits: int = 2
 ) -> list[list[float | None]]:
-    """Return the points of a line that matter; where it has a gap, a point without a value."""
+    """Return the fewest points that draw a line within the tolerance; None marks a gap."""
     points: list[list[float | None]] = []
     known = np.flatnonzero(~np.isnan(values))
     for piece in np.split(known, np.flatnonzero(np.diff(known) > 1) + 1):
@@ -123,7 +123,7 @@ def _points(
 
 
 def _stretches(time_s: FloatArray, true: BoolArray) -> list[list[float]]:
-    """Return where something was true, as [first, last] time."""
+    """Return the intervals in which something was true, as [first, last] time in s."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], true, [False]]).astype(int)))
     return [
         [round(float(time_s[first]), 2), round(float(time_s[after - 1]), 2)]
@@ -132,7 +132,7 @@ def _stretches(time_s: FloatArray, true: BoolArray) -> list[list[float]]:
 
 
 def _states(session: Session, track: Track) -> Sequence[list[float | str]]:
-    """Return when the state changed, and to which; a reason goes with it."""
+    """Return each change of state as [time in s, new state, reason]."""
     states: list[list[float | str]] = [[round(float(track.time_s[0]), 2), "starting", ""]]
     for event in session.events:
         what = event.event.replace("_", " ")
@@ -141,11 +141,11 @@ def _states(session: Session, track: Track) -> Sequence[list[float | str]]:
 
 
 def _signals(session: Session) -> Cells:
-    """Return the readings, thinned: means of neighbouring samples, a scale of its own a sensor."""
+    """Return the readings, thinned to means of neighbouring samples; each sensor has its scale."""
     step_s = float(np.median(np.diff(session.time_s)))
     from_s, whole_s = float(session.time_s[0]), float(np.ptp(session.time_s))
     every_s = max(_LEAST_S, step_s, whole_s / MOST_SAMPLES)
-    # By time, not by number: a survey that was taken up again has a jump in it.
+    # Bin by time, not by sample number: the time of a resumed survey has a jump.
     bins = np.floor((session.time_s - from_s) / every_s + 1e-6).astype(int)
     rows = []
     for row in session.values:
@@ -158,7 +158,7 @@ def _signals(session: Session) -> Cells:
 
 
 def _on_grid(track: Track, values: FloatArray, every_s: float) -> Cells:
-    """Return values of judgements on an even grid in time, packed; unknown where none is near."""
+    """Return the judgements' values on an even grid in time, packed; NaN where none is near."""
     grid_s = np.arange(track.time_s[0], track.time_s[-1] + every_s / 2, every_s)
     at = np.searchsorted(track.time_s, grid_s + every_s / 2, side="right") - 1
     near = np.abs(track.time_s[at] - grid_s) <= every_s

@@ -1,4 +1,4 @@
-"""The page's section on surveys, put together from what a job has written of each."""
+"""Put together the page's section on surveys from each survey's stored results."""
 
 from collections.abc import Mapping, Sequence
 
@@ -7,22 +7,22 @@ from capsule.page.evidence import to_json
 
 
 def page_values(surveys: Sequence[Row], passed_over: Mapping[str, str]) -> Cells:
-    """Return the page's section on surveys.
+    """Return the values of the page's section on surveys.
 
     Parameters
     ----------
     surveys : sequence of mapping
-        What a job has written of each survey (``survey.json``) and its ``pictures``; of one that
-        cannot be read ``name`` and ``problem``.
+        Each survey's results (``survey.json``) and its ``pictures``; only ``name`` and ``problem``
+        for a survey that cannot be read.
     passed_over : mapping of str to str
-        Folders that are no finished survey, and why.
+        Folders that are not a finished survey, and why.
 
     Returns
     -------
     dict
-        ``shown``, of each survey what
-        `capsule.page.survey_words.survey_values` gives, ``pictures`` and ``data`` (JSON for
-        the page's scripts); ``problems``, pairs of a name and a reason; ``any_simulated``.
+        ``shown``, for each survey what `capsule.page.survey_words.survey_values` returns,
+        ``pictures`` and ``data`` (JSON for the page's scripts); ``problems``, pairs of a name and
+        a reason; ``any_simulated``.
     """
     readable = [survey for survey in surveys if "problem" not in survey]
     problems = [(each["name"], each["problem"]) for each in surveys if "problem" in each]

@@ -1,4 +1,4 @@
-"""What the page says of one survey, in words."""
+"""Write in words what the page says about one survey."""
 
 from collections import Counter
 from collections.abc import Sequence
@@ -12,14 +12,14 @@ from capsule.survey.track import AGAIN, BACK, Pin, Track, group_of
 
 
 def title_of(session: Session) -> str:
-    """Return how a survey is called: a simulated one is never called otherwise."""
+    """Return a survey's title, which always marks a simulated survey."""
     if is_simulated(session.source):
         return f"{session.name}, simulated"
     return session.name if session.source else f"{session.name}, of unknown origin"
 
 
 def survey_values(session: Session, track: Track, pins: Sequence[Pin]) -> Cells:
-    """Return what the page says of one survey, ready for JSON.
+    """Return what the page says about one survey, ready for JSON.
 
     Returns
     -------
@@ -50,7 +50,7 @@ def _summary(session: Session, track: Track) -> str:
 
 
 def _outcome(session: Session) -> str:
-    """Say what the survey was to reach, or how many places it suspected."""
+    """Return the survey's targets in words, or its number of suspected places."""
     targets = session.about.get("goto")
     if isinstance(targets, list) and targets:
         told = ", then ".join(f"{words.setting(target)} mm" for target in targets)

@@ -1,4 +1,4 @@
-"""How far a verdict can be trusted on this bench, by what the archive's own recordings show."""
+"""Write in words how far to trust a verdict, from the archive's labelled recordings."""
 
 import pandas as pd
 
@@ -11,17 +11,19 @@ _ORIGINS = {
     "simulated": (
         " The labelled recordings are simulated: these rates do not hold for a real capsule."
     ),
-    "mixed": " Some of the labelled recordings are simulated: these rates hold for no one bench.",
+    "mixed": (
+        " Some of the labelled recordings are simulated: these rates hold for no single bench."
+    ),
 }
 
 
 def trust_words(verdicts: pd.DataFrame, scheme: str, confidence: float, origin: str) -> str:
-    """Return how often verdicts of a detector are right on labelled recordings.
+    """Return a sentence on how often a detector is right on labelled recordings.
 
     Parameters
     ----------
     verdicts : DataFrame
-        ``size_mm`` and ``predicted_mm`` of the detector under one scheme.
+        ``size_mm`` and ``predicted_mm`` of the detector with one scheme.
     scheme : str
         The scheme.
     confidence : float
@@ -32,7 +34,10 @@ def trust_words(verdicts: pd.DataFrame, scheme: str, confidence: float, origin: 
     judged = verdicts[verdicts["predicted_mm"].notna()]
     nodules, healthy = judged[judged["size_mm"] > 0], judged[judged["size_mm"] == 0]
     if judged.empty:
-        return "This archive cannot tell how far to trust a verdict: no labelled one was judged."
+        return (
+            "This archive cannot show how far to trust a verdict, because no labelled recording "
+            "was judged."
+        )
     clauses = []
     if not nodules.empty:
         sizes_mm = sorted(nodules["size_mm"].unique())
