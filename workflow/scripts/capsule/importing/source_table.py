@@ -37,7 +37,7 @@ class Column:
 
     @property
     def holds_numbers(self) -> bool:
-        """Whether most of the filled cells are numbers."""
+        """Return whether most of the filled cells are numbers."""
         numbers = int(np.count_nonzero(~np.isnan(self.values)))
         return numbers > self.unreadable.size
 

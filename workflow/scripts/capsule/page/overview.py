@@ -20,10 +20,10 @@ def overview(index: pd.DataFrame, passed_over: pd.DataFrame) -> Cells:
     Returns
     -------
     dict
-        ``origin``, ``accepted``, ``by_size``, ``unlabelled``, ``rejected`` and ``passed_over``;
+        ``origin``, ``accepted``, ``by_size``, ``unlabelled``, ``rejected`` and ``passed_over``.
         ``near_copies``, groups of recordings that are nearly the same, and whether their labels
-        contradict; ``not_judged``, recordings that no detector judges, and why; and counts in
-        words as ``accepted_words``, ``rejected_words`` and ``passed_over_words``.
+        contradict. ``not_judged``, recordings that no detector judges, and why. Counts in words
+        as ``accepted_words``, ``rejected_words`` and ``passed_over_words``.
     """
     accepted = index[index["status"] == "accepted"]
     rejected = index[index["status"] != "accepted"]

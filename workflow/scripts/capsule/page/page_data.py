@@ -38,10 +38,10 @@ def page_data(
     Returns
     -------
     dict
-        ``sizes``; ``detectors`` and ``schemes``, each with ``name`` and ``words``; a detector also
-        has ``drawn`` and ``needs``; ``main_scheme``; ``outcomes``; ``verdicts``, for each detector
-        and scheme the size in mm and the outcome's number of every row; ``scores``, from
-        `score_marks`; ``checksums`` of the rows.
+        ``sizes``. ``detectors`` and ``schemes``, each with ``name`` and ``words``; a detector also
+        has ``drawn`` and ``needs``. ``main_scheme`` and ``outcomes``. ``verdicts``, for each
+        detector and scheme the size in mm and the outcome's number of every row. ``scores``, from
+        `score_marks`. ``checksums`` of the rows.
     """
     schemes = list(settings["schemes"])
     tables = {}

@@ -44,11 +44,11 @@ def player(session: Session, track: Track, crest_mm: float, phantom: Phantom) ->
     Returns
     -------
     dict
-        ``from_s``, ``until_s`` and ``step_s`` of the slider; ``head``, ``wave``, ``folded`` and
-        ``threshold`` as points [s, value] (None marks a gap); ``unknown``, intervals [s, s] in
-        which the survey did not know the position; ``states`` as [s, state, reason]; ``words``
-        for the states, and ``groups``, the group in which each is drawn; ``score``, packed, one
-        value per ``judged_s``; ``signals``; ``capsule`` and ``wall``, in mm.
+        ``from_s``, ``until_s`` and ``step_s`` of the slider. ``head``, ``wave``, ``folded`` and
+        ``threshold`` as points [s, value]; None marks a gap. ``unknown``, intervals [s, s] in
+        which the survey did not know the position. ``states`` as [s, state, reason]. ``words``
+        for the states, and ``groups``, the group in which each is drawn. ``score``, packed, one
+        value per ``judged_s``. ``signals``. ``capsule`` and ``wall``, in mm.
     """
     time_s = session.time_s
     step_s = float(np.median(np.diff(track.time_s)))
@@ -88,8 +88,8 @@ def capsule_outline(origami: Origami, folded_half_mm: float, sensors: int) -> Ce
     Returns
     -------
     dict
-        ``hexagon``, the six corners of one substructure; ``awns``, the two lines from shoulder to
-        tip; ``pitch_mm`` from one substructure to the next behind it; ``sensors``, their number;
+        ``hexagon``, the six corners of one substructure. ``awns``, the two lines from shoulder to
+        tip. ``pitch_mm`` from one substructure to the next behind it. ``sensors``, their number.
         ``half_width_mm`` and ``folded_half_mm``, from the axis to the tips.
     """
     corners = {name: rounded(at, 4) for name, at in vertices(origami).items()}

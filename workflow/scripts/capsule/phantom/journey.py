@@ -105,7 +105,7 @@ class Journey:
 
     @property
     def at_end(self) -> bool:
-        """Whether the capsule has arrived at the end of the gut."""
+        """Return whether the capsule has arrived at the end of the gut."""
         return self._head_mm >= self._length_mm
 
     def fold(self) -> None:
