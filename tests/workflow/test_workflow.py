@@ -382,7 +382,7 @@ def test_two_labelled_recordings_are_enough_for_verdicts_and_the_page_says_how_f
     # The taught detector's threshold takes three healthy recordings.
     assert [row["detector"] for row in said if not row["predicted_mm"]] == ["taught"]
     page = (project.results / "report.html").read_text(encoding="utf-8")
-    assert "takes 19 recordings without a nodule; this archive has 1." in page
+    assert "needs 19 recordings without a nodule; this archive has 1." in page
     # Without the one healthy recording there is none to learn a threshold from.
     assert "template_threshold and taught have given no verdict" in page
 
