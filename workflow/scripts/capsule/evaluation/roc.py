@@ -116,13 +116,10 @@ def _of_draws(
     n, m = healthy.size, nodule.size
     # Each draw is a row. An offset for each row keeps all rows in order when joined into one.
     ends = (max(healthy.max(), nodule.max()) + 1) * np.arange(repeats)[:, np.newaxis]
-    healthy_drawn, nodule_drawn = np.empty((repeats, n), int), np.empty((repeats, m), int)
-    for row in range(repeats):
-        healthy_drawn[row] = healthy[generator.integers(0, n, n)]
-        nodule_drawn[row] = nodule[generator.integers(0, m, m)]
-    healthy_drawn, nodule_drawn = (
-        np.sort(drawn, axis=1) + ends for drawn in (healthy_drawn, nodule_drawn)
-    )
+    # One call for all draws, which takes the same random numbers as a call a draw and kind.
+    places = generator.integers(0, np.repeat([n, m], [n, m]), (repeats, n + m))
+    healthy_drawn = np.sort(healthy[places[:, :n]], axis=1) + ends
+    nodule_drawn = np.sort(nodule[places[:, n:]], axis=1) + ends
     rows = np.arange(repeats)
     counts = sum(
         healthy_drawn.ravel().searchsorted(nodule_drawn.ravel(), side).reshape(repeats, m).sum(1)
