@@ -221,9 +221,10 @@ def standardised(series: FloatArray) -> FloatArray:
 
 def _windows(values: FloatArray, taps: int, dilation: int) -> FloatArray:
     """Return the inputs of each tap of a convolution, (taps, C, N); zeros beyond the ends."""
-    reach = dilation * (taps // 2)
-    wide = np.pad(values, ((0, 0), (reach, reach)))
-    count = values.shape[1]
+    reach, (channels, count) = dilation * (taps // 2), values.shape
+    # Ten times as fast as `numpy.pad`, which takes longer than the network's products.
+    wide = np.zeros((channels, count + 2 * reach), values.dtype)
+    wide[:, reach : reach + count] = values
     return np.stack([wide[:, tap * dilation : tap * dilation + count] for tap in range(taps)])
 
 
