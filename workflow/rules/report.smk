@@ -70,6 +70,7 @@ rule draw:
         "results/logs/draw.log",
     conda:
         "../../environment.yml"
+    threads: 2
     params:
         results=results_folder,
         settings=as_parameter(DRAW_SETTINGS),
@@ -83,7 +84,7 @@ rule draw:
     shell:
         "python {input.script:q} --results {params.results:q} --paper {input.paper:q}"
         " --settings {params.settings:q} --figures {params.figures:q} --kind svg"
-        " --output {params.results:q}/figures"
+        " --output {params.results:q}/figures --processes {threads}"
         " --record {params.made_from:q} > {log:q} 2>&1"
 
 
@@ -132,6 +133,7 @@ rule print_figures:
         "results/logs/print_figures.log",
     conda:
         "../../environment.yml"
+    threads: 2
     params:
         results=results_folder,
         settings=as_parameter(DRAW_SETTINGS),
@@ -146,7 +148,7 @@ rule print_figures:
     shell:
         "python {input.script:q} --results {params.results:q} --paper {input.paper:q}"
         " --settings {params.settings:q} --figures {params.figures:q} --kind pdf"
-        " --output {params.results:q}/print"
+        " --output {params.results:q}/print --processes {threads}"
         " --record {params.made_from:q} > {log:q} 2>&1"
 
 

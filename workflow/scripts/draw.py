@@ -18,9 +18,11 @@ def main() -> None:
     parser.add_argument("--figures", nargs="+", required=True, help="names of figures")
     parser.add_argument("--kind", choices=("svg", "pdf"), required=True, help="format of the files")
     parser.add_argument("--output", type=Path, required=True, help="output: the folder of figures")
+    parser.add_argument("--processes", type=int, default=1, help="how many draw (default: 1)")
     arguments = parser.parse_args()
     inputs = StoredResults(arguments.results, arguments.paper, arguments.settings)
-    write_figures(arguments.figures, inputs, arguments.kind, arguments.output)
+    output, processes = arguments.output, arguments.processes
+    write_figures(arguments.figures, inputs, arguments.kind, output, processes)
 
 
 if __name__ == "__main__":
