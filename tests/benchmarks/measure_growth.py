@@ -2,9 +2,11 @@
 
     python tests/benchmarks/measure_growth.py --recordings 120 1200
     python tests/benchmarks/measure_growth.py --recordings 12000 --particles 20 --iterations 20
+    python tests/benchmarks/measure_growth.py --recordings 12 120 1200 --picture docs/growth.svg
 
 Each archive is simulated in a temporary copy of the project. With --bare, the same commands run
-once more under `xargs` without Snakemake, stage after stage.
+once more under `xargs` without Snakemake, stage after stage. With --picture, the table is drawn,
+too.
 """
 
 import argparse
@@ -21,11 +23,31 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
 
+from matplotlib.figure import Figure
+
+from capsule.figures.style import (
+    BLUE,
+    COLUMN_WIDTH_IN,
+    GREEN,
+    GREY,
+    ORANGE,
+    VIOLET,
+    figure_style,
+    render_figure,
+)
 from edges.durations import RULES
 from support.project import Project
 
 STAGES = [*RULES, "report"]
 SIZES = ["0", "1", "2", "3", "4", "5"]
+# The calls that are drawn, each with its colour and mark.
+LOOKS = {
+    "cold run": (ORANGE, "D"),
+    "one more": (BLUE, "o"),
+    "no-op": (GREEN, "^"),
+    "dry run": (VIOLET, "v"),
+    "parse": (GREY, "s"),
+}
 
 
 def make_project(folder: Path, recordings: int, fit: dict[str, int]) -> Project:
@@ -90,6 +112,30 @@ def bare_seconds(project: Project, cores: int) -> float:
     return time.perf_counter() - start
 
 
+def draw_growth(measured: dict[int, dict[str, float]]) -> Figure:
+    """Draw how long each call takes against the number of recordings, both logarithmic.
+
+    Parameters
+    ----------
+    measured : dict of int to dict of str to float
+        By the number of recordings, the seconds of each call of `LOOKS`.
+    """
+    recordings = sorted(measured)
+    with figure_style():
+        figure = Figure(figsize=(COLUMN_WIDTH_IN, 3.2), layout="constrained")
+        axes = figure.subplots()
+        for call, (colour, mark) in LOOKS.items():
+            seconds = [measured[count][call] for count in recordings]
+            axes.plot(recordings, seconds, color=colour, marker=mark, markersize=4, label=call)
+        axes.set(xscale="log", yscale="log", xlabel="recordings", ylabel="time (s)")
+        axes.set_xticks(recordings, [f"{count:,}" for count in recordings], minor=False)
+        axes.set_xticks([], minor=True)
+        axes.yaxis.set_major_formatter("{x:g}")
+        axes.grid(color="#d9d9d9", linewidth=0.5)
+        axes.legend()
+    return figure
+
+
 def main() -> None:
     """Measure and print one row an archive."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -98,6 +144,9 @@ def main() -> None:
     parser.add_argument("--iterations", type=int, default=2000, help="M of the fit")
     parser.add_argument("--cores", type=int, default=2)
     parser.add_argument("--bare", action="store_true", help="also without Snakemake, by xargs")
+    parser.add_argument(
+        "--picture", type=Path, metavar="PATH", help="output: the table, drawn, SVG"
+    )
     arguments = parser.parse_args()
     fit = {"particles": arguments.particles, "iterations": arguments.iterations}
     print(f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}")
@@ -105,6 +154,7 @@ def main() -> None:
     names = ["parse", "dry run", "cold run", "a recording", "no-op", "one more", "largest process"]
     names += ["bare", "cold / bare"] if arguments.bare else []
     print("| recordings | " + " | ".join(names) + " |\n" + "|---:" * (len(names) + 1) + "|")
+    measured = {}
     for recordings in arguments.recordings:
         with tempfile.TemporaryDirectory() as temporary:
             project = make_project(Path(temporary) / "project", recordings, fit)
@@ -118,6 +168,8 @@ def main() -> None:
             shutil.move(project.raw / "3mm" / "r01.csv", extra)
             simulate(project, 1, ["3"], seed=1)
             more = seconds_of(project, cores=cores)
+            seconds = (cold, more, nothing, dry, parse)
+            measured[recordings] = dict(zip(LOOKS, seconds, strict=True))
             memory = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
             cells = [f"{parse:.1f} s", f"{dry:.1f} s", f"{cold:.1f} s"]
             cells += [f"{1000 * cold / recordings:.0f} ms", f"{nothing:.1f} s", f"{more:.1f} s"]
@@ -128,6 +180,8 @@ def main() -> None:
                 bare = bare_seconds(project, cores)
                 cells += [f"{bare:.1f} s", f"{cold / bare:.2f}"]
             print(f"| {recordings:,} | " + " | ".join(cells) + " |", flush=True)
+    if arguments.picture:
+        arguments.picture.write_bytes(render_figure(draw_growth(measured), "svg", "growth"))
 
 
 if __name__ == "__main__":
