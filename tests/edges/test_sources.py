@@ -37,6 +37,21 @@ def test_an_import_counts_wherever_it_stands(tmp_path):
     assert found == set(modules)
 
 
+def test_an_import_counts_in_any_layout(tmp_path):
+    (tmp_path / "script.py").write_text(
+        "from lib import (\n    a,  # with a comment (in brackets)\n    b as c,\n)\n"
+        "import one, two as t; import three\n"
+        "if x: import four  # and five\n"
+        "from lib import d, \\\n    e\n"
+    )
+    modules = ["one", "two", "three", "four"]
+    (tmp_path / "lib").mkdir()
+    for name in [*modules, "lib/__init__", "lib/a", "lib/b", "lib/d", "lib/e", "five", "x"]:
+        (tmp_path / f"{name}.py").write_text("")
+    found = {path.stem for path in imported_files(tmp_path / "script.py")}
+    assert found == {*modules, "__init__", "a", "b", "d", "e"}
+
+
 def test_a_fit_depends_on_the_maths_it_uses_and_on_nothing_else():
     fit = names("fit.py")
     assert {"capsule/fitting.py", "capsule/sliding.py", "capsule/particles.py"} <= fit
