@@ -19,14 +19,14 @@ DESIGN_SETTINGS = {"recording": {"sensors": config["recording"]["sensors"]}}
 RESULT_FIGURES = [name for name, row in FIGURES.items() if not row.of_design]
 DESIGN_FIGURES = [name for name, row in FIGURES.items() if row.of_design]
 FIGURE_MODULES = sorted({row.module for row in FIGURES.values()})
-# The figures of results are drawn from these files.
+# The figures of results are drawn from these files, and from the readings of two recordings. Those
+# change only together with the evaluation. As inputs, each figure would list all recordings.
 FIGURE_INPUTS = [
     rules.evaluate.output.predictions,
     *rules.evaluate.output.rates,
     rules.evaluate.output.learning,
     *rules.judge.output,
     *rules.average.output,
-    *expand(rules.preprocess.output.signal, recording=ARCHIVE.labelled()),
 ]
 # The figures of the capsule's design are drawn from the tables that also describe its parts.
 DESIGN_TABLES = [own_file(PROJECT / "config" / name) for name in ("phantom.yaml", "parts.yaml")]
