@@ -115,8 +115,7 @@ class SizesWithout:
 
     def _others(self, left_out: IntArray) -> tuple[FloatArray, FloatArray]:
         """Return the features and sizes of the others."""
-        taught = np.delete(np.arange(self._sizes_mm.size), left_out)
-        return self._features[taught], self._sizes_mm[taught]
+        return np.delete(self._features, left_out, axis=0), np.delete(self._sizes_mm, left_out)
 
     @cached_property
     def _without_each(self) -> list[SizeModel | None]:
