@@ -1,8 +1,11 @@
 """Write figures in the widths of one and of two columns, with their data as CSV."""
 
-import multiprocessing
+import sys
+import warnings
 from collections.abc import Iterable
+from concurrent.futures import ProcessPoolExecutor
 from itertools import starmap
+from multiprocessing import get_context
 from pathlib import Path
 
 from capsule.figures.inputs import Drawing, FigureInputs, make_drawing
@@ -10,7 +13,7 @@ from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
 from edges import files
 
 _WIDTHS = ((PAGE_WIDTH_IN, ""), (COLUMN_WIDTH_IN, "_column"))
-# The figures at hand. Processes that are forks of this one find them here, too.
+# The figures to draw. A fork of this process finds them here.
 _DRAWINGS: dict[str, Drawing] = {}
 
 
@@ -38,13 +41,22 @@ def write_figures(
             table.to_csv(stream, index=False, lineterminator="\n")
         print(f"{name}: {len(table)} rows of data")
     pictures = [(name, *width, kind) for name in _DRAWINGS for width in _WIDTHS]
-    # A fork has imported matplotlib already. Where there are no forks, one process draws all.
-    if processes > 1 and "fork" in multiprocessing.get_all_start_methods():
-        with multiprocessing.get_context("fork").Pool(processes) as pool:
-            _write(folder, pool.starmap(_render, pictures, chunksize=1))
+    if processes > 1 and sys.platform == "linux":  # other systems have no safe forks
+        _write_by_forks(pictures, folder, processes)
     else:
-        _write(folder, starmap(_render, pictures))
+        _write(starmap(_render, pictures), folder)
     _DRAWINGS.clear()
+
+
+def _write_by_forks(
+    pictures: Iterable[tuple[str, float, str, str]], folder: Path, processes: int
+) -> None:
+    """Draw in forks of this process, which has imported matplotlib already."""
+    with warnings.catch_warnings(), ProcessPoolExecutor(processes, get_context("fork")) as pool:
+        # The other thread belongs to the memory allocator of pyarrow.
+        about = "This process .* is multi-threaded"
+        warnings.filterwarnings("ignore", about, DeprecationWarning)
+        _write(pool.map(_render, *zip(*pictures, strict=True)), folder)
 
 
 def _render(name: str, width_in: float, suffix: str, kind: str) -> tuple[str, bytes]:
@@ -53,7 +65,7 @@ def _render(name: str, width_in: float, suffix: str, kind: str) -> tuple[str, by
     return f"{name}{suffix}.{kind}", render_figure(draw(width_in), kind, name + suffix)
 
 
-def _write(folder: Path, pictures: Iterable[tuple[str, bytes]]) -> None:
+def _write(pictures: Iterable[tuple[str, bytes]], folder: Path) -> None:
     for name, content in pictures:
         with files.write_whole(folder / name, "wb") as stream:
             stream.write(content)
