@@ -1,4 +1,4 @@
-"""How fast the sliding comparison and a whole fit are, beside what one would write first.
+"""Measure the sliding comparison and a whole fit beside simple alternatives.
 
     python tests/benchmarks/compare_fits.py raw/3mm/r07.csv
     python tests/benchmarks/compare_fits.py raw/3mm/r07.csv --recordings raw/*mm/r12.csv
@@ -49,7 +49,7 @@ SPACE = ParameterSpace(**FIT)
 
 
 def best_of(squares: np.ndarray, matrix: np.ndarray) -> tuple[float, int]:
-    """Give the smallest RMSE and its lag from |F' - P'|^2 at every lag."""
+    """Return the smallest RMSE and its lag from |F' - P'|^2 at every lag."""
     best = int(np.argmin(squares))
     return float(np.sqrt(max(squares[best], 0.0) / (3 * matrix.size))), best + 1
 
@@ -68,7 +68,7 @@ def literal(matrix: np.ndarray, particle: np.ndarray) -> tuple[float, int]:
 
 
 def from_correlation(matrix: np.ndarray, particle: np.ndarray, correlation: np.ndarray) -> tuple:
-    """Give the best lag from the correlation at the shifts -(L - 1)..L - 1."""
+    """Return the best lag from the correlation at the shifts -(L - 1)..L - 1."""
     products = np.concatenate([[0.0], correlation])
     squares = np.sum(matrix**2) + np.sum(particle**2) - 2.0 * products
     return best_of(squares, matrix)

@@ -1,4 +1,4 @@
-"""What is measured: many archives of the bench as configured, and of benches that differ from it.
+"""Archives for the benchmarks: of the bench as configured, and of benches that differ from it.
 
 Rows are those of `judge_archive`, one an archive.
 """

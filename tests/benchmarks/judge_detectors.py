@@ -1,4 +1,4 @@
-"""How good the detectors are on simulated archives that were not used to design them.
+"""Judge the detectors on simulated archives that were not used to design them.
 
     python tests/benchmarks/judge_detectors.py --output docs/detection-results.md
 

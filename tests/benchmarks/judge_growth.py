@@ -1,4 +1,4 @@
-"""How the taught detector nears a bench's limit as the archive grows.
+"""Measure how near the taught detector comes to a bench's limit as the archive grows.
 
     python tests/benchmarks/judge_growth.py --output docs/detection-growth.md
 

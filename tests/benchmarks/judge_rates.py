@@ -1,4 +1,4 @@
-"""What the tables of the benchmarks show of archives, the same for every detector."""
+"""Rates of archives for the tables of the benchmarks, the same for every detector."""
 
 from collections.abc import Mapping, Sequence
 

@@ -1,4 +1,4 @@
-"""What was measured of the detectors, as Markdown."""
+"""Write the measured rates of the detectors as Markdown."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -9,7 +9,7 @@ from judge_rates import error_row, mean_row
 
 @dataclass(frozen=True)
 class Measured:
-    """What was measured, as rows of plain numbers; one an archive, where not said otherwise.
+    """Measurements as rows of plain numbers, one row per archive unless said otherwise.
 
     Attributes
     ----------

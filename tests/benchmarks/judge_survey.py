@@ -1,4 +1,4 @@
-"""How good a survey is, on simulated guts that had no part in designing it.
+"""Judge surveys on simulated guts that had no part in designing them.
 
     python tests/benchmarks/judge_survey.py --rows survey.jsonl --output docs/survey-results.md
 

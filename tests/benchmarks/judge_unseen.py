@@ -1,4 +1,4 @@
-"""How good the detectors are on benches that had no part in teaching or designing them.
+"""Judge the detectors on benches that had no part in teaching or designing them.
 
     python tests/benchmarks/judge_unseen.py --folders FOLDER ...
         --output docs/detection-benches.md --ranges workflow/report/benches.csv

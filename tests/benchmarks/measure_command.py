@@ -1,4 +1,4 @@
-"""How long the words of the command take from the key to the end: wall and CPU seconds.
+"""Measure the commands of `capsule` from the key to the end: wall and CPU seconds.
 
     python tests/benchmarks/measure_command.py [--rounds 7] [--demo]
 

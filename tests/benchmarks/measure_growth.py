@@ -1,4 +1,4 @@
-"""What a run costs as the archive grows: parse, dry run, cold run, no-op, one recording more.
+"""Measure the cost of a run as the archive grows: parse, dry run, cold run, no-op, one more.
 
     python tests/benchmarks/measure_growth.py --recordings 120 1200
     python tests/benchmarks/measure_growth.py --recordings 12000 --particles 20 --iterations 20
@@ -65,7 +65,7 @@ def simulate(project: Project, runs: int, sizes: list[str] = SIZES, seed: int = 
 
 
 def cpu_of_children() -> float:
-    """Give the CPU time of all processes that have ended."""
+    """Return the CPU time of all processes that have ended."""
     usage = resource.getrusage(resource.RUSAGE_CHILDREN)
     return usage.ru_utime + usage.ru_stime
 

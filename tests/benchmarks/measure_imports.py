@@ -1,4 +1,4 @@
-"""What the jobs of one recording import, and what that costs them.
+"""Measure the imports of the jobs of one recording, and their cost.
 
     python tests/benchmarks/measure_imports.py raw/3mm/r07.csv
 
@@ -28,7 +28,7 @@ ENVIRONMENT = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"
 
 
 def job_commands(recording: Path, folder: Path) -> dict[str, list[str]]:
-    """Give the commands of the recording's jobs; they write to the folder."""
+    """Return the commands of the recording's jobs; they write to the folder."""
     config = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
     name = f"{recording.parent.name}/{recording.stem}"
     written = ("signal.npy", "matrix.npy", "check.json", "fit.json")
@@ -42,7 +42,7 @@ def job_commands(recording: Path, folder: Path) -> dict[str, list[str]]:
 
 
 def imports(log: str) -> tuple[float, float]:
-    """Give the milliseconds that numpy's import took, and those of all others since the start."""
+    """Return the milliseconds that numpy's import took, and those of all others since the start."""
     found = IMPORT.findall(log)
     total = sum(int(itself) for itself, *_ in found)
     (numpy,) = (int(cumulative) for _, cumulative, _, name in found if name == "numpy")

@@ -1,4 +1,4 @@
-"""What the report page costs as the archive grows: to make, to hold, to open, to look further.
+"""Measure the report page as the archive grows: making, size, opening and looking further.
 
     python tests/benchmarks/measure_page.py
     python tests/benchmarks/measure_page.py --recordings 120 1200 --opened 9
@@ -64,7 +64,7 @@ requestAnimationFrame(wait);
 
 @dataclass(frozen=True)
 class Made:
-    """What the job of the report took.
+    """Time and memory of the report's job.
 
     Attributes
     ----------

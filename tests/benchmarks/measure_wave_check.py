@@ -1,4 +1,4 @@
-"""How often noise passes for a wave, and how often a wave is missed; docs/robustness.md has it.
+"""Measure how often noise passes as a wave, and how often a wave is missed (docs/robustness.md).
 
     python tests/benchmarks/measure_wave_check.py --folders FOLDER ...
 

@@ -67,7 +67,7 @@ def nwb_file(path, **series):
 
 
 def messages(types):
-    """Give the samples as a topic of arrays, and the class of another topic."""
+    """Return the samples as a topic of arrays, and the class of another topic."""
     array = types.types["std_msgs/msg/Float64MultiArray"]
     layout = types.types["std_msgs/msg/MultiArrayLayout"](dim=[], data_offset=0)
     start = int(STARTED.timestamp()) * 10**9

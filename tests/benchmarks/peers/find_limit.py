@@ -1,4 +1,4 @@
-"""How well nodules can be told on each bench: a classifier taught by thousands of its recordings.
+"""Find each bench's limit: the rates of a classifier taught by thousands of its recordings.
 
     python -m venv peers && peers/bin/pip install -r tests/benchmarks/peers/requirements.txt
     peers/bin/python tests/benchmarks/peers/find_limit.py --output docs/detection-limits.md

@@ -1,4 +1,4 @@
-"""What a user would pick instead: MiniRocket with a ridge classifier, and the nearest neighbour.
+"""Judge the usual alternatives: MiniRocket with a ridge classifier, and the nearest neighbour.
 
     python -m venv peers && peers/bin/pip install -r tests/benchmarks/peers/requirements.txt
     python tests/benchmarks/export_archives.py archives/
@@ -59,12 +59,12 @@ def padded(readings: list[np.ndarray]) -> np.ndarray:
 
 
 def kernels() -> MiniRocket:
-    """Give the transform of MiniRocket."""
+    """Return the transform of MiniRocket."""
     return MiniRocket(random_state=1, n_jobs=1)
 
 
 def classifier() -> Pipeline:
-    """Give the ridge classifier behind it, its penalty found by cross-validation."""
+    """Return the ridge classifier behind it, its penalty found by cross-validation."""
     return make_pipeline(
         StandardScaler(with_mean=False), RidgeClassifierCV(alphas=np.logspace(-3, 3, 10))
     )
@@ -147,7 +147,7 @@ FOLDS: dict[str, tuple[Callable, Callable]] = {
 def folds_seconds(
     name: str, sizes: np.ndarray, readings: list[np.ndarray], predicted: np.ndarray
 ) -> float:
-    """Give the CPU time of all folds of a peer, each by itself, told from some.
+    """Return the CPU time of all folds of a peer, each by itself, told from some.
 
     Raises
     ------

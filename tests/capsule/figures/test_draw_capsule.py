@@ -40,7 +40,7 @@ def test_the_capsule_is_drawn_with_its_dimensions_sensors_and_bench(width_in):
 
 
 def inked(figure):
-    """Give the boxes of all labels, in pixels."""
+    """Return the boxes of all labels, in pixels."""
     figure.draw_without_rendering()
     return [
         # Of a label with a leader the text alone.

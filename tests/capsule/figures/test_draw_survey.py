@@ -27,7 +27,7 @@ def drawing():
 
 
 def lines_of(axes, colour, dashed):
-    """Give the stretches of the path of a colour, as [distance, time] points."""
+    """Return the stretches of the path of a colour, as [distance, time] points."""
     (line,) = [
         line
         for line in axes.get_lines()

@@ -245,13 +245,13 @@ COLOUR_BLIND = {
 
 
 def linear(colour):
-    """Give the linear RGB of a colour."""
+    """Return the linear RGB of a colour."""
     part = np.array(to_rgb(colour))
     return np.where(part <= 0.04045, part / 12.92, ((part + 0.055) / 1.055) ** 2.4)
 
 
 def lab(rgb):
-    """Give L, a and b (D65) of linear RGB."""
+    """Return L, a and b (D65) of linear RGB."""
     to_xyz = np.array(
         [[0.4124, 0.3576, 0.1805], [0.2126, 0.7152, 0.0722], [0.0193, 0.1192, 0.9505]]
     )

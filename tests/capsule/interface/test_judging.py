@@ -22,7 +22,7 @@ class Knows(BaseEstimator):
         return self
 
     def predict(self, X):  # noqa: N803
-        """Give sizes in mm."""
+        """Return sizes in mm."""
         return np.where(X[:, 0] == 1.5, np.nan, X[:, 0])
 
 

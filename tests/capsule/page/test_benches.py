@@ -1,4 +1,4 @@
-"""What the page says of the detectors on other benches."""
+"""Tests of the page's table of detectors on other benches."""
 
 from capsule.page.benches import page_values
 

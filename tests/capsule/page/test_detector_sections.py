@@ -1,4 +1,4 @@
-"""What is said of each detector, and that nothing is said which is not known."""
+"""Tests of the texts on each detector, which claim nothing unknown."""
 
 import json
 

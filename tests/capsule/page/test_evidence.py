@@ -1,4 +1,4 @@
-"""What the page carries of each recording: exact where it can be, small, and harmless."""
+"""Tests of the data that the page holds of each recording: exact, small and harmless."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""What the page folds away and how a reader comes to it: by hand, by a link, on paper."""
+"""Tests of folded parts of the page, which open by hand, by a link and on paper."""
 
 import re
 

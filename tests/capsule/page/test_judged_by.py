@@ -1,4 +1,4 @@
-"""What the page draws of the templates: of the fold that judged, and where it lay."""
+"""Tests of the templates on the page: those of the fold that judged, at their lag."""
 
 import numpy as np
 import pytest

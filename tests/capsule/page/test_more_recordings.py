@@ -1,4 +1,4 @@
-"""What the page says of more recordings, from tables put together by hand."""
+"""Tests of the page's advice on more recordings, from tables written by hand."""
 
 import pandas as pd
 import pytest

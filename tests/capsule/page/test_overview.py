@@ -1,4 +1,4 @@
-"""How many recordings there are, and what was not used."""
+"""Tests of the numbers of recordings, used and not used."""
 
 import pandas as pd
 

@@ -1,4 +1,4 @@
-"""What the page's scripts know of all recordings: every detector's verdicts and scores."""
+"""Tests of the data for the page's scripts: every detector's verdicts and scores."""
 
 import pytest
 

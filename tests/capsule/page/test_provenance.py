@@ -1,4 +1,4 @@
-"""Where the recordings come from, what differs from the paper, and what the page was made of."""
+"""Tests of the page's origin: recordings, differences from the paper, and code."""
 
 import json
 

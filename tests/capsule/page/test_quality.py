@@ -1,4 +1,4 @@
-"""What is wrong with a recording, in words."""
+"""Tests of the sentences about faults of a recording."""
 
 import numpy as np
 

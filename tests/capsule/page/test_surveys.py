@@ -1,4 +1,4 @@
-"""What the page says of surveys, and what it carries to move the capsule through them."""
+"""Tests of the page's texts on surveys, and of its data to move the capsule through them."""
 
 import base64
 import json
@@ -139,7 +139,7 @@ def test_what_is_not_shown_is_named(session):
 
 
 def long_survey():
-    """Give a survey of two metres: 50,000 samples, and the places and events of a usual one."""
+    """Return a survey of two metres: 50,000 samples, and the places and events of a usual one."""
     count, numbers = 50_000, np.random.default_rng(1)
     time_s = np.arange(count) / 10
     judged = np.arange(count) % 8 == 7

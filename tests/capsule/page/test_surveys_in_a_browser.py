@@ -29,7 +29,7 @@ CORNERS = (
 
 
 def hexagons(browser, where="#surveys > article .closeup"):
-    """Give of each sensor the corners of its hexagon, (6, 2), in pixels of the drawing."""
+    """Return the corners of each sensor's hexagon, (6, 2), in pixels of the drawing."""
     return {
         int(sensor): np.array(numbers).reshape(6, 2)
         for sensor, *numbers in browser.run(CORNERS, where)
@@ -86,7 +86,7 @@ def test_it_says_in_words_what_the_capsule_does(browser, page, project):
 
 
 def pixels_of(browser):
-    """Give a function from places in mm to pixels, from the ticks of the axis."""
+    """Return a function from places in mm to pixels, from the ticks of the axis."""
     ticks = browser.run(
         "return [...document.querySelector('#surveys > article .closeup').querySelectorAll('text')]"
         ".filter((text) => text.getAttribute('text-anchor') === 'middle')"

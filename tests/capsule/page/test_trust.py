@@ -1,4 +1,4 @@
-"""How far to trust a verdict: the archive's own rates in a sentence."""
+"""Tests of the sentence on how far to trust a verdict, from the archive's own rates."""
 
 import pandas as pd
 

@@ -44,7 +44,7 @@ def choose(browser, title, value):
 
 
 def shown_table(browser, kind):
-    """Give the id and the visible rows of the one visible table of a kind."""
+    """Return the id and the visible rows of the one visible table of a kind."""
     return browser.run(
         "const tables = [...document.querySelectorAll(`main table[id^='${arguments[0]}']`)]"
         ".filter((t) => t.offsetParent !== null);"

@@ -32,7 +32,7 @@ BUSY = {
 
 @dataclass
 class FateOfARun:
-    """What chance brought over a run of an archive, drawn as `simulate_run` draws it."""
+    """Random numbers of one run of an archive, drawn as `simulate_run` draws them."""
 
     pressing: Pressing
     strokes: Strokes
@@ -44,7 +44,7 @@ class FateOfARun:
     only_pass: Pass
 
     def draw_pass(self, number):
-        """Give the only pass of a run."""
+        """Return the only pass of a run."""
         assert number == 1
         return self.only_pass
 

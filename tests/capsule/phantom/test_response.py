@@ -1,4 +1,4 @@
-"""What a sensor does beside following its load: nothing at strength 0, else what it claims."""
+"""Tests of a sensor's imperfections: none at strength 0, otherwise as documented."""
 
 import math
 
