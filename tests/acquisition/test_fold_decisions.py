@@ -14,7 +14,10 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 from support.bench import emulated
 from support.bench.folding import SWITCH_TRAVEL, TRAVEL
 
-pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="no compiler: gcc")
+pytestmark = [
+    pytest.mark.slow(0.5),
+    pytest.mark.skipif(shutil.which("gcc") is None, reason="no compiler: gcc"),
+]
 
 STATES = ("unfolding", "unfolded", "folding", "folded", "fault")  # as origami.h numbers them
 FREE, STUCK_OPEN, STUCK_CLOSED = range(3)

@@ -10,6 +10,8 @@ from capsule.recording import read_recording
 from support.project import ROOT
 from support.synthetic import make_recording
 
+pytestmark = pytest.mark.slow(0.1)
+
 
 def readings(name, samples=400):
     return make_recording(3.0, name, samples=samples).values

@@ -18,6 +18,8 @@ from capsule.recording import Recording, format_recording, read_recording
 from capsule.sliding import SlidingComparison
 from support.synthetic import make_recording
 
+pytestmark = pytest.mark.slow(0.5)
+
 RULES = {
     "rate_hz": 10,
     "rate_tolerance": 0.05,

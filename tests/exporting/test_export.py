@@ -27,6 +27,8 @@ from exporting.session_dates import NO_DATE
 from support.project import ROOT
 from support.small_results import AWKWARD, FORMULA, RECORDINGS, REJECTED, make_results
 
+pytestmark = pytest.mark.slow(0.3)
+
 CONFIG = ROOT / "config/config.yaml"
 
 

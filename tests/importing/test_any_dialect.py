@@ -1,6 +1,7 @@
 """A recording in any dialect is read as the same numbers, or refused with the deciding option."""
 
 import numpy as np
+import pytest
 from hypothesis import event, example, given, settings
 from hypothesis import strategies as st
 
@@ -9,6 +10,8 @@ from capsule.importing.lab_map import checked_map
 from capsule.importing.mapped_runs import Bench, guess_table, readings
 from importing.lab_files import lab_schema
 from importing.text_files import read_text
+
+pytestmark = pytest.mark.slow(1)
 
 BENCH = Bench(sensors=4, rate_hz=10.0, rate_tolerance=0.05, full_scale=1024.0)
 SCHEMA = lab_schema()

@@ -20,6 +20,8 @@ from edges.sources import imported_files
 from support.importing import ODD, assert_readings, import_files
 from support.project import ROOT
 
+pytestmark = pytest.mark.slow(0.1)
+
 SCRIPTS = ROOT / "workflow" / "scripts"
 TIME_S = np.round(np.arange(200) / 10, 9)
 COUNTS = np.rint(500 + 40 * np.sin(2 * np.pi * TIME_S / 3.2 + np.arange(4)[:, None]))

@@ -13,6 +13,8 @@ from support.measured import read_stl, section
 from support.parts import make_into
 from support.project import ROOT
 
+pytestmark = pytest.mark.slow(0.1)
+
 DESIGN = shipped_design()
 CAM = DESIGN.cam
 FOLLOWERS_MM = np.arange(1.0, 80.0, 2.0)

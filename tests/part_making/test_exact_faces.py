@@ -14,6 +14,8 @@ from capsule.parts.plane_faces import plane_faces
 from edges.part_tables import shipped_design
 from part_making.part_options import read_design
 
+pytestmark = pytest.mark.slow(0.1)
+
 PRISMS = [
     "substructure",
     "coupon-wall-0.50",

@@ -10,6 +10,8 @@ from edges.phantom import DEFAULT_TABLE, read_phantom
 from phantom_study import simulated_archive
 from phantom_study.arguments import DEFAULT_CONFIG, read_detector, read_paper_table
 
+pytestmark = pytest.mark.slow(0.2)
+
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
 DETECTOR = simulated_archive.quick(read_detector(DEFAULT_CONFIG))
 PAPER = read_paper_table()

@@ -11,6 +11,8 @@ import capsule_command
 from edges.script_parser import script_parser
 from support.project import ROOT
 
+pytestmark = pytest.mark.slow(0.3)
+
 COMMAND = ROOT / "workflow/scripts/capsule_command.py"
 PRESENT = [
     word

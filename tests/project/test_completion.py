@@ -14,6 +14,8 @@ import shell_completion
 from edges.script_parser import script_parser
 from support.project import ROOT
 
+pytestmark = pytest.mark.slow(0.2)
+
 pty = pytest.importorskip("pty", reason="this system has no pseudo-terminals")
 
 COMMAND = ROOT / "workflow/scripts/capsule_command.py"

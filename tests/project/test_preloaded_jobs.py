@@ -9,7 +9,10 @@ import pytest
 
 from support.preloaded_jobs import PreloadedJobs
 
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="only Linux forks jobs in tests")
+pytestmark = [
+    pytest.mark.slow(0.5),
+    pytest.mark.skipif(sys.platform != "linux", reason="only Linux forks jobs in tests"),
+]
 
 SAYS_ALL = """
 import json, os, sys

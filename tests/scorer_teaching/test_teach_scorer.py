@@ -4,7 +4,11 @@ import os
 import subprocess
 import sys
 
+import pytest
+
 from support.project import ROOT
+
+pytestmark = pytest.mark.slow(1)
 
 FRONT = ROOT / "workflow" / "scripts" / "teach_scorer.py"
 

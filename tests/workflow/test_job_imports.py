@@ -9,6 +9,8 @@ import pytest
 from benchmarks.measure_imports import job_commands
 from support.project import ROOT
 
+pytestmark = pytest.mark.slow(0.4)
+
 SCRIPTS = ROOT / "workflow" / "scripts"
 
 

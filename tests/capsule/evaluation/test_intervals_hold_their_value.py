@@ -17,6 +17,8 @@ from capsule.evaluation.reliability import calibration_table
 from capsule.evaluation.size_error import mean_interval, median_interval
 from capsule.seeding import generator
 
+pytestmark = pytest.mark.slow(0.2)
+
 LEVEL = st.sampled_from([0.5, 0.68, 0.9, 0.95, 0.999])
 COUNTS = st.integers(1, 60).flatmap(lambda of: st.tuples(st.integers(0, of), st.just(of)))
 

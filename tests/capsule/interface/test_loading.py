@@ -11,6 +11,8 @@ import pytest
 import capsule
 from support.project import ROOT
 
+pytestmark = pytest.mark.slow(0.2)
+
 SCRIPTS = ROOT / "workflow" / "scripts"
 
 

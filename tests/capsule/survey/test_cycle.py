@@ -1,5 +1,6 @@
 """The cycle with events in any order: folding needs feedback and a lease; few retests."""
 
+import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
@@ -15,6 +16,8 @@ from capsule.survey.cycle import (
     Cycle,
     after,
 )
+
+pytestmark = pytest.mark.slow(0.3)
 
 LEASE = 6  # ticks of a judgement, 0.8 s each: five seconds
 
