@@ -1,17 +1,14 @@
 """survey.py on boards that fail: the origami is unfolded, and missing samples give no verdict."""
 
 import itertools
-import os
 
 import numpy as np
 import pytest
 
 from capsule.phantom.chance import Nodule
+from support.bench.rig import needed
 
-pytestmark = [
-    pytest.mark.boards,
-    pytest.mark.skipif(os.name != "posix", reason="needs pseudo-terminals"),
-]
+pytestmark = [pytest.mark.boards, needed]
 AT_MM = 45.0
 THERE_AND_BACK = "--goto", 25, 12
 SOON = "--patience", 15

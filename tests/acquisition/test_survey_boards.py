@@ -2,7 +2,6 @@
 
 import io
 import json
-import os
 import signal
 
 import numpy as np
@@ -10,11 +9,9 @@ import pytest
 
 from capsule.phantom.chance import Nodule
 from capsule.recording import read_recording
+from support.bench.rig import needed
 
-pytestmark = [
-    pytest.mark.boards,
-    pytest.mark.skipif(os.name != "posix", reason="needs pseudo-terminals"),
-]
+pytestmark = [pytest.mark.boards, needed]
 AT_MM = 45.0
 THERE_AND_BACK = "--goto", 25, 12
 

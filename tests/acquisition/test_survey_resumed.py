@@ -1,18 +1,15 @@
 """A killed survey on boards: its files are read, and it continues where the capsule is."""
 
 import json
-import os
 import shutil
 
 import numpy as np
 import pytest
 
 from capsule.phantom.chance import Nodule
+from support.bench.rig import needed
 
-pytestmark = [
-    pytest.mark.boards,
-    pytest.mark.skipif(os.name != "posix", reason="needs pseudo-terminals"),
-]
+pytestmark = [pytest.mark.boards, needed]
 AT_MM = 45.0
 THERE_AND_BACK = "--goto", 25, 12
 

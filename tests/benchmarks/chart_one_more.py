@@ -9,16 +9,11 @@ recording is added, and the report is made again. The chart shows this second ru
 import argparse
 import base64
 import json
-import shutil
-import sys
 import tempfile
 import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-
-ROOT = Path(__file__).parents[2]
-sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
 
 import measure_growth
 from matplotlib.figure import Figure
@@ -34,9 +29,7 @@ from capsule.figures.style import (
     render_figure,
 )
 from edges.phantom import natural
-from support.project import Project
 
-ADDED = "3mm/one-more"
 SNAKEMAKE = "snakemake"
 
 
@@ -111,18 +104,10 @@ def run_one_more(recordings: int, cores: int) -> tuple[list[Job], float]:
     with tempfile.TemporaryDirectory() as temporary:
         project = measure_growth.make_project(Path(temporary) / "project", recordings, {})
         measure_growth.seconds_of(project, cores=cores)
-        add_recording(project)
+        measure_growth.add_recording(project)
         called = time.time()
         seconds = measure_growth.seconds_of(project, cores=cores)
         return read_jobs(project.folder / ".snakemake" / "metadata", called), seconds
-
-
-def add_recording(project: Project) -> None:
-    """Add one recording that the archive does not hold yet."""
-    other = Project(project.folder / "other")
-    measure_growth.simulate(other, 1, ["3"], seed=2)
-    shutil.move(other.raw / "3mm" / "r01.csv", project.raw / f"{ADDED}.csv")
-    shutil.rmtree(other.folder)
 
 
 def draw_jobs(jobs: Sequence[Job], seconds: float, title: str) -> Figure:

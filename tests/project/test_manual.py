@@ -10,7 +10,8 @@ from urllib.parse import unquote, urlsplit
 import pytest
 import yaml
 
-from support.browser import Browser, missing_browser
+from support.browser import Browser
+from support.browser import needed as browser_needed
 from support.documents import documents
 from support.project import ROOT
 
@@ -106,7 +107,7 @@ def test_the_pages_hold_what_is_taken_from_the_code(site):
 
 @pytest.mark.slow
 @pytest.mark.browser
-@pytest.mark.skipif(bool(missing_browser()), reason=missing_browser() or "installed")
+@browser_needed
 def test_the_search_finds_a_page_without_a_server(site, tmp_path):
     browser = Browser(tmp_path)
     try:

@@ -20,6 +20,10 @@ def missing_browser() -> str:
     return ""
 
 
+# Mark of tests that need the browser.
+needed = pytest.mark.skipif(bool(missing_browser()), reason=missing_browser() or "installed")
+
+
 class Browser:
     """Chromium with one page.
 

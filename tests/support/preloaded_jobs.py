@@ -7,7 +7,6 @@ imports the project's code from its files. Only on Linux, whose jobs end with th
 
 import atexit
 import contextlib
-import fcntl
 import gc
 import importlib
 import marshal
@@ -135,6 +134,9 @@ def run_call(
     measured: bool,
 ) -> None:
     """Run the script of one call in a fork, and send its exit status; never return."""
+    # Windows has no such module, and starts its jobs anew.
+    import fcntl
+
     arguments, folder, environment = call
     for stream, handle in enumerate(handles):
         os.dup2(handle, stream)

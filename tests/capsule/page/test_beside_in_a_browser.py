@@ -13,13 +13,13 @@ import pytest
 
 from capsule.page import beside, recordings
 from edges.config_files import read_config_file
-from support.browser import missing_browser
+from support.browser import needed
 from support.project import ROOT
 from support.report_page import EVIL, RECORDINGS, wait_for_title
 
 pytestmark = [
     pytest.mark.browser,
-    pytest.mark.skipif(bool(missing_browser()), reason=missing_browser() or "installed"),
+    needed,
 ]
 LISTED = "return [...document.querySelectorAll('#recordings-table tbody tr')].map((row) => "
 NAMES = LISTED + "row.dataset.recording)"

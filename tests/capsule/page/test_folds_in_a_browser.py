@@ -4,11 +4,11 @@ import re
 
 import pytest
 
-from support.browser import DESKTOP, PHONE, missing_browser
+from support.browser import DESKTOP, PHONE, needed
 
 pytestmark = [
     pytest.mark.browser,
-    pytest.mark.skipif(bool(missing_browser()), reason=missing_browser() or "installed"),
+    needed,
 ]
 FOLDS = "return [...document.querySelectorAll('main details:not(.columns)')]"
 TERMS = 15

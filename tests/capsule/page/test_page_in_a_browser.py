@@ -13,13 +13,13 @@ from capsule import words
 from capsule.figures.registry import FIGURES
 from capsule.page.dark_figures import PAPER
 from capsule.recording import read_recording
-from support.browser import DESKTOP, PHONE, missing_browser
+from support.browser import DESKTOP, PHONE, needed
 from support.project import ROOT
 from support.report_page import EVIL, RECORDINGS, SIZES, wait_for_title
 
 pytestmark = [
     pytest.mark.browser,
-    pytest.mark.skipif(bool(missing_browser()), reason=missing_browser() or "installed"),
+    needed,
 ]
 
 PICTURES = ROOT / "build" / "report"

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from support.browser import DESKTOP, PAPER, PHONE, missing_browser
+from support.browser import DESKTOP, PAPER, PHONE, needed
 
 pytestmark = [
     pytest.mark.browser,
-    pytest.mark.skipif(bool(missing_browser()), reason=missing_browser() or "installed"),
+    needed,
 ]
 CHOSEN = "#recording=2.5mm/r01&detector=diagonal"
 WIDTHS = "return [...document.querySelectorAll('#viewer .canvas canvas')].map((c) => c.width)"

@@ -8,12 +8,12 @@ import pytest
 from capsule.geometry.origami import sensor_offsets, vertices
 from capsule.survey.state_words import STATE_WORDS
 from edges.phantom import DEFAULT_TABLE, read_phantom
-from support.browser import PHONE, missing_browser
+from support.browser import PHONE, needed
 from support.surveys import head_mm
 
 pytestmark = [
     pytest.mark.browser,
-    pytest.mark.skipif(bool(missing_browser()), reason=missing_browser() or "installed"),
+    needed,
 ]
 
 PHANTOM = read_phantom(DEFAULT_TABLE, [])

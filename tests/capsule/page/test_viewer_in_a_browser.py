@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from support.browser import DESKTOP, PHONE, missing_browser
+from support.browser import DESKTOP, PHONE, needed
 from support.report_page import SIZES, wait_for_title
 
 pytestmark = [
     pytest.mark.browser,
-    pytest.mark.skipif(bool(missing_browser()), reason=missing_browser() or "installed"),
+    needed,
 ]
 EVIDENCE = "const e = JSON.parse(document.querySelector(`[data-evidence='${arguments[0]}']`).text);"
 DETECTORS = {

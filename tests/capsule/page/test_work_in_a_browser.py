@@ -9,12 +9,12 @@ import pytest
 
 from capsule import words
 from capsule.naming import without_formula
-from support.browser import DESKTOP, PHONE, missing_browser
+from support.browser import DESKTOP, PHONE, needed
 from support.report_page import EVIL, RECORDINGS, wait_for_title
 
 pytestmark = [
     pytest.mark.browser,
-    pytest.mark.skipif(bool(missing_browser()), reason=missing_browser() or "installed"),
+    needed,
 ]
 FORMULAS = [
     "=1+1",

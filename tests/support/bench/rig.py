@@ -2,9 +2,12 @@
 
 import csv
 import json
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
+
+import pytest
 
 from acquisition.stand_in import StandInLogger
 from acquisition.workbench import Workbench
@@ -14,6 +17,9 @@ from edges.phantom import DEFAULT_TABLE, read_phantom
 from support.bench.gut import Gut
 from support.bench.stand_in_motors import StandInFold, StandInPeristalsis
 from support.bench.surveyor import SteppedCable, Surveyor
+
+# Mark of tests that need the ports of a rig.
+needed = pytest.mark.skipif(os.name != "posix", reason="needs pseudo-terminals")
 
 
 class Rig:
