@@ -17,7 +17,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from support.preloaded_jobs import PreloadedJobs, start_of
+from edges.preloaded_jobs import PreloadedJobs
+from support.preloaded_jobs import PLAIN, jobs_of_tests, start_of
 
 
 class ForkedCall:
@@ -99,12 +100,12 @@ class PreloadedSnakemake:
         """Call snakemake in a folder; on Linux its jobs are forks of a preloaded process, too."""
         connection = self._idle.pop() if self._idle else self._new(environment)
         if sys.platform == "linux" and self._jobs is None:
-            self._jobs = PreloadedJobs(environment, measured=self._measured)
+            self._jobs = jobs_of_tests(environment, measured=self._measured)
         call = {
             "arguments": list(arguments),
             "folder": str(folder),
-            "environment": {**environment},
-            "python": str(self._jobs.python) if self._jobs else sys.executable,
+            "environment": {**environment, **(PLAIN if self._jobs else {})},
+            "python": str(self._jobs.folder / "python") if self._jobs else sys.executable,
         }
         reading, writing = os.pipe()
         socket.send_fds(connection, [json.dumps(call).encode() + b"\n"], [writing])

@@ -1,15 +1,17 @@
-# Start and end of a run: print one line for each job, allow one run at a time in a folder, check
-# the free disk space, mark an outdated report, and print a summary.
+# Start and end of a run: print one line for each job, allow one run at a time in a folder, preload
+# what the jobs import, check the free disk space, mark an outdated report, and print a summary.
 #
 # takes: results/records/; results/recordings.csv and results/passed_over.csv, when a run has ended
 # gives: the lock .snakemake/run.lock, and the lines on the terminal
 
 import atexit
+import contextlib
 import shutil
 
 from snakemake.logging import logger
 
 from edges.files import mark_outdated, read_csv, read_json, remove_unfinished
+from edges.preloaded_jobs import PreloadedJobs
 from edges.records import files_that_do_not_fit
 from edges.run_lock import hold
 from edges.terminal_log import speak_shortly
@@ -19,6 +21,8 @@ FULL_DISK_BYTES = 1_000_000
 REPORT = Path(rules.report.output[0])
 # This list keeps the lock's file open. The lock ends when the process ends.
 RUN_LOCK = []
+# The process whose forks run the jobs ends when this list is gone, too.
+PRELOADED_JOBS = []
 
 
 # A module does not change the lines of the workflow that uses it. With --printshellcmds or
@@ -34,6 +38,20 @@ def take_run_lock():
         RUN_LOCK.append(hold(Path(".snakemake") / "run.lock"))
     except CapsuleError as error:
         raise WorkflowError(str(error)) from None
+
+
+def preload_jobs():
+    """Let the jobs of this computer be forks of one process that has imported what they import.
+
+    A job of a cluster starts its own Python, and so does each job with CAPSULE_PRELOAD=0.
+    """
+    here = workflow.local_exec and not workflow.touch
+    if sys.platform == "linux" and here and os.environ.get("CAPSULE_PRELOAD") != "0":
+        # Without room for its folder, each job starts its own Python.
+        with contextlib.suppress(OSError):
+            jobs = PreloadedJobs([*RULES, "report"], [SCRIPTS], os.environ)
+            PRELOADED_JOBS.append(jobs)
+            os.environ.update(PATH=os.pathsep.join([str(jobs.folder), *os.get_exec_path()]))
 
 
 def free_bytes():
@@ -102,6 +120,7 @@ def tell_whether_the_report_fits():
 
 onstart:
     take_run_lock()
+    preload_jobs()
     remove_unfinished(Path(RESULTS))
     # onerror would not do: on a full disk, Snakemake itself can end without calling it.
     atexit.register(explain_full_disk)
