@@ -1,11 +1,13 @@
 """Write figures in the widths of one and of two columns, with their data as CSV."""
 
+import os
 import sys
+import threading
 import warnings
 from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor
 from itertools import starmap
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
 from pathlib import Path
 
 from capsule.figures.inputs import Drawing, FigureInputs, make_drawing
@@ -52,11 +54,27 @@ def _write_by_forks(
     pictures: Iterable[tuple[str, float, str, str]], folder: Path, processes: int
 ) -> None:
     """Draw in forks of this process, which has imported matplotlib already."""
-    with warnings.catch_warnings(), ProcessPoolExecutor(processes, get_context("fork")) as pool:
+    forks = ProcessPoolExecutor(processes, get_context("fork"), initializer=end_with_starter)
+    with warnings.catch_warnings(), forks as pool:
         # The other thread belongs to the memory allocator of pyarrow.
         about = "This process .* is multi-threaded"
         warnings.filterwarnings("ignore", about, DeprecationWarning)
         _write(pool.map(_render, *zip(*pictures, strict=True)), folder)
+
+
+def end_with_starter() -> None:
+    """End this process as soon as the process that has started it ends, even by a signal.
+
+    Without it, the processes of an executor would wait for work forever.
+    """
+    starter = parent_process()
+    assert starter is not None
+
+    def wait() -> None:
+        starter.join()
+        os._exit(1)
+
+    threading.Thread(target=wait, daemon=True).start()
 
 
 def _render(name: str, width_in: float, suffix: str, kind: str) -> tuple[str, bytes]:
