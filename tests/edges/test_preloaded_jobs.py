@@ -33,7 +33,7 @@ SCRIPTS = {
 
 
 def preload(*modules):
-    return PreloadedJobs(modules, [SCRIPTS_FOLDER], os.environ)
+    return PreloadedJobs(modules, SCRIPTS_FOLDER, os.environ)
 
 
 @pytest.fixture
@@ -140,7 +140,7 @@ def test_the_process_ends_with_its_starter_and_leaves_no_folder(tmp_path):
         tmp_path,
         f"import os, sys, time; sys.path.insert(0, {str(SCRIPTS_FOLDER)!r})\n"
         "from edges.preloaded_jobs import PreloadedJobs\n"
-        "jobs = PreloadedJobs(['json'], [], {**os.environ, 'PYTHONPATH': sys.path[0]})\n"
+        "jobs = PreloadedJobs(['json'], sys.path[0], os.environ)\n"
         "print(jobs.folder, flush=True)\n"
         "time.sleep(60)\n",
     )

@@ -15,10 +15,16 @@ import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from edges.preloaded_jobs import PreloadedJobs
-from support.preloaded_jobs import PLAIN, jobs_of_tests, start_of
+if TYPE_CHECKING:
+    from edges.preloaded_jobs import PreloadedJobs
+
+TESTS = Path(__file__).parents[1]
+START = (
+    "import socket, sys; sys.path[0] = {tests!r}; import support.preloaded as served; "
+    "served.serve(socket.socket(fileno={handle}))"
+)
 
 
 class ForkedCall:
@@ -98,6 +104,9 @@ class PreloadedSnakemake:
         self, arguments: Sequence[str], folder: Path, environment: Mapping[str, str]
     ) -> ForkedCall:
         """Call snakemake in a folder; on Linux its jobs are forks of a preloaded process, too."""
+        # The preloaded processes do not import it: each call imports its own copy of the project.
+        from support.preloaded_jobs import PLAIN, jobs_of_tests
+
         connection = self._idle.pop() if self._idle else self._new(environment)
         if sys.platform == "linux" and self._jobs is None:
             self._jobs = jobs_of_tests(environment, measured=self._measured)
@@ -121,7 +130,9 @@ class PreloadedSnakemake:
         with theirs:
             handle = theirs.fileno()
             server = subprocess.Popen(
-                start_of(__name__, handle), pass_fds=[handle], env={**environment}
+                [sys.executable, "-c", START.format(tests=str(TESTS), handle=handle)],
+                pass_fds=[handle],
+                env={**environment},
             )
         self._servers.append((server, ours))
         return ours

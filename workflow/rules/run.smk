@@ -49,7 +49,7 @@ def preload_jobs():
     if sys.platform == "linux" and here and os.environ.get("CAPSULE_PRELOAD") != "0":
         # Without room for its folder, each job starts its own Python.
         with contextlib.suppress(OSError):
-            jobs = PreloadedJobs([*RULES, "report"], [SCRIPTS], os.environ)
+            jobs = PreloadedJobs([*RULES, "report"], SCRIPTS, os.environ)
             PRELOADED_JOBS.append(jobs)
             os.environ.update(PATH=os.pathsep.join([str(jobs.folder), *os.get_exec_path()]))
 

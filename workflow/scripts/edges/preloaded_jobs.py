@@ -13,6 +13,7 @@ import atexit
 import contextlib
 import gc
 import importlib
+import json
 import marshal
 import os
 import runpy
@@ -62,12 +63,12 @@ class PreloadedJobs:
     ----------
     modules : sequence of str
         Names of the modules that the process imports, the most urgent one first.
-    search : sequence of Path
-        Folders in which the process looks for modules first.
+    search : Path
+        The folder in which the process looks for modules first.
     environment : mapping
         Environment variables of the process; those of each job come with its call.
-    serving : str
-        ``module:function`` that serves the calls; the function of this module by default.
+    program : Path
+        The Python file that the process runs: this one, or one that calls `serve` in its way.
 
     Attributes
     ----------
@@ -83,30 +84,25 @@ class PreloadedJobs:
     def __init__(
         self,
         modules: Sequence[str],
-        search: Sequence[Path],
+        search: Path,
         environment: Mapping[str, str],
-        serving: str = f"{__name__}:serve",
+        program: Path = Path(__file__),
     ) -> None:
         self.folder = Path(tempfile.mkdtemp(prefix="jobs"))
         address = str(self.folder / "socket")
-        program = self.folder / "python"
-        module, function = serving.split(":")
+        caller = self.folder / "python"
         try:
-            program.write_text(_CALLER.format(python=sys.executable, address=address))
-            program.chmod(0o700)
+            caller.write_text(_CALLER.format(python=sys.executable, address=address))
+            caller.chmod(0o700)
             # The process reads the end of this pipe when its starter has ended, even by a signal.
             alive, self._alive = os.pipe()
             with os.fdopen(alive, "rb"), socket.socket(socket.AF_UNIX) as listening:
                 listening.bind(address)
                 listening.listen(128)
                 handles = [listening.fileno(), alive]
-                code = (
-                    f"import sys; sys.path[:1] = {[str(path) for path in search]!r}; "
-                    f"from {module} import {function} as serve; "
-                    f"serve(*{handles!r}, {str(self.folder)!r}, {list(modules)!r})"
-                )
+                told = [*handles, str(self.folder), str(search), list(modules)]
                 self._process = subprocess.Popen(
-                    [sys.executable, "-c", code],
+                    [sys.executable, program, json.dumps(told)],
                     pass_fds=handles,
                     env={**environment},
                     # Ctrl-C ends the calling programs, and these end the forks.
@@ -126,6 +122,7 @@ def serve(
     listening_handle: int,
     alive: int,
     folder: str,
+    search: str,
     modules: Iterable[str],
     around: Callable[[str], _Context] = contextlib.nullcontext,
 ) -> None:
@@ -137,11 +134,14 @@ def serve(
         Handles of the listening socket, and of the pipe to the starter.
     folder : str
         The folder of the program.
+    search : str
+        The folder in which modules are looked for first.
     modules : iterable of str
         Modules to import. Calls come first: while none waits, one module after another is imported.
     around : callable
         Called here with the path of a script; the fork runs the script in the context it returns.
     """
+    sys.path[0] = search
     listening = socket.socket(fileno=listening_handle)
     waiting = list(modules)
     importlib.import_module(waiting.pop(0))
@@ -238,3 +238,7 @@ def _status_of(script: str) -> int:
             print(ended.code, file=sys.stderr)
         return ended.code if isinstance(ended.code, int) else int(ended.code is not None)
     return 0
+
+
+if __name__ == "__main__":
+    serve(*json.loads(sys.argv[1]))
