@@ -21,8 +21,6 @@ FULL_DISK_BYTES = 1_000_000
 REPORT = Path(rules.report.output[0])
 # This list keeps the lock's file open. The lock ends when the process ends.
 RUN_LOCK = []
-# The process whose forks run the jobs ends when this list is gone, too.
-PRELOADED_JOBS = []
 
 
 # A module does not change the lines of the workflow that uses it. With --printshellcmds or
@@ -50,7 +48,7 @@ def preload_jobs():
         # Without room for its folder, each job starts its own Python.
         with contextlib.suppress(OSError):
             jobs = PreloadedJobs([*RULES, "report"], SCRIPTS, os.environ)
-            PRELOADED_JOBS.append(jobs)
+            atexit.register(jobs.close)
             os.environ.update(PATH=os.pathsep.join([str(jobs.folder), *os.get_exec_path()]))
 
 

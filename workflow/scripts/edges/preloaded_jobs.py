@@ -19,6 +19,7 @@ import os
 import runpy
 import select
 import shutil
+import signal
 import socket
 import subprocess
 import sys
@@ -113,9 +114,11 @@ class PreloadedJobs:
             raise
 
     def close(self) -> None:
-        """End the process; jobs that are running go on."""
-        os.close(self._alive)
+        """End the process, and remove the folder; jobs that are running go on."""
+        self._process.terminate()
         self._process.wait()
+        os.close(self._alive)
+        shutil.rmtree(self.folder, ignore_errors=True)
 
 
 def serve(
@@ -126,7 +129,7 @@ def serve(
     modules: Iterable[str],
     around: Callable[[str], _Context] = contextlib.nullcontext,
 ) -> None:
-    """Fork for each call until the starter has ended, and remove the folder of the program.
+    """Fork for each call until the starter has ended; then remove the folder of the program.
 
     Parameters
     ----------
@@ -146,20 +149,27 @@ def serve(
     waiting = list(modules)
     importlib.import_module(waiting.pop(0))
     _keep()
+    # Python writes a byte there when a fork has ended.
+    ended, wake = os.pipe()
+    os.set_blocking(wake, False)
+    signal.signal(signal.SIGCHLD, lambda *_: None)
+    signal.set_wakeup_fd(wake)
     while True:
-        handles = [listening_handle, alive]
+        handles = [listening_handle, alive, ended]
         ready, _, _ = select.select(handles, [], [], 0 if waiting else None)
         if alive in ready:
             break
         if listening_handle in ready:
             _fork_for(listening, around)
+        elif ended in ready:
+            os.read(ended, 1024)
+            # The last one raises an error: no fork is left.
+            with contextlib.suppress(ChildProcessError):
+                while os.waitpid(-1, os.WNOHANG)[0]:
+                    pass
         elif waiting:
             importlib.import_module(waiting.pop(0))
             _keep()
-        # Take the ended forks away.
-        with contextlib.suppress(ChildProcessError):
-            while os.waitpid(-1, os.WNOHANG)[0]:
-                pass
     shutil.rmtree(folder, ignore_errors=True)
     os._exit(0)
 
@@ -186,6 +196,8 @@ def _fork_for(listening: socket.socket, around: Callable[[str], _Context]) -> No
 
 def _run(connection: socket.socket, streams: Sequence[int], call: _Call, context: _Context) -> None:
     """Run the script of one call in a fork, and send its exit status; never return."""
+    signal.set_wakeup_fd(-1)
+    signal.signal(signal.SIGCHLD, signal.SIG_DFL)
     arguments, folder, environment = call
     for stream, handle in enumerate(streams):
         os.dup2(handle, stream)
