@@ -103,10 +103,10 @@ def run_one_more(recordings: int, cores: int) -> tuple[list[Job], float]:
     """
     with tempfile.TemporaryDirectory() as temporary:
         project = measure_growth.make_project(Path(temporary) / "project", recordings, {})
-        measure_growth.seconds_of(project, cores=cores)
+        measure_growth.cost_of(project, cores)
         measure_growth.add_recording(project)
         called = time.time()
-        seconds = measure_growth.seconds_of(project, cores=cores)
+        seconds, _, _ = measure_growth.cost_of(project, cores)
         return read_jobs(project.folder / ".snakemake" / "metadata", called), seconds
 
 

@@ -1,23 +1,33 @@
-"""Measure the cost of a run as the archive grows: parse, dry run, cold run, no-op, one more.
+"""Measure the cost of a run as the archive grows: cold run, one recording more, nothing to do.
 
-    python tests/benchmarks/measure_growth.py --recordings 120 1200
-    python tests/benchmarks/measure_growth.py --recordings 12000 --particles 20 --iterations 20
-    python tests/benchmarks/measure_growth.py --recordings 12 120 1200 --picture docs/growth.svg
+    python tests/benchmarks/measure_growth.py --recordings 120 1200 --before v0.1.0
+    python tests/benchmarks/measure_growth.py --recordings 120 --bare
+    python tests/benchmarks/measure_growth.py --recordings 12000 --particles 20 --iterations 20 \
+        --recordings-per-job 100
 
-Each archive is simulated in a temporary copy of the project. With --bare, the same commands run
-once more under `xargs` without Snakemake, stage after stage. With --picture, the table is drawn,
-too.
+Each archive is simulated in a temporary copy of the project. With --before, a copy of an earlier
+commit does the same, call by call in turn, and a row of ratios follows. With --bare, the same
+commands run once more under `xargs` without Snakemake, stage after stage. With --results, the rows
+are added to a CSV table; with --picture, all rows of that table are drawn.
+
+The environment counts: Snakemake imports every plug-in that it finds at each start. Measure in one
+that `make report` has made.
 """
 
 import argparse
+import csv
+import io
 import os
 import platform
-import resource
 import shutil
+import statistics
 import subprocess
 import sys
+import tarfile
 import tempfile
 import time
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -29,31 +39,64 @@ from capsule.figures.style import (
     BLUE,
     COLUMN_WIDTH_IN,
     GREEN,
-    GREY,
     ORANGE,
-    VIOLET,
     figure_style,
     render_figure,
 )
 from edges.durations import RULES
-from support.project import Project
+from support.project import PARTS, Project
 
 STAGES = [*RULES, "report"]
 SIZES = ["0", "1", "2", "3", "4", "5"]
-ADDED = "3mm/one-more"
-# The calls that are drawn, each with its colour and mark.
-LOOKS = {
+# The calls that are measured, each with its colour and mark in the picture.
+CALLS = {
     "cold run": (ORANGE, "D"),
     "one more": (BLUE, "o"),
-    "no-op": (GREEN, "^"),
-    "dry run": (VIOLET, "v"),
-    "parse": (GREY, "s"),
+    "nothing to do": (GREEN, "^"),
 }
+NOW, BEFORE = "now", "before"
 
 
-def make_project(folder: Path, recordings: int, fit: dict[str, int]) -> Project:
-    """Copy the project and simulate an archive of six sizes."""
-    project = Project.create(folder, **fit)
+@dataclass
+class Measured:
+    """The calls of one project: seconds by the clock, seconds of CPU and largest memory."""
+
+    project: Project
+    seconds: dict[str, list[float]] = field(default_factory=dict)
+    cpu: dict[str, list[float]] = field(default_factory=dict)
+    memory_mb: float = 0.0
+
+    def call(self, name: str, cores: int) -> None:
+        """Call snakemake, and note what it took."""
+        seconds, cpu, memory = cost_of(self.project, cores)
+        self.seconds.setdefault(name, []).append(seconds)
+        self.cpu.setdefault(name, []).append(cpu)
+        self.memory_mb = max(self.memory_mb, memory)
+
+    def row(self) -> dict[str, float]:
+        """Return the medians of each call, and the largest memory."""
+        cells = {}
+        for name in CALLS:
+            cells[name] = statistics.median(self.seconds[name])
+            cells[f"{name}, CPU"] = statistics.median(self.cpu[name])
+        return {**cells, "largest process": self.memory_mb}
+
+
+def unpack(commit: str, folder: Path) -> Path:
+    """Unpack the workflow of an earlier commit."""
+    packed = subprocess.run(
+        ["git", "archive", commit, *PARTS], cwd=ROOT, capture_output=True, check=True
+    ).stdout
+    with tarfile.open(fileobj=io.BytesIO(packed)) as archive:
+        archive.extractall(folder, filter="data")
+    return folder
+
+
+def make_project(
+    folder: Path, recordings: int, fit: Mapping[str, int], root: Path = ROOT
+) -> Project:
+    """Copy the project at `root`, and simulate an archive of six sizes."""
+    project = Project.create(folder, root=root, **fit)
     simulate(project, recordings // len(SIZES))
     return project
 
@@ -65,44 +108,52 @@ def simulate(project: Project, runs: int, sizes: list[str] = SIZES, seed: int = 
     subprocess.run([*command, "--sizes", *sizes], check=True, capture_output=True)
 
 
-def add_recording(project: Project) -> None:
-    """Add one recording that the archive does not hold yet."""
+def add_recording(project: Project, number: int = 1) -> Path:
+    """Add one recording that the archive does not hold yet, and return its path."""
     other = Project(project.folder / "other")
-    simulate(other, 1, ["3"], seed=2)
-    shutil.move(other.raw / "3mm" / "r01.csv", project.raw / f"{ADDED}.csv")
+    simulate(other, 1, ["3"], seed=1 + number)
+    added = project.raw / "3mm" / f"one-more-{number}.csv"
+    shutil.move(other.raw / "3mm" / "r01.csv", added)
     shutil.rmtree(other.folder)
+    return added
 
 
-def cpu_of_children() -> float:
-    """Return the CPU time of all processes that have ended."""
-    usage = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return usage.ru_utime + usage.ru_stime
+def cost_of(project: Project, cores: int) -> tuple[float, float, float]:
+    """Call snakemake, which must succeed.
+
+    Returns
+    -------
+    tuple of float
+        Seconds by the clock, seconds of CPU of all its processes, and the memory of the largest of
+        them in MB.
+    """
+    with tempfile.TemporaryFile("w+") as output:
+        start = time.perf_counter()
+        process = subprocess.Popen(
+            [sys.executable, "-m", "snakemake", f"-c{cores}"],
+            cwd=project.folder, stdout=output, stderr=output,
+        )  # fmt: skip
+        _, status, usage = os.wait4(process.pid, 0)
+        elapsed = time.perf_counter() - start
+        process.returncode = os.waitstatus_to_exitcode(status)
+        if process.returncode != 0:
+            output.seek(0)
+            raise SystemExit(f"snakemake failed:\n{output.read()[-3000:]}")
+    cpu = usage.ru_utime + usage.ru_stime
+    # At once, since the largest archive takes most of an hour.
+    print(f"{project.folder.name}: {elapsed:.1f} s, CPU {cpu:.1f} s", file=sys.stderr, flush=True)
+    return elapsed, cpu, usage.ru_maxrss / 1024
 
 
-def seconds_of(project: Project, *arguments: str, cores: int) -> float:
-    """Time a call of snakemake; it must succeed."""
-    start, cpu = time.perf_counter(), cpu_of_children()
-    run = project.snakemake(*arguments, cores=cores)
-    elapsed, cpu = time.perf_counter() - start, cpu_of_children() - cpu
-    # At once, since the largest archive takes most of an hour; CPU time bears a shared machine.
-    call = " ".join(["snakemake", *arguments])
-    print(f"{call}: {elapsed:.1f} s, CPU {cpu:.1f} s", file=sys.stderr, flush=True)
-    if run.status != 0:
-        raise SystemExit(f"snakemake failed:\n{run.output[-3000:]}")
-    return elapsed
-
-
-def bare_seconds(project: Project, cores: int) -> float:
-    """Time the same commands under xargs, each stage after the one before."""
+def bare_cost(project: Project, cores: int) -> float:
+    """Return the seconds that the same commands take under xargs, stage after stage."""
     summary = subprocess.run(
         [sys.executable, "-m", "snakemake", "--detailed-summary", "-c1"],
         cwd=project.folder, capture_output=True, text=True, check=True,
     ).stdout  # fmt: skip
-    rows = [line.split("\t") for line in summary.splitlines()]
-    columns = {name: index for index, name in enumerate(rows[0])}
     commands: dict[str, dict[str, None]] = {stage: {} for stage in STAGES}
-    for row in rows[1:]:
-        commands.setdefault(row[columns["rule"]], {})[row[columns["shellcmd"]]] = None
+    for row in csv.DictReader(io.StringIO(summary), delimiter="\t", quoting=csv.QUOTE_NONE):
+        commands.setdefault(row["rule"], {})[row["shellcmd"]] = None
     shutil.rmtree(project.results)
     for stage_commands in commands.values():
         for command in stage_commands:
@@ -121,23 +172,49 @@ def bare_seconds(project: Project, cores: int) -> float:
     return time.perf_counter() - start
 
 
-def draw_growth(measured: dict[int, dict[str, float]]) -> Figure:
+def measure(projects: Mapping[str, Project], rounds: int, cores: int) -> dict[str, Measured]:
+    """Measure the calls of each project, in turn, so that a busy moment meets all of them."""
+    measured = {name: Measured(project) for name, project in projects.items()}
+    for each in measured.values():
+        each.call("cold run", cores)
+    for number in range(1, rounds + 1):
+        for each in measured.values():
+            each.call("nothing to do", cores)
+            add_recording(each.project, number)
+            each.call("one more", cores)
+    return measured
+
+
+def cells_of(row: Mapping[str, float]) -> list[str]:
+    """Return the cells of a row of the printed table."""
+    seconds = [f"{row[name]:.1f} s ({row[f'{name}, CPU']:.1f} s)" for name in CALLS]
+    return [*seconds, f"{row['largest process']:.0f} MB"]
+
+
+def draw_growth(rows: Iterable[Mapping[str, str]]) -> Figure:
     """Draw how long each call takes against the number of recordings, both logarithmic.
 
     Parameters
     ----------
-    measured : dict of int to dict of str to float
-        By the number of recordings, the seconds of each call of `LOOKS`.
+    rows : iterable of mapping
+        Rows of the CSV table; earlier commits are drawn pale and dashed.
     """
-    recordings = sorted(measured)
+    by_code: dict[str, dict[int, Mapping[str, str]]] = {BEFORE: {}, NOW: {}}
+    for row in rows:
+        by_code[row["code"]][int(row["recordings"])] = row
     with figure_style():
         figure = Figure(figsize=(COLUMN_WIDTH_IN, 3.2), layout="constrained")
         axes = figure.subplots()
-        for call, (colour, mark) in LOOKS.items():
-            seconds = [measured[count][call] for count in recordings]
-            axes.plot(recordings, seconds, color=colour, marker=mark, markersize=4, label=call)
+        for code, found in by_code.items():
+            recordings = sorted(found)
+            look = {"linestyle": "--", "alpha": 0.45} if code == BEFORE else {}
+            for call, (colour, mark) in CALLS.items():
+                seconds = [float(found[count][call]) for count in recordings]
+                label = call if code == NOW else f"{call}, before"
+                axes.plot(recordings, seconds, color=colour, marker=mark, ms=4, label=label, **look)
+        ticks = sorted({count for found in by_code.values() for count in found})
         axes.set(xscale="log", yscale="log", xlabel="recordings", ylabel="time (s)")
-        axes.set_xticks(recordings, [f"{count:,}" for count in recordings], minor=False)
+        axes.set_xticks(ticks, [f"{count:,}" for count in ticks], minor=False)
         axes.set_xticks([], minor=True)
         axes.yaxis.set_major_formatter("{x:g}")
         axes.grid(color="#d9d9d9", linewidth=0.5)
@@ -145,49 +222,76 @@ def draw_growth(measured: dict[int, dict[str, float]]) -> Figure:
     return figure
 
 
+def add_rows(table: Path, rows: Iterable[Mapping[str, object]]) -> None:
+    """Replace the rows of the same archives and code in a CSV table, and write it sorted."""
+    kept = {}
+    if table.exists():
+        with table.open(newline="") as stream:
+            kept = {(row["code"], row["recordings"]): row for row in csv.DictReader(stream)}
+    kept |= {(str(row["code"]), str(row["recordings"])): row for row in rows}
+    ordered = sorted(kept.values(), key=lambda row: (int(row["recordings"]), str(row["code"])))
+    with table.open("w", newline="") as stream:
+        writer = csv.DictWriter(stream, list(ordered[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(ordered)
+
+
 def main() -> None:
-    """Measure and print one row an archive."""
+    """Measure each archive, and print its rows."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--recordings", type=int, nargs="+", default=[120])
     parser.add_argument("--particles", type=int, default=2000, help="N of the fit")
     parser.add_argument("--iterations", type=int, default=2000, help="M of the fit")
+    parser.add_argument("--recordings-per-job", type=int, default=1)
+    parser.add_argument("--rounds", type=int, default=3, help="of the calls after the cold run")
     parser.add_argument("--cores", type=int, default=2)
+    parser.add_argument("--before", metavar="COMMIT", help="an earlier commit to compare with")
     parser.add_argument("--bare", action="store_true", help="also without Snakemake, by xargs")
-    parser.add_argument(
-        "--picture", type=Path, metavar="PATH", help="output: the table, drawn, SVG"
-    )
+    parser.add_argument("--results", type=Path, metavar="PATH", help="a CSV table to add to")
+    parser.add_argument("--picture", type=Path, metavar="PATH", help="output: that table, drawn")
     arguments = parser.parse_args()
+    if arguments.picture and not arguments.results:
+        parser.error("--picture draws the table of --results; name it")
     fit = {"particles": arguments.particles, "iterations": arguments.iterations}
+    per_job, cores = arguments.recordings_per_job, arguments.cores
     print(f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}")
-    print(f"-c{arguments.cores}, N = {fit['particles']}, M = {fit['iterations']}\n")
-    names = ["parse", "dry run", "cold run", "a recording", "no-op", "one more", "largest process"]
-    names += ["bare", "cold / bare"] if arguments.bare else []
-    print("| recordings | " + " | ".join(names) + " |\n" + "|---:" * (len(names) + 1) + "|")
-    measured = {}
+    print(f"-c{cores}, N = {fit['particles']}, M = {fit['iterations']}, {per_job} a job\n")
+    print("Seconds by the clock, in brackets seconds of CPU; medians.\n")
+    print("| recordings | code | " + " | ".join([*CALLS, "largest process"]) + " |")
+    print("|---:|---|" + "---:|" * (len(CALLS) + 1))
     for recordings in arguments.recordings:
         with tempfile.TemporaryDirectory() as temporary:
-            project = make_project(Path(temporary) / "project", recordings, fit)
-            cores = arguments.cores
-            parse = seconds_of(project, "--list-rules", cores=cores)
-            dry = seconds_of(project, "--dry-run", "--quiet", cores=cores)
-            cold = seconds_of(project, cores=cores)
-            nothing = seconds_of(project, cores=cores)
-            add_recording(project)
-            more = seconds_of(project, cores=cores)
-            seconds = (cold, more, nothing, dry, parse)
-            measured[recordings] = dict(zip(LOOKS, seconds, strict=True))
-            memory = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
-            cells = [f"{parse:.1f} s", f"{dry:.1f} s", f"{cold:.1f} s"]
-            cells += [f"{1000 * cold / recordings:.0f} ms", f"{nothing:.1f} s", f"{more:.1f} s"]
-            cells.append(f"{memory:.0f} MB")
+            folder = Path(temporary)
+            projects = {}
+            if arguments.before:
+                earlier = unpack(arguments.before, folder / "unpacked")
+                projects[BEFORE] = make_project(folder / BEFORE, recordings, fit, earlier)
+            projects[NOW] = make_project(folder / NOW, recordings, fit)
+            if per_job > 1:
+                projects[NOW].configure(recordings_per_job=per_job)
+            measured = measure(projects, arguments.rounds, cores)
+            rows = {code: each.row() for code, each in measured.items()}
+            for code, row in rows.items():
+                print(f"| {recordings:,} | {code} | " + " | ".join(cells_of(row)) + " |")
+            if arguments.before:
+                ratios = {name: rows[NOW][name] / rows[BEFORE][name] for name in rows[NOW]}
+                cells = [f"{ratios[name]:.2f} ({ratios[f'{name}, CPU']:.2f})" for name in CALLS]
+                cells.append(f"{ratios['largest process']:.2f}")
+                print(f"| {recordings:,} | now / before | " + " | ".join(cells) + " |")
             if arguments.bare:
-                (project.raw / f"{ADDED}.csv").unlink()
-                seconds_of(project, cores=cores)
-                bare = bare_seconds(project, cores)
-                cells += [f"{bare:.1f} s", f"{cold / bare:.2f}"]
-            print(f"| {recordings:,} | " + " | ".join(cells) + " |", flush=True)
+                bare = bare_cost(projects[NOW], cores)
+                share = rows[NOW]["cold run"] / bare
+                print(f"\nWithout Snakemake {bare:.1f} s; the cold run took {share:.2f} of it.\n")
+            sys.stdout.flush()
+        if arguments.results:
+            add_rows(
+                arguments.results,
+                [{"recordings": recordings, "code": code, **row} for code, row in rows.items()],
+            )
     if arguments.picture:
-        arguments.picture.write_bytes(render_figure(draw_growth(measured), "svg", "growth"))
+        with arguments.results.open(newline="") as stream:
+            figure = draw_growth(csv.DictReader(stream))
+        arguments.picture.write_bytes(render_figure(figure, "svg", "growth"))
 
 
 if __name__ == "__main__":

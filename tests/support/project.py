@@ -45,7 +45,13 @@ class Project:
 
     @classmethod
     def create(
-        cls, folder: Path, recordings: Sequence[str] = (), samples: int = 700, **fit: int
+        cls,
+        folder: Path,
+        recordings: Sequence[str] = (),
+        samples: int = 700,
+        *,
+        root: Path = ROOT,
+        **fit: int,
     ) -> "Project":
         """Return a copy of the project's code and configuration, with other recordings and fits.
 
@@ -57,12 +63,14 @@ class Project:
             Names such as ``3mm/r01``; a formula makes these recordings.
         samples : int
             Number of samples K of these recordings.
+        root : Path
+            Folder with the project's code and configuration.
         **fit : int
             Changed keys of section ``fit`` of the configuration.
         """
         folder.mkdir(parents=True)
         for part in PARTS:
-            source = ROOT / part
+            source = root / part
             if source.is_dir():
                 shutil.copytree(source, folder / part)
             else:
