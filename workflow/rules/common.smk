@@ -22,12 +22,15 @@ from capsule.detectors.registry import detector_row
 from capsule.errors import CapsuleError
 from edges.config_files import read_config_file, read_schema
 from edges.files import fingerprint, list_archive
+from edges.garbage import collect_seldom
 from edges.records import parameter
 from edges.run_lock import is_held
 from edges.sources import imported_files
 
 # A job's "python" is the interpreter that runs Snakemake, even if its environment is not activated.
 os.environ.update(PATH=os.pathsep.join([str(Path(sys.executable).parent), *os.get_exec_path()]))
+if not IS_MODULE:
+    collect_seldom()
 # Snakemake runs several jobs at a time, so each job uses only one thread.
 for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")

@@ -6,7 +6,6 @@ The Snakefile and every script use this module, so it imports only fast modules.
 import contextlib
 import csv
 import errno
-import gc
 import hashlib
 import io
 import json
@@ -21,13 +20,11 @@ from typing import IO, Any
 from capsule.errors import CapsuleError
 from capsule.kinds import Row
 from capsule.naming import Archive, Entry, classify, without_formula
+from edges.garbage import collect_seldom
 from edges.reading import read_limited
 from edges.records import Record, record_path
 
 UNFINISHED = ".unfinished"
-# Number of new objects between two garbage collections. Python's default of 700 suits programs
-# that run longer.
-_SELDOM = 100_000
 # The first line of the report from the start of a run until a new report is complete.
 OUTDATED = (
     b'<p class="outdated" role="alert">This report is out of date: recordings, settings or code '
@@ -230,10 +227,7 @@ def run(main: Callable[[], None]) -> None:
     reads and writes are then recorded (`edges.records`).
     """
     started = time.perf_counter()
-    # Garbage collection rarely finds anything in a short script, so it runs less often. Objects of
-    # the imports are never garbage.
-    gc.freeze()
-    gc.set_threshold(_SELDOM)
+    collect_seldom()
     record, path = None, None
     if "--record" in sys.argv:
         place = sys.argv.index("--record")
