@@ -22,6 +22,14 @@ def test_the_parts_of_the_folds_judge_everybody_once():
     assert (judged.size, left_out.size) == (4, 0)
 
 
+def test_the_parts_come_in_the_order_of_the_recordings():
+    # A detector that computes neighbouring folds together would otherwise compute each many times.
+    parts = Folds("leave_one_out", ["5mm/r1", "0mm/r9", "3mm/r2"]).parts()
+    assert [judged.tolist() for judged, _ in parts] == [[0], [1], [2]]
+    parts = Folds("leave_one_site_out", list("zxzy")).parts()
+    assert [judged.tolist() for judged, _ in parts] == [[0, 2], [1], [3]]
+
+
 def test_groups_come_from_the_headers():
     names = ["a", "b", "c", "d"]
     headers = {"a": {"site": "x"}, "b": {"site": "x"}, "c": {"site": "y"}, "d": {}}

@@ -63,7 +63,9 @@ class Folds:
         self, scheme: str, groups: Sequence[str], alike: Mapping[int, Sequence[int]] | None = None
     ) -> None:
         self.scheme = scheme
-        self._label = np.unique(np.array(groups, dtype=object), return_inverse=True)[1]
+        # Numbered in the order of the recordings. Detectors compute neighbouring folds together.
+        number = {group: place for place, group in enumerate(dict.fromkeys(groups))}
+        self._label = np.array([number[group] for group in groups], dtype=int)
         self._alike = alike or {}
 
     def training(self, recording: int) -> BoolArray:
