@@ -58,6 +58,30 @@ def test_a_run_that_is_the_same_but_for_little_is_found(change):
     }
 
 
+def standardized(values):
+    centred = values - np.nanmedian(values, axis=1, keepdims=True)
+    spread = np.nanmedian(np.abs(centred), axis=1, keepdims=True)
+    return np.clip(centred / spread, -4.0, 4.0)
+
+
+def median_correlation(one, other):
+    known = ~(np.isnan(one) | np.isnan(other))
+    sections = [np.array_split(row[known], 8) for row in (one, other)]
+    return np.median([abs(np.corrcoef(a, b)[0, 1]) for a, b in zip(*sections, strict=True)])
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.1, 0.15, 0.3])
+@pytest.mark.parametrize("cut", [0, 40])
+def test_two_runs_are_the_same_if_each_sensor_correlates_with_one_of_the_other(noise, cut):
+    numbers = np.random.default_rng(1)
+    one = numbers.normal(size=(4, 400))
+    other = (one + noise * numbers.normal(size=one.shape))[[2, 0, 3, 1], cut:]
+    other[:, 50:60] = np.nan
+    first, second = standardized(one)[:, cut:], standardized(other)
+    best = [max(median_correlation(row, each) for each in second) for row in first]
+    assert nearly_equal(one, other) == (min(best) >= 0.99) == (noise < 0.12)
+
+
 def test_copies_of_copies_belong_together():
     archive = {f"3mm/r{run:02d}": readings(f"3mm/r{run:02d}") for run in range(5)}
     for cut in range(1, 31):

@@ -6,6 +6,7 @@ choose the pairs first.
 """
 
 from collections.abc import Callable, Sequence
+from statistics import median
 
 import numpy as np
 
@@ -42,18 +43,18 @@ def near_copies(names: Sequence[str], load: Callable[[str], FloatArray]) -> dict
     dict of str to list of str
         For each recording that has any: its near-copies, and theirs, in the order of `names`.
     """
-    group = list(range(len(names)))
+    # Recordings of one group share one list of its members.
+    members = [[place] for place in range(len(names))]
     for one, other in _candidates([fingerprint(load(name)) for name in names]):
-        if nearly_equal(load(names[one]), load(names[other])):
-            joined, gone = sorted((group[one], group[other]))
-            group = [joined if each == gone else each for each in group]
-    members: dict[int, list[str]] = {}
-    for name, each in zip(names, group, strict=True):
-        members.setdefault(each, []).append(name)
+        smaller, larger = sorted((members[one], members[other]), key=len)
+        if smaller is not larger and nearly_equal(load(names[one]), load(names[other])):
+            larger += smaller
+            for place in smaller:
+                members[place] = larger
     return {
-        name: [other for other in members[each] if other != name]
-        for name, each in zip(names, group, strict=True)
-        if len(members[each]) > 1
+        name: [names[other] for other in sorted(members[place]) if other != place]
+        for place, name in enumerate(names)
+        if len(members[place]) > 1
     }
 
 
@@ -84,11 +85,11 @@ def fingerprint(values: FloatArray) -> IntArray:
             rising = (rising[:-width] << np.uint64(width)) | rising[width:]
         turned = rising ^ np.uint64(2 ** (2**_DOUBLINGS) - 1)
         marks.append(np.minimum(rising, turned))
-    distinct = np.unique(np.concatenate(marks))
+    found = np.concatenate(marks)
     # The multiplication (golden ratio of 2^64) makes the high bits depend on all bits. Whether a
     # mark is kept depends on the mark alone, so all recordings keep the same ones.
-    hashed = (distinct * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(32)
-    kept: IntArray = distinct[hashed % np.uint64(_KEPT_OF) == 0]
+    hashed = (found * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(32)
+    kept: IntArray = np.unique(found[hashed % np.uint64(_KEPT_OF) == 0])
     return kept
 
 
@@ -99,14 +100,13 @@ def _candidates(fingerprints: Sequence[IntArray]) -> list[tuple[int, int]]:
         return []
     owner = np.repeat(np.arange(sizes.size), sizes)
     marks = np.concatenate(fingerprints)
-    order = np.lexsort((owner, marks))
+    order = np.argsort(marks, kind="stable")
     marks, owner = marks[order], owner[order]
     same = marks[1:] == marks[:-1]
-    pairs, shared = np.unique(
-        np.column_stack([owner[:-1][same], owner[1:][same]]), axis=0, return_counts=True
-    )
-    enough = shared >= np.maximum(_SHARED_MARKS * sizes[pairs].min(axis=1), 1.0)
-    return [(int(one), int(other)) for one, other in pairs[enough]]
+    pairs, shared = np.unique(owner[:-1][same] * sizes.size + owner[1:][same], return_counts=True)
+    one, other = np.divmod(pairs, sizes.size)
+    enough = shared >= np.maximum(_SHARED_MARKS * np.minimum(sizes[one], sizes[other]), 1.0)
+    return list(zip(one[enough].tolist(), other[enough].tolist(), strict=True))
 
 
 def nearly_equal(one: FloatArray, other: FloatArray) -> bool:
@@ -123,19 +123,30 @@ def nearly_equal(one: FloatArray, other: FloatArray) -> bool:
     overlap = min(first.shape[1], second.shape[1])
     if overlap < _LEAST_OVERLAP * min(one.shape[1], other.shape[1]):
         return False
-    best = [
-        max(_usual_correlation(row[:overlap], each[:overlap]) for each in second) for row in first
-    ]
-    return min(best) >= _SAME
+    # Two different runs already differ at the first sensor, so this rarely compares the others.
+    return all(
+        max(_usual_correlation(row[:overlap], each[:overlap]) for each in second) >= _SAME
+        for row in first
+    )
 
 
 def _standardized(values: FloatArray) -> FloatArray:
-    centred = values - np.nanmedian(values, axis=1, keepdims=True)
-    spread = np.nanmedian(np.abs(centred), axis=1, keepdims=True)
+    centred = values - _known_median(values)
+    deviation = np.abs(centred)
+    spread = _known_median(deviation)
     # If most readings are equal, that spread is 0, and the largest deviation replaces it.
-    spread = np.where(spread > 0, spread, np.nanmax(np.abs(centred), axis=1, keepdims=True))
+    spread = np.where(spread > 0, spread, np.fmax.reduce(deviation, axis=1, keepdims=True))
     clipped = np.clip(centred / np.where(spread > 0, spread, 1.0), -_CLIPPED_AT, _CLIPPED_AT)
     return np.where(np.isnan(values), np.nan, clipped)
+
+
+def _known_median(values: FloatArray) -> FloatArray:
+    """Return the median of each row (S, K) without NaN, as (S, 1); fast for a few short rows."""
+    ordered = np.sort(values, axis=1)  # NaN comes last.
+    last = np.maximum(np.count_nonzero(~np.isnan(values), axis=1, keepdims=True) - 1, 0)
+    middle = np.take_along_axis(ordered, np.hstack([last // 2, (last + 1) // 2]), axis=1)
+    known: FloatArray = middle.mean(axis=1, keepdims=True)
+    return known
 
 
 def _shift(one: FloatArray, other: FloatArray) -> int:
@@ -157,5 +168,11 @@ def _usual_correlation(one: FloatArray, other: FloatArray) -> float:
     correlations = []
     for a, b in sections:
         if a.size and np.ptp(a) > 0 and np.ptp(b) > 0:
-            correlations.append(abs(float(np.corrcoef(a, b)[0, 1])))
-    return float(np.median(correlations)) if correlations else 0.0
+            correlations.append(_correlation(a, b))
+    return median(correlations) if correlations else 0.0
+
+
+def _correlation(one: FloatArray, other: FloatArray) -> float:
+    """Return the correlation without its sign."""
+    one, other = one - one.mean(), other - other.mean()
+    return float(abs(one @ other) / np.sqrt((one @ one) * (other @ other)))
