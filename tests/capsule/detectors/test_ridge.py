@@ -32,6 +32,17 @@ def test_leaving_out_is_learning_from_the_others(count, dimensions, left_out):
         assert predictions[place] == pytest.approx(features[other] @ alone + constant, abs=1e-9)
 
 
+def test_many_are_left_out_by_a_new_fit_that_predicts_the_same(monkeypatch):
+    numbers = generator(1, "ridge", "many")
+    features, targets = numbers.normal(size=(40, 6)), numbers.normal(size=40)
+    ridge, left_out = RidgeWithout(features, targets, 2.0), np.arange(3, 30)
+    updated, predictions = ridge.without(left_out)
+    monkeypatch.setattr("capsule.detectors.ridge._LARGEST_UPDATE", 0)
+    fitted_anew, predicted_anew = ridge.without(left_out)
+    np.testing.assert_allclose(fitted_anew.coefficients, updated.coefficients, atol=1e-12)
+    np.testing.assert_allclose(predicted_anew, predictions, atol=1e-12)
+
+
 def test_fewer_than_two_teach_nothing():
     ridge = RidgeWithout(np.ones((2, 3)), np.array([1.0, 2.0]), 1.0)
     assert ridge.without(np.array([0])) is None

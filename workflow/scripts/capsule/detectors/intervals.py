@@ -24,7 +24,9 @@ def conformal_reach(errors: FloatArray, share: float) -> float:
     count = errors.size
     # Slightly less, because rounding can lift a product such as 10 x 0.9 above a whole number.
     rank = max(int(np.ceil((count + 1) * share - 1e-9)), 1)
-    return float(np.sort(np.abs(errors))[rank - 1]) if rank <= count else float("inf")
+    if rank > count:
+        return float("inf")
+    return float(np.partition(np.abs(errors), rank - 1)[rank - 1])
 
 
 def size_interval(
@@ -46,6 +48,5 @@ def size_interval(
     low, high : float
         In mm; NaN if the estimate is NaN.
     """
-    ends = np.array([estimate_mm - reach_mm, estimate_mm + reach_mm])
-    low, high = np.clip(ends, known_mm[0], known_mm[-1]).tolist()
-    return low, high
+    low, high = estimate_mm - reach_mm, estimate_mm + reach_mm
+    return max(low, known_mm[0]), min(high, known_mm[-1])

@@ -9,16 +9,19 @@ sum of the teaching recordings' features, each weighted by its residual over the
 all features.
 
 No matrix of recordings by recordings is stored. Memory, and the time to leave one recording out,
-grow linearly with the number of recordings.
+grow linearly with the number of recordings. Many recordings are left out by a new fit.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from capsule.arrays import FloatArray, IntArray, RealArray
 
 _TOGETHER = 128
+# Recordings times recordings left out. Beyond it, a new fit of the others takes less memory.
+_LARGEST_UPDATE = 2**22
 
 
 @dataclass(frozen=True)
@@ -92,15 +95,27 @@ class RidgeWithout:
         None
             Instead of both, if fewer than two recordings are left.
         """
+        return self._learn(left_out) if left_out.size else self._of_all
+
+    @cached_property
+    def _of_all(self) -> tuple[Regression, FloatArray] | None:
+        return self._learn(np.array([], dtype=int))
+
+    def _learn(self, left_out: IntArray) -> tuple[Regression, FloatArray] | None:
         taught = np.ones(self._targets.size, dtype=bool)
         taught[left_out] = False
         if np.count_nonzero(taught) < 2:
             return None
+        if left_out.size * taught.size > _LARGEST_UPDATE:
+            others = RidgeWithout(self._features[taught], self._targets[taught], self._penalty)
+            return others.without(left_out[:0])
         residuals, leverage, moment = self._residuals, self._leverage, self._moment
         if left_out.size:
             columns = self._columns(left_out)
             inner = np.eye(left_out.size) - columns[left_out]
-            solved = np.linalg.solve(inner, np.column_stack([residuals[left_out], columns.T]))
+            right = np.column_stack([residuals[left_out], columns.T])
+            alone = left_out.size == 1
+            solved = right * (1.0 / inner) if alone else np.linalg.solve(inner, right)
             residuals = residuals + columns @ solved[:, 0]
             leverage = leverage + np.einsum("ni,in->n", columns, solved[:, 1:])
             moved = self._centred[left_out] - self._penalty * self._weights[left_out]

@@ -37,6 +37,7 @@ class TemplateMatching:
     def __init__(self, archive: TrainingArchive) -> None:
         self.archive, self.templates = archive, archive.templates
         self._specificity = archive.settings["evaluation"]["specificity"]
+        self._place = {name: place for place, name in enumerate(archive.sizes_mm)}
         # Results with the templates of all recordings; in a fold, only a few templates differ.
         self._compared: dict[str, Comparison] = {}
         healthy = [name for name, size in archive.sizes_mm.items() if size == 0]
@@ -95,9 +96,10 @@ class TemplateMatching:
     def _render(self, left_out: frozenset[str]) -> tuple[FloatArray, ...]:
         """Return the 1 + B templates (S, L) without the recordings left out."""
         sizes_mm, particles = self.archive.sizes_mm, self.archive.particles
+        # Always in the same order, because rounding makes a sum depend on the order.
+        ordered = sorted(left_out & self._place.keys(), key=self._place.__getitem__)
         return self.templates.without_all(
-            # Always in the same order, because rounding makes a sum depend on the order.
-            [(sizes_mm[name], particles.get(name)) for name in sizes_mm if name in left_out]
+            [(sizes_mm[name], particles.get(name)) for name in ordered]
         )
 
     def _with_all(self, recording: JudgedRecording) -> Comparison:
