@@ -27,7 +27,7 @@ class Probability:
     def of(self, scores: FloatArray | float) -> FloatArray:
         """Return the probability of a nodule at each score; NaN where the score is unknown."""
         odds = self.intercept + self.slope * (np.asarray(scores) - self.centre) / self.scale
-        return 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
+        return 1.0 / (1.0 + np.exp(-np.minimum(np.maximum(odds, -50.0), 50.0)))
 
 
 def fit_probability(scores: FloatArray, nodule: BoolArray, prevalence: float) -> Probability | None:
@@ -96,16 +96,31 @@ def fit_probabilities(
         intercept = start.intercept + start.slope * (centre - start.centre) / start.scale
         slope = start.slope * scale / start.scale
     coefficients = np.hstack([intercept, slope])
-    prior = np.diag([0.0, 0.1])
+    prior, least = np.diag([0.0, 0.1]), 1e-9 * np.eye(2)
+    gradient, curvature = np.empty((folds.size, 2)), np.empty((folds.size, 2, 2))
+    # In place, so that large arrays stay in the processor's cache.
+    chance, expected = np.empty_like(scaled), np.empty_like(scaled)
     for _ in range(iterations):
-        odds = coefficients[:, :1] + coefficients[:, 1:] * scaled
-        chance = 1.0 / (1.0 + np.exp(-np.clip(odds, -50.0, 50.0)))
-        expected = weight * chance
-        left, steep = observed - expected, expected - expected * chance
-        gradient = np.stack([left.sum(axis=1), np.vecdot(left, scaled)], axis=1)
-        tilted = steep * scaled
-        entries = [steep.sum(axis=1), tilted.sum(axis=1), np.vecdot(tilted, scaled)]
-        curvature = np.stack(entries, axis=1)[:, [[0, 1], [1, 2]]] + prior + 1e-9 * np.eye(2)
+        np.multiply(-coefficients[:, 1:], scaled, out=chance)
+        chance -= coefficients[:, :1]
+        np.maximum(chance, -50.0, out=chance)
+        np.minimum(chance, 50.0, out=chance)
+        np.exp(chance, out=chance)
+        chance += 1.0
+        np.reciprocal(chance, out=chance)
+        np.multiply(weight, chance, out=expected)
+        chance *= expected
+        steep = np.subtract(expected, chance, out=chance)
+        left = np.subtract(observed, expected, out=expected)
+        left.sum(axis=1, out=gradient[:, 0])
+        np.vecdot(left, scaled, out=gradient[:, 1])
+        steep.sum(axis=1, out=curvature[:, 0, 0])
+        tilted = np.multiply(steep, scaled, out=steep)
+        tilted.sum(axis=1, out=curvature[:, 0, 1])
+        curvature[:, 1, 0] = curvature[:, 0, 1]
+        np.vecdot(tilted, scaled, out=curvature[:, 1, 1])
+        curvature += prior
+        curvature += least
         gradient -= coefficients @ prior
         step = np.linalg.solve(curvature, gradient[..., np.newaxis])[..., 0]
         # Newton's method overshoots where the curve is steep, so the steps are limited to 4 units.

@@ -37,7 +37,7 @@ class SizeModel:
     def estimate(self, features: FloatArray) -> FloatArray:
         """Return the size in mm for each row of features (n, F), within the range of sizes."""
         size = self.intercept_mm + ((features - self.mean) / self.scale) @ self.coefficients
-        return np.clip(size, self.smallest_mm, self.largest_mm)
+        return np.minimum(np.maximum(size, self.smallest_mm), self.largest_mm)
 
 
 def fit_sizes(features: FloatArray, sizes_mm: FloatArray, ridge: float) -> SizeModel | None:
@@ -105,4 +105,4 @@ def nearest_known(estimate_mm: float, sizes_mm: Sequence[float]) -> float:
     known = sorted(size for size in sizes_mm if size > 0)
     if not known or np.isnan(estimate_mm):
         return float("nan")
-    return float(known[int(np.argmin(np.abs(np.array(known) - estimate_mm)))])
+    return float(min(known, key=lambda size_mm: abs(size_mm - estimate_mm)))

@@ -83,7 +83,7 @@ class TaughtModel:
         estimate = low = high = _UNKNOWN
         if self.size is not None:
             predicted = self.size.of(features.embedding)
-            estimate = float(np.clip(predicted, self.known_mm[0], self.known_mm[-1]))
+            estimate = min(max(predicted, self.known_mm[0]), self.known_mm[-1])
             low, high = size_interval(estimate, self.size_reach_mm, self.known_mm)
         return Verdict(
             nearest_known(estimate, self.known_mm),
@@ -163,7 +163,8 @@ class TaughtDetector:
         """Learn from all labelled recordings except those left out."""
         places = sorted(self._place[name] for name in set(left_out) if name in self._place)
         gone = np.array(places, dtype=int)
-        taught = np.delete(np.arange(self._taught.size), gone)
+        taught = np.ones(self._taught.size, dtype=bool)
+        taught[gone] = False
         adapted = self._scores.without(gone)
         score, threshold, probability = None, _UNKNOWN, None
         if adapted is not None:
@@ -200,8 +201,10 @@ def adaptation_features(features: Features, passage: Passage, evidence_weight: f
     (1025,) array
         The folded gradient, and the weighted evidence, which is 0 if it is unknown.
     """
-    evidence = np.clip(np.nan_to_num(passage.evidence), *_EVIDENCE)
-    return np.append(features.gradient, evidence_weight * evidence)
+    lowest, highest = _EVIDENCE
+    evidence = 0.0 if np.isnan(passage.evidence) else passage.evidence
+    bounded = min(max(evidence, lowest), highest)
+    return np.append(features.gradient, evidence_weight * bounded)
 
 
 def _table(rows: Sequence[RealArray]) -> RealArray:
