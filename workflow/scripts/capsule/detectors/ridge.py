@@ -22,6 +22,8 @@ from capsule.arrays import FloatArray, IntArray, RealArray
 _TOGETHER = 128
 # Recordings times recordings left out. Beyond it, a new fit of the others takes less memory.
 _LARGEST_UPDATE = 2**22
+# Recordings whose features a new fit holds at a time.
+_PART = 1024
 
 
 @dataclass(frozen=True)
@@ -107,8 +109,7 @@ class RidgeWithout:
         if np.count_nonzero(taught) < 2:
             return None
         if left_out.size * taught.size > _LARGEST_UPDATE:
-            others = RidgeWithout(self._features[taught], self._targets[taught], self._penalty)
-            return others.without(left_out[:0])
+            return self._anew(np.flatnonzero(taught))
         residuals, leverage, moment = self._residuals, self._leverage, self._moment
         if left_out.size:
             columns = self._columns(left_out)
@@ -127,6 +128,26 @@ class RidgeWithout:
         mean = (self._mean * taught.size - gone) / targets.size
         intercept = float(np.mean(targets - residuals) - mean @ coefficients)
         return Regression(coefficients, intercept), targets - residuals / (1.0 - leverage)
+
+    def _anew(self, taught: IntArray) -> tuple[Regression, FloatArray]:
+        """Learn from some recordings by a new fit that holds the features of a part at a time."""
+        targets = self._targets[taught]
+        wanted = targets - targets.mean()
+        parts = [slice(start, start + _PART) for start in range(0, taught.size, _PART)]
+        mean = sum(self._features[taught[part]].sum(axis=0) for part in parts) / taught.size
+        normal, moment = self._penalty * np.eye(mean.size), np.zeros(mean.size)
+        for part in parts:
+            centred = self._features[taught[part]] - mean
+            normal += centred.T @ centred
+            moment += centred.T @ wanted[part]
+        coefficients: FloatArray = np.asarray(np.linalg.solve(normal, moment), np.float64)
+        predictions = np.empty(taught.size)
+        for part in parts:
+            centred = self._features[taught[part]] - mean
+            leverage = 1.0 / taught.size + np.vecdot(centred, np.linalg.solve(normal, centred.T).T)
+            residuals = wanted[part] - centred @ coefficients
+            predictions[part] = targets[part] - residuals / (1.0 - leverage)
+        return Regression(coefficients, float(targets.mean() - mean @ coefficients)), predictions
 
     def _columns(self, left_out: IntArray) -> FloatArray:
         """Return some columns of the hat matrix, (n, m).

@@ -9,7 +9,7 @@ Everything is learned inside the training fold: the adaptation, the threshold (f
 scores of the healthy recordings), the probability, the sizes and their intervals.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from statistics import NormalDist
 from typing import Any
@@ -139,22 +139,20 @@ class TaughtDetector:
         self._known_mm = tuple(sorted({size for size in sizes_mm.values() if size > 0}))
         self._taught = np.array([each.score for each in features])
         wanted = self._settings["height"] * np.interp(self._sizes_mm, *_RISE)
+        weight = self._settings["evidence_weight"]
         self._scores = RidgeWithout(
             _table(
-                [
-                    adaptation_features(
-                        archive.features[name],
-                        archive.passages[name],
-                        self._settings["evidence_weight"],
-                    )
+                (
+                    adaptation_features(archive.features[name], archive.passages[name], weight)
                     for name in usable
-                ]
+                ),
+                len(usable),
             ),
             wanted - self._taught,
             self._settings["penalty"],
         )
         self._sizes = RidgeWithout(
-            _table([each.embedding for each in features])[self._nodule],
+            _table((each.embedding for each in features), len(usable))[self._nodule],
             self._sizes_mm[self._nodule],
             self._settings["size_penalty"],
         )
@@ -207,9 +205,15 @@ def adaptation_features(features: Features, passage: Passage, evidence_weight: f
     return np.append(features.gradient, evidence_weight * bounded)
 
 
-def _table(rows: Sequence[RealArray]) -> RealArray:
-    """Return the features of recordings as one array (n, P), or (0, 1) for no recording."""
-    return np.stack(rows) if rows else np.empty((0, 1))
+def _table(rows: Iterable[RealArray], count: int) -> RealArray:
+    """Return the features of n recordings as one array (n, P), or (0, 1) for no recording."""
+    table: RealArray = np.empty((0, 1))
+    for place, row in enumerate(rows):
+        if place == 0:
+            # Filled row by row, because a list of all rows would take the same memory again.
+            table = np.empty((count, row.size), row.dtype)
+        table[place] = row
+    return table
 
 
 def upper_bound(scores: FloatArray, share: float, tail: float) -> float:
