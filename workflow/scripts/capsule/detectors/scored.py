@@ -77,15 +77,19 @@ class ScoredDetector:
 
     def __init__(self, archive: TrainingArchive) -> None:
         scores = {name: self.Model.score(archive.recording(name)) for name in archive.sizes_mm}
-        self._scores = {name: score for name, score in scores.items() if not np.isnan(score)}
-        self._sizes_mm = archive.sizes_mm
+        known = [name for name, score in scores.items() if not np.isnan(score)]
+        self._place = {name: place for place, name in enumerate(known)}
+        self._scores = np.array([scores[name] for name in known], dtype=np.float64)
+        self._sizes_mm = np.array([archive.sizes_mm[name] for name in known], dtype=np.float64)
+        self._known_mm = sorted({size for size in archive.sizes_mm.values() if size > 0})
         self._specificity = archive.settings["evaluation"]["specificity"]
 
     def without(self, left_out: Sequence[str]) -> ScoredModel:
         """Learn from all labelled recordings except those left out."""
-        by_size: dict[float, list[float]] = {}
-        for name in self._scores.keys() - set(left_out):
-            by_size.setdefault(self._sizes_mm[name], []).append(self._scores[name])
-        healthy = np.array(by_size.pop(0.0, []))
-        usual = {size: float(np.mean(np.sort(by_size[size]))) for size in sorted(by_size)}
-        return self.Model(threshold_at(healthy, self._specificity), usual)
+        taught = np.ones(self._scores.size, dtype=bool)
+        taught[[self._place[name] for name in left_out if name in self._place]] = False
+        scores, sizes_mm = self._scores[taught], self._sizes_mm[taught]
+        # Sorted, because rounding makes a mean depend on the order.
+        of_size = {size: np.sort(scores[sizes_mm == size]) for size in self._known_mm}
+        usual = {size: float(np.mean(each)) for size, each in of_size.items() if each.size}
+        return self.Model(threshold_at(scores[sizes_mm == 0], self._specificity), usual)
