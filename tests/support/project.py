@@ -149,11 +149,12 @@ class Project:
             return list(csv.DictReader(stream))
 
     def result_bytes(self) -> dict[str, bytes]:
-        """Return the content of every result, without the records and the logs with durations."""
+        """Return the content of every result, without records, sets, and logs with durations."""
+        notes = ("logs", "records", "sets")
         return {
             path.relative_to(self.results).as_posix(): path.read_bytes()
             for path in sorted(self.results.rglob("*"))
-            if path.is_file() and path.relative_to(self.results).parts[0] not in ("logs", "records")
+            if path.is_file() and path.relative_to(self.results).parts[0] not in notes
         }
 
 

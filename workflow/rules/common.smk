@@ -2,9 +2,11 @@
 # parameters that make Snakemake run a job again when its code, settings or recordings change.
 #
 # takes: config/config.yaml, workflow/schemas/config.schema.json, the names under raw/
-# gives: ARCHIVE, and the functions as_parameter, section, made_from, content_of_recording
+# gives: ARCHIVE, PER_JOB, and the functions as_parameter, section, made_from, files_of,
+#        content_of_recording
 
 import copy
+import functools
 import hashlib
 import json
 import os
@@ -13,6 +15,7 @@ import sys
 from pathlib import Path
 
 from snakemake.exceptions import WorkflowError
+from snakemake.io import IOFile
 from snakemake.utils import min_version, update_config
 
 min_version("9.10")
@@ -25,6 +28,7 @@ from edges.files import fingerprint, list_archive
 from edges.garbage import collect_seldom
 from edges.records import parameter
 from edges.run_lock import is_held
+from edges.set_files import forget_notes, leave_other_sets
 from edges.sources import imported_files
 
 # A job's "python" is the interpreter that runs Snakemake, even if its environment is not activated.
@@ -79,8 +83,15 @@ except CapsuleError as error:
 # Only the main process may mark results to be made again, and only while no run holds the lock.
 # A job of a cluster starts another Snakemake, which is not the main process.
 MAY_RENEW = workflow.is_main_process and not is_held(Path(".snakemake/run.lock"))
+# Largest number of recordings that one job makes. No result depends on it.
+PER_JOB = config["recordings_per_job"]
+RESULT_SECTIONS = sorted(config.keys() - {"recordings_per_job"})
+if MAY_RENEW:
+    leave_other_sets(Path(RESULTS), PER_JOB)
 DETECTOR_MODULES = sorted({row.module for row in DETECTORS})
 DETECTOR_SECTIONS = sorted({row.section for row in DETECTORS if row.section})
+CHECK_SETTINGS = {name: config[name] for name in ("recording", "preprocessing")}
+CHECK_SETTINGS["diagonal"] = {name: config["diagonal"][name] for name in BENCH}
 TEMPLATE_SETTINGS = {
     "sensors": config["recording"]["sensors"],
     "first_peak": config["fit"]["first_peak"],
@@ -93,6 +104,38 @@ def code_files(name, *modules):
     return [SCRIPTS / name, *imported_files(SCRIPTS / name, modules)]
 
 
+def code_key(name, *settings, modules=()):
+    """Return a checksum of a script's code and settings."""
+    contents = [path.read_bytes() for path in code_files(name, *modules)]
+    contents += [text(None).encode() for text in settings]
+    return hashlib.sha256(b"\0".join(contents)).hexdigest()
+
+
+def with_members(key, *names):
+    """Return a checksum of a key and the names of recordings."""
+    return hashlib.sha256("\0".join([key, *names]).encode()).hexdigest()
+
+
+# The outputs come from `rules`, not from an argument `output`: Snakemake does not notice a changed
+# value of a parameter's function that has this argument.
+def outputs_of(rule, wildcards):
+    """Return the output files of a rule's job."""
+    values = dict(wildcards.items())
+    return tuple(str(path).format(**values) for path in getattr(rules, rule).output)
+
+
+def forget(path):
+    """Remove Snakemake's notes on a result; its record then decides whether it is made again."""
+    workflow.persistence.cleanup_metadata(IOFile(path))
+
+
+@functools.cache
+def forget_changed_sets():
+    """Remove Snakemake's notes on all results if recordings_per_job has changed."""
+    if MAY_RENEW:
+        forget_notes(Path(RESULTS), forget)
+
+
 def made_from(rule, *settings, script=None, modules=(), members=()):
     """Return a rule's parameter that changes with its code, settings and members.
 
@@ -101,20 +144,33 @@ def made_from(rule, *settings, script=None, modules=(), members=()):
     recordings, or a function of the wildcards that returns them. Without `script`, the script has
     the rule's name.
     """
-    contents = [path.read_bytes() for path in code_files(script or f"{rule}.py", *modules)]
-    contents += [text(None).encode() for text in settings]
-    fixed = hashlib.sha256(b"\0".join(contents)).hexdigest()
+    fixed = code_key(script or f"{rule}.py", *settings, modules=modules)
 
-    # The outputs come from `rules`, not from an argument `output`: Snakemake does not notice a
-    # changed value of a function that has this argument.
     def told(wildcards):
         names = members(wildcards) if callable(members) else members
-        key = hashlib.sha256("\0".join([fixed, *names]).encode()).hexdigest()
-        values = dict(wildcards.items())
-        outputs = tuple(str(path).format(**values) for path in getattr(rules, rule).output)
-        return parameter(f"{outputs[0]}:{key}", outputs, renew=MAY_RENEW)
+        outputs = outputs_of(rule, wildcards)
+        forget_changed_sets()
+        return parameter(f"{outputs[0]}:{with_members(fixed, *names)}", outputs, renew=MAY_RENEW)
 
     return told
+
+
+def files_of(kind, recordings):
+    """Return the files of one kind, of these recordings, as a rule's input.
+
+    The kind is one of signals, matrices, checks and fits. If a job makes a set of recordings,
+    Snakemake follows the file of the set in place of the results that it lists.
+    """
+    if PER_JOB > 1:
+        step = rules.fit_set if kind == "fits" else rules.preprocess_set
+        return expand(step.output, set=sets_of(recordings))
+    patterns = {
+        "signals": rules.preprocess.output.signal,
+        "matrices": rules.preprocess.output.matrix,
+        "checks": rules.preprocess.output.check,
+        "fits": rules.fit.output,
+    }
+    return expand(patterns[kind], recording=recordings)
 
 
 def content_of_recording(wildcards):

@@ -13,9 +13,7 @@ BY_FEATURES = any(row.by_features for row in DETECTORS)
 # One job searches one folder, so a new recording repeats the search only for its size.
 rule passages:
     input:
-        signals=lambda wildcards: expand(
-            rules.preprocess.output.signal, recording=FOLDERS[wildcards.folder]
-        ),
+        signals=lambda wildcards: files_of("signals", FOLDERS[wildcards.folder]),
         script=script("passages.py"),
     output:
         "results/passages/{folder}.csv",
@@ -45,9 +43,7 @@ rule passages:
 
 rule features:
     input:
-        signals=lambda wildcards: expand(
-            rules.preprocess.output.signal, recording=FOLDERS[wildcards.folder]
-        ),
+        signals=lambda wildcards: files_of("signals", FOLDERS[wildcards.folder]),
         weights=own_file(PROJECT / "workflow" / "weights" / "scorer.npz"),
         script=script("features.py"),
     output:
@@ -82,11 +78,11 @@ rule features:
 rule detect:
     input:
         # The labelled recordings are needed too: the detectors learn their thresholds from them.
-        matrices=expand(rules.preprocess.output.matrix, recording=ARCHIVE.recordings),
+        matrices=files_of("matrices", ARCHIVE.recordings),
         passages=expand(rules.passages.output, folder=FOLDERS),
         features=expand(rules.features.output.features, folder=FOLDERS) if BY_FEATURES else [],
         # The templates for an unlabelled recording leave out the fits of its near copies.
-        fits=expand(rules.fit.output, recording=ARCHIVE.of_nodules()),
+        fits=files_of("fits", ARCHIVE.of_nodules()),
         recordings=rules.index.output.recordings,
         templates=rules.average.output.matrices,
         script=script("detect.py"),

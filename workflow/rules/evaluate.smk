@@ -16,8 +16,8 @@ LABELLED_FOLDERS = sorted(set(map(folder_of, ARCHIVE.labelled())))
 
 rule evaluate:
     input:
-        matrices=expand(rules.preprocess.output.matrix, recording=ARCHIVE.labelled()),
-        fits=expand(rules.fit.output, recording=ARCHIVE.of_nodules()),
+        matrices=files_of("matrices", ARCHIVE.labelled()),
+        fits=files_of("fits", ARCHIVE.of_nodules()),
         passages=expand(rules.passages.output, folder=LABELLED_FOLDERS),
         features=(
             expand(rules.features.output.features, folder=LABELLED_FOLDERS) if BY_FEATURES else []

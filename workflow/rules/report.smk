@@ -164,9 +164,9 @@ rule report:
         sites=rules.combine.output,
         figures=[*rules.draw.output, *rules.draw_design.output],
         surveys=expand(rules.chart_survey.output, survey=SURVEYS.names),
-        signals=expand(rules.preprocess.output.signal, recording=ARCHIVE.recordings),
-        checks=expand(rules.preprocess.output.check, recording=ARCHIVE.recordings),
-        fits=expand(rules.fit.output, recording=ARCHIVE.of_nodules()),
+        signals=files_of("signals", ARCHIVE.recordings),
+        checks=files_of("checks", ARCHIVE.recordings),
+        fits=files_of("fits", ARCHIVE.of_nodules()),
         stretches=expand(rules.features.output.stretches, folder=FOLDERS) if BY_FEATURES else [],
         template=report_file("report.html.j2"),
         page=PAGE,
@@ -186,11 +186,11 @@ rule report:
         "../../environment.yml"
     params:
         results=results_folder,
-        settings=section(*sorted(config)),
+        settings=section(*RESULT_SECTIONS),
         surveys=LISTED_SURVEYS,
         made_from=made_from(
             "report",
-            section(*sorted(config)),
+            section(*RESULT_SECTIONS),
             LISTED_SURVEYS,
             modules=REGISTERED,
             members=ARCHIVE.recordings,

@@ -14,7 +14,7 @@ from edges.files import mark_outdated, read_csv, read_json, remove_unfinished
 from edges.preloaded_jobs import PreloadedJobs
 from edges.records import files_that_do_not_fit
 from edges.run_lock import hold
-from edges.terminal_log import speak_shortly
+from edges.terminal_log import no_reasons, speak_shortly
 
 # With less free space than this, a run stops before its first job.
 FULL_DISK_BYTES = 1_000_000
@@ -27,7 +27,11 @@ RUN_LOCK = []
 # --verbose, Snakemake prints its own lines.
 ASKED_FOR_MORE = workflow.output_settings.printshellcmds or workflow.output_settings.verbose
 if workflow.is_main_process and not IS_MODULE and not ASKED_FOR_MORE:
-    speak_shortly(logger, dry_run=workflow.output_settings.dryrun)
+    speak_shortly(
+        logger,
+        dry_run=workflow.output_settings.dryrun,
+        reasons=reasons_of_job if PER_JOB > 1 else no_reasons,
+    )
 
 
 def take_run_lock():

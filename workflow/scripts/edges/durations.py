@@ -13,8 +13,10 @@ from capsule.page.provenance import seconds_in_log
 # All rules before the rule report, in the order in which they run.
 RULES = (
     "preprocess",
+    "preprocess_set",
     "index",
     "fit",
+    "fit_set",
     "average",
     "passages",
     "features",

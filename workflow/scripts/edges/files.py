@@ -41,14 +41,23 @@ def list_archive(raw: Path) -> Archive:
     return classify(_entries(raw))
 
 
+def list_folder(raw: Path, folder: str) -> tuple[str, ...]:
+    """Return the recordings of one folder under raw/, without a look into the other folders."""
+    return classify(_entries_of(raw / folder, raw.resolve())).recordings
+
+
 def _entries(raw: Path) -> Iterator[Entry]:
     root = raw.resolve()
     for folder in sorted(raw.iterdir()):
         kind = _kind(folder, root)
         yield Entry(folder.name, kind)
         if kind == "folder":
-            for entry in folder.iterdir():
-                yield Entry(f"{folder.name}/{entry.name}", _kind(entry, root))
+            yield from _entries_of(folder, root)
+
+
+def _entries_of(folder: Path, root: Path) -> Iterator[Entry]:
+    for entry in folder.iterdir():
+        yield Entry(f"{folder.name}/{entry.name}", _kind(entry, root))
 
 
 def _kind(path: Path, root: Path) -> str:
@@ -228,28 +237,48 @@ def run(main: Callable[[], None]) -> None:
     """
     started = time.perf_counter()
     collect_seldom()
-    record, path = None, None
+    told = None
     if "--record" in sys.argv:
         place = sys.argv.index("--record")
         told = sys.argv[place + 1]
         del sys.argv[place : place + 2]
-        record, path = Record(told), record_path(told.rpartition(":")[0])
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     try:
-        if record and path:
-            # If this job fails, its old record must not remain: it would call the results valid.
-            path.unlink(missing_ok=True)
-            record.watch()
-        main()
-        if record and path:
-            write_json(path, record.content())
+        if told:
+            make_recorded(told, main)
+        else:
+            main()
         print(f"finished in {time.perf_counter() - started:.3f} s")
-    except CapsuleError as error:
-        sys.exit(f"error: {error}")
-    except OSError as error:
-        remedy = ""
-        if error.errno in (errno.ENOSPC, errno.EDQUOT):
-            remedy = "; free some space and run again: finished results are kept"
-        sys.exit(f"error: {error.filename or 'disk'}: {error.strerror or error}{remedy}")
+    except (CapsuleError, OSError) as error:
+        sys.exit(error_line(error))
+
+
+def make_recorded(made_from: str, make: Callable[[], None]) -> Record:
+    """Make results, and write the record of the files that were read and written.
+
+    Parameters
+    ----------
+    made_from : str
+        The first output, a colon, and a checksum of settings, code and members.
+    make : callable
+        Makes the results.
+    """
+    record, path = Record(made_from), record_path(made_from.rpartition(":")[0])
+    # If this job fails, its old record must not remain: it would call the results valid.
+    path.unlink(missing_ok=True)
+    with record.watch():
+        make()
+    write_json(path, record.content())
+    return record
+
+
+def error_line(error: CapsuleError | OSError) -> str:
+    """Return an error of the input or of the disk as one line."""
+    if isinstance(error, CapsuleError):
+        return f"error: {error}"
+    remedy = ""
+    if error.errno in (errno.ENOSPC, errno.EDQUOT):
+        remedy = "; free some space and run again: finished results are kept"
+    return f"error: {error.filename or 'disk'}: {error.strerror or error}{remedy}"

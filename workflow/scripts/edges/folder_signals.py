@@ -46,7 +46,7 @@ def usable_signals(
     values : (S, K) array
         Readings; NaN if a sample is missing.
     """
-    for name in files.list_archive(raw).by_folder().get(folder, []):
+    for name in files.list_folder(raw, folder):
         signal = signals / f"{name}.npy"
         if not signal.exists():
             print(f"{name}: added while the workflow ran; run the workflow again to include it")

@@ -9,13 +9,14 @@ that Snakemake makes it again.
 The Snakefile and every script use this module, so it imports only fast modules.
 """
 
+import contextlib
 import functools
 import hashlib
 import json
 import os
 import secrets
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -77,26 +78,33 @@ class Record:
     made_from: str
     read: dict[str, str | None] = field(default_factory=dict)
     written: dict[str, str | None] = field(default_factory=dict)
-    _busy: bool = False
 
-    def watch(self) -> None:
-        """Record each file that this process opens for reading, or renames to its final name."""
-        sys.addaudithook(self._heard)
+    @contextlib.contextmanager
+    def watch(self) -> Iterator[None]:
+        """Record each file that this process opens for reading, or renames to its final name.
 
-    def _heard(self, event: str, arguments: tuple[Any, ...]) -> None:
-        if self._busy or event not in ("open", "os.rename"):
-            return
-        self._busy = True
+        While a record watches inside another one, only the inner record grows.
+        """
+        _add_hook()
+        _WATCHING.append(self)
         try:
-            if event == "open" and arguments[1] in ("r", "rb"):
-                name = followed(arguments[0])
-                # A file that the job wrote itself is no input, even if the job reads it again.
-                if name and name not in self.read and name not in self.written:
-                    self.read[name] = checksum(name)
-            elif event == "os.rename" and (name := followed(arguments[1])):
-                self.written[name] = checksum(os.fspath(arguments[0]))
+            yield
         finally:
-            self._busy = False
+            _WATCHING.pop()
+
+    def add_event(self, event: str, arguments: tuple[Any, ...]) -> None:
+        """Record the file of an event of Python's audit."""
+        if event == "open" and arguments[1] in ("r", "rb"):
+            name = followed(arguments[0])
+            # A file that the job wrote itself is no input, even if the job reads it again.
+            if name and name not in self.read and name not in self.written:
+                self.read[name] = checksum(name)
+        elif event == "os.rename" and (name := followed(arguments[1])):
+            self.written[name] = checksum(os.fspath(arguments[0]))
+
+    def add_part(self, part: "Record") -> None:
+        """Record that this job depends on all files that a part of it has read or written."""
+        self.read |= {**part.read, **part.written}
 
     def content(self) -> dict[str, Any]:
         """Return the record for a JSON file, to be written when the job has succeeded."""
@@ -105,6 +113,61 @@ class Record:
             "written": dict(sorted(self.written.items())),
         }
         return {"format": FORMAT, "made_from": self.made_from, **files}
+
+
+# The records that watch this process, the innermost one last; at None, nothing is recorded.
+_WATCHING: list[Record | None] = []
+
+
+@functools.cache
+def _add_hook() -> None:
+    # Python cannot remove a hook, so all records share one.
+    sys.addaudithook(_forward)
+
+
+def _forward(event: str, arguments: tuple[Any, ...]) -> None:
+    if event in ("open", "os.rename") and _WATCHING and (record := _WATCHING[-1]):
+        with unwatched():
+            record.add_event(event, arguments)
+
+
+@contextlib.contextmanager
+def unwatched() -> Iterator[None]:
+    """Let no record grow meanwhile."""
+    _WATCHING.append(None)
+    try:
+        yield
+    finally:
+        _WATCHING.pop()
+
+
+def watching_record() -> Record | None:
+    """Return the record that watches this process."""
+    return _WATCHING[-1] if _WATCHING else None
+
+
+def current_key(key: str) -> str:
+    """Return a key, with the token that `parameter` has added to it; it begins with the output."""
+    return key + _text(_token_path(key.rpartition(":")[0]))
+
+
+def stored_record(output: Path | str) -> Record | None:
+    """Read the record of the job whose first output is this file; None if it has none."""
+    stored = _read(record_path(output))
+    return Record(stored["made_from"], stored["read"], stored["written"]) if stored else None
+
+
+def reason_to_make(made_from: str, outputs: Sequence[str]) -> str:
+    """Return why results must be made, as a clause that follows "because"; empty if they fit."""
+    record = _read(record_path(outputs[0]))
+    if not all(map(os.path.exists, outputs)):
+        return "its results are missing"
+    if record is None:
+        return "the record of its results is missing"
+    if record["made_from"] != made_from or not _wrote_all(outputs, record["written"]):
+        return "its settings or the code have changed"
+    changed = sorted(_changed(record, _checksum_at_start))
+    return f"{changed[0]} has changed" if changed else ""
 
 
 @functools.cache
@@ -128,7 +191,7 @@ def parameter(key: str, outputs: tuple[str, ...], *, renew: bool) -> str:
     str
         The key, followed by a token if the results did not fit once.
     """
-    token = record_path(outputs[0]).with_suffix(".again")
+    token = _token_path(outputs[0])
     told = key + _text(token)
     if not renew or _fits(told, outputs):
         return told
@@ -176,13 +239,9 @@ def _records_by_file(folder: Path) -> dict[str, dict[str, Any]]:
 
 def _fits(told: str, outputs: Sequence[str]) -> bool:
     """Return whether a job's results fit its record; True if neither results nor record exist."""
-    path = record_path(outputs[0])
-    if not path.exists() and not any(map(os.path.exists, outputs)):
+    if not record_path(outputs[0]).exists() and not any(map(os.path.exists, outputs)):
         return True
-    record = _read(path)
-    if record is None or record["made_from"] != told or not _wrote_all(outputs, record["written"]):
-        return False
-    return not _changed(record, _checksum_at_start)
+    return not reason_to_make(told, outputs)
 
 
 def _wrote_all(outputs: Sequence[str], written: Iterable[str]) -> bool:
@@ -200,6 +259,11 @@ def _read(path: Path) -> dict[str, Any] | None:
     except (OSError, ValueError, KeyError, TypeError):
         return None
     return record if whole else None
+
+
+def _token_path(output: str) -> Path:
+    """Return the path of the token that makes the job of this output run again."""
+    return record_path(output).with_suffix(".again")
 
 
 def _text(path: Path) -> str:

@@ -9,6 +9,7 @@ The Snakefile uses this module, so it imports only fast modules.
 import logging
 import re
 import shutil
+from collections.abc import Callable, Mapping
 from typing import TextIO
 
 # Events and messages that are not printed: this module prints them in other words, or the lines of
@@ -24,7 +25,10 @@ _LEFT_OUT_TEXTS = (
     "Reasons:",
     "Some jobs were triggered",
     "Rules with provenance",
+    "Rules with missing metadata",
 )
+# Snakemake has no notes on results whose records were taken over; nothing depends on the notes.
+_LEFT_OUT_WORDS = "have missing provenance/metadata"
 # Beginnings of Snakemake's reasons, and the words that are printed for them.
 _REASONS = (
     ("Missing output files", "its results are missing"),
@@ -35,7 +39,17 @@ _REASONS = (
     ("Input files updated by another job", "{} changes"),
     ("Forced execution", "it was asked for"),
 )
+# A line names at most this many recordings of one job.
+_NAMED = 3
 _CLEAR_LINE = "\r\x1b[K"
+
+# Returns the reason for each recording that a job makes, from the job's rule and wildcards.
+Reasons = Callable[[str, Mapping[str, str]], Mapping[str, str]]
+
+
+def no_reasons(rule: str, wildcards: Mapping[str, str]) -> Mapping[str, str]:
+    """Return no recordings: each job has at most one, which Snakemake names."""
+    return {}
 
 
 def reason_in_words(reason: str) -> str:
@@ -71,10 +85,20 @@ class TerminalLog(logging.Handler):
         Snakemake's own handler, which prints all other messages.
     dry_run : bool
         Whether jobs are only listed, each with its reason.
+    reasons : callable
+        ``reasons(rule, wildcards)`` returns the reason for each recording that the job of a set
+        makes; empty for other jobs.
     """
 
-    def __init__(self, default: logging.StreamHandler[TextIO], *, dry_run: bool) -> None:
+    def __init__(
+        self,
+        default: logging.StreamHandler[TextIO],
+        *,
+        dry_run: bool,
+        reasons: Reasons = no_reasons,
+    ) -> None:
         super().__init__(default.level)
+        self._reasons = reasons
         self.filters = default.filters
         self._default, self._stream, self._dry_run = default, default.stream, dry_run
         self._live = self._stream.isatty() and not dry_run
@@ -84,7 +108,8 @@ class TerminalLog(logging.Handler):
         """Print one message, or leave it out."""
         event = getattr(record, "event", None)
         kind = getattr(event, "value", event)
-        if kind in _LEFT_OUT or record.getMessage().startswith(_LEFT_OUT_TEXTS):
+        text = record.getMessage()
+        if kind in _LEFT_OUT or text.startswith(_LEFT_OUT_TEXTS) or _LEFT_OUT_WORDS in text:
             return
         if kind == "job_info":
             self._tell_job(record)
@@ -99,11 +124,17 @@ class TerminalLog(logging.Handler):
 
     def _tell_job(self, record: logging.LogRecord) -> None:
         told = vars(record)
-        self._job = " ".join([told["rule_name"], *told["wildcards"].values()])
+        rule, wildcards = told["rule_name"], told["wildcards"]
+        reasons = self._reasons(rule, wildcards)
+        self._job = " ".join([rule, *wildcards.values(), *_named(list(reasons))])
         if self._live:
             self._show()
         elif self._dry_run:
-            self._write(f"- {self._job}, because {reason_in_words(str(told['reason']))}\n")
+            lines = {f"{rule} {name}": reason for name, reason in reasons.items()}
+            for line, reason in (
+                lines or {self._job: reason_in_words(str(told["reason"]))}
+            ).items():
+                self._write(f"- {line}, because {reason}\n")
         else:
             self._write(f"- {self._job}\n")
 
@@ -124,7 +155,13 @@ class TerminalLog(logging.Handler):
         self._stream.flush()
 
 
-def speak_shortly(logger: logging.Logger, *, dry_run: bool) -> None:
+def _named(recordings: list[str]) -> list[str]:
+    """Return the first recordings of a job in parentheses, and the number of the others."""
+    more = f" and {len(recordings) - _NAMED} more" if len(recordings) > _NAMED else ""
+    return [f"({', '.join(recordings[:_NAMED])}{more})"] if recordings else []
+
+
+def speak_shortly(logger: logging.Logger, *, dry_run: bool, reasons: Reasons = no_reasons) -> None:
     """Replace Snakemake's own handler for the terminal with a `TerminalLog`.
 
     If the user has chosen another logger, that handler does not exist, and nothing changes.
@@ -132,4 +169,4 @@ def speak_shortly(logger: logging.Logger, *, dry_run: bool) -> None:
     for default in list(logger.handlers):
         if default.name == "DefaultStreamHandler" and isinstance(default, logging.StreamHandler):
             logger.removeHandler(default)
-            logger.addHandler(TerminalLog(default, dry_run=dry_run))
+            logger.addHandler(TerminalLog(default, dry_run=dry_run, reasons=reasons))
