@@ -10,7 +10,13 @@ import pytest
 
 from edges import files, records
 from edges.recording_files import reasons_to_make
-from edges.set_files import forget_notes, forget_recordings, leave_other_sets, take_over
+from edges.set_files import (
+    forget_notes,
+    forget_recordings,
+    leave_other_sets,
+    stand_in,
+    take_over,
+)
 from edges.set_jobs import make_set
 
 RESULTS = Path("results")
@@ -121,6 +127,21 @@ def test_a_set_without_changes_is_taken_over_as_its_job_would_leave_it(recording
     take_over(Path(SET_FILE), f"{SET_FILE}:key", RESULTS, "fit", ["3mm/r01"])
     assert [path.read_bytes() for path in paths] == left
     assert Path(SET_FILE).stat().st_mtime == 1000
+
+
+def test_an_empty_file_stands_in_for_a_set_only_if_there_are_results(recording, monkeypatch):
+    path = Path(SET_FILE)
+    stand_in(path, RESULTS)
+    assert not path.exists()
+    run_job(monkeypatch)
+    content = path.read_text()
+    stand_in(path, RESULTS)
+    assert path.read_text() == content
+    path.unlink()
+    stand_in(path, RESULTS)
+    assert path.read_text() == ""
+    records._checksum_at_start.cache_clear()
+    assert records.reason_to_make(f"{SET_FILE}:key", [SET_FILE]) == f"{SET_FILE} has changed"
 
 
 @pytest.mark.parametrize(("most", "kept"), [(2, True), (3, False), (1, False)])

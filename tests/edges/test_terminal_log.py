@@ -21,13 +21,13 @@ class Terminal(io.StringIO):
 def logged():
     """Return a function that logs events, and returns the text on the terminal."""
 
-    def log(*events, live=False, dry_run=False):
+    def log(*events, live=False, **options):
         stream = Terminal(live)
         default = logging.StreamHandler(stream)
         default.name = "DefaultStreamHandler"
         logger = logging.Logger("snakemake")
         logger.addHandler(default)
-        speak_shortly(logger, dry_run=dry_run)
+        speak_shortly(logger, **{"dry_run": False, **options})
         for event in events:
             logger.info(event.pop("text", None), extra=event)
         return stream.getvalue()
@@ -82,6 +82,32 @@ def test_what_has_gone_wrong_is_told_as_snakemake_tells_it(logged):
 def test_the_table_of_jobs_is_told_once_and_other_lines_not_at_all(logged):
     table = {"event": LogEvent.RUN_INFO, "text": "Job stats:"}
     assert logged(table, {"text": "Select jobs to execute..."}, table | {}) == "Job stats:\n"
+
+
+def reasons_of_set(step, wildcards):
+    """Return as many recordings as the name of the set says."""
+    count = int(wildcards["set"].rpartition("-")[2]) if "set" in wildcards else 0
+    return {f"3mm/r{run}": f"raw/3mm/r{run}.csv has changed" for run in range(count)}
+
+
+def test_a_dry_run_names_each_recording_of_a_set_with_its_reason(logged):
+    said = logged(job("fit_set", set="3mm/set-2"), dry_run=True, reasons=reasons_of_set)
+    assert said == (
+        "- fit_set 3mm/r0, because raw/3mm/r0.csv has changed\n"
+        "- fit_set 3mm/r1, because raw/3mm/r1.csv has changed\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("count", "expected"),
+    [
+        (0, "- fit_set 3mm/set-0\n"),
+        (3, "- fit_set 3mm/set-3 (3mm/r0, 3mm/r1, 3mm/r2)\n"),
+        (9, "- fit_set 3mm/set-9 (3mm/r0, 3mm/r1, 3mm/r2 and 6 more)\n"),
+    ],
+)
+def test_the_job_of_a_set_names_the_first_recordings_that_it_makes(logged, count, expected):
+    assert logged(job("fit_set", set=f"3mm/set-{count}"), reasons=reasons_of_set) == expected
 
 
 def test_another_handler_stays():

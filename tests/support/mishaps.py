@@ -158,7 +158,9 @@ class Sequence:
 
     def damage(self) -> None:
         """Damage a result."""
-        if names := sorted(self.project.result_bytes()):
+        results = self.project.results
+        sets = [path.relative_to(results).as_posix() for path in results.glob("sets/*/*/*/*")]
+        if names := sorted([*self.project.result_bytes(), *sets]):
             name, how = self.numbers.choice(names), self.numbers.choice(sorted(DAMAGES))
             path = self.project.results / name
             content = DAMAGES[how](path.read_bytes())
@@ -171,6 +173,12 @@ class Sequence:
         folder = self.numbers.choice(folders)
         shutil.rmtree(folder, ignore_errors=True)
         self.told.append(f"{folder.name} lost")
+
+    def change_sets(self) -> None:
+        """Change the largest number of recordings that one job makes."""
+        most = self.numbers.choice([1, 2, 100])
+        self.project.configure(recordings_per_job=most)
+        self.told.append(f"{most} recordings per job")
 
     def kill_run(self) -> None:
         """Kill a run with all its jobs."""
@@ -213,6 +221,7 @@ _MISHAPS = [
     Sequence.step_clock,
     Sequence.damage,
     Sequence.damage,
+    Sequence.change_sets,
     Sequence.lose_notes,
     Sequence.kill_run,
     Sequence.kill_job,

@@ -106,6 +106,15 @@ def test_a_job_makes_only_the_recordings_that_have_changed(finished, new, tmp_pa
     assert project.snakemake(TARGET).did_nothing
 
 
+def test_an_edit_together_with_another_size_of_the_sets_reaches_all_results(
+    finished, new, tmp_path
+):
+    project = in_sets_of(3, finished, tmp_path / "project")
+    (project.raw / "3mm/r02.csv").write_bytes(b"")
+    run = project.snakemake("-n", TARGET)
+    assert run.jobs == {"preprocess_set": 1, "fit_set": 1, "index": 1, "average": 1}
+
+
 def test_a_killed_set_goes_on_where_it_was(finished, new, tmp_path):
     project = in_sets_of(100, new, tmp_path / "project")
     with project.start(TARGET) as process:

@@ -46,13 +46,16 @@ def test_slurm_gives_the_same_results_in_few_jobs(tmp_path):
     assert list(actual) == list(expected)
     same = [name for name in expected if not name.startswith("report")]
     assert [name for name in same if actual[name] != expected[name]] == []
-    # Two dozen jobs in a handful of Slurm jobs.
+    # A dozen jobs in a handful of Slurm jobs.
     assert 3 <= run.output.count("has been submitted with SLURM jobid") <= 5
 
 
-def test_the_profile_groups_only_rules_that_exist():
+def test_the_profile_groups_every_rule_but_those_of_recordings():
     profile = yaml.safe_load((ROOT / "profiles/slurm/config.yaml").read_text(encoding="utf-8"))
     rules = "".join(path.read_text() for path in (ROOT / "workflow/rules").glob("*.smk"))
     grouped = [entry.split("=")[0] for entry in profile["groups"]]
-    assert all(f"\nrule {name}:" in rules for name in grouped)
-    assert rules.count("\nrule ") == len(grouped), "every rule belongs to a group"
+    # A job of a set takes a Slurm job of its own, and replaces the jobs of single recordings.
+    assert profile["config"] == ["recordings_per_job=400"]
+    alone = ["preprocess", "fit", "preprocess_set", "fit_set"]
+    assert all(f"\nrule {name}:" in rules for name in [*grouped, *alone])
+    assert rules.count("\nrule ") == len(grouped) + len(alone), "every rule belongs to a group"

@@ -7,7 +7,7 @@
 from capsule.job_sets import job_sets
 from edges.recording_files import reasons_to_make
 from edges.records import current_key, reason_to_make
-from edges.set_files import forget_recordings, take_over
+from edges.set_files import forget_recordings, stand_in, take_over
 
 SETS = job_sets(ARCHIVE.recordings, PER_JOB)
 SET_OF = {name: label for label, names in SETS.items() for name in names}
@@ -35,8 +35,10 @@ def recordings_of_set(wildcards):
 
 def is_forced(step, outputs):
     """Return whether the user wants this job to run in any case."""
-    forced = getattr(rules, step).rule in workflow.dag.forcerules
-    return forced or not workflow.dag.forcefiles.isdisjoint(outputs)
+    asked = workflow.dag_settings
+    # Snakemake's own list of forced files also holds those of an interrupted run.
+    files = {*asked.forcerun, *(asked.targets if asked.forcetargets else ())}
+    return getattr(rules, step).rule in workflow.dag.forcerules or not files.isdisjoint(outputs)
 
 
 def will_run():
@@ -72,7 +74,9 @@ def prepare_sets(stage, labels):
         told = current_key(f"{outputs[0]}:{with_members(fixed, *names)}")
         if reason_to_make(told, outputs):
             REASONS[step, label] = reasons_to_make(results, stage, KEYS[stage], names)
-            if MAY_RENEW and not REASONS[step, label]:
+            if MAY_RENEW and REASONS[step, label]:
+                stand_in(Path(outputs[0]), results)
+            elif MAY_RENEW:
                 take_over(Path(outputs[0]), told, results, stage, names)
                 TAKEN_OVER.add(outputs[0])
 

@@ -66,6 +66,16 @@ def take_over(path: Path, told: str, results: Path, stage: str, names: Iterable[
     files.write_json(record_path(path), record.content())
 
 
+def stand_in(path: Path, results: Path) -> None:
+    """Write an empty file for a set whose file is missing, if there are any results.
+
+    Snakemake does not look for a missing file if the results of later rules exist. An empty file
+    does not fit, so its job and the later rules run.
+    """
+    if not path.exists() and (results / _RECORDS).is_dir():
+        write_set_file(path, results, [])
+
+
 def forget_recordings(results: Path, stage: str, names: Iterable[str]) -> None:
     """Remove the records of recordings, so that the job of their set makes them again."""
     for name in names:
