@@ -13,7 +13,7 @@ def _open_without_waiting(path: str, flags: int) -> int:
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
 
 
-def read_limited(path: Path, max_bytes: int) -> bytes | None:
+def read_limited(path: Path | str, max_bytes: int) -> bytes | None:
     """Read a whole file; return None if it is larger than the limit.
 
     Raises
@@ -23,9 +23,13 @@ def read_limited(path: Path, max_bytes: int) -> bytes | None:
     """
     # A pipe may have replaced the file since it was listed, and opening a pipe can wait forever.
     with open(path, "rb", opener=_open_without_waiting) as stream:
-        if not stat.S_ISREG(os.fstat(stream.fileno()).st_mode):
+        status = os.fstat(stream.fileno())
+        if not stat.S_ISREG(status.st_mode):
             raise OSError(errno.EINVAL, "a pipe or a device, not a file", str(path))
-        content = stream.read(max_bytes + 1) if path.stat().st_size <= max_bytes else b""
-        if len(content) > max_bytes or path.stat().st_size > max_bytes:
+        if status.st_size > max_bytes:
             return None
-        return content
+        content = stream.read(status.st_size + 1)
+        if len(content) > status.st_size:
+            # The file has grown since it was opened.
+            content += stream.read(max_bytes + 1 - len(content))
+        return None if len(content) > max_bytes else content

@@ -50,7 +50,7 @@ def record_path(output: Path | str) -> Path:
 def checksum(path: Path | str) -> str | None:
     """Return the SHA-256 of a file; None if the file does not exist or cannot be read."""
     try:
-        content = read_limited(Path(path), _LARGEST_BYTES)
+        content = read_limited(path, _LARGEST_BYTES)
         if content is None:
             return f"{Path(path).stat().st_size} bytes"
         return hashlib.sha256(content).hexdigest()
