@@ -1,14 +1,28 @@
 """Run a Slurm cluster of one node on loopback, in its own folder, during a test."""
 
+import contextlib
 import os
+import re
 import secrets
 import shutil
+import signal
 import socket
 import subprocess
 import time
+from collections.abc import Callable
 from pathlib import Path
 
-PROGRAMS = ["munged", "slurmctld", "slurmd", "sbatch", "srun", "sinfo", "squeue"]
+PROGRAMS = ["munged", "slurmctld", "slurmd", "sbatch", "srun"]
+PROGRAMS += ["sinfo", "squeue", "scontrol", "scancel", "sdiag"]
+# This cluster has no accounting, and it answers at once.
+WITHOUT_ACCOUNTING = [
+    "--slurm-status-command=squeue",
+    "--slurm-no-account",
+    "--slurm-init-seconds-before-status-checks=1",
+    "--seconds-between-status-checks=1",
+    "--max-status-checks-per-second=10",
+    "--latency-wait=5",
+]
 
 
 def missing_reason() -> str | None:
@@ -32,18 +46,23 @@ class SingleNodeSlurm:
     ----------
     folder : Path
         Folder of the configuration, the key, the state and the logs.
+    slots : int, optional
+        Number of processors that the node declares; the default is those of this machine.
 
     Attributes
     ----------
     environment : dict of str to str
         Environment variables with which a client finds this cluster.
+    node : str
+        Name of the only node.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
+    def __init__(self, folder: Path, slots: int | None = None) -> None:
+        self.folder, self.slots = folder, slots or os.cpu_count()
+        self.node = socket.gethostname().split(".")[0]
         path = os.pathsep.join([str(folder / "bin"), *os.get_exec_path()])
         self.environment = {"SLURM_CONF": str(folder / "slurm.conf"), "PATH": path}
-        self._daemons: list[subprocess.Popen] = []
+        self._daemons: dict[str, subprocess.Popen] = {}
 
     def __enter__(self) -> "SingleNodeSlurm":
         self.folder.mkdir(parents=True)
@@ -61,20 +80,106 @@ class SingleNodeSlurm:
             f"--seed-file={self.folder}/munged.seed",
         )  # fmt: skip
         _wait_for(socket_path.exists, "munged", self.folder)
-        self._start("slurmctld", "-D", "-f", str(self.folder / "slurm.conf"))
+        self.start_controller()
         self._start("slurmd", "-D", "-f", str(self.folder / "slurm.conf"))
         _wait_for(self._is_idle, "slurmd", self.folder)
         return self
 
     def __exit__(self, *_: object) -> None:
-        for daemon in reversed(self._daemons):
+        self.end_jobs()
+        daemons = list(reversed(self._daemons.values()))
+        for daemon in daemons:
             daemon.terminate()
-        for daemon in reversed(self._daemons):
+        for daemon in daemons:
             try:
                 daemon.wait(timeout=20)
             except subprocess.TimeoutExpired:
                 daemon.kill()
                 daemon.wait()
+
+    def ask(self, *command: str) -> str:
+        """Return what a command of Slurm prints, such as ``squeue``."""
+        environment = os.environ | self.environment
+        return subprocess.run(
+            command, env=environment, capture_output=True, text=True, check=True
+        ).stdout
+
+    def jobs(self, *states: str) -> list[str]:
+        """Return the numbers of the jobs in these states; by default, of those not ended."""
+        chosen = [f"--states={','.join(states)}"] if states else []
+        return self.ask("squeue", "--noheader", "--format=%A", "--sort=i", *chosen).split()
+
+    def steps(self) -> list[str]:
+        """Return the steps that run, such as ``3.0``: the calls of srun inside the jobs."""
+        listed = self.ask("squeue", "--steps", "--noheader", "--format=%i").split()
+        return [step for step in listed if step.rpartition(".")[2].isdigit()]
+
+    def wait_for(self, condition: Callable[[], object], what: str) -> None:
+        """Wait until a condition holds; the error shows the logs of the daemons."""
+        _wait_for(condition, what, self.folder)
+
+    def update(self, what: str, *changes: str) -> None:
+        """Change a job or the node, for example ``update("NodeName=...", "State=DRAIN")``."""
+        self.ask("scontrol", "update", what, *changes)
+
+    def end_jobs(self) -> None:
+        """Cancel all jobs, and wait until they have ended."""
+        if jobs := self.jobs():
+            self.ask("scancel", *jobs)
+            self.wait_for(lambda: not self.jobs(), "the end of the jobs")
+
+    def processes(self, job: str) -> list[int]:
+        """Return the processes of a job that this node runs."""
+        listed = self.ask("scontrol", "listpids", job).splitlines()[1:]
+        return [int(line.split()[0]) for line in listed]
+
+    def start_controller(self) -> None:
+        """Start slurmctld; it continues with the state that an earlier one has left."""
+        self._start("slurmctld", "-D", "-f", str(self.folder / "slurm.conf"))
+
+    def kill_controller(self) -> None:
+        """Kill slurmctld without a warning, as soon as it has saved the jobs.
+
+        It saves a change after some seconds; until then a kill would take the job with it.
+        """
+        saved = self.folder / "state" / "job_state"
+        before = saved.stat().st_mtime_ns if saved.exists() else 0
+        for job in self.jobs():
+            self.update(f"JobId={job}", "Comment=saved")
+        self.wait_for(
+            lambda: saved.exists() and saved.stat().st_mtime_ns > before, "the saved jobs"
+        )
+        self._kill("slurmctld")
+
+    def lose_node(self) -> None:
+        """Kill slurmd and all processes of its jobs, as a node that goes down."""
+        doomed = {process for job in self.jobs("RUNNING") for process in self.processes(job)}
+        # slurmd has a process for each step of a job, which is no process of the job itself.
+        doomed |= set(map(_parent, doomed))
+        self._kill("slurmd")
+        for process in doomed:
+            _kill_if_alive(process)
+        self.update(f"NodeName={self.node}", "State=DOWN", "Reason=test")
+        # The controller tells the node to end the jobs. If that came after the node is back, it
+        # would end the jobs that have begun again.
+        self.wait_for(self._has_told_all, "the last message to the node")
+
+    def return_node(self) -> None:
+        """Start slurmd again; jobs that have lost their node start now, not in two minutes."""
+        self._start("slurmd", "-D", "-f", str(self.folder / "slurm.conf"))
+        self.update(f"NodeName={self.node}", "State=RESUME")
+        for job in self.jobs("PENDING"):
+            self.update(f"JobId={job}", "StartTime=now")
+
+    def _has_told_all(self) -> bool:
+        """Return whether the controller has no message under way."""
+        counts = re.findall(r"^Agent (?:queue size|count): *(\d+)", self.ask("sdiag"), re.MULTILINE)
+        return len(counts) == 2 and not any(map(int, counts))
+
+    def _kill(self, program: str) -> None:
+        daemon = self._daemons.pop(program)
+        daemon.kill()
+        daemon.wait()
 
     def _wrap_srun(self) -> None:
         """Write an srun for jobs that finds this cluster; SLURM_ variables do not reach a job."""
@@ -87,27 +192,25 @@ class SingleNodeSlurm:
         wrapper.chmod(0o755)
 
     def _start(self, program: str, *arguments: str) -> None:
-        with (self.folder / f"{program}.out").open("wb") as output:
+        with (self.folder / f"{program}.out").open("ab") as output:
             command = [_find(program), *arguments]
             environment = os.environ | self.environment
-            daemon = subprocess.Popen(
+            self._daemons[program] = subprocess.Popen(
                 command, stdout=output, stderr=subprocess.STDOUT, env=environment
             )
-        self._daemons.append(daemon)
 
     def _is_idle(self) -> bool:
-        command = ["sinfo", "--noheader", "--format=%t"]
-        environment = os.environ | self.environment
-        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
-        return done.stdout.strip() == "idle"
+        try:
+            return self.ask("sinfo", "--noheader", "--format=%t").strip() == "idle"
+        except subprocess.CalledProcessError:
+            return False
 
     def _configuration(self, socket_path: Path, ports: list[int]) -> str:
-        host = socket.gethostname().split(".")[0]
         for name in ("state", "spool"):
             (self.folder / name).mkdir()
         settings = {
             "ClusterName": "test",
-            "SlurmctldHost": f"{host}(127.0.0.1)",
+            "SlurmctldHost": f"{self.node}(127.0.0.1)",
             "SlurmctldPort": ports[0],
             "SlurmdPort": ports[1],
             "SlurmUser": "root",
@@ -126,13 +229,13 @@ class SingleNodeSlurm:
             "SelectTypeParameters": "CR_Core",
             "SchedulerParameters": "sched_interval=1,sched_min_interval=0",
             "ReturnToService": 2,
+            "KillWait": 1,
             "MinJobAge": 3600,
             "MpiDefault": "none",
             "SlurmdParameters": "config_overrides",
         }
         lines = [f"{key}={value}" for key, value in settings.items()]
-        cores = os.cpu_count()
-        lines.append(f"NodeName={host} NodeAddr=127.0.0.1 CPUs={cores} RealMemory=2000")
+        lines.append(f"NodeName={self.node} NodeAddr=127.0.0.1 CPUs={self.slots} RealMemory=2000")
         lines.append("PartitionName=test Nodes=ALL Default=YES MaxTime=INFINITE State=UP")
         return "\n".join(lines) + "\n"
 
@@ -147,7 +250,19 @@ def _free_ports(count: int) -> list[int]:
     return ports
 
 
-def _wait_for(condition: object, what: str, folder: Path, seconds: float = 60) -> None:
+def _parent(process: int) -> int:
+    status = Path(f"/proc/{process}/stat").read_text(encoding="utf-8", errors="replace")
+    return int(status.rpartition(")")[2].split()[1])
+
+
+def _kill_if_alive(process: int) -> None:
+    with contextlib.suppress(ProcessLookupError):
+        os.kill(process, signal.SIGKILL)
+
+
+def _wait_for(
+    condition: Callable[[], object], what: str, folder: Path, seconds: float = 60
+) -> None:
     deadline = time.monotonic() + seconds
     while not condition():
         if time.monotonic() > deadline:

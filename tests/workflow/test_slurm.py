@@ -1,16 +1,22 @@
-"""The workflow gives the same bytes on a Slurm cluster as on this computer."""
+"""The workflow gives the same bytes on a Slurm cluster as on this computer, also after mishaps."""
 
 import importlib.util
+import os
+import re
+import signal
 
 import pytest
 import yaml
 
+from edges import slurm_jobs
 from support import slurm
 from support.project import ROOT, Project
 
 RECORDINGS = ["0mm/r01", "1mm/r01", "1mm/r02"]
+FITS = ["results/fits/1mm/r01.json", "results/fits/1mm/r02.json"]
+THROUGH_SLURM = ["--profile=profiles/slurm", *slurm.WITHOUT_ACCOUNTING]
 
-pytestmark = [
+needs_slurm = [
     pytest.mark.workflow,
     pytest.mark.waits,
     pytest.mark.skipif(bool(slurm.missing_reason()), reason=str(slurm.missing_reason())),
@@ -20,42 +26,174 @@ pytestmark = [
     ),
 ]
 
-# Only this test's cluster has no accounting and answers at once.
-WITHOUT_ACCOUNTING = [
-    "--slurm-status-command=squeue",
-    "--slurm-no-account",
-    "--slurm-init-seconds-before-status-checks=1",
-    "--seconds-between-status-checks=1",
-    "--latency-wait=5",
-]
+
+def on_cluster(seconds):
+    """Return a decorator that marks a test with what it needs and with its processor time."""
+
+    def mark(test):
+        for each in [*needs_slurm, pytest.mark.slow(seconds)]:
+            test = each(test)
+        return test
+
+    return mark
 
 
-def test_slurm_gives_the_same_results_in_few_jobs(tmp_path):
-    local = Project.create(tmp_path / "local", RECORDINGS, particles=20, iterations=20)
-    remote = local.copy(tmp_path / "remote")
-    assert local.snakemake().status == 0
+@pytest.fixture(scope="module")
+def started_cluster(tmp_path_factory):
+    """Return a cluster of one node with four processors."""
+    with slurm.SingleNodeSlurm(tmp_path_factory.mktemp("cluster") / "slurm", slots=4) as cluster:
+        yield cluster
 
-    with slurm.SingleNodeSlurm(tmp_path / "slurm") as cluster:
-        run = remote.snakemake(
-            "--profile=profiles/slurm",
-            *WITHOUT_ACCOUNTING,
-            environment=cluster.environment,
-        )
+
+@pytest.fixture
+def cluster(started_cluster, monkeypatch):
+    """Return the cluster, which the calls of this test find; its jobs end with the test."""
+    for name, value in started_cluster.environment.items():
+        monkeypatch.setenv(name, value)
+    yield started_cluster
+    started_cluster.end_jobs()
+
+
+@pytest.fixture(scope="module")
+def new(tmp_path_factory):
+    """Return a project with recordings and without results."""
+    folder = tmp_path_factory.mktemp("new") / "project"
+    return Project.create(folder, RECORDINGS, particles=20, iterations=20)
+
+
+@pytest.fixture(scope="module")
+def local(new, tmp_path_factory):
+    """Return the project after a run on this computer."""
+    project = new.copy(tmp_path_factory.mktemp("local") / "project")
+    run = project.snakemake()
+    assert run.status == 0, run.output
+    return project
+
+
+@pytest.fixture
+def before_fits(local, tmp_path):
+    """Return the project after a run, with the fits still to make."""
+    project = local.copy(tmp_path / "project")
+    for name in FITS:
+        (project.folder / name).unlink()
+    return project
+
+
+def start_fits(project, *arguments):
+    """Start a run that makes each fit in a Slurm job of its own."""
+    return project.start(*THROUGH_SLURM, "--config", "recordings_per_job=1", *arguments, "--", *FITS)
+
+
+def assert_same_fits(project, local):
+    """Assert that the fits are those of the local run."""
+    for name in FITS:
+        assert (project.folder / name).read_bytes() == (local.folder / name).read_bytes()
+
+
+@on_cluster(25)
+def test_slurm_gives_the_same_results_in_few_jobs(cluster, new, local, tmp_path):
+    remote = new.copy(tmp_path / "remote")
+    run = remote.snakemake(*THROUGH_SLURM)
     assert run.status == 0, run.output
     expected, actual = local.result_bytes(), remote.result_bytes()
     assert list(actual) == list(expected)
     same = [name for name in expected if not name.startswith("report")]
     assert [name for name in same if actual[name] != expected[name]] == []
-    # A dozen jobs in a handful of Slurm jobs.
-    assert 3 <= run.output.count("has been submitted with SLURM jobid") <= 5
+    # A job for each folder's set of recordings, and one for the fits of the nodules.
+    assert run.output.count("has been submitted with SLURM jobid") == 3
 
 
-def test_the_profile_groups_every_rule_but_those_of_recordings():
+@on_cluster(12)
+def test_after_a_killed_run_the_next_names_the_jobs_that_slurm_still_runs(
+    cluster, before_fits, local
+):
+    node = f"NodeName={cluster.node}"
+    cluster.update(node, "State=DRAIN", "Reason=test")
+    with start_fits(before_fits) as killed:
+        cluster.wait_for(lambda: len(cluster.jobs("PENDING")) == 2, "two jobs")
+        running, queued = cluster.jobs()
+        cluster.ask("scontrol", "hold", queued)
+        cluster.update(node, "State=RESUME")
+        cluster.wait_for(lambda: cluster.jobs("RUNNING") == [running], "a running job")
+        killed.kill()
+    for _ in range(2):
+        refused = before_fits.snakemake(*THROUGH_SLURM, *FITS)
+        assert refused.status != 0
+        assert f"still use this folder ({running}, {queued})" in refused.output
+    remedy = re.search(r"scancel [\d ]*\d", refused.output)
+    cluster.ask(*remedy[0].split())
+    cluster.wait_for(lambda: not cluster.jobs(), "the end of the jobs")
+
+    # The controller of Slurm goes down and comes back while the jobs run.
+    with start_fits(before_fits) as resumed:
+        cluster.wait_for(lambda: len(cluster.steps()) == 2, "the steps of two jobs")
+        cluster.kill_controller()
+        cluster.start_controller()
+        output = resumed.stdout.read()
+    assert resumed.returncode == 0, output
+    assert_same_fits(before_fits, local)
+
+
+@on_cluster(12)
+def test_a_job_over_its_time_limit_is_named_with_the_remedy(cluster, before_fits, local):
+    with start_fits(before_fits) as limited:
+        cluster.wait_for(lambda: len(cluster.jobs("RUNNING")) == 2, "two running jobs")
+        late, early = cluster.jobs()
+        for process in cluster.processes(late):
+            os.kill(process, signal.SIGSTOP)
+        cluster.update(f"JobId={late}", "EndTime=now")
+        output = limited.stdout.read()
+    assert limited.returncode != 0
+    assert cluster.jobs("TIMEOUT") == [late]
+    assert cluster.jobs("COMPLETED")[-1] == early
+    line = next(line for line in output.splitlines() if line.startswith("Slurm has ended job"))
+    assert line.startswith(f"Slurm has ended job {late} (rule_fit) at its time limit")
+    assert "Finished results are kept." in line
+    assert sum((before_fits.folder / name).exists() for name in FITS) == 1
+
+    option, *values = re.search(r"--default-resources [\w= ]*\d", line)[0].split()
+    again = before_fits.snakemake(*THROUGH_SLURM, option, *values, "--", *FITS)
+    assert again.status == 0, again.output
+    assert again.jobs == {"fit": 1}
+    assert "TimeLimit=02:00:00" in cluster.ask("scontrol", "show", "job", cluster.jobs("CD")[-1])
+    assert_same_fits(before_fits, local)
+
+
+@on_cluster(10)
+def test_slurm_starts_the_jobs_of_a_lost_node_again(cluster, before_fits, local):
+    with start_fits(before_fits) as run:
+        cluster.wait_for(lambda: len(cluster.jobs("RUNNING")) == 2, "two running jobs")
+        jobs = cluster.jobs()
+        cluster.lose_node()
+        cluster.wait_for(lambda: cluster.jobs("PENDING") == jobs, "the jobs in the queue")
+        cluster.return_node()
+        output = run.stdout.read()
+    assert run.returncode == 0, output
+    assert cluster.jobs("COMPLETED")[-2:] == jobs
+    assert_same_fits(before_fits, local)
+
+
+def test_only_jobs_of_snakemake_in_this_folder_count(tmp_path):
+    run = "7a07c6ef-c924-48fb-9bf6-6c09dcf75936"
+    answer = (
+        f"11 {run} {tmp_path}\n12 study_{run} {tmp_path}\n12 study_{run} {tmp_path}\n"
+        f"13 {run} {tmp_path}/other\n14 bash {tmp_path}\n15 my own {tmp_path}\n"
+    )
+    assert slurm_jobs.jobs_in_answer(answer, tmp_path) == ("11", "12")
+
+
+def test_a_job_without_enough_memory_is_named_with_the_remedy():
+    text = "slurmstepd: error: Detected 1 oom-kill event(s) in StepId=7.batch. Some of your"
+    [(job, remedy)] = slurm_jobs.ends_in_log(text)
+    assert job == "7"
+    assert "mem_mb" in remedy
+
+
+def test_the_profile_takes_sets_and_every_other_step_runs_beside_snakemake():
     profile = yaml.safe_load((ROOT / "profiles/slurm/config.yaml").read_text(encoding="utf-8"))
-    rules = "".join(path.read_text() for path in (ROOT / "workflow/rules").glob("*.smk"))
-    grouped = [entry.split("=")[0] for entry in profile["groups"]]
-    # A job of a set takes a Slurm job of its own, and replaces the jobs of single recordings.
+    files = {path.name: path.read_text() for path in (ROOT / "workflow/rules").glob("*.smk")}
+    rules = set(re.findall(r"^rule (\w+):", "".join(files.values()), re.MULTILINE))
     assert profile["config"] == ["recordings_per_job=400"]
-    alone = ["preprocess", "fit", "preprocess_set", "fit_set"]
-    assert all(f"\nrule {name}:" in rules for name in [*grouped, *alone])
-    assert rules.count("\nrule ") == len(grouped) + len(alone), "every rule belongs to a group"
+    listed = re.search(r"localrules:\n((?: +\w+,\n)+)", files["run.smk"])[1]
+    beside = set(re.findall(r"\w+", listed))
+    assert rules - beside == {"preprocess", "fit", "preprocess_set", "fit_set"}

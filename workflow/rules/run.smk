@@ -14,6 +14,7 @@ from edges.files import mark_outdated, read_csv, read_json, remove_unfinished
 from edges.preloaded_jobs import PreloadedJobs
 from edges.records import files_that_do_not_fit
 from edges.run_lock import hold
+from edges.slurm_jobs import explain_ends
 from edges.terminal_log import no_reasons, speak_shortly
 
 # With less free space than this, a run stops before its first job.
@@ -21,6 +22,8 @@ FULL_DISK_BYTES = 1_000_000
 REPORT = Path(rules.report.output[0])
 # This list keeps the lock's file open. The lock ends when the process ends.
 RUN_LOCK = []
+# It is written when a run begins.
+RUN_LOCK_FILE = Path(".snakemake") / "run.lock"
 
 
 # A module does not change the lines of the workflow that uses it. With --printshellcmds or
@@ -33,11 +36,31 @@ if workflow.is_main_process and not IS_MODULE and not ASKED_FOR_MORE:
         reasons=reasons_of_job if PER_JOB > 1 else no_reasons,
     )
 
+# On a cluster, Snakemake runs these jobs itself: each takes seconds, and a job of the cluster starts
+# Snakemake twice. A module leaves the choice to the workflow that uses it.
+if not IS_MODULE:
+
+    localrules:
+        index,
+        average,
+        passages,
+        features,
+        detect,
+        evaluate,
+        judge,
+        combine,
+        draw,
+        draw_design,
+        print_figures,
+        chart_survey,
+        print_survey,
+        report,
+
 
 def take_run_lock():
     """Take the folder's run lock, so that a second run stops with an error."""
     try:
-        RUN_LOCK.append(hold(Path(".snakemake") / "run.lock"))
+        RUN_LOCK.append(hold(RUN_LOCK_FILE))
     except CapsuleError as error:
         raise WorkflowError(str(error)) from None
 
@@ -137,3 +160,8 @@ onsuccess:
     summarize_recordings()
     summarize_surveys()
     tell_whether_the_report_fits()
+
+
+onerror:
+    for line in explain_ends(Path.cwd(), RUN_LOCK_FILE.stat().st_mtime):
+        print(line, file=sys.stderr)

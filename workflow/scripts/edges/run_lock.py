@@ -1,7 +1,8 @@
 """Lock a folder, so that only one run can use it at a time.
 
 Snakemake's own lock is a file. After `kill -9` or a power cut the file stays, and the user has to
-remove it. A lock of the operating system always ends with the process that holds it.
+remove it. A lock of the operating system always ends with the process that holds it. The jobs that
+a killed run has left in Slurm hold the folder, too, until they have ended.
 
 The Snakefile uses this module, so it imports only fast modules.
 """
@@ -16,6 +17,7 @@ from typing import IO
 
 from capsule.errors import CapsuleError
 from edges.file_lock import lock_file
+from edges.slurm_jobs import unfinished_jobs
 
 
 def hold(path: Path) -> IO[bytes]:
@@ -34,7 +36,8 @@ def hold(path: Path) -> IO[bytes]:
     Raises
     ------
     CapsuleError
-        Another process holds the lock; the message names it.
+        Another process holds the lock, or Slurm still runs jobs of a killed run; the message names
+        them.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     stream = path.open("a+b")
@@ -52,6 +55,12 @@ def hold(path: Path) -> IO[bytes]:
             "make sure that only one run at a time uses this folder",
             file=sys.stderr,
         )
+    if jobs := unfinished_jobs(path.absolute().parents[1]):
+        stream.close()
+        raise CapsuleError(
+            f"Slurm jobs of a run that was killed still use this folder ({', '.join(jobs)}); wait "
+            f"until they have ended, or end them: scancel {' '.join(jobs)}"
+        )
     stream.truncate(0)
     stream.write(
         f"process {os.getpid()} on {socket.gethostname()}, "
@@ -62,9 +71,11 @@ def hold(path: Path) -> IO[bytes]:
 
 
 def is_held(path: Path) -> bool:
-    """Return whether a process holds the lock of a folder."""
+    """Return whether a process, or a Slurm job of a killed run, holds a folder."""
     if not path.exists():
         return False
+    if unfinished_jobs(path.absolute().parents[1]):
+        return True
     with path.open("rb+") as stream:
         try:
             lock_file(stream.fileno())
