@@ -81,7 +81,8 @@ def before_fits(local, tmp_path):
 
 def start_fits(project, *arguments):
     """Start a run that makes each fit in a Slurm job of its own."""
-    return project.start(*THROUGH_SLURM, "--config", "recordings_per_job=1", *arguments, "--", *FITS)
+    alone = ["--config", "recordings_per_job=1"]
+    return project.start(*THROUGH_SLURM, *alone, *arguments, "--", *FITS)
 
 
 def assert_same_fits(project, local):
@@ -197,3 +198,18 @@ def test_the_profile_takes_sets_and_every_other_step_runs_beside_snakemake():
     listed = re.search(r"localrules:\n((?: +\w+,\n)+)", files["run.smk"])[1]
     beside = set(re.findall(r"\w+", listed))
     assert rules - beside == {"preprocess", "fit", "preprocess_set", "fit_set"}
+
+
+@pytest.mark.skipif(os.name == "nt", reason="the squeue of this test is a shell script")
+def test_a_silent_slurm_is_told_and_does_not_stop_a_run(tmp_path, monkeypatch, capsys):
+    programs = tmp_path / "bin"
+    programs.mkdir()
+    (programs / "squeue").write_text("#!/bin/sh\necho tried >&2\necho no controller >&2\nexit 1\n")
+    (programs / "squeue").chmod(0o755)
+    monkeypatch.setenv("PATH", str(programs), prepend=os.pathsep)
+    assert slurm_jobs.unfinished_jobs(tmp_path) == ()
+    assert capsys.readouterr().err == "", "nothing was submitted from this folder"
+    submitted = tmp_path / "project"
+    (submitted / slurm_jobs.LOGS).mkdir(parents=True)
+    assert slurm_jobs.unfinished_jobs(submitted) == ()
+    assert "squeue does not answer (no controller); make sure" in capsys.readouterr().err

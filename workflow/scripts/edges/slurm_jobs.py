@@ -56,10 +56,11 @@ def unfinished_jobs(folder: Path) -> tuple[str, ...]:
             command, capture_output=True, text=True, timeout=_SECONDS, check=True
         ).stdout
     except (OSError, subprocess.SubprocessError) as error:
-        reason = getattr(error, "stderr", None) or error
+        # The last line of squeue says why; those above it, what it has tried.
+        reason = str(getattr(error, "stderr", None) or error).strip().splitlines()[-1]
         print(
-            f"warning: squeue does not answer ({str(reason).strip()}); make sure that no Slurm job "
-            "of an earlier run still uses this folder",
+            f"warning: squeue does not answer ({reason}); make sure that no Slurm job of an "
+            "earlier run still uses this folder",
             file=sys.stderr,
         )
         return ()
