@@ -15,6 +15,8 @@ from support.project import ROOT, Project
 RECORDINGS = ["0mm/r01", "1mm/r01", "1mm/r02"]
 FITS = ["results/fits/1mm/r01.json", "results/fits/1mm/r02.json"]
 THROUGH_SLURM = ["--profile=profiles/slurm", *slurm.WITHOUT_ACCOUNTING]
+# A Slurm job for each recording, so that a test can stop one of two.
+ONE_BY_ONE = [*THROUGH_SLURM, "--config", "recordings_per_job=1"]
 
 needs_slurm = [
     pytest.mark.workflow,
@@ -81,8 +83,7 @@ def before_fits(local, tmp_path):
 
 def start_fits(project, *arguments):
     """Start a run that makes each fit in a Slurm job of its own."""
-    alone = ["--config", "recordings_per_job=1"]
-    return project.start(*THROUGH_SLURM, *alone, *arguments, "--", *FITS)
+    return project.start(*ONE_BY_ONE, *arguments, "--", *FITS)
 
 
 def assert_same_fits(project, local):
@@ -118,7 +119,7 @@ def test_after_a_killed_run_the_next_names_the_jobs_that_slurm_still_runs(
         cluster.wait_for(lambda: cluster.jobs("RUNNING") == [running], "a running job")
         killed.kill()
     for _ in range(2):
-        refused = before_fits.snakemake(*THROUGH_SLURM, *FITS)
+        refused = before_fits.snakemake(*ONE_BY_ONE, "--", *FITS)
         assert refused.status != 0
         assert f"still use this folder ({running}, {queued})" in refused.output
     remedy = re.search(r"scancel [\d ]*\d", refused.output)
@@ -148,12 +149,13 @@ def test_a_job_over_its_time_limit_is_named_with_the_remedy(cluster, before_fits
     assert cluster.jobs("TIMEOUT") == [late]
     assert cluster.jobs("COMPLETED")[-1] == early
     line = next(line for line in output.splitlines() if line.startswith("Slurm has ended job"))
-    assert line.startswith(f"Slurm has ended job {late} (rule_fit) at its time limit")
+    assert line.startswith(f"Slurm has ended job {late} (rule_fit/1mm_r")
+    assert "at its time limit; allow more minutes" in line
     assert "Finished results are kept." in line
     assert sum((before_fits.folder / name).exists() for name in FITS) == 1
 
     option, *values = re.search(r"--default-resources [\w= ]*\d", line)[0].split()
-    again = before_fits.snakemake(*THROUGH_SLURM, option, *values, "--", *FITS)
+    again = before_fits.snakemake(*ONE_BY_ONE, option, *values, "--", *FITS)
     assert again.status == 0, again.output
     assert again.jobs == {"fit": 1}
     assert "TimeLimit=02:00:00" in cluster.ask("scontrol", "show", "job", cluster.jobs("CD")[-1])
