@@ -105,7 +105,9 @@ def replicate(results: Path, target: Path, recordings: int) -> None:
                 link = target / part / f"{name}{suffix}"
                 link.parent.mkdir(parents=True, exist_ok=True)
                 os.link(source.resolve(), link)
-    stretches = read_stretches(results / "features", set(originals.values()))
+    stretches = read_stretches(
+        (results / "features").glob("*.stretches.npz"), set(originals.values())
+    )
     for folder in sorted({folder_of(name) for name in originals}):
         of_folder = {
             name: stretches.get(original)
@@ -140,6 +142,7 @@ def make_page(results: Path) -> Made:
         "--template", str(ROOT / "workflow" / "report"),
         "--schema", str(ROOT / "workflow" / "schemas" / "config.schema.json"),
         "--settings", json.dumps(settings), "--code", str(script),
+        "--stretches", *map(str, sorted((results / "features").glob("*.stretches.npz"))),
         "--output", str(results / "report.html"),
     ]  # fmt: skip
     if stands_beside(len(read_csv(results / "recordings.csv")), settings):

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from capsule.job_sets import job_sets
+from capsule.job_sets import job_sets, search_sets
 
 POOL = [f"{folder}/r-{run}" for folder in ("0mm", "2.5mm", "unlabelled") for run in range(99)]
 NAMES = st.sampled_from(POOL)
@@ -56,3 +56,9 @@ def test_names_of_sets_say_their_bits():
 def test_sets_are_filled_by_half_and_more_on_average(count):
     sets = job_sets([f"3mm/r{run:04d}" for run in range(count)], 100)
     assert len(sets) <= 2 * count / 100
+
+
+def test_a_folder_is_searched_whole_until_it_is_large():
+    runs = [f"3mm/r{run:03d}" for run in range(101)]
+    assert search_sets(["0mm/r01", *runs[:100]]) == {"0mm": ["0mm/r01"], "3mm": runs[:100]}
+    assert list(search_sets(["0mm/r01", *runs])) == ["0mm", "3mm/set-0", "3mm/set-1"]

@@ -22,10 +22,11 @@ def features_of(number):
 
 def test_features_come_back_as_they_were_and_only_those_wanted(tmp_path):
     written = {f"{size}mm/r{run}": features_of(size + run) for size in (0, 3) for run in (1, 2)}
-    for folder in ("0mm", "3mm"):
-        some = {name: each for name, each in written.items() if name.startswith(folder)}
-        write_features(tmp_path / f"{folder}.npz", some)
-    read = read_features(tmp_path, ["0mm/r2", "3mm/r1"])
+    paths = [tmp_path / "0mm.npz", tmp_path / "3mm.npz"]
+    for path in paths:
+        some = {name: each for name, each in written.items() if name.startswith(path.stem)}
+        write_features(path, some)
+    read = read_features(paths, ["0mm/r2", "3mm/r1"])
     assert set(read) == {"0mm/r2", "3mm/r1"}
     for name, features in read.items():
         np.testing.assert_equal(vars(features), vars(written[name]))
@@ -33,7 +34,7 @@ def test_features_come_back_as_they_were_and_only_those_wanted(tmp_path):
 
 def test_a_folder_without_a_usable_recording_has_no_features(tmp_path):
     write_features(tmp_path / "0mm.npz", {})
-    assert read_features(tmp_path, ["0mm/r1"]) == {}
+    assert read_features([tmp_path / "0mm.npz"], ["0mm/r1"]) == {}
 
 
 def test_the_weights_that_ship_make_a_scorer():
@@ -43,8 +44,9 @@ def test_the_weights_that_ship_make_a_scorer():
 
 def test_stretches_come_back_as_they_were_and_only_those_wanted_and_known(tmp_path):
     written = {f"3mm/r{n}": Stretches(float(n), 3.5, 2.0, np.arange(n) / 4) for n in (2, 5)}
-    write_stretches(tmp_path / "3mm.stretches.npz", {**written, "3mm/r7": None})
-    write_stretches(tmp_path / "0mm.stretches.npz", {})
-    read = read_stretches(tmp_path, ["0mm/r1", "3mm/r5", "3mm/r7"])
+    paths = [tmp_path / "3mm.stretches.npz", tmp_path / "0mm.stretches.npz"]
+    write_stretches(paths[0], {**written, "3mm/r7": None})
+    write_stretches(paths[1], {})
+    read = read_stretches(paths, ["0mm/r1", "3mm/r5", "3mm/r7"])
     assert set(read) == {"3mm/r5"}
     np.testing.assert_equal(vars(read["3mm/r5"]), vars(written["3mm/r5"]))

@@ -31,6 +31,8 @@ TABLES = ["results/evaluation/detection.csv", "results/detections.csv"]
 GOOD = ["0mm/r01", "0mm/r02", "unlabelled/patient"]
 GOOD += [f"3mm/r{run:02d}" for run in range(1, 6)]
 
+FOLDERS = {name.partition("/")[0] for name in GOOD}
+
 
 @pytest.fixture(scope="module")
 def good(tmp_path_factory):
@@ -94,7 +96,7 @@ def test_the_others_results_are_the_same_to_the_bit(mixed, good):
     compared = [name for name in before if not name.startswith(shows_rejections)]
     assert {"templates.npz", "detections.csv", "evaluation/sizing.csv"} <= set(compared)
     assert [name for name in compared if after[name] != before[name]] == []
-    for label in {name.partition("/")[0] for name in GOOD}:
+    for label in FOLDERS:
         passages = project.table(f"passages/{label}.csv")
         found = [row for row in passages if row["recording"] in GOOD]
         assert found == good.table(f"passages/{label}.csv")
@@ -102,7 +104,10 @@ def test_the_others_results_are_the_same_to_the_bit(mixed, good):
     for ours, theirs in zip(kept, good.table("recordings.csv"), strict=True):
         for column in ("recording", "size_mm", "samples", "duration_s", "reason"):
             assert ours[column] == theirs[column]
-    scored, alone = (read_features(each.results / "features", GOOD) for each in (project, good))
+    scored, alone = (
+        read_features([each.results / f"features/{label}.npz" for label in FOLDERS], GOOD)
+        for each in (project, good)
+    )
     for name in GOOD:
         np.testing.assert_equal(vars(scored[name]), vars(alone[name]))
 

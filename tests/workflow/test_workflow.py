@@ -68,6 +68,21 @@ def test_every_recording_has_a_matrix(finished):
         assert np.load(finished.results / "matrices" / f"{name}.npy").shape == (4, 1000)
 
 
+@pytest.mark.slow(6)
+def test_a_folder_that_is_searched_in_parts_gives_the_same_results(project):
+    before = project.result_bytes()
+    divides = project.folder / "workflow/scripts/capsule/job_sets.py"
+    text = divides.read_text(encoding="utf-8")
+    divides.write_text(text.replace("_TOGETHER = 100", "_TOGETHER = 1"), encoding="utf-8")
+    run = project.snakemake("results/sites.csv", "results/evaluation/roc.csv")
+    assert run.status == 0, run.output
+    divided = [name for name in RECORDINGS if not name.startswith("unlabelled")]
+    assert run.jobs["passages"] == run.jobs["features"] == len(divided)
+    assert len(list((project.results / "passages/0mm").glob("set-*.csv"))) == len(HEALTHY)
+    after = project.result_bytes()
+    assert [name for name in before if after[name] != before[name]] == []
+
+
 def test_a_fit_is_no_worse_than_the_particle_it_began_with(finished):
     for name in NODULES:
         fit = json.loads((finished.results / "fits" / f"{name}.json").read_text())

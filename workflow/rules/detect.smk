@@ -2,40 +2,45 @@
 # recordings.
 #
 # takes: results/signals/, results/matrices/, results/recordings.csv, results/templates.npz
-# gives: results/passages/<folder>.csv, results/detections.csv, results/detectors.json
+# gives: results/passages/<set>.csv, results/features/<set>.npz, results/detections.csv,
+#        results/detectors.json; a set is a folder, or a part of a large one
 
-FOLDERS = ARCHIVE.by_folder()
+from capsule.job_sets import search_sets
+
+SEARCH_SETS = search_sets(ARCHIVE.recordings)
 DETECT_SECTIONS = ["detectors", "evaluation", "fit", "preprocessing", "recording"]
 DETECT_SECTIONS += DETECTOR_SECTIONS
 BY_FEATURES = any(row.by_features for row in DETECTORS)
 
 
-# One job searches one folder, so a new recording repeats the search only for its size.
+wildcard_constraints:
+    search_set="[^/]+(/set-[01]+)?",
+
+
+# One job searches a folder or a part of it, so a new recording repeats little of the search.
 rule passages:
     input:
-        signals=lambda wildcards: files_of("signals", FOLDERS[wildcards.folder]),
+        signals=lambda wildcards: files_of("signals", SEARCH_SETS[wildcards.search_set]),
         script=script("passages.py"),
     output:
-        "results/passages/{folder}.csv",
+        "results/passages/{search_set}.csv",
     log:
-        "results/logs/passages/{folder}.log",
-    wildcard_constraints:
-        folder="[^/]+",
+        "results/logs/passages/{search_set}.log",
     conda:
         "../../environment.yml"
     params:
-        raw=raw_folder,
         results=results_folder,
+        recordings=lambda wildcards: SEARCH_SETS[wildcards.search_set],
         rate_hz=config["recording"]["rate_hz"],
         settings=section("diagonal"),
         made_from=made_from(
             "passages",
             section("diagonal"),
             as_parameter(config["recording"]["rate_hz"]),
-            members=lambda wildcards: FOLDERS[wildcards.folder],
+            members=lambda wildcards: SEARCH_SETS[wildcards.search_set],
         ),
     shell:
-        "python {input.script:q} --raw {params.raw:q} --folder {wildcards.folder:q}"
+        "python {input.script:q} {params.recordings:q}"
         " --signals {params.results:q}/signals"
         " --rate-hz {params.rate_hz} --settings {params.settings:q} --output {output:q}"
         " --record {params.made_from:q} > {log:q} 2>&1"
@@ -43,32 +48,30 @@ rule passages:
 
 rule features:
     input:
-        signals=lambda wildcards: files_of("signals", FOLDERS[wildcards.folder]),
+        signals=lambda wildcards: files_of("signals", SEARCH_SETS[wildcards.search_set]),
         weights=own_file(PROJECT / "workflow" / "weights" / "scorer.npz"),
         script=script("features.py"),
     output:
-        features="results/features/{folder}.npz",
+        features="results/features/{search_set}.npz",
         # The report draws these to explain a score.
-        stretches="results/features/{folder}.stretches.npz",
+        stretches="results/features/{search_set}.stretches.npz",
     log:
-        "results/logs/features/{folder}.log",
-    wildcard_constraints:
-        folder="[^/]+",
+        "results/logs/features/{search_set}.log",
     conda:
         "../../environment.yml"
     params:
-        raw=raw_folder,
         results=results_folder,
+        recordings=lambda wildcards: SEARCH_SETS[wildcards.search_set],
         rate_hz=config["recording"]["rate_hz"],
         settings=section("diagonal"),
         made_from=made_from(
             "features",
             section("diagonal"),
             as_parameter(config["recording"]["rate_hz"]),
-            members=lambda wildcards: FOLDERS[wildcards.folder],
+            members=lambda wildcards: SEARCH_SETS[wildcards.search_set],
         ),
     shell:
-        "python {input.script:q} --raw {params.raw:q} --folder {wildcards.folder:q}"
+        "python {input.script:q} {params.recordings:q}"
         " --signals {params.results:q}/signals"
         " --weights {input.weights:q} --rate-hz {params.rate_hz} --settings {params.settings:q}"
         " --output {output.features:q} --stretches {output.stretches:q}"
@@ -79,8 +82,10 @@ rule detect:
     input:
         # The labelled recordings are needed too: the detectors learn their thresholds from them.
         matrices=files_of("matrices", ARCHIVE.recordings),
-        passages=expand(rules.passages.output, folder=FOLDERS),
-        features=expand(rules.features.output.features, folder=FOLDERS) if BY_FEATURES else [],
+        passages=expand(rules.passages.output, search_set=SEARCH_SETS),
+        features=(
+            expand(rules.features.output.features, search_set=SEARCH_SETS) if BY_FEATURES else []
+        ),
         # The templates for an unlabelled recording leave out the fits of its near copies.
         fits=files_of("fits", ARCHIVE.of_nodules()),
         recordings=rules.index.output.recordings,
@@ -107,11 +112,10 @@ rule detect:
             modules=DETECTOR_MODULES,
             members=ARCHIVE.recordings,
         ),
-        features=f"--features {shlex.quote(RESULTS)}/features" if BY_FEATURES else "",
     shell:
         "python {input.script:q} --recordings {input.recordings:q}"
         " --matrices {params.results:q}/matrices --templates {input.templates:q}"
-        " --fits {params.results:q}/fits --passages {params.results:q}/passages {params.features}"
+        " --fits {params.results:q}/fits --passages {input.passages:q} --features {input.features:q}"
         " --settings {params.settings:q} --output {output.detections:q}"
         " --learned {output.learned:q}"
         " --record {params.made_from:q} > {log:q} 2>&1"

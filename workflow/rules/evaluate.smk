@@ -7,20 +7,20 @@
 #        the tables of capsule.evaluation.columns
 
 from capsule.evaluation.columns import COLUMNS as JUDGEMENTS
-from capsule.naming import folder_of
 
 RATES = ["detection", "specificity", "sizing", "confusion"]
 EVALUATE_SECTIONS = ["detectors", "evaluation", "recording", *DETECTOR_SECTIONS]
-LABELLED_FOLDERS = sorted(set(map(folder_of, ARCHIVE.labelled())))
+LABELLED = set(ARCHIVE.labelled())
+LABELLED_SETS = [label for label, names in SEARCH_SETS.items() if LABELLED.intersection(names)]
 
 
 rule evaluate:
     input:
         matrices=files_of("matrices", ARCHIVE.labelled()),
         fits=files_of("fits", ARCHIVE.of_nodules()),
-        passages=expand(rules.passages.output, folder=LABELLED_FOLDERS),
+        passages=expand(rules.passages.output, search_set=LABELLED_SETS),
         features=(
-            expand(rules.features.output.features, folder=LABELLED_FOLDERS) if BY_FEATURES else []
+            expand(rules.features.output.features, search_set=LABELLED_SETS) if BY_FEATURES else []
         ),
         recordings=rules.index.output.recordings,
         script=script("evaluate.py"),
@@ -48,11 +48,10 @@ rule evaluate:
             modules=DETECTOR_MODULES,
             members=ARCHIVE.labelled(),
         ),
-        features=f"--features {shlex.quote(RESULTS)}/features" if BY_FEATURES else "",
     shell:
         "python {input.script:q} --recordings {input.recordings:q}"
         " --matrices {params.results:q}/matrices --fits {params.results:q}/fits"
-        " --passages {params.results:q}/passages {params.features}"
+        " --passages {input.passages:q} --features {input.features:q}"
         " --settings {params.settings:q}"
         " --template-settings {params.template_settings:q} --output {params.results:q}/evaluation"
         " --record {params.made_from:q} > {log:q} 2>&1"

@@ -1,7 +1,7 @@
 # Draw the figures, and write the report.
 #
 # takes: results/recordings.csv, results/passed_over.csv, results/signals/, results/checks/,
-#        results/fits/, results/features/<folder>.stretches.npz, results/templates.{json,npz},
+#        results/fits/, results/features/<set>.stretches.npz, results/templates.{json,npz},
 #        results/evaluation/, results/detections.csv, results/sites.csv, results/surveys/,
 #        workflow/report/, config/phantom.yaml, config/parts.yaml
 # gives: results/figures/<figure>{,_column}.svg, results/figures/<figure>.csv,
@@ -167,7 +167,9 @@ rule report:
         signals=files_of("signals", ARCHIVE.recordings),
         checks=files_of("checks", ARCHIVE.recordings),
         fits=files_of("fits", ARCHIVE.of_nodules()),
-        stretches=expand(rules.features.output.stretches, folder=FOLDERS) if BY_FEATURES else [],
+        stretches=(
+            expand(rules.features.output.stretches, search_set=SEARCH_SETS) if BY_FEATURES else []
+        ),
         template=report_file("report.html.j2"),
         page=PAGE,
         schema=own_file(SCHEMA),
@@ -198,7 +200,8 @@ rule report:
         template=lambda wildcards, input: os.path.dirname(input.template),
         beside=f"--beside {shlex.quote(RESULTS)}/{BESIDE}" if BESIDE else "",
     shell:
-        "python {input.script:q} --results {params.results:q} --template {params.template:q}"
+        "python {input.script:q} --results {params.results:q} --stretches {input.stretches:q}"
+        " --template {params.template:q}"
         " --schema {input.schema:q} --settings {params.settings:q} --surveys {params.surveys:q}"
         " --code {input.code:q} --output {output.page:q} {params.beside}"
         " --record {params.made_from:q} > {log:q} 2>&1"

@@ -1,4 +1,4 @@
-"""Score every usable recording of a folder with the taught scorer, whole and in stretches."""
+"""Score every usable recording of a set with the taught scorer, whole and in stretches."""
 
 import argparse
 from pathlib import Path
@@ -8,20 +8,19 @@ import numpy as np
 from capsule.detectors.scorer import series_of
 from capsule.detectors.stretches import score_stretches
 from edges import files
-from edges.folder_signals import folder_arguments, usable_signals
 from edges.scorer_files import read_scorer, write_features, write_stretches
+from edges.search_signals import search_arguments, usable_signals
 
 
 def main() -> None:
     """Read the signals and the weights, and write the features and the stretches."""
-    parser = argparse.ArgumentParser(description=__doc__, parents=[folder_arguments()])
+    parser = argparse.ArgumentParser(description=__doc__, parents=[search_arguments()])
     parser.add_argument("--weights", type=Path, required=True, help="the scorer's weights, .npz")
     parser.add_argument("--output", type=Path, required=True, help="output: the features, .npz")
     parser.add_argument("--stretches", type=Path, required=True, help="output: the stretches, .npz")
     arguments = parser.parse_args()
-    raw, folder, signals = arguments.raw, arguments.folder, arguments.signals
     scorer, features, stretches = read_scorer(arguments.weights), {}, {}
-    for name, values in usable_signals(raw, folder, signals, "scored"):
+    for name, values in usable_signals(arguments.signals, arguments.recordings, "scored"):
         series = series_of(values, arguments.rate_hz, arguments.settings["diagonal"])
         features[name] = scorer.features(series)
         stretches[name] = score_stretches(scorer, series)

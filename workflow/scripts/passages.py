@@ -1,4 +1,4 @@
-"""Find the best candidate for a nodule in every usable recording of a folder."""
+"""Find the best candidate for a nodule in every usable recording of a set."""
 
 import argparse
 from dataclasses import asdict, fields
@@ -6,17 +6,16 @@ from pathlib import Path
 
 from capsule.detectors.passage import UNKNOWN, Passage, passage_of
 from edges import files
-from edges.folder_signals import folder_arguments, usable_signals
+from edges.search_signals import search_arguments, usable_signals
 
 
 def main() -> None:
     """Read the signals, and write one row for each recording."""
-    parser = argparse.ArgumentParser(description=__doc__, parents=[folder_arguments()])
+    parser = argparse.ArgumentParser(description=__doc__, parents=[search_arguments()])
     parser.add_argument("--output", type=Path, required=True, help="output: the table")
     arguments = parser.parse_args()
-    raw, folder, signals = arguments.raw, arguments.folder, arguments.signals
     rows = []
-    for name, values in usable_signals(raw, folder, signals, "searched"):
+    for name, values in usable_signals(arguments.signals, arguments.recordings, "searched"):
         passage = passage_of(values, arguments.rate_hz, arguments.settings["diagonal"])
         if passage is UNKNOWN:
             print(f"{name}: no peristaltic wave was found on every sensor")

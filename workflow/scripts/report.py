@@ -5,7 +5,6 @@ import datetime
 import json
 from pathlib import Path
 
-from capsule.detectors.registry import detector_row
 from capsule.page.methods import software_sentence
 from capsule.page.provenance import how_made
 from capsule.page.render import render_page
@@ -25,6 +24,7 @@ def main() -> None:
     """Read all results, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--results", type=Path, required=True, help="the folder of results")
+    parser.add_argument("--stretches", type=Path, nargs="*", default=[], help="stretches, .npz")
     parser.add_argument("--template", type=Path, required=True, help="the folder of the template")
     parser.add_argument("--schema", type=Path, required=True, help="the schema of the config")
     parser.add_argument("--settings", type=json.loads, required=True, help="the config, JSON")
@@ -37,8 +37,7 @@ def main() -> None:
     template, confidence = arguments.template, settings["evaluation"]["confidence"]
     printed, versions = read_printed(template / "paper.yaml"), page_inputs.read_versions(template)
     tables = page_inputs.read_tables(results, template, printed, confidence)
-    by_features = any(detector_row(name).by_features for name in settings["detectors"])
-    load = StoredRecordings(results, settings, by_features=by_features)
+    load = StoredRecordings(results, settings, arguments.stretches)
     state = read_project_state(Path(__file__).resolve().parents[2])
     checksums = page_inputs.read_checksums(arguments.code)
     names = tables.index["recording"], arguments.surveys["names"]

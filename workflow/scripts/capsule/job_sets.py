@@ -8,6 +8,10 @@ from collections.abc import Iterable
 
 from capsule.naming import folder_of
 
+# Searching a recording and scoring it take some 30 ms, so one recording more repeats at most three
+# seconds of work.
+_SEARCHED_TOGETHER = 100
+
 
 def job_sets(recordings: Iterable[str], most: int) -> dict[str, list[str]]:
     """Divide recordings into sets for one job each.
@@ -45,6 +49,23 @@ def job_sets(recordings: Iterable[str], most: int) -> dict[str, list[str]]:
         for name in names:
             waiting.setdefault(beginning + _bits(name)[place], []).append(name)
     return dict(sorted(sets.items()))
+
+
+def search_sets(recordings: Iterable[str]) -> dict[str, list[str]]:
+    """Divide recordings into sets for the jobs that search and score them.
+
+    Parameters
+    ----------
+    recordings : iterable of str
+        Names of all recordings of the archive.
+
+    Returns
+    -------
+    dict of str to list of str
+        The recordings of each set: ``3mm`` for all of a small folder, ``3mm/set-01`` for a part.
+    """
+    sets = job_sets(recordings, _SEARCHED_TOGETHER)
+    return {label.removesuffix("/set"): names for label, names in sets.items()}
 
 
 def _bits(name: str) -> str:

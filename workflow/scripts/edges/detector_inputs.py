@@ -11,7 +11,7 @@ import numpy as np
 from capsule.arrays import FloatArray
 from capsule.detectors.passage import Passage
 from capsule.detectors.training import TrainingArchive
-from capsule.naming import folder_of, sizes_of
+from capsule.naming import sizes_of
 from capsule.particles import Particle
 from capsule.templates import ParticleTotal, TemplateSet, total
 from edges import files
@@ -54,8 +54,8 @@ def read_template_set(
     return TemplateSet(tuple(rendered), totals, tuple(rendered.values()), first_peak)
 
 
-def read_passages(folder: Path, recordings: Iterable[str]) -> dict[str, Passage]:
-    """Read the passages of some recordings from one table for each folder.
+def read_passages(paths: Iterable[Path], recordings: Iterable[str]) -> dict[str, Passage]:
+    """Read the passages of some recordings from the tables that hold them.
 
     An empty cell becomes NaN, which means unknown.
     """
@@ -63,8 +63,8 @@ def read_passages(folder: Path, recordings: Iterable[str]) -> dict[str, Passage]
     names = [field.name for field in fields(Passage)]
     return {
         row["recording"]: Passage(**{name: float(row[name] or "nan") for name in names})
-        for label in sorted({folder_of(name) for name in wanted})
-        for row in files.read_csv(folder / f"{label}.csv")
+        for path in paths
+        for row in files.read_csv(path)
         if row["recording"] in wanted
     }
 
@@ -81,15 +81,16 @@ def read_training_archive(
     Parameters
     ----------
     arguments : argparse.Namespace
-        Arguments of a script: the folders ``matrices``, ``passages`` and ``features``, and the
-        sections of the configuration, ``settings``. ``features`` is None if no detector needs it.
+        Arguments of a script: the folder ``matrices``, the files ``passages`` and ``features``,
+        and the sections of the configuration, ``settings``. ``features`` is empty if no detector
+        needs it.
     rows : mapping of str to mapping
         The rows of recordings.csv, for all recordings that are judged or that teach.
     sizes_mm, templates, particles
         The arguments of `TrainingArchive` with these names.
     """
     passages = read_passages(arguments.passages, rows)
-    features = read_features(arguments.features, rows) if arguments.features else {}
+    features = read_features(arguments.features, rows)
     load = partial(read_matrix, arguments.matrices)
     no_verdict = {name: row["no_verdict"] for name, row in rows.items()}
     return TrainingArchive(

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from capsule.naming import folder_of
+from capsule.job_sets import search_sets
 from capsule.page.provenance import seconds_in_log
 
 # All rules before the rule report, in the order in which they run.
@@ -40,7 +40,7 @@ def read_durations(
     logs : Path
         results/logs, with the log of each rule or a folder with the logs of its jobs.
     names : iterable of str
-        Names of the recordings; a job belongs to one recording or to one of their folders.
+        Names of all recordings of the archive; a job belongs to one of them or to a set of them.
     surveys : sequence of str
         Names of the surveys; each has one job.
 
@@ -50,7 +50,7 @@ def read_durations(
         ``rule``, ``jobs`` and ``seconds`` of each rule that has run.
     """
     recordings = list(names)
-    jobs = [*recordings, *sorted(set(map(folder_of, recordings)))]
+    jobs = [*recordings, *search_sets(recordings)]
     rows = []
     for rule in RULES:
         single = logs / f"{rule}.log"

@@ -41,23 +41,14 @@ def list_archive(raw: Path) -> Archive:
     return classify(_entries(raw))
 
 
-def list_folder(raw: Path, folder: str) -> tuple[str, ...]:
-    """Return the recordings of one folder under raw/, without a look into the other folders."""
-    return classify(_entries_of(raw / folder, raw.resolve())).recordings
-
-
 def _entries(raw: Path) -> Iterator[Entry]:
     root = raw.resolve()
     for folder in sorted(raw.iterdir()):
         kind = _kind(folder, root)
         yield Entry(folder.name, kind)
         if kind == "folder":
-            yield from _entries_of(folder, root)
-
-
-def _entries_of(folder: Path, root: Path) -> Iterator[Entry]:
-    for entry in folder.iterdir():
-        yield Entry(f"{folder.name}/{entry.name}", _kind(entry, root))
+            for entry in folder.iterdir():
+                yield Entry(f"{folder.name}/{entry.name}", _kind(entry, root))
 
 
 def _kind(path: Path, root: Path) -> str:

@@ -1,11 +1,11 @@
 """Read the stored results of each recording, for the report."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from capsule.evaluation.folds import scheme_folds
 from capsule.kinds import Settings
-from capsule.naming import folder_of, sizes_of
+from capsule.naming import sizes_of
 from capsule.page.evidence import Stored
 from capsule.page.judged_by import fold_particles
 from capsule.templates import total
@@ -27,11 +27,12 @@ class StoredRecordings:
         The folder of results.
     settings : mapping
         The configuration.
-    by_features : bool
-        Whether a detector uses the taught scorer's features.
+    stretches : sequence of Path
+        Files that hold the stretches of the recordings; empty if no detector uses the taught
+        scorer's features.
     """
 
-    def __init__(self, results: Path, settings: Settings, *, by_features: bool) -> None:
+    def __init__(self, results: Path, settings: Settings, stretches: Sequence[Path]) -> None:
         self._results, index = results, results / "recordings.csv"
         accepted = files.accepted_recordings(index)
         self._particles = read_particles(index, results / "fits")
@@ -39,8 +40,7 @@ class StoredRecordings:
         groups = by_size(self._particles)
         self._totals = {size: total(groups[size], sensors) for size in sorted(groups)}
         self._left_out = _left_out(accepted, settings["evaluation"]["schemes"])
-        features, folders = results / "features", set(map(folder_of, accepted))
-        self._stretches = read_stretches(features, accepted) if by_features and folders else {}
+        self._stretches = read_stretches(stretches, accepted)
 
     def __call__(self, name: str) -> Stored:
         """Read the stored results of an accepted recording."""

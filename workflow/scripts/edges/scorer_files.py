@@ -9,7 +9,6 @@ import numpy as np
 
 from capsule.detectors.scorer import Features, Scorer
 from capsule.detectors.stretches import Stretches
-from capsule.naming import folder_of
 from edges import files
 
 
@@ -20,7 +19,7 @@ def read_scorer(path: Path) -> Scorer:
 
 
 def write_features(path: Path, features: Mapping[str, Features]) -> None:
-    """Write the features of a folder's recordings."""
+    """Write the features of some recordings."""
     arrays: dict[str, Any] = {
         field.name: np.array([getattr(each, field.name) for each in features.values()])
         for field in fields(Features)
@@ -29,11 +28,11 @@ def write_features(path: Path, features: Mapping[str, Features]) -> None:
         np.savez(stream, recording=np.array(list(features), dtype=np.str_), **arrays)
 
 
-def read_features(folder: Path, recordings: Iterable[str]) -> dict[str, Features]:
-    """Read the features of some recordings from one file for each folder."""
+def read_features(paths: Iterable[Path], recordings: Iterable[str]) -> dict[str, Features]:
+    """Read the features of some recordings from the files that hold them."""
     wanted, features = set(recordings), {}
-    for label in sorted({folder_of(name) for name in wanted}):
-        with np.load(folder / f"{label}.npz") as stored:
+    for path in paths:
+        with np.load(path) as stored:
             arrays = [stored[field.name] for field in fields(Features)]
             for name, score, *rest in zip(stored["recording"].tolist(), *arrays, strict=True):
                 if name in wanted:
@@ -53,11 +52,11 @@ def write_stretches(path: Path, stretches: Mapping[str, Stretches | None]) -> No
         np.savez(stream, **arrays)
 
 
-def read_stretches(folder: Path, recordings: Iterable[str]) -> dict[str, Stretches]:
-    """Read the stretches of some recordings from one file for each folder."""
+def read_stretches(paths: Iterable[Path], recordings: Iterable[str]) -> dict[str, Stretches]:
+    """Read the stretches of some recordings from the files that hold them."""
     wanted, stretches = set(recordings), {}
-    for label in sorted({folder_of(name) for name in wanted}):
-        with np.load(folder / f"{label}.stretches.npz") as stored:
+    for path in paths:
+        with np.load(path) as stored:
             for name in wanted.intersection(stored):
                 score, first, step, *loss = stored[name].tolist()
                 stretches[name] = Stretches(score, first, step, np.array(loss))
