@@ -206,6 +206,8 @@ def draw_growth(rows: Iterable[Mapping[str, str]]) -> Figure:
         figure = Figure(figsize=(COLUMN_WIDTH_IN, 3.2), layout="constrained")
         axes = figure.subplots()
         for code, found in by_code.items():
+            if not found:
+                continue
             recordings = sorted(found)
             look = {"linestyle": "--", "alpha": 0.45} if code == BEFORE else {}
             for call, (colour, mark) in CALLS.items():
@@ -218,7 +220,7 @@ def draw_growth(rows: Iterable[Mapping[str, str]]) -> Figure:
         axes.set_xticks([], minor=True)
         axes.yaxis.set_major_formatter("{x:g}")
         axes.grid(color="#d9d9d9", linewidth=0.5)
-        axes.legend()
+        figure.legend(loc="outside upper center", ncols=3)
     return figure
 
 
@@ -286,7 +288,11 @@ def main() -> None:
         if arguments.results:
             add_rows(
                 arguments.results,
-                [{"recordings": recordings, "code": code, **row} for code, row in rows.items()],
+                [
+                    {"recordings": recordings, "code": code}
+                    | {name: f"{value:.2f}" for name, value in row.items()}
+                    for code, row in rows.items()
+                ],
             )
     if arguments.picture:
         with arguments.results.open(newline="") as stream:
