@@ -68,6 +68,16 @@ def test_every_recording_has_a_matrix(finished):
         assert np.load(finished.results / "matrices" / f"{name}.npy").shape == (4, 1000)
 
 
+def test_an_archive_without_a_labelled_recording_is_refused_in_one_line(tmp_path):
+    project = Project.create(tmp_path / "project", ["unlabelled/patient"])
+    run = project.snakemake("--keep-going")
+    assert run.status == 1
+    for rule in ("average", "evaluate"):
+        log = (project.results / f"logs/{rule}.log").read_text(encoding="utf-8")
+        assert log.startswith("error: no recording of a nodule can be used")
+        assert log.count("\n") == 1
+
+
 @pytest.mark.slow(6)
 def test_a_folder_that_is_searched_in_parts_gives_the_same_results(project):
     before = project.result_bytes()

@@ -18,7 +18,7 @@ def main() -> None:
     parser.add_argument("--recordings", type=Path, required=True, help="recordings.csv")
     parser.add_argument("--matrices", type=Path, required=True, help="the folder of matrices")
     parser.add_argument("--fits", type=Path, required=True, help="the folder of fits")
-    parser.add_argument("--passages", type=Path, nargs="+", required=True, help="passages, CSV")
+    parser.add_argument("--passages", type=Path, nargs="*", default=[], help="passages, CSV")
     parser.add_argument("--features", type=Path, nargs="*", default=[], help="features, .npz")
     parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
     parser.add_argument(
