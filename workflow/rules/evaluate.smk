@@ -11,6 +11,8 @@ from capsule.evaluation.columns import COLUMNS as JUDGEMENTS
 RATES = ["detection", "specificity", "sizing", "confusion"]
 EVALUATE_SECTIONS = ["detectors", "evaluation", "recording", *DETECTOR_SECTIONS]
 LABELLED = set(ARCHIVE.labelled())
+# With fewer recordings, a second process gains less than the drawing of figures beside.
+TWO_PROCESSES_FROM = 500
 LABELLED_SETS = [label for label, names in SEARCH_SETS.items() if LABELLED.intersection(names)]
 
 
@@ -37,6 +39,7 @@ rule evaluate:
         "results/logs/evaluate.log",
     conda:
         "../../environment.yml"
+    threads: 2 if len(LABELLED) >= TWO_PROCESSES_FROM else 1
     params:
         results=results_folder,
         settings=section(*EVALUATE_SECTIONS),
@@ -54,6 +57,7 @@ rule evaluate:
         " --passages {input.passages:q} --features {input.features:q}"
         " --settings {params.settings:q}"
         " --template-settings {params.template_settings:q} --output {params.results:q}/evaluation"
+        " --processes {threads}"
         " --record {params.made_from:q} > {log:q} 2>&1"
 
 

@@ -10,6 +10,7 @@ from capsule.naming import size_mm
 from capsule.templates import build_templates
 from edges import files, fits
 from edges.detector_inputs import read_training_archive
+from edges.forks import Forks
 
 
 def main() -> None:
@@ -25,6 +26,7 @@ def main() -> None:
         "--template-settings", type=json.loads, required=True, help="S, L and u, JSON"
     )
     parser.add_argument("--output", type=Path, required=True, help="output: the folder of tables")
+    parser.add_argument("--processes", type=int, default=1, help="how many judge (default: 1)")
     arguments = parser.parse_args()
     accepted = files.accepted_recordings(arguments.recordings)
     index = {name: row for name, row in accepted.items() if row["size_mm"]}
@@ -32,7 +34,7 @@ def main() -> None:
     particles = fits.read_particles(arguments.recordings, arguments.fits)
     templates = build_templates(fits.by_size(particles), **arguments.template_settings)
     archive = read_training_archive(arguments, index, sizes_mm, templates, particles)
-    for name, table in evaluate_archive(archive, index).items():
+    for name, table in evaluate_archive(archive, index, Forks(arguments.processes)).items():
         files.write_csv(arguments.output / f"{name}.csv", table.columns, table.rows)
     for key in arguments.settings["evaluation"]["groups"]:
         if group_folds(key, index) is None:

@@ -1,13 +1,20 @@
 """The folds: which recordings teach the detector that judges a recording."""
 
+from collections import Counter
+from math import ceil
+
 import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
 
 from capsule.evaluation.folds import (
     Folds,
     group_folds,
     group_scheme,
     header_groups,
+    left_out_together,
     nearly_the_same,
+    scheme_folds,
 )
 
 
@@ -57,3 +64,33 @@ def test_what_is_nearly_the_same_is_left_out_and_judged_by_itself():
             assert ({1, 2} <= set(left_out)) == bool({1, 2} & set(judged))
         assert sorted(place for judged, _ in folds.parts() for place in judged) == [0, 1, 2, 3]
     assert Folds("resubstitution", names, alike).training(1).all()
+
+
+def test_up_to_the_largest_number_of_folds_each_recording_is_left_out_alone():
+    assert len(set(left_out_together([0.0, 3.0, 0.0, None], 4))) == 4
+
+
+def test_beyond_it_neighbours_of_one_size_are_left_out_together():
+    sizes_mm = [0.0, 3.0, 0.0, 3.0, 0.0, 3.0, 0.0]
+    groups = left_out_together(sizes_mm, 4)
+    assert groups == ["0.0:0", "3.0:0", "0.0:0", "3.0:0", "0.0:1", "3.0:1", "0.0:1"]
+    # Leaving out a whole size would leave no template of it, so there is a group for each at least.
+    assert len(set(left_out_together(sizes_mm, 1))) == 2
+
+
+@given(st.lists(st.sampled_from([0.0, 1.0, 2.0]), min_size=1, max_size=60), st.integers(3, 70))
+def test_no_group_mixes_sizes_and_none_is_larger_than_needed(sizes_mm, most):
+    groups = left_out_together(sizes_mm, most)
+    assert len(set(zip(groups, sizes_mm, strict=True))) == len(set(groups)) <= most
+    largest = max(Counter(groups).values())
+    if largest > 1:
+        smaller = sum(ceil(n / (largest - 1)) for n in Counter(sizes_mm).values())
+        assert smaller > most
+
+
+def test_a_scheme_leaves_no_more_out_together_than_needed():
+    rows = {f"{size}mm/r{run}": {"near_copies": ""} for run in range(3) for size in (0, 2)}
+    (alone,) = scheme_folds(["leave_one_out"], rows, 6)
+    (pairs,) = scheme_folds(["leave_one_out"], rows, 4)
+    assert [judged.tolist() for judged, _ in alone.parts()] == [[0], [1], [2], [3], [4], [5]]
+    assert [judged.tolist() for judged, _ in pairs.parts()] == [[0, 2], [1, 3], [4], [5]]

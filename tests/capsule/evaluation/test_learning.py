@@ -9,8 +9,7 @@ from capsule.detectors.training import TrainingArchive
 from capsule.detectors.verdicts import Verdict
 from capsule.evaluation import learning
 from capsule.evaluation.agreement import paired_difference
-from capsule.evaluation.learning import Split
-from capsule.seeding import generator
+from capsule.evaluation.learning_splits import Split
 from support.training import NO_TEMPLATES
 
 SCORES = {
@@ -43,7 +42,7 @@ class Loudest:
 
 
 def archive_of(sizes_mm):
-    settings = {"evaluation": {"seed": 1, "confidence": 0.95}}
+    settings = {"evaluation": {"seed": 1, "confidence": 0.95, "most_folds": 1000}}
     return TrainingArchive(sizes_mm, NO_TEMPLATES, {}, {}, {}.__getitem__, settings)
 
 
@@ -77,49 +76,6 @@ def test_over_all_splits_each_recording_counts_as_often_as_it_is_judged_rightly(
             if healthy:
                 verdicts.append((SCORES[name] > max(healthy)) == (size_mm > 0))
         assert right[name] == pytest.approx(np.mean(verdicts))
-
-
-def test_every_size_is_dealt_evenly_and_every_recording_has_one_part():
-    sizes_mm = {f"{size}mm/{run}": float(size) for size in (0, 1, 3) for run in range(9)}
-    parts = learning.deal(sizes_mm, generator(1, "deal"))
-    assert sorted(name for part in parts for name in part) == sorted(sizes_mm)
-    for size_mm in (0.0, 1.0, 3.0):
-        assert {sum(sizes_mm[name] == size_mm for name in part) for part in parts} == {2, 3}
-
-
-@pytest.mark.parametrize("recordings", [1, 2, 5, 8, 40, 200, 400, 700, 2000])
-def test_a_split_holds_the_whole_archive_and_large_archives_are_split_less_often(recordings):
-    names = [f"{place % 3}mm/{place}" for place in range(recordings)]
-    sizes_mm = {name: float(name[0]) for name in names}
-    splits = learning.draw_splits(sizes_mm, seed=1)
-    assert all(sorted([*each.taught, *each.judged]) == sorted(names) for each in splits)
-    assert [split.share for split in splits] == sorted(split.share for split in splits)
-    of_half = [split for split in splits if split.share == 0.5]
-    assert len(splits) == 3 * len(of_half) <= 120
-    assert len(of_half) * recordings < 960 + 4 * recordings or len(of_half) == 40
-
-
-def test_splits_follow_from_the_order_of_the_recordings_and_the_seed_not_from_names():
-    splits = learning.draw_splits(SIZES_MM, 1)
-    # The names are in reverse order; the recordings keep their order.
-    called = {name: f"{99 - place}" for place, name in enumerate(SIZES_MM)}
-    renamed = {called[name]: size_mm for name, size_mm in SIZES_MM.items()}
-    assert learning.draw_splits(renamed, 1) == [
-        Split(
-            each.share,
-            tuple(called[name] for name in each.taught),
-            tuple(called[name] for name in each.judged),
-        )
-        for each in splits
-    ]
-    assert splits != learning.draw_splits(SIZES_MM, 2)
-
-
-def test_in_a_small_archive_every_recording_is_judged_equally_often_at_each_share():
-    for share in (0.25, 0.5, 0.75):
-        splits = [each for each in learning.draw_splits(SIZES_MM, 1) if each.share == share]
-        times = [sum(name in each.judged for each in splits) for name in SIZES_MM]
-        assert times == [len(splits) * (1 - share)] * len(SIZES_MM)
 
 
 def test_rates_are_given_of_healthy_recordings_of_each_size_and_of_all_but_the_smallest():

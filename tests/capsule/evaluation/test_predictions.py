@@ -8,7 +8,7 @@ import pytest
 from capsule.detectors.passage import Passage
 from capsule.detectors.training import TrainingArchive
 from capsule.evaluation.folds import Folds
-from capsule.evaluation.predictions import Detectors, by_folds
+from capsule.evaluation.predictions import Detectors, by_folds, parts_of
 from capsule.particles import Particle, render
 from capsule.seeding import generator
 from capsule.templates import build_templates
@@ -97,6 +97,36 @@ def test_each_fold_is_judged_by_the_others_and_listed_by_detector_recording_and_
         if (row["recording"], row["detector"]) == ("2mm/a", "template") and "pair" in row["scheme"]
     ]
     assert found == expected | {"size_mm": 2.0, "scheme": "leave_one_pair_out"}
+
+
+def test_the_parts_hold_every_fold_once_and_whole():
+    names = [f"r{number}" for number in range(1200)]
+    pairs = Folds("leave_one_pair_out", [str(number // 2) for number in range(1200)])
+    schemes = [Folds("resubstitution", names), Folds("leave_one_out", names), pairs]
+    parts = parts_of(schemes)
+    assert len(parts) == 3
+    for folds in schemes:
+        found = [fold for part in parts for scheme, *fold in part if scheme == folds.scheme]
+        assert sorted(place for judged, _ in found for place in judged) == list(range(1200))
+        wanted = [(judged.tolist(), left.tolist()) for judged, left in folds.parts() if left.size]
+        assert wanted == [(judged.tolist(), left.tolist()) for judged, left in found if left.size]
+    # What both schemes compute of a recording is computed once.
+    for part in parts:
+        judged = {
+            scheme: {*np.concatenate([f for s, f, _ in part if s == scheme])} for scheme, *_ in part
+        }
+        assert judged["resubstitution"] == judged["leave_one_out"]
+    assert [len(part) for part in parts_of([Folds("resubstitution", names)])] == [1, 1, 1]
+    assert parts_of([]) == []
+
+
+def test_the_order_in_which_the_parts_are_judged_changes_nothing(detectors):
+    def backwards(judge, parts):
+        return [judge(part) for part in reversed(list(parts))]
+
+    schemes = [Folds("leave_one_out", list(SIZES_MM)), Folds("resubstitution", list(SIZES_MM))]
+    rows, turned = (by_folds(detectors, SIZES_MM, schemes, way) for way in (map, backwards))
+    assert str(turned) == str(rows)
 
 
 def test_a_learning_curve_is_drawn_of_what_learns_a_threshold_without_templates(detectors):

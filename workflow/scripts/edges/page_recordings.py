@@ -39,7 +39,7 @@ class StoredRecordings:
         sensors = settings["recording"]["sensors"]
         groups = by_size(self._particles)
         self._totals = {size: total(groups[size], sensors) for size in sorted(groups)}
-        self._left_out = _left_out(accepted, settings["evaluation"]["schemes"])
+        self._left_out = _left_out(accepted, settings["evaluation"])
         self._stretches = read_stretches(stretches, accepted)
 
     def __call__(self, name: str) -> Stored:
@@ -67,12 +67,12 @@ class StoredRecordings:
 
 
 def _left_out(
-    accepted: Mapping[str, Mapping[str, str]], schemes: list[str]
+    accepted: Mapping[str, Mapping[str, str]], rules: Settings
 ) -> dict[str, dict[str, list[str]]]:
     """Return the labelled recordings that did not teach for each recording and each scheme."""
     labelled = {name: row for name, row in accepted.items() if row["size_mm"]}
     left_out: dict[str, dict[str, list[str]]] = {name: {} for name in accepted}
-    for name, scheme, others in _of_folds(labelled, schemes):
+    for name, scheme, others in _of_folds(labelled, rules):
         left_out[name][scheme] = others
     for name in accepted.keys() - labelled.keys():
         copies = accepted[name]["near_copies"].split()
@@ -81,10 +81,10 @@ def _left_out(
 
 
 def _of_folds(
-    labelled: Mapping[str, Mapping[str, str]], schemes: list[str]
+    labelled: Mapping[str, Mapping[str, str]], rules: Settings
 ) -> Iterator[tuple[str, str, list[str]]]:
     names = list(labelled)
-    for folds in scheme_folds(schemes, labelled):
+    for folds in scheme_folds(rules["schemes"], labelled, rules["most_folds"]):
         for judged, left_out in folds.parts():
             others = [names[place] for place in left_out]
             for place in judged:

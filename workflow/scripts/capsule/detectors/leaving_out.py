@@ -7,7 +7,7 @@ differ from a new fit only by rounding. A new fit is made if one recording domin
 several recordings are left out.
 """
 
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -77,13 +77,15 @@ class SizesWithout:
     def __init__(self, features: FloatArray, sizes_mm: FloatArray, ridge: float) -> None:
         self._features, self._sizes_mm, self._ridge = features, sizes_mm, ridge
         self.whole = fit_sizes(features, sizes_mm, ridge)
+        # A fold asks for its model twice: for its errors, and for itself.
+        self._anew = lru_cache(1)(self._fit_others)
 
     def without(self, left_out: IntArray) -> SizeModel | None:
         """Return the model without the recordings at some places; None if none remains."""
         if left_out.size == 0:
             return self.whole
         alone = self._without_each[left_out[0]] if left_out.size == 1 else None
-        return self._anew(left_out) if alone is None else alone
+        return self._anew(tuple(left_out.tolist())) if alone is None else alone
 
     def errors_without(self, left_out: IntArray) -> FloatArray:
         """Return the size error of each remaining recording, predicted by the rest of them.
@@ -110,8 +112,8 @@ class SizesWithout:
             return np.empty(0)
         return left_out_errors(model, *self._others(left_out), self._ridge)
 
-    def _anew(self, left_out: IntArray) -> SizeModel | None:
-        return fit_sizes(*self._others(left_out), self._ridge)
+    def _fit_others(self, left_out: tuple[int, ...]) -> SizeModel | None:
+        return fit_sizes(*self._others(np.array(left_out)), self._ridge)
 
     def _others(self, left_out: IntArray) -> tuple[FloatArray, FloatArray]:
         """Return the features and sizes of the others."""

@@ -13,13 +13,14 @@ grow linearly with the number of recordings. Many recordings are left out by a n
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
 from capsule.arrays import FloatArray, IntArray, RealArray
 
-_TOGETHER = 128
+# Columns of the hat matrix that are computed together, and how many such blocks are kept.
+_TOGETHER, _KEPT = 64, 6
 # Recordings times recordings left out. Beyond it, a new fit of the others takes less memory.
 _LARGEST_UPDATE = 2**22
 # Recordings whose features a new fit holds at a time.
@@ -78,7 +79,7 @@ class RidgeWithout:
         fitted = targets.mean() + self._centred @ (self._weights.T @ targets)
         self._residuals = targets - fitted
         self._moment = self._features.T @ self._residuals
-        self._block = (-1, np.empty((count, 0)))
+        self._block = lru_cache(_KEPT)(self._columns_of_block)
 
     def without(self, left_out: IntArray) -> tuple[Regression, FloatArray] | None:
         """Learn from all recordings except some.
@@ -113,14 +114,12 @@ class RidgeWithout:
         residuals, leverage, moment = self._residuals, self._leverage, self._moment
         if left_out.size:
             columns = self._columns(left_out)
-            inner = np.eye(left_out.size) - columns[left_out]
-            right = np.column_stack([residuals[left_out], columns.T])
-            alone = left_out.size == 1
-            solved = right * (1.0 / inner) if alone else np.linalg.solve(inner, right)
-            residuals = residuals + columns @ solved[:, 0]
-            leverage = leverage + np.einsum("ni,in->n", columns, solved[:, 1:])
+            inverse = np.linalg.inv(np.eye(left_out.size) - columns[left_out])
+            moving = inverse @ residuals[left_out]
+            residuals = residuals + columns @ moving
+            leverage = leverage + np.vecdot(columns @ inverse, columns)
             moved = self._centred[left_out] - self._penalty * self._weights[left_out]
-            moment = moment + (self._mean + moved).T @ solved[:, 0]
+            moment = moment + (self._mean + moved).T @ moving
             moment = moment - self._features[left_out].T @ residuals[left_out]
         targets, residuals, leverage = self._targets[taught], residuals[taught], leverage[taught]
         coefficients = moment / self._penalty
@@ -152,16 +151,22 @@ class RidgeWithout:
     def _columns(self, left_out: IntArray) -> FloatArray:
         """Return some columns of the hat matrix, (n, m).
 
-        Recordings are mostly left out one after the other. Computing their columns together takes
-        a fraction of the time.
+        Neighbouring recordings are mostly left out one after the other. Computing their columns
+        together takes a fraction of the time.
         """
-        if left_out.size != 1:
-            columns: FloatArray = (
-                1.0 / self._targets.size + self._centred @ self._weights[left_out].T
-            )
-            return columns
-        number, place = divmod(int(left_out[0]), _TOGETHER)
-        if self._block[0] != number:
-            together = self._weights[number * _TOGETHER : (number + 1) * _TOGETHER]
-            self._block = (number, 1.0 / self._targets.size + self._centred @ together.T)
-        return self._block[1][:, [place]]
+        blocks, places = np.divmod(left_out, _TOGETHER)
+        if blocks.max() - blocks.min() >= _KEPT - 1:
+            return self._hat(self._weights[left_out])
+        columns = [
+            self._block(block)[:, place]
+            for block, place in zip(blocks.tolist(), places, strict=True)
+        ]
+        return np.column_stack(columns)
+
+    def _columns_of_block(self, block: int) -> FloatArray:
+        return self._hat(self._weights[block * _TOGETHER : (block + 1) * _TOGETHER])
+
+    def _hat(self, weights: FloatArray) -> FloatArray:
+        """Return the columns of the hat matrix (n, m) that belong to some weights (m, P)."""
+        columns: FloatArray = 1.0 / self._targets.size + self._centred @ weights.T
+        return columns

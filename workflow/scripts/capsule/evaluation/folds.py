@@ -1,10 +1,13 @@
 """The schemes of the evaluation: which recordings teach the detector that judges a recording."""
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from math import ceil
 
 import numpy as np
 
 from capsule.arrays import BoolArray, IntArray
+from capsule.naming import size_mm
 
 RESUBSTITUTION = "resubstitution"
 LEAVE_ONE_OUT = "leave_one_out"
@@ -54,7 +57,7 @@ class Folds:
         `RESUBSTITUTION`: every recording teaches. Any other name: the group of the judged
         recording does not teach.
     groups : sequence of R str
-        The group of each recording; use the recordings' names to leave out one at a time.
+        The group of each recording; with names that differ, one is left out at a time.
     alike : mapping of int to sequence of int, optional
         Near-copies of each recording. If one is judged, its near-copies do not teach either.
     """
@@ -92,9 +95,43 @@ class Folds:
         return np.union1d(group, np.array(others, dtype=group.dtype)) if others else group
 
 
-def scheme_folds(schemes: Sequence[str], headers: Mapping[str, Mapping[str, str]]) -> list[Folds]:
-    """Return the folds of recordings that are judged one at a time, under each scheme."""
-    return [Folds(name, list(headers), nearly_the_same(headers)) for name in schemes]
+def left_out_together(sizes_mm: Sequence[float | None], most: int) -> list[str]:
+    """Divide recordings into groups that are left out together, as few recordings as possible each.
+
+    Up to `most` recordings, each is a group of its own. The time of an evaluation then grows with
+    the square of their number, beyond it in proportion. All recordings of a group have one size,
+    so that only one template is made anew.
+
+    Parameters
+    ----------
+    sizes_mm : sequence of R float or None
+        The size of each recording. Of one size, neighbours come into one group.
+    most : int
+        Largest number of groups. There are never fewer groups than sizes.
+
+    Returns
+    -------
+    list of R str
+        The group of each recording.
+    """
+    count = Counter(sizes_mm)
+    each = 1
+    while sum(ceil(n / each) for n in count.values()) > max(most, len(count)):
+        each += 1
+    seen: Counter[float | None] = Counter()
+    groups = []
+    for size in sizes_mm:
+        groups.append(f"{size}:{seen[size] // each}")
+        seen[size] += 1
+    return groups
+
+
+def scheme_folds(
+    schemes: Sequence[str], headers: Mapping[str, Mapping[str, str]], most: int
+) -> list[Folds]:
+    """Return the folds of each scheme, with the groups of `left_out_together`."""
+    groups = left_out_together([size_mm(name) for name in headers], most)
+    return [Folds(name, groups, nearly_the_same(headers)) for name in schemes]
 
 
 def group_folds(key: str, headers: Mapping[str, Mapping[str, str]]) -> Folds | None:

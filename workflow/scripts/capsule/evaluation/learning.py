@@ -3,14 +3,11 @@
 The archive is divided at random into four parts, with each size spread evenly. One, two or three
 parts teach, and the rest is judged. A small archive is divided several times, and every part takes
 its turn. A large archive needs fewer turns to judge as many recordings, which limits the work. The
-last point is leave-one-out, where all recordings except one teach.
+last point is leave-one-out, where all recordings except one or a few teach.
 """
 
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from itertools import chain
-from math import ceil, sqrt
+from math import sqrt
 from statistics import NormalDist
 
 import numpy as np
@@ -18,12 +15,11 @@ import numpy as np
 from capsule.arrays import FloatArray
 from capsule.detectors.training import Detector, TrainingArchive
 from capsule.evaluation.folds import LEAVE_ONE_OUT
+from capsule.evaluation.learning_splits import Split, counts_in_folds, draw_splits, taught_counts
 from capsule.evaluation.rates import interval_columns, rate_columns
-from capsule.kinds import Cells, Row
-from capsule.seeding import generator
+from capsule.kinds import Cells, Row, Spread
 
-PARTS = 4
-# The share that stands for leave-one-out: all recordings except the judged one teach.
+# The share that stands for leave-one-out.
 ALL_BUT_ONE = 1.0
 COLUMNS = [
     "detector",
@@ -42,72 +38,6 @@ COLUMNS = [
     "gain_low",
     "gain_high",
 ]
-# Wanted number of recordings times splits at each share, and the largest number of splits.
-_DRAWN, _MOST_SPLITS = 960, 40
-
-
-@dataclass(frozen=True)
-class Split:
-    """A division of an archive into recordings that teach and recordings that are judged.
-
-    Attributes
-    ----------
-    share : float
-        Share of the archive that teaches.
-    taught, judged : tuple of str
-        Names of the recordings; together they are the whole archive.
-    """
-
-    share: float
-    taught: tuple[str, ...]
-    judged: tuple[str, ...]
-
-
-def deal(sizes_mm: Mapping[str, float], numbers: np.random.Generator) -> list[list[str]]:
-    """Return the recordings in four parts, with each size spread as evenly as possible.
-
-    Parameters
-    ----------
-    sizes_mm : mapping of str to float
-        The recordings and their true sizes, in an order that does not depend on names.
-    numbers : Generator
-        Source of the random numbers that shuffle the recordings of each size.
-    """
-    shuffled: list[str] = []
-    for size_mm in sorted(set(sizes_mm.values())):
-        names = [name for name, size in sizes_mm.items() if size == size_mm]
-        shuffled += [names[place] for place in numbers.permutation(len(names))]
-    return [shuffled[part::PARTS] for part in range(PARTS)]
-
-
-def draw_splits(sizes_mm: Mapping[str, float], seed: int) -> list[Split]:
-    """Draw the splits at a quarter, a half and three quarters of an archive.
-
-    Parameters
-    ----------
-    sizes_mm : mapping of str to float
-        The recordings and their true sizes, as in `deal`.
-    seed : int
-        The configured seed.
-
-    Returns
-    -------
-    list of Split
-        The splits, ordered by share; empty if there is no recording.
-    """
-    if not sizes_mm:
-        return []
-    wanted = min(ceil(_DRAWN / len(sizes_mm)), _MOST_SPLITS)
-    deals, turns = ceil(wanted / PARTS), range(0, PARTS, PARTS // min(wanted, PARTS))
-    dealt = [deal(sizes_mm, generator(seed, "learning", str(each))) for each in range(deals)]
-    drawn = []
-    for count in range(1, PARTS):
-        for parts in dealt:
-            for first in turns:
-                turned = parts[first:] + parts[:first]
-                taught, judged = chain(*turned[:count]), chain(*turned[count:])
-                drawn.append(Split(count / PARTS, tuple(taught), tuple(judged)))
-    return drawn
 
 
 def mean_right(
@@ -189,7 +119,10 @@ def mean_gain(
 
 
 def learning_rows(
-    detectors: Mapping[str, Detector], archive: TrainingArchive, predictions: Iterable[Row]
+    detectors: Mapping[str, Detector],
+    archive: TrainingArchive,
+    predictions: Iterable[Row],
+    spread: Spread = map,
 ) -> list[Cells]:
     """Return the rates of each detector for each number of recordings that teach it.
 
@@ -199,10 +132,12 @@ def learning_rows(
         The detectors, taught by the archive.
     archive : TrainingArchive
         The archive whose labelled recordings teach and are judged. The section ``evaluation`` of
-        its settings holds seed and confidence.
+        its settings holds seed, confidence and the largest number of folds.
     predictions : iterable of mapping
         Rows with ``detector``, ``scheme``, ``recording`` and ``predicted_mm``; those of
         leave-one-out give the last point.
+    spread : callable
+        As in `capsule.evaluation.predictions.by_folds`.
 
     Returns
     -------
@@ -217,16 +152,23 @@ def learning_rows(
     for split in draw_splits(sizes_mm, rules["seed"]):
         by_share.setdefault(split.share, []).append(split)
     alone = _left_out_alone(predictions, sizes_mm)
+    counts_alone = counts_in_folds(sizes_mm, rules["most_folds"])
+    points_of = [(name, share) for name in detectors for share in by_share]
+
+    def right_at(point: tuple[str, float]) -> dict[str, float]:
+        name, share = point
+        return mean_right(detectors[name], archive, by_share[share])
+
+    right = dict(zip(points_of, spread(right_at, points_of), strict=True))
     rows = []
-    for name, detector in detectors.items():
-        right = {share: mean_right(detector, archive, each) for share, each in by_share.items()}
+    for name in detectors:
         last = alone.get(name)
         points = [
-            (share, len(each), right[share], last, taught_counts(each, sizes_mm))
+            (share, len(each), right[name, share], last, taught_counts(each, sizes_mm))
             for share, each in by_share.items()
         ]
         if last is not None:
-            points.append((ALL_BUT_ONE, len(last), last, None, _counts_without_one(sizes_mm)))
+            points.append((ALL_BUT_ONE, len(last), last, None, counts_alone))
         for share, splits, of_share, after, counts in points:
             key = {"detector": name, "share": share, "splits": splits}
             made = rate_rows(of_share, after, sizes_mm, counts, rules["confidence"])
@@ -280,15 +222,3 @@ def rate_rows(
         row |= rate_columns("rate", float(known.sum()), known.size, confidence)
         rows.append(row | interval_columns("gain", mean_gain(each, later, confidence)))
     return rows
-
-
-def taught_counts(splits: Sequence[Split], sizes_mm: Mapping[str, float]) -> dict[float, float]:
-    """Return how many recordings of each size teach, on average over the splits."""
-    times = Counter(sizes_mm[name] for split in splits for name in split.taught)
-    return {size_mm: times[size_mm] / len(splits) for size_mm in sorted(set(sizes_mm.values()))}
-
-
-def _counts_without_one(sizes_mm: Mapping[str, float]) -> dict[float, float]:
-    """Return the same as `taught_counts`, for leave-one-out."""
-    counts = Counter(sizes_mm.values())
-    return {size_mm: count * (1 - 1 / len(sizes_mm)) for size_mm, count in counts.items()}

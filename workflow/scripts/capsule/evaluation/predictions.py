@@ -3,13 +3,21 @@
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby, product
 
+import numpy as np
+
+from capsule.arrays import IntArray
 from capsule.detectors.registry import detector_row
 from capsule.detectors.training import Detector, TrainingArchive, detector_class
 from capsule.detectors.verdicts import NO_VERDICT, Verdict, why_unknown
 from capsule.evaluation.folds import Folds
-from capsule.kinds import Cells
+from capsule.kinds import Cells, Spread
 from capsule.naming import size_label
 
+# Some folds: for each the scheme, the recordings that are judged and those left out.
+Part = list[tuple[str, IntArray, IntArray]]
+
+# Recordings whose folds are one part. Neighbouring folds share what they compute.
+_TOGETHER = 512
 _COLUMNS = (
     "score",
     "threshold",
@@ -95,7 +103,10 @@ def verdict_cells(verdict: Verdict, rate_hz: float) -> Cells:
 
 
 def by_folds(
-    detectors: Detectors, sizes_mm: Mapping[str, float], schemes: Sequence[Folds]
+    detectors: Detectors,
+    sizes_mm: Mapping[str, float],
+    schemes: Sequence[Folds],
+    spread: Spread = map,
 ) -> list[Cells]:
     """Return the verdicts on recordings of known size, each from its own training fold.
 
@@ -107,6 +118,9 @@ def by_folds(
         The recordings and their true sizes.
     schemes : sequence of Folds
         The folds of these recordings, in the same order, under each scheme.
+    spread : callable
+        Calls a function with each part of the work, like `map`. No part needs the results of
+        another.
 
     Returns
     -------
@@ -115,15 +129,62 @@ def by_folds(
         `Detectors.rows` with ``size_mm`` and ``scheme``.
     """
     names = list(sizes_mm)
-    rows: dict[tuple[str, str, str], Cells] = {}
-    for folds in schemes:
-        for part in folds.parts():
-            judged, left_out = ([names[index] for index in indices] for indices in part)
+
+    def judge(part: Part) -> list[Cells]:
+        rows = []
+        for scheme, *indices in part:
+            judged, left_out = ([names[index] for index in each] for each in indices)
             for row in detectors.rows(judged, left_out):
-                row |= {"size_mm": sizes_mm[row["recording"]], "scheme": folds.scheme}
-                rows[row["detector"], row["recording"], row["scheme"]] = row
+                rows.append(row | {"size_mm": sizes_mm[row["recording"]], "scheme": scheme})
+        return rows
+
+    rows = {
+        (row["detector"], row["recording"], row["scheme"]): row
+        for judged in spread(judge, parts_of(schemes))
+        for row in judged
+    }
     order = product(detectors.names, names, [folds.scheme for folds in schemes])
     return [rows[key] for key in order]
+
+
+def parts_of(schemes: Sequence[Folds]) -> list[Part]:
+    """Divide all folds into parts that can be judged side by side.
+
+    A fold stays whole, because learning without its recordings is the work. If nothing is left out,
+    nothing is learned, and each part judges the recordings that its folds judge, too.
+
+    Parameters
+    ----------
+    schemes : sequence of Folds
+        The folds of the same recordings under each scheme.
+
+    Returns
+    -------
+    list of list of (str, array, array)
+        Scheme, and the places of the recordings that are judged and that are left out.
+    """
+    listed = [(folds.scheme, *fold) for folds in schemes for fold in folds.parts()]
+    if not listed:
+        return []
+    part_of = np.full(1 + max(int(judged.max()) for _, judged, _ in listed), -1)
+    sizes = [0]
+    for _, judged, left_out in listed:
+        if left_out.size and part_of[judged[0]] < 0:
+            if sizes[-1] >= _TOGETHER:
+                sizes.append(0)
+            part_of[judged] = len(sizes) - 1
+            sizes[-1] += judged.size
+    if part_of[0] < 0:
+        part_of = np.arange(part_of.size) // _TOGETHER
+    parts: list[Part] = [[] for _ in range(int(part_of.max()) + 1)]
+    for scheme, judged, left_out in listed:
+        if left_out.size:
+            parts[part_of[judged[0]]].append((scheme, judged, left_out))
+        else:
+            for number in np.unique(part_of[judged]):
+                chosen = judged[part_of[judged] == number]
+                parts[number].append((scheme, chosen, left_out))
+    return parts
 
 
 def of_unlabelled(

@@ -8,7 +8,7 @@ from capsule.evaluation import learning, rates
 from capsule.evaluation.folds import group_folds, scheme_folds
 from capsule.evaluation.predictions import Detectors, by_folds
 from capsule.evaluation.rows import by_detector
-from capsule.kinds import Row, Settings
+from capsule.kinds import Row, Settings, Spread
 from capsule.naming import sizes_of, sort_key
 
 
@@ -27,7 +27,7 @@ class Table(NamedTuple):
 
 
 def evaluate_archive(
-    archive: TrainingArchive, index: Mapping[str, Mapping[str, str]]
+    archive: TrainingArchive, index: Mapping[str, Mapping[str, str]], spread: Spread = map
 ) -> dict[str, Table]:
     """Return all tables of the evaluation of an archive.
 
@@ -37,6 +37,8 @@ def evaluate_archive(
         As in `capsule.evaluation.predictions.Detectors`.
     index : mapping of str to mapping
         Row in results/recordings.csv of each accepted labelled recording, ordered by content.
+    spread : callable
+        As in `capsule.evaluation.predictions.by_folds`.
 
     Returns
     -------
@@ -46,11 +48,13 @@ def evaluate_archive(
     """
     rules, detectors = archive.settings["evaluation"], Detectors(archive)
     sizes_mm = sizes_of(index)
-    made = by_folds(detectors, sizes_mm, scheme_folds(rules["schemes"], index))
+    schemes = scheme_folds(rules["schemes"], index, rules["most_folds"])
     groups = [group_folds(key, index) for key in rules["groups"]]
-    grouped = by_folds(detectors, sizes_mm, [folds for folds in groups if folds])
+    rows = by_folds(detectors, sizes_mm, [*schemes, *filter(None, groups)], spread)
+    made = [row for row in rows if row["scheme"] in rules["schemes"]]
+    grouped = [row for row in rows if row["scheme"] not in rules["schemes"]]
     columns = prediction_columns(detectors.columns)
-    learned = learning.learning_rows(detectors.learners(), archive, made)
+    learned = learning.learning_rows(detectors.learners(), archive, made, spread)
     return {
         "predictions": Table(columns, by_detector(made, sort_key)),
         "group_predictions": Table(columns, by_detector(grouped, sort_key)),

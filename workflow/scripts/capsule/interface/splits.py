@@ -69,7 +69,8 @@ def folds(archive: LoadedArchive, scheme: str = LEAVE_ONE_OUT) -> RecordingSplit
         The archive, whose labelled recordings are split.
     scheme : str
         ``leave_one_out``: all others teach when one recording is judged, except those that are
-        nearly the same. ``leave_one_site_out``, ``leave_one_session_out`` or another key of the
+        nearly the same; with more recordings than `evaluation.most_folds`, several of one size are
+        left out together. ``leave_one_site_out``, ``leave_one_session_out`` or another key of the
         headers: the other sites teach when all recordings of a site are judged.
         ``resubstitution``: all recordings teach and are judged.
 
@@ -85,8 +86,8 @@ def folds(archive: LoadedArchive, scheme: str = LEAVE_ONE_OUT) -> RecordingSplit
     """
     rows = {name: archive.index([name])[name] for name in archive.labelled}
     if scheme in (LEAVE_ONE_OUT, RESUBSTITUTION):
-        (one_each,) = scheme_folds([scheme], rows)
-        return RecordingSplitter(one_each, rows)
+        (made,) = scheme_folds([scheme], rows, archive.settings["evaluation"]["most_folds"])
+        return RecordingSplitter(made, rows)
     key = scheme.removeprefix("leave_one_").removesuffix("_out")
     if scheme != group_scheme(key):
         raise CapsuleError(
@@ -94,10 +95,10 @@ def folds(archive: LoadedArchive, scheme: str = LEAVE_ONE_OUT) -> RecordingSplit
             f"and leave_one_KEY_out, such as {group_scheme('site')}"
         )
     headers = {name: {**archive.headers[name], **row} for name, row in rows.items()}
-    made = group_folds(key, headers)
-    if made is None:
+    grouped = group_folds(key, headers)
+    if grouped is None:
         raise CapsuleError(
             f"folds: {scheme} leaves nothing out: no two recordings share a {key} in their "
             f"headers, or all share one; use {LEAVE_ONE_OUT}"
         )
-    return RecordingSplitter(made, rows)
+    return RecordingSplitter(grouped, rows)

@@ -1,0 +1,65 @@
+"""Splits of an archive into recordings that teach and recordings that are judged."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from capsule.evaluation.folds import Folds, left_out_together
+from capsule.evaluation.learning_splits import Split, counts_in_folds, deal, draw_splits
+from capsule.seeding import generator
+
+SIZES_MM = {f"{size}mm/{run}": float(size) for size in (0, 1, 2) for run in "ab"}
+SIZES_MM |= {"0mm/c": 0.0, "0mm/d": 0.0}
+
+
+def test_every_size_is_dealt_evenly_and_every_recording_has_one_part():
+    sizes_mm = {f"{size}mm/{run}": float(size) for size in (0, 1, 3) for run in range(9)}
+    parts = deal(sizes_mm, generator(1, "deal"))
+    assert sorted(name for part in parts for name in part) == sorted(sizes_mm)
+    for size_mm in (0.0, 1.0, 3.0):
+        assert {sum(sizes_mm[name] == size_mm for name in part) for part in parts} == {2, 3}
+
+
+@pytest.mark.parametrize("recordings", [1, 2, 5, 8, 40, 200, 400, 700, 2000])
+def test_a_split_holds_the_whole_archive_and_large_archives_are_split_less_often(recordings):
+    names = [f"{place % 3}mm/{place}" for place in range(recordings)]
+    sizes_mm = {name: float(name[0]) for name in names}
+    splits = draw_splits(sizes_mm, seed=1)
+    assert all(sorted([*each.taught, *each.judged]) == sorted(names) for each in splits)
+    assert [split.share for split in splits] == sorted(split.share for split in splits)
+    of_half = [split for split in splits if split.share == 0.5]
+    assert len(splits) == 3 * len(of_half) <= 120
+    assert len(of_half) * recordings < 960 + 4 * recordings or len(of_half) == 40
+
+
+def test_splits_follow_from_the_order_of_the_recordings_and_the_seed_not_from_names():
+    splits = draw_splits(SIZES_MM, 1)
+    # The names are in reverse order; the recordings keep their order.
+    called = {name: f"{99 - place}" for place, name in enumerate(SIZES_MM)}
+    renamed = {called[name]: size_mm for name, size_mm in SIZES_MM.items()}
+    assert draw_splits(renamed, 1) == [
+        Split(
+            each.share,
+            tuple(called[name] for name in each.taught),
+            tuple(called[name] for name in each.judged),
+        )
+        for each in splits
+    ]
+    assert splits != draw_splits(SIZES_MM, 2)
+
+
+def test_in_a_small_archive_every_recording_is_judged_equally_often_at_each_share():
+    for share in (0.25, 0.5, 0.75):
+        splits = [each for each in draw_splits(SIZES_MM, 1) if each.share == share]
+        times = [sum(name in each.judged for each in splits) for name in SIZES_MM]
+        assert times == [len(splits) * (1 - share)] * len(SIZES_MM)
+
+
+@pytest.mark.parametrize("most", [1000, 7, 4])
+def test_the_counts_in_folds_are_means_over_the_recordings_that_are_judged(most):
+    sizes = np.array(list(SIZES_MM.values()))
+    folds = Folds("leave_one_out", left_out_together(sizes.tolist(), most))
+    taught = [Counter(sizes[folds.training(place)].tolist()) for place in range(sizes.size)]
+    for size_mm, count in counts_in_folds(SIZES_MM, most).items():
+        assert count == pytest.approx(np.mean([each[size_mm] for each in taught]))
