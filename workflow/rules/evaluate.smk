@@ -77,6 +77,7 @@ rule judge:
         "results/logs/judge.log",
     conda:
         "../../environment.yml"
+    threads: 2 if len(LABELLED) >= TWO_PROCESSES_FROM else 1
     params:
         results=results_folder,
         settings=section("evaluation"),
@@ -84,7 +85,7 @@ rule judge:
     shell:
         "python {input.script:q} --recordings {input.recordings:q}"
         " --predictions {input.predictions:q} {input.grouped:q} --settings {params.settings:q}"
-        " --output {params.results:q}/evaluation"
+        " --output {params.results:q}/evaluation --processes {threads}"
         " --record {params.made_from:q} > {log:q} 2>&1"
 
 

@@ -8,6 +8,7 @@ from capsule.evaluation.all_tables import all_tables
 from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.rows import by_detector, number
 from edges import files
+from edges.forks import Forks
 
 
 def main() -> None:
@@ -17,6 +18,7 @@ def main() -> None:
     parser.add_argument("--predictions", type=Path, nargs="+", required=True, help="predictions")
     parser.add_argument("--settings", type=json.loads, required=True, help="config section, JSON")
     parser.add_argument("--output", type=Path, required=True, help="output: the folder of tables")
+    parser.add_argument("--processes", type=int, default=1, help="how many assess (default: 1)")
     arguments = parser.parse_args()
     headers = files.accepted_recordings(arguments.recordings)
     turn = {name: place for place, name in enumerate(headers)}
@@ -27,7 +29,8 @@ def main() -> None:
         for path in arguments.predictions
         for row in by_detector(files.read_csv(path), turn.__getitem__)
     ]
-    made = all_tables(predictions, sites, nodule_at_mm, arguments.settings["evaluation"])
+    spread = Forks(arguments.processes)
+    made = all_tables(predictions, sites, nodule_at_mm, arguments.settings["evaluation"], spread)
     for name, rows in made.items():
         columns = list(rows[0]) if rows else COLUMNS[name]
         files.write_csv(arguments.output / f"{name}.csv", columns, rows)

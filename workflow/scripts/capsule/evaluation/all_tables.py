@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from capsule.evaluation import tables
 from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.folds import group_scheme
-from capsule.kinds import Cells, Settings
+from capsule.kinds import Cells, Settings, Spread
 
 
 def all_tables(
@@ -13,6 +13,7 @@ def all_tables(
     sites: Mapping[str, str],
     nodule_at_mm: Mapping[str, float],
     rules: Settings,
+    spread: Spread = map,
 ) -> dict[str, list[Cells]]:
     """Return all tables named in `COLUMNS`.
 
@@ -26,17 +27,24 @@ def all_tables(
         Position of the nodule along the way, from each recording's header; NaN if it names none.
     rules : mapping
         Section ``evaluation`` of the configuration.
+    spread : callable
+        Calls a function with the verdicts of each detector and scheme, like `map`.
 
     Returns
     -------
     dict of str to list of dict
     """
+
+    def assessed(verdicts: tables.Verdicts) -> dict[str, list[Cells]]:
+        return _of_detector(verdicts, sites, nodule_at_mm, rules)
+
     level, tolerance_mm = rules["confidence"], rules["tolerance_mm"]
     made: dict[str, list[Cells]] = {name: [] for name in COLUMNS}
     by_scheme: dict[str, list[tables.Verdicts]] = {}
-    for verdicts in tables.collect(predictions):
+    collected = tables.collect(predictions)
+    for verdicts, each in zip(collected, spread(assessed, collected), strict=True):
         by_scheme.setdefault(verdicts.key["scheme"], []).append(verdicts)
-        for name, rows in _of_detector(verdicts, sites, nodule_at_mm, rules).items():
+        for name, rows in each.items():
             made[name] += rows
     for of_scheme in by_scheme.values():
         made["comparison"] += tables.comparisons(of_scheme, tolerance_mm, level)
