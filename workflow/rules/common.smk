@@ -29,7 +29,7 @@ from edges.garbage import collect_seldom
 from edges.records import parameter
 from edges.run_lock import is_held
 from edges.set_files import forget_notes, leave_other_sets
-from edges.sources import imported_files
+from edges.sources import imported_files, read_code
 
 # A job's "python" is the interpreter that runs Snakemake, even if its environment is not activated.
 os.environ.update(PATH=os.pathsep.join([str(Path(sys.executable).parent), *os.get_exec_path()]))
@@ -106,7 +106,7 @@ def code_files(name, *modules):
 
 def code_key(name, *settings, modules=()):
     """Return a checksum of a script's code and settings."""
-    contents = [path.read_bytes() for path in code_files(name, *modules)]
+    contents = [read_code(path.as_posix()) for path in code_files(name, *modules)]
     contents += [text(None).encode() for text in settings]
     return hashlib.sha256(b"\0".join(contents)).hexdigest()
 

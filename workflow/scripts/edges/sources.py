@@ -3,13 +3,15 @@
 The Snakefile uses this module at every start, so it imports only fast modules.
 """
 
+import os
 import re
 from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
-_COMMENT_OR_CONTINUATION = re.compile(r"#.*|\\\n")
-_IMPORT = re.compile(r"\b(?:from\s+(\w[\w.]*)\s+)?import\s+(\([^)]*\)|[^\n;]*)")
+_COMMENT_OR_CONTINUATION = re.compile(r"#.*|\\\r?\n")
+# Both branches begin with a letter, which Python finds much faster than the boundary of a word.
+_IMPORT = re.compile(r"(?:from\s+(\w[\w.]*)\s+import|import)\s+(\([^)]*\)|[^\n;]*)")
 
 
 def imported_files(script: Path, modules: Iterable[str] = ()) -> list[Path]:
@@ -27,24 +29,31 @@ def imported_files(script: Path, modules: Iterable[str] = ()) -> list[Path]:
     list of Path
         Sorted paths, without the script itself, Python's modules and installed packages.
     """
-    folder = script.parent
-    waiting = {script, *_files_of(frozenset(modules), folder)}
+    # Many scripts reach the same files, and texts are compared much faster than paths.
+    folder, start = script.parent.as_posix(), script.as_posix()
+    waiting = {start, *_files_of(frozenset(modules), folder)}
     reached = set()
     while waiting:
         source = waiting.pop()
         reached.add(source)
         waiting |= _files_of(_imports(source), folder) - reached
-    return sorted(reached - {script})
+    return sorted(map(Path, reached - {start}))
 
 
 @cache
-def _imports(source: Path) -> frozenset[str]:
+def read_code(source: str) -> bytes:
+    """Return the content of a code file; the cache reads it once for all scripts that import it."""
+    return Path(source).read_bytes()
+
+
+@cache
+def _imports(source: str) -> frozenset[str]:
     """Return the modules that a file imports; for ``from a import b`` both a and a.b.
 
     Parsing each file would take 15 times as long. Words in a docstring that look like an import can
     add a name, but no import is missed.
     """
-    text = _COMMENT_OR_CONTINUATION.sub(" ", source.read_text(encoding="utf-8"))
+    text = _COMMENT_OR_CONTINUATION.sub(" ", read_code(source).decode("utf-8"))
     names: set[str] = set()
     for package, listed in _IMPORT.findall(text):
         parts = [part.split()[0] for part in listed.strip("()").split(",") if part.strip()]
@@ -53,16 +62,15 @@ def _imports(source: Path) -> frozenset[str]:
 
 
 @cache
-def _files_of(modules: frozenset[str], folder: Path) -> frozenset[Path]:
+def _files_of(modules: frozenset[str], folder: str) -> frozenset[str]:
     """Return the local files that run when these modules are imported, with their packages."""
     return frozenset().union(*(_module_files(folder, module) for module in modules))
 
 
 @cache
-def _module_files(folder: Path, module: str) -> frozenset[Path]:
+def _module_files(folder: str, module: str) -> frozenset[str]:
     """Return the files that run when a dotted name is imported, with the packages above it."""
-    files, path = [], folder
-    for part in module.split("."):
-        path /= part
-        files += [path.with_suffix(".py"), path / "__init__.py"]
-    return frozenset(path for path in files if path.is_file())
+    package = module.rpartition(".")[0]
+    above = _module_files(folder, package) if package else frozenset()
+    path = f"{folder}/{module.replace('.', '/')}"
+    return above.union(filter(os.path.isfile, (f"{path}.py", f"{path}/__init__.py")))
