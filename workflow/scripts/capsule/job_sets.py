@@ -3,6 +3,7 @@
 The Snakefile divides the archive at every start, so this module imports only fast modules.
 """
 
+import functools
 import hashlib
 from collections.abc import Iterable
 
@@ -37,6 +38,8 @@ def job_sets(recordings: Iterable[str], most: int) -> dict[str, list[str]]:
     waiting: dict[str, list[str]] = {}
     for name in sorted(recordings):
         waiting.setdefault(f"{folder_of(name)}/set", []).append(name)
+    # A name is divided several times.
+    bits_of = functools.cache(_bits)
     sets = {}
     while waiting:
         label, names = waiting.popitem()
@@ -47,7 +50,7 @@ def job_sets(recordings: Iterable[str], most: int) -> dict[str, list[str]]:
         beginning = label if "-" in label else f"{label}-"
         place = len(beginning.partition("-")[2])
         for name in names:
-            waiting.setdefault(beginning + _bits(name)[place], []).append(name)
+            waiting.setdefault(beginning + bits_of(name)[place], []).append(name)
     return dict(sorted(sets.items()))
 
 
