@@ -156,21 +156,29 @@ def made_from(rule, *settings, script=None, modules=(), members=()):
 
 
 def files_of(kind, recordings):
-    """Return the files of one kind, of these recordings, as a rule's input.
+    """Return a function that gives the files of one kind, of these recordings, as a rule's input.
 
     The kind is one of signals, matrices, checks and fits. If a job makes a set of recordings,
-    Snakemake follows the file of the set in place of the results that it lists.
+    Snakemake follows the file of the set in place of the results that it lists. Recordings are
+    names, or a function of the wildcards that returns them.
+
+    A list would do, but Snakemake goes through a rule's list once for each file in it.
     """
-    if PER_JOB > 1:
-        step = rules.fit_set if kind == "fits" else rules.preprocess_set
-        return expand(step.output, set=sets_of(recordings))
-    patterns = {
-        "signals": rules.preprocess.output.signal,
-        "matrices": rules.preprocess.output.matrix,
-        "checks": rules.preprocess.output.check,
-        "fits": rules.fit.output,
-    }
-    return expand(patterns[kind], recording=recordings)
+
+    def files(wildcards):
+        names = recordings(wildcards) if callable(recordings) else recordings
+        if PER_JOB > 1:
+            step = rules.fit_set if kind == "fits" else rules.preprocess_set
+            return expand(step.output, set=sets_of(names))
+        patterns = {
+            "signals": rules.preprocess.output.signal,
+            "matrices": rules.preprocess.output.matrix,
+            "checks": rules.preprocess.output.check,
+            "fits": rules.fit.output,
+        }
+        return expand(patterns[kind], recording=names)
+
+    return files
 
 
 def content_of_recording(wildcards):

@@ -20,7 +20,7 @@ wildcard_constraints:
 # One job searches a folder or a part of it, so a new recording repeats little of the search.
 rule passages:
     input:
-        signals=lambda wildcards: files_of("signals", SEARCH_SETS[wildcards.search_set]),
+        signals=files_of("signals", lambda wildcards: SEARCH_SETS[wildcards.search_set]),
         script=script("passages.py"),
     output:
         "results/passages/{search_set}.csv",
@@ -48,7 +48,7 @@ rule passages:
 
 rule features:
     input:
-        signals=lambda wildcards: files_of("signals", SEARCH_SETS[wildcards.search_set]),
+        signals=files_of("signals", lambda wildcards: SEARCH_SETS[wildcards.search_set]),
         weights=own_file(PROJECT / "workflow" / "weights" / "scorer.npz"),
         script=script("features.py"),
     output:

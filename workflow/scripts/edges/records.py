@@ -40,6 +40,7 @@ def _record_folder(result: Path | str) -> Path:
     return Path(*parts[: parts.index(_RESULTS) + 1], _RECORDS)
 
 
+@functools.cache
 def record_path(output: Path | str) -> Path:
     """Return the path of the record of the job whose first output is this file."""
     folder = _record_folder(output)
