@@ -35,6 +35,8 @@ from edges.sources import imported_files, read_code
 os.environ.update(PATH=os.pathsep.join([str(Path(sys.executable).parent), *os.get_exec_path()]))
 if not IS_MODULE:
     collect_seldom()
+    # Snakemake would import pandas to learn whether a parameter is a table. Here, none is.
+    sys.modules.setdefault("pandas", None)
 # Snakemake runs several jobs at a time, so each job uses only one thread.
 for variable in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
