@@ -153,7 +153,8 @@ def bare_cost(project: Project, cores: int) -> float:
     ).stdout  # fmt: skip
     commands: dict[str, dict[str, None]] = {stage: {} for stage in STAGES}
     for row in csv.DictReader(io.StringIO(summary), delimiter="\t", quoting=csv.QUOTE_NONE):
-        commands.setdefault(row["rule"], {})[row["shellcmd"]] = None
+        stage = next(stage for stage in STAGES if row["rule"].startswith(stage))
+        commands[stage][row["shellcmd"]] = None
     shutil.rmtree(project.results)
     for stage_commands in commands.values():
         for command in stage_commands:

@@ -8,7 +8,8 @@ def test_a_stage_is_the_sum_of_the_jobs_of_recordings_that_are_still_there(tmp_p
         path = tmp_path / "fit" / f"{name}.log"
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(f"{name}: fitted\nfinished in {seconds:.3f} s\n", encoding="utf-8")
-    for job, seconds in [("draw", 2.5), ("passages/1mm", 2), ("judge", 3)]:
+    drawn = [("draw/templates", 1.0), ("draw/design", 1.5)]
+    for job, seconds in [*drawn, ("passages/1mm", 2), ("judge", 3)]:
         path = tmp_path / f"{job}.log"
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(f"finished in {seconds:.3f} s\n", encoding="utf-8")
@@ -17,5 +18,5 @@ def test_a_stage_is_the_sum_of_the_jobs_of_recordings_that_are_still_there(tmp_p
         {"rule": "fit", "jobs": 2, "seconds": 0.75},
         {"rule": "passages", "jobs": 1, "seconds": 2.0},
         {"rule": "judge", "jobs": 1, "seconds": 3.0},
-        {"rule": "draw", "jobs": 1, "seconds": 2.5},
+        {"rule": "draw", "jobs": 2, "seconds": 2.5},
     ]

@@ -8,6 +8,7 @@ import signal
 import pytest
 import yaml
 
+from capsule.figures.registry import SOURCES
 from edges import slurm_jobs
 from support import slurm
 from support.project import ROOT, Project
@@ -200,6 +201,7 @@ def test_the_profile_takes_sets_and_every_other_step_runs_beside_snakemake():
     listed = re.search(r"localrules:\n((?: +\w+,\n)+)", files["run.smk"])[1]
     beside = set(re.findall(r"\w+", listed))
     assert rules - beside == {"preprocess", "fit", "preprocess_set", "fit_set"}
+    assert beside >= {f"{verb}_{source}" for verb in ("draw", "print") for source in SOURCES}
 
 
 @pytest.mark.skipif(os.name == "nt", reason="the squeue of this test is a shell script")

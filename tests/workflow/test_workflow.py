@@ -13,7 +13,7 @@ from acquisition.judged_file import as_plain_values, judge_file, taught_recordin
 from acquisition.verdict import FinalVerdict
 from capsule import judge, load, words
 from capsule.detectors.registry import DETECTORS, PAPER
-from capsule.figures.registry import FIGURES
+from capsule.figures.registry import FIGURES, SOURCES
 from capsule.interface import estimators
 from edges.config_files import read_config_file
 from support.project import Project
@@ -29,7 +29,9 @@ RECORDINGS = [*HEALTHY, *(f"{size}mm/r{run:02d}" for size in (1, 2.5) for run in
 TABLES = ["results/evaluation/detection.csv", "results/detections.csv"]
 # What a run makes but for the page, which holds the date and durations.
 ALL_BUT_PAGE = [*TABLES, "results/sites.csv"]
-ALL_BUT_PAGE += ["results/figures/roc.svg", "results/figures/capsule.svg"]
+ALL_BUT_PAGE += [f"results/figures/{name}.svg" for name in FIGURES]
+# The rules that draw the figures.
+DRAW = [f"draw_{source}" for source in SOURCES]
 RECORDINGS.append("unlabelled/patient")
 FOLDERS = {name.partition("/")[0] for name in RECORDINGS}
 NODULES = [name for name in RECORDINGS if name.startswith(("1mm", "2.5mm"))]
@@ -237,7 +239,7 @@ def test_a_changed_number_runs_again_only_the_rules_that_use_it(project):
 @pytest.mark.parametrize(
     ("change", "expected"),
     [
-        ({"lead": "template"}, {"draw": 1, "report": 1}),
+        ({"lead": "template"}, {"draw_evaluation": 1, "report": 1}),
         ({"reliable_rate": 0.9}, {"report": 1}),
     ],
     ids=["lead", "reliable_rate"],
@@ -336,11 +338,11 @@ def test_a_fault_in_the_configuration_is_told_before_anything_runs(new, tmp_path
 @pytest.mark.parametrize(
     ("file", "expected"),
     [
-        ("scripts/capsule/figures/draw_rates.py", {"draw": 1, "report": 1}),
-        ("scripts/capsule/figures/draw_roc.py", {"draw": 1, "report": 1}),
+        ("scripts/capsule/figures/draw_rates.py", {"draw_evaluation": 1, "report": 1}),
+        ("scripts/capsule/figures/draw_roc.py", {"draw_comparison": 1, "report": 1}),
         ("scripts/capsule/figures/capsule_views.py", {"draw_design": 1, "report": 1}),
-        ("scripts/capsule/figures/style.py", {"draw": 1, "draw_design": 1, "report": 1}),
-        ("scripts/capsule/evaluation/roc.py", {"judge": 1, "draw": 1, "report": 1}),
+        ("scripts/capsule/figures/style.py", {**dict.fromkeys(DRAW, 1), "report": 1}),
+        ("scripts/capsule/evaluation/roc.py", {"judge": 1, "draw_comparison": 1, "report": 1}),
         ("scripts/capsule/page/cards.py", {"report": 1}),
         ("report/report.css", {"report": 1}),
         ("report/scripts/charts.js", {"report": 1}),
@@ -369,7 +371,8 @@ def test_snakemakes_own_report_shows_tables_figures_and_the_page(project, tmp_pa
 
 
 def test_the_figures_for_print_are_made_on_request(project):
-    assert dict(project.snakemake("figures").jobs) == {"print_figures": 1, "figures": 1}
+    jobs = dict.fromkeys([f"print_{source}" for source in SOURCES], 1)
+    assert dict(project.snakemake("figures").jobs) == {**jobs, "figures": 1}
     for row in FIGURES.values():
         shown, printed = (project.results / folder for folder in ("figures", "print"))
         data = f"{row.name}.csv"

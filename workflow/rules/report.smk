@@ -8,30 +8,39 @@
 #        results/report.html, of a large archive with results/report/ beside it; on request
 #        (snakemake -c2 figures) the same figures for print, results/print/<figure>{,_column}.pdf
 
-from capsule.figures.registry import FIGURES
+from capsule.figures.registry import FIGURES, SOURCES
 from capsule.page.beside import stands_beside
 from edges.durations import RULES
 
-DRAW_SETTINGS = {name: config[name] for name in ("recording", "preprocessing", "evaluation")}
-# Figures use only one key of the section `report`: the detector that is shown first.
-DRAW_SETTINGS["report"] = {"lead": config["report"]["lead"]}
-DESIGN_SETTINGS = {"recording": {"sensors": config["recording"]["sensors"]}}
-RESULT_FIGURES = [name for name, row in FIGURES.items() if not row.of_design]
-DESIGN_FIGURES = [name for name, row in FIGURES.items() if row.of_design]
-FIGURE_MODULES = sorted({row.module for row in FIGURES.values()})
-# The figures of results are drawn from these files, and from the readings of two recordings. Those
-# change only together with the evaluation. As inputs, each figure would list all recordings.
-FIGURE_INPUTS = [
-    rules.evaluate.output.predictions,
-    *rules.evaluate.output.rates,
-    rules.evaluate.output.learning,
-    *rules.judge.output,
-    *rules.average.output,
-]
-# The figures of the capsule's design are drawn from the tables that also describe its parts.
+FIGURES_OF = {
+    source: [name for name, row in FIGURES.items() if row.drawn_from == source]
+    for source in SOURCES
+}
+EVALUATION = [rules.evaluate.output.predictions, *rules.evaluate.output.rates]
+# The design of the capsule is drawn from the tables that also describe its parts.
 DESIGN_TABLES = [own_file(PROJECT / "config" / name) for name in ("phantom.yaml", "parts.yaml")]
+# The files that the figures of each source show, so that each job starts as soon as it can.
+SHOWN = {
+    "templates": rules.average.output,
+    "evaluation": EVALUATION,
+    "comparison": [*EVALUATION, rules.evaluate.output.learning, *rules.judge.output],
+    "design": DESIGN_TABLES,
+}
+# Figures of the evaluation also show the readings of two recordings. Those change only together
+# with the evaluation. As inputs, they would be all recordings.
+SHOWN_MEMBERS = {"evaluation": ARCHIVE.labelled()}
+# Figures use only one key of the section `report`: the detector that is shown first.
+SHOWN_SETTINGS = {
+    "templates": {},
+    "evaluation": {
+        **{name: config[name] for name in ("recording", "preprocessing", "evaluation")},
+        "report": {"lead": config["report"]["lead"]},
+    },
+    "comparison": {"evaluation": config["evaluation"]},
+    "design": {"recording": {"sensors": config["recording"]["sensors"]}},
+}
 # The report prints a checksum of this code, which identifies the code behind its results.
-REGISTERED = [*DETECTOR_MODULES, *FIGURE_MODULES]
+REGISTERED = [*DETECTOR_MODULES, *sorted({row.module for row in FIGURES.values()})]
 CODE = {path for stage in [*RULES, "report"] for path in code_files(f"{stage}.py", *REGISTERED)}
 # The page is made from these templates, and shows the paper's numbers from these tables.
 PAGE = sorted(
@@ -53,103 +62,47 @@ LISTED_SURVEYS = as_parameter({"names": SURVEYS.names, "passed_over": SURVEYS.pa
 BESIDE = "report" if stands_beside(len(ARCHIVE.recordings), config) else ""
 
 
-rule draw:
-    input:
-        shown=FIGURE_INPUTS,
-        paper=report_file("paper.yaml"),
-        script=script("draw.py"),
-    output:
-        report(
-            expand("results/figures/{figure}.svg", figure=RESULT_FIGURES),
-            caption="../report/captions/figures.rst",
-            category="Figures",
-        ),
-        expand("results/figures/{figure}_column.svg", figure=RESULT_FIGURES),
-        expand("results/figures/{figure}.csv", figure=RESULT_FIGURES),
-    log:
-        "results/logs/draw.log",
-    conda:
-        "../../environment.yml"
-    threads: 2
-    params:
-        results=results_folder,
-        settings=as_parameter(DRAW_SETTINGS),
-        made_from=made_from(
-            "draw",
-            as_parameter(DRAW_SETTINGS),
-            modules=sorted({FIGURES[name].module for name in RESULT_FIGURES}),
-            members=ARCHIVE.labelled(),
-        ),
-        figures=RESULT_FIGURES,
-    shell:
-        "python {input.script:q} --results {params.results:q} --paper {input.paper:q}"
-        " --settings {params.settings:q} --figures {params.figures:q} --kind svg"
-        " --output {params.results:q}/figures --processes {threads}"
-        " --record {params.made_from:q} > {log:q} 2>&1"
+# The rules draw_templates, draw_evaluation, draw_comparison and draw_design draw for the report;
+# print_templates and so on draw the same for print, on request.
+for verb, folder, kind in [("draw", "figures", "svg"), ("print", "print", "pdf")]:
+    for source in SOURCES:
+        wide = expand(f"results/{folder}/{{figure}}.{kind}", figure=FIGURES_OF[source])
 
-
-# These figures show no recording, so a new recording does not draw them again.
-rule draw_design:
-    input:
-        design=DESIGN_TABLES,
-        script=script("draw_design.py"),
-    output:
-        report(
-            expand("results/figures/{figure}.svg", figure=DESIGN_FIGURES),
-            caption="../report/captions/figures.rst",
-            category="Figures",
-        ),
-        expand("results/figures/{figure}_column.svg", figure=DESIGN_FIGURES),
-        expand("results/figures/{figure}.csv", figure=DESIGN_FIGURES),
-    log:
-        "results/logs/draw_design.log",
-    conda:
-        "../../environment.yml"
-    params:
-        results=results_folder,
-        settings=as_parameter(DESIGN_SETTINGS),
-        made_from=made_from(
-            "draw_design",
-            as_parameter(DESIGN_SETTINGS),
-            modules=sorted({FIGURES[name].module for name in DESIGN_FIGURES}),
-        ),
-        figures=DESIGN_FIGURES,
-    shell:
-        "python {input.script:q} --settings {params.settings:q} --figures {params.figures:q}"
-        " --output {params.results:q}/figures"
-        " --record {params.made_from:q} > {log:q} 2>&1"
-
-
-rule print_figures:
-    input:
-        shown=FIGURE_INPUTS,
-        paper=report_file("paper.yaml"),
-        design=DESIGN_TABLES,
-        script=script("draw.py"),
-    output:
-        expand("results/print/{figure}{width}.pdf", figure=FIGURES, width=["", "_column"]),
-        expand("results/print/{figure}.csv", figure=FIGURES),
-    log:
-        "results/logs/print_figures.log",
-    conda:
-        "../../environment.yml"
-    threads: 2
-    params:
-        results=results_folder,
-        settings=as_parameter(DRAW_SETTINGS),
-        made_from=made_from(
-            "print_figures",
-            as_parameter(DRAW_SETTINGS),
-            script="draw.py",
-            modules=FIGURE_MODULES,
-            members=ARCHIVE.labelled(),
-        ),
-        figures=list(FIGURES),
-    shell:
-        "python {input.script:q} --results {params.results:q} --paper {input.paper:q}"
-        " --settings {params.settings:q} --figures {params.figures:q} --kind pdf"
-        " --output {params.results:q}/print --processes {threads}"
-        " --record {params.made_from:q} > {log:q} 2>&1"
+        rule:
+            name:
+                f"{verb}_{source}"
+            input:
+                shown=SHOWN[source],
+                paper=report_file("paper.yaml"),
+                script=script("draw.py"),
+            output:
+                report(wide, caption="../report/captions/figures.rst", category="Figures")
+                if verb == "draw"
+                else wide,
+                expand(f"results/{folder}/{{figure}}_column.{kind}", figure=FIGURES_OF[source]),
+                expand(f"results/{folder}/{{figure}}.csv", figure=FIGURES_OF[source]),
+            log:
+                f"results/logs/{verb}/{source}.log",
+            conda:
+                "../../environment.yml"
+            params:
+                results=results_folder,
+                settings=as_parameter(SHOWN_SETTINGS[source]),
+                made_from=made_from(
+                    f"{verb}_{source}",
+                    as_parameter(SHOWN_SETTINGS[source]),
+                    script="draw.py",
+                    modules=sorted({FIGURES[name].module for name in FIGURES_OF[source]}),
+                    members=SHOWN_MEMBERS.get(source, []),
+                ),
+                figures=FIGURES_OF[source],
+                kind=kind,
+                folder=folder,
+            shell:
+                "python {input.script:q} --results {params.results:q} --paper {input.paper:q}"
+                " --settings {params.settings:q} --figures {params.figures:q}"
+                " --kind {params.kind} --output {params.results:q}/{params.folder}"
+                " --record {params.made_from:q} > {log:q} 2>&1"
 
 
 rule report:
@@ -162,7 +115,7 @@ rule report:
         learning=rules.evaluate.output.learning,
         detections=rules.detect.output.detections,
         sites=rules.combine.output,
-        figures=[*rules.draw.output, *rules.draw_design.output],
+        figures=[getattr(rules, f"draw_{source}").output for source in SOURCES],
         surveys=expand(rules.chart_survey.output, survey=SURVEYS.names),
         signals=files_of("signals", ARCHIVE.recordings),
         checks=files_of("checks", ARCHIVE.recordings),

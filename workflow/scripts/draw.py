@@ -10,7 +10,7 @@ from edges.figure_inputs import StoredResults
 
 
 def main() -> None:
-    """Read the tables and templates, and write the figures."""
+    """Read what the figures show, and write the figures."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--results", type=Path, required=True, help="the folder of results")
     parser.add_argument("--paper", type=Path, required=True, help="paper.yaml")
@@ -18,11 +18,9 @@ def main() -> None:
     parser.add_argument("--figures", nargs="+", required=True, help="names of figures")
     parser.add_argument("--kind", choices=("svg", "pdf"), required=True, help="format of the files")
     parser.add_argument("--output", type=Path, required=True, help="output: the folder of figures")
-    parser.add_argument("--processes", type=int, default=1, help="how many draw (default: 1)")
     arguments = parser.parse_args()
     inputs = StoredResults(arguments.results, arguments.paper, arguments.settings)
-    output, processes = arguments.output, arguments.processes
-    write_figures(arguments.figures, inputs, arguments.kind, output, processes)
+    write_figures(arguments.figures, inputs, arguments.kind, arguments.output)
 
 
 if __name__ == "__main__":

@@ -7,10 +7,12 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from capsule.figures.registry import SOURCES
 from capsule.job_sets import search_sets
 from capsule.page.provenance import seconds_in_log
 
-# All rules before the rule report, in the order in which they run.
+# All rules before the rule report, in the order in which they run. Each is also the name of a
+# script; `draw` stands for the rules of all sources of figures, such as draw_templates.
 RULES = (
     "preprocess",
     "preprocess_set",
@@ -25,7 +27,6 @@ RULES = (
     "detect",
     "combine",
     "draw",
-    "draw_design",
     "chart_survey",
 )
 
@@ -51,11 +52,13 @@ def read_durations(
     """
     recordings = list(names)
     jobs = [*recordings, *search_sets(recordings)]
+    others = {"draw": SOURCES, "chart_survey": surveys}
     rows = []
     for rule in RULES:
-        single = logs / f"{rule}.log"
-        of_rule = surveys if rule == "chart_survey" else jobs
-        paths = [single] if single.exists() else [logs / rule / f"{name}.log" for name in of_rule]
+        folder = logs / rule
+        paths = [logs / f"{rule}.log"]
+        if folder.is_dir():
+            paths = [folder / f"{name}.log" for name in others.get(rule, jobs)]
         read = [path.read_text(encoding="utf-8") for path in paths if path.exists()]
         seconds = [s for s in map(seconds_in_log, read) if s is not None]
         if seconds:

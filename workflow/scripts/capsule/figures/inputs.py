@@ -23,7 +23,7 @@ class FigureInputs(Protocol):
 
     @property
     def settings(self) -> Settings:
-        """Sections recording, preprocessing and evaluation, and the key ``report.lead``."""
+        """Of recording, preprocessing, evaluation and report what figures of one source use."""
 
     @property
     def evaluation(self) -> Evaluation:
