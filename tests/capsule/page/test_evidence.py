@@ -9,6 +9,7 @@ from capsule.detectors.beat_series import WINDOWS_A_WAVE
 from capsule.detectors.stretches import STEP, Stretches
 from capsule.page import evidence
 from capsule.page.beside import stands_beside
+from capsule.page.nearest_templates import NearestTemplate
 from capsule.particles import Particle
 from capsule.stages import preprocess_run
 from edges.config_files import read_config_file
@@ -41,7 +42,8 @@ def test_1200_recordings_of_full_length_stay_below_25_megabytes():
     beats = int(1000 / 32 * WINDOWS_A_WAVE)
     stretches = Stretches(7.0, 3.5, STEP, np.linspace(0, 1, beats // STEP))
     stored = evidence.Stored(values, {}, (fit, PARTICLE), templates, stretches)
-    judged = evidence.what_was_judged(run, stored, SETTINGS)
+    nearest = {scheme: NearestTemplate(3.0, PARTICLE, 981) for scheme in templates}
+    judged = evidence.what_was_judged(run, stored, nearest, SETTINGS)
     assert None not in judged.values()
     content = evidence.recording_evidence(run, 1.0, judged, verdicts, {"SHA-256": "0" * 64})
     one = len(evidence.to_json(content))
@@ -71,7 +73,7 @@ def test_of_an_archive_the_page_shows_every_accepted_recording_and_the_fit_where
         "preprocessing": {"window": 40, "threshold": 1.0, "length": 500},
         "recording": {"rate_hz": 10, "sensors": 4},
     }
-    made = evidence.archive_evidence(rows, {"3mm/r01": [said]}, stored.__getitem__, settings)
+    made = evidence.archive_evidence(rows, {"3mm/r01": [said]}, [], stored.__getitem__, settings)
     healthy, nodule = (json.loads(content) for _, content in made)
     assert [each["recording"] for each in (healthy, nodule)] == ["0mm/r01", "3mm/r01"]
     assert healthy["title"] == "no nodule" and nodule["title"] == "3 mm nodule"
@@ -89,7 +91,7 @@ def test_what_the_detectors_judged_by_goes_together():
     run = preprocess_run("3mm/r01", "", recording.values, rate_hz=10, window=84, threshold=1.0)
     stretches = Stretches(7.0, 3.5, STEP, np.array([0.0, 1.0, 0.5]))
     stored = evidence.Stored(recording.values, recording.header, stretches=stretches)
-    judged = evidence.what_was_judged(run, stored, SETTINGS)
+    judged = evidence.what_was_judged(run, stored, {}, SETTINGS)
     assert judged["unit"] == "counts"
     assert judged["fitted"] is None and judged["templates"] == {}
     beats, drawn = judged["beats"], judged["stretches"]
@@ -100,13 +102,13 @@ def test_what_the_detectors_judged_by_goes_together():
     assert drawn["score"] == 7.0
     assert unpack(drawn)[0] == pytest.approx([0.0, 1.0, 0.5], abs=0.003)
     in_volts = evidence.Stored(recording.values / 204.8, {})
-    assert evidence.what_was_judged(run, in_volts, SETTINGS)["unit"] == "V"
+    assert evidence.what_was_judged(run, in_volts, {}, SETTINGS)["unit"] == "V"
 
 
 def test_without_a_wave_there_are_no_beats_to_draw():
     values = np.outer([1.0, 2.0, 3.0, 4.0], np.arange(60.0))
     run = preprocess_run("3mm/r01", "", values, rate_hz=10, window=20, threshold=1.0)
-    judged = evidence.what_was_judged(run, evidence.Stored(values, {}), SETTINGS)
+    judged = evidence.what_was_judged(run, evidence.Stored(values, {}), {}, SETTINGS)
     assert judged["beats"] is judged["gut"] is judged["stretches"] is None
 
 

@@ -7,7 +7,7 @@ from capsule.evaluation.folds import scheme_folds
 from capsule.kinds import Settings
 from capsule.naming import sizes_of
 from capsule.page.evidence import Stored
-from capsule.page.judged_by import fold_particles
+from capsule.page.nearest_templates import fold_particles
 from capsule.templates import total
 from edges import files
 from edges.fits import by_size, read_particles

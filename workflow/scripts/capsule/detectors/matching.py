@@ -150,3 +150,8 @@ def first_peak_sample(lag: float, first_peak: int, length: int) -> float:
         Number of columns L.
     """
     return first_peak - 1 + lag - (length + 1)
+
+
+def lag_of_first_peak(sample: float, first_peak: int, length: int) -> int:
+    """Return the lag tau at which sensor 1 feels the first peak then; see `first_peak_sample`."""
+    return round(sample - first_peak + 1) + length + 1

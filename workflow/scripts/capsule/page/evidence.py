@@ -6,6 +6,7 @@ Signals are packed (`capsule.page.packing`). The page draws particles from their
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from capsule.detectors.along_gut import along_gut
 from capsule.detectors.stretches import Stretches
 from capsule.kinds import Cells, Row, Settings
 from capsule.page import judged_by, recordings
+from capsule.page.nearest_templates import NearestTemplate, nearest_templates
 from capsule.page.packing import pack
 from capsule.page.provenance import fit_words
 from capsule.particles import Particle
@@ -132,7 +134,12 @@ def recording_evidence(
     }
 
 
-def what_was_judged(run: PreprocessedRun, stored: Stored, settings: Settings) -> Cells:
+def what_was_judged(
+    run: PreprocessedRun,
+    stored: Stored,
+    nearest: Mapping[str, NearestTemplate],
+    settings: Settings,
+) -> Cells:
     """Return the evidence from which the detectors judged a recording.
 
     Parameters
@@ -141,6 +148,8 @@ def what_was_judged(run: PreprocessedRun, stored: Stored, settings: Settings) ->
         The recording on its way from readings to matrix.
     stored : Stored
         Its stored results.
+    nearest : mapping of str to NearestTemplate
+        The nearest template under each scheme.
     settings : mapping
         The configuration.
 
@@ -156,12 +165,9 @@ def what_was_judged(run: PreprocessedRun, stored: Stored, settings: Settings) ->
     if stored.fit:
         fit, particle = stored.fit
         fitted = judged_by.surface(particle, fit["first_peak"], fit["lag"], length)
-    comparison = SlidingComparison(extend(run.matrix, length))
-    for scheme, particles in stored.templates.items():
-        nearest = judged_by.nearest_template(comparison, particles, first_peak)
-        if nearest is not None:
-            drawn = judged_by.surface(nearest.particle, first_peak, nearest.lag, length)
-            templates[scheme] = {"size_mm": nearest.size_mm, **drawn}
+    for scheme, each in nearest.items():
+        drawn = judged_by.surface(each.particle, first_peak, each.lag, length)
+        templates[scheme] = {"size_mm": each.size_mm, **drawn}
     along = along_gut(stored.values, rate_hz, settings["diagonal"])
     beats = gut = stretches = None
     if along is not None:
@@ -183,6 +189,7 @@ def what_was_judged(run: PreprocessedRun, stored: Stored, settings: Settings) ->
 def archive_evidence(
     rows: Sequence[Row],
     verdicts: Mapping[str, Sequence[Row]],
+    sizes_mm: Sequence[float],
     load: Callable[[str], Stored],
     settings: Settings,
 ) -> Iterator[tuple[str, str]]:
@@ -194,6 +201,8 @@ def archive_evidence(
         From `capsule.page.recordings.recording_rows`; rejected recordings are left out.
     verdicts : mapping of str to sequence of mapping
         From `capsule.page.recordings.verdicts_by_recording`.
+    sizes_mm : sequence of float
+        Sizes of the templates whose distances the verdicts hold, 0 first.
     load : callable
         ``load(name)`` returns the stored results of a recording.
     settings : mapping
@@ -219,10 +228,17 @@ def archive_evidence(
         if stored.fit:
             facts["Fit"] = fit_words(stored.fit[0])
         facts |= {f"# {key}": text for key, text in stored.header.items()}
-        judged = what_was_judged(run, stored, settings)
+        said = verdicts.get(name, [])
+        compare = partial(_comparison, run.matrix, shape["length"])
+        nearest = nearest_templates(stored.templates, said, sizes_mm, compare, settings)
+        judged = what_was_judged(run, stored, nearest, settings)
         judged |= {"row": place, "nodule_at_mm": row["nodule_at_mm"]}
-        content = recording_evidence(run, shape["threshold"], judged, verdicts.get(name, []), facts)
+        content = recording_evidence(run, shape["threshold"], judged, said, facts)
         yield name, to_json(content)
+
+
+def _comparison(matrix: FloatArray, length: int) -> SlidingComparison:
+    return SlidingComparison(extend(matrix, length))
 
 
 def to_json(content: object) -> str:

@@ -1,83 +1,13 @@
 """Collect the evidence that each detector used on a recording, small enough for the page."""
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-
 import numpy as np
 
 from capsule.detectors.along_gut import AlongGut
 from capsule.detectors.beat_series import WINDOWS_A_WAVE
-from capsule.detectors.matching import template_margin
 from capsule.detectors.stretches import Stretches
 from capsule.kinds import Cells, Settings
 from capsule.page.packing import pack, rounded
-from capsule.particles import Particle, peak_positions, render
-from capsule.sliding import SlidingComparison
-from capsule.templates import ParticleTotal
-
-
-@dataclass(frozen=True)
-class NearestTemplate:
-    """The nodule's template that is most similar to a recording.
-
-    Attributes
-    ----------
-    size_mm : float
-        The nodule's size.
-    particle : Particle
-        The parameters from which it is rendered.
-    lag : int
-        tau, its best lag.
-    gain : float
-        The score: how much more similar it is than T^0
-        (`capsule.detectors.matching.template_margins`).
-    """
-
-    size_mm: float
-    particle: Particle
-    lag: int
-    gain: float
-
-
-def fold_particles(
-    totals: Mapping[float, ParticleTotal], left_out: Iterable[tuple[float, Particle]]
-) -> dict[float, Particle]:
-    """Return the averaged particles of a training fold, for each size that has recordings.
-
-    Parameters
-    ----------
-    totals : mapping of float to ParticleTotal
-        The sum over all recordings of each nodule size, by size in mm.
-    left_out : iterable of (float, Particle)
-        Size and optimal particle of each recording that is left out of the training.
-    """
-    remaining = dict(totals)
-    for size_mm, particle in left_out:
-        remaining[size_mm] = remaining[size_mm].without(particle)
-    return {size_mm: each.mean() for size_mm, each in remaining.items() if each.count}
-
-
-def nearest_template(
-    comparison: SlidingComparison, particles: Mapping[float, Particle], first_peak: float
-) -> NearestTemplate | None:
-    """Return the template with the largest gain; None if there is no template.
-
-    Parameters
-    ----------
-    comparison : SlidingComparison
-        The comparison with the recording's matrix V, (S, L).
-    particles : mapping of float to Particle
-        From `fold_particles`.
-    first_peak : float
-        u.
-    """
-    length = comparison.particle.shape[1]
-    nearest = None
-    for size_mm, particle in particles.items():
-        gain, lag = template_margin(comparison, render(particle, first_peak, length))
-        if nearest is None or gain > nearest.gain:
-            nearest = NearestTemplate(size_mm, particle, int(lag), gain)
-    return nearest
+from capsule.particles import Particle, peak_positions
 
 
 def surface(particle: Particle, first_peak: float, lag: int, length: int) -> Cells:

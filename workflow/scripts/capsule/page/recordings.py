@@ -107,9 +107,9 @@ def verdicts_by_recording(
     -------
     dict of str to list of dict
         ``detector``, ``scheme``, ``predicted_mm``, ``details`` (size, probability and place in
-        words), ``distances`` to every template, and `EVIDENCE`. A distance that is not known is
-        None. A detector that does not use distances has none. Unlabelled recordings have the
-        scheme ``all``.
+        words), ``distances`` to every template, ``location_s`` and `EVIDENCE`. A value that is not
+        known is None. A detector that does not use distances has none. Unlabelled recordings have
+        the scheme ``all``.
     """
     verdicts: dict[str, list[Cells]] = {}
     for table in (predictions, detections):
@@ -124,6 +124,7 @@ def verdicts_by_recording(
                     "predicted_mm": _known_or_none(row["predicted_mm"]),
                     "details": _details(row),
                     "distances": [_known_or_none(row[name]) for name in labels if by_distance],
+                    "location_s": _known_or_none(row.get("location_s")),
                     **{key: _significant(row.get(key)) for key in EVIDENCE},
                 }
             )
@@ -150,7 +151,7 @@ def _significant(value: float | None) -> float | None:
     return float(f"{value:.7g}") if words.is_known(value) and math.isfinite(value) else None
 
 
-def _known_or_none(value: float) -> float | None:
+def _known_or_none(value: float | None) -> float | None:
     return float(value) if words.is_known(value) else None
 
 

@@ -96,7 +96,9 @@ def page_values(
     )
     detectors = detector_sections.lead_first(evaluation.detectors(), lead)
     listed = recordings.page_values(tables.index, verdicts, lead.detector, judged)
-    made = evidence.archive_evidence(listed["recordings"], verdicts, load, settings)
+    made = evidence.archive_evidence(
+        listed["recordings"], verdicts, evaluation.sizes_mm(), load, settings
+    )
     beside = put_beside(made) if put_beside else None
     return {
         **overview.overview(tables.index, tables.passed_over),
