@@ -16,6 +16,8 @@ import pytest
 import yaml
 
 from capsule.naming import as_cell
+from capsule.page.packing import inflated
+from edges.evidence_files import read_evidence
 from edges.scorer_files import read_features
 from support.bad_recordings import HARMLESS, HOSTILE, PASSED_OVER, REJECTED, table
 from support.project import ROOT, Project
@@ -39,7 +41,7 @@ def good(tmp_path_factory):
     """Run the workflow with only the good recordings, and return the project."""
     folder = tmp_path_factory.mktemp("good") / "project"
     project = Project.create(folder, GOOD, samples=400, particles=10, iterations=10)
-    run = project.snakemake(*TABLES)
+    run = project.snakemake(*TABLES, *(f"results/evidence/{label}.json" for label in FOLDERS))
     assert run.status == 0, run.output
     return project
 
@@ -87,12 +89,23 @@ def test_nothing_else_is_listed(mixed):
     assert f"{len(GOOD)} recordings accepted, {len(REJECTED)} rejected." in run.output
 
 
+def signals_drawn(project):
+    """Return what the report draws of the good recordings, without the facts on their files."""
+    paths = [project.results / f"evidence/{label}.json" for label in FOLDERS]
+    drawn = {
+        name: json.loads(inflated(each.drawn)) for name, each in read_evidence(paths, GOOD).items()
+    }
+    for each in drawn.values():
+        del each["facts"]
+    return drawn
+
+
 def test_the_others_results_are_the_same_to_the_bit(mixed, good):
     project, _ = mixed
     before, after = good.result_bytes(), project.result_bytes()
     shows_rejections = ("recordings.csv", "passed_over.csv", "checks/", "report", "figures/")
     # A copy is searched and scored too: that it is one shows beside all others only.
-    shows_rejections += ("passages/", "features/")
+    shows_rejections += ("passages/", "features/", "evidence/")
     compared = [name for name in before if not name.startswith(shows_rejections)]
     assert {"templates.npz", "detections.csv", "evaluation/sizing.csv"} <= set(compared)
     assert [name for name in compared if after[name] != before[name]] == []
@@ -110,6 +123,9 @@ def test_the_others_results_are_the_same_to_the_bit(mixed, good):
     )
     for name in GOOD:
         np.testing.assert_equal(vars(scored[name]), vars(alone[name]))
+    drawn, alone = (signals_drawn(each) for each in (project, good))
+    assert set(drawn) == set(GOOD)
+    assert drawn == alone
 
 
 def test_a_rejected_recording_has_no_numbers(mixed):

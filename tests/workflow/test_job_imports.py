@@ -42,7 +42,7 @@ def test_jobs_of_one_recording_load_numpy_alone(tmp_path, with_numpy_alone):
         assert not {"pandas", "matplotlib", "scipy"} & modules, name
 
 
-@pytest.mark.parametrize("script", ["index.py", "average.py", "detect.py"])
+@pytest.mark.parametrize("script", ["index.py", "average.py", "evidence.py", "detect.py"])
 def test_jobs_of_an_archive_that_need_no_table_load_numpy_at_most(script, with_numpy_alone):
     modules = loaded_modules(str(SCRIPTS / script), "--help")
     assert "edges.files" in modules

@@ -210,6 +210,7 @@ def test_a_fresh_checkout_runs_nothing_again(finished, tmp_path):
         ("capsule/fitting.py", {"fit": len(NODULES), "average": 1, "evaluate": 1, "detect": 1}),
         ("capsule/detectors/passage.py", {"passages": len(FOLDERS), "evaluate": 1, "detect": 1}),
         ("capsule/detectors/diagonal.py", {"evaluate": 1, "detect": 1}),
+        ("capsule/page/recording_evidence.py", {}),
         ("capsule/detectors/ridge.py", {"evaluate": 1, "detect": 1}),
         ("capsule/evaluation/rates.py", {"evaluate": 1}),
         ("capsule/evaluation/prevalence.py", {}),
@@ -259,6 +260,14 @@ def test_one_recording_more_costs_one_job_a_stage(project, finished):
     after = project.result_bytes()
     assert len(project.table("recordings.csv")) == len(RECORDINGS) + 1
     assert all(after[name] == before[name] for name in before if name.startswith("fits/"))
+
+
+def test_one_recording_more_collects_the_evidence_of_its_folder_alone(project):
+    write_archive(project.raw, ["1mm/r03"])
+    run = project.snakemake("results/evidence/1mm.json", "results/evidence/0mm.json")
+    assert run.jobs == dict.fromkeys(("preprocess", "fit", "features", "evidence"), 1)
+    evidence = json.loads((project.results / "evidence/1mm.json").read_text(encoding="utf-8"))
+    assert list(evidence) == [name for name in RECORDINGS if name.startswith("1mm")] + ["1mm/r03"]
 
 
 def test_a_removed_recording_leaves_the_result_as_if_it_had_never_been(project, finished):

@@ -1,17 +1,19 @@
-# Draw the figures, and write the report.
+# Draw the figures, collect what the report draws of each recording, and write the report.
 #
 # takes: results/recordings.csv, results/passed_over.csv, results/signals/, results/checks/,
 #        results/fits/, results/features/<set>.stretches.npz, results/templates.{json,npz},
 #        results/evaluation/, results/detections.csv, results/sites.csv, results/surveys/,
 #        workflow/report/, config/phantom.yaml, config/parts.yaml
-# gives: results/figures/<figure>{,_column}.svg, results/figures/<figure>.csv,
-#        results/report.html, of a large archive with results/report/ beside it; on request
-#        (snakemake -c2 figures) the same figures for print, results/print/<figure>{,_column}.pdf
+# gives: results/evidence/<set>.json, results/figures/<figure>{,_column}.svg,
+#        results/figures/<figure>.csv, results/report.html, of a large archive with results/report/
+#        beside it; on request (snakemake -c2 figures) the same figures for print,
+#        results/print/<figure>{,_column}.pdf
 
 from capsule.figures.registry import FIGURES, SOURCES
 from capsule.page.beside import stands_beside
 from edges.durations import RULES
 
+NODULES = set(ARCHIVE.of_nodules())
 FIGURES_OF = {
     source: [name for name, row in FIGURES.items() if row.drawn_from == source]
     for source in SOURCES
@@ -105,6 +107,42 @@ for verb, folder, kind in [("draw", "figures", "svg"), ("print", "print", "pdf")
                 " --record {params.made_from:q} > {log:q} 2>&1"
 
 
+# One job takes a folder or a part of it, as the search does. The report adds what depends on all
+# recordings: verdicts and templates.
+rule evidence:
+    input:
+        signals=lambda wildcards: files_of("signals", SEARCH_SETS[wildcards.search_set]),
+        checks=lambda wildcards: files_of("checks", SEARCH_SETS[wildcards.search_set]),
+        fits=lambda wildcards: files_of(
+            "fits", sorted(NODULES.intersection(SEARCH_SETS[wildcards.search_set]))
+        ),
+        stretches=rules.features.output.stretches if BY_FEATURES else [],
+        script=script("evidence.py"),
+    output:
+        "results/evidence/{search_set}.json",
+    log:
+        "results/logs/evidence/{search_set}.log",
+    conda:
+        "../../environment.yml"
+    params:
+        results=results_folder,
+        recordings=lambda wildcards: SEARCH_SETS[wildcards.search_set],
+        rate_hz=config["recording"]["rate_hz"],
+        settings=section("diagonal", "preprocessing"),
+        made_from=made_from(
+            "evidence",
+            section("diagonal", "preprocessing"),
+            as_parameter(config["recording"]["rate_hz"]),
+            members=lambda wildcards: SEARCH_SETS[wildcards.search_set],
+        ),
+    shell:
+        "python {input.script:q} {params.recordings:q}"
+        " --signals {params.results:q}/signals --checks {params.results:q}/checks"
+        " --fits {params.results:q}/fits --stretches {input.stretches:q}"
+        " --rate-hz {params.rate_hz} --settings {params.settings:q} --output {output:q}"
+        " --record {params.made_from:q} > {log:q} 2>&1"
+
+
 rule report:
     input:
         recordings=rules.index.output.recordings,
@@ -117,12 +155,8 @@ rule report:
         sites=rules.combine.output,
         figures=[getattr(rules, f"draw_{source}").output for source in SOURCES],
         surveys=expand(rules.chart_survey.output, survey=SURVEYS.names),
-        signals=files_of("signals", ARCHIVE.recordings),
-        checks=files_of("checks", ARCHIVE.recordings),
-        fits=files_of("fits", ARCHIVE.of_nodules()),
-        stretches=(
-            expand(rules.features.output.stretches, search_set=SEARCH_SETS) if BY_FEATURES else []
-        ),
+        # The matrices and the fits, which the report reads too, are made before these.
+        evidence=expand(rules.evidence.output, search_set=SEARCH_SETS),
         template=report_file("report.html.j2"),
         page=PAGE,
         schema=own_file(SCHEMA),
@@ -153,7 +187,7 @@ rule report:
         template=lambda wildcards, input: os.path.dirname(input.template),
         beside=f"--beside {shlex.quote(RESULTS)}/{BESIDE}" if BESIDE else "",
     shell:
-        "python {input.script:q} --results {params.results:q} --stretches {input.stretches:q}"
+        "python {input.script:q} --results {params.results:q} --evidence {input.evidence:q}"
         " --template {params.template:q}"
         " --schema {input.schema:q} --settings {params.settings:q} --surveys {params.surveys:q}"
         " --code {input.code:q} --output {output.page:q} {params.beside}"

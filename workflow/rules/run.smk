@@ -45,6 +45,7 @@ if not IS_MODULE:
         average,
         passages,
         features,
+        evidence,
         detect,
         evaluate,
         judge,

@@ -24,7 +24,7 @@ def main() -> None:
     """Read all results, and write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--results", type=Path, required=True, help="the folder of results")
-    parser.add_argument("--stretches", type=Path, nargs="*", default=[], help="stretches, .npz")
+    parser.add_argument("--evidence", type=Path, nargs="*", default=[], help="evidence, .json")
     parser.add_argument("--template", type=Path, required=True, help="the folder of the template")
     parser.add_argument("--schema", type=Path, required=True, help="the schema of the config")
     parser.add_argument("--settings", type=json.loads, required=True, help="the config, JSON")
@@ -37,14 +37,14 @@ def main() -> None:
     template, confidence = arguments.template, settings["evaluation"]["confidence"]
     printed, versions = read_printed(template / "paper.yaml"), page_inputs.read_versions(template)
     tables = page_inputs.read_tables(results, template, printed, confidence)
-    load = StoredRecordings(results, settings, arguments.stretches)
+    stored = StoredRecordings(results, settings, arguments.evidence)
     state = read_project_state(Path(__file__).resolve().parents[2])
     checksums = page_inputs.read_checksums(arguments.code)
     names = tables.index["recording"], arguments.surveys["names"]
     durations = read_durations(results / "logs", *names)
     put_beside = DataFiles(arguments.beside).write if arguments.beside else None
     page = {
-        **page_values(tables, load, settings, read_schema(arguments.schema), printed, put_beside),
+        **page_values(tables, stored, settings, read_schema(arguments.schema), printed, put_beside),
         "figures": page_inputs.read_figures(results / "figures"),
         "surveys": page_inputs.read_surveys(results / "surveys", **arguments.surveys),
         **how_made(checksums, versions, durations, datetime.datetime.now(datetime.UTC), state),

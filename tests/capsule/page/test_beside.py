@@ -1,12 +1,11 @@
 """Files beside the page: letters and digits alone, whatever a recording says, and all of it."""
 
-import base64
 import copy
 import json
 import re
-import zlib
 
 from capsule.page import beside
+from capsule.page.packing import deflated
 from edges.config_files import read_config_file
 from support.project import ROOT
 
@@ -25,22 +24,26 @@ def test_the_evidence_of_a_usual_archive_stands_inside_the_page_of_a_large_one_b
     assert beside.stands_beside(1, smaller)
 
 
+def texts_of(name, among_others="{}"):
+    return deflated(json.dumps({"recording": name})), deflated(among_others)
+
+
 def test_files_hold_all_recordings_in_their_order_and_nothing_that_could_run():
     evil = '");alert(1);//</script>\u2028'
-    made = [(f"3mm/r{i}", json.dumps({"recording": f"3mm/r{i}", "# a": evil})) for i in range(70)]
+    made = [texts_of(f"3mm/r{i}", json.dumps({"# a": evil})) for i in range(70)]
     files = list(beside.data_files(iter(made)))
     assert len(files) == 3
     read = []
     for name, script in files:
-        form = rf'EvidenceStore\.receive\("{name}",(\["[A-Za-z0-9+/=",]+"\])\);\n'
-        texts = json.loads(re.fullmatch(form, script)[1])
-        read += [zlib.decompress(base64.b64decode(text)).decode("utf-8") for text in texts]
-    assert read == [content for _, content in made]
+        form = rf'EvidenceStore\.receive\("{name}",(\[[A-Za-z0-9+/=",\[\]]+\])\);\n'
+        read += map(tuple, json.loads(re.fullmatch(form, script)[1]))
+    assert read == made
+    assert evil not in "".join(script for _, script in files)
 
 
 def test_a_file_is_named_by_its_content_so_that_no_page_reads_another_ones():
     (one, _), (other, _) = (
-        next(beside.data_files([("3mm/r01", content)])) for content in ("{}", '{"a":1}')
+        next(beside.data_files([texts_of("3mm/r01", content)])) for content in ("{}", '{"a":1}')
     )
     assert re.fullmatch(r"00000-[0-9a-f]{16}", one)
     assert one != other

@@ -27,7 +27,7 @@ WATCH_FILES = (
     "window.filesRead = []; const receive = EvidenceStore.receive;"
     "EvidenceStore.receive = (file, texts) => { filesRead.push(file); receive(file, texts); }"
 )
-DATA_FILE = r'EvidenceStore\.receive\("[0-9a-f-]+",\["[\w+/=",]+"\]\);\n'
+DATA_FILE = r'EvidenceStore\.receive\("[0-9a-f-]+",\[\["[\w+/=",\[\]]+"\]\]\);\n'
 
 
 @pytest.fixture(scope="module")
@@ -44,6 +44,7 @@ def large(project, tmp_path_factory):
         patch.setattr(recordings, "FIRST_ROWS", 3)
         arguments = ["--results", project.results, "--template", report, "--schema", schema]
         arguments += ["--settings", settings, "--code", script]
+        arguments += ["--evidence", *sorted((project.results / "evidence").iterdir())]
         arguments += ["--output", folder / "report.html", "--beside", folder / "report"]
         patch.setattr(sys, "argv", [str(script), *map(str, arguments)])
         runpy.run_path(str(script), run_name="__main__")
@@ -124,7 +125,7 @@ def test_a_damaged_file_is_as_good_as_none(browser, large, tmp_path):
     shutil.copy(large, tmp_path / "report.html")
     shutil.copytree(large.parent / "report", tmp_path / "report")
     for path in (tmp_path / "report").iterdir():
-        path.write_text(path.read_text("utf-8").replace('",["', '",["AAAA', 1), "utf-8")
+        path.write_text(path.read_text("utf-8").replace('",[["', '",[["AAAA', 1), "utf-8")
     browser.open(tmp_path / "report.html", "#recording=0mm/r01")
     wait_for_title(browser, "0mm/r01: no signals")
 

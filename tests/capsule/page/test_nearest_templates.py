@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from capsule.detectors.matching import first_peak_sample
-from capsule.page.nearest_templates import fold_particles, nearest_template, nearest_templates
+from capsule.page.nearest_templates import FoldParticles, nearest_template, nearest_templates
 from capsule.particles import Particle, render
 from capsule.sliding import SlidingComparison
 from capsule.templates import build_templates, total
@@ -30,28 +30,25 @@ def verdict(distances, lag=None, scheme="leave_one_out", detector="template"):
     return {"detector": detector, "scheme": scheme, "distances": distances, "location_s": at}
 
 
-def found(verdicts, compare=None, particles=BY_SIZE):
+def found(verdicts, matrix=None, particles=BY_SIZE):
     by_scheme = nearest_templates(
-        {"leave_one_out": particles}, verdicts, SIZES_MM, compare, SETTINGS
+        {"leave_one_out": particles}, verdicts, SIZES_MM, lambda: matrix, SETTINGS
     )
     return {scheme: (each.size_mm, each.lag) for scheme, each in by_scheme.items()}
 
 
-def compare_with(matrix):
-    return lambda: SlidingComparison(matrix)
-
-
 def test_a_fold_has_the_templates_of_the_recordings_that_taught():
     by_size = {1.0: [particle(0.2)], 3.0: [particle(1.0), particle(0.8, 44.0)]}
-    totals = {size: total(some, 2) for size, some in by_size.items()}
-    everything = fold_particles(totals, [])
+    folds = FoldParticles({size: total(some, 2) for size, some in by_size.items()})
+    everything = folds.without([])
     templates = build_templates(by_size, sensors=2, first_peak=U, length=LENGTH)
     for size, matrix in zip(templates.sizes_mm[1:], templates.matrices[1:], strict=True):
         assert np.allclose(render(everything[size], U, LENGTH), matrix)
     # Without its only recording a size has no template.
-    fold = fold_particles(totals, [(1.0, particle(0.2)), (3.0, particle(1.0))])
+    fold = folds.without([(1.0, particle(0.2)), (3.0, particle(1.0))])
     assert list(fold) == [3.0]
     assert fold[3.0].to_vector() == pytest.approx(particle(0.8, 44.0).to_vector())
+    assert folds.without([(3.0, particle(1.0)), (3.0, particle(0.8, 44.0))]).keys() == {1.0}
 
 
 def test_the_nearest_template_is_the_one_that_leaves_the_least_over():
@@ -80,19 +77,19 @@ def test_a_size_without_a_template_is_not_the_nearest():
 
 def test_without_a_nodule_found_only_the_nearest_template_is_compared():
     # The matrix is nearest to 3 mm, so a comparison with all sizes would not return 5 mm.
-    compare = compare_with(render(particle(0.9), U, LENGTH))
-    assert found([verdict([0.1, 0.4, 0.3, 0.2])], compare) == {"leave_one_out": (5.0, LENGTH + 1)}
+    matrix = render(particle(0.9), U, LENGTH)
+    assert found([verdict([0.1, 0.4, 0.3, 0.2])], matrix) == {"leave_one_out": (5.0, LENGTH + 1)}
 
 
 def test_without_a_verdict_of_the_papers_detector_all_templates_are_compared():
-    compare, wanted = compare_with(render(particle(0.9), U, LENGTH)), (3.0, LENGTH + 1)
+    matrix, wanted = render(particle(0.9), U, LENGTH), (3.0, LENGTH + 1)
     others = [
         verdict([], 9, detector="diagonal"),
         verdict([0.1, 0.2, 0.2, 0.1], 9, scheme="resubstitution"),
         verdict([None] * 4),
     ]
     for verdicts in ([], others[:1], others[1:2], others):
-        assert found(verdicts, compare) == {"leave_one_out": wanted}
+        assert found(verdicts, matrix) == {"leave_one_out": wanted}
 
 
 def test_a_scheme_without_any_template_has_none():

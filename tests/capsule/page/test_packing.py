@@ -1,11 +1,14 @@
-"""Arrays as text: exact where they can be, to half a step otherwise."""
+"""Arrays as text: exact where they can be, to half a step otherwise. JSON that is harmless."""
+
+import json
+import re
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from capsule.page.packing import pack, rounded
+from capsule.page.packing import deflated, inflated, pack, rounded, to_json
 from support.packed import unpack
 
 
@@ -30,3 +33,21 @@ def test_a_signal_that_never_changes_or_is_missing(fill):
 
 def test_numbers_keep_five_digits():
     assert rounded([1 / 3, 123456.7, 0.0]) == [0.33333, 123460.0, 0.0]
+
+
+def test_json_in_a_script_element_cannot_end_it():
+    content = {"source": "</script><!-- & \u2028"}
+    text = to_json(content)
+    assert "<" not in text and "&" not in text and "\u2028" not in text
+    assert json.loads(text) == content
+
+
+def test_an_unknown_value_must_be_none_not_nan():
+    with pytest.raises(ValueError, match="JSON compliant"):
+        to_json({"predicted_mm": float("nan")})
+
+
+@given(st.text())
+def test_a_deflated_text_has_letters_and_digits_only_and_comes_back(text):
+    assert re.fullmatch(r"[A-Za-z0-9+/=]+", deflated(text))
+    assert inflated(deflated(text)) == text

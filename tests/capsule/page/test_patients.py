@@ -1,10 +1,8 @@
 """The verdict on every patient, nodules first, and nothing said that nobody knows."""
 
-import numpy as np
 import pandas as pd
 
 from capsule.page import patients
-from capsule.page.evidence import Stored
 from support.evaluated import UNKNOWN
 
 INDEX = ["recording", "size_mm", "status", "reason", "site"]
@@ -14,11 +12,9 @@ SITE = ["site", "size_mm", "recordings", "detector", "detected", "estimate_mm"]
 SITE += ["location_mm", "estimate_low_mm", "estimate_high_mm"]
 
 
-def load(name):
-    values = 400.0 + np.arange(400).reshape(4, 100) % 37
-    if name.endswith("gap"):
-        values[:, 10:15] = np.nan
-    return Stored(values, {"adc_bits": "10"})
+def quality(name):
+    gap = "gaps: 5 % of the samples, the longest 0.5 s"
+    return gap if name.endswith("gap") else "no gap, no loose sensor"
 
 
 def nodule(name, detector, chance, size_mm=2.7):
@@ -43,8 +39,7 @@ def values(index, detections, sites=(), columns=DETECTED):
         pd.DataFrame(detections, columns=columns),
         pd.DataFrame(sites, columns=SITE),
         "diagonal",
-        load,
-        10.0,
+        quality,
     )
 
 

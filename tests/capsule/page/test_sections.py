@@ -8,12 +8,12 @@ import pytest
 import yaml
 
 from capsule.evaluation import columns, learning, sites
-from capsule.page import evidence, methods, provenance, sections, survey_section
+from capsule.page import methods, provenance, sections, survey_section
 from capsule.page.render import render_page
 from edges import files, page_inputs
 from support.evaluated import DETECTIONS, UNKNOWN, evaluated, index_of, read_paper
 from support.project import ROOT
-from support.synthetic import make_recording
+from support.stored import StoredResults
 
 CONFIG = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
 SCHEMA = files.read_json(ROOT / "workflow/schemas/config.schema.json")
@@ -21,7 +21,7 @@ EVIL = "bench <script>alert(1)</script>"
 
 
 def values(verdicts, sizes_mm, *rows, detections=DETECTIONS, verdicts_on_places=()):
-    """Put together what the page says of some recordings, each with signals made by formula."""
+    """Put together what the page says of some recordings, each without signals."""
     tables = sections.Tables(
         index=index_of(*rows),
         passed_over=pd.DataFrame(columns=["path", "reason"]),
@@ -34,11 +34,7 @@ def values(verdicts, sizes_mm, *rows, detections=DETECTIONS, verdicts_on_places=
         benches=files.read_csv(ROOT / "workflow/report/benches.csv"),
         references=(ROOT / "workflow/report/references.bib").read_text(encoding="utf-8"),
     )
-
-    def load(name):
-        return evidence.Stored(make_recording(0.0, name, samples=100).values, {})
-
-    return sections.page_values(tables, load, CONFIG, SCHEMA, read_paper())
+    return sections.page_values(tables, StoredResults(), CONFIG, SCHEMA, read_paper())
 
 
 def filled(page):

@@ -8,7 +8,7 @@ const EvidenceStore = ((Elements) => {
   const KEPT_FILES = 8;
   const received = new Map();
 
-  /** Store the texts of a file beside the page. Each such file only calls this function. */
+  /** Store the texts of a file beside the page, two for each recording. Each such file only calls this function. */
   function receive(file, texts) {
     received.set(file, texts);
     if (received.size > KEPT_FILES) received.delete(received.keys().next().value);
@@ -53,7 +53,8 @@ const EvidenceStore = ((Elements) => {
       const place = places.get(name);
       const file = files[Math.floor(place / each)];
       const texts = received.get(file) ?? (await readFile(folder, file));
-      return inflate(texts[place % each]);
+      const [alone, amongOthers] = await Promise.all(texts[place % each].map(inflate));
+      return { ...alone, ...amongOthers };
     };
     return {
       has: (name) => places.has(name),

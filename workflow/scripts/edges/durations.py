@@ -22,6 +22,7 @@ RULES = (
     "average",
     "passages",
     "features",
+    "evidence",
     "evaluate",
     "judge",
     "detect",

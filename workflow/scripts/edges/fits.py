@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -45,6 +46,16 @@ def read_particles(recordings: Path, folder: Path) -> dict[str, Particle]:
             + "".join(f"\n  {why[0]}: raw/{name}: {why[1]}" for name, why in rows if why)
         )
     return particles
+
+
+def read_fit(path: Path) -> tuple[dict[str, Any], Particle] | None:
+    """Read a recording's fit and its particle; return None if it has no fit."""
+    if not path.exists():
+        return None
+    fit = files.read_json(path)
+    if fit["parameters"] is None:
+        return None
+    return fit, Particle(**{name: np.array(values) for name, values in fit["parameters"].items()})
 
 
 def by_size(particles: Mapping[str, Particle]) -> dict[float, list[Particle]]:

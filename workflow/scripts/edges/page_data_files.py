@@ -5,6 +5,8 @@ from pathlib import Path
 
 from capsule.kinds import Cells
 from capsule.page import beside
+from capsule.page.archive_evidence import Evidence
+from capsule.page.packing import deflated
 from edges import files
 
 
@@ -20,13 +22,13 @@ class DataFiles:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
 
-    def write(self, evidence: Iterable[tuple[str, str]]) -> Cells:
+    def write(self, evidence: Iterable[Evidence]) -> Cells:
         """Write the files, with only a few recordings in memory at a time.
 
         Parameters
         ----------
-        evidence : iterable of (str, str)
-            Pairs from `capsule.page.evidence.archive_evidence`.
+        evidence : iterable of Evidence
+            From `capsule.page.archive_evidence.archive_evidence`.
 
         Returns
         -------
@@ -36,7 +38,8 @@ class DataFiles:
         """
         self._folder.mkdir(parents=True, exist_ok=True)
         names = []
-        for name, script in beside.data_files(evidence):
+        texts = ((each.alone, deflated(each.among_others)) for each in evidence)
+        for name, script in beside.data_files(texts):
             with files.write_whole(self._folder / f"{name}.js") as stream:
                 stream.write(script)
             names.append(name)

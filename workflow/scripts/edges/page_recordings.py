@@ -1,25 +1,26 @@
-"""Read the stored results of each recording, for the report."""
+"""Read the stored results of the accepted recordings, for the report."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
+from capsule.arrays import FloatArray
 from capsule.evaluation.folds import scheme_folds
 from capsule.kinds import Settings
 from capsule.naming import sizes_of
-from capsule.page.evidence import Stored
-from capsule.page.nearest_templates import fold_particles
+from capsule.page.nearest_templates import FoldParticles
+from capsule.particles import Particle
 from capsule.templates import total
 from edges import files
+from edges.detector_inputs import read_matrix
+from edges.evidence_files import read_evidence
 from edges.fits import by_size, read_particles
-from edges.results import read_fit, read_signal
-from edges.scorer_files import read_stretches
 
 # Scheme of an unlabelled recording: all labelled recordings teach.
 ALL = "all"
 
 
 class StoredRecordings:
-    """The accepted recordings of a run of the workflow, read one at a time.
+    """The accepted recordings of a run of the workflow, as `capsule.page.archive_evidence.Stored`.
 
     Parameters
     ----------
@@ -27,43 +28,42 @@ class StoredRecordings:
         The folder of results.
     settings : mapping
         The configuration.
-    stretches : sequence of Path
-        Files that hold the stretches of the recordings; empty if no detector uses the taught
-        scorer's features.
+    evidence : sequence of Path
+        Files that hold the evidence of the recordings.
     """
 
-    def __init__(self, results: Path, settings: Settings, stretches: Sequence[Path]) -> None:
+    def __init__(self, results: Path, settings: Settings, evidence: Sequence[Path]) -> None:
         self._results, index = results, results / "recordings.csv"
         accepted = files.accepted_recordings(index)
-        self._particles = read_particles(index, results / "fits")
+        self._fitted = read_particles(index, results / "fits")
         sensors = settings["recording"]["sensors"]
-        groups = by_size(self._particles)
-        self._totals = {size: total(groups[size], sensors) for size in sorted(groups)}
+        groups = by_size(self._fitted)
+        self._folds = FoldParticles({size: total(groups[size], sensors) for size in sorted(groups)})
         self._left_out = _left_out(accepted, settings["evaluation"])
-        self._stretches = read_stretches(stretches, accepted)
+        self._evidence = read_evidence(evidence, accepted)
 
-    def __call__(self, name: str) -> Stored:
-        """Read the stored results of an accepted recording."""
-        check = files.read_json(self._results / "checks" / f"{name}.json")
-        templates = {
-            scheme: fold_particles(
-                self._totals,
-                [
-                    (size, self._particles[n])
-                    for n, size in sizes_of(left_out).items()
-                    if n in self._particles
-                ],
+    def drawn(self, name: str) -> str:
+        """Return what the page shows of the recording alone, as deflated JSON."""
+        return self._evidence[name].drawn
+
+    def quality(self, name: str) -> str:
+        """Return the recording's quality in words."""
+        return self._evidence[name].quality
+
+    def matrix(self, name: str) -> FloatArray:
+        """Return the recording's matrix V, (S, L)."""
+        return read_matrix(self._results / "matrices", name)
+
+    def templates(self, name: str) -> dict[str, dict[float, Particle]]:
+        """Return the averaged particles of each scheme that judged it, by size in mm."""
+        return {
+            scheme: self._folds.without(
+                (size, self._fitted[each])
+                for each, size in sizes_of(left_out).items()
+                if each in self._fitted
             )
             for scheme, left_out in self._left_out[name].items()
         }
-        return Stored(
-            read_signal(self._results / "signals", name),
-            check["header"],
-            read_fit(self._results / "fits" / f"{name}.json"),
-            templates,
-            self._stretches.get(name),
-            check["at_ends"],
-        )
 
 
 def _left_out(

@@ -12,8 +12,6 @@ from capsule.evaluation.beside_paper import TABLES, Evaluation
 from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.paper import printed_tables
 from capsule.kinds import Settings
-from capsule.particles import Particle
-from edges import files
 
 # Columns of text that people have written: in these, 01 is not a number and NA is a name.
 TEXT = {"recording", "status", "reason", "sha256", "readings_sha256", "source", "near_copies"}
@@ -58,13 +56,3 @@ def read_signal(folder: Path, name: str) -> FloatArray:
     """Read an accepted recording's readings on an even time grid, (S, K); NaN is a missing one."""
     readings: FloatArray = np.load(folder / f"{name}.npy")
     return readings
-
-
-def read_fit(path: Path) -> tuple[dict[str, Any], Particle] | None:
-    """Read a recording's fit and its particle; return None if it has no fit."""
-    if not path.exists():
-        return None
-    fit = files.read_json(path)
-    if fit["parameters"] is None:
-        return None
-    return fit, Particle(**{name: np.array(values) for name, values in fit["parameters"].items()})

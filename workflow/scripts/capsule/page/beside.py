@@ -1,17 +1,15 @@
 """Decide whether the evidence of a large archive goes into files beside the page, and write them.
 
-A page on disk can read a file beside it only as a script. Each such file therefore passes one text
+A page on disk can read a file beside it only as a script. Each such file therefore passes two texts
 per recording, in letters and digits only: deflated JSON in base64. So no name or header of a
-recording can run as code.
+recording can run as code. The first text is the one that the rule `evidence` has stored.
 
 This module imports nothing heavy, because the Snakefile calls `stands_beside`.
 """
 
-import base64
 import hashlib
 import itertools
 import json
-import zlib
 from collections.abc import Iterable, Iterator
 
 from capsule.kinds import Settings
@@ -39,13 +37,13 @@ def stands_beside(recordings: int, settings: Settings) -> bool:
     return _PAGE + recordings * one > most_bytes
 
 
-def data_files(evidence: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:
+def data_files(texts: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:
     """Yield the files that go beside the page, one at a time.
 
     Parameters
     ----------
-    evidence : iterable of (str, str)
-        Name and JSON of each recording, from `capsule.page.evidence.archive_evidence`.
+    texts : iterable of (str, str)
+        The two texts of each recording, from `capsule.page.packing.deflated`.
 
     Yields
     ------
@@ -55,15 +53,11 @@ def data_files(evidence: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]
     script : str
         The file's content.
     """
-    contents = (content for _, content in evidence)
+    waiting = iter(texts)
     for number in itertools.count():
-        texts = [_deflated(content) for content in itertools.islice(contents, RECORDINGS_A_FILE)]
-        if not texts:
+        some = list(itertools.islice(waiting, RECORDINGS_A_FILE))
+        if not some:
             return
-        listed = json.dumps(texts, separators=(",", ":"))
+        listed = json.dumps(some, separators=(",", ":"))
         name = f"{number:05d}-{hashlib.sha256(listed.encode('ascii')).hexdigest()[:16]}"
         yield name, f'EvidenceStore.receive("{name}",{listed});\n'
-
-
-def _deflated(content: str) -> str:
-    return base64.b64encode(zlib.compress(content.encode("utf-8"), 6)).decode("ascii")

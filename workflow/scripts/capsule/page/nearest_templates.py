@@ -6,7 +6,9 @@ template and, if it found a nodule, the lag. What they leave open is computed ag
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 
+from capsule.arrays import FloatArray
 from capsule.detectors.matching import lag_of_first_peak, template_margin
 from capsule.detectors.registry import PAPER
 from capsule.kinds import Row, Settings
@@ -34,29 +36,45 @@ class NearestTemplate:
     lag: int
 
 
-def fold_particles(
-    totals: Mapping[float, ParticleTotal], left_out: Iterable[tuple[float, Particle]]
-) -> dict[float, Particle]:
-    """Return the averaged particles of a training fold, for each size that has recordings.
+class FoldParticles:
+    """The averaged particles of any training fold.
 
     Parameters
     ----------
     totals : mapping of float to ParticleTotal
         The sum over all recordings of each nodule size, by size in mm.
-    left_out : iterable of (float, Particle)
-        Size and optimal particle of each recording that is left out of the training.
     """
-    remaining = dict(totals)
-    for size_mm, particle in left_out:
-        remaining[size_mm] = remaining[size_mm].without(particle)
-    return {size_mm: each.mean() for size_mm, each in remaining.items() if each.count}
+
+    def __init__(self, totals: Mapping[float, ParticleTotal]) -> None:
+        self._totals = totals
+        self._of_all = {size_mm: each.mean() for size_mm, each in totals.items() if each.count}
+
+    def without(self, left_out: Iterable[tuple[float, Particle]]) -> dict[float, Particle]:
+        """Return the averaged particles of a fold, for each size that has recordings in it.
+
+        Parameters
+        ----------
+        left_out : iterable of (float, Particle)
+            Size and optimal particle of each recording that is left out of the training.
+        """
+        remaining: dict[float, ParticleTotal] = {}
+        for size_mm, particle in left_out:
+            total = remaining.get(size_mm, self._totals[size_mm])
+            remaining[size_mm] = total.without(particle)
+        averaged = dict(self._of_all)
+        for size_mm, each in remaining.items():
+            if each.count:
+                averaged[size_mm] = each.mean()
+            else:
+                del averaged[size_mm]
+        return averaged
 
 
 def nearest_templates(
     particles: Mapping[str, Mapping[float, Particle]],
     verdicts: Sequence[Row],
     sizes_mm: Sequence[float],
-    compare: Callable[[], SlidingComparison],
+    matrix: Callable[[], FloatArray],
     settings: Settings,
 ) -> dict[str, NearestTemplate]:
     """Return the nearest template under each scheme that has a template.
@@ -64,14 +82,14 @@ def nearest_templates(
     Parameters
     ----------
     particles : mapping of str to mapping of float to Particle
-        For each scheme, from `fold_particles`.
+        For each scheme, from `FoldParticles`.
     verdicts : sequence of mapping
         The recording's verdicts, from `capsule.page.recordings.verdicts_by_recording`.
     sizes_mm : sequence of float
         Sizes of the templates whose distances the verdicts hold, 0 first.
-    compare : callable
-        Returns the comparison with the recording's matrix V, (S, L). It is called only if the
-        verdicts leave a lag open.
+    matrix : callable
+        Returns the recording's matrix V, (S, L). It is called only if the verdicts leave a lag
+        open.
     settings : mapping
         The configuration.
 
@@ -80,6 +98,7 @@ def nearest_templates(
     dict of str to NearestTemplate
     """
     first_peak, length = settings["fit"]["first_peak"], settings["preprocessing"]["length"]
+    compared = cache(lambda: SlidingComparison(matrix()))
     papers = {row["scheme"]: row for row in verdicts if row["detector"] == PAPER}
     found = {}
     for scheme, of_fold in particles.items():
@@ -92,7 +111,7 @@ def nearest_templates(
                 lag = lag_of_first_peak(sample, first_peak, length)
                 found[scheme] = NearestTemplate(size_mm, of_fold[size_mm], lag)
                 continue
-        nearest = nearest_template(compare(), candidates, first_peak) if candidates else None
+        nearest = nearest_template(compared(), candidates, first_peak) if candidates else None
         if nearest is not None:
             found[scheme] = nearest
     return found
@@ -108,7 +127,7 @@ def nearest_template(
     comparison : SlidingComparison
         The comparison with the recording's matrix V, (S, L).
     particles : mapping of float to Particle
-        From `fold_particles`.
+        From `FoldParticles`.
     first_peak : float
         u.
     """

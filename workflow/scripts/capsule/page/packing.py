@@ -1,9 +1,12 @@
 """Pack arrays into short text: integers of one or two bytes in base64, or rounded numbers.
 
-The page's scripts restore the values with a scale. Readings that are ADC counts stay exact.
+The page's scripts restore the values with a scale. Readings that are ADC counts stay exact. What
+holds such arrays becomes JSON, and is deflated where it is stored.
 """
 
 import base64
+import json
+import zlib
 from collections.abc import Iterable
 
 import numpy as np
@@ -48,3 +51,21 @@ def pack(values: RealArray, bits: int = 16) -> Cells:
 def rounded(values: Iterable[float], digits: int = 5) -> list[float]:
     """Return numbers rounded to a number of significant digits."""
     return [float(f"{value:.{digits}g}") for value in values]
+
+
+def to_json(content: object) -> str:
+    """Return JSON in which no tag can begin, so that it is safe inside a script element."""
+    text = json.dumps(content, allow_nan=False, ensure_ascii=False, separators=(",", ":"))
+    for character in "<>&\u2028\u2029":
+        text = text.replace(character, f"\\u{ord(character):04x}")
+    return text
+
+
+def deflated(text: str) -> str:
+    """Return a text compressed with zlib, in the letters and digits of base64."""
+    return base64.b64encode(zlib.compress(text.encode("utf-8"), 6)).decode("ascii")
+
+
+def inflated(packed: str) -> str:
+    """Return the text from which `deflated` has made another one."""
+    return zlib.decompress(base64.b64decode(packed)).decode("utf-8")

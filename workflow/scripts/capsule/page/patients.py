@@ -8,8 +8,6 @@ import pandas as pd
 from capsule import words
 from capsule.kinds import Cells, Row
 from capsule.naming import UNLABELLED, folder_of
-from capsule.page.evidence import Stored
-from capsule.page.quality import quality_words
 
 # Rows that are visible at once; the page folds the others away.
 SHOWN = 20
@@ -49,8 +47,7 @@ def page_values(
     detections: pd.DataFrame,
     sites: pd.DataFrame,
     lead: str,
-    load: Callable[[str], Stored],
-    rate_hz: float,
+    quality: Callable[[str], str],
 ) -> Cells:
     """Return the verdicts of the first screen.
 
@@ -60,10 +57,8 @@ def page_values(
         results/recordings.csv, detections.csv and sites.csv.
     lead : str
         The detector whose verdict is shown; of the others the page shows only whether they agree.
-    load : callable
-        ``load(name)`` returns the stored results of an accepted recording.
-    rate_hz : float
-        Sampling rate.
+    quality : callable
+        ``quality(name)`` returns the quality of an accepted recording in words.
 
     Returns
     -------
@@ -72,11 +67,6 @@ def page_values(
         ``kind``, ``verdict``, ``size``, ``place``, ``probability``, ``quality`` and ``others``;
         and ``counts``, one or two sentences. There is no row if no recording is unlabelled.
     """
-
-    def quality(name: str) -> str:
-        stored = load(name)
-        return quality_words(stored.values, stored.at_ends, rate_hz)
-
     rows = [*_site_rows(index, sites, lead, quality)]
     of_sites = {each["name"] for row in rows for each in row["recordings"]}
     rows += _recording_rows(index, detections, lead, quality, of_sites)

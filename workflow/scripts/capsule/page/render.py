@@ -53,7 +53,7 @@ def render_page(frame: Frame, page: Row) -> str:
         Templates, style and script.
     page : mapping
         The values. ``data`` and the second parts of ``evidence`` are JSON from
-        `capsule.page.evidence.to_json`, in which no tag can begin.
+        `capsule.page.packing.to_json`, in which no tag can begin.
 
     Returns
     -------

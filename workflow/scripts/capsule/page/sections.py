@@ -10,11 +10,11 @@ from capsule.evaluation.beside_paper import Evaluation
 from capsule.evaluation.lead import leading
 from capsule.kinds import Cells, Row, Settings
 from capsule.page import (
+    archive_evidence,
     benches,
     cells,
     comparison,
     detector_sections,
-    evidence,
     methods,
     more_recordings,
     overview,
@@ -24,6 +24,7 @@ from capsule.page import (
     provenance,
     recordings,
 )
+from capsule.page.packing import to_json
 
 
 @dataclass(frozen=True)
@@ -62,11 +63,11 @@ class Tables:
 
 def page_values(
     tables: Tables,
-    load: Callable[[str], evidence.Stored],
+    stored: archive_evidence.Stored,
     settings: Settings,
     schema: Settings,
     printed: Settings,
-    put_beside: Callable[[Iterator[tuple[str, str]]], Row] | None = None,
+    put_beside: Callable[[Iterator[archive_evidence.Evidence]], Row] | None = None,
 ) -> Cells:
     """Return the page's values, except the figures and the facts of this run of the workflow.
 
@@ -74,16 +75,16 @@ def page_values(
     ----------
     tables : Tables
         The tables.
-    load : callable
-        ``load(name)`` returns the stored results of an accepted recording.
+    stored : Stored
+        The stored results of the accepted recordings.
     settings, schema : mapping
         The configuration and its JSON Schema.
     printed : mapping
         Content of paper.yaml.
     put_beside : callable, optional
-        Writes the evidence into files beside the page: it takes what
-        `capsule.page.evidence.archive_evidence` yields, and returns what the page's scripts need
-        to read the files. If it is not given, the evidence is inside the page.
+        Writes the evidence into files beside the page: it takes what `archive_evidence` yields, and
+        returns what the page's scripts need to read the files. If it is not given, the evidence is
+        inside the page.
 
     Returns
     -------
@@ -96,8 +97,8 @@ def page_values(
     )
     detectors = detector_sections.lead_first(evaluation.detectors(), lead)
     listed = recordings.page_values(tables.index, verdicts, lead.detector, judged)
-    made = evidence.archive_evidence(
-        listed["recordings"], verdicts, evaluation.sizes_mm(), load, settings
+    made = archive_evidence.archive_evidence(
+        listed["recordings"], verdicts, evaluation.sizes_mm(), stored, settings
     )
     beside = put_beside(made) if put_beside else None
     return {
@@ -110,8 +111,7 @@ def page_values(
             tables.detections,
             tables.sites,
             lead.detector,
-            load,
-            settings["recording"]["rate_hz"],
+            stored.quality,
         ),
         **comparison.page_values(tables.judgements, settings, lead.detector),
         **benches.page_values(tables.benches, detectors),
@@ -127,7 +127,7 @@ def page_values(
         "templates": cells.template_rows(tables.templates),
         "detections": cells.detection_rows(tables.detections),
         **listed,
-        "data": evidence.to_json(
+        "data": to_json(
             page_data.page_data(
                 listed["recordings"],
                 verdicts,
@@ -138,6 +138,6 @@ def page_values(
             | {"beside": beside}
         ),
         "beside": beside,
-        "evidence": [] if beside else list(made),
+        "evidence": [] if beside else [(each.name, each.joined()) for each in made],
         **provenance.page_values(listed["recordings"], settings, schema, printed),
     }

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from capsule.kinds import Cells, Row
-from capsule.page.evidence import to_json
+from capsule.page.packing import to_json
 
 
 def page_values(surveys: Sequence[Row], passed_over: Mapping[str, str]) -> Cells:

@@ -1,0 +1,78 @@
+"""Tests of the data that the page holds of each recording: complete, and small."""
+
+import json
+
+import numpy as np
+
+from capsule.detectors.beat_series import WINDOWS_A_WAVE
+from capsule.detectors.matching import first_peak_sample
+from capsule.detectors.stretches import STEP, Stretches
+from capsule.page.archive_evidence import VERDICT_KEYS, archive_evidence, evidence_among_others
+from capsule.page.beside import stands_beside
+from capsule.page.nearest_templates import NearestTemplate
+from capsule.page.packing import to_json
+from capsule.page.recording_evidence import RecordingResults, recording_evidence
+from capsule.particles import Particle
+from edges.config_files import read_config_file
+from support.project import ROOT
+from support.stored import StoredResults
+from support.synthetic import make_recording
+
+SETTINGS = read_config_file(ROOT / "config" / "config.yaml")
+PARTICLE = Particle(np.ones(4) / 3, np.full(4, 0.3), np.full(3, 401 / 3), np.full(4, 29 / 3))
+ROW = {"accepted": True, "size": "3 mm", "size_mm": 3.0, "nodule_at_mm": 4.5}
+
+
+def test_1200_recordings_of_full_length_stay_below_25_megabytes():
+    values = make_recording(3, "3mm/r01", samples=1000).values
+    said = dict.fromkeys(VERDICT_KEYS)
+    said |= {"detector": "template_threshold", "scheme": "leave_one_out", "predicted_mm": 3.0}
+    said["details"] = "estimated 3.1 mm, probability 97.6 %, place 12.8 s, 5.5 mm"
+    said |= dict.fromkeys(("score", "threshold", "location_mm"), 1234.567)
+    verdicts = [said | {"distances": [0.123456789012345] * 6}] * 2
+    verdicts += [said | {"distances": []}] * 6
+    fit = {"first_peak": 150, "lag": 981, "rmse": 0.1, "rmse_initial": 0.2, "accepted_moves": 3}
+    schemes = ("leave_one_out", "resubstitution")
+    nearest = {scheme: NearestTemplate(3.0, PARTICLE, 981) for scheme in schemes}
+    beats = int(1000 / 32 * WINDOWS_A_WAVE)
+    stretches = Stretches(7.0, 3.5, STEP, np.linspace(0, 1, beats // STEP))
+    check = {"header": {}, "sha256": "0" * 64}
+    results = RecordingResults(values, check, (fit, PARTICLE), stretches)
+    alone = recording_evidence("3mm/r01", results, 10.0, SETTINGS)
+    assert None not in alone.values()
+    alone["facts"] = {"SHA-256": "0" * 64}
+    added = evidence_among_others(ROW, 0, verdicts, nearest, SETTINGS)
+    one = len(to_json(alone | added))
+    # The figures take 2.5 MB, a row of the table less than 1 kB.
+    assert 1200 * (one + 1000) + 2.5e6 < 25e6
+    assert not stands_beside(1200, SETTINGS)
+    too_many = int((25e6 - 2.5e6) / (one + 1000)) + 1
+    assert stands_beside(too_many, SETTINGS)
+
+
+def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts_and_templates():
+    rows = [
+        ROW | {"recording": "0mm/r01", "size_mm": 0.0, "nodule_at_mm": None},
+        ROW | {"recording": "2mm/bad", "accepted": False},
+        ROW | {"recording": "3mm/r01"},
+    ]
+    first_peak, length = SETTINGS["fit"]["first_peak"], SETTINGS["preprocessing"]["length"]
+    said = dict.fromkeys(VERDICT_KEYS) | {
+        "detector": "template",
+        "predicted_mm": 3.0,
+    }
+    said |= {"scheme": "leave_one_out", "distances": [0.2, 0.1]}
+    # At the lag L + 1 the first peak lies at the sample u, counted from 1.
+    told = {"location_s": first_peak_sample(length + 1, first_peak, length) / 10}
+    verdicts = {"0mm/r01": [said | told], "3mm/r01": [said | told] * 2}
+    stored = StoredResults(leave_one_out={3.0: PARTICLE})
+    made = archive_evidence(rows, verdicts, [0.0, 3.0], stored, SETTINGS)
+    healthy, nodule = (json.loads(each.joined()) for each in made)
+    assert [each["recording"] for each in (healthy, nodule)] == ["0mm/r01", "3mm/r01"]
+    assert healthy["title"] == "no nodule" and nodule["title"] == "3 mm nodule"
+    assert (healthy["row"], nodule["row"]) == (0, 2)
+    assert (healthy["nodule_at_mm"], nodule["nodule_at_mm"]) == (None, 4.5)
+    assert healthy["verdicts"] == [said] and nodule["verdicts"] == [said] * 2
+    assert healthy["peaks"] == nodule["peaks"] == []
+    drawn = nodule["templates"]["leave_one_out"]
+    assert (drawn["size_mm"], drawn["peak"][0]) == (3.0, first_peak - 1)

@@ -1,0 +1,142 @@
+"""Collect what the page shows of each recording, small enough for a thousand recordings.
+
+What no other recording changes is made by jobs of its own (`capsule.page.recording_evidence`). The
+report adds the verdicts and the templates.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Protocol
+
+from capsule.arrays import FloatArray
+from capsule.kinds import Cells, Row, Settings
+from capsule.page import judged_by, recordings
+from capsule.page.nearest_templates import NearestTemplate, nearest_templates
+from capsule.page.packing import inflated, to_json
+from capsule.particles import Particle
+
+VERDICT_KEYS = (
+    *("detector", "scheme", "predicted_mm", "details", "distances"),
+    *("score", "threshold", "location_mm"),
+)
+
+
+class Stored(Protocol):
+    """The stored results of the accepted recordings."""
+
+    def drawn(self, name: str) -> str:
+        """Return what the page shows of the recording alone, as deflated JSON."""
+
+    def quality(self, name: str) -> str:
+        """Return the recording's quality in words."""
+
+    def matrix(self, name: str) -> FloatArray:
+        """Return the recording's matrix V, (S, L)."""
+
+    def templates(self, name: str) -> Mapping[str, Mapping[float, Particle]]:
+        """Return the averaged particles of each scheme that judged it, by size in mm."""
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """The two parts of what the page shows of one recording.
+
+    Attributes
+    ----------
+    name : str
+        The recording.
+    alone : str
+        From `capsule.page.recording_evidence.recording_evidence`, as deflated JSON.
+    among_others : str
+        From `evidence_among_others`, as JSON.
+    """
+
+    name: str
+    alone: str
+    among_others: str
+
+    def joined(self) -> str:
+        """Return both parts as one JSON object."""
+        return f"{inflated(self.alone)[:-1]},{self.among_others[1:]}"
+
+
+def evidence_among_others(
+    row: Row,
+    place: int,
+    verdicts: Sequence[Row],
+    nearest: Mapping[str, NearestTemplate],
+    settings: Settings,
+) -> Cells:
+    """Return what the page shows of one recording because of the other recordings.
+
+    Parameters
+    ----------
+    row : mapping
+        From `capsule.page.recordings.recording_rows`.
+    place : int
+        The place of this row.
+    verdicts : sequence of mapping
+        Each detector's verdict, with `VERDICT_KEYS`.
+    nearest : mapping of str to NearestTemplate
+        The nearest template under each scheme.
+    settings : mapping
+        The configuration.
+
+    Returns
+    -------
+    dict
+        Ready for `to_json`: ``title``, ``row``, ``nodule_at_mm``, ``templates`` (from
+        `judged_by.surface`) and ``verdicts``.
+    """
+    first_peak, length = settings["fit"]["first_peak"], settings["preprocessing"]["length"]
+    return {
+        "title": recordings.truth(row),
+        "row": place,
+        "nodule_at_mm": row["nodule_at_mm"],
+        "templates": {
+            scheme: {
+                "size_mm": each.size_mm,
+                **judged_by.surface(each.particle, first_peak, each.lag, length),
+            }
+            for scheme, each in nearest.items()
+        },
+        "verdicts": [{key: verdict[key] for key in VERDICT_KEYS} for verdict in verdicts],
+    }
+
+
+def archive_evidence(
+    rows: Sequence[Row],
+    verdicts: Mapping[str, Sequence[Row]],
+    sizes_mm: Sequence[float],
+    stored: Stored,
+    settings: Settings,
+) -> Iterator[Evidence]:
+    """Yield what the page shows of each recording, one at a time.
+
+    Parameters
+    ----------
+    rows : sequence of mapping
+        From `capsule.page.recordings.recording_rows`; rejected recordings are left out.
+    verdicts : mapping of str to sequence of mapping
+        From `capsule.page.recordings.verdicts_by_recording`.
+    sizes_mm : sequence of float
+        Sizes of the templates whose distances the verdicts hold, 0 first.
+    stored : Stored
+        The stored results.
+    settings : mapping
+        The configuration.
+
+    Yields
+    ------
+    Evidence
+    """
+    for place, row in enumerate(rows):
+        if not row["accepted"]:
+            continue
+        name = row["recording"]
+        said = verdicts.get(name, [])
+        matrix = partial(stored.matrix, name)
+        nearest = nearest_templates(stored.templates(name), said, sizes_mm, matrix, settings)
+        content = evidence_among_others(row, place, said, nearest, settings)
+        yield Evidence(name, stored.drawn(name), to_json(content))
