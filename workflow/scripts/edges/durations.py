@@ -52,16 +52,22 @@ def read_durations(
         ``rule``, ``jobs`` and ``seconds`` of each rule that has run.
     """
     recordings = list(names)
-    jobs = [*recordings, *search_sets(recordings)]
-    others = {"draw": SOURCES, "chart_survey": surveys}
+    jobs = {*recordings, *search_sets(recordings)}
+    others = {"draw": set(SOURCES), "chart_survey": set(surveys)}
     rows = []
     for rule in RULES:
         folder = logs / rule
         paths = [logs / f"{rule}.log"]
         if folder.is_dir():
-            paths = [folder / f"{name}.log" for name in others.get(rule, jobs)]
+            paths = _logs_of(folder, others.get(rule, jobs))
         read = [path.read_text(encoding="utf-8") for path in paths if path.exists()]
         seconds = [s for s in map(seconds_in_log, read) if s is not None]
         if seconds:
             rows.append({"rule": rule, "jobs": len(seconds), "seconds": sum(seconds)})
     return rows
+
+
+def _logs_of(folder: Path, jobs: set[str]) -> list[Path]:
+    """Return the logs in a rule's folder that belong to some jobs; it may hold many others."""
+    paths = sorted(folder.rglob("*.log"))
+    return [path for path in paths if path.relative_to(folder).as_posix()[:-4] in jobs]

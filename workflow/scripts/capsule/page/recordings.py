@@ -133,17 +133,14 @@ def verdicts_by_recording(
 
 def _details(row: Row) -> str:
     """Return the estimated size, probability and place of a verdict in words, as far as known."""
-    parts = {
-        "estimated": (row.get("estimate_mm"), words.estimated_size(row)),
-        "probability": (row.get("probability"), words.probability(row.get("probability"))),
-        "place": (
-            row.get("location_s"),
-            words.place(row.get("location_s"), row.get("location_mm")),
-        ),
-    }
-    return ", ".join(
-        f"{name} {text}" for name, (value, text) in parts.items() if words.is_known(value)
-    )
+    parts, location_s = [], row.get("location_s")
+    if words.is_known(row.get("estimate_mm")):
+        parts.append(f"estimated {words.estimated_size(row)}")
+    if words.is_known(row.get("probability")):
+        parts.append(f"probability {words.probability(row['probability'])}")
+    if words.is_known(location_s):
+        parts.append(f"place {words.place(location_s, row.get('location_mm'))}")
+    return ", ".join(parts)
 
 
 def _significant(value: float | None) -> float | None:
