@@ -20,7 +20,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -30,9 +30,10 @@ sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
 
 from capsule.naming import folder_of
 from capsule.page.beside import stands_beside
+from capsule.page.packing import deflated, inflated, to_json
 from edges.config_files import read_config_file
+from edges.evidence_files import StoredEvidence, read_evidence, write_evidence
 from edges.files import read_csv
-from edges.scorer_files import read_stretches, write_stretches
 from support.browser import Browser, missing_browser
 
 # Tells when the first recording has been drawn, in ms since the page was asked for.
@@ -98,23 +99,27 @@ def replicate(results: Path, target: Path, recordings: int) -> None:
     _rewrite(target / "recordings.csv", index, originals)
     predictions = target / "evaluation" / "predictions.csv"
     _rewrite(predictions, read_csv(predictions), originals)
-    for part, suffix in (("signals", ".npy"), ("checks", ".json"), ("fits", ".json")):
+    for part, suffix in (("matrices", ".npy"), ("fits", ".json")):
         for name, original in originals.items():
             source = results / part / f"{original}{suffix}"
             if source.exists():
                 link = target / part / f"{name}{suffix}"
                 link.parent.mkdir(parents=True, exist_ok=True)
                 os.link(source.resolve(), link)
-    stretches = read_stretches(
-        (results / "features").glob("*.stretches.npz"), set(originals.values())
-    )
+    evidence = read_evidence((results / "evidence").rglob("*.json"), set(originals.values()))
     for folder in sorted({folder_of(name) for name in originals}):
         of_folder = {
-            name: stretches.get(original)
+            name: _renamed(evidence[original], name)
             for name, original in originals.items()
-            if folder_of(name) == folder
+            if folder_of(name) == folder and original in evidence
         }
-        write_stretches(target / "features" / f"{folder}.stretches.npz", of_folder)
+        write_evidence(target / "evidence" / f"{folder}.json", of_folder)
+
+
+def _renamed(evidence: StoredEvidence, name: str) -> StoredEvidence:
+    """Return a recording's evidence under another name."""
+    drawn = json.loads(inflated(evidence.drawn)) | {"recording": name}
+    return replace(evidence, drawn=deflated(to_json(drawn)))
 
 
 def _rewrite(path: Path, rows: list[dict[str, str]], originals: dict[str, str]) -> None:
@@ -142,7 +147,7 @@ def make_page(results: Path) -> Made:
         "--template", str(ROOT / "workflow" / "report"),
         "--schema", str(ROOT / "workflow" / "schemas" / "config.schema.json"),
         "--settings", json.dumps(settings), "--code", str(script),
-        "--stretches", *map(str, sorted((results / "features").glob("*.stretches.npz"))),
+        "--evidence", *map(str, sorted((results / "evidence").glob("*.json"))),
         "--output", str(results / "report.html"),
     ]  # fmt: skip
     if stands_beside(len(read_csv(results / "recordings.csv")), settings):
