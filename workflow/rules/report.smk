@@ -41,9 +41,13 @@ SHOWN_SETTINGS = {
     "comparison": {"evaluation": config["evaluation"]},
     "design": {"recording": {"sensors": config["recording"]["sensors"]}},
 }
-# The report prints a checksum of this code, which identifies the code behind its results.
+# The report prints a checksum of this code, which identifies the code behind its results. As
+# inputs, Snakemake would read each of these files at the end of the report's job.
 REGISTERED = [*DETECTOR_MODULES, *sorted({row.module for row in FIGURES.values()})]
-CODE = {path for stage in [*RULES, "report"] for path in code_files(f"{stage}.py", *REGISTERED)}
+CODE = sorted(
+    {path for stage in [*RULES, "report"] for path in code_files(f"{stage}.py", *REGISTERED)}
+)
+CODE_CHECKSUM = hashlib.sha256(b"".join(read_code(path.as_posix()) for path in CODE)).hexdigest()
 # The page is made from these templates, and shows the paper's numbers from these tables.
 PAGE = sorted(
     own_file(path)
@@ -161,7 +165,6 @@ rule report:
         page=PAGE,
         schema=own_file(SCHEMA),
         script=script("report.py"),
-        code=sorted(map(own_file, CODE)),
     output:
         page=report(
             "results/report.html",
@@ -177,10 +180,12 @@ rule report:
         results=results_folder,
         settings=section(*RESULT_SECTIONS),
         surveys=LISTED_SURVEYS,
+        code=[os.path.relpath(path) for path in CODE],
         made_from=made_from(
             "report",
             section(*RESULT_SECTIONS),
             LISTED_SURVEYS,
+            as_parameter(CODE_CHECKSUM),
             modules=REGISTERED,
             members=ARCHIVE.recordings,
         ),
@@ -190,5 +195,5 @@ rule report:
         "python {input.script:q} --results {params.results:q} --evidence {input.evidence:q}"
         " --template {params.template:q}"
         " --schema {input.schema:q} --settings {params.settings:q} --surveys {params.surveys:q}"
-        " --code {input.code:q} --output {output.page:q} {params.beside}"
+        " --code {params.code:q} --output {output.page:q} {params.beside}"
         " --record {params.made_from:q} > {log:q} 2>&1"
