@@ -74,10 +74,11 @@ def take_run_lock():
 def preload_jobs():
     """Let the jobs of this computer be forks of one process that has imported what they import.
 
-    A job of a cluster starts its own Python, and so does each job with CAPSULE_PRELOAD=0.
+    A job of a cluster starts its own Python: its Snakemake finds that one first, in common.smk. So
+    does each job with CAPSULE_PRELOAD=0.
     """
-    here = workflow.local_exec and not workflow.touch
-    if sys.platform == "linux" and here and os.environ.get("CAPSULE_PRELOAD") != "0":
+    wanted = os.environ.get("CAPSULE_PRELOAD") != "0" and not workflow.touch
+    if sys.platform == "linux" and wanted:
         # Without room for its folder, each job starts its own Python.
         with contextlib.suppress(OSError):
             jobs = PreloadedJobs([*RULES, "report"], SCRIPTS, os.environ)

@@ -4,7 +4,7 @@ import argparse
 import json
 from pathlib import Path
 
-from capsule.evaluation.folds import group_folds
+from capsule.evaluation.folds import header_groups
 from capsule.evaluation.whole_evaluation import evaluate_archive
 from capsule.naming import size_mm
 from capsule.templates import build_templates
@@ -37,7 +37,7 @@ def main() -> None:
     for name, table in evaluate_archive(archive, index, Forks(arguments.processes)).items():
         files.write_csv(arguments.output / f"{name}.csv", table.columns, table.rows)
     for key in arguments.settings["evaluation"]["groups"]:
-        if group_folds(key, index) is None:
+        if header_groups(key, list(index), index) is None:
             print(f"no two recordings share a {key} in their headers, so no group is left out")
 
 

@@ -57,7 +57,7 @@ def test_what_is_nearly_the_same_is_left_out_and_judged_by_itself():
     rows["b"]["near_copies"], rows["c"]["near_copies"] = "c gone", "b"
     alike = nearly_the_same(rows)
     assert alike == {1: [2], 2: [1]}
-    for folds in (Folds("leave_one_out", names, alike), group_folds("site", rows)):
+    for folds in (Folds("leave_one_out", names, alike), group_folds("site", rows, 1000)):
         for judged, left_out in folds.parts():
             for recording in judged:
                 assert np.flatnonzero(~folds.training(recording)).tolist() == left_out.tolist()
@@ -94,3 +94,11 @@ def test_a_scheme_leaves_no_more_out_together_than_needed():
     (pairs,) = scheme_folds(["leave_one_out"], rows, 4)
     assert [judged.tolist() for judged, _ in alone.parts()] == [[0], [1], [2], [3], [4], [5]]
     assert [judged.tolist() for judged, _ in pairs.parts()] == [[0, 2], [1, 3], [4], [5]]
+
+
+def test_many_sites_are_left_out_together_with_sites_of_the_same_sizes():
+    sites = {"0mm/a": "v", "2mm/a": "w", "0mm/b": "v", "2mm/b": "x", "2mm/c": "y", "2mm/d": "z"}
+    rows = {name: {"site": site, "near_copies": ""} for name, site in sites.items()}
+    each, pairs = (group_folds("site", rows, most).parts() for most in (5, 3))
+    assert [judged.tolist() for judged, _ in each] == [[0, 2], [1], [3], [4], [5]]
+    assert [judged.tolist() for judged, _ in pairs] == [[0, 2], [1, 3], [4, 5]]

@@ -106,18 +106,25 @@ def test_the_parts_hold_every_fold_once_and_whole():
     parts = parts_of(schemes)
     assert len(parts) == 3
     for folds in schemes:
-        found = [fold for part in parts for scheme, *fold in part if scheme == folds.scheme]
+        found = [fold for part in parts for wanted, *fold in part if folds.scheme in wanted]
         assert sorted(place for judged, _ in found for place in judged) == list(range(1200))
         wanted = [(judged.tolist(), left.tolist()) for judged, left in folds.parts() if left.size]
         assert wanted == [(judged.tolist(), left.tolist()) for judged, left in found if left.size]
     # What both schemes compute of a recording is computed once.
     for part in parts:
-        judged = {
-            scheme: {*np.concatenate([f for s, f, _ in part if s == scheme])} for scheme, *_ in part
-        }
-        assert judged["resubstitution"] == judged["leave_one_out"]
+        of_scheme = {}
+        for (scheme,), judged, _ in part:
+            of_scheme.setdefault(scheme, set()).update(judged.tolist())
+        assert of_scheme["resubstitution"] == of_scheme["leave_one_out"]
     assert [len(part) for part in parts_of([Folds("resubstitution", names)])] == [1, 1, 1]
     assert parts_of([]) == []
+
+
+def test_a_fold_of_several_schemes_is_judged_once():
+    alone, sites = Folds("leave_one_out", list("abc")), Folds("leave_one_site_out", list("xyy"))
+    ((first, *_), *others) = parts_of([alone, sites])[0]
+    assert first == ["leave_one_out", "leave_one_site_out"]
+    assert [schemes for schemes, *_ in others] == [["leave_one_out"]] * 2 + [["leave_one_site_out"]]
 
 
 def test_the_order_in_which_the_parts_are_judged_changes_nothing(detectors):

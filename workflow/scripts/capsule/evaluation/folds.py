@@ -1,7 +1,7 @@
 """The schemes of the evaluation: which recordings teach the detector that judges a recording."""
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from math import ceil
 
 import numpy as np
@@ -95,34 +95,34 @@ class Folds:
         return np.union1d(group, np.array(others, dtype=group.dtype)) if others else group
 
 
-def left_out_together(sizes_mm: Sequence[float | None], most: int) -> list[str]:
+def left_out_together(kinds: Sequence[Hashable], most: int) -> list[str]:
     """Divide recordings into groups that are left out together, as few recordings as possible each.
 
     Up to `most` recordings, each is a group of its own. The time of an evaluation then grows with
-    the square of their number, beyond it in proportion. All recordings of a group have one size,
-    so that only one template is made anew.
+    the square of their number, beyond it in proportion. All recordings of a group are of one kind.
 
     Parameters
     ----------
-    sizes_mm : sequence of R float or None
-        The size of each recording. Of one size, neighbours come into one group.
+    kinds : sequence of R hashable
+        The kind of each recording, which is its size: if one size is left out, only one template
+        is made anew. Of one kind, neighbours come into one group.
     most : int
-        Largest number of groups. There are never fewer groups than sizes.
+        Largest number of groups. There are never fewer groups than kinds.
 
     Returns
     -------
     list of R str
         The group of each recording.
     """
-    count = Counter(sizes_mm)
+    count = Counter(kinds)
     each = 1
     while sum(ceil(n / each) for n in count.values()) > max(most, len(count)):
         each += 1
-    seen: Counter[float | None] = Counter()
+    seen: Counter[Hashable] = Counter()
     groups = []
-    for size in sizes_mm:
-        groups.append(f"{size}:{seen[size] // each}")
-        seen[size] += 1
+    for kind in kinds:
+        groups.append(f"{kind}:{seen[kind] // each}")
+        seen[kind] += 1
     return groups
 
 
@@ -134,10 +134,22 @@ def scheme_folds(
     return [Folds(name, groups, nearly_the_same(headers)) for name in schemes]
 
 
-def group_folds(key: str, headers: Mapping[str, Mapping[str, str]]) -> Folds | None:
-    """Return the folds that leave out whole sites or sessions; None as in `header_groups`."""
+def group_folds(key: str, headers: Mapping[str, Mapping[str, str]], most: int) -> Folds | None:
+    """Return the folds that leave out whole sites or sessions; None as in `header_groups`.
+
+    With more groups than `most`, several whose recordings have the same sizes are left out
+    together.
+    """
     groups = header_groups(key, list(headers), headers)
-    return None if groups is None else Folds(group_scheme(key), groups, nearly_the_same(headers))
+    if groups is None:
+        return None
+    sizes_mm: dict[str, set[float | None]] = {}
+    for group, name in zip(groups, headers, strict=True):
+        sizes_mm.setdefault(group, set()).add(size_mm(name))
+    together = left_out_together([str(sorted(each, key=str)) for each in sizes_mm.values()], most)
+    fold_of = dict(zip(sizes_mm, together, strict=True))
+    folds = [fold_of[group] for group in groups]
+    return Folds(group_scheme(key), folds, nearly_the_same(headers))
 
 
 def nearly_the_same(rows: Mapping[str, Mapping[str, str]]) -> dict[int, list[int]]:

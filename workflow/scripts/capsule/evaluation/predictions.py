@@ -13,8 +13,8 @@ from capsule.evaluation.folds import Folds
 from capsule.kinds import Cells, Spread
 from capsule.naming import size_label
 
-# Some folds: for each the scheme, the recordings that are judged and those left out.
-Part = list[tuple[str, IntArray, IntArray]]
+# Some folds: for each its schemes, the recordings that are judged and those left out.
+Part = list[tuple[list[str], IntArray, IntArray]]
 
 # Recordings whose folds are one part. Neighbouring folds share what they compute.
 _TOGETHER = 512
@@ -132,10 +132,11 @@ def by_folds(
 
     def judge(part: Part) -> list[Cells]:
         rows = []
-        for scheme, *indices in part:
+        for of_schemes, *indices in part:
             judged, left_out = ([names[index] for index in each] for each in indices)
             for row in detectors.rows(judged, left_out):
-                rows.append(row | {"size_mm": sizes_mm[row["recording"]], "scheme": scheme})
+                row |= {"size_mm": sizes_mm[row["recording"]]}
+                rows += [row | {"scheme": scheme} for scheme in of_schemes]
         return rows
 
     rows = {
@@ -150,8 +151,9 @@ def by_folds(
 def parts_of(schemes: Sequence[Folds]) -> list[Part]:
     """Divide all folds into parts that can be judged side by side.
 
-    A fold stays whole, because learning without its recordings is the work. If nothing is left out,
-    nothing is learned, and each part judges the recordings that its folds judge, too.
+    A fold stays whole, because learning without its recordings is the work; a fold of several
+    schemes is judged once. If nothing is left out, nothing is learned, and each part judges the
+    recordings that its folds judge, too.
 
     Parameters
     ----------
@@ -160,12 +162,19 @@ def parts_of(schemes: Sequence[Folds]) -> list[Part]:
 
     Returns
     -------
-    list of list of (str, array, array)
-        Scheme, and the places of the recordings that are judged and that are left out.
+    list of list of (list of str, array, array)
+        Schemes, and the places of the recordings that are judged and that are left out.
     """
-    listed = [(folds.scheme, *fold) for folds in schemes for fold in folds.parts()]
-    if not listed:
+    same: dict[tuple[bytes, bytes], tuple[list[str], IntArray, IntArray]] = {}
+    for folds in schemes:
+        for judged, left_out in folds.parts():
+            of_schemes, *_ = same.setdefault(
+                (judged.tobytes(), left_out.tobytes()), ([], judged, left_out)
+            )
+            of_schemes.append(folds.scheme)
+    if not same:
         return []
+    listed = list(same.values())
     part_of = np.full(1 + max(int(judged.max()) for _, judged, _ in listed), -1)
     sizes = [0]
     for _, judged, left_out in listed:
@@ -177,13 +186,13 @@ def parts_of(schemes: Sequence[Folds]) -> list[Part]:
     if part_of[0] < 0:
         part_of = np.arange(part_of.size) // _TOGETHER
     parts: list[Part] = [[] for _ in range(int(part_of.max()) + 1)]
-    for scheme, judged, left_out in listed:
+    for of_schemes, judged, left_out in listed:
         if left_out.size:
-            parts[part_of[judged[0]]].append((scheme, judged, left_out))
+            parts[part_of[judged[0]]].append((of_schemes, judged, left_out))
         else:
             for number in np.unique(part_of[judged]):
                 chosen = judged[part_of[judged] == number]
-                parts[number].append((scheme, chosen, left_out))
+                parts[number].append((of_schemes, chosen, left_out))
     return parts
 
 

@@ -49,7 +49,7 @@ def evaluate_archive(
     rules, detectors = archive.settings["evaluation"], Detectors(archive)
     sizes_mm = sizes_of(index)
     schemes = scheme_folds(rules["schemes"], index, rules["most_folds"])
-    groups = [group_folds(key, index) for key in rules["groups"]]
+    groups = [group_folds(key, index, rules["most_folds"]) for key in rules["groups"]]
     rows = by_folds(detectors, sizes_mm, [*schemes, *filter(None, groups)], spread)
     made = [row for row in rows if row["scheme"] in rules["schemes"]]
     grouped = [row for row in rows if row["scheme"] not in rules["schemes"]]

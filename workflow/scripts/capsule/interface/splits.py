@@ -85,8 +85,9 @@ def folds(archive: LoadedArchive, scheme: str = LEAVE_ONE_OUT) -> RecordingSplit
         If there is no such scheme, or no two recordings share a site.
     """
     rows = {name: archive.index([name])[name] for name in archive.labelled}
+    most = archive.settings["evaluation"]["most_folds"]
     if scheme in (LEAVE_ONE_OUT, RESUBSTITUTION):
-        (made,) = scheme_folds([scheme], rows, archive.settings["evaluation"]["most_folds"])
+        (made,) = scheme_folds([scheme], rows, most)
         return RecordingSplitter(made, rows)
     key = scheme.removeprefix("leave_one_").removesuffix("_out")
     if scheme != group_scheme(key):
@@ -95,7 +96,7 @@ def folds(archive: LoadedArchive, scheme: str = LEAVE_ONE_OUT) -> RecordingSplit
             f"and leave_one_KEY_out, such as {group_scheme('site')}"
         )
     headers = {name: {**archive.headers[name], **row} for name, row in rows.items()}
-    grouped = group_folds(key, headers)
+    grouped = group_folds(key, headers, most)
     if grouped is None:
         raise CapsuleError(
             f"folds: {scheme} leaves nothing out: no two recordings share a {key} in their "
