@@ -34,7 +34,7 @@ SENSORS = 4
 BULB_OF_2 = ["origami.tip_radius_mm=2"]
 REFUSAL = re.compile(
     r"^[a-z]+\.[a-z_]+ is .+; (it must be (at least|at most) -?\d|it must be a multiple of|"
-    r"allowed (is|are) )"
+    r"allowed (is|are) |no value from .+; change several of them together$)"
 )
 
 

@@ -34,6 +34,7 @@ ALL_BUT_PAGE += [f"results/figures/{name}.svg" for name in FIGURES]
 DRAW = [f"draw_{source}" for source in SOURCES]
 RECORDINGS.append("unlabelled/patient")
 FOLDERS = {name.partition("/")[0] for name in RECORDINGS}
+ALL_BUT_PAGE += [f"results/evidence/{folder}.json" for folder in sorted(FOLDERS)]
 NODULES = [name for name in RECORDINGS if name.startswith(("1mm", "2.5mm"))]
 
 
