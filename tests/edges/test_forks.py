@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from edges.forks import Forks
+from support.marks import needs_forks
 
 SCRIPTS = Path(__file__).parents[2] / "workflow" / "scripts"
 STARTER = f"""
@@ -35,7 +36,7 @@ def test_the_results_come_in_the_order_of_the_parts(processes):
     assert list(Forks(processes)(lambda name: shared[name] ** 2, "abc")) == [9, 1, 4]
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="only Linux forks safely")
+@needs_forks
 def test_more_than_one_process_works_beside_this_one():
     assert set(Forks(1)(lambda _: os.getpid(), range(3))) == {os.getpid()}
     assert os.getpid() not in set(Forks(2)(lambda _: os.getpid(), range(3)))
@@ -47,7 +48,7 @@ def test_an_error_of_a_part_reaches_the_caller():
 
 
 @pytest.mark.slow(1.5)
-@pytest.mark.skipif(sys.platform != "linux", reason="only Linux forks safely")
+@needs_forks
 def test_the_processes_end_with_a_killed_starter():
     with subprocess.Popen(
         [sys.executable, "-c", STARTER], stdout=subprocess.PIPE, text=True

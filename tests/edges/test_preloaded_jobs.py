@@ -11,11 +11,9 @@ from pathlib import Path
 import pytest
 
 from edges.preloaded_jobs import PreloadedJobs
+from support.marks import needs_forks
 
-pytestmark = [
-    pytest.mark.slow(0.5),
-    pytest.mark.skipif(sys.platform != "linux", reason="only Linux forks jobs"),
-]
+pytestmark = [pytest.mark.slow(0.5), needs_forks]
 
 SCRIPTS_FOLDER = Path(__file__).parents[2] / "workflow" / "scripts"
 SAYS_ALL = """

@@ -18,13 +18,12 @@ import pytest
 from capsule.errors import CapsuleError
 from edges import run_lock
 from edges.files import UNFINISHED
+from support.marks import needs_process_groups
 from support.mishaps import RECORDINGS, TABLES
 from support.project import Project
 from support.striking import kill_run, strike_at_random
 
-pytestmark = pytest.mark.skipif(
-    sys.platform == "win32", reason="Windows has no process groups to kill"
-)
+pytestmark = needs_process_groups
 
 KILLS = 20
 # Snakemake's own lines, which name the files of each job.

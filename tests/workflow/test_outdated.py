@@ -2,16 +2,16 @@
 
 import os
 import shutil
-import sys
 import time
 
 import pytest
 
+from support.marks import needs_process_groups
 from support.mishaps import RECORDINGS, TABLES, FreshResults, create_project, try_sequence
 
 pytestmark = [
     pytest.mark.workflow,
-    pytest.mark.skipif(sys.platform == "win32", reason="Windows has no process groups to kill"),
+    needs_process_groups,
 ]
 
 SEQUENCES = 20

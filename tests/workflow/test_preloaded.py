@@ -1,15 +1,14 @@
 """Jobs as forks of one process do what jobs do that start their own Python."""
 
-import sys
-
 import pytest
 
+from support.marks import needs_forks
 from support.project import Project
 
 pytestmark = [
     pytest.mark.workflow,
     pytest.mark.slow(8),
-    pytest.mark.skipif(sys.platform != "linux", reason="only Linux forks jobs"),
+    needs_forks,
 ]
 
 RECORDINGS = ["0mm/r01", "2mm/r01", "3mm/r01", "3mm/r02", "unlabelled/patient"]

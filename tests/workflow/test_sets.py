@@ -2,17 +2,17 @@
 
 import os
 import signal
-import sys
 
 import pytest
 
 from capsule.recording import format_recording
+from support.marks import needs_process_groups
 from support.project import Project
 from support.synthetic import make_recording
 
 pytestmark = [
     pytest.mark.workflow,
-    pytest.mark.skipif(sys.platform == "win32", reason="Windows has no process groups to kill"),
+    needs_process_groups,
 ]
 
 RECORDINGS = [f"{size}mm/r{run:02d}" for size in (0, 3) for run in range(1, 5)]

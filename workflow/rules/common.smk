@@ -2,8 +2,8 @@
 # parameters that make Snakemake run a job again when its code, settings or recordings change.
 #
 # takes: config/config.yaml, workflow/schemas/config.schema.json, the names under raw/
-# gives: ARCHIVE, PER_JOB, and the functions as_parameter, section, made_from, files_of,
-#        content_of_recording
+# gives: ARCHIVE, PER_JOB, SEARCH_SETS, and the functions as_parameter, section, made_from,
+#        files_of, recordings_of_search_set, content_of_recording
 
 import copy
 import functools
@@ -23,6 +23,7 @@ min_version("9.10")
 from capsule.configuration import BENCH, check_configuration
 from capsule.detectors.registry import detector_row
 from capsule.errors import CapsuleError
+from capsule.job_sets import search_sets
 from edges.config_files import read_config_file, read_schema
 from edges.files import fingerprint, list_archive
 from edges.garbage import collect_seldom
@@ -90,6 +91,8 @@ PER_JOB = config["recordings_per_job"]
 RESULT_SECTIONS = sorted(config.keys() - {"recordings_per_job"})
 if MAY_RENEW:
     leave_other_sets(Path(RESULTS), PER_JOB)
+# One job searches a folder or a part of it, so a new recording repeats little of the search.
+SEARCH_SETS = search_sets(ARCHIVE.recordings)
 DETECTOR_MODULES = sorted({row.module for row in DETECTORS})
 DETECTOR_SECTIONS = sorted({row.section for row in DETECTORS if row.section})
 CHECK_SETTINGS = {name: config[name] for name in ("recording", "preprocessing")}
@@ -106,11 +109,16 @@ def code_files(name, *modules):
     return [SCRIPTS / name, *imported_files(SCRIPTS / name, modules)]
 
 
-def code_key(name, *settings, modules=()):
-    """Return a checksum of a script's code and settings."""
-    contents = [read_code(path.as_posix()) for path in code_files(name, *modules)]
+def checksum_of_code(paths, *settings):
+    """Return a checksum of files of code and of settings."""
+    contents = [read_code(path.as_posix()) for path in paths]
     contents += [text(None).encode() for text in settings]
     return hashlib.sha256(b"\0".join(contents)).hexdigest()
+
+
+def code_key(name, *settings, modules=()):
+    """Return a checksum of a script's code and settings."""
+    return checksum_of_code(code_files(name, *modules), *settings)
 
 
 def with_members(key, *names):
@@ -181,6 +189,11 @@ def files_of(kind, recordings):
         return expand(patterns[kind], recording=names)
 
     return files
+
+
+def recordings_of_search_set(wildcards):
+    """Return the recordings that one job searches, as a rule's parameter."""
+    return SEARCH_SETS[wildcards.search_set]
 
 
 def content_of_recording(wildcards):

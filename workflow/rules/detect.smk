@@ -5,9 +5,6 @@
 # gives: results/passages/<set>.csv, results/features/<set>.npz, results/detections.csv,
 #        results/detectors.json; a set is a folder, or a part of a large one
 
-from capsule.job_sets import search_sets
-
-SEARCH_SETS = search_sets(ARCHIVE.recordings)
 DETECT_SECTIONS = ["detectors", "evaluation", "fit", "preprocessing", "recording"]
 DETECT_SECTIONS += DETECTOR_SECTIONS
 BY_FEATURES = any(row.by_features for row in DETECTORS)
@@ -17,10 +14,9 @@ wildcard_constraints:
     search_set="[^/]+(/set-[01]+)?",
 
 
-# One job searches a folder or a part of it, so a new recording repeats little of the search.
 rule passages:
     input:
-        signals=files_of("signals", lambda wildcards: SEARCH_SETS[wildcards.search_set]),
+        signals=files_of("signals", recordings_of_search_set),
         script=script("passages.py"),
     output:
         "results/passages/{search_set}.csv",
@@ -30,14 +26,14 @@ rule passages:
         "../../environment.yml"
     params:
         results=results_folder,
-        recordings=lambda wildcards: SEARCH_SETS[wildcards.search_set],
+        recordings=recordings_of_search_set,
         rate_hz=config["recording"]["rate_hz"],
         settings=section("diagonal"),
         made_from=made_from(
             "passages",
             section("diagonal"),
             as_parameter(config["recording"]["rate_hz"]),
-            members=lambda wildcards: SEARCH_SETS[wildcards.search_set],
+            members=recordings_of_search_set,
         ),
     shell:
         "python {input.script:q} {params.recordings:q}"
@@ -48,7 +44,7 @@ rule passages:
 
 rule features:
     input:
-        signals=files_of("signals", lambda wildcards: SEARCH_SETS[wildcards.search_set]),
+        signals=files_of("signals", recordings_of_search_set),
         weights=own_file(PROJECT / "workflow" / "weights" / "scorer.npz"),
         script=script("features.py"),
     output:
@@ -61,14 +57,14 @@ rule features:
         "../../environment.yml"
     params:
         results=results_folder,
-        recordings=lambda wildcards: SEARCH_SETS[wildcards.search_set],
+        recordings=recordings_of_search_set,
         rate_hz=config["recording"]["rate_hz"],
         settings=section("diagonal"),
         made_from=made_from(
             "features",
             section("diagonal"),
             as_parameter(config["recording"]["rate_hz"]),
-            members=lambda wildcards: SEARCH_SETS[wildcards.search_set],
+            members=recordings_of_search_set,
         ),
     shell:
         "python {input.script:q} {params.recordings:q}"

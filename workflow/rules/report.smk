@@ -1,9 +1,10 @@
 # Draw the figures, collect what the report draws of each recording, and write the report.
 #
-# takes: results/recordings.csv, results/passed_over.csv, results/signals/, results/checks/,
-#        results/fits/, results/features/<set>.stretches.npz, results/templates.{json,npz},
-#        results/evaluation/, results/detections.csv, results/sites.csv, results/surveys/,
-#        workflow/report/, config/phantom.yaml, config/parts.yaml
+# takes: results/recordings.csv, results/passed_over.csv, results/signals/, results/matrices/,
+#        results/checks/, results/fits/, results/features/<set>.stretches.npz,
+#        results/templates.{json,npz}, results/evaluation/, results/detections.csv,
+#        results/sites.csv, results/surveys/, workflow/report/, config/phantom.yaml,
+#        config/parts.yaml
 # gives: results/evidence/<set>.json, results/figures/<figure>{,_column}.svg,
 #        results/figures/<figure>.csv, results/report.html, of a large archive with results/report/
 #        beside it; on request (snakemake -c2 figures) the same figures for print,
@@ -47,7 +48,6 @@ REGISTERED = [*DETECTOR_MODULES, *sorted({row.module for row in FIGURES.values()
 CODE = sorted(
     {path for stage in [*RULES, "report"] for path in code_files(f"{stage}.py", *REGISTERED)}
 )
-CODE_CHECKSUM = hashlib.sha256(b"".join(read_code(path.as_posix()) for path in CODE)).hexdigest()
 # The page is made from these templates, and shows the paper's numbers from these tables.
 PAGE = sorted(
     own_file(path)
@@ -115,10 +115,11 @@ for verb, folder, kind in [("draw", "figures", "svg"), ("print", "print", "pdf")
 # recordings: verdicts and templates.
 rule evidence:
     input:
-        signals=lambda wildcards: files_of("signals", SEARCH_SETS[wildcards.search_set]),
-        checks=lambda wildcards: files_of("checks", SEARCH_SETS[wildcards.search_set]),
-        fits=lambda wildcards: files_of(
-            "fits", sorted(NODULES.intersection(SEARCH_SETS[wildcards.search_set]))
+        signals=files_of("signals", recordings_of_search_set),
+        checks=files_of("checks", recordings_of_search_set),
+        fits=files_of(
+            "fits",
+            lambda wildcards: sorted(NODULES.intersection(recordings_of_search_set(wildcards))),
         ),
         stretches=rules.features.output.stretches if BY_FEATURES else [],
         script=script("evidence.py"),
@@ -130,14 +131,14 @@ rule evidence:
         "../../environment.yml"
     params:
         results=results_folder,
-        recordings=lambda wildcards: SEARCH_SETS[wildcards.search_set],
+        recordings=recordings_of_search_set,
         rate_hz=config["recording"]["rate_hz"],
         settings=section("diagonal", "preprocessing"),
         made_from=made_from(
             "evidence",
             section("diagonal", "preprocessing"),
             as_parameter(config["recording"]["rate_hz"]),
-            members=lambda wildcards: SEARCH_SETS[wildcards.search_set],
+            members=recordings_of_search_set,
         ),
     shell:
         "python {input.script:q} {params.recordings:q}"
@@ -185,7 +186,7 @@ rule report:
             "report",
             section(*RESULT_SECTIONS),
             LISTED_SURVEYS,
-            as_parameter(CODE_CHECKSUM),
+            as_parameter(checksum_of_code(CODE)),
             modules=REGISTERED,
             members=ARCHIVE.recordings,
         ),

@@ -35,9 +35,7 @@ def read_particles(recordings: Path, folder: Path) -> dict[str, Particle]:
     particles = {}
     for name, row in files.accepted_recordings(recordings).items():
         if size_mm(name) and not row["no_verdict"]:
-            parameters = files.read_json(folder / f"{name}.json")["parameters"]
-            arrays = {key: np.array(value) for key, value in parameters.items()}
-            particles[name] = Particle(**arrays)
+            particles[name] = _particle(files.read_json(folder / f"{name}.json"))
     if not particles:
         rows = [(row["recording"], _why_not(row)) for row in files.read_csv(recordings)]
         raise CapsuleError(
@@ -55,7 +53,7 @@ def read_fit(path: Path) -> tuple[dict[str, Any], Particle] | None:
     fit = files.read_json(path)
     if fit["parameters"] is None:
         return None
-    return fit, Particle(**{name: np.array(values) for name, values in fit["parameters"].items()})
+    return fit, _particle(fit)
 
 
 def by_size(particles: Mapping[str, Particle]) -> dict[float, list[Particle]]:
@@ -64,6 +62,10 @@ def by_size(particles: Mapping[str, Particle]) -> dict[float, list[Particle]]:
     for name, size in sizes_of(particles).items():
         groups.setdefault(size, []).append(particles[name])
     return groups
+
+
+def _particle(fit: Mapping[str, Any]) -> Particle:
+    return Particle(**{name: np.array(values) for name, values in fit["parameters"].items()})
 
 
 def _why_not(row: Mapping[str, str]) -> tuple[str, str] | None:
