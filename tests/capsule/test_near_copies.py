@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from capsule.near_copies import near_copies, nearly_equal
+from capsule.near_copies import fingerprint, near_copies, nearly_equal
 from capsule.recording import read_recording
 from support.project import ROOT
 from support.synthetic import make_recording
@@ -15,6 +15,11 @@ pytestmark = pytest.mark.slow(0.1)
 
 def readings(name, samples=400):
     return make_recording(3.0, name, samples=samples).values
+
+
+def found_in(archive):
+    marks = {name: fingerprint(values) for name, values in archive.items()}
+    return near_copies(marks, archive.__getitem__)
 
 
 def one_sample_changed(values):
@@ -52,7 +57,7 @@ ALIKE = {
 def test_a_run_that_is_the_same_but_for_little_is_found(change):
     archive = {f"3mm/r{run:02d}": readings(f"3mm/r{run:02d}") for run in range(12)}
     archive["4mm/r03"] = change(readings("3mm/r03"))
-    assert near_copies(list(archive), archive.__getitem__) == {
+    assert found_in(archive) == {
         "3mm/r03": ["4mm/r03"],
         "4mm/r03": ["3mm/r03"],
     }
@@ -86,7 +91,7 @@ def test_copies_of_copies_belong_together():
     archive = {f"3mm/r{run:02d}": readings(f"3mm/r{run:02d}") for run in range(5)}
     for cut in range(1, 31):
         archive[f"5mm/cut{cut:02d}"] = readings("3mm/r02")[:, cut:]
-    found = near_copies(list(archive), archive.__getitem__)
+    found = found_in(archive)
     assert set(found) == {"3mm/r02", *(name for name in archive if name.startswith("5mm"))}
     assert all(len(others) == 30 for others in found.values())
 
@@ -96,15 +101,15 @@ def test_different_runs_are_no_copies():
     for path in sorted((ROOT / "raw").glob("[05]mm/*.csv")):
         with path.open("rb") as stream:
             archive[path.stem + path.parent.name] = read_recording(stream, 4).values
-    assert near_copies(list(archive), archive.__getitem__) == {}
+    assert found_in(archive) == {}
     names = list(archive)
     assert not any(nearly_equal(archive[names[0]], archive[name]) for name in names[1:])
 
 
 def test_runs_without_a_change_and_no_runs_at_all_are_no_copies():
     flat = {name: np.tile(np.array([1.0, 2.0]), (4, 10)) for name in "ab"}
-    assert near_copies(list(flat), flat.__getitem__) == {}
-    assert near_copies([], flat.__getitem__) == {}
+    assert found_in(flat) == {}
+    assert found_in({}) == {}
 
 
 def test_thousands_are_searched_in_seconds():
@@ -112,5 +117,5 @@ def test_thousands_are_searched_in_seconds():
     archive = {str(run): numbers.normal(size=(4, 500)).round(1) for run in range(2000)}
     archive["copy"] = archive["77"][:, 1:]
     started = time.process_time()
-    assert near_copies(list(archive), archive.__getitem__) == {"77": ["copy"], "copy": ["77"]}
+    assert found_in(archive) == {"77": ["copy"], "copy": ["77"]}
     assert time.process_time() - started < 20

@@ -1,14 +1,13 @@
 # List all recordings, and the other files under raw/.
 #
-# takes: results/checks/<size>mm/<run>.json, results/signals/<size>mm/<run>.npy
+# takes: results/checks/<size>mm/<run>.json; results/signals/<size>mm/<run>.npy, which the same jobs
+#        make, of recordings that may be nearly the same
 # gives: results/recordings.csv, results/passed_over.csv
 
 
 rule index:
     input:
         checks=files_of("checks", ARCHIVE.recordings),
-        # The job compares the readings to find recordings that are nearly the same.
-        signals=files_of("signals", ARCHIVE.recordings),
         script=script("index.py"),
     output:
         recordings=report(

@@ -2,13 +2,14 @@ import numpy as np
 import pytest
 
 from capsule.detectors.matching import (
+    compare_templates,
     first_peak_sample,
     nearest_size,
     template_distances,
-    template_margins,
 )
 from capsule.particles import Particle, render
 from capsule.seeding import generator
+from capsule.sliding import SlidingComparison
 from support import literal
 from support.paper_ranges import PAPER
 
@@ -48,5 +49,6 @@ def test_of_equal_distances_the_smaller_size_wins():
 def test_the_lag_tells_when_the_first_sensor_meets_the_nodule():
     particle = Particle(np.ones(4), np.full(4, 0.2), np.full(3, 120.0), np.full(4, 20.0))
     template = render(particle, 150, 1000)
-    _, lags = template_margins(np.roll(template, 33, axis=1), [template])
+    rolled = SlidingComparison(np.roll(template, 33, axis=1))
+    lags = compare_templates(rolled, [template]).lags
     assert first_peak_sample(lags[0], 150, 1000) == 150 - 1 + 33

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from capsule.detectors.matching import nearest_size, template_distances, template_margins
+from capsule.detectors.matching import compare_templates, nearest_size, template_distances
 from capsule.detectors.operating_point import threshold_at
 from capsule.detectors.template import (
     NearestTemplate,
@@ -17,7 +17,7 @@ from capsule.detectors.template import (
 )
 from capsule.particles import Particle, render
 from capsule.seeding import generator
-from capsule.sliding import rmse_at_lag
+from capsule.sliding import SlidingComparison, rmse_at_lag
 from capsule.templates import build_templates
 from support.paper_ranges import PAPER
 from support.training import archive_of_matrices, verdict_values
@@ -54,15 +54,29 @@ def test_the_papers_verdict_is_the_papers(archive):
         assert (by_rule.score > 0) == (by_rule.predicted_mm > 0)
 
 
+def test_a_fold_that_changes_every_template_judges_by_its_own_templates(archive):
+    sizes, particles, matrices, templates = archive
+    taught = archive_of_matrices(matrices, sizes, templates, particles, 0.9)
+    left_out = ["1mm/r0", "3mm/r0", "0mm/r0"]
+    fold = templates.without_all([(sizes[name], particles.get(name)) for name in left_out])
+    model = NearestTemplate(taught).without(left_out)
+    for name in left_out:
+        expected = template_distances(matrices[name], fold)
+        np.testing.assert_array_equal(model.verdict(taught.recording(name)).distances, expected)
+
+
 def test_a_margin_is_the_gain_over_no_template(archive):
     _, _, matrices, templates = archive
     matrix = matrices["3mm/r0"]
-    gains, lags = template_margins(matrix, templates.matrices[1:])
-    for template, gain, lag in zip(templates.matrices[1:], gains, lags, strict=True):
+    compared = compare_templates(SlidingComparison(matrix), templates.matrices[1:])
+    for template, gain, lag in zip(
+        templates.matrices[1:], compared.gains, compared.lags, strict=True
+    ):
         energy = (matrix**2).sum()
         rmse = rmse_at_lag(matrix, template, int(lag))
         assert rmse**2 * 4 * 3000 == pytest.approx(energy - gain)
-    assert np.isnan(template_margins(np.full((4, 1000), np.nan), [matrix])).all()
+    unknown = compare_templates(SlidingComparison(np.full((4, 1000), np.nan)), [matrix])
+    assert np.isnan([unknown.distances, unknown.gains, unknown.lags]).all()
 
 
 def test_the_folds_threshold_equals_that_of_all_margins_computed_anew(archive):
@@ -73,7 +87,7 @@ def test_the_folds_threshold_equals_that_of_all_margins_computed_anew(archive):
     for left_out in (["1mm/r2"], ["0mm/r3"], ["1mm/r0", "3mm/r1", "0mm/r0"]):
         fold = templates.without_all([(sizes[n], particles.get(n)) for n in left_out])
         margins = [
-            np.nanmax(template_margins(matrices[name], fold[1:])[0])
+            np.nanmax(compare_templates(SlidingComparison(matrices[name]), fold[1:]).gains)
             for name in healthy
             if name not in left_out
         ]
@@ -86,7 +100,7 @@ def test_a_margin_moves_no_farther_than_its_reach(archive):
     whole, fold = templates.matrices[1], templates.matrices[2] * 0.5
     norms = np.array([np.linalg.norm(matrix) for matrix in matrices.values()])
     moved = [
-        abs(np.subtract(*template_margins(matrix, [whole, fold])[0]))
+        abs(np.subtract(*compare_templates(SlidingComparison(matrix), [whole, fold]).gains))
         for matrix in matrices.values()
     ]
     assert (moved <= margin_reach(norms, whole, fold) * (1 + 1e-12)).all()

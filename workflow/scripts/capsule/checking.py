@@ -12,6 +12,7 @@ from capsule.converter import on_full_scale, shares_at_ends
 from capsule.errors import RecordingError
 from capsule.kinds import Settings
 from capsule.naming import size_mm
+from capsule.near_copies import fingerprint
 from capsule.preprocessing import preprocess
 from capsule.recording import Recording, read_recording, too_large
 from capsule.seeding import readings_checksum
@@ -48,6 +49,7 @@ def check_recording(
     check: dict[str, Any] = {"recording": name, "size_mm": size_mm(name), "header": {}}
     check |= {"samples": None, "duration_s": None, "status": "rejected", "reason": ""}
     check |= {"sha256": None, "readings_sha256": None, "at_ends": [], "no_verdict": ""}
+    check["marks"] = []
     values = matrix = np.full((sensors, shape["length"]), np.nan)
     try:
         if content is None:
@@ -61,6 +63,7 @@ def check_recording(
         # The readings as recorded: on another full scale the ends of the ADC's range are unknown.
         check["at_ends"] = shares_at_ends(recording.values, recording.header)
         check["readings_sha256"] = readings_checksum(values)
+        check["marks"] = fingerprint(values).tolist()
         matrix = preprocess(values, **shape)
         check["status"] = "accepted"
     except RecordingError as reason:

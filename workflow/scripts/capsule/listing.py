@@ -34,7 +34,7 @@ def full_list(
     archive, checks
         As in `list_rows`.
     load : callable
-        ``load(name)`` returns the readings of an accepted recording, (S, K).
+        ``load(name)`` returns the readings of an accepted recording, (S, K). Few are loaded.
 
     Returns
     -------
@@ -45,7 +45,7 @@ def full_list(
     accepted = [row["recording"] for row in rows if row["status"] == "accepted"]
     # Sorted by content: names change neither which pairs are compared nor in which order.
     accepted.sort(key=lambda name: checks[name]["readings_sha256"])
-    alike = near_copies(accepted, load)
+    alike = near_copies({name: checks[name]["marks"] for name in accepted}, load)
     for row in rows:
         row[NEAR_COPIES] = " ".join(sorted(alike.get(row["recording"], []), key=sort_key))
     return rows

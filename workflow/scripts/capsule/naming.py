@@ -113,7 +113,10 @@ def without_formula(text: str) -> str:
     Such a sign stands at the start or after a separator. In countries with decimal commas,
     spreadsheets split cells at semicolons, even inside quotes. A number stays as it is.
     """
-    return text if _NUMBER.fullmatch(text) else _FORMULA.sub(r"\1 ", text)
+    # Almost no text begins a formula, so it is looked for first.
+    if not _FORMULA.search(text) or _NUMBER.fullmatch(text):
+        return text
+    return _FORMULA.sub(r"\1 ", text)
 
 
 def folder_size_mm(folder: str) -> float | None:

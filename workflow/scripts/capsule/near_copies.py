@@ -5,7 +5,7 @@ pairs of thousands of recordings reading by reading takes too long. Short finger
 choose the pairs first.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from statistics import median
 
 import numpy as np
@@ -28,24 +28,27 @@ _LEAST_OVERLAP = 0.5
 _CLIPPED_AT = 4.0
 
 
-def near_copies(names: Sequence[str], load: Callable[[str], FloatArray]) -> dict[str, list[str]]:
+def near_copies(
+    marks: Mapping[str, Sequence[int] | IntArray], load: Callable[[str], FloatArray]
+) -> dict[str, list[str]]:
     """Find recordings that hold the same readings over most of the run.
 
     Parameters
     ----------
-    names : sequence of str
-        The recordings.
+    marks : mapping of str to sequence of int
+        The recordings, with the `fingerprint` of each.
     load : callable
         ``load(name)`` returns the readings of one, (S, K), NaN where a sample is missing.
 
     Returns
     -------
     dict of str to list of str
-        For each recording that has any: its near-copies, and theirs, in the order of `names`.
+        For each recording that has any: its near-copies, and theirs, in the order of `marks`.
     """
+    names = list(marks)
     # Recordings of one group share one list of its members.
     members = [[place] for place in range(len(names))]
-    for one, other in _candidates([fingerprint(load(name)) for name in names]):
+    for one, other in _candidates([np.array(each, dtype=np.uint64) for each in marks.values()]):
         smaller, larger = sorted((members[one], members[other]), key=len)
         if smaller is not larger and nearly_equal(load(names[one]), load(names[other])):
             larger += smaller

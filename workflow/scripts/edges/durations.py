@@ -3,6 +3,7 @@
 The Snakefile reads the list of rules from this module, so it imports only fast modules.
 """
 
+import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -69,5 +70,13 @@ def read_durations(
 
 def _logs_of(folder: Path, jobs: set[str]) -> list[Path]:
     """Return the logs in a rule's folder that belong to some jobs; it may hold many others."""
-    paths = sorted(folder.rglob("*.log"))
-    return [path for path in paths if path.relative_to(folder).as_posix()[:-4] in jobs]
+    found = []
+    for inner, _, names in os.walk(folder):
+        at = Path(inner).relative_to(folder).as_posix()
+        prefix = "" if at == "." else f"{at}/"
+        found += [
+            folder / f"{prefix}{name}"
+            for name in sorted(names)
+            if name.endswith(".log") and prefix + name[: -len(".log")] in jobs
+        ]
+    return found

@@ -9,7 +9,6 @@ import errno
 import hashlib
 import io
 import json
-import math
 import os
 import sys
 import time
@@ -182,16 +181,15 @@ def write_csv(path: Path, columns: Sequence[str], rows: Iterable[Row]) -> None:
     A text that begins like a formula is changed, so that no spreadsheet program runs it.
     """
     with write_whole(path) as stream:
-        writer = csv.DictWriter(stream, columns, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows({name: _cell(row[name]) for name in columns} for row in rows)
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows([_cell(row[name]) for name in columns] for row in rows)
 
 
 def _cell(value: object) -> object:
-    unknown = value is None or (isinstance(value, float) and math.isnan(value))
-    if unknown:
-        return ""
-    return without_formula(value) if isinstance(value, str) else value
+    if isinstance(value, str):
+        return without_formula(value)
+    return "" if value is None or value != value else value
 
 
 def read_csv(path: Path) -> list[dict[str, str]]:

@@ -38,8 +38,8 @@ class StoredRecordings:
         self._fitted = read_particles(index, results / "fits")
         sensors = settings["recording"]["sensors"]
         groups = by_size(self._fitted)
-        self._folds = FoldParticles({size: total(groups[size], sensors) for size in sorted(groups)})
-        self._left_out = _left_out(accepted, settings["evaluation"])
+        totals = {size: total(groups[size], sensors) for size in sorted(groups)}
+        self._templates = self._of_folds(FoldParticles(totals), accepted, settings["evaluation"])
         self._evidence = read_evidence(evidence, accepted)
 
     def drawn(self, name: str) -> str:
@@ -56,36 +56,34 @@ class StoredRecordings:
 
     def templates(self, name: str) -> dict[str, dict[float, Particle]]:
         """Return the averaged particles of each scheme that judged it, by size in mm."""
-        return {
-            scheme: self._folds.without(
+        return self._templates[name]
+
+    def _of_folds(
+        self, folds: FoldParticles, accepted: Mapping[str, Mapping[str, str]], rules: Settings
+    ) -> dict[str, dict[str, dict[float, Particle]]]:
+        found: dict[str, dict[str, dict[float, Particle]]] = {name: {} for name in accepted}
+        for scheme, judged, left_out in _folds_of(accepted, rules):
+            # The recordings that a fold judges share its templates.
+            averaged = folds.without(
                 (size, self._fitted[each])
                 for each, size in sizes_of(left_out).items()
                 if each in self._fitted
             )
-            for scheme, left_out in self._left_out[name].items()
-        }
+            for name in judged:
+                found[name][scheme] = averaged
+        return found
 
 
-def _left_out(
+def _folds_of(
     accepted: Mapping[str, Mapping[str, str]], rules: Settings
-) -> dict[str, dict[str, list[str]]]:
-    """Return the labelled recordings that did not teach for each recording and each scheme."""
+) -> Iterator[tuple[str, list[str], list[str]]]:
+    """Yield scheme, judged recordings, and the labelled recordings that do not teach, of folds."""
     labelled = {name: row for name, row in accepted.items() if row["size_mm"]}
-    left_out: dict[str, dict[str, list[str]]] = {name: {} for name in accepted}
-    for name, scheme, others in _of_folds(labelled, rules):
-        left_out[name][scheme] = others
-    for name in accepted.keys() - labelled.keys():
-        copies = accepted[name]["near_copies"].split()
-        left_out[name][ALL] = sorted(labelled.keys() & set(copies))
-    return left_out
-
-
-def _of_folds(
-    labelled: Mapping[str, Mapping[str, str]], rules: Settings
-) -> Iterator[tuple[str, str, list[str]]]:
     names = list(labelled)
     for folds in scheme_folds(rules["schemes"], labelled, rules["most_folds"]):
-        for judged, left_out in folds.parts():
-            others = [names[place] for place in left_out]
-            for place in judged:
-                yield names[place], folds.scheme, others
+        for places in folds.parts():
+            judged, left_out = ([names[place] for place in each] for each in places)
+            yield folds.scheme, judged, left_out
+    for name in accepted.keys() - labelled.keys():
+        copies = accepted[name]["near_copies"].split()
+        yield ALL, [name], sorted(labelled.keys() & set(copies))

@@ -1,13 +1,13 @@
 """Models that are learned without a few recordings of an archive.
 
 A caller that needs the model without one recording usually needs the models without each of the
-others. All of them are therefore learned at once. The curves are fitted side by side, starting from
-the curve of all recordings. The size models follow from sums over all recordings minus one, and
-differ from a new fit only by rounding. A new fit is made if one recording dominates the sums, or if
-several recordings are left out.
+others. Models of neighbours are therefore learned at once. The curves are fitted side by side,
+starting from the curve of all recordings. The size models follow from sums over all recordings
+minus one, and differ from a new fit only by rounding. A new fit is made if one recording dominates
+the sums, or if several recordings are left out.
 """
 
-from functools import cached_property, lru_cache
+from functools import cache, cached_property, lru_cache
 
 import numpy as np
 
@@ -37,25 +37,25 @@ class ProbabilityWithout:
     def __init__(self, scores: FloatArray, nodule: BoolArray, prevalence: float) -> None:
         self._scores, self._nodule, self._prevalence = scores, nodule, prevalence
         self.whole = fit_probability(scores, nodule, prevalence)
+        self._rows = max(_BLOCK // max(scores.size, 1), 1)
+        self._without_each = cache(self._fit_block)
 
     def without(self, left_out: IntArray) -> Probability | None:
         """Return the curve without the recordings at some places; None as in `fit_probability`."""
         if left_out.size == 0:
             return self.whole
         if left_out.size == 1:
-            curve: Probability | None = self._without_each[left_out[0]]
-            return curve
+            block, row = divmod(int(left_out[0]), self._rows)
+            return self._without_each(block)[row]
         taught = np.ones((1, self._scores.size), dtype=bool)
         taught[:, left_out] = False
         return self._fit(taught)[0]
 
-    @cached_property
-    def _without_each(self) -> list[Probability | None]:
-        """Curves without each single recording."""
+    def _fit_block(self, block: int) -> list[Probability | None]:
+        """Return the curves without each single recording of some neighbouring ones."""
         places = np.arange(self._scores.size)
-        rows = max(_BLOCK // places.size, 1)
-        blocks = (places[start : start + rows, np.newaxis] for start in places[::rows])
-        return [curve for alone in blocks for curve in self._fit(alone != places)]
+        alone = places[block * self._rows : (block + 1) * self._rows, np.newaxis]
+        return self._fit(alone != places)
 
     def _fit(self, taught: BoolArray) -> list[Probability | None]:
         return fit_probabilities(self._scores, self._nodule, self._prevalence, taught, self.whole)

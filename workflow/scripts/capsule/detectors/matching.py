@@ -58,11 +58,19 @@ def nearest_size(distances: FloatArray, sizes_mm: Sequence[float]) -> float:
 class Comparison:
     """The comparison of a recording with templates.
 
+    The paper's rule compares RMSE^2 = (|V|^2 - gain) / (3 S L), with gain = 2 sum V T(shifted)
+    - |T|^2 (eq. RMSE). The gain of T^0 is 0, so the verdict is a nodule if the largest gain is
+    above 0. Any other threshold than 0 gives another operating point.
+
     Attributes
     ----------
-    distances, gains, lags : (B,) array
-        The smallest RMSE (eq. RMSEmin) as from `template_distances`, and gain and lag as from
-        `template_margins`; NaN if the matrix or the template holds NaN.
+    distances : (B,) array
+        The smallest RMSE (eq. RMSEmin) over all lags, as from `template_distances`.
+    gains : (B,) array
+        Largest gain over all lags; that of T^0 is 0.
+    lags : (B,) array
+        tau in 1..2L of the largest gain. All three are NaN if the matrix or the template holds
+        NaN.
     """
 
     distances: FloatArray
@@ -79,58 +87,31 @@ class Comparison:
         return Comparison(*arrays)
 
 
-def compare_templates(matrix: FloatArray, templates: Sequence[FloatArray]) -> Comparison:
+def compare_templates(comparison: SlidingComparison, templates: Sequence[FloatArray]) -> Comparison:
     """Return distance, gain and lag of every template on a recording.
 
     Parameters
     ----------
-    matrix : (S, L) array
-        The recording's matrix V.
+    comparison : SlidingComparison
+        The sliding comparison with the recording's matrix V, (S, L).
     templates : sequence of B (S, L) arrays
-        The templates; for one that holds NaN, all three are NaN.
+        The templates T^b.
     """
-    gains, lags = template_margins(matrix, templates)
-    distances = np.full(len(templates), np.nan)
-    for index, lag in enumerate(lags):
-        if not np.isnan(lag):
-            distances[index] = rmse_at_lag(matrix, templates[index], int(lag))
+    distances, gains, lags = np.full((3, len(templates)), np.nan)
+    if not np.isnan(comparison.matrix).any():
+        for index, template in enumerate(templates):
+            gains[index], lag = template_margin(comparison, template)
+            if not np.isnan(lag):
+                lags[index] = lag
+                distances[index] = rmse_at_lag(comparison.matrix, template, int(lag))
     return Comparison(distances, gains, lags)
 
 
-def template_margins(
-    matrix: FloatArray, templates: Sequence[FloatArray]
-) -> tuple[FloatArray, FloatArray]:
-    """Return the gain of every template at its best lag.
-
-    The paper's rule compares RMSE^2 = (|V|^2 - gain) / (3 S L), with gain = 2 sum V T(shifted)
-    - |T|^2 (eq. RMSE). The gain of T^0 is 0, so the verdict is a nodule if the largest gain is
-    above 0. Any other threshold than 0 gives another operating point.
-
-    Parameters
-    ----------
-    matrix : (S, L) array
-        The recording's matrix V.
-    templates : sequence of B (S, L) arrays
-        The templates T^b; one that holds NaN has no gain, and that of T^0 is 0.
-
-    Returns
-    -------
-    gains : (B,) array
-        Largest gain over all lags; NaN if the matrix or the template holds NaN.
-    lags : (B,) array
-        tau in 1..2L of the largest gain; NaN in the same cases.
-    """
-    gains, lags = np.full((2, len(templates)), np.nan)
-    if np.isnan(matrix).any():
-        return gains, lags
-    comparison = SlidingComparison(matrix)
-    for index, template in enumerate(templates):
-        gains[index], lags[index] = template_margin(comparison, template)
-    return gains, lags
-
-
 def template_margin(comparison: SlidingComparison, template: FloatArray) -> tuple[float, float]:
-    """Return gain and lag of one template (S, L) on a recording that holds no NaN."""
+    """Return gain and lag of one template (S, L) on a recording that holds no NaN.
+
+    Both are NaN if the template holds NaN.
+    """
     if np.isnan(template).any():
         return float("nan"), float("nan")
     comparison.particle[...] = template

@@ -43,36 +43,52 @@ class TemplateMatching:
         healthy = [name for name, size in archive.sizes_mm.items() if size == 0]
         self._healthy = np.array(healthy, dtype=object)
         self._row = {name: row for row, name in enumerate(healthy)}
-        gains = [self._with_all(archive.recording(name)).gains[1:] for name in healthy]
+        # In every fold, the same few recordings lie near the threshold.
+        self._near = lru_cache(maxsize=64)(self._sliding_comparison)
+        # A recording is compared twice in turn: with all templates, and with those of its fold.
+        self._sliding = lru_cache(maxsize=1)(self._sliding_comparison)
+        gains = [self._with_all(name).gains[1:] for name in healthy]
         self._gains = np.array(gains).reshape(len(healthy), len(self.templates.matrices) - 1)
         self._norms = np.array([np.linalg.norm(archive.load(name)) for name in healthy])
         # Both detectors ask for the same fold, and then for the same recording in that fold.
         self._fold = lru_cache(maxsize=2)(self._render)
-        self._latest: tuple[tuple[frozenset[str], str], Comparison] | None = None
-        # In every fold, the same few recordings lie near the threshold.
-        self._sliding = lru_cache(maxsize=64)(self._sliding_comparison)
+        self._same: Callable[[frozenset[str]], frozenset[str]] = lru_cache(maxsize=2)(_itself)
+        self._latest: tuple[frozenset[str], str, Comparison] | None = None
 
-    def comparison(self, left_out: frozenset[str], recording: JudgedRecording) -> Comparison:
-        """Return the comparison of a recording with the templates of a fold."""
-        if self._latest is None or self._latest[0] != (left_out, recording.name):
-            compared = self._with_all(recording)
-            matrices = self._fold(left_out)
-            changed = _changed(self.templates.matrices, matrices)
-            if changed:
-                anew = compare_templates(recording.matrix, [matrices[index] for index in changed])
-                compared = compared.replaced(changed, anew)
-            self._latest = (left_out, recording.name), compared
-        return self._latest[1]
+    def fold(self, left_out: Sequence[str]) -> frozenset[str]:
+        """Return the recordings left out as a set, for the same ones as the same object.
 
-    def threshold(self, left_out: frozenset[str]) -> float:
-        """Return the threshold from the margins of a fold's healthy recordings.
+        To find that two large sets are equal takes longer than a comparison with a template.
+        """
+        return self._same(frozenset(left_out))
+
+    def comparison(self, fold: frozenset[str], recording: JudgedRecording) -> Comparison:
+        """Return the comparison of a recording of the archive with the templates of a `fold`."""
+        name = recording.name
+        if self._latest is None or self._latest[0] is not fold or self._latest[1] != name:
+            self._latest = fold, name, self._compare(fold, name)
+        return self._latest[2]
+
+    def _compare(self, fold: frozenset[str], name: str) -> Comparison:
+        matrices = self._fold(fold)
+        changed = _changed(self.templates.matrices, matrices)
+        if not changed:
+            return self._with_all(name)
+        # T^0 never changes.
+        if len(changed) == len(matrices) - 1:
+            return compare_templates(self._sliding(name), matrices)
+        anew = compare_templates(self._sliding(name), [matrices[index] for index in changed])
+        return self._with_all(name).replaced(changed, anew)
+
+    def threshold(self, fold: frozenset[str]) -> float:
+        """Return the threshold from the margins of the healthy recordings that teach a `fold`.
 
         The templates of a fold differ little from those of all recordings, and so do the margins
         (`margin_reach`). Only margins that may lie at the threshold are computed anew.
         """
         taught = np.ones(len(self._healthy), dtype=bool)
-        taught[[self._row[name] for name in left_out if name in self._row]] = False
-        wholes, folds = self.templates.matrices[1:], self._fold(left_out)[1:]
+        taught[[self._row[name] for name in fold if name in self._row]] = False
+        wholes, folds = self.templates.matrices[1:], self._fold(fold)[1:]
         gains = self._gains[taught]
         changed = _changed(wholes, folds)
         if not changed or gains.size == 0:
@@ -90,7 +106,7 @@ class TemplateMatching:
         names = self._healthy[taught]
         for row in near_threshold(margins, reach, self._specificity):
             for index in kept:
-                gains[row, index], _ = template_margin(self._sliding(names[row]), folds[index])
+                gains[row, index], _ = template_margin(self._near(names[row]), folds[index])
         return threshold_at(_margins(gains), self._specificity)
 
     def _render(self, left_out: frozenset[str]) -> tuple[FloatArray, ...]:
@@ -102,12 +118,11 @@ class TemplateMatching:
             [(sizes_mm[name], particles.get(name)) for name in ordered]
         )
 
-    def _with_all(self, recording: JudgedRecording) -> Comparison:
+    def _with_all(self, name: str) -> Comparison:
         """Return the comparison with the templates of all recordings, computed once."""
-        if recording.name not in self._compared:
-            compared = compare_templates(recording.matrix, self.templates.matrices)
-            self._compared[recording.name] = compared
-        return self._compared[recording.name]
+        if name not in self._compared:
+            self._compared[name] = compare_templates(self._sliding(name), self.templates.matrices)
+        return self._compared[name]
 
     def _sliding_comparison(self, name: str) -> SlidingComparison:
         return SlidingComparison(self.archive.load(name))
@@ -256,7 +271,7 @@ class NearestTemplate:
 
     def without(self, left_out: Sequence[str]) -> NearestTemplateModel:
         """Learn from all labelled recordings except those left out."""
-        compare = partial(self._matching.comparison, frozenset(left_out))
+        compare = partial(self._matching.comparison, self._matching.fold(left_out))
         return NearestTemplateModel(self._matching.templates, compare)
 
 
@@ -270,7 +285,7 @@ class TemplateMargin:
 
     def without(self, left_out: Sequence[str]) -> TemplateMarginModel:
         """Learn from all labelled recordings except those left out."""
-        fold = frozenset(left_out)
+        fold = self._matching.fold(left_out)
         return TemplateMarginModel(
             self._matching.templates,
             partial(self._matching.comparison, fold),
@@ -279,7 +294,11 @@ class TemplateMargin:
 
 
 def _compare_with(matrices: Sequence[FloatArray], recording: JudgedRecording) -> Comparison:
-    return compare_templates(recording.matrix, matrices)
+    return compare_templates(SlidingComparison(recording.matrix), matrices)
+
+
+def _itself(names: frozenset[str]) -> frozenset[str]:
+    return names
 
 
 def _first_peak(comparison: Comparison, templates: TemplateSet) -> float:

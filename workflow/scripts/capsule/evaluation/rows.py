@@ -1,6 +1,6 @@
 """The order of verdicts in a table, and the text of their cells."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from capsule.kinds import Row
@@ -14,15 +14,22 @@ def by_detector(rows: Iterable[Row], turn: Callable[[str], Any]) -> list[Row]:
     rows : iterable of mapping
         Rows with ``detector`` and ``recording``; rows with the same two keep their order.
     turn : callable
-        ``turn(recording)`` returns the key by which recordings are sorted.
+        ``turn(recording)`` returns the key by which recordings are sorted; no two have the same.
 
     Returns
     -------
     list of mapping
     """
     rows = list(rows)
-    detectors = list(dict.fromkeys(row["detector"] for row in rows))
-    return sorted(rows, key=lambda row: (detectors.index(row["detector"]), turn(row["recording"])))
+    detectors = {name: place for place, name in enumerate(dict.fromkeys(_of(rows, "detector")))}
+    recordings = {
+        name: place for place, name in enumerate(sorted(set(_of(rows, "recording")), key=turn))
+    }
+    return sorted(rows, key=lambda row: (detectors[row["detector"]], recordings[row["recording"]]))
+
+
+def _of(rows: Iterable[Row], column: str) -> Iterator[str]:
+    return (row[column] for row in rows)
 
 
 def as_text(rows: Iterable[Row]) -> list[dict[str, str]]:

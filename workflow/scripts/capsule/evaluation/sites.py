@@ -4,8 +4,9 @@ The paper's capsule goes back to a suspicious place. The mean over several passe
 a single score.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -167,17 +168,25 @@ def site_verdicts(
     -------
     dict of str to SiteVerdict
     """
-    healthy = [name for name, passes in teaching.items() if passes.size_mm == 0]
-    means: dict[int, dict[str, float]] = {}
+    healthy = {name: passes.score for name, passes in teaching.items() if passes.size_mm == 0}
+    place = {name: index for index, name in enumerate(healthy)}
+
+    @cache
+    def means(count: int) -> FloatArray:
+        return np.array([_mean_of(score, count) for score in healthy.values()], dtype=np.float64)
+
+    # Sites that teach nothing have the same threshold. Most sites are of this kind.
+    @cache
+    def threshold_without(index: int | None, count: int) -> float:
+        others = means(count) if index is None else np.delete(means(count), index)
+        return threshold_at(others[~np.isnan(others)], specificity)
+
     verdicts = {}
     for name, passes in judged.items():
         count = int(np.count_nonzero(~np.isnan(passes.score)))
-        if count not in means:
-            means[count] = {other: _mean_of(teaching[other].score, count) for other in healthy}
         threshold = fixed_threshold
         if threshold is None:
-            others = [mean for other, mean in means[count].items() if other != name]
-            threshold = _threshold(others, specificity)
+            threshold = threshold_without(place.get(name), count)
         verdicts[name] = _verdict(passes, count, threshold)
     return verdicts
 
@@ -211,11 +220,6 @@ def detections_by_passes(
     known = [name for name, verdict in verdicts.items() if verdict.detected is not None]
     true_mm = np.array([first[name].size_mm for name in known])
     return true_mm, np.array([verdicts[name].detected for name in known], dtype=bool)
-
-
-def _threshold(means: Sequence[float], specificity: float) -> float:
-    known = np.array(means, dtype=np.float64)
-    return threshold_at(known[~np.isnan(known)], specificity)
 
 
 def _mean_of(scores: FloatArray, count: int | None = None) -> float:
