@@ -23,7 +23,7 @@ from capsule.arrays import FloatArray, IntArray, RealArray
 _TOGETHER, _KEPT = 64, 6
 # Recordings times recordings left out. Beyond it, a new fit of the others takes less memory.
 _LARGEST_UPDATE = 2**22
-# Recordings whose features a new fit holds at a time.
+# Recordings whose weights, or whose features for a new fit, are held at a time.
 _PART = 1024
 
 
@@ -68,16 +68,21 @@ class RidgeWithout:
             return
         self._mean = self._features.mean(axis=0)
         self._centred = self._features - self._mean
-        # Both forms give the same weights; the one with the smaller matrix is faster.
+        # Both forms give the same weights W; the one with the smaller matrix is faster. The second
+        # holds no weights, because they are as large as the features.
+        self._weights = self._inverse = None
         if count <= dimensions:
             gram = self._centred @ self._centred.T + penalty * np.eye(count)
             self._weights = np.linalg.solve(gram, self._centred)
         else:
             normal = self._centred.T @ self._centred + penalty * np.eye(dimensions)
-            self._weights = np.linalg.solve(normal, self._centred.T).T
-        self._leverage = 1.0 / count + np.einsum("np,np->n", self._centred, self._weights)
-        fitted = targets.mean() + self._centred @ (self._weights.T @ targets)
-        self._residuals = targets - fitted
+            self._inverse = np.linalg.inv(normal)
+        self._leverage, slope = np.empty(count), np.zeros(dimensions)
+        for part in _parts(count):
+            centred, weights = self._centred[part], self._weights_of(part)
+            self._leverage[part] = 1.0 / count + np.einsum("np,np->n", centred, weights)
+            slope += weights.T @ targets[part]
+        self._residuals = targets - (targets.mean() + self._centred @ slope)
         self._moment = self._features.T @ self._residuals
         self._block = lru_cache(_KEPT)(self._columns_of_block)
 
@@ -113,12 +118,12 @@ class RidgeWithout:
             return self._anew(np.flatnonzero(taught))
         residuals, leverage, moment = self._residuals, self._leverage, self._moment
         if left_out.size:
-            columns = self._columns(left_out)
+            columns, weights = self._columns(left_out)
             inverse = np.linalg.inv(np.eye(left_out.size) - columns[left_out])
             moving = inverse @ residuals[left_out]
             residuals = residuals + columns @ moving
             leverage = leverage + np.vecdot(columns @ inverse, columns)
-            moved = self._centred[left_out] - self._penalty * self._weights[left_out]
+            moved = self._centred[left_out] - self._penalty * weights
             moment = moment + (self._mean + moved).T @ moving
             moment = moment - self._features[left_out].T @ residuals[left_out]
         targets, residuals, leverage = self._targets[taught], residuals[taught], leverage[taught]
@@ -132,7 +137,7 @@ class RidgeWithout:
         """Learn from some recordings by a new fit that holds the features of a part at a time."""
         targets = self._targets[taught]
         wanted = targets - targets.mean()
-        parts = [slice(start, start + _PART) for start in range(0, taught.size, _PART)]
+        parts = _parts(taught.size)
         mean = sum(self._features[taught[part]].sum(axis=0) for part in parts) / taught.size
         normal, moment = self._penalty * np.eye(mean.size), np.zeros(mean.size)
         for part in parts:
@@ -148,25 +153,36 @@ class RidgeWithout:
             predictions[part] = targets[part] - residuals / (1.0 - leverage)
         return Regression(coefficients, float(targets.mean() - mean @ coefficients)), predictions
 
-    def _columns(self, left_out: IntArray) -> FloatArray:
-        """Return some columns of the hat matrix, (n, m).
+    def _columns(self, left_out: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Return some columns of the hat matrix, (n, m), and the weights of these, (m, P).
 
         Neighbouring recordings are mostly left out one after the other. Computing their columns
         together takes a fraction of the time.
         """
         blocks, places = np.divmod(left_out, _TOGETHER)
         if blocks.max() - blocks.min() >= _KEPT - 1:
-            return self._hat(self._weights[left_out])
-        columns = [
-            self._block(block)[:, place]
-            for block, place in zip(blocks.tolist(), places, strict=True)
-        ]
-        return np.column_stack(columns)
+            return self._columns_of(left_out)
+        columns, weights = [], []
+        for block, place in zip(blocks.tolist(), places.tolist(), strict=True):
+            of_block = self._block(block)
+            columns.append(of_block[0][:, place])
+            weights.append(of_block[1][place])
+        return np.column_stack(columns), np.array(weights)
 
-    def _columns_of_block(self, block: int) -> FloatArray:
-        return self._hat(self._weights[block * _TOGETHER : (block + 1) * _TOGETHER])
+    def _columns_of_block(self, block: int) -> tuple[FloatArray, FloatArray]:
+        return self._columns_of(slice(block * _TOGETHER, (block + 1) * _TOGETHER))
 
-    def _hat(self, weights: FloatArray) -> FloatArray:
-        """Return the columns of the hat matrix (n, m) that belong to some weights (m, P)."""
-        columns: FloatArray = 1.0 / self._targets.size + self._centred @ weights.T
-        return columns
+    def _columns_of(self, rows: IntArray | slice) -> tuple[FloatArray, FloatArray]:
+        weights = self._weights_of(rows)
+        return 1.0 / self._targets.size + self._centred @ weights.T, weights
+
+    def _weights_of(self, rows: IntArray | slice) -> FloatArray:
+        """Return the weights W of some recordings, (m, P)."""
+        if self._weights is None:
+            weights: FloatArray = self._centred[rows] @ self._inverse
+            return weights
+        return self._weights[rows]
+
+
+def _parts(count: int) -> list[slice]:
+    return [slice(start, start + _PART) for start in range(0, count, _PART)]

@@ -1,7 +1,7 @@
 """The verdicts of the configured detectors on the recordings of an archive, as table rows."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import groupby, product
+from itertools import groupby
 
 import numpy as np
 
@@ -139,13 +139,16 @@ def by_folds(
                 rows += [row | {"scheme": scheme} for scheme in of_schemes]
         return rows
 
-    rows = {
-        (row["detector"], row["recording"], row["scheme"]): row
-        for judged in spread(judge, parts_of(schemes))
-        for row in judged
+    rows = [row for judged in spread(judge, parts_of(schemes)) for row in judged]
+    turns = {
+        column: {name: turn for turn, name in enumerate(order)}
+        for column, order in {
+            "detector": detectors.names,
+            "recording": names,
+            "scheme": [folds.scheme for folds in schemes],
+        }.items()
     }
-    order = product(detectors.names, names, [folds.scheme for folds in schemes])
-    return [rows[key] for key in order]
+    return sorted(rows, key=lambda row: [turn[row[column]] for column, turn in turns.items()])
 
 
 def parts_of(schemes: Sequence[Folds]) -> list[Part]:
