@@ -4,9 +4,9 @@ With the centred features C, the penalty l and ``W = (C^T C + l)^-1 C^T``, the h
 ``H = 1 / n + C W``. Without the recordings I the residuals r become
 ``r' = r + H[:, I] (1 - H[I, I])^-1 r[I]``. The leverages become
 ``h + diag(H[:, I] (1 - H[I, I])^-1 H[I, :])`` (Cook and Weisberg 1982). The coefficients are the
-sum of the teaching recordings' features, each weighted by its residual over the penalty. Since
-``C^T C W = C^T - l W``, they follow from the coefficients of all recordings without a pass over
-all features.
+sum of the teaching recordings' centred features, each weighted by its residual over the penalty.
+The residuals sum to 0, so any centre will do. Since ``C^T C W = C^T - l W``, they follow from the
+coefficients of all recordings without a pass over all features.
 
 No matrix of recordings by recordings is stored. Memory, and the time to leave one recording out,
 grow linearly with the number of recordings. Many recordings are left out by a new fit.
@@ -61,13 +61,13 @@ class RidgeWithout:
     """
 
     def __init__(self, features: RealArray, targets: FloatArray, penalty: float) -> None:
-        self._features = np.asarray(features, np.float64)
         self._targets, self._penalty = targets, penalty
-        count, dimensions = self._features.shape
+        count, dimensions = features.shape
         if count == 0:
             return
-        self._mean = self._features.mean(axis=0)
-        self._centred = self._features - self._mean
+        # Only the centred features are held, because an archive's features are large.
+        self._mean = features.mean(axis=0, dtype=np.float64)
+        self._centred = features - self._mean
         # Both forms give the same weights W; the one with the smaller matrix is faster. The second
         # holds no weights, because they are as large as the features.
         self._weights = self._inverse = None
@@ -83,7 +83,7 @@ class RidgeWithout:
             self._leverage[part] = 1.0 / count + np.einsum("np,np->n", centred, weights)
             slope += weights.T @ targets[part]
         self._residuals = targets - (targets.mean() + self._centred @ slope)
-        self._moment = self._features.T @ self._residuals
+        self._moment = self._centred.T @ self._residuals
         self._block = lru_cache(_KEPT)(self._columns_of_block)
 
     def without(self, left_out: IntArray) -> tuple[Regression, FloatArray] | None:
@@ -117,19 +117,18 @@ class RidgeWithout:
         if left_out.size * taught.size > _LARGEST_UPDATE:
             return self._anew(np.flatnonzero(taught))
         residuals, leverage, moment = self._residuals, self._leverage, self._moment
+        gone = self._centred[left_out]
         if left_out.size:
             columns, weights = self._columns(left_out)
             inverse = np.linalg.inv(np.eye(left_out.size) - columns[left_out])
             moving = inverse @ residuals[left_out]
             residuals = residuals + columns @ moving
             leverage = leverage + np.vecdot(columns @ inverse, columns)
-            moved = self._centred[left_out] - self._penalty * weights
-            moment = moment + (self._mean + moved).T @ moving
-            moment = moment - self._features[left_out].T @ residuals[left_out]
+            moment = moment + (gone - self._penalty * weights).T @ moving
+            moment -= gone.T @ residuals[left_out]
         targets, residuals, leverage = self._targets[taught], residuals[taught], leverage[taught]
         coefficients = moment / self._penalty
-        gone = self._features[left_out].sum(axis=0)
-        mean = (self._mean * taught.size - gone) / targets.size
+        mean = self._mean - gone.sum(axis=0) / targets.size
         intercept = float(np.mean(targets - residuals) - mean @ coefficients)
         return Regression(coefficients, intercept), targets - residuals / (1.0 - leverage)
 
@@ -138,20 +137,21 @@ class RidgeWithout:
         targets = self._targets[taught]
         wanted = targets - targets.mean()
         parts = _parts(taught.size)
-        mean = sum(self._features[taught[part]].sum(axis=0) for part in parts) / taught.size
-        normal, moment = self._penalty * np.eye(mean.size), np.zeros(mean.size)
+        shift = sum(self._centred[taught[part]].sum(axis=0) for part in parts) / taught.size
+        normal, moment = self._penalty * np.eye(shift.size), np.zeros(shift.size)
         for part in parts:
-            centred = self._features[taught[part]] - mean
+            centred = self._centred[taught[part]] - shift
             normal += centred.T @ centred
             moment += centred.T @ wanted[part]
         coefficients: FloatArray = np.asarray(np.linalg.solve(normal, moment), np.float64)
         predictions = np.empty(taught.size)
         for part in parts:
-            centred = self._features[taught[part]] - mean
+            centred = self._centred[taught[part]] - shift
             leverage = 1.0 / taught.size + np.vecdot(centred, np.linalg.solve(normal, centred.T).T)
             residuals = wanted[part] - centred @ coefficients
             predictions[part] = targets[part] - residuals / (1.0 - leverage)
-        return Regression(coefficients, float(targets.mean() - mean @ coefficients)), predictions
+        intercept = float(targets.mean() - (self._mean + shift) @ coefficients)
+        return Regression(coefficients, intercept), predictions
 
     def _columns(self, left_out: IntArray) -> tuple[FloatArray, FloatArray]:
         """Return some columns of the hat matrix, (n, m), and the weights of these, (m, P).
