@@ -22,7 +22,8 @@ from judge_benches import CONDITIONS, HEIGHTS, judge_changed, judge_detectors, j
 from judge_report import Measured, report
 
 from edges.config_files import read_config_file
-from edges.phantom import CONFIG, DEFAULT_TABLE, natural, read_phantom
+from edges.number_arguments import natural
+from edges.phantom import CONFIG, DEFAULT_TABLE, read_phantom
 
 # The detector was designed on seeds 5000 to 9999; nothing here may use those.
 FIRST_SEED = 60_000

@@ -21,7 +21,8 @@ from judge_report import table
 
 from capsule.naming import size_mm
 from edges.config_files import read_config_file
-from edges.phantom import CONFIG, natural
+from edges.number_arguments import natural
+from edges.phantom import CONFIG
 from edges.scorer_files import read_scorer
 
 FIRST_SEED = 150_000

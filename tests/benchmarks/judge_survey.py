@@ -28,7 +28,8 @@ from capsule.seeding import generator
 from capsule.survey.odometer import mean_origin
 from capsule.survey.pilot import Pilot
 from edges.config_files import read_config_file
-from edges.phantom import CONFIG, DEFAULT_TABLE, natural, read_phantom
+from edges.number_arguments import natural
+from edges.phantom import CONFIG, DEFAULT_TABLE, read_phantom
 
 # The survey was designed on seeds below 1000; judged before were those from 500000, 600000 and
 # 700000 on, and with targets those from 800000 on.

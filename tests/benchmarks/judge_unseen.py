@@ -35,7 +35,8 @@ from capsule.templates import TemplateSet, no_nodule_template
 from capsule.wave_check import missing_wave
 from edges.config_files import read_config_file
 from edges.files import write_csv
-from edges.phantom import BENCHES, CONFIG, DEFAULT_TABLE, natural, read_phantom
+from edges.number_arguments import natural
+from edges.phantom import BENCHES, CONFIG, DEFAULT_TABLE, read_phantom
 from edges.scorer_files import read_scorer
 from phantom_study.simulated_archive import DetectorSettings, average_fits, fit_archive
 

@@ -20,7 +20,8 @@ from judge_unseen import USUAL, simulated, stored
 from capsule.seeding import generator
 from capsule.wave_check import missing_wave
 from edges.config_files import read_config_file
-from edges.phantom import BENCHES, CONFIG, natural
+from edges.number_arguments import natural
+from edges.phantom import BENCHES, CONFIG
 
 SAMPLES = 420
 

@@ -42,12 +42,6 @@ def test_recordings_are_ordered_by_size_then_by_number():
     assert archive.of_nodules() == ["2.5mm/r1", "3mm/r9", "3mm/r10", "10mm/r1"]
     assert archive.unlabelled() == ["unlabelled/a"]
     assert archive.labelled() == [*expected[:-1]]
-    assert archive.by_folder() == {
-        "2.5mm": ["2.5mm/r1"],
-        "3mm": ["3mm/r9", "3mm/r10"],
-        "10mm": ["10mm/r1"],
-        "unlabelled": ["unlabelled/a"],
-    }
 
 
 @pytest.mark.parametrize(

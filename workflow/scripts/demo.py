@@ -6,23 +6,7 @@ from pathlib import Path
 from acquisition import demo_run, output
 from acquisition.bench_errors import INTERRUPTED, end_with_status
 from edges import files
-from edges.phantom import natural
-
-
-def size(text: str) -> float:
-    """Return a nodule size in mm."""
-    value = float(text)
-    if not 0 <= value <= 5:
-        raise argparse.ArgumentTypeError(f"{text} mm is not within 0 to 5 mm")
-    return value
-
-
-def speed(text: str) -> float:
-    """Return the speed relative to a real run."""
-    value = float(text)
-    if not 0.5 <= value <= 100:
-        raise argparse.ArgumentTypeError(f"{text} is not a speed within 0.5 to 100")
-    return value
+from edges.number_arguments import natural, number_within
 
 
 def read_arguments() -> argparse.Namespace:
@@ -32,9 +16,9 @@ def read_arguments() -> argparse.Namespace:
     out = "the demo's own folder, never your raw/ (default: demo)"
     add("--out", type=Path, default=Path("demo"), metavar="FOLDER", help=out)
     faster = "speed relative to a real run (default: 5)"
-    add("--speed", type=speed, default=5.0, metavar="X", help=faster)
+    add("--speed", type=number_within(0.5, 100), default=5.0, metavar="X", help=faster)
     nodule = "nodule size; 0: no nodule (default: 3)"
-    add("--size", type=size, default=3.0, metavar="MM", help=nodule)
+    add("--size", type=number_within(0, 5, "mm"), default=3.0, metavar="MM", help=nodule)
     run = "random seed; each seed is another run (default: the first not played yet)"
     add("--seed", type=natural, metavar="N", help=run)
     add("--plot", action="store_true", help="show the sensors in a window, if one can be opened")

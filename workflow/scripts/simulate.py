@@ -9,22 +9,20 @@ from capsule.phantom.simulation import planned_runs, recording_of, simulate_run
 from capsule.recording import format_recording
 from edges import files
 from edges.config_files import read_config_file
-from edges.phantom import CONFIG, natural, phantom_arguments, read_phantom
-
-
-def size(text: str) -> float:
-    """Return a nodule size in mm."""
-    value = float(text)
-    if not 0 <= value <= 20:
-        raise argparse.ArgumentTypeError(f"{text} mm does not fit into the gut (0 to 20 mm)")
-    return value
+from edges.number_arguments import natural, number_within
+from edges.phantom import CONFIG, phantom_arguments, read_phantom
 
 
 def read_arguments() -> argparse.Namespace:
     """Return the options."""
     parser = argparse.ArgumentParser(description=__doc__, parents=[phantom_arguments()])
     add = parser.add_argument
-    sizes = {"type": size, "nargs": "+", "metavar": "MM", "default": [0, 1, 2, 3, 4, 5]}
+    sizes = {
+        "type": number_within(0, 20, "mm"),
+        "nargs": "+",
+        "metavar": "MM",
+        "default": [0, 1, 2, 3, 4, 5],
+    }
     seed = {"type": int, "metavar": "N", "default": 1}
     output = {"type": Path, "metavar": "FOLDER", "default": Path("raw")}
     add("--out", **output, help="output: the archive (default: raw)")

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from edges import files
-from edges.phantom import DEFAULT_TABLE, natural, read_phantom
+from edges.number_arguments import natural
+from edges.phantom import DEFAULT_TABLE, read_phantom
 from scorer_teaching.episodes import episodes_of, phantom_recordings, random_recordings
 from scorer_teaching.progress import Progress
 

@@ -33,7 +33,8 @@ from capsule.naming import size_mm
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import planned_runs, simulate_run
 from capsule.preprocessing import normalize
-from edges.phantom import BENCHES, DEFAULT_TABLE, natural, read_phantom
+from edges.number_arguments import natural
+from edges.phantom import BENCHES, DEFAULT_TABLE, read_phantom
 
 LENGTH, TEACHING_SEED, FRESH_SEED, FRESH = 1000, 70_000, 80_000, 600
 # As tests/benchmarks/judge_unseen.py judges them.

@@ -228,6 +228,7 @@ def connect(port: str, baud: int, wanted: str) -> tuple[Line, Identity]:
     try:
         return line, identify(line, wanted)
     except LineLostError as fault:
+        line.close()
         raise NoAnswerError(
             f"the board at {port} was disconnected before it identified itself: {fault}"
         ) from fault

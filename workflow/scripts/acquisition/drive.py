@@ -56,24 +56,23 @@ class Drive:
         self._heard_s = 0.0
         try:
             for setting in wave.commands:
-                request(self.line, setting)
-        except LineLostError as fault:
-            raise AcquisitionError(
-                f"the peristalsis board at {port} was disconnected: {fault}"
-            ) from fault
+                self._request(setting)
         except AcquisitionError:
             self.line.close()
             raise
 
     def start(self) -> None:
         """Start the wave."""
+        self._request("start")
+        self._heard_s = time.monotonic()
+
+    def _request(self, command: str) -> None:
         try:
-            request(self.line, "start")
+            request(self.line, command)
         except LineLostError as fault:
             raise AcquisitionError(
                 f"the peristalsis board at {self.port} was disconnected: {fault}"
             ) from fault
-        self._heard_s = time.monotonic()
 
     def watch(self) -> str:
         """Ask for the position once a second; return a warning if the wave stopped by itself."""

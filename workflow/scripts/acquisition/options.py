@@ -5,6 +5,7 @@ from pathlib import Path
 
 from acquisition.line import BAUD
 from acquisition.stream_options import add_stream_options, fault_of_streams
+from edges.number_arguments import positive
 from edges.run_arguments import recording_name, size_folder
 from edges.workflow_call import data_config, data_folder
 
@@ -70,7 +71,7 @@ def _add_run_options(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="complete the unfinished recording FILE (.part); without FILE, all under raw/",
     )
-    group.add_argument("--duration", type=_positive, metavar="S", help="stop after S seconds")
+    group.add_argument("--duration", type=positive, metavar="S", help="stop after S seconds")
     group.add_argument(
         "--name", type=recording_name, help="the recording's name (default: UTC time)"
     )
@@ -101,7 +102,7 @@ def add_board_options(parser: argparse.ArgumentParser) -> None:
     )
     group.add_argument(
         "--patience",
-        type=_positive,
+        type=positive,
         default=60.0,
         metavar="S",
         help="longest wait for the next sample in seconds, also while the board is unplugged "
@@ -115,14 +116,14 @@ def add_wave_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--drive", metavar="PORT", help="start and stop the wave at this port")
     group.add_argument(
         "--speed",
-        type=_positive,
+        type=positive,
         default=25.0,
         metavar="MM_S",
         help="speed of the wave in mm/s (default: %(default)g)",
     )
     group.add_argument(
         "--ramp",
-        type=_positive,
+        type=positive,
         default=25.0,
         metavar="MM_S2",
         help="acceleration of the wave in mm/s^2 (default: %(default)g)",
@@ -158,16 +159,6 @@ def _add_place_options(parser: argparse.ArgumentParser) -> None:
         default=data_config(),
         help="the workflow's configuration (default: config/config.yaml)",
     )
-
-
-def _positive(text: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        number = 0.0
-    if not 0 < number < float("inf"):
-        raise argparse.ArgumentTypeError(f"{text!r} is not a number above 0")
-    return number
 
 
 def _entry(text: str) -> str:

@@ -1,18 +1,19 @@
 """The folder of a survey; its files get their final names only when they are complete."""
 
+import contextlib
 import json
 import math
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from acquisition.archive import SYNC_EVERY_S
+from acquisition.archive import SYNC_EVERY_S, explain_write_fault
 from acquisition.bench_errors import AcquisitionError, NameExistsError
-from acquisition.growing_file import GrowingFile
+from acquisition.growing_file import REMEDY, GrowingFile
 from capsule.kinds import Row, Settings
 from capsule.naming import PART, UNLABELLED
 from capsule.recording import Recording, column_names, format_recording
@@ -62,14 +63,15 @@ class SessionFolder:
     ------
     NameExistsError
         The session exists.
+    AcquisitionError
+        A file cannot be written, here and in each method that writes one.
     """
 
     def __init__(
         self, folder: Path, about: Settings, sensors: int, *, resumed: bool, raw: Path | None = None
     ) -> None:
         if not resumed:
-            check_new(folder)
-            write_json(folder / ABOUT, about)
+            _begin(folder, about)
         self.folder, self._raw, self._about = folder, raw, dict(about)
         self._stream = GrowingFile(folder / STREAM)
         self._events = GrowingFile(folder / EVENTS)
@@ -85,12 +87,16 @@ class SessionFolder:
         """Store an entry of session.json that becomes known during the session."""
         if value_mm is not None and self._about.get(entry) is None:
             self._about[entry] = round(value_mm, 3)
-            write_json(self.folder / ABOUT, self._about)
+            self._write_about()
 
     def leave_out(self, entry: str) -> None:
         """Store that an entry is not available."""
         self._about[entry] = None
-        write_json(self.folder / ABOUT, self._about)
+        self._write_about()
+
+    def _write_about(self) -> None:
+        with _writing(self.folder / ABOUT):
+            write_json(self.folder / ABOUT, self._about)
 
     def add_readings(self, readings: Readings, judgement: Judgement) -> None:
         """Add samples to the stream, and the judgement to the last of them.
@@ -140,13 +146,14 @@ class SessionFolder:
             wanted.append(self._raw / UNLABELLED / f"{self.folder.name}-{name}.csv")
         for path in wanted:
             if not path.exists():
-                with write_whole(path, "wb") as stream:
+                with _writing(path), write_whole(path, "wb") as stream:
                     stream.write(format_recording(recording))
         return f"{RECORDINGS}/{name}.csv"
 
     def write_places(self, rows: Sequence[Row]) -> None:
         """Write the table of places."""
-        write_csv(self.folder / PLACES, PLACE_COLUMNS, rows)
+        with _writing(self.folder / PLACES):
+            write_csv(self.folder / PLACES, PLACE_COLUMNS, rows)
 
     def finish(self) -> None:
         """Rename the files to their final names."""
@@ -164,6 +171,26 @@ class SessionFolder:
         for name in (STREAM + PART, EVENTS + PART, BOARDS_LOG, ABOUT):
             (self.folder / name).unlink(missing_ok=True)
         self.folder.rmdir()
+
+
+def _begin(folder: Path, about: Settings) -> None:
+    """Make the folder of a new session, or leave none."""
+    check_new(folder)
+    try:
+        with _writing(folder / ABOUT, "the same command again"):
+            write_json(folder / ABOUT, about)
+    except AcquisitionError:
+        with contextlib.suppress(OSError):
+            folder.rmdir()
+        raise
+
+
+@contextlib.contextmanager
+def _writing(path: Path, remedy: str = REMEDY) -> Iterator[None]:
+    try:
+        yield
+    except OSError as fault:
+        raise explain_write_fault(fault, path, remedy) from fault
 
 
 def check_new(folder: Path) -> None:

@@ -4,7 +4,8 @@ import argparse
 from pathlib import Path
 
 from acquisition.options import add_board_options, add_wave_options
-from edges.phantom import natural, phantom_arguments
+from edges.number_arguments import natural, number_within
+from edges.phantom import phantom_arguments
 
 EXAMPLES = """
 examples:
@@ -45,9 +46,10 @@ def parse(arguments: list[str] | None = None) -> argparse.Namespace:
     add = parser.add_argument
     add("--simulate", action="store_true", help="survey a simulated gut, without boards")
     metres = "length of the gut in m (default: 1 if simulated, else up to the end stop)"
-    add("--metres", type=_length, metavar="M", help=metres)
+    add("--metres", type=number_within(SHORTEST_M, 10, "m"), metavar="M", help=metres)
     nodules = "diameters of the simulated nodules in mm; the seed decides their places"
-    add("--nodules", type=_diameter, nargs="+", default=[], metavar="MM", help=nodules)
+    diameters = number_within(0.1, 5, "mm")
+    add("--nodules", type=diameters, nargs="+", default=[], metavar="MM", help=nodules)
     seed = "random seed; the same seed gives the same session (default: 1)"
     add("--seed", type=natural, default=1, metavar="N", help=seed)
     targets = "go to these positions one after the other, in mm from the start"
@@ -89,17 +91,3 @@ def _check_new(options: argparse.Namespace, parser: argparse.ArgumentParser) -> 
         parser.error(
             f"--goto {outside[0]:g}: the gut is {length_mm:g} mm long; give a position within it"
         )
-
-
-def _length(text: str) -> float:
-    value = float(text)
-    if not SHORTEST_M <= value <= 10:
-        raise argparse.ArgumentTypeError(f"{text} m is not within {SHORTEST_M:g} to 10 m")
-    return value
-
-
-def _diameter(text: str) -> float:
-    value = float(text)
-    if not 0 < value <= 5:
-        raise argparse.ArgumentTypeError(f"{text} mm is not within 0 to 5 mm")
-    return value

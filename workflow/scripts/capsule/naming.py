@@ -73,13 +73,6 @@ class Archive:
         """Return the recordings over a nodule of known size."""
         return [name for name in self.recordings if (size_mm(name) or 0.0) > 0.0]
 
-    def by_folder(self) -> dict[str, list[str]]:
-        """Return the recordings of each folder that holds any."""
-        folders: dict[str, list[str]] = {}
-        for name in self.recordings:
-            folders.setdefault(folder_of(name), []).append(name)
-        return folders
-
     def unlabelled(self) -> list[str]:
         """Return the recordings of unknown size, which a detector is to judge."""
         return [name for name in self.recordings if size_mm(name) is None]

@@ -14,14 +14,6 @@ DEFAULT_TABLE = CONFIG / "phantom.yaml"
 BENCHES = CONFIG / "benches"
 
 
-def natural(text: str) -> int:
-    """Read a whole number of at least 1."""
-    value = int(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"{text} is below 1")
-    return value
-
-
 def bench_file(name: str) -> Path:
     """Return the file of a bench; the error for an unknown name suggests the nearest one."""
     benches = {path.stem: path for path in sorted(BENCHES.glob("*.yaml"))}

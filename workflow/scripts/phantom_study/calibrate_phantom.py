@@ -20,7 +20,8 @@ import yaml
 
 from capsule.phantom.parameters import bench_parts, rewritten
 from edges import files
-from edges.phantom import bench_file, natural, read_phantom
+from edges.number_arguments import natural
+from edges.phantom import bench_file, read_phantom
 from phantom_study import simulated_archive, trials
 from phantom_study.arguments import read_detector, read_paper_table
 from phantom_study.calibration import Calibration, Plan, winner

@@ -13,7 +13,8 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from edges import files
-from edges.phantom import natural, read_phantom
+from edges.number_arguments import natural
+from edges.phantom import read_phantom
 from phantom_study import description, drawings, sensitivity, simulated_archive
 from phantom_study.arguments import read_detector, read_paper_table
 

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from edges import files
-from edges.phantom import natural, read_phantom
+from edges.number_arguments import natural
+from edges.phantom import read_phantom
 from phantom_study import paper_table, simulated_archive
 from phantom_study.arguments import read_detector, read_paper_table
 
