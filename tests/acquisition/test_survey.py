@@ -194,8 +194,8 @@ def test_a_target_that_cannot_be_reached_has_its_own_status(tmp_path):
         (["--drive", "p", "--out", "x"], "needs --fold PORT"),
         (["--simulate"], "--out FOLDER"),
         (["--simulate", "--out", "x", "--goto", "1500"], "the gut is 1000 mm long"),
-        (["--simulate", "--out", "x", "--metres", "50"], "not within 0.2 to 10 m"),
-        (["--simulate", "--out", "x", "--nodules", "9"], "not within 0 to 5 mm"),
+        (["--simulate", "--out", "x", "--metres", "50"], "'50' is not a number from 0.2 to 10 m"),
+        (["--simulate", "--out", "x", "--nodules", "9"], "'9' is not a number from 0.1 to 5 mm"),
     ],
 )
 def test_a_wrong_command_line_is_answered_with_what_is_wrong(tmp_path, arguments, said):

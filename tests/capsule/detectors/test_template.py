@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from capsule.detectors.matching import compare_templates, nearest_size, template_distances
 from capsule.detectors.operating_point import threshold_at
@@ -12,8 +10,6 @@ from capsule.detectors.template import (
     NearestTemplateModel,
     TemplateMargin,
     TemplateMarginModel,
-    margin_reach,
-    near_threshold,
 )
 from capsule.particles import Particle, render
 from capsule.seeding import generator
@@ -93,27 +89,6 @@ def test_the_folds_threshold_equals_that_of_all_margins_computed_anew(archive):
         ]
         verdict = detector.without(left_out).verdict(taught.recording(left_out[0]))
         assert verdict.threshold == threshold_at(np.array(margins), 0.8)
-
-
-def test_a_margin_moves_no_farther_than_its_reach(archive):
-    _, _, matrices, templates = archive
-    whole, fold = templates.matrices[1], templates.matrices[2] * 0.5
-    norms = np.array([np.linalg.norm(matrix) for matrix in matrices.values()])
-    moved = [
-        abs(np.subtract(*compare_templates(SlidingComparison(matrix), [whole, fold]).gains))
-        for matrix in matrices.values()
-    ]
-    assert (moved <= margin_reach(norms, whole, fold) * (1 + 1e-12)).all()
-
-
-@given(st.lists(st.tuples(st.floats(-9, 9), st.floats(0, 3), st.floats(-1, 1)), min_size=1))
-def test_only_margins_near_the_threshold_need_to_be_known(rows):
-    margins, reach, share = np.array(rows).T
-    true = margins + share * reach
-    mixed = margins.copy()
-    near = near_threshold(margins, reach, 0.9)
-    mixed[near] = true[near]
-    assert threshold_at(mixed, 0.9) == pytest.approx(threshold_at(true, 0.9), abs=1e-12)
 
 
 def test_both_detectors_judge_a_recording_of_no_archive_by_what_they_keep(archive):
