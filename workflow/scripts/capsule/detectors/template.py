@@ -26,6 +26,28 @@ from capsule.templates import TemplateSet
 Compare = Callable[[JudgedRecording], Comparison]
 
 
+@dataclass(frozen=True, eq=False)
+class FoldTemplates:
+    """The templates of a fold.
+
+    Two of these are equal only if they are the same object. To compare the names of thousands of
+    recordings would take longer than to compare a recording with a template.
+
+    Attributes
+    ----------
+    left_out : frozenset of str
+        The recordings that teach nothing.
+    matrices : tuple of 1 + B (S, L) arrays
+        The templates without these recordings.
+    changed : list of int
+        Which of them differ from the templates of all recordings.
+    """
+
+    left_out: frozenset[str]
+    matrices: tuple[FloatArray, ...]
+    changed: list[int]
+
+
 class TemplateMatching:
     """A comparison of an archive's recordings with templates that leave some of them out.
 
@@ -48,31 +70,25 @@ class TemplateMatching:
         self._near = lru_cache(maxsize=64)(self._sliding_comparison)
         # A recording is compared twice in turn: with all templates, and with those of its fold.
         self._sliding = lru_cache(maxsize=1)(self._sliding_comparison)
-        gains = [self._with_all(name).gains[1:] for name in healthy]
-        self._gains = np.array(gains).reshape(len(healthy), len(self.templates.matrices) - 1)
-        self._norms = np.array([np.linalg.norm(archive.load(name)) for name in healthy])
+        self._gains = np.empty((len(healthy), len(self.templates.matrices) - 1))
+        self._norms = np.empty(len(healthy))
+        for row, name in enumerate(healthy):
+            self._gains[row] = self._with_all(name).gains[1:]
+            self._norms[row] = np.linalg.norm(self._sliding(name).matrix)
         # Both detectors ask for the same fold, and then for the same recording in that fold.
         self._fold = lru_cache(maxsize=2)(self._render)
-        self._same: Callable[[frozenset[str]], frozenset[str]] = lru_cache(maxsize=2)(_itself)
-        self._latest: tuple[frozenset[str], str, Comparison] | None = None
+        self._compare = lru_cache(maxsize=1)(self._compare_anew)
 
-    def fold(self, left_out: Sequence[str]) -> frozenset[str]:
-        """Return the recordings left out as a set, for the same ones as the same object.
+    def fold(self, left_out: Sequence[str]) -> FoldTemplates:
+        """Return the templates without some recordings."""
+        return self._fold(frozenset(left_out))
 
-        To find that two large sets are equal takes longer than a comparison with a template.
-        """
-        return self._same(frozenset(left_out))
+    def comparison(self, fold: FoldTemplates, recording: JudgedRecording) -> Comparison:
+        """Return the comparison of a recording of the archive with the templates of a fold."""
+        return self._compare(fold, recording.name)
 
-    def comparison(self, fold: frozenset[str], recording: JudgedRecording) -> Comparison:
-        """Return the comparison of a recording of the archive with the templates of a `fold`."""
-        name = recording.name
-        if self._latest is None or self._latest[0] is not fold or self._latest[1] != name:
-            self._latest = fold, name, self._compare(fold, name)
-        return self._latest[2]
-
-    def _compare(self, fold: frozenset[str], name: str) -> Comparison:
-        matrices = self._fold(fold)
-        changed = _changed(self.templates.matrices, matrices)
+    def _compare_anew(self, fold: FoldTemplates, name: str) -> Comparison:
+        matrices, changed = fold.matrices, fold.changed
         if not changed:
             return self._with_all(name)
         # T^0 never changes.
@@ -81,17 +97,18 @@ class TemplateMatching:
         anew = compare_templates(self._sliding(name), [matrices[index] for index in changed])
         return self._with_all(name).replaced(changed, anew)
 
-    def threshold(self, fold: frozenset[str]) -> float:
-        """Return the threshold from the margins of the healthy recordings that teach a `fold`.
+    def threshold(self, fold: FoldTemplates) -> float:
+        """Return the threshold from the margins of the healthy recordings that teach a fold.
 
         The templates of a fold differ little from those of all recordings, and so do the margins
         (`margin_reach`). Only margins that may lie at the threshold are computed anew.
         """
         taught = np.ones(len(self._healthy), dtype=bool)
-        taught[[self._row[name] for name in fold if name in self._row]] = False
-        wholes, folds = self.templates.matrices[1:], self._fold(fold)[1:]
+        taught[[self._row[name] for name in fold.left_out if name in self._row]] = False
+        wholes, folds = self.templates.matrices[1:], fold.matrices[1:]
         gains = self._gains[taught]
-        changed = _changed(wholes, folds)
+        # The gains leave T^0 out.
+        changed = [index - 1 for index in fold.changed]
         if not changed or gains.size == 0:
             return threshold_at(_margins(gains), self._specificity)
         lost = [index for index in changed if np.isnan(folds[index]).any()]
@@ -110,14 +127,16 @@ class TemplateMatching:
                 gains[row, index], _ = template_margin(self._near(names[row]), folds[index])
         return threshold_at(_margins(gains), self._specificity)
 
-    def _render(self, left_out: frozenset[str]) -> tuple[FloatArray, ...]:
-        """Return the 1 + B templates (S, L) without the recordings left out."""
+    def _render(self, left_out: frozenset[str]) -> FoldTemplates:
         sizes_mm, particles = self.archive.sizes_mm, self.archive.particles
         # Always in the same order, because rounding makes a sum depend on the order.
         ordered = sorted(left_out & self._place.keys(), key=self._place.__getitem__)
-        return self.templates.without_all(
+        matrices = self.templates.without_all(
             [(sizes_mm[name], particles.get(name)) for name in ordered]
         )
+        pairs = enumerate(zip(self.templates.matrices, matrices, strict=True))
+        changed = [index for index, (whole, fold) in pairs if whole is not fold]
+        return FoldTemplates(left_out, matrices, changed)
 
     def _with_all(self, name: str) -> Comparison:
         """Return the comparison with the templates of all recordings, computed once."""
@@ -127,12 +146,6 @@ class TemplateMatching:
 
     def _sliding_comparison(self, name: str) -> SlidingComparison:
         return SlidingComparison(self.archive.load(name))
-
-
-def _changed(wholes: Sequence[FloatArray], folds: Sequence[FloatArray]) -> list[int]:
-    """Return the indexes of the templates in which a fold differs from all recordings."""
-    pairs = enumerate(zip(wholes, folds, strict=True))
-    return [index for index, (whole, fold) in pairs if whole is not fold]
 
 
 def _margins(gains: FloatArray) -> FloatArray:
@@ -248,10 +261,6 @@ class TemplateMargin:
 
 def _compare_with(matrices: Sequence[FloatArray], recording: JudgedRecording) -> Comparison:
     return compare_templates(SlidingComparison(recording.matrix), matrices)
-
-
-def _itself(names: frozenset[str]) -> frozenset[str]:
-    return names
 
 
 def _first_peak(comparison: Comparison, templates: TemplateSet) -> float:
