@@ -48,8 +48,8 @@ def check_recording(
     shape, sensors = settings["preprocessing"], settings["recording"]["sensors"]
     check: dict[str, Any] = {"recording": name, "size_mm": size_mm(name), "header": {}}
     check |= {"samples": None, "duration_s": None, "status": "rejected", "reason": ""}
-    check |= {"sha256": None, "readings_sha256": None, "at_ends": [], "no_verdict": ""}
-    check["marks"] = []
+    check |= {"sha256": None, "readings_sha256": None, "marks": []}
+    check |= {"at_ends": [], "no_verdict": ""}
     values = matrix = np.full((sensors, shape["length"]), np.nan)
     try:
         if content is None:

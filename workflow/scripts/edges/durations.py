@@ -3,7 +3,6 @@
 The Snakefile reads the list of rules from this module, so it imports only fast modules.
 """
 
-import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -70,13 +69,6 @@ def read_durations(
 
 def _logs_of(folder: Path, jobs: set[str]) -> list[Path]:
     """Return the logs in a rule's folder that belong to some jobs; it may hold many others."""
-    found = []
-    for inner, _, names in os.walk(folder):
-        at = Path(inner).relative_to(folder).as_posix()
-        prefix = "" if at == "." else f"{at}/"
-        found += [
-            folder / f"{prefix}{name}"
-            for name in sorted(names)
-            if name.endswith(".log") and prefix + name[: -len(".log")] in jobs
-        ]
-    return found
+    # Cut off as text, because `relative_to` would take seconds for thousands of logs.
+    job = slice(len(f"{folder.as_posix()}/"), -len(".log"))
+    return sorted(path for path in folder.rglob("*.log") if path.as_posix()[job] in jobs)

@@ -189,6 +189,7 @@ def write_csv(path: Path, columns: Sequence[str], rows: Iterable[Row]) -> None:
 def _cell(value: object) -> object:
     if isinstance(value, str):
         return without_formula(value)
+    # Only NaN differs from itself.
     return "" if value is None or value != value else value
 
 

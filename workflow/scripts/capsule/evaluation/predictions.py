@@ -10,6 +10,7 @@ from capsule.detectors.registry import detector_row
 from capsule.detectors.training import Detector, TrainingArchive, detector_class
 from capsule.detectors.verdicts import NO_VERDICT, Verdict, why_unknown
 from capsule.evaluation.folds import Folds
+from capsule.evaluation.rows import in_order
 from capsule.kinds import Cells, Spread
 from capsule.naming import size_label
 
@@ -140,15 +141,8 @@ def by_folds(
         return rows
 
     rows = [row for judged in spread(judge, parts_of(schemes)) for row in judged]
-    turns = {
-        column: {name: turn for turn, name in enumerate(order)}
-        for column, order in {
-            "detector": detectors.names,
-            "recording": names,
-            "scheme": [folds.scheme for folds in schemes],
-        }.items()
-    }
-    return sorted(rows, key=lambda row: [turn[row[column]] for column, turn in turns.items()])
+    order = [folds.scheme for folds in schemes]
+    return in_order(rows, detector=detectors.names, recording=names, scheme=order)
 
 
 def parts_of(schemes: Sequence[Folds]) -> list[Part]:

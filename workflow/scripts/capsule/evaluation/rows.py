@@ -1,9 +1,11 @@
 """The order of verdicts in a table, and the text of their cells."""
 
-from collections.abc import Callable, Iterable, Iterator
-from typing import Any
+from collections.abc import Callable, Iterable
+from typing import Any, TypeVar
 
 from capsule.kinds import Row
+
+AnyRow = TypeVar("AnyRow", bound=Row)
 
 
 def by_detector(rows: Iterable[Row], turn: Callable[[str], Any]) -> list[Row]:
@@ -21,15 +23,30 @@ def by_detector(rows: Iterable[Row], turn: Callable[[str], Any]) -> list[Row]:
     list of mapping
     """
     rows = list(rows)
-    detectors = {name: place for place, name in enumerate(dict.fromkeys(_of(rows, "detector")))}
-    recordings = {
-        name: place for place, name in enumerate(sorted(set(_of(rows, "recording")), key=turn))
+    detectors, recordings = (
+        dict.fromkeys(row[column] for row in rows) for column in ("detector", "recording")
+    )
+    return in_order(rows, detector=detectors, recording=sorted(recordings, key=turn))
+
+
+def in_order(rows: Iterable[AnyRow], **orders: Iterable[str]) -> list[AnyRow]:
+    """Return rows sorted by columns, the first one first.
+
+    Parameters
+    ----------
+    rows : iterable of mapping
+        Rows with the same cells in these columns keep their order.
+    **orders : iterable of str
+        All cells of each column, in their order.
+
+    Returns
+    -------
+    list of mapping
+    """
+    turns = {
+        column: {cell: turn for turn, cell in enumerate(order)} for column, order in orders.items()
     }
-    return sorted(rows, key=lambda row: (detectors[row["detector"]], recordings[row["recording"]]))
-
-
-def _of(rows: Iterable[Row], column: str) -> Iterator[str]:
-    return (row[column] for row in rows)
+    return sorted(rows, key=lambda row: [turn[row[column]] for column, turn in turns.items()])
 
 
 def as_text(rows: Iterable[Row]) -> list[dict[str, str]]:
