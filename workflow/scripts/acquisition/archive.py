@@ -1,5 +1,6 @@
 """Recordings on disk; a recording gets its final name only when it is complete."""
 
+import contextlib
 import errno
 import os
 import tempfile
@@ -105,10 +106,8 @@ class PartFile:
             self._synced_s = now_s
 
     def _sync_now(self) -> None:
-        try:
+        with writing(self.path):
             os.fsync(self._descriptor)
-        except OSError as fault:
-            raise explain_write_fault(fault, self.path) from fault
 
     def _hold_place(self) -> None:
         """Copy all samples to a new file if the file or its folder was deleted or renamed."""
@@ -246,6 +245,15 @@ def _sync_folder(folder: Path) -> None:
 
 def _unfinished_text(part: Path) -> str:
     return f"{part} is an unfinished recording; complete it first: acquire.py --recover"
+
+
+@contextlib.contextmanager
+def writing(path: Path, remedy: str = "acquire.py --recover") -> Iterator[None]:
+    """Raise `explain_write_fault` in place of an `OSError` of what is written to a file."""
+    try:
+        yield
+    except OSError as fault:
+        raise explain_write_fault(fault, path, remedy) from fault
 
 
 def explain_write_fault(

@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from acquisition.archive import explain_write_fault, publish
+from acquisition.archive import explain_write_fault, publish, writing
 from acquisition.bench_errors import AcquisitionError
 from capsule.naming import PART
 from edges.file_lock import lock_file
@@ -86,18 +86,14 @@ class GrowingFile:
         """Write the added lines to the file."""
         content = b"".join(self._pending)
         self._pending.clear()
-        try:
+        with writing(self._path, REMEDY):
             while content:
                 content = content[os.write(self._descriptor, content) :]
-        except OSError as fault:
-            raise explain_write_fault(fault, self._path, REMEDY) from fault
 
     def sync(self) -> None:
         """Write the file to the disk."""
-        try:
+        with writing(self._path, REMEDY):
             os.fsync(self._descriptor)
-        except OSError as fault:
-            raise explain_write_fault(fault, self._path, REMEDY) from fault
 
     def finish(self) -> None:
         """Rename the file to its final name."""

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from acquisition.archive import explain_write_fault, publish
+from acquisition.archive import publish, writing
 from acquisition.bench_errors import AcquisitionError, NameExistsError
 from capsule.naming import PART
 from capsule.recording import column_names, format_header
@@ -212,13 +212,12 @@ def _write(recording: bytes, final: Path) -> None:
     """Write a recording to a temporary file, then rename it, so that no partial file appears."""
     unfinished = final.with_name(f".{final.name}.{os.getpid()}.unfinished")
     try:
-        with unfinished.open("xb") as stream:
-            stream.write(recording)
-            stream.flush()
-            os.fsync(stream.fileno())
-        publish(unfinished, final)
-    except OSError as fault:
-        raise explain_write_fault(fault, final) from fault
+        with writing(final):
+            with unfinished.open("xb") as stream:
+                stream.write(recording)
+                stream.flush()
+                os.fsync(stream.fileno())
+            publish(unfinished, final)
     finally:
         unfinished.unlink(missing_ok=True)
 

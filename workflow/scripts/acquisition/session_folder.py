@@ -4,14 +4,14 @@ import contextlib
 import json
 import math
 import time
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from acquisition.archive import SYNC_EVERY_S, explain_write_fault
+from acquisition.archive import SYNC_EVERY_S, writing
 from acquisition.bench_errors import AcquisitionError, NameExistsError
 from acquisition.growing_file import REMEDY, GrowingFile
 from capsule.kinds import Row, Settings
@@ -95,7 +95,7 @@ class SessionFolder:
         self._write_about()
 
     def _write_about(self) -> None:
-        with _writing(self.folder / ABOUT):
+        with writing(self.folder / ABOUT, REMEDY):
             write_json(self.folder / ABOUT, self._about)
 
     def add_readings(self, readings: Readings, judgement: Judgement) -> None:
@@ -146,13 +146,13 @@ class SessionFolder:
             wanted.append(self._raw / UNLABELLED / f"{self.folder.name}-{name}.csv")
         for path in wanted:
             if not path.exists():
-                with _writing(path), write_whole(path, "wb") as stream:
+                with writing(path, REMEDY), write_whole(path, "wb") as stream:
                     stream.write(format_recording(recording))
         return f"{RECORDINGS}/{name}.csv"
 
     def write_places(self, rows: Sequence[Row]) -> None:
         """Write the table of places."""
-        with _writing(self.folder / PLACES):
+        with writing(self.folder / PLACES, REMEDY):
             write_csv(self.folder / PLACES, PLACE_COLUMNS, rows)
 
     def finish(self) -> None:
@@ -177,20 +177,12 @@ def _begin(folder: Path, about: Settings) -> None:
     """Make the folder of a new session, or leave none."""
     check_new(folder)
     try:
-        with _writing(folder / ABOUT, "the same command again"):
+        with writing(folder / ABOUT, "the same command again"):
             write_json(folder / ABOUT, about)
     except AcquisitionError:
         with contextlib.suppress(OSError):
             folder.rmdir()
         raise
-
-
-@contextlib.contextmanager
-def _writing(path: Path, remedy: str = REMEDY) -> Iterator[None]:
-    try:
-        yield
-    except OSError as fault:
-        raise explain_write_fault(fault, path, remedy) from fault
 
 
 def check_new(folder: Path) -> None:
