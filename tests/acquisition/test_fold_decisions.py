@@ -2,7 +2,6 @@
 
 import ctypes
 import functools
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -13,10 +12,11 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, pr
 
 from support.bench import emulated
 from support.bench.folding import SWITCH_TRAVEL, TRAVEL
+from support.marks import needs_programs
 
 pytestmark = [
     pytest.mark.slow(0.5),
-    pytest.mark.skipif(shutil.which("gcc") is None, reason="no compiler: gcc"),
+    needs_programs("gcc", packages="gcc"),
 ]
 
 STATES = ("unfolding", "unfolded", "folding", "folded", "fault")  # as origami.h numbers them

@@ -15,6 +15,7 @@ from acquisition.stand_in import StandInLogger
 from acquisition.workbench import Workbench
 from support.bench.recorder import Recorder, check_complete, check_times, count_samples, samples_in
 from support.bench.world import Clock
+from support.marks import needs_signals
 
 pytestmark = pytest.mark.boards
 
@@ -156,7 +157,7 @@ def test_a_run_longer_than_the_matrix_is_told_when_it_passes(tmp_path, cable, be
     assert printed.read_text().count("the workflow will reject it (preprocessing.length)") == 1
 
 
-@pytest.mark.skipif(os.name == "nt", reason="no SIGINT for one process")
+@needs_signals
 @pytest.mark.parametrize("after_s", [0.08, 0.15, 0.3, 0.6])
 def test_an_early_ctrl_c_is_no_traceback(tmp_path, after_s):
     recorder = Recorder(tmp_path, "--port", tmp_path / "fifo", "--size", "5")

@@ -3,7 +3,6 @@
 import csv
 import io
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -12,6 +11,7 @@ import time
 import pytest
 
 from capsule.recording import read_recording
+from support.marks import needs_signals
 from support.project import ROOT
 
 pytestmark = pytest.mark.boards
@@ -98,7 +98,7 @@ def test_a_session_holds_stream_events_places_and_recordings(whole):
 
 
 @pytest.mark.parametrize("share", [0.3, 0.7])
-@pytest.mark.skipif(os.name != "posix", reason="kills as POSIX does")
+@needs_signals
 def test_a_killed_session_is_taken_up_and_ends_as_if_nothing_had_happened(whole, tmp_path, share):
     folder = tmp_path / "whole"
     part = folder / "stream.csv.part"
@@ -161,7 +161,7 @@ def test_a_session_of_other_parameters_is_not_mixed_with_this_one(whole, tmp_pat
     assert (folder / "stream.csv.part").read_bytes() == first[: first.rfind(b"\n") + 1]
 
 
-@pytest.mark.skipif(os.name != "posix", reason="interrupts as POSIX does")
+@needs_signals
 def test_ctrl_c_ends_a_session_with_an_unfolded_origami(tmp_path):
     folder = tmp_path / "stopped"
     process = subprocess.Popen(

@@ -7,9 +7,10 @@ import tomllib
 import pytest
 
 from edges.project_state import read_project_state
+from support.marks import needs_programs
 from support.project import ROOT
 
-needs_git = pytest.mark.skipif(shutil.which("git") is None, reason="git is not installed")
+needs_git = needs_programs("git", packages="git")
 
 
 def git(folder, *arguments):

@@ -1,7 +1,6 @@
 """PrusaSlicer prints the parts as intended, and ADMesh finds no fault in the meshes."""
 
 import re
-import shutil
 import subprocess
 
 import numpy as np
@@ -9,14 +8,12 @@ import pytest
 
 from capsule.geometry.substructure import shape_of
 from edges.part_tables import shipped_design
+from support.marks import needs_programs
 from support.parts import make_into
 
 pytestmark = [
     pytest.mark.slicer,
-    pytest.mark.skipif(
-        not (shutil.which("prusa-slicer") and shutil.which("admesh")),
-        reason="no slicer: apt install prusa-slicer admesh",
-    ),
+    needs_programs("prusa-slicer", "admesh", packages="prusa-slicer admesh"),
 ]
 CENTRE = np.array([125.0, 105.0])
 LAYERS = 25

@@ -9,9 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from support.marks import needs_programs
 from support.project import ROOT
 
-pytestmark = pytest.mark.skipif(not shutil.which("make"), reason="make is not installed")
+pytestmark = needs_programs("make", packages="make")
 
 
 @pytest.fixture

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from support.marks import missing_program
+
 AXE = Path(__file__).parents[1] / "vendor" / "axe-core" / "axe.min.js"
 PHONE, DESKTOP = 360, 1280
 # Width of A4 between Chromium's margins, in CSS pixels.
@@ -14,10 +16,7 @@ PAPER = 718
 
 def missing_browser() -> str:
     """Return a message if a program of the browser is not installed, otherwise an empty text."""
-    for program in ("chromium", "chromedriver"):
-        if shutil.which(program) is None:
-            return f"{program} is not installed (Debian: apt install chromium chromium-driver)"
-    return ""
+    return missing_program("chromium", "chromedriver", packages="chromium chromium-driver")
 
 
 # Mark of tests that need the browser.

@@ -1,5 +1,7 @@
 """Marks of tests that need something which not every system has."""
 
+import os
+import shutil
 import sys
 
 import pytest
@@ -8,3 +10,20 @@ needs_forks = pytest.mark.skipif(sys.platform != "linux", reason="only Linux for
 needs_process_groups = pytest.mark.skipif(
     sys.platform == "win32", reason="Windows has no process groups to kill"
 )
+needs_signals = pytest.mark.skipif(
+    os.name != "posix", reason="only POSIX has signals that kill or interrupt one process"
+)
+
+
+def missing_program(*programs: str, packages: str) -> str:
+    """Return a message that names a program that is not installed; empty if all are."""
+    for program in programs:
+        if shutil.which(program) is None:
+            return f"{program} is not installed (Debian: apt install {packages})"
+    return ""
+
+
+def needs_programs(*programs: str, packages: str) -> pytest.MarkDecorator:
+    """Return the mark of tests that call programs, with the packages that hold these."""
+    missing = missing_program(*programs, packages=packages)
+    return pytest.mark.skipif(bool(missing), reason=missing or "installed")

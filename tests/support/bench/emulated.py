@@ -11,6 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from support.marks import missing_program
+
 HERE = Path(__file__).resolve().parent
 FIRMWARE = HERE.parents[2] / "workflow" / "firmware"
 LOGGER = "logger", "atmega2560"
@@ -23,9 +25,9 @@ MHZ = 16
 
 def missing_tools() -> str:
     """Return the reason why the emulator cannot run here; empty if it can."""
-    for tool in ("avr-gcc", "make", "gcc"):
-        if shutil.which(tool) is None:
-            return f"{tool} is not installed (Debian: gcc-avr avr-libc make gcc)"
+    packages = "gcc-avr avr-libc make gcc"
+    if missing := missing_program("avr-gcc", "make", "gcc", packages=packages):
+        return missing
     if not Path("/usr/include/simavr/sim_avr.h").exists():
         return "libsimavr is not installed (Debian: libsimavr-dev libelf-dev)"
     return ""
