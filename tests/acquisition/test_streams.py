@@ -33,6 +33,13 @@ RULES = {"sensors": 4, "rate_hz": 10}
 
 
 @pytest.fixture
+def cable():
+    made = SocketCable(StandInLogger())
+    yield made
+    made.unplug()
+
+
+@pytest.fixture
 def name():
     """Return a name that no other stream has."""
     return f"stream-{uuid.uuid4().hex}"
@@ -115,13 +122,13 @@ def test_a_killed_recorder_leaves_each_sample(tmp_path, name, record):
     assert text[-1] == "2.4,24,24.5,3,976"
 
 
-def test_what_a_board_sends_goes_out_as_a_stream(tmp_path, name, record):
-    cable = SocketCable(StandInLogger())
+def test_what_a_board_sends_goes_out_as_a_stream(tmp_path, name, record, cable):
     bench = Workbench(cable, world=Clock(cable.board), speed=10)
     recorder = record("--port", cable.port, "--duration", "20", "--stream-out", name)
-    heard = []
-    bench.run(lambda: heard.extend(pylsl.resolve_byprop("name", name, 1, 0.01)) or heard)
-    inlet = pylsl.StreamInlet(heard[0])
+    # It listens all the time: on a busy computer, an answer may come late.
+    resolver = pylsl.ContinuousResolver("name", name)
+    bench.run(resolver.results)
+    inlet = pylsl.StreamInlet(resolver.results()[0])
     info = inlet.info(10.0)
     inlet.open_stream(10.0)
     samples, stamps = [], []
@@ -137,7 +144,6 @@ def test_what_a_board_sends_goes_out_as_a_stream(tmp_path, name, record):
 
     bench.run(listen)
     recorder.expect(0, "200 samples", "no gap")
-    cable.unplug()
     assert (info.nominal_srate(), info.type()) == (10.0, "Tactile")
     assert info.get_channel_labels() == [f"sensor_{n}" for n in range(1, 5)]
     assert info.get_channel_units() == ["counts"] * 4

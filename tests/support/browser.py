@@ -119,6 +119,16 @@ class Browser:
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_bytes(base64.b64decode(shot["data"]))
 
+    def picture_at_rest(self, target: Path) -> None:
+        """Write a picture of the whole page to a file, once two pictures in a row are the same."""
+        before = None
+        for _ in range(10):
+            self.run("return new Promise((done) => requestAnimationFrame(() => done()))")
+            self.picture(target)
+            if before == (before := target.read_bytes()):
+                return
+        raise AssertionError("the page does not come to rest")
+
     def print(self, target: Path) -> bytes:
         """Print the page to a PDF file, and return its content."""
         printed = base64.b64decode(self._command("Page.printToPDF", printBackground=True)["data"])

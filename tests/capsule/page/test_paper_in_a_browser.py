@@ -64,8 +64,7 @@ def test_paper_does_not_show_the_theme_that_it_was_printed_from(browser, page, t
     for dark in (False, True):
         browser.open(page, CHOSEN, dark=dark)
         browser.lay_on_paper(dark=dark)
-        browser.run("return new Promise((done) => requestAnimationFrame(() => done()))")
-        browser.picture(tmp_path / f"{dark}.png")
+        browser.picture_at_rest(tmp_path / f"{dark}.png")
         printed.append(imread(tmp_path / f"{dark}.png")[..., :3])
     light, dark = printed
     assert light.shape == dark.shape
