@@ -41,7 +41,7 @@ from edges.scorer_files import read_scorer
 from phantom_study.simulated_archive import DetectorSettings, average_fits, fit_archive
 
 # The phantom was calibrated and the detectors designed on other seeds.
-FIRST_SEED = 130_000
+FIRST_SEED = 180_000
 WEIGHTS = CONFIG.parent / "workflow" / "weights" / "scorer.npz"
 SIZES_MM, RUNS = (0, 1, 2, 3, 4, 5), 20
 USUAL = "usual"
@@ -162,7 +162,7 @@ def read_arguments() -> argparse.Namespace:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     add = functools.partial(parser.add_argument, metavar="N", type=natural)
-    add("--archives", default=20, help="archives of each simulated bench (default: 20)")
+    add("--archives", default=40, help="archives of each simulated bench (default: 40)")
     add("--fitted", default=4, help="archives that the paper's margin judges (default: 4)")
     add("--fit", default=300, help="particles and iterations of its fits (default: 300)")
     add = functools.partial(parser.add_argument, metavar="PATH", type=Path)

@@ -8,7 +8,7 @@ from capsule.templates import TemplateSet, no_nodule_template
 
 TAUGHT = {
     "height": 10.0,
-    "penalty": 1.0,
+    "penalties": [1.0, 0.1],
     "evidence_weight": 2.0,
     "tail": 1.0,
     "size_penalty": 1.0,

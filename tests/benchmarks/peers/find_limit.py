@@ -7,7 +7,8 @@ MiniRocket with ridge regression learns from thousands of simulated recordings o
 them over a nodule of each size in turn, and judges others. It may use where along the run the
 simulated nodule usually lies, which no real detector could: so it shows a limit, not a rival. Its
 rival is the same classifier taught by the 120 recordings of an archive, leave-one-out, with the
-threshold from the other healthy recordings.
+threshold from the other healthy recordings. The detector `taught` learns from the same thousands:
+what it misses then, it does not see at all, or its features do not tell.
 """
 
 import argparse
@@ -27,14 +28,20 @@ sys.path[:0] = [str(ROOT / "workflow" / "scripts"), str(Path(__file__).parents[1
 from judge_rates import mean_row
 from judge_report import table
 
+from capsule.detectors.adaptation import Adaptation
 from capsule.detectors.operating_point import threshold_at
+from capsule.detectors.passage import passage_of
+from capsule.detectors.scorer import Scorer, features_of
+from capsule.detectors.taught import adaptation_features
 from capsule.evaluation.roc import height_at
 from capsule.naming import size_mm
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import planned_runs, simulate_run
 from capsule.preprocessing import normalize
+from edges.config_files import read_config_file
 from edges.number_arguments import natural
-from edges.phantom import BENCHES, DEFAULT_TABLE, read_phantom
+from edges.phantom import BENCHES, CONFIG, DEFAULT_TABLE, read_phantom
+from edges.scorer_files import read_scorer
 
 LENGTH, TEACHING_SEED, FRESH_SEED, FRESH = 1000, 70_000, 80_000, 600
 # As tests/benchmarks/judge_unseen.py judges them.
@@ -44,13 +51,15 @@ SIZES_MM = (1, 2, 3, 4, 5)
 SERIES = 20
 PENALTY = 1000.0
 SPECIFICITY = 0.95
+MINIROCKET, TAUGHT = "MiniRocket", "`taught`"
+WEIGHTS = ROOT / "workflow" / "weights" / "scorer.npz"
 
 
 def lay_out(recordings: Iterable[np.ndarray], count: int) -> np.ndarray:
     """Normalize recordings and pad them with zeros: (count, S, L)."""
     series = np.zeros((count, 4, LENGTH), dtype=np.float32)
     for place, values in enumerate(recordings):
-        series[place, :, : values.shape[1]] = normalize(values)
+        series[place, :, : values.shape[1]] = normalize(values.astype(float))
     return series
 
 
@@ -86,26 +95,75 @@ def left_out_scores(features: np.ndarray, target: np.ndarray) -> np.ndarray:
     return target - (target - hat @ target) / (1 - np.diagonal(hat))
 
 
-def limit_of(phantom: Phantom, teaching: int) -> dict[str, float]:
-    """Teach a classifier by thousands of recordings of a bench, and judge others."""
+def limits_of(
+    phantom: Phantom, teaching: int, config: Mapping, scorer: Scorer
+) -> dict[str, dict[str, float]]:
+    """Teach MiniRocket and `taught` by thousands of recordings of a bench, and judge others."""
     half, share = teaching // 2, teaching // 2 // len(SIZES_MM)
     counts = {0: half} | dict.fromkeys(SIZES_MM, share)
-    series = np.concatenate(
-        [lay_out(simulated(phantom, size, TEACHING_SEED, n), n) for size, n in counts.items()]
-    )
-    kernels = MiniRocket(random_state=1, n_jobs=1)
-    taught = np.asarray(kernels.fit_transform(series), dtype=np.float32)
-    del series
-    target = (np.repeat(list(counts), list(counts.values())) > 0).astype(np.float32)
-    fresh = [
-        np.asarray(kernels.transform(lay_out(simulated(phantom, size, FRESH_SEED, FRESH), FRESH)))
-        for size in counts
+    sizes_mm = np.repeat(list(counts), list(counts.values())).astype(float)
+    taught = _recordings(phantom, TEACHING_SEED, counts)
+    fresh = _recordings(phantom, FRESH_SEED, dict.fromkeys(counts, FRESH))
+    return {
+        MINIROCKET: _recalls(_by_minirocket(taught, sizes_mm, fresh)),
+        TAUGHT: _recalls(_by_taught(taught, sizes_mm, fresh, config, scorer)),
+    }
+
+
+def _recordings(phantom: Phantom, seed: int, counts: Mapping[int, int]) -> list[np.ndarray]:
+    """Simulate recordings of each size in turn; the readings take a quarter of the memory."""
+    return [
+        values.astype(np.int16)
+        for size, count in counts.items()
+        for values in simulated(phantom, size, seed, count)
     ]
-    scores = ridge_scores(taught, target, np.concatenate(fresh).astype(np.float32))
-    none, *nodules = np.split(scores, len(counts))
+
+
+def _by_minirocket(
+    taught: list[np.ndarray], sizes_mm: np.ndarray, fresh: list[np.ndarray]
+) -> np.ndarray:
+    """Score fresh recordings by what others teach MiniRocket."""
+    kernels = MiniRocket(random_state=1, n_jobs=1)
+    features = np.asarray(kernels.fit_transform(lay_out(taught, len(taught))), dtype=np.float32)
+    others = np.asarray(kernels.transform(lay_out(fresh, len(fresh))), dtype=np.float32)
+    return ridge_scores(features, (sizes_mm > 0).astype(np.float32), others)
+
+
+def _by_taught(
+    taught: list[np.ndarray],
+    sizes_mm: np.ndarray,
+    fresh: list[np.ndarray],
+    config: Mapping,
+    scorer: Scorer,
+) -> np.ndarray:
+    """Score fresh recordings by what others teach the detector; without a wave, the lowest."""
+    settings = config["taught"]
+
+    def described(recordings: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        scores, rows = np.empty(len(recordings)), []
+        for place, values in enumerate(recordings):
+            bench = (values.astype(float), config["recording"]["rate_hz"], config["diagonal"])
+            features = features_of(*bench, scorer)
+            scores[place] = features.score
+            row = adaptation_features(features, passage_of(*bench), settings["evidence_weight"])
+            rows.append(row.astype(np.float32))
+        return scores, np.array(rows)
+
+    scores, features = described(taught)
+    known = ~np.isnan(scores)
+    adapted = Adaptation(
+        features[known], scores[known], sizes_mm[known], settings["height"], settings["penalties"]
+    ).without(np.array([], dtype=int))
+    scores, features = described(fresh)
+    scores += features @ adapted.correction.coefficients
+    return np.where(np.isnan(scores), np.nanmin(scores), scores)
+
+
+def _recalls(scores: np.ndarray) -> dict[str, float]:
+    """Return the rates of fresh recordings, the same number of each size."""
+    none, *nodules = np.split(scores, 1 + len(SIZES_MM))
     at = np.array([1 - SPECIFICITY])
-    recalls = [float(height_at(none, nodule, at)[0]) for nodule in nodules]
-    return row_of(SPECIFICITY, recalls)
+    return row_of(SPECIFICITY, [float(height_at(none, nodule, at)[0]) for nodule in nodules])
 
 
 def row_of(specificity: float, recalls: Sequence[float]) -> dict[str, float]:
@@ -146,7 +204,9 @@ def stored(folder: Path) -> Iterator[dict[str, np.ndarray]]:
 
 def judged(bench: str, archives: Iterable[Mapping[str, np.ndarray]]) -> dict:
     """Return the row of the classifier that the archive's own recordings teach."""
-    label = {"bench": bench, "taught by": "the other 119 of an archive"}
+    label = {
+        "bench": bench, "classifier": MINIROCKET, "taught by": "the other 119 of an archive",
+    }  # fmt: skip
     row = mean_row(label, [rival_of(readings) for readings in archives])
     print(row, file=sys.stderr, flush=True)
     return row
@@ -165,17 +225,21 @@ def main() -> None:
     add("--output", type=Path, required=True, help="output: the table, Markdown")
     arguments = parser.parse_args()
     names = arguments.benches or [USUAL, *(path.stem for path in sorted(BENCHES.glob("*.yaml")))]
+    config, scorer = read_config_file(CONFIG / "config.yaml"), read_scorer(WEIGHTS)
     rows = []
     for bench in names:
         phantom = read_phantom(DEFAULT_TABLE, [], None if bench == USUAL else bench)
         rows.append(judged(bench, archives_of(phantom, arguments.archives)))
-        label = {"bench": bench, "taught by": f"{arguments.train:,} others of the bench"}
-        rows.append(label | limit_of(phantom, arguments.train))
-        print(rows[-1], file=sys.stderr, flush=True)
+        for classifier, row in limits_of(phantom, arguments.train, config, scorer).items():
+            label = {"bench": bench, "classifier": classifier}
+            label["taught by"] = f"{arguments.train:,} others of the bench"
+            rows.append(label | row)
+            print(rows[-1], file=sys.stderr, flush=True)
     rows += [judged(folder.name, stored(folder)) for folder in arguments.folders]
     arguments.output.write_text(
-        "# What MiniRocket finds on each bench\n\nMade by `tests/benchmarks/peers/find_limit.py`; "
-        "docs/detection.md explains it. MiniRocket with ridge regression at a specificity of 95 %. "
+        "# What can be found on each bench\n\nMade by `tests/benchmarks/peers/find_limit.py`; "
+        "docs/detection.md explains it. MiniRocket with ridge regression, and the features of the "
+        "detector `taught` with its own adaptation, at a specificity of 95 %. "
         f"Taught by an archive: leave-one-out, means over {arguments.archives} archives of 120 "
         f"(of a folder: all its archives), seeds from {ARCHIVE_SEED} on. Taught by thousands: half "
         f"of them without a nodule, judged on {FRESH} others of each size.\n\n{table(rows)}",

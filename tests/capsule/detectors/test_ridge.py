@@ -3,8 +3,12 @@
 import numpy as np
 import pytest
 
-from capsule.detectors.ridge import RidgeWithout
+from capsule.detectors.ridge import Centred, RidgeWithout
 from capsule.seeding import generator
+
+
+def ridge_of(features, *targets, penalty=2.0):
+    return RidgeWithout(Centred(features), np.column_stack(targets), penalty)
 
 
 def fitted(features, targets, penalty):
@@ -21,7 +25,7 @@ def fitted(features, targets, penalty):
 def test_leaving_out_is_learning_from_the_others(count, dimensions, left_out):
     numbers = generator(1, "ridge", str(count))
     features, targets = numbers.normal(size=(count, dimensions)), numbers.normal(size=count)
-    regression, predictions = RidgeWithout(features, targets, 2.0).without(np.array(left_out, int))
+    (regression,), predictions = ridge_of(features, targets).without(np.array(left_out, int))
     others = np.delete(np.arange(count), left_out)
     coefficients, intercept = fitted(features[others], targets[others], 2.0)
     np.testing.assert_allclose(regression.coefficients, coefficients, atol=1e-10)
@@ -29,39 +33,53 @@ def test_leaving_out_is_learning_from_the_others(count, dimensions, left_out):
     for place, other in enumerate(others):
         rest = others[others != other]
         alone, constant = fitted(features[rest], targets[rest], 2.0)
-        assert predictions[place] == pytest.approx(features[other] @ alone + constant, abs=1e-9)
+        assert predictions[place, 0] == pytest.approx(features[other] @ alone + constant, abs=1e-9)
 
 
 def test_many_are_left_out_by_a_new_fit_that_predicts_the_same(monkeypatch):
     numbers = generator(1, "ridge", "many")
     features, targets = numbers.normal(size=(40, 6)), numbers.normal(size=40)
-    ridge, left_out = RidgeWithout(features, targets, 2.0), np.arange(3, 30)
+    ridge, left_out = ridge_of(features, targets), np.arange(3, 30)
     updated, predictions = ridge.without(left_out)
     monkeypatch.setattr("capsule.detectors.ridge._LARGEST_UPDATE", 0)
     fitted_anew, predicted_anew = ridge.without(left_out)
-    np.testing.assert_allclose(fitted_anew.coefficients, updated.coefficients, atol=1e-12)
+    np.testing.assert_allclose(fitted_anew[0].coefficients, updated[0].coefficients, atol=1e-12)
+    assert fitted_anew[0].intercept == pytest.approx(updated[0].intercept, abs=1e-12)
     np.testing.assert_allclose(predicted_anew, predictions, atol=1e-12)
 
 
 def test_fewer_than_two_teach_nothing():
-    ridge = RidgeWithout(np.ones((2, 3)), np.array([1.0, 2.0]), 1.0)
+    ridge = ridge_of(np.ones((2, 3)), np.array([1.0, 2.0]))
     assert ridge.without(np.array([0])) is None
-    assert RidgeWithout(np.ones((0, 3)), np.ones(0), 1.0).without(np.array([], int)) is None
+    assert ridge_of(np.ones((0, 3)), np.ones(0)).without(np.array([], int)) is None
 
 
 def test_features_that_do_not_vary_teach_the_mean():
-    regression, _ = RidgeWithout(np.ones((4, 3)), np.arange(4.0), 1.0).without(np.array([], int))
+    (regression,), _ = ridge_of(np.ones((4, 3)), np.arange(4.0)).without(np.array([], int))
     assert regression.of(np.ones(3)) == pytest.approx(1.5)
 
 
 def test_one_after_the_other_is_left_out_of_a_large_archive_in_any_order():
     numbers = generator(1, "ridge", "large")
     features, targets = numbers.normal(size=(300, 7)), numbers.normal(size=300)
-    ridge = RidgeWithout(features, targets, 2.0)
+    ridge = ridge_of(features, targets)
     for left_out in (299, 0, 128, 127, 1, 256, 0):
         others = np.delete(np.arange(300), left_out)
         coefficients, intercept = fitted(features[others], targets[others], 2.0)
-        regression, predictions = ridge.without(np.array([left_out]))
+        (regression,), predictions = ridge.without(np.array([left_out]))
         np.testing.assert_allclose(regression.coefficients, coefficients, atol=1e-12)
         assert regression.intercept == pytest.approx(intercept, abs=1e-12)
-        assert predictions.shape == (299,)
+        assert predictions.shape == (299, 1)
+
+
+def test_several_targets_are_learned_as_each_alone():
+    numbers = generator(1, "ridge", "several")
+    features, targets = numbers.normal(size=(20, 6)), numbers.normal(size=(20, 3))
+    left_out = np.array([2, 11])
+    together = ridge_of(features, targets).without(left_out)
+    for place, target in enumerate(targets.T):
+        (alone,), predictions = ridge_of(features, target).without(left_out)
+        one = together.regressions[place]
+        np.testing.assert_allclose(one.coefficients, alone.coefficients, atol=1e-12)
+        assert one.intercept == pytest.approx(alone.intercept, abs=1e-12)
+        np.testing.assert_allclose(together.predictions[:, [place]], predictions, atol=1e-12)

@@ -14,6 +14,7 @@ import torch
 from torch import nn
 from torch.nn import functional
 
+from capsule.detectors.adaptation import ABOVE, LEAST_SPREAD, STEEPNESS
 from capsule.seeding import generator
 from scorer_teaching.episodes import SIZES_MM, Episodes
 from scorer_teaching.network import Network, reversed_in_time
@@ -23,8 +24,6 @@ _PEAK_RATE, _WARM_UP, _DECAY, _LONGEST_STEP = 4e-3, 0.05, 1e-3, 1.0
 # After this many rounds, benches are left out if less than this share of their nodules, from this
 # size on, is detected.
 _SIFT_AFTER, _SIFT_BELOW, _SIFT_FROM_MM = 2, 0.3, 3.0
-# Target of a nodule's score, in standard deviations above the healthy mean.
-_ABOVE, _STEEPNESS = 1.75, 1.5
 # Nodules of 4 and 5 mm have less weight, since they are easy to detect.
 _IMPORTANCE = (0.0, 1.0, 1.0, 1.0, 0.6, 0.6)
 _SHARE_PLAIN, _SHARE_ODDS, _SHARE_SIZE = 0.3, 0.09, 0.5
@@ -86,12 +85,12 @@ def loss_of(
 
 
 def missed(scores: torch.Tensor) -> torch.Tensor:
-    """Return a smooth loss for nodules whose scores (B, n) are too close to the healthy ones."""
+    """Return the loss of `capsule.detectors.adaptation.missed`, weighted, for scores (B, n)."""
     healthy, nodules = scores[:, _HEALTHY], scores[:, ~_HEALTHY]
-    spread = healthy.std(1, keepdim=True) + 0.05
-    above = (nodules - healthy.mean(1, keepdim=True)) / spread - _ABOVE
+    spread = healthy.std(1, keepdim=True) + LEAST_SPREAD
+    above = (nodules - healthy.mean(1, keepdim=True)) / spread - ABOVE
     weight = torch.tensor(_IMPORTANCE)[_SIZE_PLACE[~_HEALTHY]]
-    return (functional.softplus(-_STEEPNESS * above) * weight).mean()
+    return (functional.softplus(-STEEPNESS * above) * weight).mean()
 
 
 def leave_one_out(

@@ -14,6 +14,7 @@ grow linearly with the number of recordings. Many recordings are left out by a n
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -47,46 +48,77 @@ class Regression:
         return self.intercept + float(np.asarray(features, np.float64) @ self.coefficients)
 
 
-class RidgeWithout:
-    """A ridge regression without penalty on the mean, from which recordings can be left out.
+class Centred:
+    """Features without their mean, which regressions with several penalties share.
 
     Parameters
     ----------
     features : (n, P) array
         Features of the recordings.
-    targets : (n,) array
-        The values to predict.
+    """
+
+    def __init__(self, features: RealArray) -> None:
+        # Only the centred features are held, because an archive's features are large.
+        self.mean: FloatArray = np.empty(0)
+        self.values: FloatArray = np.empty((0, 0))
+        if features.size:
+            self.mean = features.mean(axis=0, dtype=np.float64)
+            self.values = features - self.mean
+
+
+class Fold(NamedTuple):
+    """The regressions that some recordings teach.
+
+    Attributes
+    ----------
+    regressions : list of T Regression
+        One regression for each target.
+    predictions : (n - m, T) array
+        Targets of each recording that teaches, predicted by the rest of them.
+    """
+
+    regressions: list[Regression]
+    predictions: FloatArray
+
+
+class RidgeWithout:
+    """A ridge regression without penalty on the mean, from which recordings can be left out.
+
+    Parameters
+    ----------
+    features : Centred
+        Features of n recordings.
+    targets : (n, T) array
+        The values to predict, T of each recording.
     penalty : float
         Penalty on the squared coefficients; above 0.
     """
 
-    def __init__(self, features: RealArray, targets: FloatArray, penalty: float) -> None:
+    def __init__(self, features: Centred, targets: FloatArray, penalty: float) -> None:
         self._targets, self._penalty = targets, penalty
-        count, dimensions = features.shape
+        self._mean, self._centred = features.mean, features.values
+        count, dimensions = self._centred.shape
         if count == 0:
             return
-        # Only the centred features are held, because an archive's features are large.
-        self._mean = features.mean(axis=0, dtype=np.float64)
-        self._centred = features - self._mean
         # Both forms give the same weights W; the one with the smaller matrix is faster. The second
         # holds no weights, because they are as large as the features.
-        self._weights = self._inverse = None
+        self._weights: FloatArray | None = None
         if count <= dimensions:
             gram = self._centred @ self._centred.T + penalty * np.eye(count)
-            self._weights = np.linalg.solve(gram, self._centred)
+            self._weights = np.asarray(np.linalg.solve(gram, self._centred), np.float64)
         else:
             normal = self._centred.T @ self._centred + penalty * np.eye(dimensions)
-            self._inverse = np.linalg.inv(normal)
-        self._leverage, slope = np.empty(count), np.zeros(dimensions)
+            self._inverse: FloatArray = np.asarray(np.linalg.inv(normal), np.float64)
+        self._leverage, slope = np.empty(count), np.zeros((dimensions, targets.shape[1]))
         for part in _parts(count):
             centred, weights = self._centred[part], self._weights_of(part)
             self._leverage[part] = 1.0 / count + np.einsum("np,np->n", centred, weights)
             slope += weights.T @ targets[part]
-        self._residuals = targets - (targets.mean() + self._centred @ slope)
+        self._residuals = targets - (targets.mean(axis=0) + self._centred @ slope)
         self._moment = self._centred.T @ self._residuals
         self._block = lru_cache(_KEPT)(self._columns_of_block)
 
-    def without(self, left_out: IntArray) -> tuple[Regression, FloatArray] | None:
+    def without(self, left_out: IntArray) -> Fold | None:
         """Learn from all recordings except some.
 
         Parameters
@@ -96,21 +128,17 @@ class RidgeWithout:
 
         Returns
         -------
-        regression : Regression
-            The regression that the other recordings teach.
-        predictions : (n - m,) array
-            Prediction for each of the others, made by the rest of them.
-        None
-            Instead of both, if fewer than two recordings are left.
+        Fold or None
+            What the others teach; None if fewer than two are left.
         """
         return self._learn(left_out) if left_out.size else self._of_all
 
     @cached_property
-    def _of_all(self) -> tuple[Regression, FloatArray] | None:
+    def _of_all(self) -> Fold | None:
         return self._learn(np.array([], dtype=int))
 
-    def _learn(self, left_out: IntArray) -> tuple[Regression, FloatArray] | None:
-        taught = np.ones(self._targets.size, dtype=bool)
+    def _learn(self, left_out: IntArray) -> Fold | None:
+        taught = np.ones(len(self._targets), dtype=bool)
         taught[left_out] = False
         if np.count_nonzero(taught) < 2:
             return None
@@ -126,32 +154,34 @@ class RidgeWithout:
             leverage = leverage + np.vecdot(columns @ inverse, columns)
             moment = moment + (gone - self._penalty * weights).T @ moving
             moment -= gone.T @ residuals[left_out]
-        targets, residuals, leverage = self._targets[taught], residuals[taught], leverage[taught]
+        targets, residuals = self._targets[taught], residuals[taught]
         coefficients = moment / self._penalty
-        mean = self._mean - gone.sum(axis=0) / targets.size
-        intercept = float(np.mean(targets - residuals) - mean @ coefficients)
-        return Regression(coefficients, intercept), targets - residuals / (1.0 - leverage)
+        mean = self._mean - gone.sum(axis=0) / len(targets)
+        intercepts = (targets - residuals).mean(axis=0) - mean @ coefficients
+        predictions = targets - residuals / (1.0 - leverage[taught, np.newaxis])
+        return Fold(_regressions(coefficients, intercepts), predictions)
 
-    def _anew(self, taught: IntArray) -> tuple[Regression, FloatArray]:
+    def _anew(self, taught: IntArray) -> Fold:
         """Learn from some recordings by a new fit that holds the features of a part at a time."""
         targets = self._targets[taught]
-        wanted = targets - targets.mean()
+        wanted = targets - targets.mean(axis=0)
         parts = _parts(taught.size)
         shift = sum(self._centred[taught[part]].sum(axis=0) for part in parts) / taught.size
-        normal, moment = self._penalty * np.eye(shift.size), np.zeros(shift.size)
+        normal = self._penalty * np.eye(shift.size)
+        moment = np.zeros((shift.size, targets.shape[1]))
         for part in parts:
             centred = self._centred[taught[part]] - shift
             normal += centred.T @ centred
             moment += centred.T @ wanted[part]
         coefficients: FloatArray = np.asarray(np.linalg.solve(normal, moment), np.float64)
-        predictions = np.empty(taught.size)
+        predictions = np.empty_like(targets)
         for part in parts:
             centred = self._centred[taught[part]] - shift
             leverage = 1.0 / taught.size + np.vecdot(centred, np.linalg.solve(normal, centred.T).T)
             residuals = wanted[part] - centred @ coefficients
-            predictions[part] = targets[part] - residuals / (1.0 - leverage)
-        intercept = float(targets.mean() - (self._mean + shift) @ coefficients)
-        return Regression(coefficients, intercept), predictions
+            predictions[part] = targets[part] - residuals / (1.0 - leverage[:, np.newaxis])
+        intercepts = targets.mean(axis=0) - (self._mean + shift) @ coefficients
+        return Fold(_regressions(coefficients, intercepts), predictions)
 
     def _columns(self, left_out: IntArray) -> tuple[FloatArray, FloatArray]:
         """Return some columns of the hat matrix, (n, m), and the weights of these, (m, P).
@@ -174,7 +204,7 @@ class RidgeWithout:
 
     def _columns_of(self, rows: IntArray | slice) -> tuple[FloatArray, FloatArray]:
         weights = self._weights_of(rows)
-        return 1.0 / self._targets.size + self._centred @ weights.T, weights
+        return 1.0 / len(self._targets) + self._centred @ weights.T, weights
 
     def _weights_of(self, rows: IntArray | slice) -> FloatArray:
         """Return the weights W of some recordings, (m, P)."""
@@ -182,6 +212,11 @@ class RidgeWithout:
             weights: FloatArray = self._centred[rows] @ self._inverse
             return weights
         return self._weights[rows]
+
+
+def _regressions(coefficients: FloatArray, intercepts: FloatArray) -> list[Regression]:
+    pairs = zip(coefficients.T, intercepts.tolist(), strict=True)
+    return [Regression(column, intercept) for column, intercept in pairs]
 
 
 def _parts(count: int) -> list[slice]:

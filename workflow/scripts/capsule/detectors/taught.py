@@ -1,9 +1,9 @@
 """The detector ``taught``: a scorer that many simulated benches taught, adapted to the archive.
 
-Ridge regression on the scorer's gradients adapts its weights to first order. If an archive has
-little information, the score stays near the one taught beforehand (`capsule.detectors.scorer`). The
-evidence of the best passage is a further feature beside the gradients. It counts if the archive
-shows that it indicates nodules.
+Ridge regression on the scorer's gradients adapts its weights to first order. The archive decides
+how far the score may leave the one taught beforehand (`capsule.detectors.adaptation`). The evidence
+of the best passage is a further feature beside the gradients. It counts if the archive shows that
+it indicates nodules.
 
 Everything is learned inside the training fold: the adaptation, the threshold (from cross-validated
 scores of the healthy recordings), the probability, the sizes and their intervals.
@@ -17,11 +17,12 @@ from typing import Any
 import numpy as np
 
 from capsule.arrays import FloatArray, RealArray
+from capsule.detectors.adaptation import Adaptation
 from capsule.detectors.intervals import conformal_reach, size_interval
 from capsule.detectors.passage import Passage
 from capsule.detectors.plain import plain
 from capsule.detectors.probability import Probability, fit_probability
-from capsule.detectors.ridge import Regression, RidgeWithout
+from capsule.detectors.ridge import Centred, Regression, RidgeWithout
 from capsule.detectors.scorer import Features
 from capsule.detectors.sizing import nearest_known
 from capsule.detectors.training import JudgedRecording, TrainingArchive
@@ -32,8 +33,6 @@ from capsule.templates import TemplateSet
 _UNKNOWN = float("nan")
 # Evidence is clipped to this range; values beyond it add no information.
 _EVIDENCE = (-1.0, 4.0)
-# Wanted rise of the score over a healthy recording, as a share of `height`, by size in mm.
-_RISE = ((0.0, 1.0, 2.0, 3.0), (0.0, 0.3, 0.7, 1.0))
 
 
 @dataclass(frozen=True)
@@ -137,23 +136,21 @@ class TaughtDetector:
         self._nodule = self._sizes_mm > 0
         self._among_nodules = np.cumsum(self._nodule) - 1
         self._known_mm = tuple(sorted({size for size in sizes_mm.values() if size > 0}))
-        self._taught = np.array([each.score for each in features])
-        wanted = self._settings["height"] * np.interp(self._sizes_mm, *_RISE)
         weight = self._settings["evidence_weight"]
-        self._scores = RidgeWithout(
-            _table(
-                (
-                    adaptation_features(archive.features[name], archive.passages[name], weight)
-                    for name in usable
-                ),
-                len(usable),
-            ),
-            wanted - self._taught,
-            self._settings["penalty"],
+        described = (
+            adaptation_features(archive.features[name], archive.passages[name], weight)
+            for name in usable
+        )
+        self._adaptation = Adaptation(
+            _table(described, len(usable)),
+            np.array([each.score for each in features]),
+            self._sizes_mm,
+            self._settings["height"],
+            sorted(self._settings["penalties"], reverse=True),
         )
         self._sizes = RidgeWithout(
-            _table((each.embedding for each in features), len(usable))[self._nodule],
-            self._sizes_mm[self._nodule],
+            Centred(_table((each.embedding for each in features), len(usable))[self._nodule]),
+            self._sizes_mm[self._nodule, np.newaxis],
             self._settings["size_penalty"],
         )
 
@@ -161,13 +158,11 @@ class TaughtDetector:
         """Learn from all labelled recordings except those left out."""
         places = sorted(self._place[name] for name in set(left_out) if name in self._place)
         gone = np.array(places, dtype=int)
-        taught = np.ones(self._taught.size, dtype=bool)
-        taught[gone] = False
-        adapted = self._scores.without(gone)
+        adapted = self._adaptation.without(gone)
         score, threshold, probability = None, _UNKNOWN, None
         if adapted is not None:
-            score, added = adapted
-            scores, nodule = self._taught[taught] + added, self._nodule[taught]
+            score, scores = adapted
+            nodule = np.delete(self._nodule, gone)
             threshold = upper_bound(
                 scores[~nodule], self._rules["specificity"], self._settings["tail"]
             )
@@ -175,9 +170,10 @@ class TaughtDetector:
         sized = self._sizes.without(self._among_nodules[gone[self._nodule[gone]]])
         size, reach = None, float("inf")
         if sized is not None:
-            size, predictions = sized
-            true_mm = self._sizes_mm[taught][self._nodule[taught]]
-            reach = conformal_reach(predictions - true_mm, self._rules["size_confidence"])
+            (size,), predictions = sized
+            true_mm = np.delete(self._sizes_mm, gone)
+            errors_mm = predictions[:, 0] - true_mm[true_mm > 0]
+            reach = conformal_reach(errors_mm, self._rules["size_confidence"])
         weight = self._settings["evidence_weight"]
         return TaughtModel(score, weight, threshold, probability, size, reach, self._known_mm)
 

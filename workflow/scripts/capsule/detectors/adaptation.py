@@ -1,0 +1,171 @@
+"""Adapt the scorer of the detector ``taught`` to an archive, as strongly as the archive asks for.
+
+Ridge regression predicts what the scorer's scores lack. Benches differ in how much the scorer knows
+of them. So each training fold weighs several regressions. They differ in their penalty, and in how
+high the scores of small nodules should rise. A regression has more weight if its cross-validated
+scores separate the nodules better.
+"""
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from capsule.arrays import FloatArray, IntArray, RealArray
+from capsule.detectors.ridge import Centred, Fold, Regression, RidgeWithout
+
+# A nodule should score by so many standard deviations above the healthy mean.
+ABOVE, STEEPNESS, LEAST_SPREAD = 1.75, 1.5, 0.05
+# Wanted rise of the score over a healthy recording, as a share of the height, by size in mm.
+_SIZES_MM = (0.0, 1.0, 2.0, 3.0)
+_RISES = ((0.0, 0.3, 0.7, 1.0), (0.0, 0.6, 0.9, 1.0), (0.0, 1.0, 1.0, 1.0))
+# How fast the weight of a regression falls with the nodules that it misses.
+_STRICTNESS = 0.3
+# Smaller weights, relative to the largest one, are left out.
+_LEAST_WEIGHT = 0.05
+# No more recordings than these weigh, so that the time grows linearly with the archive.
+_WEIGHING = 600
+
+
+class Adapted(NamedTuple):
+    """A scorer that a training fold has adapted.
+
+    Attributes
+    ----------
+    correction : Regression
+        Correction to add to the score, from the features of a recording.
+    scores : (n - m,) array
+        Cross-validated score of each recording that teaches.
+    """
+
+    correction: Regression
+    scores: FloatArray
+
+
+class Adaptation:
+    """The adaptation to an archive from which recordings can be left out.
+
+    Parameters
+    ----------
+    features : (n, P) array
+        Features of the recordings that teach.
+    scores : (n,) array
+        Their scores, from the scorer as it was taught beforehand.
+    sizes_mm : (n,) array
+        True sizes of their nodules in mm; 0 for none.
+    height : float
+        Wanted rise of the score of nodules of 3 mm and more.
+    penalties : sequence of float
+        Penalties of the regressions, the largest first. The first one alone holds if nothing can
+        be weighed.
+    """
+
+    def __init__(
+        self,
+        features: RealArray,
+        scores: FloatArray,
+        sizes_mm: FloatArray,
+        height: float,
+        penalties: Sequence[float],
+    ) -> None:
+        self._scores, self._sizes_mm, self._penalties = scores, sizes_mm, penalties
+        self._centred = Centred(features)
+        rises = np.array([np.interp(sizes_mm, _SIZES_MM, rise) for rise in _RISES]).T
+        self._lacking = height * rises - scores[:, np.newaxis]
+        self._ridges: dict[int, RidgeWithout] = {}
+        self._weighing: IntArray = np.arange(scores.size)
+        self._weigher = self
+        if scores.size > _WEIGHING:
+            self._weighing = np.linspace(0, scores.size - 1, _WEIGHING).astype(int)
+            few = self._weighing
+            self._weigher = Adaptation(features[few], scores[few], sizes_mm[few], height, penalties)
+
+    def without(self, left_out: IntArray) -> Adapted | None:
+        """Adapt the scorer by all recordings except some.
+
+        Parameters
+        ----------
+        left_out : (m,) array of int
+            Places of the recordings that teach nothing, in rising order.
+
+        Returns
+        -------
+        Adapted or None
+            None if fewer than two recordings are left.
+        """
+        if self._scores.size - left_out.size < 2:
+            return None
+        weights = self._weigher.weights(np.flatnonzero(np.isin(self._weighing, left_out)))
+        coefficients, intercept = np.zeros(self._centred.mean.size), 0.0
+        scores = np.delete(self._scores, left_out)
+        for place in np.flatnonzero(weights.any(axis=1)).tolist():
+            fold = self._fold(place, left_out)
+            scores += fold.predictions @ weights[place]
+            for weight, regression in zip(weights[place].tolist(), fold.regressions, strict=True):
+                coefficients += weight * regression.coefficients
+                intercept += weight * regression.intercept
+        return Adapted(Regression(coefficients, intercept), scores)
+
+    def weights(self, left_out: IntArray) -> FloatArray:
+        """Return the weight of each penalty and course of the targets, without some recordings.
+
+        Returns
+        -------
+        (penalties, courses) array
+            Their sum is 1.
+        """
+        return self._weighed(left_out) if left_out.size else self._weights_of_all
+
+    @cached_property
+    def _weights_of_all(self) -> FloatArray:
+        return self._weighed(np.array([], dtype=int))
+
+    def _weighed(self, left_out: IntArray) -> FloatArray:
+        sizes_mm = np.delete(self._sizes_mm, left_out)
+        healthy, nodules = np.count_nonzero(sizes_mm == 0), np.count_nonzero(sizes_mm > 0)
+        if healthy < 2 or nodules < 1:
+            alone = np.zeros((len(self._penalties), len(_RISES)))
+            alone[0, 0] = 1.0
+            return alone
+        scores = np.delete(self._scores, left_out)[:, np.newaxis]
+        folds = [self._fold(place, left_out) for place in range(len(self._penalties))]
+        losses = np.array([missed(scores + fold.predictions, sizes_mm) for fold in folds])
+        weights: FloatArray = np.exp(-_STRICTNESS * nodules * (losses - losses.min()))
+        weights[weights < _LEAST_WEIGHT] = 0.0
+        weights /= weights.sum()
+        return weights
+
+    def _fold(self, penalty: int, left_out: IntArray) -> Fold:
+        if penalty not in self._ridges:
+            self._ridges[penalty] = RidgeWithout(
+                self._centred, self._lacking, self._penalties[penalty]
+            )
+        fold = self._ridges[penalty].without(left_out)
+        assert fold is not None, "at least two recordings are left"
+        return fold
+
+
+def missed(scores: FloatArray, sizes_mm: FloatArray) -> FloatArray:
+    """Return a smooth measure of the nodules whose scores are too close to the healthy ones.
+
+    It is the mean of ``log(1 + exp(STEEPNESS (ABOVE - z)))`` over the nodules, with z in standard
+    deviations above the mean of the healthy scores. The scorer's training lowers the same measure.
+
+    Parameters
+    ----------
+    scores : (n, T) array
+        Scores of n recordings, T of each.
+    sizes_mm : (n,) array
+        True sizes of their nodules in mm; 0 for none. At least two are 0, and one is not.
+
+    Returns
+    -------
+    (T,) array
+        The measure for each of T.
+    """
+    healthy, nodules = scores[sizes_mm == 0], scores[sizes_mm > 0]
+    spread = healthy.std(axis=0, ddof=1) + LEAST_SPREAD
+    above = (nodules - healthy.mean(axis=0)) / spread
+    loss: FloatArray = np.logaddexp(0.0, STEEPNESS * (ABOVE - above)).mean(axis=0)
+    return loss
