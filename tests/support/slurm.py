@@ -129,9 +129,17 @@ class SingleNodeSlurm:
             self.wait_for(lambda: not self.jobs(), "the end of the jobs")
 
     def processes(self, job: str) -> list[int]:
-        """Return the processes of a job that this node runs."""
-        listed = self.ask("scontrol", "listpids", job).splitlines()[1:]
-        return [int(line.split()[0]) for line in listed]
+        """Return the processes of a job, once this node has begun to run it."""
+
+        def listed() -> list[str]:
+            # A job that is said to run may have no process yet, which is an error for Slurm.
+            try:
+                return self.ask("scontrol", "listpids", job).splitlines()[1:]
+            except subprocess.CalledProcessError:
+                return []
+
+        self.wait_for(listed, f"the processes of job {job}")
+        return [int(line.split()[0]) for line in listed()]
 
     def start_controller(self) -> None:
         """Start slurmctld; it continues with the state that an earlier one has left."""
