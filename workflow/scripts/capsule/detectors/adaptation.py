@@ -108,12 +108,17 @@ class Adaptation:
         return Adapted(Regression(coefficients, intercept), scores)
 
     def weights(self, left_out: IntArray) -> FloatArray:
-        """Return the weight of each penalty and course of the targets, without some recordings.
+        """Return the weight of each regression, as all recordings except some see it.
+
+        Parameters
+        ----------
+        left_out : (m,) array of int
+            As in `without`.
 
         Returns
         -------
-        (penalties, courses) array
-            Their sum is 1.
+        (penalties, courses of the wanted scores) array
+            Weights whose sum is 1.
         """
         return self._weighed(left_out) if left_out.size else self._weights_of_all
 

@@ -21,7 +21,7 @@ import numpy as np
 from capsule.arrays import FloatArray, IntArray, RealArray
 
 # Columns of the hat matrix that are computed together, and how many such blocks are kept.
-_TOGETHER, _KEPT = 64, 6
+_TOGETHER, _KEPT = 64, 3
 # Recordings times recordings left out. Beyond it, a new fit of the others takes less memory.
 _LARGEST_UPDATE = 2**22
 # Recordings whose weights, or whose features for a new fit, are held at a time.
