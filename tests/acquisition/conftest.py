@@ -1,9 +1,21 @@
-"""Fixtures for the tests of surveys on boards."""
+"""Fixtures for the tests of boards."""
 
 import pytest
 
+from acquisition.cable import SocketCable
+from acquisition.stand_in import StandInLogger
 from support.bench.rig import Rig
 from support.bench.surveyor import Surveyor
+
+
+@pytest.fixture
+def cable():
+    """Return the cable of a logger without hardware; unplug it at the end."""
+    made = SocketCable(StandInLogger())
+    yield made
+    assert not made.boot_loader_stuck
+    if made.plugged:
+        made.unplug()
 
 
 @pytest.fixture

@@ -1,7 +1,6 @@
 """The firmware on emulated boards: times of samples, sleep, and steps of the motor."""
 
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from support.bench import emulated
 from support.bench.page import PAGE as PROTOCOL_PAGE
 from support.bench.page import board_of_the_page, conversation, hold
 from support.bench.talk import Talk
+from support.marks import missing_program, needs
 
 pytestmark = [pytest.mark.boards, emulated.needed]
 
@@ -341,10 +341,13 @@ def build_with_arduino(name, folder, *options):
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
-needs_arduino = pytest.mark.skipif(
-    shutil.which("arduino-builder") is None or not ARDUINO.exists(),
-    reason="no Arduino builder (Debian: arduino-builder arduino-core-avr)",
-)
+def missing_arduino():
+    if missing := missing_program("arduino-builder", packages="arduino-builder"):
+        return missing
+    return "" if ARDUINO.exists() else "no boards of Arduino (Debian: arduino-core-avr)"
+
+
+needs_arduino = needs(missing_arduino())
 
 
 @needs_arduino

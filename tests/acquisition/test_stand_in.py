@@ -9,24 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from acquisition.cable import SocketCable
 from acquisition.protocol import encode
-from acquisition.stand_in import StandInLogger
 from acquisition.workbench import Workbench
 from support.bench.recorder import Recorder, check_complete, check_times, count_samples, samples_in
 from support.bench.world import Clock
-from support.marks import needs_signals
+from support.marks import needs_signals, needs_terminals
 
 pytestmark = pytest.mark.boards
-
-
-@pytest.fixture
-def cable():
-    made = SocketCable(StandInLogger())
-    yield made
-    assert not made.boot_loader_stuck
-    if made.plugged:
-        made.unplug()
 
 
 @pytest.fixture
@@ -103,7 +92,7 @@ def test_a_folder_deleted_in_mid_run_is_noticed_within_seconds(tmp_path, cable, 
     assert recorder.recording().time_s.size >= 30
 
 
-@pytest.mark.skipif(not hasattr(os, "openpty"), reason="no terminal to stop")
+@needs_terminals
 def test_a_terminal_that_takes_no_output_holds_nothing_up(tmp_path, cable, bench):
     ours, theirs = os.openpty()  # and nobody reads
     options = ("--size", "5", "--duration", "120")
@@ -170,7 +159,7 @@ def test_an_early_ctrl_c_is_no_traceback(tmp_path, after_s):
     assert not list(tmp_path.rglob("*.csv*"))
 
 
-@pytest.mark.skipif(not hasattr(signal, "SIGSTOP"), reason="no process can be stopped here")
+@needs_signals
 def test_a_recorder_that_was_stopped_loses_nothing(tmp_path, cable, bench):
     options = ("--size", "5", "--duration", "60", "--patience", "1")
     recorder = Recorder(tmp_path, "--port", cable.port, *options)

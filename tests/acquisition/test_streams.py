@@ -12,12 +12,10 @@ import pytest
 
 from acquisition import lsl
 from acquisition.bench_errors import AcquisitionError, BoardNotFoundError
-from acquisition.cable import SocketCable
 from acquisition.logger_board import moment_text
 from acquisition.options import parse
 from acquisition.protocol import Acknowledgement, Damaged
 from acquisition.stamp_grid import StampGrid
-from acquisition.stand_in import StandInLogger
 from acquisition.stream_choice import ChosenStream, choose, find_stream
 from acquisition.stream_line import StreamLine
 from acquisition.workbench import Workbench
@@ -30,13 +28,6 @@ pytestmark = pytest.mark.boards
 
 STARTED = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
 RULES = {"sensors": 4, "rate_hz": 10}
-
-
-@pytest.fixture
-def cable():
-    made = SocketCable(StandInLogger())
-    yield made
-    made.unplug()
 
 
 @pytest.fixture

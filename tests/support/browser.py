@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from support.marks import missing_program
+from support.marks import needs_programs
 
 AXE = Path(__file__).parents[1] / "vendor" / "axe-core" / "axe.min.js"
 PHONE, DESKTOP = 360, 1280
@@ -14,13 +14,8 @@ PHONE, DESKTOP = 360, 1280
 PAPER = 718
 
 
-def missing_browser() -> str:
-    """Return a message if a program of the browser is not installed, otherwise an empty text."""
-    return missing_program("chromium", "chromedriver", packages="chromium chromium-driver")
-
-
 # Mark of tests that need the browser.
-needed = pytest.mark.skipif(bool(missing_browser()), reason=missing_browser() or "installed")
+needed = needs_programs("chromium", "chromedriver", packages="chromium chromium-driver")
 
 
 class Browser:
@@ -119,11 +114,15 @@ class Browser:
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_bytes(base64.b64decode(shot["data"]))
 
+    def wait_for_frame(self) -> None:
+        """Wait until the browser is about to draw the page again."""
+        self.run("return new Promise((done) => requestAnimationFrame(() => done()))")
+
     def picture_at_rest(self, target: Path) -> None:
         """Write a picture of the whole page to a file, once two pictures in a row are the same."""
         before = None
         for _ in range(10):
-            self.run("return new Promise((done) => requestAnimationFrame(() => done()))")
+            self.wait_for_frame()
             self.picture(target)
             if before == (before := target.read_bytes()):
                 return

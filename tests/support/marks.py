@@ -13,6 +13,9 @@ needs_process_groups = pytest.mark.skipif(
 needs_signals = pytest.mark.skipif(
     os.name != "posix", reason="only POSIX has signals that kill or interrupt one process"
 )
+needs_terminals = pytest.mark.skipif(
+    not hasattr(os, "openpty"), reason="this system has no pseudo-terminals"
+)
 
 
 def missing_program(*programs: str, packages: str) -> str:
@@ -23,7 +26,11 @@ def missing_program(*programs: str, packages: str) -> str:
     return ""
 
 
+def needs(missing: str) -> pytest.MarkDecorator:
+    """Return the mark of tests that need what a message says is missing; empty if nothing is."""
+    return pytest.mark.skipif(bool(missing), reason=missing or "installed")
+
+
 def needs_programs(*programs: str, packages: str) -> pytest.MarkDecorator:
     """Return the mark of tests that call programs, with the packages that hold these."""
-    missing = missing_program(*programs, packages=packages)
-    return pytest.mark.skipif(bool(missing), reason=missing or "installed")
+    return needs(missing_program(*programs, packages=packages))

@@ -11,6 +11,7 @@ import subprocess
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 PROGRAMS = ["munged", "slurmctld", "slurmd", "sbatch", "srun"]
 PROGRAMS += ["sinfo", "squeue", "scontrol", "scancel", "sdiag"]
@@ -25,14 +26,14 @@ WITHOUT_ACCOUNTING = [
 ]
 
 
-def missing_reason() -> str | None:
-    """Return the reason why Slurm cannot start here; None if it can."""
+def missing_reason() -> str:
+    """Return the reason why Slurm cannot start here; empty if it can."""
     missing = [name for name in PROGRAMS if not _find(name)]
     if missing:
         return f"Slurm cannot start: {', '.join(missing)} not installed (slurm-wlm, munge)"
     if os.geteuid() != 0:
         return "Slurm cannot start: slurmd must run as root"
-    return None
+    return ""
 
 
 def _find(name: str) -> str | None:
@@ -114,9 +115,9 @@ class SingleNodeSlurm:
         listed = self.ask("squeue", "--steps", "--noheader", "--format=%i").split()
         return [step for step in listed if step.rpartition(".")[2].isdigit()]
 
-    def wait_for(self, condition: Callable[[], object], what: str) -> None:
-        """Wait until a condition holds; the error shows the logs of the daemons."""
-        _wait_for(condition, what, self.folder)
+    def wait_for(self, condition: Callable[[], Any], what: str) -> Any:
+        """Wait until a condition holds, and return it; the error shows the daemons' logs."""
+        return _wait_for(condition, what, self.folder)
 
     def update(self, what: str, *changes: str) -> None:
         """Change a job or the node, for example ``update("NodeName=...", "State=DRAIN")``."""
@@ -138,8 +139,8 @@ class SingleNodeSlurm:
             except subprocess.CalledProcessError:
                 return []
 
-        self.wait_for(listed, f"the processes of job {job}")
-        return [int(line.split()[0]) for line in listed()]
+        lines = self.wait_for(listed, f"the processes of job {job}")
+        return [int(line.split()[0]) for line in lines]
 
     def start_controller(self) -> None:
         """Start slurmctld; it continues with the state that an earlier one has left."""
@@ -268,12 +269,11 @@ def _kill_if_alive(process: int) -> None:
         os.kill(process, signal.SIGKILL)
 
 
-def _wait_for(
-    condition: Callable[[], object], what: str, folder: Path, seconds: float = 60
-) -> None:
+def _wait_for(condition: Callable[[], Any], what: str, folder: Path, seconds: float = 60) -> Any:
     deadline = time.monotonic() + seconds
-    while not condition():
+    while not (held := condition()):
         if time.monotonic() > deadline:
             logs = "".join(path.read_text(errors="replace") for path in folder.glob("*.out"))
             raise RuntimeError(f"{what} did not come up in {seconds:g} s:\n{logs}")
         time.sleep(0.2)
+    return held

@@ -11,6 +11,7 @@ import yaml
 from capsule.figures.registry import SOURCES
 from edges import slurm_jobs
 from support import slurm
+from support.marks import needs
 from support.project import ROOT, Project
 
 RECORDINGS = ["0mm/r01", "1mm/r01", "1mm/r02"]
@@ -22,7 +23,7 @@ ONE_BY_ONE = [*THROUGH_SLURM, "--config", "recordings_per_job=1"]
 needs_slurm = [
     pytest.mark.workflow,
     pytest.mark.waits,
-    pytest.mark.skipif(bool(slurm.missing_reason()), reason=str(slurm.missing_reason())),
+    needs(slurm.missing_reason()),
     pytest.mark.skipif(
         importlib.util.find_spec("snakemake_executor_plugin_slurm") is None,
         reason="snakemake-executor-plugin-slurm is not installed",

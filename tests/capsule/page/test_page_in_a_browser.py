@@ -370,7 +370,7 @@ def test_the_key_names_the_lines_that_are_drawn_also_when_the_theme_changes(brow
     on_dark = browser.run(first)
     browser.prefer(dark=False)
     # A page hears of the theme just before it draws its next frame.
-    browser.run("return new Promise((done) => requestAnimationFrame(() => done()))")
+    browser.wait_for_frame()
     assert browser.run(shown) == [[f"sensor {sensor}", True] for sensor in (1, 2, 3, 4)]
     assert browser.run(first) != on_dark
 

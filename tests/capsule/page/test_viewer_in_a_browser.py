@@ -205,7 +205,7 @@ def test_charts_write_numbers_as_the_page_does(browser, page):
         )
         # In the other theme all charts are drawn again, before the page's next frame.
         browser.prefer(dark=True)
-        browser.run("return new Promise((done) => requestAnimationFrame(() => done()))")
+        browser.wait_for_frame()
         written += browser.run("return window.written")
     assert any(text.startswith("\u2212") for text in written)
     assert [text for text in written if "-" in text or text == "\u22120"] == []

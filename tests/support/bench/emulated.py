@@ -9,9 +9,8 @@ import tempfile
 from pathlib import Path
 
 import numpy as np
-import pytest
 
-from support.marks import missing_program
+from support.marks import missing_program, needs
 
 HERE = Path(__file__).resolve().parent
 FIRMWARE = HERE.parents[2] / "workflow" / "firmware"
@@ -27,14 +26,14 @@ def missing_tools() -> str:
     """Return the reason why the emulator cannot run here; empty if it can."""
     packages = "gcc-avr avr-libc make gcc"
     if missing := missing_program("avr-gcc", "make", "gcc", packages=packages):
-        return missing
+        return f"no emulator: {missing}"
     if not Path("/usr/include/simavr/sim_avr.h").exists():
-        return "libsimavr is not installed (Debian: libsimavr-dev libelf-dev)"
+        return "no emulator: libsimavr is not installed (Debian: libsimavr-dev libelf-dev)"
     return ""
 
 
 # Mark of tests that need the emulator.
-needed = pytest.mark.skipif(bool(missing_tools()), reason=f"no emulator: {missing_tools()}")
+needed = needs(missing_tools())
 
 
 def temporary_folder() -> Path:

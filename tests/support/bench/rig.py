@@ -2,12 +2,9 @@
 
 import csv
 import json
-import os
 from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
-
-import pytest
 
 from acquisition.stand_in import StandInLogger
 from acquisition.workbench import Workbench
@@ -17,9 +14,10 @@ from edges.phantom import DEFAULT_TABLE, read_phantom
 from support.bench.gut import Gut
 from support.bench.stand_in_motors import StandInFold, StandInPeristalsis
 from support.bench.surveyor import SteppedCable, Surveyor
+from support.marks import needs_terminals
 
 # Mark of tests that need the ports of a rig.
-needed = pytest.mark.skipif(os.name != "posix", reason="needs pseudo-terminals")
+needed = needs_terminals
 
 
 class Rig:
