@@ -37,9 +37,8 @@ def judged(
     All runs of an archive share its nodules, so archives of different sizes can be compared only
     if they are parts of each other.
     """
-    judge_unseen.FIRST_SEED, judge_unseen.RUNS = FIRST_SEED, max(several_runs)
     rows: dict[int, list[dict]] = {runs: [] for runs in several_runs}
-    for readings in judge_unseen.simulated(bench, archives):
+    for readings in judge_unseen.simulated(bench, archives, FIRST_SEED, max(several_runs)):
         whole = judge_unseen.training_archive(readings, config, scorer, 0)
         for runs in several_runs:
             names = [name for name in readings if int(name.rpartition("r")[2]) <= runs]

@@ -50,13 +50,15 @@ DETECTORS = ("template_threshold", "diagonal", "taught")
 Readings = Mapping[str, np.ndarray]
 
 
-def simulated(bench: str, archives: int) -> Iterator[Readings]:
-    """Simulate archives of a bench, one at a time."""
+def simulated(
+    bench: str, archives: int, first_seed: int = FIRST_SEED, runs: int = RUNS
+) -> Iterator[Readings]:
+    """Simulate archives of a bench, one at a time, with some runs of each size."""
     phantom = read_phantom(DEFAULT_TABLE, [], None if bench == USUAL else bench)
-    for seed in range(FIRST_SEED, FIRST_SEED + archives):
+    for seed in range(first_seed, first_seed + archives):
         yield {
             run.name: simulate_run(phantom, run.size_mm, seed, run.site).counts.astype(float)
-            for run in planned_runs(SIZES_MM, RUNS, 1)
+            for run in planned_runs(SIZES_MM, runs, 1)
         }
 
 

@@ -27,6 +27,8 @@ sys.path[:0] = [str(ROOT / "workflow" / "scripts"), str(Path(__file__).parents[1
 
 from judge_rates import mean_row
 from judge_report import table
+from judge_unseen import USUAL, WEIGHTS, stored
+from judge_unseen import simulated as archives_of
 
 from capsule.detectors.adaptation import Adaptation
 from capsule.detectors.operating_point import threshold_at
@@ -36,7 +38,7 @@ from capsule.detectors.taught import adaptation_features
 from capsule.evaluation.roc import height_at
 from capsule.naming import size_mm
 from capsule.phantom.parameters import Phantom
-from capsule.phantom.simulation import planned_runs, simulate_run
+from capsule.phantom.simulation import simulate_run
 from capsule.preprocessing import normalize
 from edges.config_files import read_config_file
 from edges.number_arguments import natural
@@ -44,15 +46,13 @@ from edges.phantom import BENCHES, CONFIG, DEFAULT_TABLE, read_phantom
 from edges.scorer_files import read_scorer
 
 LENGTH, TEACHING_SEED, FRESH_SEED, FRESH = 1000, 70_000, 80_000, 600
-# As tests/benchmarks/judge_unseen.py judges them.
-ARCHIVE_SEED, USUAL = 110_000, "usual"
+ARCHIVE_SEED = 110_000
 SIZES_MM = (1, 2, 3, 4, 5)
 # Recordings of one series, over one nodule as it was set up once; the next has the next seed.
 SERIES = 20
 PENALTY = 1000.0
 SPECIFICITY = 0.95
 MINIROCKET, TAUGHT = "MiniRocket", "`taught`"
-WEIGHTS = ROOT / "workflow" / "weights" / "scorer.npz"
 
 
 def lay_out(recordings: Iterable[np.ndarray], count: int) -> np.ndarray:
@@ -186,22 +186,6 @@ def rival_of(readings: Mapping[str, np.ndarray]) -> dict[str, float]:
     return row_of(1 - float(np.mean(alarms)), recalls)
 
 
-def archives_of(phantom: Phantom, count: int) -> Iterator[dict[str, np.ndarray]]:
-    """Simulate archives of 120 recordings, one at a time."""
-    for seed in range(ARCHIVE_SEED, ARCHIVE_SEED + count):
-        yield {
-            run.name: simulate_run(phantom, run.size_mm, seed, run.site).counts.astype(float)
-            for run in planned_runs((0, *SIZES_MM), 20, 1)
-        }
-
-
-def stored(folder: Path) -> Iterator[dict[str, np.ndarray]]:
-    """Read the archives of a folder, one at a time."""
-    for path in sorted(folder.glob("*.npz")):
-        with np.load(path) as archive:
-            yield {name: archive[name].astype(float) for name in archive.files}
-
-
 def judged(bench: str, archives: Iterable[Mapping[str, np.ndarray]]) -> dict:
     """Return the row of the classifier that the archive's own recordings teach."""
     label = {
@@ -229,7 +213,7 @@ def main() -> None:
     rows = []
     for bench in names:
         phantom = read_phantom(DEFAULT_TABLE, [], None if bench == USUAL else bench)
-        rows.append(judged(bench, archives_of(phantom, arguments.archives)))
+        rows.append(judged(bench, archives_of(bench, arguments.archives, ARCHIVE_SEED)))
         for classifier, row in limits_of(phantom, arguments.train, config, scorer).items():
             label = {"bench": bench, "classifier": classifier}
             label["taught by"] = f"{arguments.train:,} others of the bench"
