@@ -57,8 +57,7 @@ class Adaptation:
     height : float
         Wanted rise of the score of nodules of 3 mm and more.
     penalties : sequence of float
-        Penalties of the regressions, the largest first. The first one alone holds if nothing can
-        be weighed.
+        Penalties of the regressions. The largest one alone holds if nothing can be weighed.
     """
 
     def __init__(
@@ -69,7 +68,8 @@ class Adaptation:
         height: float,
         penalties: Sequence[float],
     ) -> None:
-        self._scores, self._sizes_mm, self._penalties = scores, sizes_mm, penalties
+        self._scores, self._sizes_mm = scores, sizes_mm
+        self._penalties = sorted(penalties, reverse=True)
         self._centred = Centred(features)
         rises = np.array([np.interp(sizes_mm, _SIZES_MM, rise) for rise in _RISES]).T
         self._lacking = height * rises - scores[:, np.newaxis]

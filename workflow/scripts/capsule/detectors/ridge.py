@@ -13,7 +13,7 @@ grow linearly with the number of recordings. Many recordings are left out by a n
 """
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -97,6 +97,9 @@ class RidgeWithout:
     def __init__(self, features: Centred, targets: FloatArray, penalty: float) -> None:
         self._targets, self._penalty = targets, penalty
         self._mean, self._centred = features.mean, features.values
+        self._block = lru_cache(_KEPT)(self._columns_of_block)
+        # A caller may ask for a fold to weigh the regression, and again to use it.
+        self._fold = lru_cache(2)(self._learn)
         count, dimensions = self._centred.shape
         if count == 0:
             return
@@ -116,7 +119,6 @@ class RidgeWithout:
             slope += weights.T @ targets[part]
         self._residuals = targets - (targets.mean(axis=0) + self._centred @ slope)
         self._moment = self._centred.T @ self._residuals
-        self._block = lru_cache(_KEPT)(self._columns_of_block)
 
     def without(self, left_out: IntArray) -> Fold | None:
         """Learn from all recordings except some.
@@ -131,13 +133,10 @@ class RidgeWithout:
         Fold or None
             What the others teach; None if fewer than two are left.
         """
-        return self._learn(left_out) if left_out.size else self._of_all
+        return self._fold(tuple(left_out.tolist()))
 
-    @cached_property
-    def _of_all(self) -> Fold | None:
-        return self._learn(np.array([], dtype=int))
-
-    def _learn(self, left_out: IntArray) -> Fold | None:
+    def _learn(self, places: tuple[int, ...]) -> Fold | None:
+        left_out = np.array(places, dtype=int)
         taught = np.ones(len(self._targets), dtype=bool)
         taught[left_out] = False
         if np.count_nonzero(taught) < 2:

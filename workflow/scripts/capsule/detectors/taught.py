@@ -146,7 +146,7 @@ class TaughtDetector:
             np.array([each.score for each in features]),
             self._sizes_mm,
             self._settings["height"],
-            sorted(self._settings["penalties"], reverse=True),
+            self._settings["penalties"],
         )
         self._sizes = RidgeWithout(
             Centred(_table((each.embedding for each in features), len(usable))[self._nodule]),
