@@ -35,6 +35,7 @@ from capsule.templates import TemplateSet, no_nodule_template
 from capsule.wave_check import missing_wave
 from edges.config_files import read_config_file
 from edges.files import write_csv
+from edges.forks import Forks
 from edges.number_arguments import natural
 from edges.phantom import BENCHES, CONFIG, DEFAULT_TABLE, read_phantom
 from edges.scorer_files import read_scorer
@@ -167,6 +168,7 @@ def read_arguments() -> argparse.Namespace:
     add("--archives", default=40, help="archives of each simulated bench (default: 40)")
     add("--fitted", default=4, help="archives that the paper's margin judges (default: 4)")
     add("--fit", default=300, help="particles and iterations of its fits (default: 300)")
+    add("--processes", default=2, help="benches that are judged at a time (default: 2)")
     add = functools.partial(parser.add_argument, metavar="PATH", type=Path)
     add("--folders", nargs="*", default=[], help="folders of archives of other benches")
     add("--weights", default=WEIGHTS, help="the scorer's weights (default: those that ship)")
@@ -182,10 +184,13 @@ def main() -> None:
     names = [USUAL, *(path.stem for path in sorted(BENCHES.glob("*.yaml")))]
     benches = {name: simulated(name, arguments.archives) for name in names}
     benches |= {folder.name: stored(folder) for folder in arguments.folders}
-    judged = {}
-    for bench, archives in benches.items():
-        judged[bench] = judge_bench(archives, config, scorer, arguments.fit, arguments.fitted)
+
+    def judged_bench(bench: str) -> dict[str, list[dict]]:
+        rows = judge_bench(benches[bench], config, scorer, arguments.fit, arguments.fitted)
         print(f"judged: {bench}", file=sys.stderr, flush=True)
+        return rows
+
+    judged = dict(zip(benches, Forks(arguments.processes)(judged_bench, benches), strict=True))
     by_recall = sorted(
         judged, key=lambda bench: mean_row({}, judged[bench]["taught"])["recall from 2 mm"]
     )
