@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from capsule.detectors.beat_series import beat_series
-from capsule.detectors.scorer import Scorer, features_of, standardised
+from capsule.detectors.scorer import FOLDED, Scorer, features_of, standardised
 from capsule.evaluation.roc import auc
 from capsule.recording import read_recording
 from capsule.seeding import generator
@@ -40,7 +40,7 @@ def test_the_gradient_is_that_of_the_score(weights, series):
     scorer = Scorer(weights)
     score, _, gradient = scorer.score_and_gradient(standardised(series))
     numbers = generator(1, "direction")
-    names = [name for name in weights if name != "gradient_scale"]
+    names = [name for name in weights if name not in ("gradient_scale", "projection")]
     step = 1e-7  # so small that no unit switches
     for _ in range(5):
         direction = {name: numbers.normal(size=weights[name].shape) for name in names}
@@ -56,13 +56,21 @@ def test_the_gradient_is_that_of_the_score(weights, series):
 
 def test_folding_keeps_products_of_gradients(weights):
     numbers = generator(1, "many")
-    scorer = Scorer(weights)
+    scorer = Scorer(weights | {"projection": np.eye(FOLDED)})
     many = [0.3 * numbers.normal(size=(4, 5, 30)).cumsum(axis=2) for _ in range(12)]
     whole = np.array([scorer.score_and_gradient(standardised(each))[2] for each in many])
     whole /= float(weights["gradient_scale"])
     folded = np.array([scorer.features(each).gradient for each in many])
     products, wanted = folded @ folded.T, whole @ whole.T
     assert np.abs(products - wanted).max() < 0.15 * np.diag(wanted).max()
+
+
+def test_the_gradient_is_folded_and_then_projected(weights, series):
+    folded = Scorer(weights | {"projection": np.eye(FOLDED)}).features(series)
+    projected = Scorer(weights).features(series)
+    expected = [sum(folded.gradient * column) for column in weights["projection"].T]
+    np.testing.assert_allclose(projected.gradient, expected, rtol=1e-3, atol=1e-5)
+    assert projected.score == folded.score
 
 
 def test_the_score_does_not_depend_on_gain_or_rest(weights):

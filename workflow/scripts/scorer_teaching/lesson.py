@@ -7,7 +7,7 @@ predictions is differentiated through the closed form of the regression (Bertine
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import torch
@@ -25,11 +25,11 @@ _PEAK_RATE, _WARM_UP, _DECAY, _LONGEST_STEP = 4e-3, 0.05, 1e-3, 1.0
 # size on, is detected.
 _SIFT_AFTER, _SIFT_BELOW, _SIFT_FROM_MM = 2, 0.3, 3.0
 # Nodules of 4 and 5 mm have less weight, since they are easy to detect.
-_IMPORTANCE = (0.0, 1.0, 1.0, 1.0, 0.6, 0.6)
+IMPORTANCE = (0.0, 1.0, 1.0, 1.0, 0.6, 0.6)
 _SHARE_PLAIN, _SHARE_ODDS, _SHARE_SIZE = 0.3, 0.09, 0.5
 
 _HEALTHY = SIZES_MM == 0
-_SIZE_PLACE = torch.as_tensor(SIZES_MM).long()
+SIZE_PLACE = torch.as_tensor(SIZES_MM).long()
 
 
 class Learner(nn.Module):
@@ -44,7 +44,7 @@ class Learner(nn.Module):
     def targets(self) -> torch.Tensor:
         """Return the target score of each recording of an episode, which rises with its size."""
         by_size = torch.cat([torch.zeros(1), functional.softplus(self.rise).cumsum(0)])
-        return by_size[_SIZE_PLACE]
+        return by_size[SIZE_PLACE]
 
 
 def loss_of(
@@ -76,21 +76,33 @@ def loss_of(
     estimates = leave_one_out(embedding[:, ~_HEALTHY], sizes, learner.log_penalty[1].exp())
     nodule = torch.as_tensor(~_HEALTHY, dtype=score.dtype).expand_as(score)
     loss = (
-        missed(adapted)
-        + _SHARE_PLAIN * missed(score)
+        missed(adapted).mean()
+        + _SHARE_PLAIN * missed(score).mean()
         + _SHARE_ODDS * functional.binary_cross_entropy_with_logits(score, nodule)
         + _SHARE_SIZE * functional.smooth_l1_loss(estimates, sizes, beta=0.5)
     )
     return loss, adapted.detach()
 
 
-def missed(scores: torch.Tensor) -> torch.Tensor:
-    """Return the loss of `capsule.detectors.adaptation.missed`, weighted, for scores (B, n)."""
-    healthy, nodules = scores[:, _HEALTHY], scores[:, ~_HEALTHY]
-    spread = healthy.std(1, keepdim=True) + LEAST_SPREAD
-    above = (nodules - healthy.mean(1, keepdim=True)) / spread - ABOVE
-    weight = torch.tensor(_IMPORTANCE)[_SIZE_PLACE[~_HEALTHY]]
-    return (functional.softplus(-STEEPNESS * above) * weight).mean()
+def missed(scores: torch.Tensor, importance: Sequence[float] = IMPORTANCE) -> torch.Tensor:
+    """Return the measure of `capsule.detectors.adaptation.missed` with weights by size in mm.
+
+    Parameters
+    ----------
+    scores : (..., n) tensor
+        Scores of the n recordings of an episode.
+    importance : sequence of 6 float
+        Weight of each size from 0 to 5 mm.
+
+    Returns
+    -------
+    (...) tensor
+    """
+    healthy, nodules = scores[..., _HEALTHY], scores[..., ~_HEALTHY]
+    spread = healthy.std(-1, keepdim=True) + LEAST_SPREAD
+    above = (nodules - healthy.mean(-1, keepdim=True)) / spread - ABOVE
+    weight = torch.tensor(importance)[SIZE_PLACE[~_HEALTHY]]
+    return (functional.softplus(-STEEPNESS * above) * weight).mean(-1)
 
 
 def leave_one_out(

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from capsule.detectors.scorer import Scorer, standardised
+from capsule.detectors.scorer import FOLDED, Scorer, standardised
 from capsule.errors import CapsuleError
 from scorer_teaching.episodes import Episodes
 from scorer_teaching.network import Network
@@ -25,8 +25,8 @@ def checked_weights(network: Network, held_out: Episodes) -> dict[str, np.ndarra
     Returns
     -------
     dict of str to array
-        Weights for `capsule.detectors.scorer.Scorer`. ``gradient_scale`` is the square root of
-        the median, over the benches, of the gradients' mean squared length.
+        Weights for `capsule.detectors.scorer.Scorer`, without ``projection``. ``gradient_scale`` is
+        the square root of the median, over the benches, of the gradients' mean squared length.
 
     Raises
     ------
@@ -34,7 +34,7 @@ def checked_weights(network: Network, held_out: Episodes) -> dict[str, np.ndarra
         The detector's scorer computes other scores or gradients than the network.
     """
     weights = network.stored() | {"gradient_scale": np.float32(1.0)}
-    scorer, exact = Scorer(weights), network.double()
+    scorer, exact = unprojected(weights), network.double()
     mean_squares = []
     for bench in range(len(held_out.counts)):
         recordings = held_out.recordings(bench)
@@ -45,6 +45,11 @@ def checked_weights(network: Network, held_out: Episodes) -> dict[str, np.ndarra
             mean_squares.append(np.mean([gradient @ gradient for _, _, gradient in scored]))
     weights["gradient_scale"] = np.float32(np.sqrt(np.median(mean_squares)))
     return weights
+
+
+def unprojected(weights: dict[str, np.ndarray]) -> Scorer:
+    """Return the scorer whose gradients are folded, but not projected."""
+    return Scorer(weights | {"projection": np.eye(FOLDED)})
 
 
 def _compare(network: Network, series: np.ndarray, score: float, gradient: np.ndarray) -> None:

@@ -18,10 +18,10 @@ from capsule.detectors.ridge import Centred, Fold, Regression, RidgeWithout
 # A nodule should score by so many standard deviations above the healthy mean.
 ABOVE, STEEPNESS, LEAST_SPREAD = 1.75, 1.5, 0.05
 # Wanted rise of the score over a healthy recording, as a share of the height, by size in mm.
-_SIZES_MM = (0.0, 1.0, 2.0, 3.0)
-_RISES = ((0.0, 0.3, 0.7, 1.0), (0.0, 0.6, 0.9, 1.0), (0.0, 1.0, 1.0, 1.0))
+SIZES_MM = (0.0, 1.0, 2.0, 3.0)
+RISES = ((0.0, 0.3, 0.7, 1.0), (0.0, 0.6, 0.9, 1.0), (0.0, 1.0, 1.0, 1.0))
 # How fast the weight of a regression falls with the nodules that it misses.
-_STRICTNESS = 0.3
+STRICTNESS = 0.3
 # Smaller weights, relative to the largest one, are left out.
 _LEAST_WEIGHT = 0.05
 # No more recordings than these weigh, so that the time grows linearly with the archive.
@@ -71,7 +71,7 @@ class Adaptation:
         self._scores, self._sizes_mm = scores, sizes_mm
         self._penalties = sorted(penalties, reverse=True)
         self._centred = Centred(features)
-        rises = np.array([np.interp(sizes_mm, _SIZES_MM, rise) for rise in _RISES]).T
+        rises = np.array([np.interp(sizes_mm, SIZES_MM, rise) for rise in RISES]).T
         self._lacking = height * rises - scores[:, np.newaxis]
         self._ridges: dict[int, RidgeWithout] = {}
         self._weighing: IntArray = np.arange(scores.size)
@@ -130,13 +130,13 @@ class Adaptation:
         sizes_mm = np.delete(self._sizes_mm, left_out)
         healthy, nodules = np.count_nonzero(sizes_mm == 0), np.count_nonzero(sizes_mm > 0)
         if healthy < 2 or nodules < 1:
-            alone = np.zeros((len(self._penalties), len(_RISES)))
+            alone = np.zeros((len(self._penalties), len(RISES)))
             alone[0, 0] = 1.0
             return alone
         scores = np.delete(self._scores, left_out)[:, np.newaxis]
         folds = [self._fold(place, left_out) for place in range(len(self._penalties))]
         losses = np.array([missed(scores + fold.predictions, sizes_mm) for fold in folds])
-        weights: FloatArray = np.exp(-_STRICTNESS * nodules * (losses - losses.min()))
+        weights: FloatArray = np.exp(-STRICTNESS * nodules * (losses - losses.min()))
         weights[weights < _LEAST_WEIGHT] = 0.0
         weights /= weights.sum()
         return weights

@@ -4,7 +4,9 @@ Simulated recordings of many random benches taught it beforehand (docs/detection
 then adapts it. To first order, a change of the weights changes the score by the gradient times that
 change. Ridge regression on the gradients therefore teaches all weights at once (the neural tangent
 kernel, Jacot, Gabriel and Hongler 2018). The long gradients are folded to 1024 numbers whose
-products are nearly the same (the count sketch, Charikar, Chen and Farach-Colton 2002).
+products are nearly the same (the count sketch, Charikar, Chen and Farach-Colton 2002). An archive
+is too small to learn from so many numbers. So a taught projection keeps the directions in which the
+score should change from bench to bench.
 """
 
 from collections.abc import Mapping
@@ -22,7 +24,8 @@ from capsule.seeding import generator
 SENSORS = 4
 # Samples between the taps of each block's convolution.
 _DILATIONS = (1, 2, 4, 8, 4)
-_FOLDED = 1024
+# Numbers of a folded gradient.
+FOLDED = 1024
 
 
 @dataclass(frozen=True)
@@ -35,8 +38,8 @@ class Features:
         Higher if a nodule is more likely; NaN if a sensor shows no wave.
     embedding : (64,) array of float32
         Input of the network's last layer; sizes are estimated from it.
-    gradient : (1024,) array of float32
-        The gradient of the score by the weights, folded.
+    gradient : (128,) array of float32
+        The gradient of the score by the weights, folded and projected.
     """
 
     score: float
@@ -69,15 +72,16 @@ class Scorer:
         The stored weights, each with ``_weight`` and ``_bias``. ``own`` is a convolution over each
         sensor's own series, and ``mix`` is one over all sensors. ``block_0`` to ``block_4`` are
         dilated convolutions, each added to its input. The last ones are ``pool``, ``embed`` and
-        ``score``. The mapping also holds ``gradient_scale``, the usual length of a gradient.
+        ``score``. The mapping also holds ``gradient_scale``, the usual length of a gradient, and
+        ``projection``, an array (1024, 128) for the folded gradients.
     """
 
     def __init__(self, weights: Mapping[str, RealArray]) -> None:
         self._weights = {name: np.asarray(value, np.float64) for name, value in weights.items()}
-        self._scale = float(self._weights.pop("gradient_scale"))
+        self._projection = self._weights.pop("projection") / self._weights.pop("gradient_scale")
         count = sum(value.size for value in self._weights.values())
         numbers = generator(1, "scorer", "sketch")
-        self._bucket = numbers.integers(_FOLDED, size=count)
+        self._bucket = numbers.integers(FOLDED, size=count)
         self._sign = numbers.choice([-1.0, 1.0], size=count)
 
     def features(self, series: FloatArray | None) -> Features:
@@ -95,11 +99,12 @@ class Scorer:
         """
         dimensions = self._weights["embed_bias"].size
         if series is None or series.shape[0] != SENSORS:
-            unknown = np.full(dimensions, np.nan, np.float32), np.full(_FOLDED, np.nan, np.float32)
-            return Features(float("nan"), *unknown)
+            sizes = dimensions, self._projection.shape[1]
+            return Features(float("nan"), *(np.full(size, np.nan, np.float32) for size in sizes))
         score, embedding, gradient = self.score_and_gradient(standardised(series))
-        folded = np.bincount(self._bucket, self._sign * gradient, _FOLDED) / self._scale
-        return Features(score, embedding.astype(np.float32), folded.astype(np.float32))
+        folded = np.bincount(self._bucket, self._sign * gradient, FOLDED)
+        projected = folded @ self._projection
+        return Features(score, embedding.astype(np.float32), projected.astype(np.float32))
 
     def score_and_gradient(self, x: FloatArray) -> tuple[float, FloatArray, FloatArray]:
         """Return score, embedding and the whole gradient, by a forward and a backward pass.

@@ -192,8 +192,8 @@ def adaptation_features(features: Features, passage: Passage, evidence_weight: f
 
     Returns
     -------
-    (1025,) array
-        The folded gradient, and the weighted evidence, which is 0 if it is unknown.
+    (129,) array
+        The gradient, and the weighted evidence, which is 0 if it is unknown.
     """
     lowest, highest = _EVIDENCE
     evidence = 0.0 if np.isnan(passage.evidence) else passage.evidence
