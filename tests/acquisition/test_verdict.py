@@ -154,6 +154,14 @@ def test_what_was_learned_elsewhere_is_refused_with_the_remedy(templates, tmp_pa
         FinalVerdict(tmp_path / "templates.npz", tmp_path / "detectors.json", configuration)
 
 
+def test_what_another_scorer_was_adapted_by_is_refused(templates, tmp_path, configuration):
+    write_learned(tmp_path, configuration, taught_by())
+    path = tmp_path / "detectors.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"scorer": "0" * 64}))
+    with pytest.raises(AcquisitionError, match=r"or version; make it again: snakemake -c2"):
+        FinalVerdict(tmp_path / "templates.npz", path, configuration)
+
+
 def test_an_unknown_detector_is_refused_with_the_known_ones(templates, tmp_path, configuration):
     unknown = configuration | {"detectors": ["template", "nearest"]}
     with pytest.raises(CapsuleError, match="no detector nearest; allowed are: template, "):

@@ -86,6 +86,7 @@ rule detect:
         fits=files_of("fits", ARCHIVE.of_nodules()),
         recordings=rules.index.output.recordings,
         templates=rules.average.output.matrices,
+        weights=rules.features.input.weights,
         script=script("detect.py"),
     output:
         detections=report(
@@ -112,6 +113,6 @@ rule detect:
         "python {input.script:q} --recordings {input.recordings:q}"
         " --matrices {params.results:q}/matrices --templates {input.templates:q}"
         " --fits {params.results:q}/fits --passages {input.passages:q} --features {input.features:q}"
-        " --settings {params.settings:q} --output {output.detections:q}"
+        " --weights {input.weights:q} --settings {params.settings:q} --output {output.detections:q}"
         " --learned {output.learned:q}"
         " --record {params.made_from:q} > {log:q} 2>&1"

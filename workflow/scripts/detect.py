@@ -8,6 +8,7 @@ from capsule.evaluation.predictions import Detectors, of_unlabelled
 from capsule.naming import size_mm, sort_key
 from edges import files, fits
 from edges.detector_inputs import read_template_set, read_training_archive
+from edges.scorer_files import scorer_checksum
 
 
 def main() -> None:
@@ -19,6 +20,7 @@ def main() -> None:
     parser.add_argument("--passages", type=Path, nargs="*", default=[], help="passages, CSV")
     parser.add_argument("--fits", type=Path, required=True, help="the folder of fits")
     parser.add_argument("--features", type=Path, nargs="*", default=[], help="features, .npz")
+    parser.add_argument("--weights", type=Path, required=True, help="the scorer's weights, .npz")
     parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
     parser.add_argument("--output", type=Path, required=True, help="output: detections.csv")
     parser.add_argument("--learned", type=Path, required=True, help="output: detectors.json")
@@ -37,7 +39,8 @@ def main() -> None:
     detectors = Detectors(archive)
     verdicts = of_unlabelled(detectors, unlabelled, alike)
     files.write_csv(arguments.output, ["recording", "detector", *detectors.columns], verdicts)
-    files.write_json(arguments.learned, detectors.stored() | {"settings": settings})
+    fits_to = {"settings": settings, "scorer": scorer_checksum(arguments.weights)}
+    files.write_json(arguments.learned, detectors.stored() | fits_to)
     print(f"{len(unlabelled)} unlabelled recordings judged by {len(detectors.names)} detectors")
 
 

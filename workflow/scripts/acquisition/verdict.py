@@ -16,7 +16,7 @@ from capsule.kinds import Settings
 from capsule.recording import Recording
 from edges.detector_inputs import read_template_set
 from edges.files import read_json
-from edges.scorer_files import read_scorer
+from edges.scorer_files import read_scorer, scorer_checksum
 
 WEIGHTS = Path(__file__).resolve().parents[2] / "weights" / "scorer.npz"
 
@@ -46,7 +46,7 @@ class FinalVerdict:
     Raises
     ------
     AcquisitionError
-        One of the files does not exist, or another configuration made it.
+        One of the files does not exist, or another configuration or scorer made it.
     """
 
     def __init__(
@@ -58,7 +58,9 @@ class FinalVerdict:
         self._settings = settings
         self._scorer = read_scorer(WEIGHTS)
         try:
-            same = all(content["settings"][key] == settings[key] for key in content["settings"])
+            same = content["scorer"] == scorer_checksum(WEIGHTS) and all(
+                content["settings"][key] == settings[key] for key in content["settings"]
+            )
             self._models = {
                 name: detector_class(name).Model.restored(content, known)
                 for name in settings["detectors"]
