@@ -14,6 +14,7 @@ from capsule.evaluation.folds import (
     header_groups,
     left_out_together,
     nearly_the_same,
+    number_of_folds,
     scheme_folds,
 )
 
@@ -86,6 +87,25 @@ def test_no_group_mixes_sizes_and_none_is_larger_than_needed(sizes_mm, most):
     if largest > 1:
         smaller = sum(ceil(n / (largest - 1)) for n in Counter(sizes_mm).values())
         assert smaller > most
+
+
+@given(st.integers(1, 100_000), st.integers(100, 5000))
+def test_the_work_of_all_folds_stops_growing_with_the_square(recordings, most):
+    folds = number_of_folds(recordings, most)
+    assert 100 <= folds <= most
+    if recordings > most:
+        # The next fold would be too much work.
+        assert folds == 100 or recordings * folds <= most**2 < recordings * (folds + 1)
+    else:
+        assert folds == most
+    assert number_of_folds(recordings + 1, most) <= folds
+
+
+def test_a_large_archive_has_few_folds():
+    rows = {f"{place % 6}mm/r{place}": {"near_copies": ""} for place in range(3000)}
+    (folds,) = scheme_folds(["leave_one_out"], rows, 1000)
+    # At most the square of 1000 by 3000, which is 333; nine at a time would be 336 folds.
+    assert [places.size for _, places in folds.parts()] == [10] * 300
 
 
 def test_a_scheme_leaves_no_more_out_together_than_needed():

@@ -11,6 +11,8 @@ from capsule.naming import size_mm
 
 RESUBSTITUTION = "resubstitution"
 LEAVE_ONE_OUT = "leave_one_out"
+# Even the largest archive is divided into so many folds, so that nearly all of it teaches.
+_FEWEST = 100
 
 
 def main_scheme(schemes: Sequence[str]) -> str:
@@ -95,11 +97,28 @@ class Folds:
         return np.union1d(group, np.array(others, dtype=group.dtype)) if others else group
 
 
+def number_of_folds(recordings: int, most: int) -> int:
+    """Return into how many folds an archive may be divided.
+
+    Each fold is some work on all recordings. So this work grows with the square of the archive up
+    to `most` recordings. Beyond, fewer folds keep it the same, until 100 folds are left.
+
+    Parameters
+    ----------
+    recordings : int
+        Number of labelled recordings.
+    most : int
+        Largest number of folds.
+    """
+    if recordings <= most:
+        return most
+    return max(most**2 // recordings, min(most, _FEWEST))
+
+
 def left_out_together(kinds: Sequence[Hashable], most: int) -> list[str]:
     """Divide recordings into groups that are left out together, as few recordings as possible each.
 
-    Up to `most` recordings, each is a group of its own. The time of an evaluation then grows with
-    the square of their number, beyond it in proportion. All recordings of a group are of one kind.
+    Up to `most` recordings, each is a group of its own. All recordings of a group are of one kind.
 
     Parameters
     ----------
@@ -129,16 +148,17 @@ def left_out_together(kinds: Sequence[Hashable], most: int) -> list[str]:
 def scheme_folds(
     schemes: Sequence[str], headers: Mapping[str, Mapping[str, str]], most: int
 ) -> list[Folds]:
-    """Return the folds of each scheme, with the groups of `left_out_together`."""
-    groups = left_out_together([size_mm(name) for name in headers], most)
+    """Return the folds of each scheme, at most `number_of_folds` or one for each size."""
+    sizes_mm = [size_mm(name) for name in headers]
+    groups = left_out_together(sizes_mm, number_of_folds(len(headers), most))
     return [Folds(name, groups, nearly_the_same(headers)) for name in schemes]
 
 
 def group_folds(key: str, headers: Mapping[str, Mapping[str, str]], most: int) -> Folds | None:
     """Return the folds that leave out whole sites or sessions; None as in `header_groups`.
 
-    With more groups than `most`, several whose recordings have the same sizes are left out
-    together.
+    With more groups than `number_of_folds`, several whose recordings have the same sizes are left
+    out together.
     """
     groups = header_groups(key, list(headers), headers)
     if groups is None:
@@ -146,7 +166,8 @@ def group_folds(key: str, headers: Mapping[str, Mapping[str, str]], most: int) -
     sizes_mm: dict[str, set[float | None]] = {}
     for group, name in zip(groups, headers, strict=True):
         sizes_mm.setdefault(group, set()).add(size_mm(name))
-    together = left_out_together([str(sorted(each, key=str)) for each in sizes_mm.values()], most)
+    kinds = [str(sorted(each, key=str)) for each in sizes_mm.values()]
+    together = left_out_together(kinds, number_of_folds(len(headers), most))
     fold_of = dict(zip(sizes_mm, together, strict=True))
     folds = [fold_of[group] for group in groups]
     return Folds(group_scheme(key), folds, nearly_the_same(headers))
