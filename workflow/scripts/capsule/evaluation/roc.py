@@ -84,14 +84,12 @@ def bootstrap(
         Band of the true positive rate at each false positive rate. If all draws lie on one side of
         the observed value, interval and band are widened to contain it.
     """
-    # Only the order of scores matters, so ranks replace them; 0 is below all scores.
-    pool = np.unique(np.concatenate([[-np.inf], healthy, nodule]))
-    ranks = pool.searchsorted(healthy), pool.searchsorted(nodule)
+    draws, needed = _Draws(healthy, nodule), healthy.size - _allowed(grid, healthy.size)
     areas, heights = np.empty(repeats), np.empty((repeats, grid.size))
     at_once = max(1, _VALUES_AT_ONCE // (healthy.size + nodule.size))
     for first in range(0, repeats, at_once):
         some = slice(first, min(first + at_once, repeats))
-        areas[some], heights[some] = _of_draws(*ranks, grid, generator, some.stop - first)
+        areas[some], heights[some] = draws.of(generator, some.stop - first, needed)
     tails = [(1 - confidence) / 2, (1 + confidence) / 2]
     low, high = np.quantile(areas, tails)
     band = np.quantile(heights, tails, axis=0)
@@ -100,44 +98,77 @@ def bootstrap(
     return ends, np.minimum(band[0], height), np.maximum(band[1], height)
 
 
-def _of_draws(
-    healthy: IntArray,
-    nodule: IntArray,
-    grid: FloatArray,
-    generator: np.random.Generator,
-    repeats: int,
-) -> tuple[FloatArray, FloatArray]:
-    """Return `auc`, (R,), and `height_at`, (R, G), of this many draws.
+class _Draws:
+    """Draws of a bootstrap, in the order of the scores, which is sorted only once.
 
     Parameters
     ----------
-    healthy, nodule : (n,), (m,) array of int
-        Ranks of the scores; 0 is below all scores.
+    healthy, nodule : (n,), (m,) array
+        Scores.
     """
-    n, m = healthy.size, nodule.size
-    # One call for all draws, which takes the same random numbers as a call a draw and kind.
-    places = generator.integers(0, np.repeat([n, m], [n, m]), (repeats, n + m))
-    levels = max(healthy.max(), nodule.max()) + 1
-    healthy_drawn = _counts(healthy[places[:, :n]], levels)
-    nodule_drawn = _counts(nodule[places[:, n:]], levels)
-    # How many healthy recordings and nodules of a draw are not above each rank.
-    healthy_below, nodule_below = healthy_drawn.cumsum(axis=1), nodule_drawn.cumsum(axis=1)
-    # A healthy recording below a nodule counts twice, one that ties with it once.
-    wins = (nodule_drawn * (2 * healthy_below - healthy_drawn)).sum(axis=1)
-    # With k false positives allowed, the threshold is the lowest rank that n - k are not above. An
-    # offset for each draw keeps all draws in order when joined into one.
-    rows = np.arange(repeats)[:, np.newaxis]
-    joined, wanted = healthy_below + (n + 1) * rows, n - _allowed(grid, n) + (n + 1) * rows
-    thresholds = joined.ravel().searchsorted(wanted.ravel())
-    return wins / m / (2 * n), 1.0 - nodule_below.ravel()[thresholds].reshape(repeats, -1) / m
+
+    def __init__(self, healthy: FloatArray, nodule: FloatArray) -> None:
+        self._orders = np.argsort(healthy), np.argsort(nodule)
+        healthy, nodule = np.sort(healthy), np.sort(nodule)
+        # How many healthy scores are below each nodule's, and not above it.
+        self._below = healthy.searchsorted(nodule, side="left")
+        self._not_above = healthy.searchsorted(nodule, side="right")
+        # How many nodules' scores are not above each healthy one; none is below all scores.
+        self._passed = np.append(0, nodule.searchsorted(healthy, side="right"))
+
+    def of(
+        self, generator: np.random.Generator, repeats: int, needed: IntArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return `auc`, (R,), and the true positive rates, (R, G), of some draws.
+
+        Parameters
+        ----------
+        generator : numpy.random.Generator
+            Source of the draws.
+        repeats : int
+            Number of draws R.
+        needed : (G,) array of int
+            How many healthy recordings may not count as nodules.
+        """
+        healthy, nodule = (
+            _counts(chosen).take(order, axis=1)
+            for chosen, order in zip(self._choose(generator, repeats), self._orders, strict=True)
+        )
+        n, m = healthy.shape[1], nodule.shape[1]
+        up_to, nodules_up_to = _sums(healthy), _sums(nodule)
+        # A healthy recording below a nodule counts twice, one that ties with it once.
+        ahead = up_to.take(self._below, axis=1) + up_to.take(self._not_above, axis=1)
+        wins = np.vecdot(nodule, ahead)
+        # The threshold is the lowest score that enough healthy ones are not above. An offset for
+        # each draw keeps all draws in order when joined into one.
+        offsets = np.arange(repeats)[:, np.newaxis]
+        joined, wanted = up_to + (n + 1) * offsets, needed + (n + 1) * offsets
+        reached = joined.ravel().searchsorted(wanted.ravel()).reshape(repeats, -1)
+        passed = self._passed[reached - (n + 1) * offsets]
+        return wins / m / (2 * n), 1.0 - np.take_along_axis(nodules_up_to, passed, axis=1) / m
+
+    def _choose(self, generator: np.random.Generator, repeats: int) -> tuple[IntArray, IntArray]:
+        """Return which healthy recordings, (R, n), and nodules, (R, m), are drawn."""
+        n, m = (order.size for order in self._orders)
+        if repeats == 1:
+            return generator.integers(0, n, (1, n)), generator.integers(0, m, (1, m))
+        # One call for all draws, which takes the same random numbers as a call a draw and kind.
+        both = generator.integers(0, np.repeat([n, m], [n, m]), (repeats, n + m))
+        return both[:, :n], both[:, n:]
 
 
-def _counts(ranks: IntArray, levels: int) -> IntArray:
-    """Return how often each rank 0..L - 1 occurs in each row of ranks (R, n), as (R, L)."""
-    offsets = levels * np.arange(ranks.shape[0])[:, np.newaxis]
-    counted = np.bincount((ranks + offsets).ravel(), minlength=levels * ranks.shape[0])
-    counts: IntArray = counted.reshape(-1, levels)
-    return counts
+def _counts(places: IntArray) -> IntArray:
+    """Return how often each place 0..n - 1 occurs in each row of places (R, n), as (R, n)."""
+    repeats, size = places.shape
+    offsets = size * np.arange(repeats)[:, np.newaxis]
+    return np.bincount((places + offsets).ravel(), minlength=size * repeats).reshape(repeats, -1)
+
+
+def _sums(counts: IntArray) -> IntArray:
+    """Return the sums of the first 0..n counts of each row (R, n), as (R, n + 1)."""
+    sums = np.zeros((counts.shape[0], counts.shape[1] + 1), dtype=int)
+    counts.cumsum(axis=1, out=sums[:, 1:])
+    return sums
 
 
 def _allowed(grid: FloatArray, healthy: int) -> IntArray:
