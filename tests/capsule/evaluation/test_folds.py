@@ -122,3 +122,20 @@ def test_many_sites_are_left_out_together_with_sites_of_the_same_sizes():
     each, pairs = (group_folds("site", rows, most).parts() for most in (5, 3))
     assert [judged.tolist() for judged, _ in each] == [[0, 2], [1], [3], [4], [5]]
     assert [judged.tolist() for judged, _ in pairs] == [[0, 2], [1, 3], [4, 5]]
+
+
+def test_in_a_large_archive_a_shared_site_changes_only_the_folds_of_its_recordings():
+    shared = {"3mm/r7", "3mm/r2000"}
+    rows = {f"3mm/r{run}": {"site": f"site {run}", "near_copies": ""} for run in range(2400)}
+    for name in shared:
+        rows[name]["site"] = "both"
+    (alone,) = scheme_folds(["leave_one_out"], rows, 1000)
+    names = list(rows)
+    one_out, site_out = (
+        {frozenset(names[place] for place in left_out) for _, left_out in folds.parts()}
+        for folds in (alone, group_folds("site", rows, 1000))
+    )
+    assert frozenset(shared) in site_out
+    changed = {left_out for left_out in one_out if left_out & shared}
+    assert one_out - site_out == changed and len(changed) == 2
+    assert site_out - one_out == {left_out - shared for left_out in changed} | {frozenset(shared)}

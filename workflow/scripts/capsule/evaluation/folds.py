@@ -158,19 +158,24 @@ def group_folds(key: str, headers: Mapping[str, Mapping[str, str]], most: int) -
     """Return the folds that leave out whole sites or sessions; None as in `header_groups`.
 
     With more groups than `number_of_folds`, several whose recordings have the same sizes are left
-    out together.
+    out together. A recording that shares nothing is then left out with the same others as in
+    leave-one-out, so that both schemes share the fold.
     """
     groups = header_groups(key, list(headers), headers)
     if groups is None:
         return None
+    recordings, folds = Counter(groups), number_of_folds(len(headers), most)
+    if len(recordings) <= folds:
+        return Folds(group_scheme(key), groups, nearly_the_same(headers))
     sizes_mm: dict[str, set[float | None]] = {}
     for group, name in zip(groups, headers, strict=True):
-        sizes_mm.setdefault(group, set()).add(size_mm(name))
+        if recordings[group] > 1:
+            sizes_mm.setdefault(group, set()).add(size_mm(name))
     kinds = [str(sorted(each, key=str)) for each in sizes_mm.values()]
-    together = left_out_together(kinds, number_of_folds(len(headers), most))
-    fold_of = dict(zip(sizes_mm, together, strict=True))
-    folds = [fold_of[group] for group in groups]
-    return Folds(group_scheme(key), folds, nearly_the_same(headers))
+    fold_of = dict(zip(sizes_mm, left_out_together(kinds, folds), strict=True))
+    alone = left_out_together([size_mm(name) for name in headers], folds)
+    labels = [fold_of.get(group, label) for group, label in zip(groups, alone, strict=True)]
+    return Folds(group_scheme(key), labels, nearly_the_same(headers))
 
 
 def nearly_the_same(rows: Mapping[str, Mapping[str, str]]) -> dict[int, list[int]]:
