@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -14,8 +15,12 @@ from scorer_teaching.random_numbers import Streams
 from scorer_teaching.random_phantoms import draw_phantom, simulate_phantom
 from scorer_teaching.travel import SENSORS
 
+# A function that simulates the recordings of one bench.
+Maker = Callable[[], list[np.ndarray]]
 # Sizes of the nodules in the recordings of every bench, in mm.
 SIZES_MM = np.repeat(np.arange(6.0), (16, 12, 12, 8, 6, 6))
+# One phantom with random parameters for so many random benches.
+BENCHES_A_PHANTOM = 10
 # A run of 990 samples gives at most 120 windows of beats.
 LENGTH = 128
 # Values of the paper's bench, as in config/config.yaml.
@@ -82,9 +87,32 @@ def phantom_recordings(base: Phantom, seed: int, name: str) -> list[np.ndarray]:
     return simulate_phantom(phantom, SIZES_MM, int(numbers.integers(1 << 31)))
 
 
-def episodes_of(
-    makers: Sequence[Callable[[], list[np.ndarray]]], tell: Callable[[int, str], None]
-) -> Episodes:
+def random_benches(seed: int, first: int, count: int, base: Phantom | None) -> list[Maker]:
+    """Return functions that simulate random benches, and random phantoms after them.
+
+    Parameters
+    ----------
+    seed : int
+        Random seed.
+    first, count : int
+        Number of the first random bench, and how many there are.
+    base : Phantom or None
+        The phantom whose parameters vary; None for no phantoms.
+    """
+    beyond = first + count
+    makers: list[Maker] = [partial(random_recordings, seed, f"{n}") for n in range(first, beyond)]
+    if base is not None:
+        phantoms = range(first // BENCHES_A_PHANTOM, beyond // BENCHES_A_PHANTOM)
+        makers += [partial(phantom_recordings, base, seed, f"{n}") for n in phantoms]
+    return makers
+
+
+def held_out_benches(seed: int, count: int) -> list[Maker]:
+    """Return functions that simulate random benches that teach nothing."""
+    return [partial(random_recordings, seed, f"held out {n}") for n in range(count)]
+
+
+def episodes_of(makers: Sequence[Maker], tell: Callable[[int, str], None]) -> Episodes:
     """Simulate many benches, and return their episodes.
 
     Parameters

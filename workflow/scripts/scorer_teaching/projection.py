@@ -19,7 +19,7 @@ from torch import nn
 from capsule.detectors import adaptation
 from capsule.detectors.scorer import FOLDED, Scorer
 from capsule.seeding import generator
-from scorer_teaching.episodes import SIZES_MM, episodes_of
+from scorer_teaching.episodes import SIZES_MM, Maker, episodes_of
 from scorer_teaching.lesson import SIZE_PLACE, missed
 
 # Directions that are kept.
@@ -48,9 +48,7 @@ class Gradients:
 
 
 def gradients_of(
-    makers: Sequence[Callable[[], list[np.ndarray]]],
-    scorer: Scorer,
-    tell: Callable[[int, str], None],
+    makers: Sequence[Maker], scorer: Scorer, tell: Callable[[int, str], None]
 ) -> Gradients:
     """Simulate many benches, and return the scorer's gradients.
 
