@@ -15,11 +15,11 @@ import pytest
 import serial
 
 from acquisition.stand_in import StandInLogger
-from acquisition.verdict import WEIGHTS
 from acquisition.workbench import Workbench
 from capsule.seeding import generator
 from edges.config_files import read_config_file
-from edges.scorer_files import scorer_checksum
+from edges.records import checksum
+from edges.scorer_files import WEIGHTS
 from edges.workflow_call import PROJECT
 from support.bench import emulated
 from support.bench.cable import TerminalCable
@@ -422,7 +422,7 @@ def test_running_verdict(logger_bench):
     unknown = {**nothing, "sizes": None}
     unadapted = {**nothing, "score": None, "evidence_weight": 0.0, "size": None}
     learned = {"recordings": 0, "margin_threshold": 5.0, "diagonal": unknown, "settings": {}}
-    learned |= {"taught": unadapted, "scorer": scorer_checksum(WEIGHTS)}
+    learned |= {"taught": unadapted, "scorer": checksum(WEIGHTS)}
     (logger_bench.folder / "detectors.json").write_text(json.dumps(learned))
     # The bench counts moments; there is no wave in it, and none is asked for.
     settings = read_config_file(PROJECT / "config" / "config.yaml")

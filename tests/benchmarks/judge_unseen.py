@@ -38,12 +38,11 @@ from edges.files import write_csv
 from edges.forks import Forks
 from edges.number_arguments import natural
 from edges.phantom import BENCHES, CONFIG, DEFAULT_TABLE, read_phantom
-from edges.scorer_files import read_scorer
+from edges.scorer_files import WEIGHTS, read_scorer
 from phantom_study.simulated_archive import DetectorSettings, average_fits, fit_archive
 
 # The phantom was calibrated and the detectors designed on other seeds.
 FIRST_SEED = 200_000
-WEIGHTS = CONFIG.parent / "workflow" / "weights" / "scorer.npz"
 SIZES_MM, RUNS = (0, 1, 2, 3, 4, 5), 20
 USUAL = "usual"
 # The paper's margin, and what learns without fits.

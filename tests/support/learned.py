@@ -4,11 +4,11 @@ import json
 
 import numpy as np
 
-from acquisition.verdict import WEIGHTS
 from capsule.detectors.diagonal import DiagonalDetector
 from capsule.detectors.passage import Passage
 from capsule.detectors.taught import TaughtDetector
-from edges.scorer_files import scorer_checksum
+from edges.records import checksum
+from edges.scorer_files import WEIGHTS
 from support.training import archive_of_passages
 
 
@@ -46,5 +46,5 @@ def write_templates(folder):
 def write_learned(folder, configuration, archive, **changes):
     """Write the trained detectors of an archive, with changed settings of `diagonal`."""
     settings = {"diagonal": configuration["diagonal"] | changes}
-    content = stored_of(archive) | {"settings": settings, "scorer": scorer_checksum(WEIGHTS)}
+    content = stored_of(archive) | {"settings": settings, "scorer": checksum(WEIGHTS)}
     (folder / "detectors.json").write_text(json.dumps(content), encoding="utf-8")

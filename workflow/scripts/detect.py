@@ -8,7 +8,7 @@ from capsule.evaluation.predictions import Detectors, of_unlabelled
 from capsule.naming import size_mm, sort_key
 from edges import files, fits
 from edges.detector_inputs import read_template_set, read_training_archive
-from edges.scorer_files import scorer_checksum
+from edges.records import checksum
 
 
 def main() -> None:
@@ -39,7 +39,7 @@ def main() -> None:
     detectors = Detectors(archive)
     verdicts = of_unlabelled(detectors, unlabelled, alike)
     files.write_csv(arguments.output, ["recording", "detector", *detectors.columns], verdicts)
-    fits_to = {"settings": settings, "scorer": scorer_checksum(arguments.weights)}
+    fits_to = {"settings": settings, "scorer": checksum(arguments.weights)}
     files.write_json(arguments.learned, detectors.stored() | fits_to)
     print(f"{len(unlabelled)} unlabelled recordings judged by {len(detectors.names)} detectors")
 

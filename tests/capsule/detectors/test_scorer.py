@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from capsule.detectors.beat_series import beat_series
-from capsule.detectors.scorer import FOLDED, Scorer, features_of, standardised
+from capsule.detectors.scorer import Scorer, features_of, standardised, unprojected
 from capsule.evaluation.roc import auc
 from capsule.recording import read_recording
 from capsule.seeding import generator
@@ -56,7 +56,7 @@ def test_the_gradient_is_that_of_the_score(weights, series):
 
 def test_folding_keeps_products_of_gradients(weights):
     numbers = generator(1, "many")
-    scorer = Scorer(weights | {"projection": np.eye(FOLDED)})
+    scorer = unprojected(weights)
     many = [0.3 * numbers.normal(size=(4, 5, 30)).cumsum(axis=2) for _ in range(12)]
     whole = np.array([scorer.score_and_gradient(standardised(each))[2] for each in many])
     whole /= float(weights["gradient_scale"])
@@ -66,7 +66,7 @@ def test_folding_keeps_products_of_gradients(weights):
 
 
 def test_the_gradient_is_folded_and_then_projected(weights, series):
-    folded = Scorer(weights | {"projection": np.eye(FOLDED)}).features(series)
+    folded = unprojected(weights).features(series)
     projected = Scorer(weights).features(series)
     expected = [sum(folded.gradient * column) for column in weights["projection"].T]
     np.testing.assert_allclose(projected.gradient, expected, rtol=1e-3, atol=1e-5)

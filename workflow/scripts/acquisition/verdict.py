@@ -16,9 +16,8 @@ from capsule.kinds import Settings
 from capsule.recording import Recording
 from edges.detector_inputs import read_template_set
 from edges.files import read_json
-from edges.scorer_files import read_scorer, scorer_checksum
-
-WEIGHTS = Path(__file__).resolve().parents[2] / "weights" / "scorer.npz"
+from edges.records import checksum
+from edges.scorer_files import WEIGHTS, read_scorer
 
 
 def existing(path: Path, asked_by: str) -> Path:
@@ -58,7 +57,7 @@ class FinalVerdict:
         self._settings = settings
         self._scorer = read_scorer(WEIGHTS)
         try:
-            same = content["scorer"] == scorer_checksum(WEIGHTS) and all(
+            same = content["scorer"] == checksum(WEIGHTS) and all(
                 content["settings"][key] == settings[key] for key in content["settings"]
             )
             self._models = {

@@ -11,12 +11,11 @@ from capsule.listing import full_list, refuse_rejected
 from edges import files
 from edges.config_files import read_config_file, read_schema
 from edges.reading import read_limited
-from edges.scorer_files import read_scorer
+from edges.scorer_files import WEIGHTS, read_scorer
 
 _PROJECT = Path(__file__).resolve().parents[3]
 _SHIPPED = _PROJECT / "config" / "config.yaml"
 _SCHEMA = _PROJECT / "workflow" / "schemas" / "config.schema.json"
-_WEIGHTS = _PROJECT / "workflow" / "weights" / "scorer.npz"
 
 
 def load(
@@ -96,4 +95,4 @@ def read_settings(config: str | Path | None = None, **changes: object) -> dict[s
 
 def read_shipped_scorer() -> Scorer:
     """Read the weights of the taught scorer that ship with the project."""
-    return read_scorer(_WEIGHTS)
+    return read_scorer(WEIGHTS)

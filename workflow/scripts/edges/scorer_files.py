@@ -1,6 +1,5 @@
 """Read the taught scorer's weights; read and write the features that it computes."""
 
-import hashlib
 from collections.abc import Iterable, Mapping
 from dataclasses import astuple, fields
 from pathlib import Path
@@ -12,16 +11,14 @@ from capsule.detectors.scorer import Features, Scorer
 from capsule.detectors.stretches import Stretches
 from edges import files
 
+# The weights that ship with the project.
+WEIGHTS = Path(__file__).resolve().parents[2] / "weights" / "scorer.npz"
+
 
 def read_scorer(path: Path) -> Scorer:
     """Read the taught scorer's weights."""
     with np.load(path) as stored:
         return Scorer(dict(stored.items()))
-
-
-def scorer_checksum(path: Path) -> str:
-    """Return the SHA-256 of the scorer's weights: what others taught does not fit to them."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def write_features(path: Path, features: Mapping[str, Features]) -> None:

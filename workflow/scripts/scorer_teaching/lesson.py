@@ -25,7 +25,7 @@ _PEAK_RATE, _WARM_UP, _DECAY, _LONGEST_STEP = 4e-3, 0.05, 1e-3, 1.0
 # size on, is detected.
 _SIFT_AFTER, _SIFT_BELOW, _SIFT_FROM_MM = 2, 0.3, 3.0
 # Nodules of 4 and 5 mm have less weight, since they are easy to detect.
-IMPORTANCE = (0.0, 1.0, 1.0, 1.0, 0.6, 0.6)
+_IMPORTANCE = (0.0, 1.0, 1.0, 1.0, 0.6, 0.6)
 _SHARE_PLAIN, _SHARE_ODDS, _SHARE_SIZE = 0.3, 0.09, 0.5
 
 _HEALTHY = SIZES_MM == 0
@@ -84,7 +84,7 @@ def loss_of(
     return loss, adapted.detach()
 
 
-def missed(scores: torch.Tensor, importance: Sequence[float] = IMPORTANCE) -> torch.Tensor:
+def missed(scores: torch.Tensor, importance: Sequence[float] = _IMPORTANCE) -> torch.Tensor:
     """Return the measure of `capsule.detectors.adaptation.missed` with weights by size in mm.
 
     Parameters
@@ -115,8 +115,15 @@ def leave_one_out(
     normal = across @ centred + penalty * torch.eye(dimensions)
     hat = 1 / count + centred @ torch.linalg.solve(normal, across)
     residuals = targets - (hat @ targets[..., None])[..., 0]
-    free = (1 - torch.diagonal(hat, dim1=1, dim2=2)).clamp(min=0.02)
-    return targets - residuals / free
+    return targets - residuals / freedom(hat)
+
+
+def freedom(hat: torch.Tensor) -> torch.Tensor:
+    """Return by how much to divide each residual to leave its recording out, (B, n).
+
+    It is 1 less the leverage, the diagonal of the hat matrix (B, n, n), and bounded below.
+    """
+    return (1 - torch.diagonal(hat, dim1=1, dim2=2)).clamp(min=0.02)
 
 
 def teach(
@@ -151,18 +158,13 @@ def teach(
         losses = []
         for step, batch in enumerate(batches):
             done = (round_ + step / len(batches)) / rounds
-            for group in optimiser.param_groups:
-                group["lr"] = rate_at(done)
             series = torch.as_tensor(episodes.series[batch]).float()
             counts = torch.as_tensor(episodes.counts[batch])
             if numbers.random() < 0.5:
                 turned = reversed_in_time(series.flatten(0, 1), counts.flatten())
                 series = turned.reshape(series.shape)
             loss, adapted = loss_of(learner, series, counts)
-            optimiser.zero_grad()
-            loss.backward()
-            nn.utils.clip_grad_norm_(learner.parameters(), _LONGEST_STEP)
-            optimiser.step()
+            descend(optimiser, loss, rate_at(done))
             losses.append(loss.item())
             shares[batch] = told_apart(adapted.numpy())
             text = (
@@ -172,6 +174,17 @@ def teach(
         if round_ + 1 == _SIFT_AFTER:
             kept = kept[shares[kept] >= _SIFT_BELOW]
     return learner.network.eval()
+
+
+def descend(optimiser: torch.optim.Optimizer, loss: torch.Tensor, rate: float) -> None:
+    """Lower a loss by one step at a learning rate; the step's gradient is bounded."""
+    for group in optimiser.param_groups:
+        group["lr"] = rate
+    optimiser.zero_grad()
+    loss.backward()
+    moved = [parameter for group in optimiser.param_groups for parameter in group["params"]]
+    nn.utils.clip_grad_norm_(moved, _LONGEST_STEP)
+    optimiser.step()
 
 
 def rate_at(done: float) -> float:

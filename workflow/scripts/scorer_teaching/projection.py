@@ -20,11 +20,11 @@ from capsule.detectors import adaptation
 from capsule.detectors.scorer import FOLDED, Scorer
 from capsule.seeding import generator
 from scorer_teaching.episodes import SIZES_MM, Maker, episodes_of
-from scorer_teaching.lesson import SIZE_PLACE, missed
+from scorer_teaching.lesson import SIZE_PLACE, descend, freedom, missed
 
 # Directions that are kept.
 KEPT = 128
-_EPISODES_A_STEP, _ROUNDS, _RATE, _LONGEST_STEP = 8, 4, 2e-3, 1.0
+_EPISODES_A_STEP, _ROUNDS, _RATE = 8, 4, 2e-3
 # The first directions are those of the widest spread, times this factor.
 _FIRST_FACTOR = 0.7
 _SHARE_OF_EACH = 0.3
@@ -57,7 +57,7 @@ def gradients_of(
     makers : sequence of callable
         Functions that simulate the recordings of one bench.
     scorer : Scorer
-        From `scorer_teaching.weights.unprojected`.
+        From `capsule.detectors.scorer.unprojected`.
     tell : callable
         Function that is called with the number of finished benches and a text.
 
@@ -114,15 +114,10 @@ def teach_projection(
         losses = []
         for step, batch in enumerate(batches):
             done = (round_ + step / len(batches)) / _ROUNDS
-            for group in optimiser.param_groups:
-                group["lr"] = _RATE * 0.5 * (1 + math.cos(math.pi * done))
             folded = torch.as_tensor(gradients.folded[batch]).float()
             scores = torch.as_tensor(gradients.scores[batch])
             loss = loss_of(folded @ projection, scores, height, penalties)
-            optimiser.zero_grad()
-            loss.backward()
-            nn.utils.clip_grad_norm_([projection], _LONGEST_STEP)
-            optimiser.step()
+            descend(optimiser, loss, _RATE * 0.5 * (1 + math.cos(math.pi * done)))
             losses.append(loss.item())
             tell(done, f"projection, epoch {round_ + 1} of {_ROUNDS}, loss {np.mean(losses):.3f}")
     return projection.detach().numpy().astype(np.float16)
@@ -154,8 +149,7 @@ def loss_of(
     for penalty in penalties:
         hat = 1 / count + torch.linalg.solve(products + penalty * torch.eye(count), products)
         residuals = lacking - lacking @ hat.transpose(1, 2)
-        free = (1 - torch.diagonal(hat, dim1=1, dim2=2)).clamp(min=0.02)[:, None]
-        each.append(scores[:, None] + lacking - residuals / free)
+        each.append(scores[:, None] + lacking - residuals / freedom(hat)[:, None])
     adapted = torch.cat(each, 1)
     losses, nodules = missed(adapted, _ALL_ALIKE), int((SIZE_PLACE > 0).sum())
     weights = torch.softmax(-adaptation.STRICTNESS * nodules * losses.detach(), 1)

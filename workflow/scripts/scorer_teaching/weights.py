@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from capsule.detectors.scorer import FOLDED, Scorer, standardised
+from capsule.detectors.scorer import standardised, unprojected
 from capsule.errors import CapsuleError
 from scorer_teaching.episodes import Episodes
 from scorer_teaching.network import Network
@@ -45,11 +45,6 @@ def checked_weights(network: Network, held_out: Episodes) -> dict[str, np.ndarra
             mean_squares.append(np.mean([gradient @ gradient for _, _, gradient in scored]))
     weights["gradient_scale"] = np.float32(np.sqrt(np.median(mean_squares)))
     return weights
-
-
-def unprojected(weights: dict[str, np.ndarray]) -> Scorer:
-    """Return the scorer whose gradients are folded, but not projected."""
-    return Scorer(weights | {"projection": np.eye(FOLDED)})
 
 
 def _compare(network: Network, series: np.ndarray, score: float, gradient: np.ndarray) -> None:

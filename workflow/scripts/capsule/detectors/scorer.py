@@ -168,6 +168,11 @@ class Scorer:
         )
 
 
+def unprojected(weights: Mapping[str, RealArray]) -> Scorer:
+    """Return the scorer of some weights, whose gradients are folded but not projected."""
+    return Scorer({**weights, "projection": np.eye(FOLDED)})
+
+
 def features_of(values: FloatArray, rate_hz: float, settings: Settings, scorer: Scorer) -> Features:
     """Return the features of one recording, computed from its readings.
 

@@ -145,12 +145,19 @@ def left_out_together(kinds: Sequence[Hashable], most: int) -> list[str]:
     return groups
 
 
+def left_out_alone(sizes_mm: Sequence[float | None], most: int) -> list[str]:
+    """Return the group of each recording in leave-one-out, by its size.
+
+    At most `number_of_folds`, or one for each size.
+    """
+    return left_out_together(sizes_mm, number_of_folds(len(sizes_mm), most))
+
+
 def scheme_folds(
     schemes: Sequence[str], headers: Mapping[str, Mapping[str, str]], most: int
 ) -> list[Folds]:
-    """Return the folds of each scheme, at most `number_of_folds` or one for each size."""
-    sizes_mm = [size_mm(name) for name in headers]
-    groups = left_out_together(sizes_mm, number_of_folds(len(headers), most))
+    """Return the folds of each scheme, with the groups of `left_out_alone`."""
+    groups = left_out_alone([size_mm(name) for name in headers], most)
     return [Folds(name, groups, nearly_the_same(headers)) for name in schemes]
 
 
@@ -173,7 +180,7 @@ def group_folds(key: str, headers: Mapping[str, Mapping[str, str]], most: int) -
             sizes_mm.setdefault(group, set()).add(size_mm(name))
     kinds = [str(sorted(each, key=str)) for each in sizes_mm.values()]
     fold_of = dict(zip(sizes_mm, left_out_together(kinds, folds), strict=True))
-    alone = left_out_together([size_mm(name) for name in headers], folds)
+    alone = left_out_alone([size_mm(name) for name in headers], most)
     labels = [fold_of.get(group, label) for group, label in zip(groups, alone, strict=True)]
     return Folds(group_scheme(key), labels, nearly_the_same(headers))
 

@@ -8,7 +8,7 @@ from math import ceil
 
 import numpy as np
 
-from capsule.evaluation.folds import left_out_together, number_of_folds
+from capsule.evaluation.folds import left_out_alone
 from capsule.seeding import generator
 
 PARTS = 4
@@ -91,7 +91,7 @@ def counts_in_folds(sizes_mm: Mapping[str, float], most: int) -> dict[float, flo
     sizes = list(sizes_mm.values())
     counts = Counter(sizes)
     left_out = dict.fromkeys(counts, 0)
-    folds = left_out_together(sizes, number_of_folds(len(sizes), most))
-    for (size, _), together in Counter(zip(sizes, folds, strict=True)).items():
+    folds = Counter(zip(sizes, left_out_alone(sizes, most), strict=True))
+    for (size, _), together in folds.items():
         left_out[size] += together**2
     return {size: count - left_out[size] / len(sizes) for size, count in counts.items()}
