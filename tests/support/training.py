@@ -10,7 +10,6 @@ TAUGHT = {
     "height": 10.0,
     "penalties": [1.0, 0.1],
     "evidence_weight": 2.0,
-    "tail": 1.0,
     "size_penalty": 1.0,
 }
 NO_FEATURES = Features(np.nan, np.full(64, np.nan, np.float32), np.full(1024, np.nan, np.float32))

@@ -91,9 +91,31 @@ def test_a_new_recording_needs_only_its_features(archive):
     np.testing.assert_equal(verdict_values(model.verdict(alone)), verdict_values(expected))
 
 
-def test_a_further_normal_score_exceeds_the_bound_as_rarely_as_promised():
-    scores = generator(1, "bound").normal(size=(20_000, 20))
-    above = [row[-1] > upper_bound(row[:-1], 0.95, 1.0) for row in scores]
-    # The standard error is 0.0015.
-    assert np.mean(above) == pytest.approx(0.05, abs=0.005)
-    assert np.isnan(upper_bound(scores[0, :2], 0.95, 1.0))
+@pytest.mark.parametrize("count", [5, 19, 20, 200])
+def test_a_further_normal_score_exceeds_the_bound_as_rarely_as_promised(count):
+    scores = generator(1, "bound").normal(size=(20_000, count + 1))
+    above = np.mean([row[-1] > upper_bound(row[:-1], 0.95) for row in scores])
+    # The standard error is 0.0015. With few scores, the bound promises a little too much.
+    assert 0.035 <= above <= 0.055
+
+
+def test_low_scores_do_not_raise_the_bound_but_high_ones_do():
+    scores = generator(2, "bound").normal(size=20)
+    lowest, highest = scores.copy(), scores.copy()
+    lowest[scores.argmin()] -= 10
+    highest[scores.argmax()] += 10
+    assert upper_bound(lowest, 0.95) == upper_bound(scores, 0.95)
+    assert upper_bound(highest, 0.95) > upper_bound(scores, 0.95) + 2
+
+
+def test_the_bound_of_scores_is_the_formula_written_out():
+    scores = [3.0, -1.0, 0.5, 2.0, 1.0, 0.0, -4.0, 0.2, 1.5]
+    # The median of the nine is 0.5, and Student's quantile of four degrees of freedom 2.132.
+    spread = ((0.5**2 + 1.0**2 + 1.5**2 + 2.5**2) / 4) ** 0.5
+    expected = 0.5 + 2.132 * (1 + 3.14159 / 18) ** 0.5 * spread
+    assert upper_bound(np.array(scores), 0.95) == pytest.approx(expected, rel=0.01)
+
+
+@pytest.mark.parametrize("count", [0, 2])
+def test_fewer_than_three_scores_have_no_bound(count):
+    assert np.isnan(upper_bound(np.zeros(count), 0.95))

@@ -163,9 +163,7 @@ class TaughtDetector:
         if adapted is not None:
             score, scores = adapted
             nodule = np.delete(self._nodule, gone)
-            threshold = upper_bound(
-                scores[~nodule], self._rules["specificity"], self._settings["tail"]
-            )
+            threshold = upper_bound(scores[~nodule], self._rules["specificity"])
             probability = fit_probability(scores, nodule, self._rules["prevalence"])
         sized = self._sizes.without(self._among_nodules[gone[self._nodule[gone]]])
         size, reach = None, float("inf")
@@ -212,12 +210,14 @@ def _table(rows: Iterable[RealArray], count: int) -> RealArray:
     return table
 
 
-def upper_bound(scores: FloatArray, share: float, tail: float) -> float:
+def upper_bound(scores: FloatArray, share: float) -> float:
     """Return an upper bound for a new score from the same distribution.
 
-    For a normal distribution the bound is ``mean + t sqrt(1 + 1 / n) sd``, with Student's t of
-    n - 1 degrees of freedom. Scores of healthy recordings have a longer upper tail, so `tail`
-    raises the bound.
+    The bound is ``median + t sqrt(1 + pi / (2 n)) spread``. The spread is that of the upper half:
+    ``spread^2 = 2 sum max(score - median, 0)^2 / (n - 1)``. So unusually low scores do not raise
+    the bound, while a long upper tail does. The spread rests on half of the scores. So t is
+    Student's quantile of (n - 1) / 2 degrees of freedom. The variance of the median of normal
+    scores is pi / (2 n) times that of a score.
 
     Parameters
     ----------
@@ -225,8 +225,6 @@ def upper_bound(scores: FloatArray, share: float, tail: float) -> float:
         Scores of healthy recordings.
     share : float
         Share of new scores that should lie below the bound, such as 0.95.
-    tail : float
-        Factor on the distance from the mean, 1 for a normal distribution.
 
     Returns
     -------
@@ -236,8 +234,9 @@ def upper_bound(scores: FloatArray, share: float, tail: float) -> float:
     count = scores.size
     if count < 3:
         return float("nan")
-    z, freedom = NormalDist().inv_cdf(share), count - 1
+    z, freedom = NormalDist().inv_cdf(share), (count - 1) / 2
     # Student's quantile, expanded about the normal quantile (Abramowitz and Stegun 26.7.5).
     student = z + (z**3 + z) / (4 * freedom) + (5 * z**5 + 16 * z**3 + 3 * z) / (96 * freedom**2)
-    reach = tail * student * np.sqrt(1 + 1 / count) * scores.std(ddof=1)
-    return float(scores.mean() + reach)
+    middle = np.median(scores)
+    spread = np.sqrt((np.maximum(scores - middle, 0.0) ** 2).sum() / freedom)
+    return float(middle + student * np.sqrt(1 + np.pi / (2 * count)) * spread)
