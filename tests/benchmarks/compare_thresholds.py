@@ -19,7 +19,7 @@ from scipy.stats import t as student
 sys.path.insert(0, str(Path(__file__).parents[2] / "workflow" / "scripts"))
 
 import judge_unseen
-from judge_rates import mean_row
+from judge_rates import mean_row, rates
 from judge_report import table
 
 from capsule.detectors.adaptation import Adaptation
@@ -29,10 +29,11 @@ from capsule.detectors.training import TrainingArchive
 from edges.config_files import read_config_file
 from edges.forks import Forks
 from edges.number_arguments import natural
-from edges.phantom import BENCHES, CONFIG
+from edges.phantom import CONFIG
 from edges.scorer_files import WEIGHTS, read_scorer
 
 FIRST_SEED = 230_000
+SHOWN = ("specificity", "recall at 1 mm", "recall from 2 mm")
 # True size, adapted score, and the scores of the healthy recordings that teach its threshold.
 Fold = tuple[float, float, np.ndarray]
 
@@ -74,11 +75,8 @@ def rates_of(folds: list[Fold], threshold: Callable, specificity: float) -> dict
     """Return specificity and recalls of an archive with one kind of threshold."""
     sizes_mm = np.array([size for size, _, _ in folds])
     found = np.array([score > threshold(healthy, specificity) for _, score, healthy in folds])
-    return {
-        "specificity": 1 - float(found[sizes_mm == 0].mean()),
-        "recall at 1 mm": float(found[sizes_mm == 1].mean()),
-        "recall from 2 mm": float(found[sizes_mm >= 2].mean()),
-    }
+    row = rates(sizes_mm, found.astype(float))
+    return {name: row[name] for name in SHOWN}
 
 
 def main() -> None:
@@ -102,8 +100,7 @@ def main() -> None:
         print(f"simulated: {bench}", file=sys.stderr, flush=True)
         return {name: mean_row({}, each) for name, each in rows.items()}
 
-    benches = [judge_unseen.USUAL, *(path.stem for path in sorted(BENCHES.glob("*.yaml")))]
-    of_benches = list(Forks(arguments.processes)(means_of, benches))
+    of_benches = list(Forks(arguments.processes)(means_of, judge_unseen.bench_names()))
     rows = []
     for name in THRESHOLDS:
         each = [means[name] for means in of_benches]

@@ -50,6 +50,11 @@ DETECTORS = ("template_threshold", "diagonal", "taught")
 Readings = Mapping[str, np.ndarray]
 
 
+def bench_names() -> list[str]:
+    """Return the usual bench and those of config/benches/."""
+    return [USUAL, *(path.stem for path in sorted(BENCHES.glob("*.yaml")))]
+
+
 def simulated(
     bench: str, archives: int, first_seed: int = FIRST_SEED, runs: int = RUNS
 ) -> Iterator[Readings]:
@@ -180,8 +185,7 @@ def main() -> None:
     """Judge every bench, and write the table."""
     arguments = read_arguments()
     config, scorer = read_config_file(CONFIG / "config.yaml"), read_scorer(arguments.weights)
-    names = [USUAL, *(path.stem for path in sorted(BENCHES.glob("*.yaml")))]
-    benches = {name: simulated(name, arguments.archives) for name in names}
+    benches = {name: simulated(name, arguments.archives) for name in bench_names()}
     benches |= {folder.name: stored(folder) for folder in arguments.folders}
 
     def judged_bench(bench: str) -> dict[str, list[dict]]:

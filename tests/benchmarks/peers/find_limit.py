@@ -27,7 +27,7 @@ sys.path[:0] = [str(ROOT / "workflow" / "scripts"), str(Path(__file__).parents[1
 
 from judge_rates import mean_row
 from judge_report import table
-from judge_unseen import USUAL, WEIGHTS, stored
+from judge_unseen import USUAL, WEIGHTS, bench_names, stored
 from judge_unseen import simulated as archives_of
 
 from capsule.detectors.adaptation import Adaptation
@@ -42,7 +42,7 @@ from capsule.phantom.simulation import simulate_run
 from capsule.preprocessing import normalize
 from edges.config_files import read_config_file
 from edges.number_arguments import natural
-from edges.phantom import BENCHES, CONFIG, DEFAULT_TABLE, read_phantom
+from edges.phantom import CONFIG, DEFAULT_TABLE, read_phantom
 from edges.scorer_files import read_scorer
 
 LENGTH, TEACHING_SEED, FRESH_SEED, FRESH = 1000, 70_000, 80_000, 600
@@ -208,7 +208,7 @@ def main() -> None:
     add("--folders", nargs="*", type=Path, default=[], help="folders of archives of other benches")
     add("--output", type=Path, required=True, help="output: the table, Markdown")
     arguments = parser.parse_args()
-    names = arguments.benches or [USUAL, *(path.stem for path in sorted(BENCHES.glob("*.yaml")))]
+    names = arguments.benches or bench_names()
     config, scorer = read_config_file(CONFIG / "config.yaml"), read_scorer(WEIGHTS)
     rows = []
     for bench in names:

@@ -91,12 +91,12 @@ def test_a_new_recording_needs_only_its_features(archive):
     np.testing.assert_equal(verdict_values(model.verdict(alone)), verdict_values(expected))
 
 
-@pytest.mark.parametrize("count", [5, 19, 20, 200])
-def test_a_further_normal_score_exceeds_the_bound_as_rarely_as_promised(count):
+@pytest.mark.parametrize(("count", "least"), [(5, 0.035), (19, 0.04), (20, 0.04), (200, 0.045)])
+def test_a_further_normal_score_exceeds_the_bound_as_rarely_as_promised(count, least):
     scores = generator(1, "bound").normal(size=(20_000, count + 1))
     above = np.mean([row[-1] > upper_bound(row[:-1], 0.95) for row in scores])
     # The standard error is 0.0015. With few scores, the bound promises a little too much.
-    assert 0.035 <= above <= 0.055
+    assert least <= above <= 0.0525
 
 
 def test_low_scores_do_not_raise_the_bound_but_high_ones_do():
