@@ -132,15 +132,16 @@ class SingleNodeSlurm:
     def processes(self, job: str) -> list[int]:
         """Return the processes of a job, once this node has begun to run it."""
 
-        def listed() -> list[str]:
+        def listed() -> list[int]:
             # A job that is said to run may have no process yet, which is an error for Slurm.
             try:
-                return self.ask("scontrol", "listpids", job).splitlines()[1:]
+                lines = self.ask("scontrol", "listpids", job).splitlines()[1:]
             except subprocess.CalledProcessError:
                 return []
+            # Slurm lists a step that has no process yet as process -1, which for `kill` means all.
+            return [process for line in lines if (process := int(line.split()[0])) > 0]
 
-        lines = self.wait_for(listed, f"the processes of job {job}")
-        return [int(line.split()[0]) for line in lines]
+        return self.wait_for(listed, f"the processes of job {job}")
 
     def start_controller(self) -> None:
         """Start slurmctld; it continues with the state that an earlier one has left."""
