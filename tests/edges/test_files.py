@@ -1,5 +1,6 @@
 import errno
 import os
+import tracemalloc
 
 import pytest
 
@@ -18,6 +19,19 @@ def test_a_file_appears_only_when_it_is_whole(tmp_path):
         assert not target.exists()
     assert target.read_bytes() == b"whole\n"
     assert list(target.parent.iterdir()) == [target]
+
+
+def test_a_text_waits_in_memory_as_its_bytes(tmp_path):
+    part, parts = "aµb\r\n" * 1000, 1000
+    tracemalloc.start()
+    with files.write_whole(tmp_path / "long.txt") as stream:
+        stream.writelines(part for _ in range(parts))
+    _, highest = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    content = (tmp_path / "long.txt").read_bytes()
+    assert content == parts * part.encode("utf-8")
+    # The buffer may have room for more. As letters, the text would take nearly three times as much.
+    assert highest < 2 * len(content)
 
 
 def test_tables_keep_full_precision_and_leave_unknown_cells_empty(tmp_path):

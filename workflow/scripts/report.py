@@ -51,7 +51,7 @@ def main() -> None:
         "software": software_sentence(state, versions),
     }
     with files.write_whole(arguments.output) as stream:
-        stream.write(render_page(page_inputs.read_frame(template), page))
+        stream.writelines(render_page(page_inputs.read_frame(template), page))
     print(f"{arguments.output}: {arguments.output.stat().st_size / 1e6:.2f} MB")
 
 

@@ -8,7 +8,7 @@ from capsule.page.render import PAGE, Frame, render_page
 
 
 def filled(template, style="", script="", values=None):
-    return render_page(Frame({PAGE: template}, style, script), values or {})
+    return "".join(render_page(Frame({PAGE: template}, style, script), values or {}))
 
 
 def test_whatever_a_text_holds_it_stays_text():

@@ -47,7 +47,7 @@ def filled(page):
     made |= {"software": methods.software_sentence(state, versions)}
     frame = page_inputs.read_frame(ROOT / "workflow" / "report")
     none = survey_section.page_values([], {})
-    return render_page(frame, {**page, "figures": figures, "surveys": none, **made})
+    return "".join(render_page(frame, {**page, "figures": figures, "surveys": none, **made}))
 
 
 @pytest.fixture(scope="module")

@@ -123,16 +123,16 @@ def write_whole(path: Path, mode: str = "w") -> Iterator[IO[Any]]:
         The file cannot be written; the error names it.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    buffer: io.BytesIO | io.StringIO = io.BytesIO() if "b" in mode else io.StringIO()
-    yield buffer
-    content = buffer.getvalue()
-    if isinstance(content, str):
-        content = content.encode("utf-8")
+    content = io.BytesIO()
+    # It keeps bytes, which take less memory than the letters of a text.
+    text = io.TextIOWrapper(content, encoding="utf-8", newline="")
+    yield content if "b" in mode else text
+    text.flush()
     path.parent.mkdir(parents=True, exist_ok=True)
     unfinished = path.with_name(f".{path.name}.{os.getpid()}{UNFINISHED}")
     try:
         with unfinished.open("wb") as stream:
-            stream.write(content)
+            stream.write(content.getbuffer())
             stream.flush()
             # Without this, the file could be empty after a power cut.
             os.fsync(stream.fileno())

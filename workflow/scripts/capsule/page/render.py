@@ -2,7 +2,7 @@
 
 import base64
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from jinja2 import DictLoader, Environment, StrictUndefined
@@ -34,8 +34,8 @@ class Frame:
     script: str
 
 
-def render_page(frame: Frame, page: Row) -> str:
-    """Return the HTML page.
+def render_page(frame: Frame, page: Row) -> Iterator[str]:
+    """Return the parts of the HTML page, which a large page is written by.
 
     Every value is escaped, and an unknown name in a template is an error.
 
@@ -57,8 +57,8 @@ def render_page(frame: Frame, page: Row) -> str:
 
     Returns
     -------
-    str
-        The HTML page.
+    iterator of str
+        The page from its start to its end. All parts together would take its memory again.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def render_page(frame: Frame, page: Row) -> str:
     if "surveys" in page:
         shown = [each | {"data": Markup(each["data"])} for each in page["surveys"]["shown"]]
         page = {**page, "surveys": {**page["surveys"], "shown": shown}}
-    return environment.get_template(PAGE).render(
+    return environment.get_template(PAGE).generate(
         page=page,
         style=Markup(frame.style),
         script=Markup(frame.script),
