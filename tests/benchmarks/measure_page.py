@@ -34,7 +34,7 @@ from capsule.page.packing import deflated, inflated, to_json
 from edges.config_files import read_config_file
 from edges.evidence_files import StoredEvidence, read_evidence, write_evidence
 from edges.files import read_csv
-from support.browser import Browser, missing_browser
+from support.browser import MISSING, Browser
 
 # Tells when the first recording has been drawn, in ms since the page was asked for.
 WATCH = """
@@ -207,8 +207,8 @@ def main() -> None:
     parser.add_argument("--results", type=Path, default=ROOT / "results", help="a finished run's")
     parser.add_argument("--opened", type=int, default=5, help="times; the median counts")
     arguments = parser.parse_args()
-    if missing := missing_browser():
-        raise SystemExit(missing)
+    if MISSING:
+        raise SystemExit(MISSING)
     print(f"{platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}\n")
     heads = ["recordings", "page", "beside it", "files", "job", "its CPU", "its memory"]
     heads += ["loaded", "drawn", "CPU of opening", "another"]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from support.marks import needs_programs
+from support.marks import missing_program, needs
 
 AXE = Path(__file__).parents[1] / "vendor" / "axe-core" / "axe.min.js"
 PHONE, DESKTOP = 360, 1280
@@ -14,8 +14,9 @@ PHONE, DESKTOP = 360, 1280
 PAPER = 718
 
 
-# Mark of tests that need the browser.
-needed = needs_programs("chromium", "chromedriver", packages="chromium chromium-driver")
+# What is missing for the browser; empty if nothing is. And the mark of tests that need the browser.
+MISSING = missing_program("chromium", "chromedriver", packages="chromium chromium-driver")
+needed = needs(MISSING)
 
 
 class Browser:
