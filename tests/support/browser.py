@@ -119,8 +119,13 @@ class Browser:
         """Wait until the browser is about to draw the page again."""
         self.run("return new Promise((done) => requestAnimationFrame(() => done()))")
 
+    def wait_for_images(self) -> None:
+        """Wait until the browser can draw all images of the page, which it prepares beside."""
+        self.run("return Promise.all([...document.images].map((image) => image.decode()))")
+
     def picture_at_rest(self, target: Path) -> None:
         """Write a picture of the whole page to a file, once two pictures in a row are the same."""
+        self.wait_for_images()
         before = None
         for _ in range(10):
             self.wait_for_frame()
