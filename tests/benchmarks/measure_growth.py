@@ -6,7 +6,8 @@
         --recordings-per-job 100
 
 Each archive is simulated in a temporary copy of the project. With --before, a copy of an earlier
-commit does the same, call by call in turn, and a row of ratios follows. With --bare, the same
+commit does the same, call by call in turn, and a row of ratios follows. A workflow of one rule is
+called in turn, too: what a call with nothing to do takes for Snakemake alone. With --bare, the same
 commands run once more under `xargs` without Snakemake, stage after stage. With --results, the rows
 are added to a CSV table; with --picture, all rows of that table are drawn.
 
@@ -173,17 +174,34 @@ def bare_cost(project: Project, cores: int) -> float:
     return time.perf_counter() - start
 
 
-def measure(projects: Mapping[str, Project], rounds: int, cores: int) -> dict[str, Measured]:
-    """Measure the calls of each project, in turn, so that a busy moment meets all of them."""
-    measured = {name: Measured(project) for name, project in projects.items()}
-    for each in measured.values():
+def make_one_rule(folder: Path) -> Project:
+    """Make a project whose workflow has one rule."""
+    folder.mkdir()
+    rule = 'rule all:\n    output:\n        "made",\n    shell:\n        "touch {output}"\n'
+    (folder / "Snakefile").write_text(rule, encoding="utf-8")
+    return Project(folder)
+
+
+def measure(
+    projects: Mapping[str, Project], one_rule: Project, rounds: int, cores: int
+) -> tuple[dict[str, Measured], Measured]:
+    """Measure the calls of each project, in turn, so that a busy moment meets all of them.
+
+    Returns
+    -------
+    tuple of dict and Measured
+        The calls of each project by its name, and those of the project with one rule.
+    """
+    measured, alone = {name: Measured(each) for name, each in projects.items()}, Measured(one_rule)
+    for each in [*measured.values(), alone]:
         each.call("cold run", cores)
     for number in range(1, rounds + 1):
+        alone.call("nothing to do", cores)
         for each in measured.values():
             each.call("nothing to do", cores)
             add_recording(each.project, number)
             each.call("one more", cores)
-    return measured
+    return measured, alone
 
 
 def cells_of(row: Mapping[str, float]) -> list[str]:
@@ -272,7 +290,8 @@ def main() -> None:
             projects[NOW] = make_project(folder / NOW, recordings, fit)
             if per_job > 1:
                 projects[NOW].configure(recordings_per_job=per_job)
-            measured = measure(projects, arguments.rounds, cores)
+            one_rule = make_one_rule(folder / "one-rule")
+            measured, alone = measure(projects, one_rule, arguments.rounds, cores)
             rows = {code: each.row() for code, each in measured.items()}
             for code, row in rows.items():
                 print(f"| {recordings:,} | {code} | " + " | ".join(cells_of(row)) + " |")
@@ -281,6 +300,8 @@ def main() -> None:
                 cells = [f"{ratios[name]:.2f} ({ratios[f'{name}, CPU']:.2f})" for name in CALLS]
                 cells.append(f"{ratios['largest process']:.2f}")
                 print(f"| {recordings:,} | now / before | " + " | ".join(cells) + " |")
+            nothing = statistics.median(alone.seconds["nothing to do"])
+            print(f"\nA workflow of one rule with nothing to do: {nothing:.1f} s.\n")
             if arguments.bare:
                 bare = bare_cost(projects[NOW], cores)
                 share = rows[NOW]["cold run"] / bare
