@@ -41,12 +41,16 @@ docs: $(ENVIRONMENT)/test-ready  ## build the manual: build/site/index.html
 
 environment: $(BIN)/capsule  ## set up the environment in .venv
 
+# Python compiles a module when it is first imported, and keeps the result. To compile all modules
+# takes as long as to install them. If Python may keep nothing, pip compiles them.
+INSTALL := pip install --quiet $(if $(PYTHONDONTWRITEBYTECODE),,--no-compile) --require-hashes
+
 # The locks pin every package with its hash. If one changes, make sets up the environment again.
 $(ENVIRONMENT)/ready: requirements.lock
 	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 13))' || { \
 	  echo "error: this is $$($(PYTHON) -V 2>&1), Python 3.11, 3.12 or 3.13 is needed; try: make report PYTHON=python3.12" >&2; exit 1; }
 	$(PYTHON) -m venv --clear $(ENVIRONMENT)
-	$(BIN)/python -m pip install --quiet --require-hashes --requirement requirements.lock
+	$(BIN)/python -m $(INSTALL) --requirement requirements.lock
 	@touch $@
 
 # The command `capsule`, and `import capsule`, use the code of this folder through links. Links need
@@ -61,7 +65,10 @@ $(BIN)/capsule: $(ENVIRONMENT)/ready
 	  "$(CURDIR)/workflow/scripts/capsule_command.py" > $@
 	@chmod +x $@
 
-# The tests and the manual need further packages.
+# The tests and the manual need further packages. All are compiled here, on all cores: in the tests,
+# where a warning is an error, a package whose code warns could not be compiled. Files that are no
+# Python of this version stay as they are.
 $(ENVIRONMENT)/test-ready: $(BIN)/capsule requirements-test.lock
-	$(BIN)/python -m pip install --quiet --require-hashes --requirement requirements-test.lock
+	$(BIN)/python -m $(INSTALL) --requirement requirements-test.lock
+	-@$(BIN)/python -m compileall -qq -j $(CORES) $(ENVIRONMENT)/lib
 	@touch $@
