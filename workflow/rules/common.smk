@@ -18,7 +18,7 @@ from snakemake.exceptions import WorkflowError
 from snakemake.io import IOFile
 from snakemake.utils import min_version, update_config
 
-min_version("9.10")
+min_version("9.16")
 
 from capsule.configuration import BENCH, check_configuration
 from capsule.detectors.registry import detector_row

@@ -41,7 +41,7 @@ SCRIPTS = PROJECT / "workflow" / "scripts"
 if str(SCRIPTS) not in sys.path:
     sys.path.insert(0, str(SCRIPTS))
 
-IS_MODULE = not workflow.modifier.is_main_snakefile()
+IS_MODULE = workflow.modifier.parent_modifier is not None
 # In a module, the prefix of the module precedes each of these paths.
 RAW, RESULTS, SESSIONS = (
     str(workflow.modifier.modify_path(name)) for name in ("raw", "results", "sessions")
