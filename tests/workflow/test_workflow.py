@@ -2,6 +2,8 @@
 
 import json
 import shutil
+import subprocess
+import sys
 import zipfile
 from itertools import product
 
@@ -36,6 +38,16 @@ RECORDINGS.append("unlabelled/patient")
 FOLDERS = {name.partition("/")[0] for name in RECORDINGS}
 ALL_BUT_PAGE += [f"results/evidence/{folder}.json" for folder in sorted(FOLDERS)]
 NODULES = [name for name in RECORDINGS if name.startswith(("1mm", "2.5mm"))]
+# It calls snakemake, and prints the timers for which Python would then wait.
+CALL_AND_LIST_TIMERS = """
+import threading
+from snakemake.cli import main
+try:
+    main()
+finally:
+    timers = [thread for thread in threading.enumerate() if isinstance(thread, threading.Timer)]
+    print("timers left:", sum(not timer.finished.is_set() for timer in timers))
+"""
 
 
 @pytest.fixture(scope="module")
@@ -192,6 +204,19 @@ def test_a_file_is_judged_as_the_workflow_judges_it(finished):
 
 def test_a_second_call_has_nothing_to_do(project):
     assert project.snakemake().did_nothing
+
+
+def test_a_run_ends_with_its_last_job_and_leaves_no_timer(project):
+    call = [sys.executable, "-c", CALL_AND_LIST_TIMERS, "-c2", "--forcerun", "detect"]
+    run = subprocess.run(
+        [*call, "--", "results/detections.csv"],
+        cwd=project.folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+    assert run.stdout.splitlines()[-1] == "timers left: 0"
 
 
 def test_touch_runs_nothing_again(project):

@@ -7,6 +7,7 @@
 import atexit
 import contextlib
 import shutil
+import threading
 
 from snakemake.logging import logger
 
@@ -150,6 +151,13 @@ def tell_whether_the_report_fits():
         )
 
 
+def cancel_timers():
+    """Cancel the timers of Snakemake's scheduler: Python would wait a second for them at its end."""
+    for thread in threading.enumerate():
+        if isinstance(thread, threading.Timer):
+            thread.cancel()
+
+
 onstart:
     take_run_lock()
     preload_jobs()
@@ -164,11 +172,13 @@ onstart:
 
 
 onsuccess:
+    cancel_timers()
     summarize_recordings()
     summarize_surveys()
     tell_whether_the_report_fits()
 
 
 onerror:
+    cancel_timers()
     for line in explain_ends(Path.cwd(), RUN_LOCK_FILE.stat().st_mtime):
         print(line, file=sys.stderr)
