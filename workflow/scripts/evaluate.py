@@ -4,7 +4,7 @@ import argparse
 import json
 from pathlib import Path
 
-from capsule.evaluation.folds import header_groups
+from capsule.evaluation.folds import LEAST_HEALTHY, LEAST_NODULES, header_groups
 from capsule.evaluation.whole_evaluation import evaluate_archive
 from capsule.naming import size_mm
 from capsule.templates import build_templates
@@ -38,7 +38,10 @@ def main() -> None:
         files.write_csv(arguments.output / f"{name}.csv", table.columns, table.rows)
     for key in arguments.settings["evaluation"]["groups"]:
         if header_groups(key, list(index), index) is None:
-            print(f"no two recordings share a {key} in their headers, so no group is left out")
+            print(
+                f"no {key} is left out: no two recordings share one in their headers, or the "
+                f"others are fewer than {LEAST_HEALTHY} healthy and {LEAST_NODULES} with a nodule"
+            )
 
 
 if __name__ == "__main__":

@@ -39,23 +39,55 @@ def test_the_parts_come_in_the_order_of_the_recordings():
 
 
 def test_groups_come_from_the_headers():
-    names = ["a", "b", "c", "d"]
-    headers = {"a": {"site": "x"}, "b": {"site": "x"}, "c": {"site": "y"}, "d": {}}
+    sites = {"0mm/a": "x", "0mm/b": "x", "0mm/c": "y", "0mm/d": "", "0mm/e": "", "1mm/f": "y"}
+    names, headers = list(sites), {name: {"site": site} for name, site in sites.items()}
     folds = Folds(group_scheme("site"), header_groups("site", names, headers))
-    assert folds.training(0).tolist() == [False, False, True, True]
-    assert folds.training(3).tolist() == [True, True, True, False]
+    assert folds.training(0).tolist() == [False, False, True, True, True, True]
+    assert folds.training(3).tolist() == [True, True, True, False, True, True]
     assert header_groups("session", names, headers) is None
-    assert header_groups("site", ["a", "b"], headers) is None
     assert Folds("resubstitution", names).training(1).all()
-    assert Folds("leave_one_out", names).training(1).tolist() == [True, False, True, True]
+    alone = [True, False, True, True, True, True]
+    assert Folds("leave_one_out", names).training(1).tolist() == alone
+
+
+def test_groups_are_left_out_only_if_one_of_several_recordings_leaves_enough_to_teach():
+    def used(**sessions):
+        """Return whether these sessions, such as "0 0 1", are left out."""
+        session_of = {
+            f"{size}mm/{session}{run}": session
+            for session, sizes in sessions.items()
+            for run, size in enumerate(sizes.split())
+        }
+        headers = {name: {"session": session} for name, session in session_of.items()}
+        return header_groups("session", list(headers), headers) is not None
+
+    assert used(first="0 0 0 1", second="0 0 0 2")
+    assert not used(first="0 0 0 1 2")
+    assert not used(first="0 0 0 1", second="3")
+    assert not used(first="0 0 0 0", second="1 1 2 2")
+    # The second is judged by the first, though not the other way round.
+    assert used(first="0 0 0 1", second="2 2")
+    # Each is left out in leave-one-out, too.
+    assert not used(first="0", second="0", third="0", fourth="0", fifth="1", sixth="2")
+
+
+def test_recordings_that_no_detector_judges_count_as_teaching_nobody():
+    sessions = dict.fromkeys(["0mm/a", "0mm/b", "0mm/c", "1mm/d"], "1") | {
+        "2mm/e": "2",
+        "2mm/f": "2",
+    }
+    headers = {name: {"session": session} for name, session in sessions.items()}
+    assert header_groups("session", list(headers), headers)
+    headers["0mm/b"]["no_verdict"] = "no wave"
+    assert header_groups("session", list(headers), headers) is None
 
 
 def test_what_is_nearly_the_same_is_left_out_and_judged_by_itself():
-    names = ["a", "b", "c", "d"]
+    names = ["1mm/a", "1mm/b", "0mm/c", "0mm/d", "0mm/e", "2mm/f"]
     rows = {
-        name: {"near_copies": "", "site": site} for name, site in zip(names, "xxyz", strict=True)
+        name: {"near_copies": "", "site": site} for name, site in zip(names, "xxyzvw", strict=True)
     }
-    rows["b"]["near_copies"], rows["c"]["near_copies"] = "c gone", "b"
+    rows["1mm/b"]["near_copies"], rows["0mm/c"]["near_copies"] = "0mm/c gone", "1mm/b"
     alike = nearly_the_same(rows)
     assert alike == {1: [2], 2: [1]}
     for folds in (Folds("leave_one_out", names, alike), group_folds("site", rows, 1000)):
@@ -63,7 +95,7 @@ def test_what_is_nearly_the_same_is_left_out_and_judged_by_itself():
             for recording in judged:
                 assert np.flatnonzero(~folds.training(recording)).tolist() == left_out.tolist()
             assert ({1, 2} <= set(left_out)) == bool({1, 2} & set(judged))
-        assert sorted(place for judged, _ in folds.parts() for place in judged) == [0, 1, 2, 3]
+        assert sorted(place for judged, _ in folds.parts() for place in judged) == list(range(6))
     assert Folds("resubstitution", names, alike).training(1).all()
 
 
@@ -118,15 +150,20 @@ def test_a_scheme_leaves_no_more_out_together_than_needed():
 
 def test_many_sites_are_left_out_together_with_sites_of_the_same_sizes():
     sites = {"0mm/a": "v", "2mm/a": "w", "0mm/b": "v", "2mm/b": "x", "2mm/c": "y", "2mm/d": "z"}
+    sites |= {f"0mm/{name}": name for name in "cde"}
     rows = {name: {"site": site, "near_copies": ""} for name, site in sites.items()}
-    each, pairs = (group_folds("site", rows, most).parts() for most in (5, 3))
-    assert [judged.tolist() for judged, _ in each] == [[0, 2], [1], [3], [4], [5]]
-    assert [judged.tolist() for judged, _ in pairs] == [[0, 2], [1, 3], [4, 5]]
+    each, pairs = (group_folds("site", rows, most).parts() for most in (8, 5))
+    assert [judged.tolist() for judged, _ in each] == [[0, 2], [1], [3], [4], [5], [6], [7], [8]]
+    assert [judged.tolist() for judged, _ in pairs] == [[0, 2], [1, 3], [4, 5], [6, 7], [8]]
 
 
 def test_in_a_large_archive_a_shared_site_changes_only_the_folds_of_its_recordings():
     shared = {"3mm/r7", "3mm/r2000"}
-    rows = {f"3mm/r{run}": {"site": f"site {run}", "near_copies": ""} for run in range(2400)}
+    rows = {
+        f"{size}mm/r{run}": {"site": f"{size} mm, {run}", "near_copies": ""}
+        for run in range(2400)
+        for size in ([0, 3] if run < 3 else [3])
+    }
     for name in shared:
         rows[name]["site"] = "both"
     (alone,) = scheme_folds(["leave_one_out"], rows, 1000)

@@ -13,6 +13,8 @@ RESUBSTITUTION = "resubstitution"
 LEAVE_ONE_OUT = "leave_one_out"
 # Even the largest archive is divided into so many folds, so that nearly all of it teaches.
 _FEWEST = 100
+# Without so many recordings of each kind, no detector learns a threshold.
+LEAST_HEALTHY, LEAST_NODULES = 3, 1
 
 
 def main_scheme(schemes: Sequence[str]) -> str:
@@ -42,12 +44,22 @@ def header_groups(
     Returns
     -------
     list of R str, or None
-        None if leaving groups out is of no use. Either all recordings are one group, so that none
-        is left to learn from, or each is its own group, as in leave-one-out.
+        None if leaving groups out is of no use: if no group of several recordings leaves
+        `LEAST_HEALTHY` healthy recordings and `LEAST_NODULES` with a nodule to learn from. A group
+        of one recording is left out in leave-one-out, too.
     """
     # No header holds a line feed, so a recording without a group gets a name that no group has.
     groups = [headers[name].get(key) or f"\n{name}" for name in names]
-    return groups if 1 < len(set(groups)) < len(groups) else None
+    teaching = [place for place, name in enumerate(names) if not headers[name].get("no_verdict")]
+    healthy = Counter(groups[place] for place in teaching if size_mm(names[place]) == 0)
+    nodules = Counter(groups[place] for place in teaching) - healthy
+    of_use = any(
+        recordings > 1
+        and healthy.total() - healthy[group] >= LEAST_HEALTHY
+        and nodules.total() - nodules[group] >= LEAST_NODULES
+        for group, recordings in Counter(groups).items()
+    )
+    return groups if of_use else None
 
 
 class Folds:

@@ -6,6 +6,8 @@ import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.evaluation.folds import (
+    LEAST_HEALTHY,
+    LEAST_NODULES,
     LEAVE_ONE_OUT,
     RESUBSTITUTION,
     Folds,
@@ -82,7 +84,8 @@ def folds(archive: LoadedArchive, scheme: str = LEAVE_ONE_OUT) -> RecordingSplit
     Raises
     ------
     CapsuleError
-        If there is no such scheme, or no two recordings share a site.
+        If there is no such scheme, if no two recordings share a site, or if too few are left to
+        teach.
     """
     rows = {name: archive.index([name])[name] for name in archive.labelled}
     most = archive.settings["evaluation"]["most_folds"]
@@ -100,6 +103,7 @@ def folds(archive: LoadedArchive, scheme: str = LEAVE_ONE_OUT) -> RecordingSplit
     if grouped is None:
         raise CapsuleError(
             f"folds: {scheme} leaves nothing out: no two recordings share a {key} in their "
-            f"headers, or all share one; use {LEAVE_ONE_OUT}"
+            f"headers, or without it fewer than {LEAST_HEALTHY} healthy recordings and "
+            f"{LEAST_NODULES} with a nodule are left; use {LEAVE_ONE_OUT}"
         )
     return RecordingSplitter(grouped, rows)
