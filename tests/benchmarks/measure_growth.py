@@ -110,11 +110,15 @@ def simulate(project: Project, runs: int, sizes: list[str] = SIZES, seed: int = 
 
 
 def add_recording(project: Project, number: int = 1) -> Path:
-    """Add one recording that the archive does not hold yet, and return its path."""
+    """Add one recording of another session at another site, and return its path."""
     other = Project(project.folder / "other")
     simulate(other, 1, ["3"], seed=1 + number)
     added = project.raw / "3mm" / f"one-more-{number}.csv"
-    shutil.move(other.raw / "3mm" / "r01.csv", added)
+    text = (other.raw / "3mm" / "r01.csv").read_text(encoding="utf-8")
+    at_site = "# site: 3mm/r01\n"
+    assert at_site in text
+    renamed = text.replace(at_site, f"# site: 3mm/one-more-{number}\n")
+    added.write_text(renamed, encoding="utf-8")
     shutil.rmtree(other.folder)
     return added
 
