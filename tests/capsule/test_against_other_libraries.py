@@ -10,7 +10,7 @@ from statsmodels.stats.contingency_tables import mcnemar
 from statsmodels.stats.proportion import confint_proportions_2indep, proportion_confint
 
 from capsule.detectors.probability import fit_probability
-from capsule.detectors.ridge import Centred, RidgeWithout
+from capsule.detectors.ridge import RidgeWithout
 from capsule.evaluation.agreement import paired_difference
 from capsule.evaluation.rates import rate
 from capsule.evaluation.ratio import ratio_interval
@@ -62,8 +62,8 @@ def test_the_logistic_curve_with_its_prior_and_prevalence(scored):
 def test_ridge_regression_and_its_predictions_of_what_is_left_out(seed):
     numbers = np.random.default_rng(seed)
     features, targets = numbers.normal(size=(25, 7)), numbers.normal(size=25)
-    ridge = RidgeWithout(Centred(features), targets[:, np.newaxis], 3.0)
-    (regression,), left_out = ridge.without(np.array([], dtype=int))
+    ridge = RidgeWithout(features, targets[:, np.newaxis], [3.0])
+    (((regression,), left_out),) = ridge.without(np.array([], dtype=int))
     other = Ridge(alpha=3.0).fit(features, targets)
     assert regression.coefficients == pytest.approx(other.coef_)
     assert regression.intercept == pytest.approx(other.intercept_)

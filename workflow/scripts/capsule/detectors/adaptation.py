@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from capsule.arrays import FloatArray, IntArray, RealArray
-from capsule.detectors.ridge import Centred, Fold, Regression, RidgeWithout
+from capsule.detectors.ridge import Fold, Regression, RidgeWithout
 
 # A nodule should score by so many standard deviations above the healthy mean.
 ABOVE, STEEPNESS, LEAST_SPREAD = 1.75, 1.5, 0.05
@@ -69,11 +69,10 @@ class Adaptation:
         penalties: Sequence[float],
     ) -> None:
         self._scores, self._sizes_mm = scores, sizes_mm
-        self._penalties = sorted(penalties, reverse=True)
-        self._centred = Centred(features)
         rises = np.array([np.interp(sizes_mm, SIZES_MM, rise) for rise in RISES]).T
-        self._lacking = height * rises - scores[:, np.newaxis]
-        self._ridges: dict[int, RidgeWithout] = {}
+        lacking = height * rises - scores[:, np.newaxis]
+        self._ridges = RidgeWithout(features, lacking, sorted(penalties, reverse=True))
+        self._shape = len(penalties), len(RISES)
         self._weighing: IntArray = np.arange(scores.size)
         self._weigher = self
         if scores.size > _WEIGHING:
@@ -97,14 +96,14 @@ class Adaptation:
         if self._scores.size - left_out.size < 2:
             return None
         weights = self._weigher.weights(np.flatnonzero(np.isin(self._weighing, left_out)))
-        coefficients, intercept = np.zeros(self._centred.mean.size), 0.0
         scores = np.delete(self._scores, left_out)
-        for place in np.flatnonzero(weights.any(axis=1)).tolist():
-            fold = self._fold(place, left_out)
-            scores += fold.predictions @ weights[place]
-            for weight, regression in zip(weights[place].tolist(), fold.regressions, strict=True):
-                coefficients += weight * regression.coefficients
-                intercept += weight * regression.intercept
+        weighed: list[tuple[float, Regression]] = []
+        for of_penalty, fold in zip(weights, self._folds(left_out), strict=True):
+            if of_penalty.any():
+                scores += fold.predictions @ of_penalty
+                weighed += zip(of_penalty.tolist(), fold.regressions, strict=True)
+        coefficients = np.sum([weight * each.coefficients for weight, each in weighed], axis=0)
+        intercept = sum(weight * each.intercept for weight, each in weighed)
         return Adapted(Regression(coefficients, intercept), scores)
 
     def weights(self, left_out: IntArray) -> FloatArray:
@@ -130,25 +129,21 @@ class Adaptation:
         sizes_mm = np.delete(self._sizes_mm, left_out)
         healthy, nodules = np.count_nonzero(sizes_mm == 0), np.count_nonzero(sizes_mm > 0)
         if healthy < 2 or nodules < 1:
-            alone = np.zeros((len(self._penalties), len(RISES)))
+            alone = np.zeros(self._shape)
             alone[0, 0] = 1.0
             return alone
         scores = np.delete(self._scores, left_out)[:, np.newaxis]
-        folds = [self._fold(place, left_out) for place in range(len(self._penalties))]
+        folds = self._folds(left_out)
         losses = np.array([missed(scores + fold.predictions, sizes_mm) for fold in folds])
         weights: FloatArray = np.exp(-STRICTNESS * nodules * (losses - losses.min()))
         weights[weights < _LEAST_WEIGHT] = 0.0
         weights /= weights.sum()
         return weights
 
-    def _fold(self, penalty: int, left_out: IntArray) -> Fold:
-        if penalty not in self._ridges:
-            self._ridges[penalty] = RidgeWithout(
-                self._centred, self._lacking, self._penalties[penalty]
-            )
-        fold = self._ridges[penalty].without(left_out)
-        assert fold is not None, "at least two recordings are left"
-        return fold
+    def _folds(self, left_out: IntArray) -> list[Fold]:
+        folds = self._ridges.without(left_out)
+        assert folds is not None, "at least two recordings are left"
+        return folds
 
 
 def missed(scores: FloatArray, sizes_mm: FloatArray) -> FloatArray:

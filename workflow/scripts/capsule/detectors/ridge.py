@@ -1,29 +1,34 @@
-"""Ridge regression that can leave recordings out without a new fit.
+"""Ridge regressions with several penalties that can leave recordings out.
 
-With the centred features C, the penalty l and ``W = (C^T C + l)^-1 C^T``, the hat matrix is
-``H = 1 / n + C W``. Without the recordings I the residuals r become
-``r' = r + H[:, I] (1 - H[I, I])^-1 r[I]``. The leverages become
+**A few** are left out without a new fit. With the centred features C, the penalty l and
+``W = (C^T C + l)^-1 C^T``, the hat matrix is ``H = 1 / n + C W``. Without the recordings I the
+residuals r become ``r' = r + H[:, I] (1 - H[I, I])^-1 r[I]``. The leverages become
 ``h + diag(H[:, I] (1 - H[I, I])^-1 H[I, :])`` (Cook and Weisberg 1982). The coefficients are the
 sum of the teaching recordings' centred features, each weighted by its residual over the penalty.
 The residuals sum to 0, so any centre will do. Since ``C^T C W = C^T - l W``, they follow from the
 coefficients of all recordings without a pass over all features.
 
-No matrix of recordings by recordings is stored. Memory, and the time to leave one recording out,
-grow linearly with the number of recordings. Many recordings are left out by a new fit.
+**Many** are left out by a new fit along the principal axes of the others, which all penalties
+share. With the squared lengths d of the features along the axes, a penalty divides by ``d + l``
+what the features along an axis teach, and what they add to a leverage.
+
+No matrix of recordings by recordings is stored. Memory, and the time to leave recordings out, grow
+linearly with the number of recordings.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from capsule.arrays import FloatArray, IntArray, RealArray
+from capsule.arrays import BoolArray, FloatArray, IntArray, RealArray
 
 # Columns of the hat matrix that are computed together, and how many such blocks are kept.
 _TOGETHER, _KEPT = 64, 3
-# Recordings times recordings left out. Beyond it, a new fit of the others takes less memory.
-_LARGEST_UPDATE = 2**22
+# If more recordings than these are left out, a new fit of the others is faster.
+_FEW = 32
 # Recordings whose weights, or whose features for a new fit, are held at a time.
 _PART = 1024
 
@@ -48,24 +53,6 @@ class Regression:
         return self.intercept + float(np.asarray(features, np.float64) @ self.coefficients)
 
 
-class Centred:
-    """Features without their mean, which regressions with several penalties share.
-
-    Parameters
-    ----------
-    features : (n, P) array
-        Features of the recordings.
-    """
-
-    def __init__(self, features: RealArray) -> None:
-        # Only the centred features are held, because an archive's features are large.
-        self.mean: FloatArray = np.empty(0)
-        self.values: FloatArray = np.empty((0, 0))
-        if features.size:
-            self.mean = features.mean(axis=0, dtype=np.float64)
-            self.values = features - self.mean
-
-
 class Fold(NamedTuple):
     """The regressions that some recordings teach.
 
@@ -82,45 +69,31 @@ class Fold(NamedTuple):
 
 
 class RidgeWithout:
-    """A ridge regression without penalty on the mean, from which recordings can be left out.
+    """Ridge regressions without penalty on the mean, from which recordings can be left out.
 
     Parameters
     ----------
-    features : Centred
-        Features of n recordings.
+    features : (n, P) array
+        Features of the recordings.
     targets : (n, T) array
         The values to predict, T of each recording.
-    penalty : float
-        Penalty on the squared coefficients; above 0.
+    penalties : sequence of float
+        Penalty of each regression on its squared coefficients; above 0.
     """
 
-    def __init__(self, features: Centred, targets: FloatArray, penalty: float) -> None:
-        self._targets, self._penalty = targets, penalty
-        self._mean, self._centred = features.mean, features.values
-        self._block = lru_cache(_KEPT)(self._columns_of_block)
-        # A caller may ask for a fold to weigh the regression, and again to use it.
-        self._fold = lru_cache(2)(self._learn)
-        count, dimensions = self._centred.shape
-        if count == 0:
-            return
-        # Both forms give the same weights W; the one with the smaller matrix is faster. The second
-        # holds no weights, because they are as large as the features.
-        self._weights: FloatArray | None = None
-        if count <= dimensions:
-            gram = self._centred @ self._centred.T + penalty * np.eye(count)
-            self._weights = np.asarray(np.linalg.solve(gram, self._centred), np.float64)
-        else:
-            normal = self._centred.T @ self._centred + penalty * np.eye(dimensions)
-            self._inverse: FloatArray = np.asarray(np.linalg.inv(normal), np.float64)
-        self._leverage, slope = np.empty(count), np.zeros((dimensions, targets.shape[1]))
-        for part in _parts(count):
-            centred, weights = self._centred[part], self._weights_of(part)
-            self._leverage[part] = 1.0 / count + np.einsum("np,np->n", centred, weights)
-            slope += weights.T @ targets[part]
-        self._residuals = targets - (targets.mean(axis=0) + self._centred @ slope)
-        self._moment = self._centred.T @ self._residuals
+    def __init__(
+        self, features: RealArray, targets: FloatArray, penalties: Sequence[float]
+    ) -> None:
+        self._targets, self._penalties = targets, np.array(penalties, dtype=np.float64)
+        # Only the centred features are held, because an archive's features are large.
+        self._mean: FloatArray = np.zeros(features.shape[1])
+        if features.size:
+            self._mean = features.mean(axis=0, dtype=np.float64)
+        self._centred: FloatArray = features - self._mean
+        # A caller may ask for a fold to weigh the regressions, and again to use them.
+        self._folds = lru_cache(2)(self._learn)
 
-    def without(self, left_out: IntArray) -> Fold | None:
+    def without(self, left_out: IntArray) -> list[Fold] | None:
         """Learn from all recordings except some.
 
         Parameters
@@ -130,19 +103,95 @@ class RidgeWithout:
 
         Returns
         -------
-        Fold or None
-            What the others teach; None if fewer than two are left.
+        list of Fold, or None
+            What the others teach, with each penalty; None if fewer than two are left.
         """
-        return self._fold(tuple(left_out.tolist()))
+        return self._folds(tuple(left_out.tolist()))
 
-    def _learn(self, places: tuple[int, ...]) -> Fold | None:
-        left_out = np.array(places, dtype=int)
-        taught = np.ones(len(self._targets), dtype=bool)
+    def _learn(self, places: tuple[int, ...]) -> list[Fold] | None:
+        count, dimensions = self._centred.shape
+        left_out, taught = np.array(places, dtype=int), np.ones(count, dtype=bool)
         taught[left_out] = False
         if np.count_nonzero(taught) < 2:
             return None
-        if left_out.size * taught.size > _LARGEST_UPDATE:
-            return self._anew(np.flatnonzero(taught))
+        if left_out.size > _FEW and count > dimensions:
+            return self._learn_anew(left_out, np.flatnonzero(taught))
+        return [whole.without(left_out, taught) for whole in self._wholes]
+
+    @cached_property
+    def _wholes(self) -> list["_Whole"]:
+        return [
+            _Whole(self._mean, self._centred, self._targets, penalty)
+            for penalty in self._penalties.tolist()
+        ]
+
+    @cached_property
+    def _products(self) -> tuple[FloatArray, FloatArray]:
+        """The products C^T C, (P, P), and C^T Y with the targets Y, (P, T)."""
+        return self._centred.T @ self._centred, self._centred.T @ self._targets
+
+    def _learn_anew(self, left_out: IntArray, taught: IntArray) -> list[Fold]:
+        """Learn by a new fit that holds the features of a part of the recordings at a time."""
+        targets, gone, count = self._targets[taught], self._centred[left_out], taught.size
+        # The centred features of all recordings sum to 0.
+        shift, middle = -gone.sum(axis=0) / count, targets.mean(axis=0)
+        whole, moment = self._products
+        squares, axes = np.linalg.eigh(whole - gone.T @ gone - count * np.outer(shift, shift))
+        moment = moment - gone.T @ self._targets[left_out] - count * np.outer(shift, middle)
+        # Rounding can leave a length of 0 below 0.
+        inverse = 1.0 / (np.maximum(squares, 0.0)[:, np.newaxis] + self._penalties)
+        slopes = inverse.T[:, :, np.newaxis] * (axes.T @ moment)
+        predictions = np.empty((len(slopes), *targets.shape))
+        for part in _parts(count):
+            along = (self._centred[taught[part]] - shift) @ axes
+            leverage = 1.0 / count + (along**2 @ inverse).T
+            residuals = targets[part] - middle - along @ slopes
+            predictions[:, part] = targets[part] - residuals / (1.0 - leverage[..., np.newaxis])
+        coefficients = axes @ slopes
+        intercepts = middle - (self._mean + shift) @ coefficients
+        fitted = zip(coefficients, intercepts, predictions, strict=True)
+        return [Fold(_regressions(each, constant), of) for each, constant, of in fitted]
+
+
+class _Whole:
+    """The regression with one penalty that all recordings teach, and a few can leave.
+
+    Parameters
+    ----------
+    mean : (P,) array
+        Mean of the features.
+    centred : (n, P) array
+        The features without it.
+    targets, penalty
+        As in `RidgeWithout`.
+    """
+
+    def __init__(
+        self, mean: FloatArray, centred: FloatArray, targets: FloatArray, penalty: float
+    ) -> None:
+        self._mean, self._centred = mean, centred
+        self._targets, self._penalty = targets, penalty
+        self._block = lru_cache(_KEPT)(self._columns_of_block)
+        count, dimensions = centred.shape
+        # Both forms give the same weights W; the one with the smaller matrix is faster. The second
+        # holds no weights, because they are as large as the features.
+        self._weights: FloatArray | None = None
+        if count <= dimensions:
+            gram = centred @ centred.T + penalty * np.eye(count)
+            self._weights = np.asarray(np.linalg.solve(gram, centred), np.float64)
+        else:
+            normal = centred.T @ centred + penalty * np.eye(dimensions)
+            self._inverse: FloatArray = np.asarray(np.linalg.inv(normal), np.float64)
+        self._leverage, slope = np.empty(count), np.zeros((dimensions, targets.shape[1]))
+        for part in _parts(count):
+            weights = self._weights_of(part)
+            self._leverage[part] = 1.0 / count + np.einsum("np,np->n", centred[part], weights)
+            slope += weights.T @ targets[part]
+        self._residuals = targets - (targets.mean(axis=0) + centred @ slope)
+        self._moment = centred.T @ self._residuals
+
+    def without(self, left_out: IntArray, taught: BoolArray) -> Fold:
+        """Leave some recordings out (m,), so that the others teach (n,)."""
         residuals, leverage, moment = self._residuals, self._leverage, self._moment
         gone = self._centred[left_out]
         if left_out.size:
@@ -158,28 +207,6 @@ class RidgeWithout:
         mean = self._mean - gone.sum(axis=0) / len(targets)
         intercepts = (targets - residuals).mean(axis=0) - mean @ coefficients
         predictions = targets - residuals / (1.0 - leverage[taught, np.newaxis])
-        return Fold(_regressions(coefficients, intercepts), predictions)
-
-    def _anew(self, taught: IntArray) -> Fold:
-        """Learn from some recordings by a new fit that holds the features of a part at a time."""
-        targets = self._targets[taught]
-        wanted = targets - targets.mean(axis=0)
-        parts = _parts(taught.size)
-        shift = sum(self._centred[taught[part]].sum(axis=0) for part in parts) / taught.size
-        normal = self._penalty * np.eye(shift.size)
-        moment = np.zeros((shift.size, targets.shape[1]))
-        for part in parts:
-            centred = self._centred[taught[part]] - shift
-            normal += centred.T @ centred
-            moment += centred.T @ wanted[part]
-        coefficients: FloatArray = np.asarray(np.linalg.solve(normal, moment), np.float64)
-        predictions = np.empty_like(targets)
-        for part in parts:
-            centred = self._centred[taught[part]] - shift
-            leverage = 1.0 / taught.size + np.vecdot(centred, np.linalg.solve(normal, centred.T).T)
-            residuals = wanted[part] - centred @ coefficients
-            predictions[part] = targets[part] - residuals / (1.0 - leverage[:, np.newaxis])
-        intercepts = targets.mean(axis=0) - (self._mean + shift) @ coefficients
         return Fold(_regressions(coefficients, intercepts), predictions)
 
     def _columns(self, left_out: IntArray) -> tuple[FloatArray, FloatArray]:

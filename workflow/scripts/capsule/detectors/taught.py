@@ -22,7 +22,7 @@ from capsule.detectors.intervals import conformal_reach, size_interval
 from capsule.detectors.passage import Passage
 from capsule.detectors.plain import plain
 from capsule.detectors.probability import Probability, fit_probability
-from capsule.detectors.ridge import Centred, Regression, RidgeWithout
+from capsule.detectors.ridge import Regression, RidgeWithout
 from capsule.detectors.scorer import Features
 from capsule.detectors.sizing import nearest_known
 from capsule.detectors.training import JudgedRecording, TrainingArchive
@@ -149,9 +149,9 @@ class TaughtDetector:
             self._settings["penalties"],
         )
         self._sizes = RidgeWithout(
-            Centred(_table((each.embedding for each in features), len(usable))[self._nodule]),
+            _table((each.embedding for each in features), len(usable))[self._nodule],
             self._sizes_mm[self._nodule, np.newaxis],
-            self._settings["size_penalty"],
+            [self._settings["size_penalty"]],
         )
 
     def without(self, left_out: Sequence[str]) -> TaughtModel:
@@ -168,7 +168,7 @@ class TaughtDetector:
         sized = self._sizes.without(self._among_nodules[gone[self._nodule[gone]]])
         size, reach = None, float("inf")
         if sized is not None:
-            (size,), predictions = sized
+            (((size,), predictions),) = sized
             true_mm = np.delete(self._sizes_mm, gone)
             errors_mm = predictions[:, 0] - true_mm[true_mm > 0]
             reach = conformal_reach(errors_mm, self._rules["size_confidence"])
