@@ -1,3 +1,5 @@
+import pickle
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -5,7 +7,7 @@ from hypothesis import strategies as st
 
 from capsule.particles import Particle, render
 from capsule.seeding import generator
-from capsule.sliding import SlidingComparison, fast_length, rmse_at_lag
+from capsule.sliding import RepeatedParticle, SlidingComparison, fast_length, rmse_at_lag
 from support import literal
 from support.paper_ranges import PAPER
 
@@ -157,6 +159,31 @@ def test_particles_compared_at_once_do_not_touch_each_other(sensors, count, leng
     for particle, gain, lag in zip(particles, gains, lags, strict=True):
         alone.particle[...] = particle
         assert (gain, lag) == (pytest.approx(alone.gain()[0], abs=1e-9), alone.gain()[1])
+
+
+@given(st.integers(1, 5), st.integers(1, 60), st.integers(0, 2**32))
+@settings(max_examples=60, deadline=None)
+def test_a_particle_whose_spectra_are_kept_has_the_same_gain_on_each_recording(
+    sensors, length, seed
+):
+    matrix, particle = random_pair(sensors, length, seed)
+    shorter = matrix.copy()
+    shorter[:, length // 2 :] = 0.0
+    repeated = RepeatedParticle(particle)
+    # The recordings' widths differ, and so do the lengths of the FFTs; each comes twice.
+    for recording in (matrix, shorter, matrix, shorter):
+        drawn = SlidingComparison(recording)
+        drawn.particle[...] = particle
+        assert SlidingComparison(recording).gain_of(repeated) == drawn.gain()
+
+
+def test_a_pickle_of_a_particle_holds_its_values_alone():
+    matrix, particle = random_pair(4, 50, 1)
+    repeated = RepeatedParticle(particle)
+    before = pickle.dumps(repeated)
+    gain = SlidingComparison(matrix).gain_of(repeated)
+    assert pickle.dumps(repeated) == before
+    assert SlidingComparison(matrix).gain_of(pickle.loads(before)) == gain
 
 
 def test_the_length_of_an_fft_has_small_factors_only():

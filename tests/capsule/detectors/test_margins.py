@@ -10,7 +10,7 @@ from capsule.detectors.matching import compare_templates
 from capsule.detectors.operating_point import threshold_at
 from capsule.particles import Particle, render
 from capsule.seeding import generator
-from capsule.sliding import SlidingComparison
+from capsule.sliding import RepeatedParticle, SlidingComparison
 from support.paper_ranges import PAPER
 
 
@@ -22,8 +22,9 @@ def test_a_margin_moves_no_farther_than_its_reach():
     noise = np.maximum(numbers.normal(0.0, 0.05, (10, 4, 1000)), 0.0)
     matrices = [*noise, *(noise[:2] + others)]
     norms = np.array([np.linalg.norm(matrix) for matrix in matrices])
+    both = [RepeatedParticle(whole), RepeatedParticle(fold)]
     moved = [
-        abs(np.subtract(*compare_templates(SlidingComparison(matrix), [whole, fold]).gains))
+        abs(np.subtract(*compare_templates(SlidingComparison(matrix), both).gains))
         for matrix in matrices
     ]
     assert (moved <= margin_reach(norms, whole, fold) * (1 + 1e-12)).all()

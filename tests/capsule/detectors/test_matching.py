@@ -9,7 +9,7 @@ from capsule.detectors.matching import (
 )
 from capsule.particles import Particle, render
 from capsule.seeding import generator
-from capsule.sliding import SlidingComparison
+from capsule.sliding import RepeatedParticle, SlidingComparison
 from support import literal
 from support.paper_ranges import PAPER
 
@@ -50,5 +50,5 @@ def test_the_lag_tells_when_the_first_sensor_meets_the_nodule():
     particle = Particle(np.ones(4), np.full(4, 0.2), np.full(3, 120.0), np.full(4, 20.0))
     template = render(particle, 150, 1000)
     rolled = SlidingComparison(np.roll(template, 33, axis=1))
-    lags = compare_templates(rolled, [template]).lags
+    lags = compare_templates(rolled, [RepeatedParticle(template)]).lags
     assert first_peak_sample(lags[0], 150, 1000) == 150 - 1 + 33

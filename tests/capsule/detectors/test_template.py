@@ -13,7 +13,7 @@ from capsule.detectors.template import (
 )
 from capsule.particles import Particle, render
 from capsule.seeding import generator
-from capsule.sliding import SlidingComparison, rmse_at_lag
+from capsule.sliding import RepeatedParticle, SlidingComparison, rmse_at_lag
 from capsule.templates import build_templates
 from support.paper_ranges import PAPER
 from support.training import archive_of_matrices, verdict_values
@@ -64,14 +64,15 @@ def test_a_fold_that_changes_every_template_judges_by_its_own_templates(archive)
 def test_a_margin_is_the_gain_over_no_template(archive):
     _, _, matrices, templates = archive
     matrix = matrices["3mm/r0"]
-    compared = compare_templates(SlidingComparison(matrix), templates.matrices[1:])
+    sought = [RepeatedParticle(template) for template in templates.matrices[1:]]
+    compared = compare_templates(SlidingComparison(matrix), sought)
     for template, gain, lag in zip(
         templates.matrices[1:], compared.gains, compared.lags, strict=True
     ):
         energy = (matrix**2).sum()
         rmse = rmse_at_lag(matrix, template, int(lag))
         assert rmse**2 * 4 * 3000 == pytest.approx(energy - gain)
-    unknown = compare_templates(SlidingComparison(np.full((4, 1000), np.nan)), [matrix])
+    unknown = compare_templates(SlidingComparison(np.full((4, 1000), np.nan)), sought)
     assert np.isnan([unknown.distances, unknown.gains, unknown.lags]).all()
 
 
@@ -83,7 +84,7 @@ def test_the_folds_threshold_equals_that_of_all_margins_computed_anew(archive):
     for left_out in (["1mm/r2"], ["0mm/r3"], ["1mm/r0", "3mm/r1", "0mm/r0"]):
         fold = templates.without_all([(sizes[n], particles.get(n)) for n in left_out])
         margins = [
-            np.nanmax(compare_templates(SlidingComparison(matrices[name]), fold[1:]).gains)
+            max(SlidingComparison(matrices[name]).gain_of(RepeatedParticle(t))[0] for t in fold[1:])
             for name in healthy
             if name not in left_out
         ]

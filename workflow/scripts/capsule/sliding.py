@@ -10,10 +10,11 @@ keep them apart.
 """
 
 import itertools
+from functools import lru_cache
 
 import numpy as np
 
-from capsule.arrays import FloatArray, IntArray
+from capsule.arrays import ComplexArray, FloatArray, IntArray
 
 
 def rmse_at_lag(matrix: FloatArray, particle: FloatArray, lag: int) -> float:
@@ -37,7 +38,44 @@ def rmse_at_lag(matrix: FloatArray, particle: FloatArray, lag: int) -> float:
     frame = np.zeros((sensors, 3 * length))
     frame[:, length : 2 * length] = matrix
     frame[:, lag - 1 : lag - 1 + length] -= particle
-    return float(np.sqrt(np.mean(frame**2)))
+    # In place, because a new array takes longer than the arithmetic.
+    squares = np.square(frame, out=frame)
+    return float(np.sqrt(np.add.reduce(squares, axis=None) / squares.size))
+
+
+class RepeatedParticle:
+    """A particle or template that is compared with many recordings: its spectra are kept.
+
+    Parameters
+    ----------
+    values : (S, L) array
+        The particle P. It must not change afterwards.
+
+    Attributes
+    ----------
+    values : (S, L) array
+    is_known : bool
+        Whether no value is NaN.
+    """
+
+    def __init__(self, values: FloatArray) -> None:
+        self.values = values
+        self.is_known = not np.isnan(values).any()
+        self._kept: dict[int, tuple[ComplexArray, float]] = {}
+
+    def __reduce__(self) -> tuple[type["RepeatedParticle"], tuple[FloatArray]]:
+        """Let a pickle hold the values alone: the spectra are larger, and can be made again."""
+        return RepeatedParticle, (self.values,)
+
+    def spectra(self, size: int) -> tuple[ComplexArray, float]:
+        """Return the spectrum of each sensor with FFTs of `size` elements, and |P|^2."""
+        if size not in self._kept:
+            sensors, length = self.values.shape
+            frame = np.zeros((sensors, size))
+            frame[:, :length] = self.values
+            flat = frame.reshape(-1)
+            self._kept[size] = np.fft.rfft(frame), float(np.vecdot(flat, flat))
+        return self._kept[size]
 
 
 class SlidingComparison:
@@ -113,6 +151,15 @@ class SlidingComparison:
         gains, lags = self.gains(1)
         return float(gains[0]), int(lags[0])
 
+    def gain_of(self, particle: RepeatedParticle) -> tuple[float, int]:
+        """Return the gain and the lag of a particle whose spectra are kept; see `gains`."""
+        spectra, energy = particle.spectra(self._size)
+        product = np.multiply(spectra, self._reversed, out=self._spectra[0])
+        summed = np.add.reduce(product, axis=0, out=self._summed[0])
+        convolved = np.fft.irfft(summed, self._size, out=self._convolved[0])
+        best = int(convolved[: self._lags.size].argmax())
+        return 2.0 * float(convolved[best]) - energy, int(self._lags[best])
+
     def compare(self, particle: FloatArray) -> tuple[float, int]:
         """Return the smallest RMSE over all lags, and its lag (eq. RMSEmin).
 
@@ -133,6 +180,7 @@ class SlidingComparison:
         return rmse_at_lag(self.matrix, particle, lag), lag
 
 
+@lru_cache(maxsize=256)
 def fast_length(least: int) -> int:
     """Return the next length whose FFT is fast: a multiple of 16 without prime factors above 5."""
     for length in itertools.count(-(-least // 16) * 16, 16):

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.arrays import FloatArray
-from capsule.sliding import SlidingComparison, rmse_at_lag
+from capsule.sliding import RepeatedParticle, SlidingComparison, rmse_at_lag
 
 
 def template_distances(matrix: FloatArray, templates: Sequence[FloatArray]) -> FloatArray:
@@ -49,9 +49,18 @@ def nearest_size(distances: FloatArray, sizes_mm: Sequence[float]) -> float:
     float
         Size in mm, 0 for no nodule, NaN if no distance is known.
     """
-    if np.isnan(distances).all():
-        return float("nan")
-    return float(sizes_mm[int(np.nanargmin(distances))])
+    nearest = place_of_largest(-distances)
+    return float("nan") if nearest is None else float(sizes_mm[nearest])
+
+
+def place_of_largest(values: FloatArray) -> int | None:
+    """Return the place of the largest value that is not NaN, of equal ones the first, or None.
+
+    For the few values of a recording's templates, this is faster than functions on arrays.
+    """
+    listed = values.tolist()
+    known = [place for place, value in enumerate(listed) if value == value]
+    return max(known, key=listed.__getitem__, default=None)
 
 
 @dataclass(frozen=True)
@@ -87,35 +96,26 @@ class Comparison:
         return Comparison(*arrays)
 
 
-def compare_templates(comparison: SlidingComparison, templates: Sequence[FloatArray]) -> Comparison:
+def compare_templates(
+    comparison: SlidingComparison, templates: Sequence[RepeatedParticle]
+) -> Comparison:
     """Return distance, gain and lag of every template on a recording.
 
     Parameters
     ----------
     comparison : SlidingComparison
         The sliding comparison with the recording's matrix V, (S, L).
-    templates : sequence of B (S, L) arrays
+    templates : sequence of B RepeatedParticle
         The templates T^b.
     """
     distances, gains, lags = np.full((3, len(templates)), np.nan)
     if not np.isnan(comparison.matrix).any():
         for index, template in enumerate(templates):
-            gains[index], lag = template_margin(comparison, template)
-            if not np.isnan(lag):
+            if template.is_known:
+                gains[index], lag = comparison.gain_of(template)
                 lags[index] = lag
-                distances[index] = rmse_at_lag(comparison.matrix, template, int(lag))
+                distances[index] = rmse_at_lag(comparison.matrix, template.values, lag)
     return Comparison(distances, gains, lags)
-
-
-def template_margin(comparison: SlidingComparison, template: FloatArray) -> tuple[float, float]:
-    """Return gain and lag of one template (S, L) on a recording that holds no NaN.
-
-    Both are NaN if the template holds NaN.
-    """
-    if np.isnan(template).any():
-        return float("nan"), float("nan")
-    comparison.particle[...] = template
-    return comparison.gain()
 
 
 def first_peak_sample(lag: float, first_peak: int, length: int) -> float:

@@ -14,13 +14,13 @@ from capsule.detectors.matching import (
     compare_templates,
     first_peak_sample,
     nearest_size,
-    template_margin,
+    place_of_largest,
 )
 from capsule.detectors.operating_point import threshold_at
 from capsule.detectors.training import JudgedRecording, TrainingArchive
 from capsule.detectors.verdicts import Verdict, template_verdict, threshold_verdict
 from capsule.kinds import Settings
-from capsule.sliding import SlidingComparison
+from capsule.sliding import RepeatedParticle, SlidingComparison
 from capsule.templates import TemplateSet
 
 Compare = Callable[[JudgedRecording], Comparison]
@@ -37,14 +37,14 @@ class FoldTemplates:
     ----------
     left_out : frozenset of str
         The recordings that teach nothing.
-    matrices : tuple of 1 + B (S, L) arrays
+    templates : tuple of 1 + B RepeatedParticle
         The templates without these recordings.
     changed : list of int
         Which of them differ from the templates of all recordings.
     """
 
     left_out: frozenset[str]
-    matrices: tuple[FloatArray, ...]
+    templates: tuple[RepeatedParticle, ...]
     changed: list[int]
 
 
@@ -59,6 +59,7 @@ class TemplateMatching:
 
     def __init__(self, archive: TrainingArchive) -> None:
         self.archive, self.templates = archive, archive.templates
+        self._wholes = tuple(map(RepeatedParticle, self.templates.matrices))
         self._specificity = archive.settings["evaluation"]["specificity"]
         self._place = {name: place for place, name in enumerate(archive.sizes_mm)}
         # Results with the templates of all recordings; in a fold, only a few templates differ.
@@ -67,7 +68,7 @@ class TemplateMatching:
         self._healthy = np.array(healthy, dtype=object)
         self._row = {name: row for row, name in enumerate(healthy)}
         # In every fold, the same few recordings lie near the threshold.
-        self._near = lru_cache(maxsize=64)(self._sliding_comparison)
+        self._near = lru_cache(maxsize=128)(self._sliding_comparison)
         # A recording is compared twice in turn: with all templates, and with those of its fold.
         self._sliding = lru_cache(maxsize=1)(self._sliding_comparison)
         self._gains = np.empty((len(healthy), len(self.templates.matrices) - 1))
@@ -88,13 +89,13 @@ class TemplateMatching:
         return self._compare(fold, recording.name)
 
     def _compare_anew(self, fold: FoldTemplates, name: str) -> Comparison:
-        matrices, changed = fold.matrices, fold.changed
+        templates, changed = fold.templates, fold.changed
         if not changed:
             return self._with_all(name)
         # T^0 never changes.
-        if len(changed) == len(matrices) - 1:
-            return compare_templates(self._sliding(name), matrices)
-        anew = compare_templates(self._sliding(name), [matrices[index] for index in changed])
+        if len(changed) == len(templates) - 1:
+            return compare_templates(self._sliding(name), templates)
+        anew = compare_templates(self._sliding(name), [templates[index] for index in changed])
         return self._with_all(name).replaced(changed, anew)
 
     def threshold(self, fold: FoldTemplates) -> float:
@@ -105,13 +106,13 @@ class TemplateMatching:
         """
         taught = np.ones(len(self._healthy), dtype=bool)
         taught[[self._row[name] for name in fold.left_out if name in self._row]] = False
-        wholes, folds = self.templates.matrices[1:], fold.matrices[1:]
+        wholes, folds = self._wholes[1:], fold.templates[1:]
         gains = self._gains[taught]
         # The gains leave T^0 out.
         changed = [index - 1 for index in fold.changed]
         if not changed or gains.size == 0:
             return threshold_at(_margins(gains), self._specificity)
-        lost = [index for index in changed if np.isnan(folds[index]).any()]
+        lost = [index for index in changed if not folds[index].is_known]
         gains[:, lost] = np.nan
         margins = _margins(gains)
         if margins.size == 0:
@@ -119,12 +120,12 @@ class TemplateMatching:
         kept = [index for index in changed if index not in lost]
         reach = np.zeros(margins.size)
         for index in kept:
-            each = margin_reach(self._norms[taught], wholes[index], folds[index])
+            each = margin_reach(self._norms[taught], wholes[index].values, folds[index].values)
             reach = np.maximum(reach, each)
         names = self._healthy[taught]
         for row in near_threshold(margins, reach, self._specificity):
             for index in kept:
-                gains[row, index], _ = template_margin(self._near(names[row]), folds[index])
+                gains[row, index], _ = self._near(names[row]).gain_of(folds[index])
         return threshold_at(_margins(gains), self._specificity)
 
     def _render(self, left_out: frozenset[str]) -> FoldTemplates:
@@ -134,14 +135,18 @@ class TemplateMatching:
         matrices = self.templates.without_all(
             [(sizes_mm[name], particles.get(name)) for name in ordered]
         )
-        pairs = enumerate(zip(self.templates.matrices, matrices, strict=True))
+        templates = tuple(
+            whole if matrix is whole.values else RepeatedParticle(matrix)
+            for whole, matrix in zip(self._wholes, matrices, strict=True)
+        )
+        pairs = enumerate(zip(self._wholes, templates, strict=True))
         changed = [index for index, (whole, fold) in pairs if whole is not fold]
-        return FoldTemplates(left_out, matrices, changed)
+        return FoldTemplates(left_out, templates, changed)
 
     def _with_all(self, name: str) -> Comparison:
         """Return the comparison with the templates of all recordings, computed once."""
         if name not in self._compared:
-            self._compared[name] = compare_templates(self._sliding(name), self.templates.matrices)
+            self._compared[name] = compare_templates(self._sliding(name), self._wholes)
         return self._compared[name]
 
     def _sliding_comparison(self, name: str) -> SlidingComparison:
@@ -187,7 +192,7 @@ class NearestTemplateModel:
     @classmethod
     def restored(cls, stored: Settings, templates: TemplateSet) -> "NearestTemplateModel":
         """Return the model with the templates of all recordings."""
-        return cls(templates, partial(_compare_with, templates.matrices))
+        return cls(templates, _comparing_with(templates))
 
 
 @dataclass(frozen=True)
@@ -222,7 +227,7 @@ class TemplateMarginModel:
         threshold = stored["margin_threshold"]
         return cls(
             templates,
-            partial(_compare_with, templates.matrices),
+            _comparing_with(templates),
             float("nan") if threshold is None else float(threshold),
         )
 
@@ -259,15 +264,19 @@ class TemplateMargin:
         )
 
 
-def _compare_with(matrices: Sequence[FloatArray], recording: JudgedRecording) -> Comparison:
-    return compare_templates(SlidingComparison(recording.matrix), matrices)
+def _comparing_with(templates: TemplateSet) -> Compare:
+    return partial(_compare_with, tuple(map(RepeatedParticle, templates.matrices)))
+
+
+def _compare_with(templates: Sequence[RepeatedParticle], recording: JudgedRecording) -> Comparison:
+    return compare_templates(SlidingComparison(recording.matrix), templates)
 
 
 def _first_peak(comparison: Comparison, templates: TemplateSet) -> float:
     """Return when the first sensor meets the best template's first peak, in samples."""
     # T^0 comes first and stands for no nodule.
-    gains, lags = comparison.gains[1:], comparison.lags[1:]
-    if np.isnan(gains).all():
+    place = place_of_largest(comparison.gains[1:])
+    if place is None:
         return float("nan")
     length = templates.matrices[0].shape[1]
-    return first_peak_sample(float(lags[int(np.nanargmax(gains))]), templates.first_peak, length)
+    return first_peak_sample(float(comparison.lags[1 + place]), templates.first_peak, length)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.arrays import FloatArray
-from capsule.detectors.matching import Comparison, nearest_size
+from capsule.detectors.matching import Comparison, nearest_size, place_of_largest
 
 _UNKNOWN = float("nan")
 
@@ -125,4 +125,5 @@ def threshold_verdict(
 
 
 def _largest(gains: FloatArray) -> float:
-    return float(np.nanmax(gains)) if np.any(~np.isnan(gains)) else _UNKNOWN
+    place = place_of_largest(gains)
+    return _UNKNOWN if place is None else float(gains[place])

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from functools import cache
 
 from capsule.arrays import FloatArray
-from capsule.detectors.matching import lag_of_first_peak, template_margin
+from capsule.detectors.matching import lag_of_first_peak
 from capsule.detectors.registry import PAPER
 from capsule.kinds import Row, Settings
 from capsule.particles import Particle, render
-from capsule.sliding import SlidingComparison
+from capsule.sliding import RepeatedParticle, SlidingComparison
 from capsule.templates import ParticleTotal
 
 
@@ -134,9 +134,12 @@ def nearest_template(
     length = comparison.particle.shape[1]
     nearest, largest = None, -float("inf")
     for size_mm, particle in particles.items():
-        gain, lag = template_margin(comparison, render(particle, first_peak, length))
+        template = RepeatedParticle(render(particle, first_peak, length))
+        if not template.is_known:
+            continue
+        gain, lag = comparison.gain_of(template)
         if gain > largest:
-            nearest, largest = NearestTemplate(size_mm, particle, int(lag)), gain
+            nearest, largest = NearestTemplate(size_mm, particle, lag), gain
     return nearest
 
 
