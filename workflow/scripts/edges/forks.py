@@ -6,8 +6,11 @@ import threading
 import warnings
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
 from multiprocessing import get_context, parent_process
 from typing import TypeVar, cast
+
+from edges.records import Record, watching_record
 
 Part = TypeVar("Part")
 Result = TypeVar("Result")
@@ -18,7 +21,8 @@ _CALLED: list[Callable[..., object]] = []
 class Forks:
     """A `map` whose calls run in forks of this process.
 
-    On systems without safe forks, and with one process, the calls run in this process.
+    The job's record also holds the files that the forks read and write. On systems without safe
+    forks, and with one process, the calls run in this process.
 
     Parameters
     ----------
@@ -45,14 +49,20 @@ class Forks:
                 # The other thread belongs to the memory allocator of pyarrow.
                 about = "This process .* is multi-threaded"
                 warnings.filterwarnings("ignore", about, DeprecationWarning)
-                results = pool.map(_call, parts)
-                yield from cast(Iterator[Result], results)
+                for result, added in pool.map(_call, parts):
+                    if record := watching_record():
+                        record.add(added)
+                    yield cast(Result, result)
         finally:
             _CALLED.pop()
 
 
-def _call(part: object) -> object:
-    return _CALLED[-1](part)
+def _call(part: object) -> tuple[object, Record]:
+    """Return the result for a part, and the files that this fork has read and written for it."""
+    record = watching_record() or Record("")
+    before = replace(record, read=dict(record.read), written=dict(record.written))
+    result = _CALLED[-1](part)
+    return result, record.added_since(before)
 
 
 def _end_with_starter() -> None:

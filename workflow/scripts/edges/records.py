@@ -107,6 +107,19 @@ class Record:
         """Record that this job depends on all files that a part of it has read or written."""
         self.read |= {**part.read, **part.written}
 
+    def added_since(self, earlier: "Record") -> "Record":
+        """Return the files that have been read or written since this record was like another."""
+        return Record(
+            self.made_from,
+            dict(self.read.items() - earlier.read.items()),
+            dict(self.written.items() - earlier.written.items()),
+        )
+
+    def add(self, other: "Record") -> None:
+        """Add the files that another process has read and written for this job."""
+        self.read |= other.read
+        self.written |= other.written
+
     def content(self) -> dict[str, Any]:
         """Return the record for a JSON file, to be written when the job has succeeded."""
         files = {
