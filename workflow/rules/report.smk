@@ -177,6 +177,7 @@ rule report:
         "results/logs/report.log",
     conda:
         "../../environment.yml"
+    threads: 2 if BESIDE else 1
     params:
         results=results_folder,
         settings=section(*RESULT_SECTIONS),
@@ -196,5 +197,5 @@ rule report:
         "python {input.script:q} --results {params.results:q} --evidence {input.evidence:q}"
         " --template {params.template:q}"
         " --schema {input.schema:q} --settings {params.settings:q} --surveys {params.surveys:q}"
-        " --code {params.code:q} --output {output.page:q} {params.beside}"
+        " --code {params.code:q} --output {output.page:q} {params.beside} --processes {threads}"
         " --record {params.made_from:q} > {log:q} 2>&1"

@@ -66,7 +66,8 @@ def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts
     told = {"location_s": first_peak_sample(length + 1, first_peak, length) / 10}
     verdicts = {"0mm/r01": [said | told], "3mm/r01": [said | told] * 2}
     stored = StoredResults(leave_one_out={3.0: PARTICLE})
-    made = archive_evidence(rows, verdicts, [0.0, 3.0], stored, SETTINGS)
+    accepted = [(place, row) for place, row in enumerate(rows) if row["accepted"]]
+    made = archive_evidence(accepted, verdicts, [0.0, 3.0], stored, SETTINGS)
     healthy, nodule = (json.loads(each.joined()) for each in made)
     assert [each["recording"] for each in (healthy, nodule)] == ["0mm/r01", "3mm/r01"]
     assert healthy["title"] == "no nodule" and nodule["title"] == "3 mm nodule"

@@ -1,9 +1,9 @@
 """Write the data files beside the page, which hold the evidence of a large archive."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
-from capsule.kinds import Cells
+from capsule.kinds import Cells, Row, Spread
 from capsule.page import beside
 from capsule.page.archive_evidence import Evidence
 from capsule.page.packing import deflated
@@ -17,18 +17,26 @@ class DataFiles:
     ----------
     folder : Path
         ``results/report`` for the page ``results/report.html``.
+    spread : callable
+        Calls a function with the recordings of each file, like `map`.
     """
 
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
+    def __init__(self, folder: Path, spread: Spread = map) -> None:
+        self._folder, self._spread = folder, spread
 
-    def write(self, evidence: Iterable[Evidence]) -> Cells:
-        """Write the files, with only a few recordings in memory at a time.
+    def write(
+        self,
+        rows: Sequence[tuple[int, Row]],
+        evidence: Callable[[Iterable[tuple[int, Row]]], Iterable[Evidence]],
+    ) -> Cells:
+        """Write the files, each with only its own recordings in memory.
 
         Parameters
         ----------
-        evidence : iterable of Evidence
-            From `capsule.page.archive_evidence.archive_evidence`.
+        rows : sequence of (int, mapping)
+            As in `capsule.page.archive_evidence.archive_evidence`.
+        evidence : callable
+            Returns the evidence of some of these recordings.
 
         Returns
         -------
@@ -37,10 +45,15 @@ class DataFiles:
             recordings in one file.
         """
         self._folder.mkdir(parents=True, exist_ok=True)
-        names = []
-        texts = ((each.alone, deflated(each.among_others)) for each in evidence)
-        for name, script in beside.data_files(texts):
+        each = beside.RECORDINGS_A_FILE
+
+        def write_file(number: int) -> str:
+            some = evidence(rows[number * each : (number + 1) * each])
+            texts = ((one.alone, deflated(one.among_others)) for one in some)
+            name, script = beside.data_file(number, texts)
             with files.write_whole(self._folder / f"{name}.js") as stream:
                 stream.write(script)
-            names.append(name)
-        return {"folder": self._folder.name, "files": names, "each": beside.RECORDINGS_A_FILE}
+            return name
+
+        names = list(self._spread(write_file, range(-(-len(rows) // each))))
+        return {"folder": self._folder.name, "files": names, "each": each}

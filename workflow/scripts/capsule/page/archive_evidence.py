@@ -4,7 +4,7 @@ What no other recording changes is made by jobs of its own (`capsule.page.record
 report adds the verdicts and the templates.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Protocol
@@ -106,7 +106,7 @@ def evidence_among_others(
 
 
 def archive_evidence(
-    rows: Sequence[Row],
+    rows: Iterable[tuple[int, Row]],
     verdicts: Mapping[str, Sequence[Row]],
     sizes_mm: Sequence[float],
     stored: Stored,
@@ -116,8 +116,9 @@ def archive_evidence(
 
     Parameters
     ----------
-    rows : sequence of mapping
-        From `capsule.page.recordings.recording_rows`; rejected recordings are left out.
+    rows : iterable of (int, mapping)
+        Accepted recordings: the place of each row among all, and the row, from
+        `capsule.page.recordings.recording_rows`.
     verdicts : mapping of str to sequence of mapping
         From `capsule.page.recordings.verdicts_by_recording`.
     sizes_mm : sequence of float
@@ -131,9 +132,7 @@ def archive_evidence(
     ------
     Evidence
     """
-    for place, row in enumerate(rows):
-        if not row["accepted"]:
-            continue
+    for place, row in rows:
         name = row["recording"]
         said = verdicts.get(name, [])
         matrix = partial(stored.matrix, name)

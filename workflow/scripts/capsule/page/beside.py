@@ -8,9 +8,8 @@ This module imports nothing heavy, because the Snakefile calls `stands_beside`.
 """
 
 import hashlib
-import itertools
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 from capsule.kinds import Settings
 
@@ -37,27 +36,24 @@ def stands_beside(recordings: int, settings: Settings) -> bool:
     return _PAGE + recordings * one > most_bytes
 
 
-def data_files(texts: Iterable[tuple[str, str]]) -> Iterator[tuple[str, str]]:
-    """Yield the files that go beside the page, one at a time.
+def data_file(number: int, texts: Iterable[tuple[str, str]]) -> tuple[str, str]:
+    """Return a file that goes beside the page.
 
     Parameters
     ----------
+    number : int
+        The file's number among all, from 0 on.
     texts : iterable of (str, str)
-        The two texts of each recording, from `capsule.page.packing.deflated`.
+        The two texts of each of its recordings, from `capsule.page.packing.deflated`.
 
-    Yields
-    ------
+    Returns
+    -------
     name : str
-        The file's name without its suffix: a number, and the start of the content's SHA-256. So a
-        page reads only the files that were made with it.
+        The file's name without its suffix: the number, and the start of the content's SHA-256. So
+        a page reads only the files that were made with it.
     script : str
         The file's content.
     """
-    waiting = iter(texts)
-    for number in itertools.count():
-        some = list(itertools.islice(waiting, RECORDINGS_A_FILE))
-        if not some:
-            return
-        listed = json.dumps(some, separators=(",", ":"))
-        name = f"{number:05d}-{hashlib.sha256(listed.encode('ascii')).hexdigest()[:16]}"
-        yield name, f'EvidenceStore.receive("{name}",{listed});\n'
+    listed = json.dumps(list(texts), separators=(",", ":"))
+    name = f"{number:05d}-{hashlib.sha256(listed.encode('ascii')).hexdigest()[:16]}"
+    return name, f'EvidenceStore.receive("{name}",{listed});\n'

@@ -1,7 +1,8 @@
 """Put together the values of all sections of the page from the tables of results."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import pandas as pd
 
@@ -67,7 +68,7 @@ def page_values(
     settings: Settings,
     schema: Settings,
     printed: Settings,
-    put_beside: Callable[[Iterator[archive_evidence.Evidence]], Row] | None = None,
+    put_beside: Callable[..., Row] | None = None,
 ) -> Cells:
     """Return the page's values, except the figures and the facts of this run of the workflow.
 
@@ -82,9 +83,9 @@ def page_values(
     printed : mapping
         Content of paper.yaml.
     put_beside : callable, optional
-        Writes the evidence into files beside the page: it takes what `archive_evidence` yields, and
-        returns what the page's scripts need to read the files. If it is not given, the evidence is
-        inside the page.
+        Writes the evidence into files beside the page: it takes the accepted recordings and a
+        function that returns the evidence of some of them, and returns what the page's scripts need
+        to read the files. If it is not given, the evidence is inside the page.
 
     Returns
     -------
@@ -97,10 +98,15 @@ def page_values(
     )
     detectors = detector_sections.lead_first(evaluation.detectors(), lead)
     listed = recordings.page_values(tables.index, verdicts, lead.detector, judged)
-    made = archive_evidence.archive_evidence(
-        listed["recordings"], verdicts, evaluation.sizes_mm(), stored, settings
+    accepted = [(place, row) for place, row in enumerate(listed["recordings"]) if row["accepted"]]
+    evidence = partial(
+        archive_evidence.archive_evidence,
+        verdicts=verdicts,
+        sizes_mm=evaluation.sizes_mm(),
+        stored=stored,
+        settings=settings,
     )
-    beside = put_beside(made) if put_beside else None
+    beside = put_beside(accepted, evidence) if put_beside else None
     return {
         **overview.overview(tables.index, tables.passed_over),
         **detector_sections.page_values(
@@ -138,6 +144,6 @@ def page_values(
             | {"beside": beside}
         ),
         "beside": beside,
-        "evidence": [] if beside else [(each.name, each.joined()) for each in made],
+        "evidence": [] if beside else [(each.name, each.joined()) for each in evidence(accepted)],
         **provenance.page_values(listed["recordings"], settings, schema, printed),
     }
