@@ -1,10 +1,14 @@
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
 from capsule.detectors.matching import (
     compare_templates,
     first_peak_sample,
     nearest_size,
+    place_of_largest,
     template_distances,
 )
 from capsule.particles import Particle, render
@@ -44,6 +48,13 @@ def test_what_is_unknown_stays_unknown():
 
 def test_of_equal_distances_the_smaller_size_wins():
     assert nearest_size(np.array([0.2, 0.1, 0.1]), [0, 3, 4]) == 3
+
+
+@given(arrays(np.float64, st.integers(0, 6), elements=st.floats(-3, 3) | st.just(np.nan)))
+def test_the_largest_value_is_found_among_those_that_are_known(values):
+    known = ~np.isnan(values)
+    expected = int(np.nanargmax(values)) if known.any() else None
+    assert place_of_largest(values) == expected
 
 
 def test_the_lag_tells_when_the_first_sensor_meets_the_nodule():
