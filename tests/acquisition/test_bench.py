@@ -17,8 +17,8 @@ import serial
 from acquisition.stand_in import StandInLogger
 from acquisition.workbench import Workbench
 from capsule.seeding import generator
+from edges.checksums import checksum
 from edges.config_files import read_config_file
-from edges.records import checksum
 from edges.scorer_files import WEIGHTS
 from edges.workflow_call import PROJECT
 from support.bench import emulated

@@ -9,9 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from edges.checksums import checksum
 from edges.files import write_whole
 from edges.forks import Forks
-from edges.records import Record, checksum
+from edges.records import Record
 from support.marks import needs_forks
 
 SCRIPTS = Path(__file__).parents[2] / "workflow" / "scripts"

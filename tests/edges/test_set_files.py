@@ -48,7 +48,7 @@ def make(made, raw, results, name, settings):
 
 def run_job(monkeypatch, key="key"):
     """Run the job of a set in this process; return the recordings it made, and its record."""
-    records._checksum_at_start.cache_clear()
+    records.CHECKSUMS.forget()
     command = ["fit_set.py", "3mm/r01", "--raw", "raw", "--results", "results", "--settings", "{}"]
     monkeypatch.setattr(sys, "argv", [*command, "--key", key, "--output", SET_FILE])
     made = []
@@ -58,7 +58,7 @@ def run_job(monkeypatch, key="key"):
 
 def reasons(key="key"):
     """Return what another call of snakemake finds."""
-    records._checksum_at_start.cache_clear()
+    records.CHECKSUMS.forget()
     return reasons_to_make(RESULTS, "fit", key, ["3mm/r01"])
 
 
@@ -140,7 +140,7 @@ def test_an_empty_file_stands_in_for_a_set_only_if_there_are_results(recording, 
     path.unlink()
     stand_in(path, RESULTS)
     assert path.read_text() == ""
-    records._checksum_at_start.cache_clear()
+    records.CHECKSUMS.forget()
     assert records.reason_to_make(f"{SET_FILE}:key", [SET_FILE]) == f"{SET_FILE} has changed"
 
 

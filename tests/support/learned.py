@@ -7,7 +7,7 @@ import numpy as np
 from capsule.detectors.diagonal import DiagonalDetector
 from capsule.detectors.passage import Passage
 from capsule.detectors.taught import TaughtDetector
-from edges.records import checksum
+from edges.checksums import checksum
 from edges.scorer_files import WEIGHTS
 from support.training import archive_of_passages
 

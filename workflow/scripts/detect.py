@@ -7,8 +7,8 @@ from pathlib import Path
 from capsule.evaluation.predictions import Detectors, of_unlabelled
 from capsule.naming import size_mm, sort_key
 from edges import files, fits
+from edges.checksums import checksum
 from edges.detector_inputs import read_template_set, read_training_archive
-from edges.records import checksum
 
 
 def main() -> None:

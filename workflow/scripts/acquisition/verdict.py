@@ -14,9 +14,9 @@ from capsule.detectors.verdicts import Verdict, why_unknown
 from capsule.errors import RecordingError
 from capsule.kinds import Settings
 from capsule.recording import Recording
+from edges.checksums import checksum
 from edges.detector_inputs import read_template_set
 from edges.files import read_json
-from edges.records import checksum
 from edges.scorer_files import WEIGHTS, read_scorer
 
 

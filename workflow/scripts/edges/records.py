@@ -11,7 +11,6 @@ The Snakefile and every script use this module, so it imports only fast modules.
 
 import contextlib
 import functools
-import hashlib
 import json
 import os
 import secrets
@@ -21,17 +20,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from edges.reading import read_limited
+from edges.checksums import Checksums, checksum
 
 # Increase this number when the form of records or results changes; all results are then made again.
 FORMAT = 1
-# For a larger file, the size replaces the checksum.
-_LARGEST_BYTES = 100_000_000
 _RESULTS, _RECORDS = "results", "records"
 # A job's results depend on files in these folders: recordings, surveys, other results, and the
 # files beside the code.
 _FOLLOWED = {"raw", _RESULTS, "sessions", "workflow"}
 _NOT_FOLLOWED = {"logs", _RECORDS}
+# Many records hold the same files. Each file is read once for all of them.
+CHECKSUMS = Checksums()
 
 
 def _record_folder(result: Path | str) -> Path:
@@ -46,17 +45,6 @@ def record_path(output: Path | str) -> Path:
     folder = _record_folder(output)
     path = folder / Path(output).relative_to(folder.parent)
     return path.with_name(f"{path.name}.json")
-
-
-def checksum(path: Path | str) -> str | None:
-    """Return the SHA-256 of a file; None if the file does not exist or cannot be read."""
-    try:
-        content = read_limited(path, _LARGEST_BYTES)
-        if content is None:
-            return f"{Path(path).stat().st_size} bytes"
-        return hashlib.sha256(content).hexdigest()
-    except OSError:
-        return None
 
 
 def followed(path: object) -> str | None:
@@ -180,7 +168,7 @@ def reason_to_make(made_from: str, outputs: Sequence[str]) -> str:
         return "the record of its results is missing"
     if record["made_from"] != made_from or not _wrote_all(outputs, record["written"]):
         return "its settings or the code have changed"
-    changed = sorted(_changed(record, _checksum_at_start))
+    changed = sorted(_changed(record, CHECKSUMS.first))
     return f"{changed[0]} has changed" if changed else ""
 
 
@@ -226,7 +214,7 @@ def files_that_do_not_fit(target: str) -> list[str]:
     """
     changed, waiting, written_by = set(), [target], _records_by_file(_record_folder(target))
     # Many jobs read the same file, so each checksum is computed once.
-    seen, now = set(waiting), functools.cache(checksum)
+    seen, now = set(waiting), functools.cache(CHECKSUMS.now)
     while waiting:
         record = written_by.get(waiting.pop())
         if record is None:
@@ -285,9 +273,3 @@ def _text(path: Path) -> str:
         return path.read_text(encoding="utf-8")
     except (OSError, ValueError):
         return ""
-
-
-@functools.cache
-def _checksum_at_start(name: str) -> str | None:
-    """Return a file's checksum; the cache computes it once for all jobs that read the file."""
-    return checksum(name)

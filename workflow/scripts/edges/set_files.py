@@ -10,8 +10,9 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from edges import files
+from edges.checksums import checksum
 from edges.recording_files import recording_files
-from edges.records import Record, checksum, record_path, stored_record
+from edges.records import Record, record_path, stored_record
 
 _SETS, _RECORDS = "sets", "records"
 # Exists from a change of the sets' size until Snakemake's notes on the results are removed.
