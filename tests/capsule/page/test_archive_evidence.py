@@ -57,14 +57,13 @@ def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts
         ROW | {"recording": "3mm/r01"},
     ]
     first_peak, length = SETTINGS["fit"]["first_peak"], SETTINGS["preprocessing"]["length"]
-    said = dict.fromkeys(VERDICT_KEYS) | {
-        "detector": "template",
-        "predicted_mm": 3.0,
-    }
-    said |= {"scheme": "leave_one_out", "distances": [0.2, 0.1]}
+    verdict = {"detector": "template", "scheme": "leave_one_out", "predicted_mm": 3.0}
     # At the lag L + 1 the first peak lies at the sample u, counted from 1.
-    told = {"location_s": first_peak_sample(length + 1, first_peak, length) / 10}
-    verdicts = {"0mm/r01": [said | told], "3mm/r01": [said | told] * 2}
+    location_s = first_peak_sample(length + 1, first_peak, length) / 10
+    row = verdict | {"rmse_0mm": 0.2, "rmse_3mm": 0.1, "location_s": location_s}
+    verdicts = {"0mm/r01": [row], "3mm/r01": [row] * 2}
+    said = dict.fromkeys(VERDICT_KEYS) | verdict
+    said |= {"distances": [0.2, 0.1], "details": f"place {location_s:g} s"}
     stored = StoredResults(leave_one_out={3.0: PARTICLE})
     accepted = [(place, row) for place, row in enumerate(rows) if row["accepted"]]
     made = archive_evidence(accepted, verdicts, [0.0, 3.0], stored, SETTINGS)

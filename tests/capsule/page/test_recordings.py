@@ -31,6 +31,7 @@ def test_rows_hold_the_chosen_verdict_and_the_reason_of_the_rejected():
         ("template", "leave_one_out"),
         ("template_threshold", "leave_one_out"),
     ]
+    assert recordings.in_words(verdicts["2mm/a"][0])["predicted_mm"] == 3.0
     index = index_of(
         ["2mm/a", 2.0, "accepted", UNKNOWN, "bench 2", "aa", 70.0],
         ["2mm/bad", 2.0, "rejected", "the file is empty", UNKNOWN, "bb", UNKNOWN],
@@ -39,3 +40,15 @@ def test_rows_hold_the_chosen_verdict_and_the_reason_of_the_rejected():
     assert (good["verdict"], good["outcome"]) == ("3 mm", "within tolerance")
     assert recordings.truth(good) == "2 mm nodule"
     assert (bad["outcome"], bad["reason"], bad["verdict"]) == ("rejected", "the file is empty", "")
+
+
+def test_what_is_not_known_of_a_verdict_is_none_and_goes_without_words():
+    row = dict.fromkeys(("predicted_mm", "estimate_mm", "probability", "location_s"), UNKNOWN)
+    row |= {"detector": "template", "scheme": "all", "score": 1 / 3, "threshold": float("inf")}
+    row |= {"rmse_0mm": 0.25, "rmse_3mm": UNKNOWN}
+    said = recordings.in_words(row)
+    assert (said["predicted_mm"], said["location_s"], said["details"]) == (None, None, "")
+    assert (said["score"], said["threshold"]) == (0.3333333, None)
+    assert said["distances"] == [0.25, None]
+    # The detector by beats compares with no template.
+    assert recordings.in_words(row | {"detector": "diagonal"})["distances"] == []

@@ -154,6 +154,9 @@ class SlidingComparison:
     def gain_of(self, particle: RepeatedParticle) -> tuple[float, int]:
         """Return the gain and the lag of a particle whose spectra are kept; see `gains`."""
         spectra, energy = particle.spectra(self._size)
+        if energy == 0.0:
+            # The zero matrix of no nodule has the same gain at all lags.
+            return 0.0, int(self._lags[0])
         product = np.multiply(spectra, self._reversed, out=self._spectra[0])
         summed = np.add.reduce(product, axis=0, out=self._summed[0])
         convolved = np.fft.irfft(summed, self._size, out=self._convolved[0])

@@ -26,7 +26,8 @@ _SCHEMES = {
 
 def is_known(value: Cell | None) -> TypeGuard[Cell]:
     """Return whether a cell of a table holds a value."""
-    return value is not None and not (isinstance(value, float) and math.isnan(value))
+    # Only NaN differs from itself.
+    return value is not None and value == value
 
 
 def number(value: float | None, digits: int = 2) -> str:

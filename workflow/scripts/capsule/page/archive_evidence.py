@@ -77,7 +77,7 @@ def evidence_among_others(
     place : int
         The place of this row.
     verdicts : sequence of mapping
-        Each detector's verdict, with `VERDICT_KEYS`.
+        Each detector's verdict, from `capsule.page.recordings.in_words`.
     nearest : mapping of str to NearestTemplate
         The nearest template under each scheme.
     settings : mapping
@@ -134,7 +134,7 @@ def archive_evidence(
     """
     for place, row in rows:
         name = row["recording"]
-        said = verdicts.get(name, [])
+        said = [recordings.in_words(verdict) for verdict in verdicts.get(name, [])]
         matrix = partial(stored.matrix, name)
         nearest = nearest_templates(stored.templates(name), said, sizes_mm, matrix, settings)
         content = evidence_among_others(row, place, said, nearest, settings)

@@ -84,7 +84,7 @@ def nearest_templates(
     particles : mapping of str to mapping of float to Particle
         For each scheme, from `FoldParticles`.
     verdicts : sequence of mapping
-        The recording's verdicts, from `capsule.page.recordings.verdicts_by_recording`.
+        The recording's verdicts, from `capsule.page.recordings.in_words`.
     sizes_mm : sequence of float
         Sizes of the templates whose distances the verdicts hold, 0 first.
     matrix : callable

@@ -7,7 +7,7 @@ from capsule.detectors.registry import detector_row
 from capsule.evaluation.folds import main_scheme
 from capsule.kinds import Cells, Row, Settings
 from capsule.page.packing import rounded
-from capsule.page.recordings import OUTCOMES, outcome
+from capsule.page.recordings import OUTCOMES, known_or_none, outcome, seven_digits
 
 # With more marks on one line, the marks overlap.
 MAX_MARKS = 200
@@ -101,9 +101,13 @@ def score_marks(rows: Sequence[Row], judged: Sequence[Row | None]) -> list[Cells
 
 def _verdict(verdicts: Sequence[Row], detector: str, scheme: str) -> Row | None:
     """Return a detector's verdict; an unlabelled recording has one verdict for all schemes."""
-    wanted = (scheme, "all")
-    chosen = (v for v in verdicts if v["detector"] == detector and v["scheme"] in wanted)
-    return next(chosen, None)
+    for row in verdicts:
+        if row["detector"] == detector and row["scheme"] in (scheme, "all"):
+            return {
+                "predicted_mm": known_or_none(row["predicted_mm"]),
+                "score": seven_digits(row.get("score")),
+            }
+    return None
 
 
 def _columns(rows: Sequence[Row], judged: Sequence[Row | None], tolerance_mm: float) -> Cells:

@@ -106,29 +106,38 @@ def verdicts_by_recording(
     Returns
     -------
     dict of str to list of dict
-        ``detector``, ``scheme``, ``predicted_mm``, ``details`` (size, probability and place in
-        words), ``distances`` to every template, ``location_s`` and `EVIDENCE`. A value that is not
-        known is None. A detector that does not use distances has none. Unlabelled recordings have
-        the scheme ``all``.
+        The rows of the tables; an unknown number is NaN. Unlabelled recordings have the scheme
+        ``all``.
     """
     verdicts: dict[str, list[Cells]] = {}
     for table in (predictions, detections):
-        labels = [name for name in table.columns if name.startswith("rmse_")]
         for row in table.to_dict("records"):
-            scheme = row.get("scheme", "all")
-            by_distance = detector_row(row["detector"]).by_distance
-            verdicts.setdefault(row["recording"], []).append(
-                {
-                    "detector": row["detector"],
-                    "scheme": scheme,
-                    "predicted_mm": _known_or_none(row["predicted_mm"]),
-                    "details": _details(row),
-                    "distances": [_known_or_none(row[name]) for name in labels if by_distance],
-                    "location_s": _known_or_none(row.get("location_s")),
-                    **{key: _significant(row.get(key)) for key in EVIDENCE},
-                }
-            )
+            row.setdefault("scheme", "all")
+            verdicts.setdefault(row["recording"], []).append(row)
     return verdicts
+
+
+def in_words(verdict: Row) -> Cells:
+    """Return what the page shows of a verdict from `verdicts_by_recording`.
+
+    Returns
+    -------
+    dict
+        ``detector``, ``scheme``, ``predicted_mm``, ``details`` (size, probability and place in
+        words), ``distances`` to every template, ``location_s`` and `EVIDENCE`. A value that is not
+        known is None. A detector that does not use distances has none.
+    """
+    labels = [name for name in verdict if name.startswith("rmse_")]
+    by_distance = detector_row(verdict["detector"]).by_distance
+    return {
+        "detector": verdict["detector"],
+        "scheme": verdict["scheme"],
+        "predicted_mm": known_or_none(verdict["predicted_mm"]),
+        "details": _details(verdict),
+        "distances": [known_or_none(verdict[name]) for name in labels if by_distance],
+        "location_s": known_or_none(verdict.get("location_s")),
+        **{key: seven_digits(verdict.get(key)) for key in EVIDENCE},
+    }
 
 
 def _details(row: Row) -> str:
@@ -143,12 +152,13 @@ def _details(row: Row) -> str:
     return ", ".join(parts)
 
 
-def _significant(value: float | None) -> float | None:
+def seven_digits(value: float | None) -> float | None:
     """Return a number to seven digits, more than a drawing shows; None if it is not finite."""
     return float(f"{value:.7g}") if words.is_known(value) and math.isfinite(value) else None
 
 
-def _known_or_none(value: float | None) -> float | None:
+def known_or_none(value: float | None) -> float | None:
+    """Return a number; None if it is not known."""
     return float(value) if words.is_known(value) else None
 
 
@@ -188,8 +198,9 @@ def recording_rows(
             ),
             {"predicted_mm": None},
         )
-        size_mm, predicted_mm = _known_or_none(row["size_mm"]), verdict["predicted_mm"]
-        duration = _known_or_none(row["duration_s"])
+        size_mm = known_or_none(row["size_mm"])
+        predicted_mm = known_or_none(verdict["predicted_mm"])
+        duration = known_or_none(row["duration_s"])
         note = row["source"] if accepted and words.is_known(row["source"]) else ""
         rows.append(
             {
@@ -207,7 +218,7 @@ def recording_rows(
                 "reason": _why_not(row),
                 "notes": "; ".join(filter(None, (note, _why_not(row)))),
                 "sha256": row["sha256"] if words.is_known(row["sha256"]) else "",
-                "nodule_at_mm": _significant(number(str(row.get("nodule_at_mm", "")))),
+                "nodule_at_mm": seven_digits(number(str(row.get("nodule_at_mm", "")))),
             }
         )
     return rows
