@@ -3,6 +3,7 @@
 The Snakefile reads the list of rules from this module, so it imports only fast modules.
 """
 
+import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -60,7 +61,7 @@ def read_durations(
         paths = [logs / f"{rule}.log"]
         if folder.is_dir():
             paths = _logs_of(folder, others.get(rule, jobs))
-        read = [path.read_text(encoding="utf-8") for path in paths if path.exists()]
+        read = [path.read_bytes().decode("utf-8") for path in paths if path.exists()]
         seconds = [s for s in map(seconds_in_log, read) if s is not None]
         if seconds:
             rows.append({"rule": rule, "jobs": len(seconds), "seconds": sum(seconds)})
@@ -71,4 +72,5 @@ def _logs_of(folder: Path, jobs: set[str]) -> list[Path]:
     """Return the logs in a rule's folder that belong to some jobs; it may hold many others."""
     # Cut off as text, because `relative_to` would take seconds for thousands of logs.
     job = slice(len(f"{folder.as_posix()}/"), -len(".log"))
-    return sorted(path for path in folder.rglob("*.log") if path.as_posix()[job] in jobs)
+    logs = (path for path in folder.rglob("*.log") if path.as_posix()[job] in jobs)
+    return sorted(logs, key=os.fspath)

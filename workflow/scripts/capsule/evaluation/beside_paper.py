@@ -30,7 +30,7 @@ class Evaluation:
 
     def detectors(self) -> list[str]:
         """Return the names of the detectors, or only the paper's own if nothing was judged."""
-        return list(dict.fromkeys(self.predictions["detector"])) or [PAPER]
+        return self.predictions["detector"].unique().tolist() or [PAPER]
 
     def sizes_mm(self) -> list[float]:
         """Return the sizes that have a template, including 0, ascending."""
