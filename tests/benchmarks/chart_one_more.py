@@ -133,10 +133,12 @@ def draw_jobs(jobs: Sequence[Job], seconds: float, title: str) -> Figure:
         figure = Figure(figsize=(PAGE_WIDTH_IN, 0.7 + 0.19 * len(rows)), layout="constrained")
         axes = figure.subplots()
         for name, start, end, colour in bars:
-            axes.barh(rows[name], end - start, left=start, height=0.7, color=colour)
+            axes.barh(rows[name], end - start, left=start, height=0.7, color=colour, zorder=4)
             if name != SNAKEMAKE or start == 0:
-                text = f"{end - start:.2f}"
-                axes.text(end, rows[name], f" {text}", va="center", fontsize=6.5, color=MUTED)
+                look = {"va": "center", "fontsize": 6.5, "color": MUTED}
+                # The last label stands on the line of the end.
+                ground = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
+                axes.text(end, rows[name], f" {end - start:.2f}", bbox=ground, **look)
         for colour, meaning in meanings.items():
             axes.barh(0, 0, color=colour, label=meaning)
         axes.axvline(seconds, color=INK, linewidth=0.6)
