@@ -39,6 +39,18 @@ def test_leaving_out_is_learning_from_the_others(count, dimensions, left_out):
 
 def test_many_are_left_out_by_a_new_fit_that_predicts_the_same(monkeypatch):
     numbers = generator(1, "ridge", "many")
+    features, targets = numbers.normal(size=(40, 6)), numbers.normal(size=40)
+    left_out = np.arange(3, 30)
+    ((updated, predictions),) = ridge_of(features, targets).without(left_out)
+    monkeypatch.setattr("capsule.detectors.ridge._FEW", 0)
+    ((fitted_anew, predicted_anew),) = ridge_of(features, targets).without(left_out)
+    np.testing.assert_allclose(fitted_anew[0].coefficients, updated[0].coefficients, atol=1e-12)
+    assert fitted_anew[0].intercept == pytest.approx(updated[0].intercept, abs=1e-12)
+    np.testing.assert_allclose(predicted_anew, predictions, atol=1e-12)
+
+
+def test_a_new_fit_in_parts_shares_its_axes_among_small_penalties(monkeypatch):
+    numbers = generator(1, "ridge", "axes")
     features, targets = numbers.normal(size=(60, 6)), numbers.normal(size=(60, 2))
     # One feature that does not vary, so that an axis has no length.
     features[:, 4] = 3.0

@@ -83,8 +83,9 @@ def test_the_folds_threshold_equals_that_of_all_margins_computed_anew(archive):
     healthy = [name for name, size in sizes.items() if size == 0]
     for left_out in (["1mm/r2"], ["0mm/r3"], ["1mm/r0", "3mm/r1", "0mm/r0"]):
         fold = templates.without_all([(sizes[n], particles.get(n)) for n in left_out])
+        sought = [RepeatedParticle(template) for template in fold[1:]]
         margins = [
-            max(SlidingComparison(matrices[name]).gain_of(RepeatedParticle(t))[0] for t in fold[1:])
+            np.nanmax(compare_templates(SlidingComparison(matrices[name]), sought).gains)
             for name in healthy
             if name not in left_out
         ]

@@ -7,7 +7,12 @@ import numpy as np
 from capsule.detectors.beat_series import WINDOWS_A_WAVE
 from capsule.detectors.matching import first_peak_sample
 from capsule.detectors.stretches import STEP, Stretches
-from capsule.page.archive_evidence import VERDICT_KEYS, archive_evidence, evidence_among_others
+from capsule.page.archive_evidence import (
+    VERDICT_KEYS,
+    accepted_rows,
+    archive_evidence,
+    evidence_among_others,
+)
 from capsule.page.beside import stands_beside
 from capsule.page.nearest_templates import NearestTemplate
 from capsule.page.packing import to_json
@@ -65,8 +70,7 @@ def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts
     said = dict.fromkeys(VERDICT_KEYS) | verdict
     said |= {"distances": [0.2, 0.1], "details": f"place {location_s:g} s"}
     stored = StoredResults(leave_one_out={3.0: PARTICLE})
-    accepted = [(place, row) for place, row in enumerate(rows) if row["accepted"]]
-    made = archive_evidence(accepted, verdicts, [0.0, 3.0], stored, SETTINGS)
+    made = archive_evidence(accepted_rows(rows), verdicts, [0.0, 3.0], stored, SETTINGS)
     healthy, nodule = (json.loads(each.joined()) for each in made)
     assert [each["recording"] for each in (healthy, nodule)] == ["0mm/r01", "3mm/r01"]
     assert healthy["title"] == "no nodule" and nodule["title"] == "3 mm nodule"

@@ -3,9 +3,9 @@
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
-from capsule.kinds import Cells, Row, Spread
+from capsule.kinds import Cells, Spread
 from capsule.page import beside
-from capsule.page.archive_evidence import Evidence
+from capsule.page.archive_evidence import Evidence, PlacedRow
 from capsule.page.packing import deflated
 from edges import files
 
@@ -26,15 +26,15 @@ class DataFiles:
 
     def write(
         self,
-        rows: Sequence[tuple[int, Row]],
-        evidence: Callable[[Iterable[tuple[int, Row]]], Iterable[Evidence]],
+        rows: Sequence[PlacedRow],
+        evidence: Callable[[Iterable[PlacedRow]], Iterable[Evidence]],
     ) -> Cells:
         """Write the files, each with only its own recordings in memory.
 
         Parameters
         ----------
-        rows : sequence of (int, mapping)
-            As in `capsule.page.archive_evidence.archive_evidence`.
+        rows : sequence of PlacedRow
+            From `capsule.page.archive_evidence.accepted_rows`.
         evidence : callable
             Returns the evidence of some of these recordings.
 

@@ -120,8 +120,10 @@ class RidgeWithout:
 
     @cached_property
     def _wholes(self) -> list["_Whole"]:
+        count, dimensions = self._centred.shape
+        product = self._products[0] if count > dimensions else self._centred @ self._centred.T
         return [
-            _Whole(self._mean, self._centred, self._targets, penalty)
+            _Whole(self._mean, self._centred, product, self._targets, penalty)
             for penalty in self._penalties.tolist()
         ]
 
@@ -161,13 +163,20 @@ class _Whole:
     mean : (P,) array
         Mean of the features.
     centred : (n, P) array
-        The features without it.
+        The features without it, C.
+    product : (P, P) or (n, n) array
+        C^T C, or C C^T if there are no more recordings than features.
     targets, penalty
         As in `RidgeWithout`.
     """
 
     def __init__(
-        self, mean: FloatArray, centred: FloatArray, targets: FloatArray, penalty: float
+        self,
+        mean: FloatArray,
+        centred: FloatArray,
+        product: FloatArray,
+        targets: FloatArray,
+        penalty: float,
     ) -> None:
         self._mean, self._centred = mean, centred
         self._targets, self._penalty = targets, penalty
@@ -177,10 +186,10 @@ class _Whole:
         # holds no weights, because they are as large as the features.
         self._weights: FloatArray | None = None
         if count <= dimensions:
-            gram = centred @ centred.T + penalty * np.eye(count)
+            gram = product + penalty * np.eye(count)
             self._weights = np.asarray(np.linalg.solve(gram, centred), np.float64)
         else:
-            normal = centred.T @ centred + penalty * np.eye(dimensions)
+            normal = product + penalty * np.eye(dimensions)
             self._inverse: FloatArray = np.asarray(np.linalg.inv(normal), np.float64)
         self._leverage, slope = np.empty(count), np.zeros((dimensions, targets.shape[1]))
         for part in _parts(count):

@@ -16,6 +16,9 @@ from capsule.page.nearest_templates import NearestTemplate, nearest_templates
 from capsule.page.packing import inflated, to_json
 from capsule.particles import Particle
 
+# A recording's row from `capsule.page.recordings.recording_rows`, and its place among all rows.
+PlacedRow = tuple[int, Row]
+
 VERDICT_KEYS = (
     *("detector", "scheme", "predicted_mm", "details", "distances"),
     *("score", "threshold", "location_mm"),
@@ -105,8 +108,13 @@ def evidence_among_others(
     }
 
 
+def accepted_rows(rows: Iterable[Row]) -> list[PlacedRow]:
+    """Return the recordings that have evidence; rejected recordings are left out."""
+    return [(place, row) for place, row in enumerate(rows) if row["accepted"]]
+
+
 def archive_evidence(
-    rows: Iterable[tuple[int, Row]],
+    rows: Iterable[PlacedRow],
     verdicts: Mapping[str, Sequence[Row]],
     sizes_mm: Sequence[float],
     stored: Stored,
@@ -116,9 +124,8 @@ def archive_evidence(
 
     Parameters
     ----------
-    rows : iterable of (int, mapping)
-        Accepted recordings: the place of each row among all, and the row, from
-        `capsule.page.recordings.recording_rows`.
+    rows : iterable of PlacedRow
+        Some of `accepted_rows`.
     verdicts : mapping of str to sequence of mapping
         From `capsule.page.recordings.verdicts_by_recording`.
     sizes_mm : sequence of float

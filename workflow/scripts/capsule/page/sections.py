@@ -1,6 +1,6 @@
 """Put together the values of all sections of the page from the tables of results."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -68,7 +68,14 @@ def page_values(
     settings: Settings,
     schema: Settings,
     printed: Settings,
-    put_beside: Callable[..., Row] | None = None,
+    put_beside: Callable[
+        [
+            Sequence[archive_evidence.PlacedRow],
+            Callable[[Iterable[archive_evidence.PlacedRow]], Iterable[archive_evidence.Evidence]],
+        ],
+        Row,
+    ]
+    | None = None,
 ) -> Cells:
     """Return the page's values, except the figures and the facts of this run of the workflow.
 
@@ -98,7 +105,7 @@ def page_values(
     )
     detectors = detector_sections.lead_first(evaluation.detectors(), lead)
     listed = recordings.page_values(tables.index, verdicts, lead.detector, judged)
-    accepted = [(place, row) for place, row in enumerate(listed["recordings"]) if row["accepted"]]
+    accepted = archive_evidence.accepted_rows(listed["recordings"])
     evidence = partial(
         archive_evidence.archive_evidence,
         verdicts=verdicts,
