@@ -34,12 +34,13 @@ def test_the_curves_height_is_what_a_threshold_reaches():
     assert heights.tolist() == [0.5, 0.75, 1.0]
 
 
-@given(SCORES, SCORES, st.booleans())
-def test_draws_that_are_judged_together_are_judged_as_each_alone(healthy, nodule, lowest):
+@given(SCORES, SCORES, st.booleans(), st.booleans())
+def test_draws_that_are_judged_together_are_judged_as_each_alone(healthy, nodule, lowest, large):
     healthy = np.where(healthy == 0, -np.inf, healthy) if lowest else healthy
     grid, level, repeats = np.linspace(0, 1, 5), 0.5, 8
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(roc, "_VALUES_AT_ONCE", 3 * (healthy.size + nodule.size))
+        patch.setattr(roc, "_CALL_FOR_EACH_FROM", 0 if large else 1000)
         area, low, high = roc.bootstrap(
             healthy, nodule, grid, generator(1, "one by one"), repeats, level
         )

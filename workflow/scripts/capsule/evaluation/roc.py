@@ -6,7 +6,9 @@ from capsule.arrays import FloatArray, IntArray
 
 # The draws of the bootstrap are evaluated in blocks of about this many scores, which fit into the
 # processor's cache.
-_VALUES_AT_ONCE = 2**13
+_VALUES_AT_ONCE = 2**14
+# From this many recordings on, a call of the generator for each draw is faster than one for all.
+_CALL_FOR_EACH_FROM = 1500
 
 
 def auc(healthy: FloatArray, nodule: FloatArray) -> float:
@@ -131,8 +133,8 @@ class _Draws:
             How many healthy recordings may not count as nodules.
         """
         healthy, nodule = (
-            _counts(chosen).take(order, axis=1)
-            for chosen, order in zip(self._choose(generator, repeats), self._orders, strict=True)
+            counts.take(order, axis=1)
+            for counts, order in zip(self._choose(generator, repeats), self._orders, strict=True)
         )
         n, m = healthy.shape[1], nodule.shape[1]
         up_to, nodules_up_to = _sums(healthy), _sums(nodule)
@@ -148,13 +150,17 @@ class _Draws:
         return wins / m / (2 * n), 1.0 - np.take_along_axis(nodules_up_to, passed, axis=1) / m
 
     def _choose(self, generator: np.random.Generator, repeats: int) -> tuple[IntArray, IntArray]:
-        """Return which healthy recordings, (R, n), and nodules, (R, m), are drawn."""
-        n, m = (order.size for order in self._orders)
-        if repeats == 1:
-            return generator.integers(0, n, (1, n)), generator.integers(0, m, (1, m))
-        # One call for all draws, which takes the same random numbers as a call a draw and kind.
-        both = generator.integers(0, np.repeat([n, m], [n, m]), (repeats, n + m))
-        return both[:, :n], both[:, n:]
+        """Return how often each healthy recording, (R, n), and each nodule, (R, m), is drawn."""
+        sizes = n, m = self._orders[0].size, self._orders[1].size
+        if n + m < _CALL_FOR_EACH_FROM:
+            # This takes the same random numbers as a call for each draw and kind.
+            both = generator.integers(0, np.repeat(sizes, sizes), (repeats, n + m))
+            return _counts(both[:, :n]), _counts(both[:, n:])
+        counts = np.empty((repeats, n), dtype=int), np.empty((repeats, m), dtype=int)
+        for draw in range(repeats):
+            for of_kind, size in zip(counts, sizes, strict=True):
+                of_kind[draw] = np.bincount(generator.integers(0, size, size), minlength=size)
+        return counts
 
 
 def _counts(places: IntArray) -> IntArray:
