@@ -65,14 +65,14 @@ requestAnimationFrame(wait);
 
 @dataclass(frozen=True)
 class Made:
-    """Time and memory of the report's job.
+    """Time and memory of the jobs that make the page and the files beside it.
 
     Attributes
     ----------
     seconds, cpu_seconds : float
-        From start to finish.
+        From start to finish, one after the other.
     memory_mb : float
-        Largest memory.
+        Largest memory of a job.
     """
 
     seconds: float
@@ -139,25 +139,37 @@ def _rewrite(path: Path, rows: list[dict[str, str]], originals: dict[str, str]) 
 
 
 def make_page(results: Path) -> Made:
-    """Run the job of the report."""
+    """Run the report's job, for a large archive after that of the files beside the page."""
     settings = read_config_file(ROOT / "config" / "config.yaml")
-    script = ROOT / "workflow" / "scripts" / "report.py"
-    command = [
-        sys.executable, str(script), "--results", str(results),
+    report, listed = ROOT / "workflow" / "scripts" / "report.py", str(results / "page_files.json")
+    both = ["--results", str(results), "--settings", json.dumps(settings)]
+    evidence = ["--evidence", *map(str, sorted((results / "evidence").glob("*.json")))]
+    make_page = [
+        str(report), *both,
         "--template", str(ROOT / "workflow" / "report"),
         "--schema", str(ROOT / "workflow" / "schemas" / "config.schema.json"),
-        "--settings", json.dumps(settings), "--code", str(script),
-        "--evidence", *map(str, sorted((results / "evidence").glob("*.json"))),
-        "--output", str(results / "report.html"),
+        "--code", str(report), "--output", str(results / "report.html"),
     ]  # fmt: skip
-    if stands_beside(len(read_csv(results / "recordings.csv")), settings):
-        command += ["--beside", str(results / "report")]
+    if not stands_beside(len(read_csv(results / "recordings.csv")), settings):
+        return cost_of([*make_page, *evidence])
+    make_files = [str(report.with_name("page_files.py")), *both, *evidence]
+    make_files += ["--output", listed, "--folder", str(results / "report")]
+    files, page = cost_of(make_files), cost_of([*make_page, "--beside", listed])
+    return Made(
+        files.seconds + page.seconds,
+        files.cpu_seconds + page.cpu_seconds,
+        max(files.memory_mb, page.memory_mb),
+    )
+
+
+def cost_of(script: list[str]) -> Made:
+    """Run a script with its arguments."""
     start = time.perf_counter()
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL)
+    process = subprocess.Popen([sys.executable, *script], stdout=subprocess.DEVNULL)
     _, status, usage = os.wait4(process.pid, 0)
     seconds = time.perf_counter() - start
     if status != 0:
-        raise SystemExit("report.py failed")
+        raise SystemExit(f"{script[0]} failed")
     return Made(seconds, usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024)
 
 

@@ -256,6 +256,23 @@ def test_an_edit_of_the_page_makes_the_report_again_and_nothing_else(project):
     assert project.snakemake().did_nothing
 
 
+def test_the_files_beside_a_page_are_its_own_and_are_made_again_if_one_is_damaged(project):
+    project.configure(report={"max_megabytes": 0})
+    run = project.snakemake()
+    assert run.status == 0, run.output
+    assert run.jobs == {"page_files": 1, "report": 1, "everything": 1}
+    folder = project.results / "report"
+    listed = json.loads((project.results / "page_files.json").read_text("utf-8"))
+    assert [path.stem for path in sorted(folder.glob("*.js"))] == listed["files"]
+    assert sorted(listed["qualities"]) == sorted(RECORDINGS)
+    assert project.snakemake().did_nothing
+    whole = (folder / f"{listed['files'][0]}.js").read_bytes()
+    (folder / f"{listed['files'][0]}.js").write_bytes(whole[:-9])
+    run = project.snakemake()
+    assert run.jobs == {"page_files": 1, "report": 1, "everything": 1}, run.output
+    assert (folder / f"{listed['files'][0]}.js").read_bytes() == whole
+
+
 def test_a_changed_number_runs_again_only_the_rules_that_use_it(project):
     project.configure(evaluation={"tolerance_mm": 2.0})
     run = project.snakemake(*TABLES)

@@ -7,8 +7,8 @@
 #        config/parts.yaml
 # gives: results/evidence/<set>.json, results/figures/<figure>{,_column}.svg,
 #        results/figures/<figure>.csv, results/report.html, of a large archive with results/report/
-#        beside it; on request (snakemake -c2 figures) the same figures for print,
-#        results/print/<figure>{,_column}.pdf
+#        beside it and results/page_files.json; on request (snakemake -c2 figures) the same figures
+#        for print, results/print/<figure>{,_column}.pdf
 
 from capsule.figures.registry import FIGURES, SOURCES
 from capsule.page.beside import stands_beside
@@ -65,7 +65,8 @@ PAGE = sorted(
 )
 LISTED_SURVEYS = as_parameter({"names": SURVEYS.names, "passed_over": SURVEYS.passed_over})
 # For a large archive, the data that the page draws are in a folder beside the page.
-BESIDE = "report" if stands_beside(len(ARCHIVE.recordings), config) else ""
+BESIDE = stands_beside(len(ARCHIVE.recordings), config)
+PAGE_FILES_SECTIONS = ["evaluation", "fit", "preprocessing", "recording"]
 
 
 # The rules draw_templates, draw_evaluation, draw_comparison and draw_design draw for the report;
@@ -148,6 +149,36 @@ rule evidence:
         " --record {params.made_from:q} > {log:q} 2>&1"
 
 
+# Only for a large archive. It runs beside the judgement, which it does not show.
+rule page_files:
+    input:
+        recordings=rules.index.output.recordings,
+        predictions=rules.evaluate.output.predictions,
+        detections=rules.detect.output.detections,
+        # The matrices and the fits, which this job reads too, are made before these.
+        evidence=expand(rules.evidence.output, search_set=SEARCH_SETS),
+        script=script("page_files.py"),
+    output:
+        listed="results/page_files.json",
+        folder=directory("results/report"),
+    log:
+        "results/logs/page_files.log",
+    conda:
+        "../../environment.yml"
+    threads: HALF_OF_THE_CORES
+    params:
+        results=results_folder,
+        settings=section(*PAGE_FILES_SECTIONS),
+        made_from=made_from(
+            "page_files", section(*PAGE_FILES_SECTIONS), members=ARCHIVE.recordings
+        ),
+    shell:
+        "python {input.script:q} --results {params.results:q} --evidence {input.evidence:q}"
+        " --settings {params.settings:q} --output {output.listed:q} --folder {output.folder:q}"
+        " --processes {threads}"
+        " --record {params.made_from:q} > {log:q} 2>&1"
+
+
 rule report:
     input:
         recordings=rules.index.output.recordings,
@@ -161,23 +192,22 @@ rule report:
         figures=[getattr(rules, f"draw_{source}").output for source in SOURCES],
         surveys=expand(rules.chart_survey.output, survey=SURVEYS.names),
         # The matrices and the fits, which the report reads too, are made before these.
-        evidence=expand(rules.evidence.output, search_set=SEARCH_SETS),
+        evidence=[] if BESIDE else expand(rules.evidence.output, search_set=SEARCH_SETS),
+        beside=rules.page_files.output if BESIDE else [],
         template=report_file("report.html.j2"),
         page=PAGE,
         schema=own_file(SCHEMA),
         script=script("report.py"),
     output:
-        page=report(
+        report(
             "results/report.html",
             caption="../report/captions/report.rst",
             category="Report",
         ),
-        beside=directory(f"results/{BESIDE}") if BESIDE else [],
     log:
         "results/logs/report.log",
     conda:
         "../../environment.yml"
-    threads: 2 if BESIDE else 1
     params:
         results=results_folder,
         settings=section(*RESULT_SECTIONS),
@@ -192,10 +222,10 @@ rule report:
             members=ARCHIVE.recordings,
         ),
         template=lambda wildcards, input: os.path.dirname(input.template),
-        beside=f"--beside {shlex.quote(RESULTS)}/{BESIDE}" if BESIDE else "",
+        beside=f"--beside {shlex.quote(RESULTS)}/page_files.json" if BESIDE else "",
     shell:
         "python {input.script:q} --results {params.results:q} --evidence {input.evidence:q}"
         " --template {params.template:q}"
         " --schema {input.schema:q} --settings {params.settings:q} --surveys {params.surveys:q}"
-        " --code {params.code:q} --output {output.page:q} {params.beside} --processes {threads}"
+        " --code {params.code:q} --output {output:q} {params.beside}"
         " --record {params.made_from:q} > {log:q} 2>&1"

@@ -59,6 +59,7 @@ if not IS_MODULE:
         print_evaluation,
         print_comparison,
         print_design,
+        page_files,
         chart_survey,
         print_survey,
         report,

@@ -12,8 +12,7 @@ from capsule.page.sections import page_values
 from edges import files, page_inputs
 from edges.config_files import read_schema
 from edges.durations import read_durations
-from edges.forks import Forks
-from edges.page_data_files import DataFiles
+from edges.page_data_files import read_list
 from edges.page_recordings import StoredRecordings
 from edges.project_state import read_project_state
 from edges.results import read_printed
@@ -32,20 +31,19 @@ def main() -> None:
     parser.add_argument("--surveys", type=json.loads, default=NO_SURVEYS, help="surveys, JSON")
     parser.add_argument("--code", type=Path, nargs="+", required=True, help="the files of the code")
     parser.add_argument("--output", type=Path, required=True, help="output: the page")
-    parser.add_argument("--beside", type=Path, help="output: the folder of the page's data files")
-    parser.add_argument("--processes", type=int, default=1, help="how many write it (default: 1)")
+    parser.add_argument("--beside", type=Path, help="the list of the files beside the page, .json")
     arguments = parser.parse_args()
     results, settings, surveys = arguments.results, arguments.settings, arguments.surveys
     template, confidence = arguments.template, settings["evaluation"]["confidence"]
     printed, versions = read_printed(template / "paper.yaml"), page_inputs.read_versions(template)
     tables = page_inputs.read_tables(results, template, printed, confidence)
-    stored = StoredRecordings(results, settings, arguments.evidence)
+    beside, evidence = arguments.beside, arguments.evidence
+    stored = read_list(beside) if beside else StoredRecordings(results, settings, evidence)
     state = read_project_state(Path(__file__).resolve().parents[2])
     checksums = page_inputs.read_checksums(arguments.code)
     durations = read_durations(results / "logs", tables.index["recording"], surveys["names"])
-    beside = arguments.beside and DataFiles(arguments.beside, Forks(arguments.processes)).write
     page = {
-        **page_values(tables, stored, settings, read_schema(arguments.schema), printed, beside),
+        **page_values(tables, stored, settings, read_schema(arguments.schema), printed),
         "figures": page_inputs.read_figures(results / "figures"),
         "surveys": page_inputs.read_surveys(results / "surveys", **surveys),
         **how_made(checksums, versions, durations, datetime.datetime.now(datetime.UTC), state),

@@ -36,18 +36,22 @@ def large(project, tmp_path_factory):
     folder = tmp_path_factory.mktemp("large")
     report = ROOT / "workflow" / "report"
     schema = ROOT / "workflow" / "schemas" / "config.schema.json"
-    script = ROOT / "workflow" / "scripts" / "report.py"
+    scripts = ROOT / "workflow" / "scripts"
+    evidence = sorted((project.results / "evidence").iterdir())
     settings = json.dumps(read_config_file(project.folder / "config" / "config.yaml"))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(beside, "RECORDINGS_A_FILE", 4)
         patch.setattr(recordings, "MAX_ROWS", 4)
         patch.setattr(recordings, "FIRST_ROWS", 3)
-        arguments = ["--results", project.results, "--template", report, "--schema", schema]
-        arguments += ["--settings", settings, "--code", script]
-        arguments += ["--evidence", *sorted((project.results / "evidence").iterdir())]
-        arguments += ["--output", folder / "report.html", "--beside", folder / "report"]
-        patch.setattr(sys, "argv", [str(script), *map(str, arguments)])
-        runpy.run_path(str(script), run_name="__main__")
+        both, listed = ["--results", project.results, "--settings", settings], folder / "files.json"
+        make_files = [scripts / "page_files.py", *both, "--evidence", *evidence]
+        make_files += ["--output", listed, "--folder", folder / "report"]
+        make_page = [scripts / "report.py", *both, "--template", report, "--schema", schema]
+        make_page += ["--code", scripts / "report.py", "--beside", listed]
+        make_page += ["--output", folder / "report.html"]
+        for command in (make_files, make_page):
+            patch.setattr(sys, "argv", [*map(str, command)])
+            runpy.run_path(str(command[0]), run_name="__main__")
     return folder / "report.html"
 
 

@@ -9,6 +9,7 @@ import yaml
 
 from capsule.evaluation import columns, learning, sites
 from capsule.page import methods, provenance, sections, survey_section
+from capsule.page.beside import FilesBeside
 from capsule.page.render import render_page
 from edges import files, page_inputs
 from support.evaluated import DETECTIONS, UNKNOWN, evaluated, index_of, read_paper
@@ -20,7 +21,7 @@ SCHEMA = files.read_json(ROOT / "workflow/schemas/config.schema.json")
 EVIL = "bench <script>alert(1)</script>"
 
 
-def values(verdicts, sizes_mm, *rows, detections=DETECTIONS, verdicts_on_places=()):
+def values(verdicts, sizes_mm, *rows, detections=DETECTIONS, verdicts_on_places=(), stored=None):
     """Put together what the page says of some recordings, each without signals."""
     tables = sections.Tables(
         index=index_of(*rows),
@@ -34,7 +35,7 @@ def values(verdicts, sizes_mm, *rows, detections=DETECTIONS, verdicts_on_places=
         benches=files.read_csv(ROOT / "workflow/report/benches.csv"),
         references=(ROOT / "workflow/report/references.bib").read_text(encoding="utf-8"),
     )
-    return sections.page_values(tables, StoredResults(), CONFIG, SCHEMA, read_paper())
+    return sections.page_values(tables, stored or StoredResults(), CONFIG, SCHEMA, read_paper())
 
 
 def filled(page):
@@ -109,6 +110,28 @@ def test_the_page_shows_the_interval_of_every_size_and_its_level():
     assert (
         "estimated 3.2 mm (2.1 to 4.0), probability 90 %" in dict(page["evidence"])["unlabelled/a"]
     )
+
+
+def test_the_page_of_a_large_archive_tells_where_its_evidence_is_and_holds_none():
+    verdict = {"recording": "unlabelled/a", "detector": "diagonal", "predicted_mm": 3.0}
+    verdict |= {"estimate_mm": 3.2, "estimate_low_mm": 2.1, "estimate_high_mm": 4.0}
+    verdict |= {"probability": 0.9, "location_s": 9.0, "location_mm": 4.0, "rmse_0mm": UNKNOWN}
+    page = values(
+        [("0mm/a", 0.0, 0.0)],
+        (0.0,),
+        ["0mm/a", 0.0, "accepted", UNKNOWN, "bench", "aa", 70.0],
+        ["unlabelled/a", UNKNOWN, "accepted", UNKNOWN, "bench", "bb", 70.0],
+        detections=pd.DataFrame([verdict]),
+        stored=FilesBeside(
+            "report", ["00000-ab"], 32, {"unlabelled/a": "one gap, no loose sensor"}
+        ),
+    )
+    assert page["evidence"] == []
+    told = {"folder": "report", "files": ["00000-ab"], "each": 32}
+    assert page["beside"] == json.loads(page["data"])["beside"] == told
+    (patient,) = page["patients"]["rows"]
+    assert patient["quality"] == "one gap, no loose sensor"
+    assert filled(page).count("one gap, no loose sensor") == 1
 
 
 def test_of_an_empty_archive_the_page_says_so():

@@ -29,6 +29,7 @@ RULES = (
     "detect",
     "combine",
     "draw",
+    "page_files",
     "chart_survey",
 )
 

@@ -1,11 +1,13 @@
-"""Write the data files beside the page, which hold the evidence of a large archive."""
+"""Write and read the data files beside the page, which hold the evidence of a large archive."""
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict
 from pathlib import Path
 
-from capsule.kinds import Cells, Spread
+from capsule.kinds import Spread
 from capsule.page import beside
-from capsule.page.archive_evidence import Evidence, PlacedRow
+from capsule.page.archive_evidence import Evidence, PlacedRow, Stored
+from capsule.page.beside import FilesBeside
 from capsule.page.packing import deflated
 from edges import files
 
@@ -28,7 +30,8 @@ class DataFiles:
         self,
         rows: Sequence[PlacedRow],
         evidence: Callable[[Iterable[PlacedRow]], Iterable[Evidence]],
-    ) -> Cells:
+        stored: Stored,
+    ) -> FilesBeside:
         """Write the files, each with only its own recordings in memory.
 
         Parameters
@@ -37,12 +40,13 @@ class DataFiles:
             From `capsule.page.archive_evidence.accepted_rows`.
         evidence : callable
             Returns the evidence of some of these recordings.
+        stored : Stored
+            The stored results of these recordings.
 
         Returns
         -------
-        dict
-            Values for the page's scripts: ``folder``, ``files``, and ``each``, the number of
-            recordings in one file.
+        FilesBeside
+            What the page needs to know of the files.
         """
         self._folder.mkdir(parents=True, exist_ok=True)
         each = beside.RECORDINGS_A_FILE
@@ -56,4 +60,15 @@ class DataFiles:
             return name
 
         names = list(self._spread(write_file, range(-(-len(rows) // each))))
-        return {"folder": self._folder.name, "files": names, "each": each}
+        qualities = {row["recording"]: stored.quality(row["recording"]) for _, row in rows}
+        return FilesBeside(self._folder.name, names, each, qualities)
+
+
+def write_list(path: Path, listed: FilesBeside) -> None:
+    """Write what the page needs to know of the files, results/page_files.json."""
+    files.write_json(path, asdict(listed))
+
+
+def read_list(path: Path) -> FilesBeside:
+    """Read what `write_list` has written."""
+    return FilesBeside(**files.read_json(path))

@@ -1,6 +1,6 @@
 """The tables of the evaluation, together with the numbers printed in the paper."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import pandas as pd
@@ -34,14 +34,25 @@ class Evaluation:
 
     def sizes_mm(self) -> list[float]:
         """Return the sizes that have a template, including 0, ascending."""
-        return sorted(
-            float(name.removeprefix("rmse_").removesuffix("mm"))
-            for name in self.predictions.columns
-            if name.startswith("rmse_") and name.endswith("mm")
-        )
+        return template_sizes_mm(self.predictions.columns)
 
     def of(self, name: str, detector: str, *, with_paper: bool = False) -> pd.DataFrame:
         """Return one detector's rows of a table, followed by the paper's rows if wanted."""
         table = self.tables[name]
         rows = table[table["detector"] == detector]
         return pd.concat([rows, self.paper[name]], ignore_index=True) if with_paper else rows
+
+
+def template_sizes_mm(columns: Iterable[str]) -> list[float]:
+    """Return the sizes that have a template, including 0, ascending.
+
+    Parameters
+    ----------
+    columns : iterable of str
+        Those of results/evaluation/predictions.csv, which has a column for each template.
+    """
+    return sorted(
+        float(name.removeprefix("rmse_").removesuffix("mm"))
+        for name in columns
+        if name.startswith("rmse_") and name.endswith("mm")
+    )

@@ -16,7 +16,7 @@ from capsule.page.nearest_templates import NearestTemplate, nearest_templates
 from capsule.page.packing import inflated, to_json
 from capsule.particles import Particle
 
-# A recording's row from `capsule.page.recordings.recording_rows`, and its place among all rows.
+# A recording's row from `capsule.page.recordings.unjudged_rows`, and its place among all rows.
 PlacedRow = tuple[int, Row]
 
 VERDICT_KEYS = (
@@ -76,7 +76,7 @@ def evidence_among_others(
     Parameters
     ----------
     row : mapping
-        From `capsule.page.recordings.recording_rows`.
+        From `capsule.page.recordings.unjudged_rows`.
     place : int
         The place of this row.
     verdicts : sequence of mapping

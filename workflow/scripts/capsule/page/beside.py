@@ -1,4 +1,4 @@
-"""Decide whether the evidence of a large archive goes into files beside the page, and write them.
+"""Decide whether the evidence of a large archive goes into files beside the page, and make them.
 
 A page on disk can read a file beside it only as a script. Each such file therefore passes two texts
 per recording, in letters and digits only: deflated JSON in base64. So no name or header of a
@@ -9,7 +9,8 @@ This module imports nothing heavy, because the Snakefile calls `stands_beside`.
 
 import hashlib
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 from capsule.kinds import Settings
 
@@ -18,6 +19,32 @@ from capsule.kinds import Settings
 _PAGE, _RECORDING, _SENSOR, _READING = 2.5e6, 5400, 670, 8 / 3
 # A file of this many recordings has about 200 kB, which loads at once.
 RECORDINGS_A_FILE = 32
+
+
+@dataclass(frozen=True)
+class FilesBeside:
+    """The files beside the page, and what the page itself shows of their recordings.
+
+    Attributes
+    ----------
+    folder : str
+        Name of the folder beside the page.
+    files : sequence of str
+        Names of the files without their suffixes, in the order of their recordings.
+    each : int
+        Number of recordings in one file.
+    qualities : mapping of str to str
+        The quality of each accepted recording in words.
+    """
+
+    folder: str
+    files: Sequence[str]
+    each: int
+    qualities: Mapping[str, str]
+
+    def quality(self, name: str) -> str:
+        """Return the recording's quality in words."""
+        return self.qualities[name]
 
 
 def stands_beside(recordings: int, settings: Settings) -> bool:

@@ -188,8 +188,7 @@ def recording_rows(
         The cells of each row, as text and as value to sort by.
     """
     rows = []
-    for row in index.to_dict("records"):
-        accepted = row["status"] == "accepted"
+    for row, cells in zip(index.to_dict("records"), unjudged_rows(index), strict=True):
         verdict = next(
             (
                 each
@@ -198,26 +197,50 @@ def recording_rows(
             ),
             {"predicted_mm": None},
         )
-        size_mm = known_or_none(row["size_mm"])
         predicted_mm = known_or_none(verdict["predicted_mm"])
+        judged = outcome(cells["size_mm"], predicted_mm, tolerance_mm)
         duration = known_or_none(row["duration_s"])
-        note = row["source"] if accepted and words.is_known(row["source"]) else ""
+        note = row["source"] if cells["accepted"] and words.is_known(row["source"]) else ""
         rows.append(
-            {
-                "recording": row["recording"],
-                "accepted": accepted,
-                "size_mm": size_mm,
-                "size": words.size(size_mm) if size_mm is not None else "unlabelled",
+            cells
+            | {
                 "predicted_mm": predicted_mm,
                 "detector": detector,
                 "verdict": words.size(predicted_mm) if predicted_mm is not None else "",
-                "outcome": outcome(size_mm, predicted_mm, tolerance_mm) if accepted else "rejected",
+                "outcome": judged if cells["accepted"] else "rejected",
                 "duration_s": duration,
                 "duration": words.number(duration, 1) if duration is not None else "",
                 "note": note,
                 "reason": _why_not(row),
                 "notes": "; ".join(filter(None, (note, _why_not(row)))),
                 "sha256": row["sha256"] if words.is_known(row["sha256"]) else "",
+            }
+        )
+    return rows
+
+
+def unjudged_rows(index: pd.DataFrame) -> list[Cells]:
+    """Return the cells of each row that no verdict changes, including rejected recordings.
+
+    Parameters
+    ----------
+    index : DataFrame
+        results/recordings.csv.
+
+    Returns
+    -------
+    list of dict
+        ``recording``, ``accepted``, ``size_mm``, ``size`` and ``nodule_at_mm``.
+    """
+    rows = []
+    for row in index.to_dict("records"):
+        size_mm = known_or_none(row["size_mm"])
+        rows.append(
+            {
+                "recording": row["recording"],
+                "accepted": row["status"] == "accepted",
+                "size_mm": size_mm,
+                "size": words.size(size_mm) if size_mm is not None else "unlabelled",
                 "nodule_at_mm": seven_digits(number(str(row.get("nodule_at_mm", "")))),
             }
         )
@@ -225,7 +248,7 @@ def recording_rows(
 
 
 def truth(row: Row) -> str:
-    """Return a recording's truth, such as ``3 mm nodule``; `row` is from `recording_rows`."""
+    """Return a recording's truth, such as ``3 mm nodule``; `row` is from `unjudged_rows`."""
     return {None: "unlabelled", 0.0: "no nodule"}.get(row["size_mm"], f"{row['size']} nodule")
 
 

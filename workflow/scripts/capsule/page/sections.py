@@ -1,8 +1,7 @@
 """Put together the values of all sections of the page from the tables of results."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import pandas as pd
 
@@ -25,6 +24,7 @@ from capsule.page import (
     provenance,
     recordings,
 )
+from capsule.page.beside import FilesBeside
 from capsule.page.packing import to_json
 
 
@@ -64,18 +64,10 @@ class Tables:
 
 def page_values(
     tables: Tables,
-    stored: archive_evidence.Stored,
+    stored: archive_evidence.Stored | FilesBeside,
     settings: Settings,
     schema: Settings,
     printed: Settings,
-    put_beside: Callable[
-        [
-            Sequence[archive_evidence.PlacedRow],
-            Callable[[Iterable[archive_evidence.PlacedRow]], Iterable[archive_evidence.Evidence]],
-        ],
-        Row,
-    ]
-    | None = None,
 ) -> Cells:
     """Return the page's values, except the figures and the facts of this run of the workflow.
 
@@ -83,16 +75,12 @@ def page_values(
     ----------
     tables : Tables
         The tables.
-    stored : Stored
-        The stored results of the accepted recordings.
+    stored : Stored or FilesBeside
+        The stored results of the accepted recordings, or the files beside the page that hold them.
     settings, schema : mapping
         The configuration and its JSON Schema.
     printed : mapping
         Content of paper.yaml.
-    put_beside : callable, optional
-        Writes the evidence into files beside the page: it takes the accepted recordings and a
-        function that returns the evidence of some of them, and returns what the page's scripts need
-        to read the files. If it is not given, the evidence is inside the page.
 
     Returns
     -------
@@ -105,15 +93,14 @@ def page_values(
     )
     detectors = detector_sections.lead_first(evaluation.detectors(), lead)
     listed = recordings.page_values(tables.index, verdicts, lead.detector, judged)
-    accepted = archive_evidence.accepted_rows(listed["recordings"])
-    evidence = partial(
-        archive_evidence.archive_evidence,
-        verdicts=verdicts,
-        sizes_mm=evaluation.sizes_mm(),
-        stored=stored,
-        settings=settings,
-    )
-    beside = put_beside(accepted, evidence) if put_beside else None
+    beside, inside = None, []
+    if isinstance(stored, FilesBeside):
+        beside = {"folder": stored.folder, "files": stored.files, "each": stored.each}
+    else:
+        accepted = archive_evidence.accepted_rows(listed["recordings"])
+        sizes_mm = evaluation.sizes_mm()
+        evidence = archive_evidence.archive_evidence(accepted, verdicts, sizes_mm, stored, settings)
+        inside = [(each.name, each.joined()) for each in evidence]
     return {
         **overview.overview(tables.index, tables.passed_over),
         **detector_sections.page_values(
@@ -151,6 +138,6 @@ def page_values(
             | {"beside": beside}
         ),
         "beside": beside,
-        "evidence": [] if beside else [(each.name, each.joined()) for each in evidence(accepted)],
+        "evidence": inside,
         **provenance.page_values(listed["recordings"], settings, schema, printed),
     }
