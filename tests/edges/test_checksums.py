@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from edges import checksums
-from edges.checksums import Checksums, checksum
+from edges.checksums import Checksums, checksum, checksum_of
 
 
 def sha256(text):
@@ -23,6 +23,12 @@ def file(tmp_path, monkeypatch):
     later = time.time_ns() + 60_000_000_000
     monkeypatch.setattr(time, "time_ns", lambda: later)
     return path
+
+
+@pytest.mark.parametrize("largest", [2, 100])
+def test_a_content_that_was_read_has_the_checksum_of_its_file(file, monkeypatch, largest):
+    monkeypatch.setattr(checksums, "_LARGEST_BYTES", largest)
+    assert checksum(file) == checksum_of(b"one") == ("3 bytes" if largest == 2 else sha256("one"))
 
 
 def test_the_first_checksum_is_kept_and_the_later_one_follows_the_file(file):

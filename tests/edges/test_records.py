@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from edges import records
+from edges.reading import read_limited, read_whole
 from support.project import ROOT
 
 OUTPUT = "results/fits/3mm/r01.json"
@@ -97,6 +98,27 @@ def test_the_jobs_of_a_cluster_and_calls_beside_a_run_change_nothing(folder):
     assert not list(Path("results/records").rglob("*.again"))
 
 
+def read_with_a_stream(path):
+    return path.read_bytes()
+
+
+@pytest.mark.parametrize("read", [read_with_a_stream, read_whole])
+def test_however_a_file_is_read_its_checksum_is_recorded(folder, read):
+    record = records.Record(f"{OUTPUT}:key")
+    with record.watch():
+        assert read(Path("results/matrices/a")) == b"wave"
+        with pytest.raises(FileNotFoundError, match="missing"):
+            read(Path("results/missing"))
+    assert record.read == {"results/matrices/a": sha256("wave"), "results/missing": None}
+
+
+def test_a_file_above_the_limit_is_recorded_though_it_is_not_read(folder):
+    record = records.Record(f"{OUTPUT}:key")
+    with record.watch():
+        assert read_limited("results/matrices/a", 3) is None
+    assert record.read == {"results/matrices/a": sha256("wave")}
+
+
 def test_a_job_that_fails_leaves_no_record(folder):
     run_job()
     Path("results/matrices/a").unlink()
@@ -120,6 +142,9 @@ def test_all_that_a_result_rests_on_is_followed(folder):
         ("workflow/scripts/fit.py", None),
         ("results/logs/fit.log", None),
         ("results/records/a.json", None),
+        ("./results/../raw/3mm/r01.csv", "raw/3mm/r01.csv"),
+        ("raw//3mm/r01.csv", "raw/3mm/r01.csv"),
+        ("../raw/3mm/r01.csv", None),
         ("/etc/hosts", None),
         (3, None),
     ],

@@ -89,6 +89,8 @@ def displayed(name: str) -> str:
     Characters that cannot be printed become escapes such as ``\n``: line feeds, escape characters,
     bytes that are not UTF-8. Different names stay different.
     """
+    if name.isprintable() and "\\" not in name:
+        return name
     return "".join(
         each if each.isprintable() and each != "\\" else each.encode("unicode_escape").decode()
         for each in name

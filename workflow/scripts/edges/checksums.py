@@ -25,9 +25,16 @@ def checksum(path: Path | str) -> str | None:
         content = read_limited(path, _LARGEST_BYTES)
         if content is None:
             return f"{Path(path).stat().st_size} bytes"
-        return hashlib.sha256(content).hexdigest()
+        return checksum_of(content)
     except OSError:
         return None
+
+
+def checksum_of(content: bytes) -> str:
+    """Return what `checksum` returns for a file with this content."""
+    if len(content) > _LARGEST_BYTES:
+        return f"{len(content)} bytes"
+    return hashlib.sha256(content).hexdigest()
 
 
 class Checksums:

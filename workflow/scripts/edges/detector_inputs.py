@@ -17,6 +17,7 @@ from capsule.particles import Particle
 from capsule.templates import ParticleTotal, TemplateSet, total
 from edges import files
 from edges.fits import by_size
+from edges.reading import read_whole
 from edges.scorer_files import read_features
 
 
@@ -26,7 +27,7 @@ def read_matrix(folder: Path, recording: str) -> FloatArray:
     All matrices have the same header, so it is understood once. np.load would take four times as
     long, and thousands of matrices are read in a row.
     """
-    content = (folder / f"{recording}.npy").read_bytes()
+    content = read_whole(folder / f"{recording}.npy")
     begin = content.index(b"\n") + 1
     shape, kind = _header(content[:begin])
     matrix: FloatArray = np.frombuffer(content, kind, offset=begin).reshape(shape)

@@ -20,7 +20,7 @@ from capsule.errors import CapsuleError
 from capsule.kinds import Row
 from capsule.naming import Archive, Entry, classify, without_formula
 from edges.garbage import collect_seldom
-from edges.reading import read_limited
+from edges.reading import read_limited, read_whole
 from edges.records import Record, record_path
 
 UNFINISHED = ".unfinished"
@@ -171,7 +171,7 @@ def write_json(path: Path, content: object) -> None:
 
 def read_json(path: Path) -> dict[str, Any]:
     """Read a JSON file that an earlier step has written."""
-    content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    content: dict[str, Any] = json.loads(read_whole(path).decode("utf-8"))
     return content
 
 

@@ -20,7 +20,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from edges.checksums import Checksums, checksum
+from edges.checksums import Checksums, checksum, checksum_of
+from edges.reading import READ, read_whole
 
 # Increase this number when the form of records or results changes; all results are then made again.
 FORMAT = 1
@@ -52,7 +53,10 @@ def followed(path: object) -> str | None:
     # Most files that a job opens are code.
     if not isinstance(path, str | os.PathLike) or os.fsdecode(path).endswith((".py", ".pyc")):
         return None
-    name = os.path.relpath(os.fsdecode(path)).replace(os.sep, "/")
+    name = os.fsdecode(path)
+    # Most paths need no change, which would take longer than all else here.
+    if os.sep != "/" or name.startswith("/") or "./" in name or "//" in name:
+        name = os.path.relpath(name).replace(os.sep, "/")
     parts = name.split("/")
     if parts[0] == ".." or _FOLLOWED.isdisjoint(parts):
         return None
@@ -83,13 +87,15 @@ class Record:
 
     def add_event(self, event: str, arguments: tuple[Any, ...]) -> None:
         """Record the file of an event of Python's audit."""
-        if event == "open" and arguments[1] in ("r", "rb"):
-            name = followed(arguments[0])
-            # A file that the job wrote itself is no input, even if the job reads it again.
-            if name and name not in self.read and name not in self.written:
-                self.read[name] = checksum(name)
-        elif event == "os.rename" and (name := followed(arguments[1])):
-            self.written[name] = checksum(os.fspath(arguments[0]))
+        if event == "os.rename":
+            if name := followed(arguments[1]):
+                self.written[name] = checksum(os.fspath(arguments[0]))
+            return
+        name = followed(arguments[0])
+        # A file that the job wrote itself is no input, even if the job reads it again.
+        if name and name not in self.read and name not in self.written:
+            content = arguments[1] if event == READ else None
+            self.read[name] = checksum(name) if content is None else checksum_of(content)
 
     def add_part(self, part: "Record") -> None:
         """Record that this job depends on all files that a part of it has read or written."""
@@ -128,7 +134,11 @@ def _add_hook() -> None:
 
 
 def _forward(event: str, arguments: tuple[Any, ...]) -> None:
-    if event in ("open", "os.rename") and _WATCHING and (record := _WATCHING[-1]):
+    if not _WATCHING or event not in ("open", READ, "os.rename"):
+        return
+    if event == "open" and arguments[1] not in ("r", "rb"):
+        return
+    if record := _WATCHING[-1]:
         with unwatched():
             record.add_event(event, arguments)
 
@@ -255,7 +265,7 @@ def _wrote_all(outputs: Sequence[str], written: Iterable[str]) -> bool:
 def _read(path: Path) -> dict[str, Any] | None:
     """Read a record; return None if it is missing, damaged, or of another format."""
     try:
-        record: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+        record: dict[str, Any] = json.loads(read_whole(path).decode("utf-8"))
         whole = record["format"] == FORMAT and isinstance(record["made_from"], str)
         whole = whole and isinstance(record["read"], dict) and isinstance(record["written"], dict)
     except (OSError, ValueError, KeyError, TypeError):
