@@ -11,6 +11,7 @@ from typing import Any
 from capsule.figures.registry import SOURCES
 from capsule.job_sets import search_sets
 from capsule.page.provenance import seconds_in_log
+from edges.reading import read_whole
 
 # All rules before the rule report, in the order in which they run. Each is also the name of a
 # script; `draw` stands for the rules of all sources of figures, such as draw_templates.
@@ -59,10 +60,11 @@ def read_durations(
     rows = []
     for rule in RULES:
         folder = logs / rule
-        paths = [logs / f"{rule}.log"]
         if folder.is_dir():
             paths = _logs_of(folder, others.get(rule, jobs))
-        read = [path.read_bytes().decode("utf-8") for path in paths if path.exists()]
+        else:
+            paths = [path for path in [logs / f"{rule}.log"] if path.exists()]
+        read = [read_whole(path).decode("utf-8") for path in paths]
         seconds = [s for s in map(seconds_in_log, read) if s is not None]
         if seconds:
             rows.append({"rule": rule, "jobs": len(seconds), "seconds": sum(seconds)})

@@ -127,14 +127,14 @@ def in_words(verdict: Row) -> Cells:
         words), ``distances`` to every template, ``location_s`` and `EVIDENCE`. A value that is not
         known is None. A detector that does not use distances has none.
     """
-    labels = [name for name in verdict if name.startswith("rmse_")]
     by_distance = detector_row(verdict["detector"]).by_distance
+    labels = [name for name in verdict if name.startswith("rmse_")] if by_distance else []
     return {
         "detector": verdict["detector"],
         "scheme": verdict["scheme"],
         "predicted_mm": known_or_none(verdict["predicted_mm"]),
         "details": _details(verdict),
-        "distances": [known_or_none(verdict[name]) for name in labels if by_distance],
+        "distances": [known_or_none(verdict[name]) for name in labels],
         "location_s": known_or_none(verdict.get("location_s")),
         **{key: seven_digits(verdict.get(key)) for key in EVIDENCE},
     }
@@ -188,7 +188,8 @@ def recording_rows(
         The cells of each row, as text and as value to sort by.
     """
     rows = []
-    for row, cells in zip(index.to_dict("records"), unjudged_rows(index), strict=True):
+    for row in index.to_dict("records"):
+        cells = _unjudged(row)
         verdict = next(
             (
                 each
@@ -232,19 +233,18 @@ def unjudged_rows(index: pd.DataFrame) -> list[Cells]:
     list of dict
         ``recording``, ``accepted``, ``size_mm``, ``size`` and ``nodule_at_mm``.
     """
-    rows = []
-    for row in index.to_dict("records"):
-        size_mm = known_or_none(row["size_mm"])
-        rows.append(
-            {
-                "recording": row["recording"],
-                "accepted": row["status"] == "accepted",
-                "size_mm": size_mm,
-                "size": words.size(size_mm) if size_mm is not None else "unlabelled",
-                "nodule_at_mm": seven_digits(number(str(row.get("nodule_at_mm", "")))),
-            }
-        )
-    return rows
+    return [_unjudged(row) for row in index.to_dict("records")]
+
+
+def _unjudged(row: Row) -> Cells:
+    size_mm = known_or_none(row["size_mm"])
+    return {
+        "recording": row["recording"],
+        "accepted": row["status"] == "accepted",
+        "size_mm": size_mm,
+        "size": words.size(size_mm) if size_mm is not None else "unlabelled",
+        "nodule_at_mm": seven_digits(number(str(row.get("nodule_at_mm", "")))),
+    }
 
 
 def truth(row: Row) -> str:
