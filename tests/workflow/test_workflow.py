@@ -219,6 +219,13 @@ def test_a_run_ends_with_its_last_job_and_leaves_no_timer(project):
     assert run.stdout.splitlines()[-1] == "timers left: 0"
 
 
+def test_a_call_that_only_lists_needs_no_number_of_cores(new):
+    command = [sys.executable, "-m", "snakemake", "--dry-run"]
+    done = subprocess.run(command, cwd=new.folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "evaluate" in done.stdout + done.stderr
+
+
 def test_touch_runs_nothing_again(project):
     for path in project.folder.rglob("*"):
         if path.is_file() and project.results not in path.parents:

@@ -2,7 +2,7 @@
 # parameters that make Snakemake run a job again when its code, settings or recordings change.
 #
 # takes: config/config.yaml, workflow/schemas/config.schema.json, the names under raw/
-# gives: ARCHIVE, PER_JOB, SEARCH_SETS, HALF_OF_THE_CORES, and the functions as_parameter, section,
+# gives: ARCHIVE, PER_JOB, SEARCH_SETS, BESIDE_ANOTHER, and the functions as_parameter, section,
 #        made_from, files_of, recordings_of_search_set, content_of_recording
 
 import copy
@@ -88,8 +88,8 @@ except CapsuleError as error:
 MAY_RENEW = workflow.is_main_process and not is_held(Path(".snakemake/run.lock"))
 # Largest number of recordings that one job makes. No result depends on it.
 PER_JOB = config["recordings_per_job"]
-# For jobs of a large archive that run beside another such job. No result depends on it.
-HALF_OF_THE_CORES = max(1, (workflow.cores or 1) // 2)
+# Processes of each of two long jobs that run side by side. No result depends on it.
+BESIDE_ANOTHER = 2 if (workflow.resource_settings.cores or 1) >= 4 else 1
 RESULT_SECTIONS = sorted(config.keys() - {"recordings_per_job"})
 if MAY_RENEW:
     leave_other_sets(Path(RESULTS), PER_JOB)

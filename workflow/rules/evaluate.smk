@@ -77,7 +77,7 @@ rule judge:
         "results/logs/judge.log",
     conda:
         "../../environment.yml"
-    threads: HALF_OF_THE_CORES if len(LABELLED) >= TWO_PROCESSES_FROM else 1
+    threads: BESIDE_ANOTHER if len(LABELLED) >= TWO_PROCESSES_FROM else 1
     params:
         results=results_folder,
         settings=section("evaluation"),

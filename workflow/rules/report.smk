@@ -165,7 +165,7 @@ rule page_files:
         "results/logs/page_files.log",
     conda:
         "../../environment.yml"
-    threads: HALF_OF_THE_CORES
+    threads: BESIDE_ANOTHER
     params:
         results=results_folder,
         settings=section(*PAGE_FILES_SECTIONS),
