@@ -1,5 +1,6 @@
 """The places that name packages agree: pyproject.toml, the two locks and environment.yml."""
 
+import importlib.metadata
 import os
 import re
 import subprocess
@@ -47,7 +48,8 @@ WANTED = dict(zip(LOCKS, (wanted("workflow"), wanted("test")), strict=True))
 def locked_versions(lock):
     versions = {}
     text = (ROOT / lock).read_text(encoding="utf-8")
-    for name, version in re.findall(r"^([a-z0-9._-]+)==([^ ;\\]+)", text, re.MULTILINE):
+    pinned = r"^([a-z0-9._-]+)(?:\[[a-z0-9,_-]+\])?==([^ ;\\]+)"
+    for name, version in re.findall(pinned, text, re.MULTILINE):
         versions.setdefault(name, []).append(version)
     return versions
 
@@ -60,6 +62,30 @@ def locked_versions(lock):
 def test_the_lock_pins_what_the_project_asks_for(lock, requirement):
     versions = locked_versions(lock)[requirement.name.lower()]
     assert all(requirement.specifier.contains(version) for version in versions)
+
+
+@pytest.mark.parametrize(("lock", "some"), [*zip(LOCKS, (set(), {"coverage[toml]"}), strict=True)])
+def test_the_lock_names_the_extras_that_its_packages_ask_for_in_one_another(lock, some):
+    # Without them, pip 23 takes a newer release than the pinned one, and stops at it.
+    text = (ROOT / lock).read_text(encoding="utf-8")
+    asked = {
+        f"{requirement.name.lower()}[{extra}]"
+        for name in locked_versions(lock)
+        if (distribution := installed(name))
+        for requirement in map(Requirement, distribution.requires or [])
+        if requirement.marker is None or requirement.marker.evaluate({"extra": ""})
+        for extra in requirement.extras
+    }
+    assert some <= asked
+    assert {each for each in asked if not re.search(rf"^{re.escape(each)}==", text, re.M)} == set()
+
+
+def installed(name):
+    """Return what is known of an installed package; None if this system does not need it."""
+    try:
+        return importlib.metadata.distribution(name)
+    except importlib.metadata.PackageNotFoundError:
+        return None
 
 
 def test_both_locks_pin_the_same_versions():
