@@ -169,9 +169,7 @@ rule page_files:
     params:
         results=results_folder,
         settings=section(*PAGE_FILES_SECTIONS),
-        made_from=made_from(
-            "page_files", section(*PAGE_FILES_SECTIONS), members=ARCHIVE.recordings
-        ),
+        made_from=made_from("page_files", section(*PAGE_FILES_SECTIONS), members=ARCHIVE.recordings),
     shell:
         "python {input.script:q} --results {params.results:q} --evidence {input.evidence:q}"
         " --settings {params.settings:q} --output {output.listed:q} --folder {output.folder:q}"
