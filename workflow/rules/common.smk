@@ -10,7 +10,6 @@ import functools
 import hashlib
 import json
 import os
-import shlex
 import sys
 from pathlib import Path
 

@@ -191,7 +191,8 @@ rule report:
         surveys=expand(rules.chart_survey.output, survey=SURVEYS.names),
         # The matrices and the fits, which the report reads too, are made before these.
         evidence=[] if BESIDE else expand(rules.evidence.output, search_set=SEARCH_SETS),
-        beside=rules.page_files.output if BESIDE else [],
+        listed=rules.page_files.output.listed if BESIDE else [],
+        beside=rules.page_files.output.folder if BESIDE else [],
         template=report_file("report.html.j2"),
         page=PAGE,
         schema=own_file(SCHEMA),
@@ -220,10 +221,9 @@ rule report:
             members=ARCHIVE.recordings,
         ),
         template=lambda wildcards, input: os.path.dirname(input.template),
-        beside=f"--beside {shlex.quote(RESULTS)}/page_files.json" if BESIDE else "",
     shell:
         "python {input.script:q} --results {params.results:q} --evidence {input.evidence:q}"
         " --template {params.template:q}"
         " --schema {input.schema:q} --settings {params.settings:q} --surveys {params.surveys:q}"
-        " --code {params.code:q} --output {output:q} {params.beside}"
+        " --code {params.code:q} --output {output:q} --beside {input.listed:q}"
         " --record {params.made_from:q} > {log:q} 2>&1"

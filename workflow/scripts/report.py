@@ -31,7 +31,7 @@ def main() -> None:
     parser.add_argument("--surveys", type=json.loads, default=NO_SURVEYS, help="surveys, JSON")
     parser.add_argument("--code", type=Path, nargs="+", required=True, help="the files of the code")
     parser.add_argument("--output", type=Path, required=True, help="output: the page")
-    parser.add_argument("--beside", type=Path, help="the list of the files beside the page, .json")
+    parser.add_argument("--beside", type=Path, nargs="?", help="the files beside the page, .json")
     arguments = parser.parse_args()
     results, settings, surveys = arguments.results, arguments.settings, arguments.surveys
     template, confidence = arguments.template, settings["evaluation"]["confidence"]

@@ -30,6 +30,7 @@ _RESULTS, _RECORDS = "results", "records"
 # files beside the code.
 _FOLLOWED = {"raw", _RESULTS, "sessions", "workflow"}
 _NOT_FOLLOWED = {"logs", _RECORDS}
+_CODE = (".py", ".pyc")
 # Many records hold the same files. Each file is read once for all of them.
 CHECKSUMS = Checksums()
 
@@ -51,9 +52,8 @@ def record_path(output: Path | str) -> Path:
 def followed(path: object) -> str | None:
     """Return a file's path from the working directory; None if no result depends on the file."""
     # Most files that a job opens are code.
-    if not isinstance(path, str | os.PathLike) or os.fsdecode(path).endswith((".py", ".pyc")):
+    if not isinstance(path, str | os.PathLike) or (name := os.fsdecode(path)).endswith(_CODE):
         return None
-    name = os.fsdecode(path)
     # Most paths need no change, which would take longer than all else here.
     if os.sep != "/" or name.startswith("/") or "./" in name or "//" in name:
         name = os.path.relpath(name).replace(os.sep, "/")
