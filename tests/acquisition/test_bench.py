@@ -13,14 +13,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import serial
+from edges.checksums import checksum
 
 from acquisition.stand_in import StandInLogger
 from acquisition.workbench import Workbench
+from capsule.configuration_files import read_config_file
+from capsule.detectors.described import WEIGHTS
 from capsule.seeding import generator
-from edges.checksums import checksum
-from edges.config_files import read_config_file
-from edges.scorer_files import WEIGHTS
-from edges.workflow_call import PROJECT
+from capsule.workflow_call import PROJECT
 from support.bench import emulated
 from support.bench.cable import TerminalCable
 from support.bench.recorder import (

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from acquisition.workbench import Workbench
-from edges.phantom import DEFAULT_TABLE, read_phantom
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from support.bench import emulated
 from support.bench.cable import TerminalCable
 from support.bench.closed_loop import ClosedLoop

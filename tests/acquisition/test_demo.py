@@ -19,13 +19,13 @@ from acquisition.bench_errors import AcquisitionError
 from acquisition.played_board import PlayedRun
 from acquisition.protocol import encode
 from acquisition.stand_in import StandInLogger
+from capsule.configuration_files import read_config_file
 from capsule.errors import CapsuleError
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import simulate_run
 from capsule.recording import read_recording
+from capsule.workflow_call import PROJECT
 from edges import workflow_call
-from edges.config_files import read_config_file
-from edges.phantom import DEFAULT_TABLE, read_phantom
-from edges.workflow_call import PROJECT
 from support.learned import taught_by, write_learned, write_templates
 
 pytestmark = pytest.mark.boards
@@ -208,7 +208,7 @@ CALL = f"""
 import sys
 from pathlib import Path
 sys.path.insert(0, {str(PROJECT / "workflow/scripts")!r})
-from edges.workflow_call import call_workflow
+from capsule.workflow_call import call_workflow
 sys.exit(call_workflow(Path(sys.argv[1]), ["--cores=1", "results/report.html", "--dry-run"]))
 """
 

@@ -11,13 +11,13 @@ from acquisition import judged_view
 from acquisition.judged_file import JudgedFile, as_plain_values, judge_file, taught_recordings
 from acquisition.judged_picture_file import write_picture
 from acquisition.verdict import FinalVerdict
+from capsule.configuration_files import read_config_file
 from capsule.detectors.verdicts import NO_VERDICT, Verdict
+from capsule.files import write_csv
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import recording_of, simulate_run
 from capsule.recording import format_recording
-from edges.config_files import read_config_file
-from edges.files import write_csv
-from edges.phantom import DEFAULT_TABLE, read_phantom
-from edges.workflow_call import PROJECT
+from capsule.workflow_call import PROJECT
 from support.bad_recordings import NO_FILES, UNREADABLE, UNUSABLE
 from support.learned import taught_by, write_learned, write_templates
 

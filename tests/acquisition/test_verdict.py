@@ -9,12 +9,12 @@ import pytest
 from acquisition.bench_errors import AcquisitionError
 from acquisition.verdict import FinalVerdict, RunningVerdict
 from acquisition.verdict_table import verdict_table
+from capsule.configuration_files import read_config_file
 from capsule.detectors.diagonal import DiagonalDetector, DiagonalModel
 from capsule.errors import CapsuleError
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import simulate_run
-from edges.config_files import read_config_file
-from edges.phantom import DEFAULT_TABLE, read_phantom
-from edges.workflow_call import PROJECT
+from capsule.workflow_call import PROJECT
 from support.learned import taught_by, write_learned, write_templates
 
 HEADER = {"adc_bits": "10"}

@@ -28,7 +28,7 @@ from capsule.figures.style import (
     figure_style,
     render_figure,
 )
-from edges.number_arguments import natural
+from capsule.number_arguments import natural
 
 SNAKEMAKE = "snakemake"
 

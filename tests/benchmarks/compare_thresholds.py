@@ -22,15 +22,15 @@ import judge_unseen
 from judge_rates import mean_row, rates
 from judge_report import table
 
+from capsule.configuration_files import read_config_file
 from capsule.detectors.adaptation import Adaptation
+from capsule.detectors.described import WEIGHTS, read_scorer
 from capsule.detectors.operating_point import threshold_at
 from capsule.detectors.taught import adaptation_features, upper_bound
 from capsule.detectors.training import TrainingArchive
-from edges.config_files import read_config_file
-from edges.forks import Forks
-from edges.number_arguments import natural
-from edges.phantom import CONFIG
-from edges.scorer_files import WEIGHTS, read_scorer
+from capsule.forks import Forks
+from capsule.number_arguments import natural
+from capsule.phantom.files import CONFIG
 
 FIRST_SEED = 230_000
 SHOWN = ("specificity", "recall at 1 mm", "recall from 2 mm")

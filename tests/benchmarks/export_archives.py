@@ -17,8 +17,8 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "workflow" / "scripts"))
 from judge_archive import simulate_archive
 from judge_detectors import FIRST_SEED
 
-from edges.number_arguments import natural
-from edges.phantom import DEFAULT_TABLE, read_phantom
+from capsule.number_arguments import natural
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 
 
 def main() -> None:

@@ -21,9 +21,9 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "workflow" / "scripts"))
 from judge_benches import CONDITIONS, HEIGHTS, judge_changed, judge_detectors, judge_retests
 from judge_report import Measured, report
 
-from edges.config_files import read_config_file
-from edges.number_arguments import natural
-from edges.phantom import CONFIG, DEFAULT_TABLE, read_phantom
+from capsule.configuration_files import read_config_file
+from capsule.number_arguments import natural
+from capsule.phantom.files import CONFIG, DEFAULT_TABLE, read_phantom
 
 # The detector was designed on seeds 5000 to 9999; nothing here may use those.
 FIRST_SEED = 60_000

@@ -19,11 +19,11 @@ import judge_unseen
 from judge_rates import mean_row
 from judge_report import table
 
+from capsule.configuration_files import read_config_file
+from capsule.detectors.described import read_scorer
 from capsule.naming import size_mm
-from edges.config_files import read_config_file
-from edges.number_arguments import natural
-from edges.phantom import CONFIG
-from edges.scorer_files import read_scorer
+from capsule.number_arguments import natural
+from capsule.phantom.files import CONFIG
 
 FIRST_SEED = 190_000
 SHOWN = ("specificity", "recall at 1 mm", "recall from 2 mm")

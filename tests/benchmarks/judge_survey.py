@@ -22,14 +22,14 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "workflow" / "scripts"))
 from judge_report import table
 
 from acquisition.simulated_bench import SimulatedBench, bench_with
+from capsule.configuration_files import read_config_file
+from capsule.number_arguments import natural
 from capsule.phantom.chance import Nodule
+from capsule.phantom.files import CONFIG, DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import with_values
 from capsule.seeding import generator
 from capsule.survey.odometer import mean_origin
 from capsule.survey.pilot import Pilot
-from edges.config_files import read_config_file
-from edges.number_arguments import natural
-from edges.phantom import CONFIG, DEFAULT_TABLE, read_phantom
 
 # The survey was designed on seeds below 1000; judged before were those from 500000, 600000 and
 # 700000 on, and with targets those from 800000 on.

@@ -24,21 +24,21 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "workflow" / "scripts"))
 from judge_rates import mean_row, rates
 from judge_report import table
 
+from capsule.configuration_files import read_config_file
+from capsule.detectors.described import WEIGHTS, read_scorer
 from capsule.detectors.passage import passage_of
 from capsule.detectors.scorer import Scorer, features_of
 from capsule.detectors.training import TrainingArchive, detector_class
 from capsule.detectors.verdicts import NO_VERDICT
+from capsule.files import write_csv
+from capsule.forks import Forks
 from capsule.naming import size_mm
+from capsule.number_arguments import natural
+from capsule.phantom.files import BENCHES, CONFIG, DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import planned_runs, simulate_run
 from capsule.preprocessing import preprocess
 from capsule.templates import TemplateSet, no_nodule_template
 from capsule.wave_check import missing_wave
-from edges.config_files import read_config_file
-from edges.files import write_csv
-from edges.forks import Forks
-from edges.number_arguments import natural
-from edges.phantom import BENCHES, CONFIG, DEFAULT_TABLE, read_phantom
-from edges.scorer_files import WEIGHTS, read_scorer
 from phantom_study.simulated_archive import DetectorSettings, average_fits, fit_archive
 
 # The phantom was calibrated and the detectors designed on other seeds.

@@ -34,6 +34,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
 
+from edges.durations import RULES
 from matplotlib.figure import Figure
 
 from capsule.figures.style import (
@@ -44,7 +45,6 @@ from capsule.figures.style import (
     figure_style,
     render_figure,
 )
-from edges.durations import RULES
 from support.project import PARTS, Project
 
 STAGES = [*RULES, "report"]

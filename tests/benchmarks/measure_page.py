@@ -28,12 +28,12 @@ import numpy as np
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
 
+from capsule.configuration_files import read_config_file
+from capsule.files import read_csv
 from capsule.naming import folder_of
 from capsule.page.beside import stands_beside
 from capsule.page.packing import deflated, inflated, to_json
-from edges.config_files import read_config_file
-from edges.evidence_files import StoredEvidence, read_evidence, write_evidence
-from edges.files import read_csv
+from capsule.page.plot_data import StoredEvidence, read_evidence, write_evidence
 from support.browser import MISSING, Browser
 
 # Tells when the first recording has been drawn, in ms since the page was asked for.

@@ -17,11 +17,11 @@ sys.path.insert(0, str(Path(__file__).parents[2] / "workflow" / "scripts"))
 from judge_report import table
 from judge_unseen import USUAL, simulated, stored
 
+from capsule.configuration_files import read_config_file
+from capsule.number_arguments import natural
+from capsule.phantom.files import BENCHES, CONFIG
 from capsule.seeding import generator
 from capsule.wave_check import missing_wave
-from edges.config_files import read_config_file
-from edges.number_arguments import natural
-from edges.phantom import BENCHES, CONFIG
 
 SAMPLES = 420
 

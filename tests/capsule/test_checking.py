@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from capsule.checking import check_recording
+from capsule.configuration_files import read_config_file
 from capsule.page.quality import quality_words
 from capsule.recording import Recording, format_recording
-from edges.config_files import read_config_file
 from support.project import ROOT
 from support.synthetic import make_recording
 

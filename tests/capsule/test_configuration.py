@@ -5,8 +5,8 @@ import pytest
 import yaml
 
 from capsule.configuration import check_configuration
+from capsule.configuration_files import read_schema
 from capsule.errors import CapsuleError
-from edges.config_files import read_schema
 
 ROOT = Path(__file__).parents[2]
 SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.json")

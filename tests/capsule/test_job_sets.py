@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from capsule.job_sets import job_sets, search_sets
+from capsule.batches import job_sets, search_sets
 
 POOL = [f"{folder}/r-{run}" for folder in ("0mm", "2.5mm", "unlabelled") for run in range(99)]
 NAMES = st.sampled_from(POOL)

@@ -6,9 +6,9 @@ import time
 from pathlib import Path
 
 import pytest
+from edges.checksums import Checksums, checksum, checksum_of
 
 from edges import checksums
-from edges.checksums import Checksums, checksum, checksum_of
 
 
 def sha256(text):

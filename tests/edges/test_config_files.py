@@ -1,7 +1,7 @@
 import pytest
 
+from capsule.configuration_files import read_config_file
 from capsule.errors import CapsuleError
-from edges.config_files import read_config_file
 
 
 @pytest.mark.parametrize("text", ["a: {b: 1}\n", '{"a": {"b": 1}}', "\ufeffa:\r\n  b: 1\r\n"])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from edges.detector_inputs import read_matrix
+from capsule.detectors.files import read_matrix
 
 
 @pytest.mark.parametrize("shape", [(4, 1000), (3, 50), (1, 7)])

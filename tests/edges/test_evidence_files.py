@@ -1,6 +1,6 @@
 """Evidence for the report is read as it was written."""
 
-from edges.evidence_files import StoredEvidence, read_evidence, write_evidence
+from capsule.page.plot_data import StoredEvidence, read_evidence, write_evidence
 
 
 def test_evidence_comes_back_as_it_was_and_only_the_wanted_one(tmp_path):

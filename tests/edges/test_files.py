@@ -4,8 +4,8 @@ import tracemalloc
 
 import pytest
 
+from capsule import files
 from capsule.errors import CapsuleError
-from edges import files
 
 
 def test_a_file_appears_only_when_it_is_whole(tmp_path):

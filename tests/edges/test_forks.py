@@ -8,18 +8,18 @@ import time
 from pathlib import Path
 
 import pytest
-
 from edges.checksums import checksum
-from edges.files import write_whole
-from edges.forks import Forks
 from edges.records import Record
+
+from capsule.files import write_whole
+from capsule.forks import Forks
 from support.marks import needs_forks
 
 SCRIPTS = Path(__file__).parents[2] / "workflow" / "scripts"
 STARTER = f"""
 import os, sys, time
 sys.path.insert(0, {str(SCRIPTS)!r})
-from edges.forks import Forks
+from capsule.forks import Forks
 
 def name(_):
     time.sleep(0.2)

@@ -2,10 +2,10 @@
 
 import re
 
+from capsule.forks import Forks
 from capsule.page.archive_evidence import Evidence
+from capsule.page.data_files import DataFiles, read_list, write_list
 from capsule.page.packing import deflated
-from edges.forks import Forks
-from edges.page_data_files import DataFiles, read_list, write_list
 from support.stored import StoredResults
 
 ROWS = [(place, {"recording": f"3mm/r{place}"}) for place in range(70)]

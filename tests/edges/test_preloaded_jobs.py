@@ -9,8 +9,8 @@ import time
 from pathlib import Path
 
 import pytest
-
 from edges.preloaded_jobs import PreloadedJobs
+
 from support.marks import needs_forks
 
 pytestmark = [pytest.mark.slow(0.5), needs_forks]

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from capsule.files import read_limited, read_whole
 from edges import records
-from edges.reading import read_limited, read_whole
 from support.project import ROOT
 
 OUTPUT = "results/fits/3mm/r01.json"
@@ -17,7 +17,7 @@ SCRIPT = """
 import sys
 sys.path.insert(0, {scripts!r})
 from pathlib import Path
-from edges import files
+from capsule import files
 
 def main():
     text = Path("results/matrices/a").read_text()

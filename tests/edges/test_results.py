@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from edges.files import write_csv
-from edges.results import read_table
+from capsule.evaluation.files import read_table
+from capsule.files import write_csv
 
 
 def test_what_people_wrote_stays_as_they_wrote_it(tmp_path):

@@ -2,15 +2,15 @@
 
 import numpy as np
 
-from capsule.detectors.scorer import Features
-from capsule.detectors.stretches import Stretches
-from edges.scorer_files import (
+from capsule.detectors.described import (
     read_features,
     read_scorer,
     read_stretches,
     write_features,
     write_stretches,
 )
+from capsule.detectors.scorer import Features
+from capsule.detectors.stretches import Stretches
 from support.project import ROOT
 
 

@@ -7,8 +7,6 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-
-from edges import files, records
 from edges.recording_files import reasons_to_make
 from edges.set_files import (
     forget_notes,
@@ -18,6 +16,8 @@ from edges.set_files import (
     take_over,
 )
 from edges.set_jobs import make_set
+
+from capsule import files, records
 
 RESULTS = Path("results")
 FIT = "results/fits/3mm/r01.json"

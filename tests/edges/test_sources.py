@@ -1,6 +1,6 @@
 from pathlib import Path
 
-from edges.sources import imported_files
+from capsule.keys import imported_files
 
 SCRIPTS = Path(__file__).parents[2] / "workflow" / "scripts"
 

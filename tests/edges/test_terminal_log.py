@@ -4,9 +4,8 @@ import io
 import logging
 
 import pytest
-from snakemake_interface_logger_plugins.common import LogEvent
-
 from edges.terminal_log import TerminalLog, reason_in_words, speak_shortly
+from snakemake_interface_logger_plugins.common import LogEvent
 
 
 class Terminal(io.StringIO):

@@ -15,9 +15,9 @@ from openpyxl.utils import get_column_letter
 from pyarrow import parquet
 
 import export
+from capsule.configuration_files import read_config_file
 from capsule.errors import CapsuleError
-from edges.config_files import read_config_file
-from edges.files import read_csv, write_json
+from capsule.files import read_csv, write_json
 from exporting import export_writing, gathering, xlsx_export
 from exporting.column_words import describe
 from exporting.export_provenance import provenance_of

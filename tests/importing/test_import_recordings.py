@@ -8,15 +8,15 @@ import sys
 import numpy as np
 import pytest
 import yaml
+from edges.durations import RULES
 
 from capsule.checking import readings_of
 from capsule.configuration import BENCH
 from capsule.detectors.registry import DETECTORS
 from capsule.errors import CapsuleError
 from capsule.figures.registry import FIGURES
+from capsule.keys import imported_files
 from capsule.recording import Recording, format_recording, read_recording
-from edges.durations import RULES
-from edges.sources import imported_files
 from support.importing import ODD, assert_readings, import_files
 from support.project import ROOT
 

@@ -8,7 +8,7 @@ from manifold3d import Manifold
 
 from capsule.geometry.cam import follower_displacement
 from capsule.parts import bench_parts
-from edges.part_tables import shipped_design
+from capsule.parts.files import shipped_design
 from support.measured import read_stl, section
 from support.parts import make_into
 from support.project import ROOT

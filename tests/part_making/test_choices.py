@@ -16,12 +16,12 @@ from capsule.geometry.substructure import folded, outline, spacing, top_mm, wall
 from capsule.parts.all_parts import all_parts
 from capsule.parts.capsule_parts import assembly, substructure
 from capsule.parts.design import design_of, entries
+from capsule.parts.files import read_parts_table
 from capsule.parts.part import volume
 from capsule.parts.refusals import check_design
 from capsule.phantom.contact import compression
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import value_of, with_values
-from edges.part_tables import read_parts_table
-from edges.phantom import DEFAULT_TABLE, read_phantom
 from part_making.part_options import read_design
 from support.measured import measured_substructure, section
 from support.project import ROOT

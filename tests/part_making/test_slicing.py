@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from capsule.geometry.substructure import shape_of
-from edges.part_tables import shipped_design
+from capsule.parts.files import shipped_design
 from support.marks import needs_programs
 from support.parts import make_into
 

@@ -26,8 +26,8 @@ from OCP.TopoDS import TopoDS
 from capsule.geometry.stand import bore
 from capsule.geometry.substructure import outline
 from capsule.parts.capsule_parts import substructure
+from capsule.parts.files import shipped_design
 from capsule.parts.part import volume as parts_volume
-from edges.part_tables import shipped_design
 from part_making.part_options import read_design
 from part_making.step_files import step_bytes
 from support.measured import read_stl

@@ -8,8 +8,8 @@ import pytest
 
 import study_phantom
 from capsule.errors import CapsuleError
-from edges.files import read_csv
-from edges.phantom import DEFAULT_TABLE
+from capsule.files import read_csv
+from capsule.phantom.files import DEFAULT_TABLE
 from phantom_study import trials
 from phantom_study.arguments import read_paper_table
 

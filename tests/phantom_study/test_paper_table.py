@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from edges.files import read_csv
+from capsule.files import read_csv
 from phantom_study.arguments import read_paper_table
 from phantom_study.paper_table import (
     PaperTable,

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import value_of
-from edges.phantom import DEFAULT_TABLE, read_phantom
 from phantom_study import sensitivity, simulated_archive
 from phantom_study.arguments import DEFAULT_CONFIG, read_detector, read_paper_table
 from phantom_study.sensitivity import Variation

@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import with_values
-from edges.phantom import DEFAULT_TABLE, read_phantom
 from phantom_study import simulated_archive
 from phantom_study.arguments import DEFAULT_CONFIG, read_detector, read_paper_table
 

@@ -6,8 +6,8 @@ import pytest
 import yaml
 
 import study_phantom
-from edges.config_files import read_config_file
-from edges.files import read_csv
+from capsule.configuration_files import read_config_file
+from capsule.files import read_csv
 from phantom_study import sensitivity
 from phantom_study.arguments import DEFAULT_CONFIG
 from phantom_study.sensitivity import Variation

@@ -3,7 +3,7 @@
 import pytest
 
 from capsule.errors import CapsuleError
-from edges.files import read_csv
+from capsule.files import read_csv
 from phantom_study.trial_log import TrialLog
 
 CANDIDATES = [{"part.size": 1.5}, {"part.size": 2.5}, {"part.size": 3.5}]

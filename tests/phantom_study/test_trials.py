@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from edges.files import read_csv
-from edges.phantom import DEFAULT_TABLE, read_phantom
+from capsule.files import read_csv
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from phantom_study import trials
 from phantom_study.arguments import DEFAULT_CONFIG, read_detector, read_paper_table
 from phantom_study.simulated_archive import quick

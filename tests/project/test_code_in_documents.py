@@ -12,7 +12,7 @@ from functools import cache
 
 import pytest
 
-from edges.script_parser import script_parser
+from script_parser import script_parser
 from support.documents import Block, all_blocks, blocks, documents
 from support.project import ROOT
 

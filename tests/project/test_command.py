@@ -8,7 +8,7 @@ import sys
 import pytest
 
 import capsule_command
-from edges.script_parser import script_parser
+from script_parser import script_parser
 from support.project import ROOT
 
 pytestmark = pytest.mark.slow(0.3)

@@ -6,7 +6,7 @@ import shlex
 import pytest
 
 import capsule_command
-from edges.script_parser import script_parser
+from script_parser import script_parser
 from support.project import ROOT
 
 PAGE = (ROOT / "docs/command.md").read_text(encoding="utf-8")

@@ -9,7 +9,7 @@ import sys
 import pytest
 
 import capsule_command
-from edges.script_parser import script_parser
+from script_parser import script_parser
 from support.documents import all_blocks
 from support.project import ROOT
 

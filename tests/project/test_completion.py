@@ -11,7 +11,7 @@ import pytest
 
 import capsule_command
 import shell_completion
-from edges.script_parser import script_parser
+from script_parser import script_parser
 from support.project import ROOT
 
 pytestmark = pytest.mark.slow(0.2)

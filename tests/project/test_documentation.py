@@ -2,9 +2,9 @@
 
 import pytest
 
+from capsule.configuration_files import read_schema
 from capsule.evaluation.precision import recordings_needed
-from edges.config_files import read_schema
-from edges.files import read_csv
+from capsule.files import read_csv
 from support.project import ROOT
 
 SCHEMA = read_schema(ROOT / "workflow/schemas/config.schema.json")

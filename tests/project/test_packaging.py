@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 import yaml
+from edges.durations import RULES
 from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
 
 from capsule.detectors.registry import DETECTORS
 from capsule.figures.registry import FIGURES
-from edges.durations import RULES
-from edges.sources import imported_files
+from capsule.keys import imported_files
 from support.project import ROOT
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]

@@ -7,7 +7,7 @@ import pytest
 
 from capsule.detectors.beat_series import SERIES, beat_series
 from capsule.divider import relative_resistance
-from edges.phantom import DEFAULT_TABLE, read_phantom
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from scorer_teaching import episodes
 from scorer_teaching.bench_family import WAVE_FORMS, draw_bench
 from scorer_teaching.bench_recordings import simulate_bench

@@ -3,9 +3,9 @@
 import pandas as pd
 
 from capsule.evaluation.beside_paper import Evaluation
+from capsule.evaluation.files import read_printed
 from capsule.evaluation.paper import printed_tables
 from capsule.evaluation.rates import COLUMNS, tables
-from edges.results import read_printed
 from support.project import ROOT
 
 UNKNOWN = float("nan")

@@ -3,12 +3,12 @@
 import json
 
 import numpy as np
+from edges.checksums import checksum
 
+from capsule.detectors.described import WEIGHTS
 from capsule.detectors.diagonal import DiagonalDetector
 from capsule.detectors.passage import Passage
 from capsule.detectors.taught import TaughtDetector
-from edges.checksums import checksum
-from edges.scorer_files import WEIGHTS
 from support.training import archive_of_passages
 
 

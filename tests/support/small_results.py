@@ -4,7 +4,7 @@ import numpy as np
 
 from capsule.evaluation.beside_paper import TABLES
 from capsule.evaluation.columns import COLUMNS
-from edges.files import write_csv, write_json
+from capsule.files import write_csv, write_json
 
 LENGTH = 30
 # 16 digits are not enough to restore any of these numbers.

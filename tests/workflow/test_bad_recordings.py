@@ -15,10 +15,10 @@ import numpy as np
 import pytest
 import yaml
 
+from capsule.detectors.described import read_features
 from capsule.naming import as_cell
 from capsule.page.packing import inflated
-from edges.evidence_files import read_evidence
-from edges.scorer_files import read_features
+from capsule.page.plot_data import read_evidence
 from support.bad_recordings import HARMLESS, HOSTILE, PASSED_OVER, REJECTED, table
 from support.project import ROOT, Project
 

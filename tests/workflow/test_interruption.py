@@ -16,8 +16,8 @@ from pathlib import Path
 import pytest
 
 from capsule.errors import CapsuleError
+from capsule.files import UNFINISHED
 from edges import run_lock
-from edges.files import UNFINISHED
 from support.marks import needs_process_groups
 from support.mishaps import RECORDINGS, TABLES
 from support.project import Project
@@ -78,7 +78,7 @@ def run_and_kill(project: Project, numbers: random.Random) -> Progress:
 
 
 def results_of(project: Project) -> dict[str, bytes]:
-    """Return the content of every result, except the page with its date and durations."""
+    """Return the content of every result, except the page with its date."""
     results = project.result_bytes()
     page = results.pop("report.html", b"</html>")
     assert page.rstrip().endswith(b"</html>")

@@ -14,10 +14,10 @@ from threadpoolctl import threadpool_limits
 from acquisition.judged_file import as_plain_values, judge_file, taught_recordings
 from acquisition.verdict import FinalVerdict
 from capsule import judge, load, words
+from capsule.configuration_files import read_config_file
 from capsule.detectors.registry import DETECTORS, PAPER
 from capsule.figures.registry import FIGURES, SOURCES
 from capsule.interface import estimators
-from edges.config_files import read_config_file
 from support.project import Project
 from support.same_table import assert_same_table
 from support.synthetic import write_archive
@@ -29,7 +29,7 @@ HEALTHY = [f"0mm/r{run:02d}" for run in (1, 2, 3, 4)]
 RECORDINGS = [*HEALTHY, *(f"{size}mm/r{run:02d}" for size in (1, 2.5) for run in (1, 2))]
 # What a run makes before the figures, which take most of the time and depend on all of it.
 TABLES = ["results/evaluation/detection.csv", "results/detections.csv"]
-# What a run makes but for the page, which holds the date and durations.
+# What a run makes but for the page, which holds the date.
 ALL_BUT_PAGE = [*TABLES, "results/sites.csv"]
 ALL_BUT_PAGE += [f"results/figures/{name}.svg" for name in FIGURES]
 # The rules that draw the figures.
@@ -315,7 +315,7 @@ def test_one_recording_more_costs_one_job_a_stage(project, finished):
 def test_one_recording_more_collects_the_evidence_of_its_folder_alone(project):
     write_archive(project.raw, ["1mm/r03"])
     run = project.snakemake("results/evidence/1mm.json", "results/evidence/0mm.json")
-    assert run.jobs == dict.fromkeys(("preprocess", "fit", "features", "evidence"), 1)
+    assert run.jobs == dict.fromkeys(("preprocess", "features", "evidence"), 1)
     evidence = json.loads((project.results / "evidence/1mm.json").read_text(encoding="utf-8"))
     assert list(evidence) == [name for name in RECORDINGS if name.startswith("1mm")] + ["1mm/r03"]
 

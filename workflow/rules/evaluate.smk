@@ -1,37 +1,32 @@
-# Evaluate the detectors: compare their verdicts on labelled recordings with the labels.
+# Judge each labelled recording by detectors that it did not teach, and rate the detectors.
 #
-# takes: results/matrices/, results/fits/, results/passages/, results/recordings.csv,
-#        results/detections.csv
-# gives: results/sites.csv, and under results/evaluation/
-#        {predictions,group_predictions,detection,specificity,sizing,confusion,learning}.csv and
-#        the tables of capsule.evaluation.columns
+# takes: results/labelled.csv, results/best_places/, results/features/; results/matrices/ and
+#        results/fits/, which are made before the list and the templates
+# gives: under results/evaluation/ {predictions,group_predictions,detection,specificity,sizing,
+#        confusion,learning}.csv and the tables of capsule.evaluation.columns
 
-from capsule.evaluation.columns import COLUMNS as JUDGEMENTS
+from capsule.evaluation.columns import COLUMNS as RATINGS
 
-RATES = ["detection", "specificity", "sizing", "confusion"]
-EVALUATE_SECTIONS = ["detectors", "evaluation", "recording", *DETECTOR_SECTIONS]
-LABELLED = set(ARCHIVE.labelled())
-# With fewer recordings, a second process gains less than the drawing of figures beside.
-TWO_PROCESSES_FROM = 500
-LABELLED_SETS = [label for label, names in SEARCH_SETS.items() if LABELLED.intersection(names)]
+RATES = ["detection", "specificity", "sizing", "confusion", *RATINGS]
+EVALUATE = step(
+    "evaluate",
+    sections(
+        "detectors", "evaluation", "recording", *DETECTOR_SECTIONS, templates=TEMPLATE_SETTINGS
+    ),
+    lambda _: [LIST_LABELLED.key(), TEMPLATES.key(), *keys_of(DESCRIBE, DESCRIBED_LABELLED)],
+    modules=DETECTOR_MODULES,
+)
 
 
 rule evaluate:
     input:
-        matrices=files_of("matrices", ARCHIVE.labelled()),
-        fits=files_of("fits", ARCHIVE.of_nodules()),
-        passages=expand(rules.passages.output, search_set=LABELLED_SETS),
-        features=(
-            expand(rules.features.output.features, search_set=LABELLED_SETS) if BY_FEATURES else []
-        ),
-        recordings=rules.index.output.recordings,
-        script=script("evaluate.py"),
+        best_places=each("describe", DESCRIBED_LABELLED, "best_places"),
+        features=each("describe", DESCRIBED_LABELLED, "features"),
+        recordings=rules.list_labelled.output,
+        # The fits, which each fold averages anew, are made before these.
+        templates=rules.templates.output,
     output:
-        rates=report(
-            expand("results/evaluation/{table}.csv", table=RATES),
-            caption="../report/captions/rates.rst",
-            category="Rates",
-        ),
+        shown(expand("results/evaluation/{table}.csv", table=RATES), "rates", "Rates"),
         predictions="results/evaluation/predictions.csv",
         grouped="results/evaluation/group_predictions.csv",
         learning="results/evaluation/learning.csv",
@@ -39,79 +34,13 @@ rule evaluate:
         "results/logs/evaluate.log",
     conda:
         "../../environment.yml"
-    threads: 2 if len(LABELLED) >= TWO_PROCESSES_FROM else 1
+    # With fewer recordings, a second process gains less than what runs beside.
+    threads: 2 if len(ARCHIVE.labelled()) >= 500 else 1
     params:
-        results=results_folder,
-        settings=section(*EVALUATE_SECTIONS),
-        template_settings=as_parameter(TEMPLATE_SETTINGS),
-        made_from=made_from(
-            "evaluate",
-            section(*EVALUATE_SECTIONS),
-            as_parameter(TEMPLATE_SETTINGS),
-            modules=DETECTOR_MODULES,
-            members=ARCHIVE.labelled(),
-        ),
+        **told(EVALUATE),
+    message:
+        "evaluate the detectors on the labelled recordings"
     shell:
-        "python {input.script:q} --recordings {input.recordings:q}"
-        " --matrices {params.results:q}/matrices --fits {params.results:q}/fits"
-        " --passages {input.passages:q} --features {input.features:q}"
-        " --settings {params.settings:q}"
-        " --template-settings {params.template_settings:q} --output {params.results:q}/evaluation"
-        " --processes {threads}"
-        " --record {params.made_from:q} > {log:q} 2>&1"
-
-
-rule judge:
-    input:
-        predictions=rules.evaluate.output.predictions,
-        grouped=rules.evaluate.output.grouped,
-        recordings=rules.index.output.recordings,
-        script=script("judge.py"),
-    output:
-        report(
-            expand("results/evaluation/{table}.csv", table=JUDGEMENTS),
-            caption="../report/captions/rates.rst",
-            category="Rates",
-        ),
-    log:
-        "results/logs/judge.log",
-    conda:
-        "../../environment.yml"
-    threads: BESIDE_ANOTHER if len(LABELLED) >= TWO_PROCESSES_FROM else 1
-    params:
-        results=results_folder,
-        settings=section("evaluation"),
-        made_from=made_from("judge", section("evaluation")),
-    shell:
-        "python {input.script:q} --recordings {input.recordings:q}"
-        " --predictions {input.predictions:q} {input.grouped:q} --settings {params.settings:q}"
-        " --output {params.results:q}/evaluation --processes {threads}"
-        " --record {params.made_from:q} > {log:q} 2>&1"
-
-
-rule combine:
-    input:
-        predictions=rules.evaluate.output.predictions,
-        grouped=rules.evaluate.output.grouped,
-        detections=rules.detect.output.detections,
-        recordings=rules.index.output.recordings,
-        script=script("combine.py"),
-    output:
-        report(
-            "results/sites.csv",
-            caption="../report/captions/verdicts.rst",
-            category="Verdicts",
-        ),
-    log:
-        "results/logs/combine.log",
-    conda:
-        "../../environment.yml"
-    params:
-        results=results_folder,
-        settings=section("evaluation"),
-        made_from=made_from("combine", section("evaluation")),
-    shell:
-        "python {input.script:q} --recordings {input.recordings:q}"
-        " --evaluation {params.results:q}/evaluation --detections {input.detections:q}"
-        " --settings {params.settings:q} --output {output:q}"
-        " --record {params.made_from:q} > {log:q} 2>&1"
+        "python {params.script:q} --recordings {input.recordings:q} --results {params.results:q}"
+        " --batch-size {params.batch_size} --settings {params.settings:q}"
+        " --output {params.results:q}/evaluation --processes {threads} > {log:q} 2>&1"

@@ -1,27 +1,27 @@
 # Fit a particle to each recording of a nodule.
 #
-# takes: results/matrices/<size>mm/<run>.npy, results/signals/<size>mm/<run>.npy,
-#        results/recordings.csv
+# takes: results/matrices/<size>mm/<run>.npy, results/signals/<size>mm/<run>.npy
 # gives: results/fits/<size>mm/<run>.json
+
+FIT = step("fit", sections("fit"), lambda batch: [PREPROCESS.key(batch)])
 
 
 rule fit:
     input:
-        matrix=rules.preprocess.output.matrix,
-        signal=rules.preprocess.output.signal,
-        # With on_rejected: fail, the run stops before any fit; otherwise fits need not wait.
-        index=ancient("results/recordings.csv") if config["on_rejected"] == "fail" else [],
-        script=script("fit.py"),
+        matrices=rules.preprocess.output.matrices,
+        signals=rules.preprocess.output.signals,
     output:
-        "results/fits/{recording}.json",
+        f"results/{pattern('fits', SIZE)}",
     log:
-        "results/logs/fit/{recording}.log",
+        "results/logs/fit/{batch}.log",
     conda:
         "../../environment.yml"
     params:
-        settings=section("fit"),
-        made_from=made_from("fit", section("fit")),
+        **told(FIT),
+        recordings=lambda wildcards: BATCHES[wildcards.batch],
+    message:
+        "fit {wildcards.batch}"
     shell:
-        "python {input.script:q} {input.matrix:q} --signal {input.signal:q}"
-        " --name {wildcards.recording:q} --settings {params.settings:q} --output {output:q}"
-        " --record {params.made_from:q} > {log:q} 2>&1"
+        "python {params.script:q} {params.recordings:q} --batch {wildcards.batch:q}"
+        " --signals {input.signals:q} --matrices {input.matrices:q} --settings {params.settings:q}"
+        " --output {output:q} > {log:q} 2>&1"

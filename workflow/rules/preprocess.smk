@@ -1,30 +1,34 @@
-# Check each recording and compute its matrix.
+# Check each recording and compute its matrix. A batch is one recording, in a large archive several.
 #
 # takes: raw/<size>mm/<run>.csv
 # gives: results/signals/<size>mm/<run>.npy, results/matrices/<size>mm/<run>.npy,
-#        results/checks/<size>mm/<run>.json
+#        results/checks/<size>mm/<run>.json; of a batch of several, .npz and .json
+
+BENCH_SETTINGS = {name: config["diagonal"][name] for name in BENCH}
+PREPROCESS = step(
+    "preprocess", sections("recording", "preprocessing", diagonal=BENCH_SETTINGS), contents_of
+)
 
 
 rule preprocess:
-    input:
-        script=script("preprocess.py"),
     output:
-        signal="results/signals/{recording}.npy",
-        matrix="results/matrices/{recording}.npy",
-        check="results/checks/{recording}.json",
+        signals=f"results/{pattern('signals', SIZE)}",
+        matrices=f"results/{pattern('matrices', SIZE)}",
+        checks=f"results/{pattern('checks', SIZE)}",
     log:
-        "results/logs/preprocess/{recording}.log",
+        "results/logs/preprocess/{batch}.log",
+    # With on_rejected: fail, all recordings are checked before the fits begin.
+    priority: 2 if config["on_rejected"] == "fail" else 0
     conda:
         "../../environment.yml"
     params:
-        settings=as_parameter(CHECK_SETTINGS),
-        # The recording is no input: its content decides whether the job runs again, not its time
-        # stamp, which may be in the future.
-        recording=lambda wildcards: f"{RAW}/{wildcards.recording}.csv",
-        content=content_of_recording,
-        made_from=made_from("preprocess", as_parameter(CHECK_SETTINGS)),
+        **told(PREPROCESS),
+        # The recordings are no inputs: their content decides whether the job runs again, not their
+        # time stamps. The job compares the checksums again.
+        recordings=lambda wildcards: contents_of(wildcards.batch),
+    message:
+        "preprocess {wildcards.batch}"
     shell:
-        "python {input.script:q} {params.recording:q} --name {wildcards.recording:q}"
-        " --settings {params.settings:q} --signal {output.signal:q} --matrix {output.matrix:q}"
-        " --check {output.check:q}"
-        " --record {params.made_from:q} > {log:q} 2>&1"
+        "python {params.script:q} {params.recordings:q} --raw {params.raw:q}"
+        " --batch {wildcards.batch:q} --settings {params.settings:q} --signals {output.signals:q}"
+        " --matrices {output.matrices:q} --checks {output.checks:q} > {log:q} 2>&1"

@@ -1,62 +1,37 @@
-# Draw each finished survey under sessions/.
+# Draw each finished survey under sessions/, for the report and for print.
 #
 # takes: sessions/<survey>/, config/phantom.yaml
-# gives: results/surveys/<survey>/picture{,_column}.svg, picture.csv, survey.json; on request
-#        (snakemake -c2 figures) for print, results/print/surveys/<survey>/picture{,_column}.pdf
+# gives: results/surveys/<survey>/picture{,_column}.{svg,pdf}, picture.csv, survey.json
 
-from edges.survey_list import list_surveys, survey_content
+from capsule.survey.listed import list_surveys, survey_content
 
 SURVEYS = list_surveys(Path(SESSIONS))
+SURVEY = step(
+    "survey",
+    sections("diagonal"),
+    lambda survey: [survey, survey_content(Path(SESSIONS) / survey)],
+    beside=[PROJECT / "config" / "phantom.yaml"],
+    script="chart_survey.py",
+)
 
 
-rule chart_survey:
-    input:
-        phantom=own_file(PROJECT / "config" / "phantom.yaml"),
-        script=script("chart_survey.py"),
+rule survey:
     output:
-        # The report shows these values.
-        values="results/surveys/{survey}/survey.json",
-        pictures=expand("results/surveys/{{survey}}/picture{width}.svg", width=["", "_column"]),
-        table="results/surveys/{survey}/picture.csv",
+        "results/surveys/{survey}/survey.json",
+        multiext("results/surveys/{survey}/picture", ".svg", "_column.svg", ".csv"),
+        multiext("results/surveys/{survey}/picture", ".pdf", "_column.pdf"),
     log:
-        "results/logs/chart_survey/{survey}.log",
-    wildcard_constraints:
-        survey="[^/]+",
+        "results/logs/survey/{survey}.log",
     conda:
         "../../environment.yml"
     params:
-        settings=section("diagonal"),
+        **told(SURVEY),
         # The survey's files are no inputs: their content decides whether the job runs again, not
         # their time stamps.
         session=lambda wildcards: f"{SESSIONS}/{wildcards.survey}",
-        content=lambda wildcards: survey_content(Path(SESSIONS) / wildcards.survey),
-        made_from=made_from("chart_survey", section("diagonal")),
         folder=lambda wildcards: f"{RESULTS}/surveys/{wildcards.survey}",
+    message:
+        "draw the survey {wildcards.survey}"
     shell:
-        "python {input.script:q} --session {params.session:q} --phantom {input.phantom:q}"
-        " --settings {params.settings:q} --kind svg --output {params.folder:q}"
-        " --record {params.made_from:q} > {log:q} 2>&1"
-
-
-rule print_survey:
-    input:
-        phantom=own_file(PROJECT / "config" / "phantom.yaml"),
-        script=script("chart_survey.py"),
-    output:
-        expand("results/print/surveys/{{survey}}/picture{width}.pdf", width=["", "_column"]),
-    log:
-        "results/logs/print_survey/{survey}.log",
-    wildcard_constraints:
-        survey="[^/]+",
-    conda:
-        "../../environment.yml"
-    params:
-        settings=section("diagonal"),
-        session=lambda wildcards: f"{SESSIONS}/{wildcards.survey}",
-        content=lambda wildcards: survey_content(Path(SESSIONS) / wildcards.survey),
-        made_from=made_from("print_survey", section("diagonal"), script="chart_survey.py"),
-        folder=lambda wildcards: f"{RESULTS}/print/surveys/{wildcards.survey}",
-    shell:
-        "python {input.script:q} --session {params.session:q} --phantom {input.phantom:q}"
-        " --settings {params.settings:q} --kind pdf --output {params.folder:q}"
-        " --record {params.made_from:q} > {log:q} 2>&1"
+        "python {params.script:q} --session {params.session:q} --settings {params.settings:q}"
+        " --output {params.folder:q} > {log:q} 2>&1"

@@ -11,7 +11,7 @@ import signal
 
 from acquisition import options, output, run
 from acquisition.bench_errors import INTERRUPTED, end_with_status
-from edges import files
+from capsule import files
 
 
 def main() -> None:

@@ -1,18 +1,18 @@
-"""Draw one survey: for the report, with the values that the page shows, or for print."""
+"""Draw one survey, for the report and for print, with the values that the page shows."""
 
 import argparse
 import json
 from pathlib import Path
 
+from capsule import files
 from capsule.figures.draw_survey import frames, survey_drawing, unreadable_drawing
 from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
 from capsule.page.survey_player import player
 from capsule.page.survey_words import survey_values, title_of
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from capsule.survey.files import read_session
 from capsule.survey.stored_session import SessionError
 from capsule.survey.track import crest_at_mm, pins_of, track_of
-from edges import files
-from edges.phantom import read_phantom
-from edges.survey_files import read_session
 
 WIDTHS = {"wide": (PAGE_WIDTH_IN, ""), "narrow": (COLUMN_WIDTH_IN, "_column")}
 
@@ -21,12 +21,10 @@ def main() -> None:
     """Read the survey, and write the picture, its data and the values for the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--session", type=Path, required=True, help="the survey's folder")
-    parser.add_argument("--phantom", type=Path, required=True, help="config/phantom.yaml")
     parser.add_argument("--settings", type=json.loads, required=True, help="section diagonal, JSON")
-    parser.add_argument("--kind", choices=("svg", "pdf"), required=True, help="format; pdf: print")
     parser.add_argument("--output", type=Path, required=True, help="output: the folder")
     arguments = parser.parse_args()
-    output, kind, name = arguments.output, arguments.kind, arguments.session.name
+    output, name = arguments.output, arguments.session.name
     detector = arguments.settings["diagonal"]
     try:
         session = read_session(arguments.session)
@@ -37,20 +35,20 @@ def main() -> None:
     else:
         track, pins = track_of(session), pins_of(session)
         crest_mm = crest_at_mm(session, detector)
-        phantom = read_phantom(arguments.phantom, [])
+        phantom = read_phantom(DEFAULT_TABLE, [])
         content = survey_values(session, track, pins)
         content["player"] = player(session, track, crest_mm, phantom)
         wave = detector["wavelength_mm"], crest_mm
         table, draw = survey_drawing(session, title_of(session), track, pins, wave)
     content["frames"] = {}
     for width, (width_in, suffix) in WIDTHS.items():
-        figure = draw(width_in)
-        with files.write_whole(output / f"picture{suffix}.{kind}", "wb") as stream:
-            stream.write(render_figure(figure, kind, f"{name}{suffix}", outlines=False))
+        for kind in ("pdf", "svg"):
+            figure = draw(width_in)
+            with files.write_whole(output / f"picture{suffix}.{kind}", "wb") as stream:
+                stream.write(render_figure(figure, kind, f"{name}{suffix}", outlines=False))
         content["frames"][width] = frames(figure)
-    if kind == "svg":
-        files.write_csv(output / "picture.csv", list(table[0]), table)
-        files.write_json(output / "survey.json", content)
+    files.write_csv(output / "picture.csv", list(table[0]), table)
+    files.write_json(output / "survey.json", content)
 
 
 if __name__ == "__main__":

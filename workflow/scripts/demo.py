@@ -5,8 +5,8 @@ from pathlib import Path
 
 from acquisition import demo_run, output
 from acquisition.bench_errors import INTERRUPTED, end_with_status
-from edges import files
-from edges.number_arguments import natural, number_within
+from capsule import files
+from capsule.number_arguments import natural, number_within
 
 
 def read_arguments() -> argparse.Namespace:

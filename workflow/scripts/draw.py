@@ -2,25 +2,34 @@
 
 import argparse
 import json
+from functools import partial
 from pathlib import Path
 
-from edges import files
-from edges.figure_files import write_figures
-from edges.figure_inputs import StoredResults
+from capsule import files
+from capsule.figures.files import StoredResults, write_figure
+from capsule.figures.registry import FIGURES
+from capsule.forks import Forks
+from capsule.project import PROJECT
+from capsule.results import Results
 
 
 def main() -> None:
     """Read what the figures show, and write the figures."""
     parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--recordings", type=Path, required=True, help="labelled.csv")
     parser.add_argument("--results", type=Path, required=True, help="the folder of results")
-    parser.add_argument("--paper", type=Path, required=True, help="paper.yaml")
+    parser.add_argument("--batch-size", type=int, required=True, help="recordings in a batch")
     parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
-    parser.add_argument("--figures", nargs="+", required=True, help="names of figures")
     parser.add_argument("--kind", choices=("svg", "pdf"), required=True, help="format of the files")
     parser.add_argument("--output", type=Path, required=True, help="output: the folder of figures")
+    parser.add_argument("--processes", type=int, default=1, help="how many draw (default: 1)")
     arguments = parser.parse_args()
-    inputs = StoredResults(arguments.results, arguments.paper, arguments.settings)
-    write_figures(arguments.figures, inputs, arguments.kind, arguments.output)
+    results = Results.of_table(arguments.results, arguments.recordings, arguments.batch_size)
+    inputs = StoredResults(
+        results, PROJECT / "workflow" / "report" / "paper.yaml", arguments.settings
+    )
+    draw = partial(write_figure, inputs=inputs, kind=arguments.kind, folder=arguments.output)
+    print("\n".join(Forks(arguments.processes)(draw, FIGURES)))
 
 
 if __name__ == "__main__":

@@ -2,9 +2,9 @@
 
 from functools import partial
 
+from capsule import files
 from capsule.configuration import check_configuration
-from edges import files
-from edges.config_files import read_config_file, read_schema
+from capsule.configuration_files import read_config_file, read_schema
 from exporting.export_options import SCHEMA, read_arguments
 from exporting.export_provenance import outdated
 from exporting.export_writing import tell, write
@@ -19,9 +19,10 @@ def main() -> None:
     progress = partial(tell, what="recordings read:")
     exported = gather(arguments.results, arguments.config, settings, arguments.what, progress)
     count, written = write(exported, arguments.format, arguments.out, force=arguments.force)
-    if changed := outdated(arguments.results):
+    if changed := outdated(arguments.results, settings):
         print(
-            f"warning: {len(changed)} files have changed since {arguments.results}/ was made, such "
+            f"warning: {len(changed)} recordings came, went or changed since "
+            f"{arguments.results}/ was made, such "
             f"as {changed[0]}; make it again: snakemake -c2 results/report.html"
         )
     origin = exported.provenance["origin"]

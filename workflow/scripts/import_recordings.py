@@ -2,7 +2,7 @@
 
 import sys
 
-from edges import files
+from capsule import files
 from importing.import_options import build_parser
 from importing.import_run import Importer
 

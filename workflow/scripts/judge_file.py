@@ -8,9 +8,9 @@ from pathlib import Path
 
 from acquisition import judged_file, judged_view
 from acquisition.verdict import FinalVerdict
-from edges import files
-from edges.config_files import read_config_file
-from edges.workflow_call import data_config, data_folder
+from capsule import files
+from capsule.configuration_files import read_config_file
+from capsule.workflow_call import data_config, data_folder
 
 
 def read_arguments() -> argparse.Namespace:

@@ -4,7 +4,7 @@ Needs manifold3d: pip install "origami-capsule[parts]", or pip install manifold3
 STEP files (--step) also need Open CASCADE, which the extra [cad] installs.
 """
 
-from edges import files
+from capsule import files
 from part_making.flat_files import dxf_text, svg_text
 from part_making.mesh_files import split_bodies, stl_bytes, threemf_bytes
 from part_making.part_lists import bill_of_materials, parts_table, title_lines

@@ -3,7 +3,7 @@
 import argparse
 import sys
 
-from edges import files, workflow_call
+from capsule import files, workflow_call
 
 DETAILS = """
 It works in the current folder if that holds raw/ and config/config.yaml, else in the folder of the

@@ -1,47 +1,42 @@
-"""Check one recording, put its readings on an even time grid, and compute its matrix V.
+"""Check the recordings of a batch, put their readings on an even time grid, compute matrices V.
 
 A rejected recording gets arrays of NaN.
 """
 
 import argparse
 import json
-from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
+from capsule import files, results
 from capsule.checking import check_recording
-from capsule.kinds import Settings
-from edges import files
-
-
-def preprocess_recording(
-    source: Path, name: str, settings: Settings, outputs: Sequence[Path]
-) -> None:
-    """Check a recording, and write its readings, its matrix and the result of its check."""
-    *array_files, check_file = outputs
-    max_bytes = int(settings["recording"]["max_megabytes"] * 1e6)
-    content = files.read_limited(source, max_bytes)
-    check, *arrays = check_recording(name, content, max_bytes, settings)
-    for path, array in zip(array_files, arrays, strict=True):
-        with files.write_whole(path, "wb") as stream:
-            np.save(stream, array)
-    files.write_json(check_file, check)
-    print(f"{name}: {check['status']}", check["reason"])
+from capsule.errors import CapsuleError
 
 
 def main() -> None:
-    """Read the arguments of one recording, and preprocess it."""
+    """Write the readings, the matrices and the outcome of the checks."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("recording", type=Path, help="the CSV file")
-    parser.add_argument("--name", required=True, help="the recording's name, such as 3mm/r07")
+    parser.add_argument("recordings", nargs="+", help="names with the checksums of their content")
+    parser.add_argument("--raw", type=Path, required=True, help="the folder of recordings")
+    parser.add_argument("--batch", required=True, help="the batch, such as 3mm/r07")
     parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
-    parser.add_argument("--signal", type=Path, required=True, help="output: the readings, .npy")
-    parser.add_argument("--matrix", type=Path, required=True, help="output: the matrix, .npy")
-    parser.add_argument("--check", type=Path, required=True, help="output: the check, .json")
+    parser.add_argument("--signals", type=Path, required=True, help="output: the readings")
+    parser.add_argument("--matrices", type=Path, required=True, help="output: the matrices")
+    parser.add_argument("--checks", type=Path, required=True, help="output: the checks")
     arguments = parser.parse_args()
-    outputs = (arguments.signal, arguments.matrix, arguments.check)
-    preprocess_recording(arguments.recording, arguments.name, arguments.settings, outputs)
+    settings, signals, matrices, checks = arguments.settings, {}, {}, {}
+    max_bytes = int(settings["recording"]["max_megabytes"] * 1e6)
+    for told in arguments.recordings:
+        name, _, expected = told.partition(":")
+        path = arguments.raw / f"{name}.csv"
+        content = files.read_limited(path, max_bytes)
+        if files.fingerprint_of(content) != expected:
+            raise CapsuleError(f"{path} has changed since the run began; run the command again")
+        made = check_recording(name, content, max_bytes, settings)
+        checks[name], signals[name], matrices[name] = made
+        print(f"{name}: {checks[name]['status']}", checks[name]["reason"])
+    results.write_arrays(arguments.signals, signals)
+    results.write_arrays(arguments.matrices, matrices)
+    results.write_contents(arguments.checks, checks, arguments.batch)
 
 
 if __name__ == "__main__":

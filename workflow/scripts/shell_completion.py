@@ -7,8 +7,8 @@ from pathlib import Path
 import shtab
 
 import capsule_command
-from edges import files
-from edges.script_parser import script_parser
+from capsule import files
+from script_parser import script_parser
 
 DETAILS = """
 bash, for your user, where the package bash-completion is installed:

@@ -4,13 +4,13 @@ import argparse
 import sys
 from pathlib import Path
 
+from capsule import files
+from capsule.configuration_files import read_config_file
 from capsule.errors import CapsuleError
+from capsule.number_arguments import natural, number_within
+from capsule.phantom.files import CONFIG, phantom_arguments, read_phantom
 from capsule.phantom.simulation import planned_runs, recording_of, simulate_run
 from capsule.recording import format_recording
-from edges import files
-from edges.config_files import read_config_file
-from edges.number_arguments import natural, number_within
-from edges.phantom import CONFIG, phantom_arguments, read_phantom
 
 
 def read_arguments() -> argparse.Namespace:

@@ -2,7 +2,7 @@
 
 import argparse
 
-from edges import files
+from capsule import files
 from phantom_study import calibrate_phantom, draw_phantom, judge_phantom
 from phantom_study.arguments import detector_arguments
 

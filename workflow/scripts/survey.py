@@ -2,7 +2,7 @@
 
 from acquisition import output, survey_options, surveys
 from acquisition.bench_errors import end_with_status
-from edges import files
+from capsule import files
 
 
 def main() -> None:

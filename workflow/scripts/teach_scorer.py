@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from edges import files
-from edges.config_files import read_config_file
-from edges.number_arguments import natural
-from edges.phantom import CONFIG, DEFAULT_TABLE, read_phantom
+from capsule import files
+from capsule.configuration_files import read_config_file
+from capsule.number_arguments import natural
+from capsule.phantom.files import CONFIG, DEFAULT_TABLE, read_phantom
 
 PROJECTING = 16400
 

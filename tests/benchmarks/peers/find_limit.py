@@ -30,20 +30,20 @@ from judge_report import table
 from judge_unseen import USUAL, WEIGHTS, bench_names, stored
 from judge_unseen import simulated as archives_of
 
+from capsule.configuration_files import read_config_file
 from capsule.detectors.adaptation import Adaptation
+from capsule.detectors.described import read_scorer
 from capsule.detectors.operating_point import threshold_at
 from capsule.detectors.passage import passage_of
 from capsule.detectors.scorer import Scorer, features_of
 from capsule.detectors.taught import adaptation_features
 from capsule.evaluation.roc import height_at
 from capsule.naming import size_mm
+from capsule.number_arguments import natural
+from capsule.phantom.files import CONFIG, DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import simulate_run
 from capsule.preprocessing import normalize
-from edges.config_files import read_config_file
-from edges.number_arguments import natural
-from edges.phantom import CONFIG, DEFAULT_TABLE, read_phantom
-from edges.scorer_files import read_scorer
 
 LENGTH, TEACHING_SEED, FRESH_SEED, FRESH = 1000, 70_000, 80_000, 600
 ARCHIVE_SEED = 110_000

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from capsule.configuration_files import read_config_file
 from capsule.detectors.along_gut import along_gut
 from capsule.detectors.passage import passage_of
-from edges.config_files import read_config_file
 from support.project import ROOT
 from support.waves import wave_readings
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
+from capsule.configuration_files import read_config_file
 from capsule.detectors.beat_series import beat_series
 from capsule.detectors.scorer import Scorer, features_of, standardised, unprojected
 from capsule.evaluation.roc import auc
 from capsule.recording import read_recording
 from capsule.seeding import generator
-from edges.config_files import read_config_file
 from support.project import ROOT
 
 SETTINGS = read_config_file(ROOT / "config" / "config.yaml")["diagonal"]

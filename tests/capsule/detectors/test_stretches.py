@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from capsule.configuration_files import read_config_file
 from capsule.detectors import stretches
 from capsule.detectors.along_gut import along_gut
+from capsule.detectors.described import read_scorer
 from capsule.detectors.scorer import series_of, standardised
 from capsule.recording import read_recording
-from edges.config_files import read_config_file
-from edges.scorer_files import read_scorer
 from support.project import ROOT
 
 SETTINGS = read_config_file(ROOT / "config" / "config.yaml")["diagonal"]

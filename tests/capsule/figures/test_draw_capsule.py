@@ -15,7 +15,7 @@ from capsule.figures.draw_capsule import (
 )
 from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN
 from capsule.geometry.substructure import outline, shape_of
-from edges.part_tables import shipped_design
+from capsule.parts.files import shipped_design
 
 DESIGN = shipped_design()
 INPUTS = SimpleNamespace(design=DESIGN, settings={"recording": {"sensors": 4}})

@@ -24,7 +24,7 @@ from capsule.geometry.substructure import (
     top_mm,
 )
 from capsule.geometry.wiring import cut_lines, wire_positions
-from edges.part_tables import shipped_design
+from capsule.parts.files import shipped_design
 
 DESIGN = shipped_design()
 ORIGAMI, CHOICES = DESIGN.phantom.origami, DESIGN.parts.choice

@@ -143,7 +143,7 @@ def test_every_public_name_is_there_and_others_are_not():
         "import capsule\nfor name in dir(capsule): assert getattr(capsule, name) is not None\n"
     )
     program += "from capsule import *\nprint(load.__module__, hasattr(capsule, 'loaded'))"
-    assert python(program).split() == ["edges.library", "False"]
+    assert python(program).split() == ["capsule.interface.library", "False"]
 
 
 def test_every_public_name_says_what_it_is():

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 
+from capsule.configuration_files import read_config_file
 from capsule.detectors.beat_series import WINDOWS_A_WAVE
 from capsule.detectors.matching import first_peak_sample
 from capsule.detectors.stretches import STEP, Stretches
@@ -18,13 +19,13 @@ from capsule.page.nearest_templates import NearestTemplate
 from capsule.page.packing import to_json
 from capsule.page.recording_evidence import RecordingResults, recording_evidence
 from capsule.particles import Particle
-from edges.config_files import read_config_file
 from support.project import ROOT
 from support.stored import StoredResults
 from support.synthetic import make_recording
 
 SETTINGS = read_config_file(ROOT / "config" / "config.yaml")
 PARTICLE = Particle(np.ones(4) / 3, np.full(4, 0.3), np.full(3, 401 / 3), np.full(4, 29 / 3))
+FIT = {"first_peak": 150, "lag": 981, "rmse": 0.1, "rmse_initial": 0.2, "accepted_moves": 3}
 ROW = {"accepted": True, "size": "3 mm", "size_mm": 3.0, "nodule_at_mm": 4.5}
 
 
@@ -36,23 +37,35 @@ def test_1200_recordings_of_full_length_stay_below_25_megabytes():
     said |= dict.fromkeys(("score", "threshold", "location_mm"), 1234.567)
     verdicts = [said | {"distances": [0.123456789012345] * 6}] * 2
     verdicts += [said | {"distances": []}] * 6
-    fit = {"first_peak": 150, "lag": 981, "rmse": 0.1, "rmse_initial": 0.2, "accepted_moves": 3}
     schemes = ("leave_one_out", "resubstitution")
     nearest = {scheme: NearestTemplate(3.0, PARTICLE, 981) for scheme in schemes}
     beats = int(1000 / 32 * WINDOWS_A_WAVE)
     stretches = Stretches(7.0, 3.5, STEP, np.linspace(0, 1, beats // STEP))
     check = {"header": {}, "sha256": "0" * 64}
-    results = RecordingResults(values, check, (fit, PARTICLE), stretches)
+    results = RecordingResults(values, check, stretches)
     alone = recording_evidence("3mm/r01", results, 10.0, SETTINGS)
     assert None not in alone.values()
     alone["facts"] = {"SHA-256": "0" * 64}
-    added = evidence_among_others(ROW, 0, verdicts, nearest, SETTINGS)
+    added = evidence_among_others(ROW, 0, verdicts, nearest, (FIT, PARTICLE), SETTINGS)
+    assert None not in added.values()
     one = len(to_json(alone | added))
-    # The figures take 2.5 MB, a row of the table less than 1 kB.
-    assert 1200 * (one + 1000) + 2.5e6 < 25e6
+    # The figures take 2.5 MB, a recording's rows in the tables less than 900 bytes.
+    assert 1200 * (one + 900) + 2.5e6 < 25e6
     assert not stands_beside(1200, SETTINGS)
-    too_many = int((25e6 - 2.5e6) / (one + 1000)) + 1
+    too_many = int((25e6 - 2.5e6) / (one + 900)) + 1
     assert stands_beside(too_many, SETTINGS)
+
+
+def test_the_fit_is_drawn_where_it_lies_and_said_in_words():
+    settings = SETTINGS | {"preprocessing": SETTINGS["preprocessing"] | {"length": 500}}
+    particle = Particle(np.ones(4), np.full(4, 0.3), np.full(3, 100.0), np.full(4, 9.0))
+    fit = FIT | {"first_peak": 50, "lag": 501}
+    added = evidence_among_others(ROW, 0, [], {}, (fit, particle), settings)
+    # At the lag L + 1 the first peak lies at the sample u, counted from 1.
+    assert added["fitted"]["peak"] == [49, 149, 249, 349]
+    assert added["fit"].startswith("RMSE 0.1000; ") and added["fit"].endswith("; lag 501")
+    without = evidence_among_others(ROW, 0, [], {}, None, settings)
+    assert without["fitted"] is without["fit"] is None
 
 
 def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts_and_templates():

@@ -4,9 +4,9 @@ import copy
 import json
 import re
 
+from capsule.configuration_files import read_config_file
 from capsule.page import beside
 from capsule.page.packing import deflated
-from edges.config_files import read_config_file
 from support.project import ROOT
 
 SETTINGS = read_config_file(ROOT / "config" / "config.yaml")

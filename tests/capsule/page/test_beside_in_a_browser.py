@@ -11,8 +11,8 @@ import sys
 
 import pytest
 
+from capsule.configuration_files import read_config_file
 from capsule.page import beside, recordings
-from edges.config_files import read_config_file
 from support.browser import needed
 from support.project import ROOT
 from support.report_page import EVIL, RECORDINGS, wait_for_title

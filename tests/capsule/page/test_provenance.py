@@ -27,11 +27,6 @@ def test_the_origin_comes_from_what_the_recordings_say(sources, kind):
     assert provenance.origin_of(sources).kind == kind
 
 
-def test_a_log_tells_how_long_its_script_took():
-    assert provenance.seconds_in_log("3mm/r01: ...\nfinished in 0.232 s\n") == 0.232
-    assert provenance.seconds_in_log("error: the disk is full\n") is None
-
-
 def test_the_configuration_is_compared_with_the_paper():
     schema = {
         "properties": {

@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
+from capsule.configuration_files import read_config_file
 from capsule.detectors.stretches import STEP, Stretches
 from capsule.page.recording_evidence import RecordingResults, peaks, recording_evidence
-from capsule.particles import Particle
-from edges.config_files import read_config_file
 from support.packed import unpack
 from support.project import ROOT
 from support.synthetic import make_recording
@@ -15,9 +14,9 @@ SETTINGS = read_config_file(ROOT / "config" / "config.yaml")
 CHECK = {"header": {}, "sha256": "0"}
 
 
-def evidence_of(values, check=CHECK, fit=None, stretches=None, **shape):
+def evidence_of(values, check=CHECK, stretches=None, **shape):
     settings = SETTINGS | {"preprocessing": SETTINGS["preprocessing"] | shape}
-    results = RecordingResults(values, check, fit, stretches)
+    results = RecordingResults(values, check, stretches)
     return recording_evidence("3mm/r01", results, 10.0, settings)
 
 
@@ -36,17 +35,10 @@ def test_the_readings_stay_exact_and_the_smooth_signals_are_thinned():
     assert (drawn["recording"], drawn["interval_s"], drawn["threshold"]) == ("3mm/r01", 0.1, 1.0)
 
 
-def test_the_fit_is_drawn_where_it_lies_and_said_in_words():
+def test_the_facts_are_those_of_the_file_and_its_header():
     values = make_recording(3, "3mm/r01", samples=400).values
-    particle = Particle(np.ones(4), np.full(4, 0.3), np.full(3, 100.0), np.full(4, 9.0))
-    fit = {"first_peak": 50, "lag": 501, "rmse": 0.1, "rmse_initial": 0.2, "accepted_moves": 3}
-    drawn = evidence_of(values, CHECK | {"header": {"site": "a"}}, (fit, particle), length=500)
-    # At the lag L + 1 the first peak lies at the sample u, counted from 1.
-    assert drawn["fitted"]["peak"] == [49, 149, 249, 349]
-    assert "RMSE 0.1000" in drawn["facts"].pop("Fit")
+    drawn = evidence_of(values, CHECK | {"header": {"site": "a"}})
     assert drawn["facts"] == {"File": "raw/3mm/r01.csv", "SHA-256": "0", "# site": "a"}
-    without = evidence_of(values)
-    assert without["fitted"] is None and "Fit" not in without["facts"]
 
 
 def test_what_the_detectors_judged_by_goes_together():

@@ -14,11 +14,11 @@ from capsule.page.dark_figures import with_dark_colours
 from capsule.page.survey_player import capsule_outline, player
 from capsule.page.survey_section import page_values
 from capsule.page.survey_words import survey_values, title_of
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.survey.cycle import STATES
 from capsule.survey.state_words import STATE_WORDS
 from capsule.survey.stored_session import parse_session
 from capsule.survey.track import crest_at_mm, pins_of, track_of
-from edges.phantom import DEFAULT_TABLE, read_phantom
 from support.surveys import CREST_MM, DETECTOR, PLACES, head_mm, session_contents
 
 PHANTOM = read_phantom(DEFAULT_TABLE, [])

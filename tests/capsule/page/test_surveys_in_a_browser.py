@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from capsule.geometry.origami import sensor_offsets, vertices
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.survey.state_words import STATE_WORDS
-from edges.phantom import DEFAULT_TABLE, read_phantom
 from support.browser import PHONE, needed
 from support.surveys import head_mm
 

@@ -112,6 +112,19 @@ def test_the_marks_are_the_scores_of_the_csv_file(browser, page, project):
             assert marks["scores"] == pytest.approx(scores, rel=1e-4)
 
 
+def test_the_fit_is_told_between_the_checksum_and_the_header(browser, page):
+    names = "return [...document.querySelectorAll('#viewer .facts dt')].map((n) => n.textContent)"
+    for recording, first in (
+        ("6mm/r01", ["File", "SHA-256", "Fit"]),
+        ("0mm/r01", ["File", "SHA-256"]),
+    ):
+        browser.open(page, f"#recording={recording}")
+        wait_for_title(browser, recording)
+        told = browser.run(names)
+        assert told[: len(first)] == first
+        assert all(name.startswith("# ") for name in told[len(first) :])
+
+
 def test_the_address_names_recording_and_detector_and_back_returns(browser, page):
     browser.open(page, "#recording=1mm/r02&detector=diagonal")
     title = "1mm/r02: 1 mm nodule, taken for "

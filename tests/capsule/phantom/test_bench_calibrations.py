@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import study_phantom
+from capsule.files import read_csv
 from capsule.phantom.contact import height_factor, stray_offset
-from edges.files import read_csv
-from edges.phantom import BENCHES, DEFAULT_TABLE, bench_file, read_phantom
+from capsule.phantom.files import BENCHES, DEFAULT_TABLE, bench_file, read_phantom
 from phantom_study import trials
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"

@@ -8,9 +8,9 @@ import yaml
 
 import simulate
 from capsule.errors import CapsuleError
+from capsule.phantom.files import BENCHES, DEFAULT_TABLE, bench_file, read_phantom
 from capsule.phantom.parameters import bench_parts, bench_table, phantom_from_table, value_of
 from capsule.recording import read_recording, source_of
-from edges.phantom import BENCHES, DEFAULT_TABLE, bench_file, read_phantom
 
 TABLE = yaml.safe_load(DEFAULT_TABLE.read_text(encoding="utf-8"))
 NOISE = {"value": 0.5, "unit": "1", "source": "assumed"}

@@ -10,6 +10,7 @@ from capsule.phantom import contact as touch
 from capsule.phantom.advance import Strokes, draw_holds, draw_strokes, slips_back
 from capsule.phantom.bulge import bulge_of
 from capsule.phantom.chance import Chance, Nodule, Pass
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.journey import Journey
 from capsule.phantom.parameters import with_values
 from capsule.phantom.pressing import Pressing, UnevenWalls
@@ -19,7 +20,6 @@ from capsule.phantom.simulation import SENSORS, simulate_run
 from capsule.phantom.wall import draw_unevenness, roughness, wave_period
 from capsule.phantom.wave import cam_time, wave_train
 from capsule.seeding import generator
-from edges.phantom import DEFAULT_TABLE, read_phantom
 
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
 # Every mechanism that keeps a state from sample to sample, or from wave to wave.

@@ -25,6 +25,7 @@ from capsule.phantom.contact import (
     sphere_stiffness,
     stray_offset,
 )
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import (
     parameter_names,
     phantom_from_table,
@@ -33,7 +34,6 @@ from capsule.phantom.parameters import (
 )
 from capsule.phantom.sensor import counts, resistance
 from capsule.phantom.wall import draw_unevenness, overlap, roughness, uneven_height
-from edges.phantom import DEFAULT_TABLE, read_phantom
 
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
 

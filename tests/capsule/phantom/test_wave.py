@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.wall import wave_period
 from capsule.phantom.wave import cam_time, crest_shape, wave_height, wave_train
-from edges.phantom import DEFAULT_TABLE, read_phantom
 
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
 WALL, SINE = PHANTOM.wall, PHANTOM.wave

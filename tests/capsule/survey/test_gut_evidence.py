@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from capsule.configuration_files import read_config_file
 from capsule.detectors.passage import passage_of
+from capsule.phantom.files import CONFIG, DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import simulate_run
 from capsule.survey.gut_evidence import GutEvidence, evidence_along
-from edges.config_files import read_config_file
-from edges.phantom import CONFIG, DEFAULT_TABLE, read_phantom
 
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
 SETTINGS = read_config_file(CONFIG / "config.yaml")["diagonal"]

@@ -98,7 +98,7 @@ if __name__ == "__main__":
     from acquisition.clock import AWAKE
     from acquisition.line import Line
     from acquisition.protocol import encode
-    from edges import files
+    from capsule import files
 
     with socket.socket(fileno=int(sys.argv[1])) as served:
         serve(served)

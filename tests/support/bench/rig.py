@@ -9,8 +9,8 @@ from types import SimpleNamespace
 from acquisition.stand_in import StandInLogger
 from acquisition.workbench import Workbench
 from capsule.phantom.chance import Nodule
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import with_values
-from edges.phantom import DEFAULT_TABLE, read_phantom
 from support.bench.gut import Gut
 from support.bench.stand_in_motors import StandInFold, StandInPeristalsis
 from support.bench.surveyor import SteppedCable, Surveyor

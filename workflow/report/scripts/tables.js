@@ -66,11 +66,13 @@ const Tables = ((Elements) => {
     return textTable("peaks", "envelopes", "The envelopes in numbers.", heads, rows);
   }
 
-  /** Return the list of facts from the recording's header and fit. */
+  /** Return the list of facts from the recording's file, fit and header. */
   function facts(evidence) {
     const list = element("dl", "facts");
+    const add = (name, text) => list.append(element("dt", "", name), element("dd", "", text || UNKNOWN));
     for (const [name, text] of Object.entries(evidence.facts)) {
-      list.append(element("dt", "", name), element("dd", "", text || UNKNOWN));
+      add(name, text);
+      if (name === "SHA-256" && evidence.fit) add("Fit", evidence.fit);
     }
     return list;
   }

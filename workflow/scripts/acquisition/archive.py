@@ -9,9 +9,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from acquisition.bench_errors import AcquisitionError, DiskFullError, NameExistsError
+from capsule.locks import lock_file
 from capsule.naming import PART
 from capsule.recording import format_header, format_sample
-from edges.file_lock import lock_file
 
 SYNC_EVERY_S = 1.0
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)

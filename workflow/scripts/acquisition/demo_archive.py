@@ -5,13 +5,13 @@ from collections.abc import Iterator
 from itertools import count
 from pathlib import Path
 
+from capsule import files
 from capsule.errors import CapsuleError
 from capsule.naming import PART, UNLABELLED
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import PlannedRun, planned_runs, recording_of, simulate_run
 from capsule.recording import format_recording
-from edges import files
-from edges.workflow_call import CONFIG, PROJECT
+from capsule.workflow_call import CONFIG, PROJECT
 
 # Seed of the labelled recordings; played runs have higher seeds.
 LABELLED_SEED = 1

@@ -11,11 +11,11 @@ from acquisition import demo_archive, options, run
 from acquisition.bench_errors import AcquisitionError
 from acquisition.played_board import played_board
 from capsule import words
+from capsule.configuration_files import read_config_file
 from capsule.errors import CapsuleError
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import Run, simulate_run, simulated_header
-from edges.config_files import read_config_file
-from edges.phantom import DEFAULT_TABLE, read_phantom
-from edges.workflow_call import CONFIG, INTERRUPTED, PROJECT, call_workflow
+from capsule.workflow_call import CONFIG, INTERRUPTED, PROJECT, call_workflow
 
 LEARNED = ("results/templates.npz", "results/detectors.json")
 REPORT = "results/report.html"

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from acquisition.archive import explain_write_fault, publish, writing
 from acquisition.bench_errors import AcquisitionError
+from capsule.locks import lock_file
 from capsule.naming import PART
-from edges.file_lock import lock_file
 
 REMEDY = "survey.py --resume"
 

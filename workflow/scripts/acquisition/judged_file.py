@@ -11,10 +11,9 @@ import numpy as np
 from acquisition.verdict import FinalVerdict
 from capsule.checking import check_recording
 from capsule.detectors.verdicts import Verdict, why_unknown
+from capsule.files import read_csv, read_limited
 from capsule.kinds import Settings
 from capsule.recording import source_of
-from edges.files import read_csv
-from edges.reading import read_limited
 
 # The check needs a recording's name; an unlabelled one fits a file of any location.
 _NAME = "unlabelled/judged"

@@ -4,13 +4,12 @@ from pathlib import Path
 
 from acquisition.judged_file import JudgedFile
 from acquisition.judged_view import places_s
-from capsule import words
+from capsule import files, words
 from capsule.detectors.verdicts import Verdict
 from capsule.figures.judged_picture import draw_judged, picture_bytes
 from capsule.kinds import Settings
 from capsule.page.provenance import is_simulated
 from capsule.stages import preprocess_run
-from edges import files
 
 
 def write_picture(judged: JudgedFile, settings: Settings, path: Path) -> None:

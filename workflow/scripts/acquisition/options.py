@@ -5,9 +5,9 @@ from pathlib import Path
 
 from acquisition.line import BAUD
 from acquisition.stream_options import add_stream_options, fault_of_streams
-from edges.number_arguments import positive
-from edges.run_arguments import recording_name, size_folder
-from edges.workflow_call import data_config, data_folder
+from capsule.number_arguments import positive
+from capsule.run_arguments import recording_name, size_folder
+from capsule.workflow_call import data_config, data_folder
 
 LONGEST_ENTRY = 100  # characters of a site or session
 

@@ -9,8 +9,8 @@ import numpy as np
 from capsule.detectors.diagonal import DiagonalModel, size_features
 from capsule.detectors.intervals import size_interval
 from capsule.detectors.passage import passage_of
+from capsule.files import read_json
 from capsule.kinds import Settings
-from edges.files import read_json
 
 _UNKNOWN = float("nan")
 

@@ -14,9 +14,9 @@ from pathlib import Path
 
 from acquisition.archive import publish, writing
 from acquisition.bench_errors import AcquisitionError, NameExistsError
+from capsule.locks import lock_file
 from capsule.naming import PART
 from capsule.recording import column_names, format_header
-from edges.file_lock import lock_file
 
 KEPT_AS = ".recovered"
 _ENTRY = re.compile(r"# ([a-z0-9_]+): ([ -~\u00a0-\U0010ffff]+)")

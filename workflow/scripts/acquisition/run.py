@@ -25,12 +25,12 @@ from acquisition.session import Session
 from acquisition.terminal import Progress, Terminal
 from capsule.checking import readings_of
 from capsule.configuration import check_configuration
+from capsule.configuration_files import read_config_file
 from capsule.errors import RecordingError
+from capsule.files import read_json
 from capsule.naming import UNLABELLED
 from capsule.recording import read_recording
-from edges.config_files import read_config_file
-from edges.files import read_json
-from edges.workflow_call import PROJECT
+from capsule.workflow_call import PROJECT
 
 if TYPE_CHECKING:
     from acquisition.stream_line import StreamLine

@@ -14,13 +14,13 @@ import numpy as np
 from acquisition.archive import SYNC_EVERY_S, writing
 from acquisition.bench_errors import AcquisitionError, NameExistsError
 from acquisition.growing_file import REMEDY, GrowingFile
+from capsule.files import read_json, write_csv, write_json, write_whole
 from capsule.kinds import Row, Settings
 from capsule.naming import PART, UNLABELLED
 from capsule.recording import Recording, column_names, format_recording
 from capsule.survey.odometer import mean_origin
 from capsule.survey.session_names import ABOUT, EVENTS, PLACES, STREAM
 from capsule.survey.survey_log import Event, Judgement, Readings
-from edges.files import read_json, write_csv, write_json, write_whole
 
 RECORDINGS, BOARDS_LOG = "recordings", "boards.log"
 # Results of a judgement; only the row of its last sample has them.

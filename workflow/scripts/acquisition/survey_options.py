@@ -4,8 +4,8 @@ import argparse
 from pathlib import Path
 
 from acquisition.options import add_board_options, add_wave_options
-from edges.number_arguments import natural, number_within
-from edges.phantom import phantom_arguments
+from capsule.number_arguments import natural, number_within
+from capsule.phantom.files import phantom_arguments
 
 EXAMPLES = """
 examples:

@@ -29,10 +29,10 @@ from acquisition.simulated_bench import SOURCE, simulated_bench
 from acquisition.stored_survey import read_stored
 from acquisition.survey_run import SurveyRun
 from acquisition.survey_view import SurveyView
+from capsule.configuration_files import read_config_file
+from capsule.phantom.files import CONFIG, read_phantom
 from capsule.survey.pilot import Pilot
 from capsule.survey.suspected_place import STATUSES
-from edges.config_files import read_config_file
-from edges.phantom import CONFIG, read_phantom
 
 
 def survey(options: argparse.Namespace) -> None:

@@ -1,5 +1,6 @@
 """The verdicts of all detectors on a recording: on a whole one, and on one in progress."""
 
+import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -9,15 +10,15 @@ from acquisition.bench_errors import AcquisitionError
 from acquisition.verdict_table import verdict_table
 from capsule import words
 from capsule.checking import readings_of
+from capsule.detectors.described import read_scorer
+from capsule.detectors.files import read_template_set
 from capsule.detectors.training import NewRecording, detector_class
 from capsule.detectors.verdicts import Verdict, why_unknown
 from capsule.errors import RecordingError
+from capsule.files import fingerprint, read_json
 from capsule.kinds import Settings
+from capsule.project import WEIGHTS
 from capsule.recording import Recording
-from edges.checksums import checksum
-from edges.detector_inputs import read_template_set
-from edges.files import read_json
-from edges.scorer_files import WEIGHTS, read_scorer
 
 
 def existing(path: Path, asked_by: str) -> Path:
@@ -57,7 +58,7 @@ class FinalVerdict:
         self._settings = settings
         self._scorer = read_scorer(WEIGHTS)
         try:
-            same = content["scorer"] == checksum(WEIGHTS) and all(
+            same = content["scorer"] == fingerprint(WEIGHTS, sys.maxsize) and all(
                 content["settings"][key] == settings[key] for key in content["settings"]
             )
             self._models = {

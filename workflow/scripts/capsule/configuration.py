@@ -74,6 +74,21 @@ def check_configuration(
         raise CapsuleError(f"the configuration cannot be used:{lines}")
 
 
+def changed_values(first: Settings, last: Settings) -> dict[str, Any]:
+    """Return the keys of a configuration whose values differ from those of an earlier one."""
+    changed: dict[str, Any] = {}
+    for key, value in last.items():
+        before = first.get(key)
+        if isinstance(value, Mapping) and isinstance(before, Mapping):
+            value = changed_values(before, value)
+            if not value:
+                continue
+        elif key in first and value == before:
+            continue
+        changed[key] = value
+    return changed
+
+
 def _source(path: str, sources: Mapping[str, Row]) -> str:
     """Return the name of the last source that sets a key, or of the first if none does."""
     giving = next(iter(sources))
@@ -138,6 +153,10 @@ def allowed_values(part: Settings, schema: Settings) -> str:
     """
     if "$ref" in part:
         part = {**schema["$defs"][part["$ref"].rsplit("/", 1)[1]], **part}
+    if "oneOf" in part:
+        return " or ".join(allowed_values(each, schema) for each in part["oneOf"])
+    if "const" in part:
+        return str(part["const"])
     limits = "".join(f", {word} {part[name]}" for name, word in _LIMITS.items() if name in part)
     match part.get("type"):
         case "object":

@@ -2,12 +2,14 @@
 
 import json
 import zipfile
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 
+from capsule import files
 from capsule.errors import CapsuleError
-from edges import files
+from capsule.results import Results, read_array
 
 REMEDY = "make it in the project's folder: snakemake -c2 results/report.html"
 _LARGEST_BYTES = 1_000_000_000
@@ -20,15 +22,22 @@ class CheckedFiles:
     ----------
     folder : Path
         The folder.
+    recordings_per_job : int or str
+        As in the configuration.
 
     Attributes
     ----------
+    recordings : Results
+        The files of the recordings.
     read : list of dict
         ``path`` and ``sha256`` of each file that was read.
     """
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, recordings_per_job: int | str) -> None:
         self.folder = folder
+        self._existing("recordings.csv")
+        self.recordings = Results.on_disk(folder, recordings_per_job)
+        self._seen: set[str] = set()
         self.read: list[dict[str, str]] = []
 
     def has(self, name: str) -> bool:
@@ -52,13 +61,16 @@ class CheckedFiles:
         except json.JSONDecodeError as error:
             raise _damaged(path, error) from None
 
-    def array(self, name: str) -> np.ndarray:
-        """Read an array."""
-        path = self._noted(name)
-        try:
-            return np.load(path)
-        except (ValueError, EOFError) as error:
-            raise _damaged(path, error) from None
+    def array(self, kind: str, recording: str) -> np.ndarray:
+        """Read the array of a recording, `capsule.results.SIGNALS` or `MATRICES`."""
+        return read_array(self._of_recording(kind, recording), recording)
+
+    def contents(self, kind: str, recordings: Iterable[str]) -> dict[str, dict]:
+        """Read the checks or the fits of recordings, `capsule.results.CHECKS` or `FITS`."""
+        names = list(recordings)
+        for name in names:
+            self._of_recording(kind, name)
+        return self.recordings.contents(kind, names)
 
     def arrays(self, name: str) -> dict[str, np.ndarray]:
         """Read the arrays of an .npz file."""
@@ -68,6 +80,14 @@ class CheckedFiles:
                 return dict(stored)
         except (ValueError, EOFError, zipfile.BadZipFile) as error:
             raise _damaged(path, error) from None
+
+    def _of_recording(self, kind: str, recording: str) -> Path:
+        """Return the file that holds a recording, and note it when it is first asked for."""
+        name = self.recordings.file(kind, recording).relative_to(self.folder).as_posix()
+        if name not in self._seen:
+            self._seen.add(name)
+            self._noted(name)
+        return self.folder / name
 
     def _existing(self, name: str) -> Path:
         path = self.folder / name

@@ -1,6 +1,5 @@
 """Collect the provenance of an export: recordings, configuration, code and versions."""
 
-import contextlib
 import importlib.metadata
 import json
 import platform
@@ -8,11 +7,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 
+from capsule import files
 from capsule.page.provenance import combined_checksum, origin_of
-from edges.project_state import read_project_state
-from edges.records import files_that_do_not_fit
+from capsule.project import PROJECT
+from capsule.project_state import read_project_state
 
-PROJECT = Path(__file__).resolve().parents[3]
 PAPER = "Ge, Zong, Zhang and Nanayakkara, arXiv 2406.01371"
 _PACKAGES = ("numpy", "scipy", "pandas")
 # A NetCDF attribute is too small for the names of a large archive.
@@ -62,7 +61,7 @@ def provenance_of(
         "recordings_rejected": str(len(rows) - len(accepted)),
         "recordings_sha256": combined_checksum(checksums),
         "results_sha256": combined_checksum({row["path"]: row["sha256"] for row in read}),
-        "results_out_of_date": _listed(outdated(results)) or "no",
+        "results_out_of_date": _listed(outdated(results, settings)) or "no",
         "configuration_file": config.name,
         "configuration": json.dumps(settings),
         "method": PAPER,
@@ -71,10 +70,30 @@ def provenance_of(
     }
 
 
-def outdated(results: Path) -> list[str]:
-    """Return the files that have changed since the results were made from them."""
-    with contextlib.chdir(results.resolve().parent):
-        return files_that_do_not_fit("results/report.html") if results.name == "results" else []
+def outdated(results: Path, settings: Mapping) -> list[str]:
+    """Return the recordings that came, went or changed since the results were made from them.
+
+    Parameters
+    ----------
+    results : Path
+        The folder of results; the recordings are in the folder ``raw`` beside it.
+    settings : mapping
+        The configuration.
+    """
+    raw = results.resolve().parent / "raw"
+    if not raw.is_dir():
+        return []
+    limit = int(settings["recording"]["max_megabytes"] * 1e6)
+    now = {
+        name: files.fingerprint(raw / f"{name}.csv", limit)
+        for name in files.list_archive(raw).recordings
+    }
+    rows = files.read_csv(results / "recordings.csv")
+    names = {row["recording"] for row in rows}
+    # Without a checksum, the file could not be read or is not named like a recording.
+    then = {row["recording"]: row["sha256"] for row in rows if row["sha256"]}
+    changed = {name for name, checksum in then.items() if now.get(name) != checksum}
+    return [f"raw/{name}.csv" for name in sorted(changed | (now.keys() - names))]
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -5,8 +5,8 @@ import io
 import sys
 from pathlib import Path
 
+from capsule import files
 from capsule.errors import CapsuleError
-from edges import files
 from exporting.export_options import EXTRA
 from exporting.exported import Exported
 

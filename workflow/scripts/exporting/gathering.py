@@ -8,6 +8,9 @@ import numpy as np
 from capsule.converter import reading_unit
 from capsule.evaluation.beside_paper import TABLES
 from capsule.evaluation.columns import COLUMNS
+from capsule.results import CHECKS, SIGNALS
+from capsule.results import FITS as FITS_OF_RECORDINGS
+from capsule.results import MATRICES as MATRICES_OF_RECORDINGS
 from exporting.checked_files import CheckedFiles
 from exporting.column_words import PARAMETERS
 from exporting.export_provenance import provenance_of
@@ -58,19 +61,22 @@ def gather(
     CapsuleError
         A result is missing or damaged; the message names its file.
     """
-    stored, wanted = CheckedFiles(results), set(CHOICES) if what == ALL else {what}
+    stored = CheckedFiles(results, settings["recordings_per_job"])
+    wanted = set(CHOICES) if what == ALL else {what}
     rows, columns = stored.rows("recordings.csv"), stored.columns("recordings.csv")
     headers, tables, matrices = {}, [], []
     signals, shapes = {}, {}
     none = np.empty((settings["recording"]["sensors"], 0))
+    checks = stored.contents(CHECKS, stored.recordings.names)
     for done, row in enumerate(rows, start=1):
         name, accepted = row["recording"], row["status"] == "accepted"
-        headers[name] = _header(stored, name, accepted)
+        # A recording that was rejected because of its name alone has no check.
+        headers[name] = checks[name]["header"] if name in checks else {}
         if RECORDINGS in wanted:
-            signals[name] = stored.array(f"signals/{name}.npy") if accepted else none
+            signals[name] = stored.array(SIGNALS, name) if accepted else none
             row["reading_unit"] = reading_unit(headers[name], signals[name]) if accepted else ""
         if MATRICES in wanted:
-            shapes[name] = stored.array(f"matrices/{name}.npy") if accepted else none
+            shapes[name] = stored.array(MATRICES_OF_RECORDINGS, name) if accepted else none
         tell(done, len(rows))
     rate_hz = float(settings["recording"]["rate_hz"])
     if RECORDINGS in wanted:
@@ -92,12 +98,6 @@ def gather(
     provenance = provenance_of(results, config, settings, rows, stored.read)
     tables.append(table_of("files", "files that were read", ["path", "sha256"], stored.read))
     return Exported(what, rate_hz, tuple(tables), tuple(matrices), headers, provenance)
-
-
-def _header(stored: CheckedFiles, name: str, accepted: bool) -> dict[str, str]:
-    """Read the header lines of a recording; empty if it was rejected because of its name alone."""
-    check = f"checks/{name}.json"
-    return stored.content(check)["header"] if accepted or stored.has(check) else {}
 
 
 def _headers_table(headers: Mapping[str, Mapping[str, str]]) -> Table:
@@ -134,11 +134,12 @@ def _by_column(name: str, long_name: str, of: str, matrices: Mapping[str, np.nda
 
 def _fits(stored: CheckedFiles, rows: Iterable[Mapping[str, str]]) -> Table:
     """Read the fits that the templates are made from."""
-    fits = []
-    for row in rows:
-        size = row["size_mm"] and float(row["size_mm"])
-        if row["status"] == "accepted" and size and not row["no_verdict"]:
-            fits.append(stored.content(f"fits/{row['recording']}.json"))
+    names = [
+        row["recording"]
+        for row in rows
+        if row["status"] == "accepted" and float(row["size_mm"] or 0) and not row["no_verdict"]
+    ]
+    fits = list(stored.contents(FITS_OF_RECORDINGS, names).values())
     return _with_parameters("fits", "the particle fitted to each recording", _FIT, fits)
 
 

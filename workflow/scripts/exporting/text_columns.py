@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
-from edges.results import TEXT
+from capsule.evaluation.files import TEXT
 from exporting.column_words import describe
 from exporting.exported import Column, Table
 

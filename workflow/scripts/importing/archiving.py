@@ -6,11 +6,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from capsule.errors import CapsuleError
+from capsule.files import list_archive, write_new
 from capsule.naming import PART, Entry, classify, displayed, reason_of_copy
 from capsule.recording import Recording, format_recording
-from edges.files import list_archive
-from edges.new_file import write_new
-from edges.run_arguments import LONGEST_NAME
+from capsule.run_arguments import LONGEST_NAME
 
 
 def run_name(stem: str, label: str) -> str:

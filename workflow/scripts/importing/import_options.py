@@ -3,8 +3,8 @@
 import argparse
 from pathlib import Path
 
-from edges.run_arguments import recording_name, size_folder
-from edges.workflow_call import data_config, data_folder
+from capsule.run_arguments import recording_name, size_folder
+from capsule.workflow_call import data_config, data_folder
 from importing.lab_files import lab_schema
 
 _TYPES = {"number": float, "integer": int}

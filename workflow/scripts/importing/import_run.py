@@ -11,6 +11,7 @@ from types import SimpleNamespace
 
 from capsule.checking import readings_of
 from capsule.configuration import BENCH, check_configuration
+from capsule.configuration_files import read_config_file, read_schema
 from capsule.errors import CapsuleError, RecordingError
 from capsule.importing.guess_view import guess_lines, sample_lines
 from capsule.importing.lab_map import checked_map
@@ -20,8 +21,7 @@ from capsule.importing.sensor_files import joined_run
 from capsule.importing.table_choice import choose_tables
 from capsule.naming import UNLABELLED, displayed
 from capsule.recording import Recording
-from edges.config_files import read_config_file, read_schema
-from edges.workflow_call import PROJECT
+from capsule.workflow_call import PROJECT
 from importing.archiving import ArchivedRuns, run_name
 from importing.import_options import given_keys
 from importing.lab_files import keep_map, lab_schema, map_text, read_map

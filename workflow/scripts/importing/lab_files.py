@@ -5,10 +5,9 @@ from pathlib import Path
 
 import yaml
 
+from capsule.configuration_files import read_config_file
 from capsule.errors import CapsuleError
-from edges.config_files import read_config_file
-from edges.files import read_json
-from edges.new_file import write_new
+from capsule.files import read_json, write_new
 
 LAB_SCHEMA = Path(__file__).resolve().parents[2] / "schemas" / "lab.schema.json"
 _HEAD = "# How import_recordings.py reads your files; docs/import.md explains each key.\n"

@@ -6,8 +6,8 @@ from pathlib import Path
 from types import SimpleNamespace
 
 from capsule.errors import CapsuleError
+from capsule.files import read_limited
 from capsule.importing.source_table import SourceTable
-from edges.reading import read_limited
 
 # 500 MB is far more than one run needs. It is less than a day of 64 channels at 100 Hz in single
 # precision.

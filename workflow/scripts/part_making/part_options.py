@@ -5,13 +5,13 @@ import difflib
 from collections.abc import Callable
 from pathlib import Path
 
+from capsule.configuration_files import read_config_file
 from capsule.errors import CapsuleError
 from capsule.parts.design import LIMITS, Design, design_of, entries
+from capsule.parts.files import read_parts_table
 from capsule.parts.part import Part
 from capsule.parts.refusals import check_design
-from edges.config_files import read_config_file
-from edges.part_tables import read_parts_table
-from edges.phantom import CONFIG, DEFAULT_TABLE, read_phantom
+from capsule.phantom.files import CONFIG, DEFAULT_TABLE, read_phantom
 
 _NOZZLE = "print.nozzle_mm"
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import yaml
 
-from edges.config_files import read_config_file
-from edges.phantom import CONFIG, phantom_arguments
+from capsule.configuration_files import read_config_file
+from capsule.phantom.files import CONFIG, phantom_arguments
 from phantom_study.paper_table import PaperTable
 from phantom_study.simulated_archive import DetectorSettings
 

@@ -18,10 +18,10 @@ from pathlib import Path
 import numpy as np
 import yaml
 
+from capsule import files
+from capsule.number_arguments import natural
+from capsule.phantom.files import bench_file, read_phantom
 from capsule.phantom.parameters import bench_parts, rewritten
-from edges import files
-from edges.number_arguments import natural
-from edges.phantom import bench_file, read_phantom
 from phantom_study import simulated_archive, trials
 from phantom_study.arguments import read_detector, read_paper_table
 from phantom_study.calibration import Calibration, Plan, winner

@@ -12,9 +12,9 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from edges import files
-from edges.number_arguments import natural
-from edges.phantom import read_phantom
+from capsule import files
+from capsule.number_arguments import natural
+from capsule.phantom.files import read_phantom
 from phantom_study import description, drawings, sensitivity, simulated_archive
 from phantom_study.arguments import read_detector, read_paper_table
 

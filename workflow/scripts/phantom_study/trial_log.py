@@ -4,8 +4,8 @@ import csv
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
+from capsule import files
 from capsule.errors import CapsuleError
-from edges import files
 
 
 class TrialLog:

@@ -3,7 +3,6 @@
 from math import comb
 
 import numpy as np
-from scipy.special import ndtri
 
 from capsule.arrays import BoolArray, FloatArray
 
@@ -36,6 +35,9 @@ def paired_difference(
     if count == 0:
         unknown = ("difference", "difference_low", "difference_high", "mcnemar_p")
         return result | dict.fromkeys(unknown, float("nan"))
+    # Imported late: it takes longer than most jobs, and not every user of this module needs it.
+    from scipy.special import ndtri
+
     first, second = (only_first + 1) / (count + 2), (only_second + 1) / (count + 2)
     z = ndtri(0.5 + confidence / 2)
     reach = z * np.sqrt((first + second - (second - first) ** 2) / (count + 2))

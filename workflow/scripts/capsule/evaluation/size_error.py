@@ -1,7 +1,6 @@
 """The errors of estimated sizes, in mm."""
 
 import numpy as np
-from scipy.special import bdtr, stdtrit
 
 from capsule.arrays import FloatArray
 from capsule.kinds import Cells
@@ -15,6 +14,8 @@ def mean_interval(values: FloatArray, confidence: float) -> tuple[float, float, 
     mean = float(values.mean())
     if count == 1:
         return mean, float("nan"), float("nan")
+    from scipy.special import stdtrit
+
     reach = float(stdtrit(count - 1, 0.5 + confidence / 2)) * values.std(ddof=1) / count**0.5
     return mean, mean - float(reach), mean + float(reach)
 
@@ -29,6 +30,8 @@ def median_interval(values: FloatArray, confidence: float) -> tuple[float, float
         return float("nan"), float("nan"), float("nan")
     ordered = np.sort(values)
     median = float(np.median(ordered))
+    from scipy.special import bdtr
+
     # For each k, the probability that at most k of the values lie below the true median.
     at_most = bdtr(np.arange(ordered.size + 1), ordered.size, 0.5)
     # The ends are the values of this rank from below and from above, counted from 1.

@@ -5,9 +5,11 @@ from typing import NamedTuple
 
 from capsule.detectors.training import TrainingArchive
 from capsule.evaluation import learning, rates
+from capsule.evaluation.all_tables import all_tables
+from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.folds import group_folds, scheme_folds
 from capsule.evaluation.predictions import Detectors, by_folds
-from capsule.evaluation.rows import by_detector
+from capsule.evaluation.rows import as_text, by_detector, number
 from capsule.kinds import Row, Settings, Spread
 from capsule.naming import sizes_of, sort_key
 
@@ -75,3 +77,37 @@ def rate_tables(
     counted = {key: rules[key] for key in ("schemes", "tolerance_mm", "confidence")}
     made = rates.tables(predictions, sizes_mm, **counted)
     return {name: Table(rates.COLUMNS[name], rows) for name, rows in made.items()}
+
+
+def rate_detectors(
+    predictions: Iterable[Sequence[Row]],
+    index: Mapping[str, Mapping[str, str]],
+    settings: Settings,
+    spread: Spread = map,
+) -> dict[str, Table]:
+    """Return the tables that rate the detectors, made from their predictions.
+
+    Parameters
+    ----------
+    predictions : iterable of sequence of mapping
+        The rows of ``predictions`` and of ``group_predictions``, from `evaluate_archive`.
+    index : mapping of str to mapping
+        As in `evaluate_archive`.
+    settings : mapping
+        Section ``evaluation`` of the configuration.
+    spread : callable
+        As in `capsule.evaluation.all_tables.all_tables`.
+
+    Returns
+    -------
+    dict of str to Table
+        The tables of `capsule.evaluation.columns.COLUMNS`.
+    """
+    turn = {name: place for place, name in enumerate(index)}
+    sites = {name: row["site"] for name, row in index.items()}
+    nodule_at_mm = {name: number(row["nodule_at_mm"]) for name, row in index.items()}
+    rows = [row for each in predictions for row in by_detector(as_text(each), turn.__getitem__)]
+    made = all_tables(rows, sites, nodule_at_mm, settings, spread)
+    return {
+        name: Table(list(each[0]) if each else COLUMNS[name], each) for name, each in made.items()
+    }

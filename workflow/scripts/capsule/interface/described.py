@@ -10,12 +10,14 @@ from functools import lru_cache
 import numpy as np
 
 from capsule.arrays import BoolArray
+from capsule.detectors.described import read_scorer
 from capsule.detectors.passage import Passage, passage_of
 from capsule.detectors.scorer import Features, Scorer, features_of
 from capsule.fitting import Fit, fit_recording
-from capsule.interface.reading_side import import_reader
+from capsule.interface.library import read_settings
 from capsule.kinds import Cells, Settings
 from capsule.preprocessing import preprocess
+from capsule.project import WEIGHTS
 from capsule.seeding import readings_checksum
 from capsule.wave_check import missing_wave
 
@@ -162,13 +164,12 @@ def _fit(key: _Key) -> Fit:
 @lru_cache(maxsize=1)
 def shipped_scorer() -> Scorer:
     """Read the taught scorer that ships with the project."""
-    scorer: Scorer = import_reader("library").read_shipped_scorer()
-    return scorer
+    return read_scorer(WEIGHTS)
 
 
 @lru_cache(maxsize=1)
 def _shipped_settings() -> str:
-    return json.dumps(import_reader("library").read_settings())
+    return json.dumps(read_settings())
 
 
 def shipped_settings() -> Cells:

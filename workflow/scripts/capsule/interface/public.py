@@ -5,8 +5,6 @@ This module imports nothing heavy: a module is imported when a program uses one 
 
 from importlib import import_module
 
-from capsule.interface.reading_side import import_reader
-
 _MODULES = {
     "capsule.errors": ("CapsuleError", "RecordingError"),
     "capsule.recording": ("Recording", "format_recording", "read_recording"),
@@ -19,6 +17,7 @@ _MODULES = {
     "capsule.interface.loaded_archive": ("LoadedArchive",),
     "capsule.interface.splits": ("folds",),
     "capsule.interface.judging": ("Judgement", "judge"),
+    "capsule.interface.library": ("load", "read_settings"),
     "capsule.interface.estimators": (
         "DiagonalEstimator",
         "MatrixTransformer",
@@ -27,15 +26,12 @@ _MODULES = {
         "TemplateThresholdEstimator",
     ),
 }
-# These functions read from disk, so they are outside the library.
-_READERS = {"library": ("load", "read_settings")}
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
-_READER_OF = {name: module for module, names in _READERS.items() for name in names}
 
 
 def public_names() -> list[str]:
     """Return all public names of `import capsule`, sorted."""
-    return sorted([*_MODULE_OF, *_READER_OF])
+    return sorted(_MODULE_OF)
 
 
 def attribute(name: str) -> object:
@@ -48,8 +44,6 @@ def attribute(name: str) -> object:
     """
     if name == "__all__":
         return public_names()
-    if name in _READER_OF:
-        return getattr(import_reader(_READER_OF[name]), name)
     if name in _MODULE_OF:
         return getattr(import_module(_MODULE_OF[name]), name)
     raise AttributeError(f"module 'capsule' has no attribute {name!r}")

@@ -1,7 +1,7 @@
 """Collect what the page shows of each recording, small enough for a thousand recordings.
 
-What no other recording changes is made by jobs of its own (`capsule.page.recording_evidence`). The
-report adds the verdicts and the templates.
+What neither its fit nor another recording changes is made by jobs of its own
+(`capsule.page.recording_evidence`). The report adds the fit, the verdicts and the templates.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -14,10 +14,14 @@ from capsule.kinds import Cells, Row, Settings
 from capsule.page import judged_by, recordings
 from capsule.page.nearest_templates import NearestTemplate, nearest_templates
 from capsule.page.packing import inflated, to_json
+from capsule.page.provenance import fit_words
 from capsule.particles import Particle
 
 # A recording's row from `capsule.page.recordings.unjudged_rows`, and its place among all rows.
 PlacedRow = tuple[int, Row]
+
+# The numbers of a recording's fit, and Theta*.
+Fit = tuple[Row, Particle]
 
 VERDICT_KEYS = (
     *("detector", "scheme", "predicted_mm", "details", "distances"),
@@ -36,6 +40,9 @@ class Stored(Protocol):
 
     def matrix(self, name: str) -> FloatArray:
         """Return the recording's matrix V, (S, L)."""
+
+    def fit(self, name: str) -> Fit | None:
+        """Return the recording's fit; None if it has none."""
 
     def templates(self, name: str) -> Mapping[str, Mapping[float, Particle]]:
         """Return the averaged particles of each scheme that judged it, by size in mm."""
@@ -69,9 +76,10 @@ def evidence_among_others(
     place: int,
     verdicts: Sequence[Row],
     nearest: Mapping[str, NearestTemplate],
+    fit: Fit | None,
     settings: Settings,
 ) -> Cells:
-    """Return what the page shows of one recording because of the other recordings.
+    """Return what the page shows of one recording because of its fit and the other recordings.
 
     Parameters
     ----------
@@ -83,20 +91,30 @@ def evidence_among_others(
         Each detector's verdict, from `capsule.page.recordings.in_words`.
     nearest : mapping of str to NearestTemplate
         The nearest template under each scheme.
+    fit : Fit or None
+        The recording's fit; None if it has none.
     settings : mapping
         The configuration.
 
     Returns
     -------
     dict
-        Ready for `to_json`: ``title``, ``row``, ``nodule_at_mm``, ``templates`` (from
-        `judged_by.surface`) and ``verdicts``.
+        Ready for `to_json`: ``title``, ``row``, ``nodule_at_mm``, ``fitted`` (from
+        `judged_by.surface`), ``fit`` (in words), ``templates`` (from `judged_by.surface`) and
+        ``verdicts``. ``fitted`` and ``fit`` are None without a fit.
     """
     first_peak, length = settings["fit"]["first_peak"], settings["preprocessing"]["length"]
+    fitted = in_words = None
+    if fit:
+        numbers, particle = fit
+        fitted = judged_by.surface(particle, numbers["first_peak"], numbers["lag"], length)
+        in_words = fit_words(numbers)
     return {
         "title": recordings.truth(row),
         "row": place,
         "nodule_at_mm": row["nodule_at_mm"],
+        "fitted": fitted,
+        "fit": in_words,
         "templates": {
             scheme: {
                 "size_mm": each.size_mm,
@@ -144,5 +162,5 @@ def archive_evidence(
         said = [recordings.in_words(verdict) for verdict in verdicts.get(name, [])]
         matrix = partial(stored.matrix, name)
         nearest = nearest_templates(stored.templates(name), said, sizes_mm, matrix, settings)
-        content = evidence_among_others(row, place, said, nearest, settings)
+        content = evidence_among_others(row, place, said, nearest, stored.fit(name), settings)
         yield Evidence(name, stored.drawn(name), to_json(content))

@@ -1,7 +1,6 @@
 """State where the recordings come from, and how the report was made."""
 
 import hashlib
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -9,9 +8,7 @@ from typing import Any
 
 from capsule.kinds import Cells, Row, Settings
 from capsule.page.notation import cited, typeset
-from capsule.words import duration, enumerate_words, number, plural, setting
-
-_FINISHED = re.compile(r"^finished in (\d+(?:\.\d+)?) s$", re.MULTILINE)
+from capsule.words import enumerate_words, number, plural, setting
 
 
 @dataclass(frozen=True)
@@ -96,11 +93,10 @@ def page_values(
 def how_made(
     code: Mapping[str, str],
     versions: Sequence[tuple[str, str]],
-    durations: Iterable[Row],
     made: datetime,
     state: ProjectState,
 ) -> Cells:
-    """Return the page's values on the code that made it, the date and the duration.
+    """Return the page's values on the code that made it and the date.
 
     Parameters
     ----------
@@ -108,8 +104,6 @@ def how_made(
         SHA-256 of each file of the code, by file name.
     versions : sequence of (str, str)
         Names of packages and their versions.
-    durations : iterable of mapping
-        ``rule``, ``jobs`` and ``seconds`` of each rule.
     made : datetime
         The time of making, with its time zone.
     state : ProjectState
@@ -118,13 +112,12 @@ def how_made(
     Returns
     -------
     dict
-        ``code_checksum``, ``versions``, ``project``, ``times`` and ``made``.
+        ``project``, ``code_checksum``, ``versions`` and ``made``.
     """
     return {
         "project": state.text(),
         "code_checksum": combined_checksum(code),
         "versions": versions,
-        "times": [{**row, "seconds": duration(row["seconds"])} for row in durations],
         "made": made.astimezone(UTC).strftime("%Y-%m-%d %H:%M UTC"),
     }
 
@@ -149,12 +142,6 @@ def origin_of(sources: Iterable[str]) -> Origin:
     ]
     kind = kinds[0] if len(kinds) == 1 else ("mixed" if kinds else "none")
     return Origin(kind, simulated, recorded, silent, dict(sorted(counted.items())))
-
-
-def seconds_in_log(log: str) -> float | None:
-    """Return a script's duration in s, from its log; None if the script did not finish."""
-    durations_s = _FINISHED.findall(log)
-    return float(durations_s[-1]) if durations_s else None
 
 
 def configuration_table(

@@ -1,4 +1,4 @@
-"""Collect what the page shows of one recording and what no other recording changes.
+"""Collect what the page shows of one recording and what neither its fit nor another one changes.
 
 Signals are packed (`capsule.page.packing`). The page draws particles from their parameters.
 """
@@ -14,8 +14,6 @@ from capsule.detectors.stretches import Stretches
 from capsule.kinds import Cells, Row, Settings
 from capsule.page import judged_by
 from capsule.page.packing import pack
-from capsule.page.provenance import fit_words
-from capsule.particles import Particle
 from capsule.stages import PreprocessedRun, preprocess_run
 
 # Envelopes and matrices are smooth over the window of the envelope, so more points add no detail.
@@ -32,15 +30,12 @@ class RecordingResults:
         The readings on an even grid in time; NaN where a sample is missing.
     check : mapping
         The result of its check, with ``header`` and ``sha256``.
-    fit : (mapping, Particle) or None
-        The numbers of the fit, and Theta*; None without a fit.
     stretches : Stretches or None
         What the taught score loses without each stretch; None if it was not computed.
     """
 
     values: FloatArray
     check: Row
-    fit: tuple[Row, Particle] | None = None
     stretches: Stretches | None = None
 
 
@@ -67,12 +62,11 @@ def recording_evidence(
         ``readings``, ``envelope`` and ``matrix``; the values of `what_was_judged`; ``peaks``; and
         ``facts``, names and texts to list beside the signals.
     """
-    shape, fit = settings["preprocessing"], results.fit
+    shape = settings["preprocessing"]
     stages = {key: shape[key] for key in ("window", "threshold")}
     run = preprocess_run(name, "", results.values, rate_hz=rate_hz, **stages)
     every = max(1, -(-run.time_s.size // SMOOTH_POINTS))
     facts = {"File": f"raw/{name}.csv", "SHA-256": results.check["sha256"]}
-    facts |= {"Fit": fit_words(fit[0])} if fit else {}
     facts |= {f"# {key}": text for key, text in results.check["header"].items()}
     return {
         "recording": name,
@@ -104,14 +98,9 @@ def what_was_judged(
     Returns
     -------
     dict
-        ``unit`` of the readings; ``fitted``, from `judged_by.surface`; ``beats``, ``gut`` and
-        ``stretches``, from `judged_by`. A value that is not known is None.
+        ``unit`` of the readings; ``beats``, ``gut`` and ``stretches``, from `judged_by`. A value
+        that is not known is None.
     """
-    fitted = None
-    if results.fit:
-        fit, particle = results.fit
-        length = settings["preprocessing"]["length"]
-        fitted = judged_by.surface(particle, fit["first_peak"], fit["lag"], length)
     along = along_gut(run.values, rate_hz, settings["diagonal"])
     beats = gut = stretches = None
     if along is not None:
@@ -122,7 +111,6 @@ def what_was_judged(
             )
     return {
         "unit": reading_unit(results.check["header"], run.values),
-        "fitted": fitted,
         "beats": beats,
         "gut": gut,
         "stretches": stretches,

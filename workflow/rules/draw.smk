@@ -1,0 +1,63 @@
+# Draw the paper's figures and ours: for the report, and on request for print.
+#
+# takes: results/labelled.csv, results/templates.{json,npz}, results/evaluation/; results/signals/ of
+#        two recordings; workflow/report/paper.yaml, config/phantom.yaml, config/parts.yaml
+# gives: results/figures/<figure>{,_column}.svg, results/figures/<figure>.csv; on request (snakemake
+#        -c2 figures) results/print/<figure>{,_column}.pdf, results/print/<figure>.csv
+
+from capsule.figures.registry import FIGURES
+
+# Figures use only one key of the section `report`: the detector that is shown first.
+SHOWN_FIRST = {"lead": config["report"]["lead"]}
+DRAW = step(
+    "draw",
+    sections("recording", "preprocessing", "evaluation", report=SHOWN_FIRST),
+    lambda _: [TEMPLATES.key(), EVALUATE.key()],
+    modules=sorted({row.module for row in FIGURES.values()}),
+    # The design of the capsule is drawn from the tables that also describe its parts.
+    beside=[
+        REPORT_FILES / "paper.yaml",
+        PROJECT / "config" / "phantom.yaml",
+        PROJECT / "config" / "parts.yaml",
+    ],
+)
+
+
+rule draw:
+    input:
+        tables=rules.evaluate.output,
+        templates=rules.templates.output,
+        recordings=rules.list_labelled.output,
+    output:
+        shown(expand("results/figures/{figure}.svg", figure=FIGURES), "figures", "Figures"),
+        expand("results/figures/{figure}_column.svg", figure=FIGURES),
+        expand("results/figures/{figure}.csv", figure=FIGURES),
+    log:
+        "results/logs/draw.log",
+    conda:
+        "../../environment.yml"
+    threads: 2
+    params:
+        **told(DRAW),
+        kind="svg",
+        folder="figures",
+    message:
+        "draw the figures"
+    shell:
+        "python {params.script:q} --recordings {input.recordings:q} --results {params.results:q}"
+        " --batch-size {params.batch_size} --settings {params.settings:q} --kind {params.kind}"
+        " --output {params.results:q}/{params.folder} --processes {threads} > {log:q} 2>&1"
+
+
+use rule draw as figures with:
+    output:
+        expand("results/print/{figure}{width}.pdf", figure=FIGURES, width=["", "_column"]),
+        expand("results/print/{figure}.csv", figure=FIGURES),
+    log:
+        "results/logs/figures.log",
+    params:
+        **told(DRAW),
+        kind="pdf",
+        folder="print",
+    message:
+        "draw the figures for print"

@@ -1,0 +1,54 @@
+"""Read the scorer's weights; read and write what describes a recording to the detectors."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from capsule import files
+from capsule.detectors.passage import Passage
+from capsule.detectors.scorer import Features, Scorer
+
+
+def read_scorer(path: Path) -> Scorer:
+    """Read the taught scorer's weights."""
+    with np.load(path) as stored:
+        return Scorer(dict(stored.items()))
+
+
+def write_best_places(path: Path, best_places: Mapping[str, Passage]) -> None:
+    """Write the best candidate for a nodule of some recordings."""
+    columns = ["recording", *(field.name for field in fields(Passage))]
+    rows = ({"recording": name, **asdict(place)} for name, place in best_places.items())
+    files.write_csv(path, columns, rows)
+
+
+def read_best_places(path: Path) -> dict[str, Passage]:
+    """Read what `write_best_places` has written; an empty cell becomes NaN, which means unknown."""
+    names = [field.name for field in fields(Passage)]
+    return {
+        row["recording"]: Passage(**{name: float(row[name] or "nan") for name in names})
+        for row in files.read_csv(path)
+    }
+
+
+def write_features(path: Path, features: Mapping[str, Features]) -> None:
+    """Write the features of some recordings."""
+    arrays: dict[str, Any] = {
+        field.name: np.array([getattr(each, field.name) for each in features.values()])
+        for field in fields(Features)
+    }
+    with files.write_whole(path, "wb") as stream:
+        np.savez(stream, recording=np.array(list(features), dtype=np.str_), **arrays)
+
+
+def read_features(path: Path) -> dict[str, Features]:
+    """Read what `write_features` has written."""
+    with np.load(path) as stored:
+        arrays = [stored[field.name] for field in fields(Features)]
+        return {
+            name: Features(float(score), *rest)
+            for name, score, *rest in zip(stored["recording"].tolist(), *arrays, strict=True)
+        }

@@ -1,0 +1,50 @@
+"""Read the tables of the evaluation, and the numbers that the paper prints."""
+
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+import yaml
+
+from capsule.evaluation.beside_paper import TABLES, Evaluation
+from capsule.evaluation.columns import COLUMNS
+from capsule.evaluation.paper import printed_tables
+from capsule.kinds import Settings
+
+# Columns of text that people have written: in these, 01 is not a number and NA is a name.
+TEXT = {"recording", "status", "reason", "sha256", "readings_sha256", "source", "near_copies"}
+TEXT |= {"path", "site", "session", "detector", "scheme"}
+
+
+def read_table(path: Path) -> pd.DataFrame:
+    """Read a table that an earlier step has written; only an empty cell is an unknown value."""
+    columns = pd.read_csv(path, nrows=0).columns
+    return pd.read_csv(
+        path,
+        dtype=dict.fromkeys(TEXT.intersection(columns), str),
+        keep_default_na=False,
+        na_values={name: [""] for name in columns},
+    )
+
+
+def read_evaluation(folder: Path, printed: Settings, confidence: float) -> Evaluation:
+    """Read results/evaluation, and add the paper's numbers."""
+    paper = {name: pd.DataFrame(rows) for name, rows in printed_tables(printed, confidence).items()}
+    tables = {name: read_table(folder / f"{name}.csv") for name in TABLES}
+    return Evaluation(read_table(folder / "predictions.csv"), tables, paper)
+
+
+def read_judgements(folder: Path) -> dict[str, pd.DataFrame]:
+    """Read the tables that compare the detectors."""
+    return {name: read_table(folder / f"{name}.csv") for name in COLUMNS}
+
+
+def read_learning(folder: Path) -> pd.DataFrame:
+    """Read the rates that the detectors reach with parts of the archive."""
+    return pd.read_csv(folder / "learning.csv")
+
+
+def read_printed(path: Path) -> dict[str, Any]:
+    """Read paper.yaml, the numbers that the paper prints."""
+    printed: dict[str, Any] = yaml.safe_load(path.read_text(encoding="utf-8"))
+    return printed

@@ -1,0 +1,360 @@
+"""List raw/, read and write files, and run a script with errors of one line.
+
+The Snakefile and every script use this module, so it imports only fast modules.
+"""
+
+import contextlib
+import csv
+import errno
+import hashlib
+import io
+import json
+import os
+import stat
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import IO, Any
+
+from capsule.errors import CapsuleError
+from capsule.kinds import Row
+from capsule.locks import refuse_replaced_run
+from capsule.naming import Archive, Entry, classify, without_formula
+
+UNFINISHED = ".unfinished"
+_HEAD_BYTES = 2000
+_FLAGS = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+# The first line of the report from the start of a run until a new report is complete.
+OUTDATED = (
+    b'<p class="outdated" role="alert">This report is out of date: recordings, settings or code '
+    b"have changed since. Make it again: <code>snakemake -c2 results/report.html</code></p>\n"
+)
+
+
+def list_archive(raw: Path) -> Archive:
+    """Return the list of the recordings under raw/; open none of them."""
+    if not raw.is_dir():
+        raise CapsuleError(
+            f"{raw}/ does not exist; create it and put recordings into folders such as {raw}/3mm/"
+        )
+    return classify(_entries(raw))
+
+
+def _entries(raw: Path) -> Iterator[Entry]:
+    root = raw.resolve()
+    for folder in sorted(raw.iterdir()):
+        kind = _kind(folder, root)
+        yield Entry(folder.name, kind)
+        if kind == "folder":
+            for entry in os.scandir(folder):
+                # To list a folder already tells this, except for links.
+                is_file = entry.is_file(follow_symlinks=False) and os.access(entry, os.R_OK)
+                kind = "file" if is_file else _kind(Path(entry), root)
+                yield Entry(f"{folder.name}/{entry.name}", kind)
+
+
+def _kind(path: Path, root: Path) -> str:
+    try:
+        # `exists` follows links, so a listed name that does not exist is a dead link or a loop.
+        if not path.exists():
+            return "dead link"
+        # A link out of raw/ is not read: the report would show a file that only its owner may see.
+        if path.is_symlink() and not path.resolve().is_relative_to(root):
+            return "device" if _is_device(path) else "link out"
+    except PermissionError:
+        return "locked"
+    if _is_device(path):
+        return "device"
+    if not os.access(path, os.R_OK):
+        return "locked"
+    return "folder" if path.is_dir() else "file"
+
+
+def _is_device(path: Path) -> bool:
+    return not (path.is_file() or path.is_dir())
+
+
+def read_limited(path: Path | str, max_bytes: int) -> bytes | None:
+    """Read a whole file without waiting for a pipe; return None if it is larger than the limit.
+
+    Jobs read thousands of small files, and a stream takes longer than the reading itself.
+
+    Raises
+    ------
+    OSError
+        The file cannot be read, or is a pipe, a device or a folder.
+    """
+    # A pipe may have replaced the file since it was listed, and opening a pipe can wait forever.
+    handle = os.open(path, _FLAGS)
+    try:
+        status = os.fstat(handle)
+        if stat.S_ISDIR(status.st_mode):
+            raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
+        if not stat.S_ISREG(status.st_mode):
+            raise OSError(errno.EINVAL, "a pipe or a device, not a file", str(path))
+        parts: list[bytes] = []
+        missing = max_bytes + 1
+        # It may grow meanwhile, and one call may not return all of it.
+        while status.st_size <= max_bytes and missing > 0:
+            part = os.read(handle, min(status.st_size + 1, missing))
+            if not part:
+                return b"".join(parts)
+            parts.append(part)
+            missing -= len(part)
+        return None
+    finally:
+        os.close(handle)
+
+
+def read_whole(path: Path | str) -> bytes:
+    """Read a whole file that an earlier step has written, as `read_limited` does."""
+    content = read_limited(path, sys.maxsize)
+    assert content is not None
+    return content
+
+
+def fingerprint(path: Path, max_bytes: int) -> str:
+    """Return the SHA-256 of a file's content, which does not depend on its time stamp.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    max_bytes : int
+        Limit of the size. A larger file is not read.
+
+    Returns
+    -------
+    str
+        The checksum, or a text that says why the file cannot be read.
+    """
+    try:
+        return fingerprint_of(read_limited(path, max_bytes))
+    except OSError as error:
+        return f"unreadable: {error.strerror}"
+
+
+def fingerprint_of(content: bytes | None) -> str:
+    """Return what `fingerprint` returns for a file from which `read_limited` returned this."""
+    return "too large" if content is None else hashlib.sha256(content).hexdigest()
+
+
+def refuse_braces(*folders: Path) -> None:
+    """Raise an error if the name of a folder holds a brace: Snakemake takes it for a wildcard.
+
+    Raises
+    ------
+    CapsuleError
+        The message names the folder.
+    """
+    for folder in folders:
+        if set("{}") & set(str(folder)):
+            raise CapsuleError(
+                f"{folder}: rename this folder; Snakemake cannot work in a folder whose name holds "
+                "{ or }"
+            )
+
+
+def refuse_without_notes(results: Path, notes: Path) -> None:
+    """Raise an error if results are there, but none of Snakemake's notes on them.
+
+    Without its notes, Snakemake takes any result for one that fits.
+
+    Parameters
+    ----------
+    results : Path
+        The folder of results.
+    notes : Path
+        The folder .snakemake.
+
+    Raises
+    ------
+    CapsuleError
+        The notes are missing; the message says what to do.
+    """
+    made = results.is_dir() and any(path.name != "logs" for path in results.iterdir())
+    if made and not any(_is_filled(notes / name) for name in ("metadata", "incomplete")):
+        raise CapsuleError(
+            f"Snakemake's notes on {results}/, in {notes}/metadata/, are gone, so nobody knows "
+            f"whether these results fit the recordings; remove {results}/ and run again"
+        )
+
+
+def _is_filled(folder: Path) -> bool:
+    return folder.is_dir() and any(folder.iterdir())
+
+
+@contextlib.contextmanager
+def write_whole(path: Path, mode: str = "w") -> Iterator[IO[Any]]:
+    """Open a file for writing; the file appears under its name only when it is complete.
+
+    The content is collected in memory and written to a temporary file, which is then renamed. If
+    the process is killed, the file is either complete or unchanged. A job whose run was killed
+    writes nothing any more as soon as a later run has begun.
+
+    Parameters
+    ----------
+    path : Path
+        The final name; its folder is created.
+    mode : {"w", "wb"}
+        Text (UTF-8, line feeds on every system) or binary.
+
+    Yields
+    ------
+    file
+
+    Raises
+    ------
+    OSError
+        The file cannot be written; the error names it.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    content = io.BytesIO()
+    # It keeps bytes, which take less memory than the letters of a text.
+    text = io.TextIOWrapper(content, encoding="utf-8", newline="")
+    yield content if "b" in mode else text
+    text.flush()
+    path.parent.mkdir(parents=True, exist_ok=True)
+    unfinished = path.with_name(f".{path.name}.{os.getpid()}{UNFINISHED}")
+    try:
+        with unfinished.open("wb") as stream:
+            stream.write(content.getbuffer())
+            stream.flush()
+            # Without this, the file could be empty after a power cut.
+            os.fsync(stream.fileno())
+        refuse_replaced_run()
+        unfinished.replace(path)
+    except OSError as error:
+        # The error of a failed write does not name the file.
+        raise OSError(error.errno, error.strerror, str(path)) from error
+    finally:
+        unfinished.unlink(missing_ok=True)
+
+
+def write_new(path: Path, content: bytes) -> None:
+    """Write a new file; the name must be free.
+
+    Raises
+    ------
+    FileExistsError
+        A file with this name exists.
+    OSError
+        The file cannot be written; the error names it.
+    """
+    beside = path.with_name(f".{path.name}.{os.getpid()}.new")
+    with write_whole(beside, "wb") as stream:
+        stream.write(content)
+    try:
+        os.link(beside, path)  # atomic, and fails if the name exists
+    except FileExistsError:
+        raise
+    except OSError:  # a file system without links, as on a USB stick
+        with path.open("xb") as stream:
+            stream.write(content)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def remove_unfinished(folder: Path) -> None:
+    """Remove the temporary files of processes that were killed."""
+    for path in folder.rglob(f".*{UNFINISHED}"):
+        path.unlink(missing_ok=True)
+
+
+def mark_outdated(page: Path, *, outdated: bool) -> None:
+    """Add the line "out of date" to a page, or remove it; the rest of the page does not change."""
+    if not page.exists():
+        return
+    content = page.read_bytes()
+    plain = content.replace(OUTDATED, b"")
+    wanted = plain.replace(b"<body>\n", b"<body>\n" + OUTDATED, 1) if outdated else plain
+    if wanted != content:
+        with write_whole(page, "wb") as stream:
+            stream.write(wanted)
+
+
+def is_made_from(page: Path, key: str) -> bool:
+    """Return whether a page names the key of the job that would make it now."""
+    # Only the head of the page names it.
+    with page.open("rb") as stream:
+        return key.encode() in stream.read(_HEAD_BYTES)
+
+
+def write_json(path: Path, content: object) -> None:
+    """Write indented JSON; NaN raises an error, since JSON has no such number."""
+    with write_whole(path) as stream:
+        json.dump(content, stream, indent=1, allow_nan=False)
+        stream.write("\n")
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Read a JSON file that an earlier step has written."""
+    content: dict[str, Any] = json.loads(read_whole(path).decode("utf-8"))
+    return content
+
+
+def write_csv(path: Path, columns: Sequence[str], rows: Iterable[Row]) -> None:
+    """Write a CSV table in full precision; the cell of an unknown value is empty.
+
+    A text that begins like a formula is changed, so that no spreadsheet program runs it.
+    """
+    with write_whole(path) as stream:
+        writer = csv.writer(stream, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows([_cell(row[name]) for name in columns] for row in rows)
+
+
+def _cell(value: object) -> object:
+    if isinstance(value, str):
+        return without_formula(value)
+    # Only NaN differs from itself.
+    return "" if value is None or value != value else value
+
+
+def read_csv(path: Path) -> list[dict[str, str]]:
+    """Read a table that an earlier step has written; every cell is a text."""
+    with path.open(encoding="utf-8", newline="") as stream:
+        return list(csv.DictReader(stream))
+
+
+def accepted_recordings(index: Path) -> dict[str, dict[str, str]]:
+    """Read the rows of the accepted recordings, in the order of their readings' checksums.
+
+    The order must not depend on names. Sums in another order can differ in the last digit, and
+    random numbers in another order belong to other recordings. Tables are written in the order of
+    names.
+
+    Parameters
+    ----------
+    index : Path
+        results/recordings.csv.
+
+    Returns
+    -------
+    dict of str to dict
+        The rows, by the recording's name.
+    """
+    rows = [row for row in read_csv(index) if row["status"] == "accepted"]
+    rows.sort(key=lambda row: row["readings_sha256"])
+    return {row["recording"]: row for row in rows}
+
+
+def run(main: Callable[[], None]) -> None:
+    """Run a script; print an error of the input or of the disk as one line, without a traceback."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+    try:
+        main()
+    except (CapsuleError, OSError) as error:
+        sys.exit(error_line(error))
+
+
+def error_line(error: CapsuleError | OSError) -> str:
+    """Return an error of the input or of the disk as one line."""
+    if isinstance(error, CapsuleError):
+        return f"error: {error}"
+    remedy = ""
+    if error.errno in (errno.ENOSPC, errno.EDQUOT):
+        remedy = "; free some space and run again: finished results are kept"
+    return f"error: {error.filename or 'disk'}: {error.strerror or error}{remedy}"

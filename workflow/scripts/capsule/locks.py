@@ -1,0 +1,134 @@
+"""Lock files, and let only one run at a time use a folder.
+
+Snakemake's own lock is a file. After `kill -9` or a power cut the file stays, and the user has to
+remove it. A lock of the operating system always ends with the process that holds it.
+
+The jobs of a killed run may go on for a while. Each run writes its name into the locked file and
+hands it to its jobs. A job whose name is no longer in the file writes no result.
+
+The Snakefile and every script use this module, so it imports only fast modules.
+"""
+
+import contextlib
+import os
+import secrets
+import socket
+import sys
+import time
+from pathlib import Path
+from typing import IO
+
+from capsule.errors import CapsuleError
+
+# The file that a run locks, in the working directory, and the variable that names it to the jobs.
+RUN_LOCK = Path(".snakemake/run.lock")
+_RUN = "CAPSULE_RUN"
+
+if sys.platform == "win32":
+    import msvcrt
+
+    # Other processes cannot read a byte that is locked on Windows, so the locked byte lies far
+    # behind the end of any file.
+    _LOCKED_BYTE = 2**31 - 2
+
+    def lock_file(descriptor: int) -> None:
+        """Lock a file for as long as it is open."""
+        position = os.lseek(descriptor, 0, os.SEEK_CUR)
+        os.lseek(descriptor, _LOCKED_BYTE, os.SEEK_SET)
+        try:
+            msvcrt.locking(descriptor, msvcrt.LK_NBLCK, 1)
+        except PermissionError as fault:
+            raise BlockingIOError(*fault.args) from fault
+        finally:
+            os.lseek(descriptor, position, os.SEEK_SET)
+
+else:
+    import fcntl
+
+    def lock_file(descriptor: int) -> None:
+        """Lock a file for as long as it is open.
+
+        The locked files hold data. Libraries do not fit that: `filelock` empties the file that it
+        locks, and `portalocker` locks the whole file on Windows, so that nobody can read it.
+
+        Parameters
+        ----------
+        descriptor : int
+            Descriptor of the open file.
+
+        Raises
+        ------
+        BlockingIOError
+            Another process holds the lock.
+        OSError
+            The file system does not support locks.
+        """
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+def hold_run_lock(path: Path = RUN_LOCK) -> IO[bytes]:
+    """Take the lock of a folder until this process ends, and name this run to its jobs.
+
+    Parameters
+    ----------
+    path : Path
+        The file that carries the lock; it is created, and stays.
+
+    Returns
+    -------
+    binary file
+        The open file; the lock ends when this file is closed.
+
+    Raises
+    ------
+    CapsuleError
+        Another process holds the lock; the message names it.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    stream = path.open("a+b")
+    try:
+        lock_file(stream.fileno())
+    except BlockingIOError:
+        stream.close()
+        raise CapsuleError(
+            f"another run uses this folder ({_holder(path)}), and only one can use it at a time; "
+            "wait until it has ended"
+        ) from None
+    except OSError as error:
+        print(
+            f"warning: {path}: this file system does not support locks ({error.strerror}); "
+            "make sure that only one run at a time uses this folder",
+            file=sys.stderr,
+        )
+    name = (
+        f"process {os.getpid()} on {socket.gethostname()}, "
+        f"since {time.strftime('%Y-%m-%d %H:%M:%S')}, run {secrets.token_hex(4)}"
+    )
+    stream.truncate(0)
+    stream.write(f"{name}\n".encode())
+    stream.flush()
+    os.environ[_RUN] = name
+    return stream
+
+
+def refuse_replaced_run() -> None:
+    """Raise an error if this is the job of a run that another run of the folder has replaced.
+
+    Raises
+    ------
+    CapsuleError
+        A later run holds the folder's lock, and makes this job's result again.
+    """
+    name = os.environ.get(_RUN)
+    if name and (holder := _holder(RUN_LOCK)) not in (name, ""):
+        raise CapsuleError(
+            f"the run of this job ({name}) was killed, and {holder} has begun since; this job "
+            "writes nothing"
+        )
+
+
+def _holder(path: Path) -> str:
+    """Return the run that took a lock last; empty if no run can be read there."""
+    with contextlib.suppress(OSError):
+        return path.read_text(encoding="utf-8", errors="replace").strip()
+    return ""

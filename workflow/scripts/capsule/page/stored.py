@@ -1,0 +1,93 @@
+"""Read the stored results of the accepted recordings, for the report."""
+
+from collections.abc import Iterator, Mapping
+
+from capsule import files
+from capsule.arrays import FloatArray
+from capsule.evaluation.folds import scheme_folds
+from capsule.fits import by_size, particle_of, read_particles
+from capsule.kinds import Settings
+from capsule.naming import size_mm, sizes_of
+from capsule.page.archive_evidence import Fit
+from capsule.page.nearest_templates import FoldParticles
+from capsule.page.plot_data import read_plot_data
+from capsule.particles import Particle
+from capsule.results import PLOT_DATA, Results
+from capsule.templates import total
+
+# Scheme of an unlabelled recording: all labelled recordings teach.
+ALL = "all"
+
+
+class StoredRecordings:
+    """The accepted recordings of a run of the workflow, as `capsule.page.archive_evidence.Stored`.
+
+    Parameters
+    ----------
+    results : Results
+        The files of all recordings of the archive.
+    settings : mapping
+        The configuration.
+    """
+
+    def __init__(self, results: Results, settings: Settings) -> None:
+        self._results, table = results, results.folder / "recordings.csv"
+        accepted = files.accepted_recordings(table)
+        self._fits = results.fits(name for name in accepted if size_mm(name))
+        self._fitted = read_particles(table, results)
+        sensors = settings["recording"]["sensors"]
+        groups = by_size(self._fitted)
+        totals = {size: total(groups[size], sensors) for size in sorted(groups)}
+        self._templates = self._of_folds(FoldParticles(totals), accepted, settings["evaluation"])
+        self._drawn = results.described(PLOT_DATA, accepted, read_plot_data)
+
+    def drawn(self, name: str) -> str:
+        """Return what the page shows of the recording alone, as deflated JSON."""
+        return self._drawn[name].drawn
+
+    def quality(self, name: str) -> str:
+        """Return the recording's quality in words."""
+        return self._drawn[name].quality
+
+    def matrix(self, name: str) -> FloatArray:
+        """Return the recording's matrix V, (S, L)."""
+        return self._results.matrix(name)
+
+    def fit(self, name: str) -> Fit | None:
+        """Return the recording's fit; None if it has none, as without a nodule of known size."""
+        fit = self._fits.get(name)
+        return (fit, particle_of(fit)) if fit and fit["parameters"] else None
+
+    def templates(self, name: str) -> dict[str, dict[float, Particle]]:
+        """Return the averaged particles of each scheme that judged it, by size in mm."""
+        return self._templates[name]
+
+    def _of_folds(
+        self, folds: FoldParticles, accepted: Mapping[str, Mapping[str, str]], rules: Settings
+    ) -> dict[str, dict[str, dict[float, Particle]]]:
+        found: dict[str, dict[str, dict[float, Particle]]] = {name: {} for name in accepted}
+        for scheme, judged, left_out in _folds_of(accepted, rules):
+            # The recordings that a fold judges share its templates.
+            averaged = folds.without(
+                (size, self._fitted[each])
+                for each, size in sizes_of(left_out).items()
+                if each in self._fitted
+            )
+            for name in judged:
+                found[name][scheme] = averaged
+        return found
+
+
+def _folds_of(
+    accepted: Mapping[str, Mapping[str, str]], rules: Settings
+) -> Iterator[tuple[str, list[str], list[str]]]:
+    """Yield scheme, judged recordings, and the labelled recordings that do not teach, of folds."""
+    labelled = {name: row for name, row in accepted.items() if row["size_mm"]}
+    names = list(labelled)
+    for folds in scheme_folds(rules["schemes"], labelled, rules["most_folds"]):
+        for places in folds.parts():
+            judged, left_out = ([names[place] for place in each] for each in places)
+            yield folds.scheme, judged, left_out
+    for name in accepted.keys() - labelled.keys():
+        copies = accepted[name]["near_copies"].split()
+        yield ALL, [name], sorted(labelled.keys() & set(copies))

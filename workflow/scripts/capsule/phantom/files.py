@@ -1,0 +1,90 @@
+"""Read the phantom's parameters and its benches, and parse the arguments that choose them."""
+
+import argparse
+import difflib
+from pathlib import Path
+
+import yaml
+
+from capsule.errors import CapsuleError
+from capsule.phantom.parameters import Phantom, bench_table, phantom_from_table, with_values
+from capsule.project import CONFIG
+
+DEFAULT_TABLE = CONFIG / "phantom.yaml"
+BENCHES = CONFIG / "benches"
+
+
+def bench_file(name: str) -> Path:
+    """Return the file of a bench; the error for an unknown name suggests the nearest one."""
+    benches = {path.stem: path for path in sorted(BENCHES.glob("*.yaml"))}
+    if name not in benches:
+        nearest = difflib.get_close_matches(name, benches, n=1, cutoff=0.4)
+        hint = f"did you mean {nearest[0]}?" if nearest else f"allowed are {', '.join(benches)}"
+        raise CapsuleError(f"there is no bench {name} in {BENCHES}; {hint}")
+    return benches[name]
+
+
+def read_phantom(table: Path, changes: list[str], bench: str | None = None) -> Phantom:
+    """Read the table of parameters, then apply the differences of a bench, then the changes.
+
+    Parameters
+    ----------
+    table
+        A complete table, such as ``config/phantom.yaml``.
+    changes
+        Texts of the form ``part.parameter=value``.
+    bench
+        Name of a file in ``config/benches/``, without its suffix.
+
+    Raises
+    ------
+    CapsuleError
+        The table, the bench or a change cannot be used; the message names it.
+    """
+    differing = None if bench is None else bench_file(bench)
+    path = table
+    try:
+        content = yaml.safe_load(table.read_text(encoding="utf-8"))
+        phantom = phantom_from_table(content)
+        if differing is not None:
+            path = differing
+            differences = yaml.safe_load(path.read_text(encoding="utf-8"))
+            phantom = phantom_from_table(bench_table(content, differences))
+    except (yaml.YAMLError, CapsuleError) as error:
+        raise CapsuleError(f"{path}: {error}") from error
+    values = {}
+    for change in changes:
+        name, _, text = change.partition("=")
+        try:
+            values[name] = float(text)
+        except ValueError:
+            raise CapsuleError(
+                f"--set {change}: write part.parameter=number, such as sensor.noise=0.01"
+            ) from None
+    return with_values(phantom, values)
+
+
+def phantom_arguments() -> argparse.ArgumentParser:
+    """Return a parser of the arguments that choose the phantom."""
+    parser = argparse.ArgumentParser(add_help=False)
+    parser.add_argument(
+        "--parameters",
+        type=Path,
+        default=DEFAULT_TABLE,
+        metavar="FILE",
+        help="table of the phantom's parameters (default: config/phantom.yaml)",
+    )
+    parser.add_argument(
+        "--bench",
+        metavar="NAME",
+        help="simulate the bench of config/benches/NAME.yaml (docs/benches.md)",
+    )
+    parser.add_argument(
+        "--set",
+        dest="changes",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="change a parameter, such as sensor.noise=0.01; may be repeated",
+    )
+    return parser

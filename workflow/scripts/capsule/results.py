@@ -1,0 +1,266 @@
+"""The files of recordings under results/: where they stand, and how they are read and written.
+
+Up to 500 recordings, each has files of its own, such as results/matrices/3mm/r07.npy. In a larger
+archive, one file holds a batch of recordings, such as results/matrices/3mm/batch-01.npz. `Results`
+finds a recording in either.
+
+Every script uses this module, so it imports nothing but numpy and fast modules.
+"""
+
+import os
+import zipfile
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import lru_cache
+from io import BytesIO
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+
+from capsule import files
+from capsule.arrays import FloatArray
+from capsule.batches import batch_size, batches, described_together
+from capsule.errors import CapsuleError
+from capsule.naming import Entry, classify
+
+SIGNALS, MATRICES, CHECKS, FITS = "signals", "matrices", "checks", "fits"
+BEST_PLACES, FEATURES, PLOT_DATA = "best_places", "features", "plot_data"
+_SUFFIX = {CHECKS: ".json", FITS: ".json"}
+_SUFFIX |= {BEST_PLACES: ".csv", FEATURES: ".npz", PLOT_DATA: ".json"}
+# These kinds of files hold the batches of the rule describe.
+DESCRIBED = (BEST_PLACES, FEATURES, PLOT_DATA)
+# Archives of a large run stay open, because recordings are read in the order of their content.
+_MOST_OPEN = 512
+
+Read = TypeVar("Read")
+
+
+def pattern(kind: str, size: int) -> str:
+    """Return the path of one kind of file below results/, with ``{batch}`` in it.
+
+    Parameters
+    ----------
+    kind : str
+        `SIGNALS` to `PLOT_DATA`.
+    size : int
+        Largest number of recordings in a batch.
+    """
+    suffix = _SUFFIX.get(kind, ".npy" if size == 1 else ".npz")
+    return f"{kind}/{{batch}}{suffix}"
+
+
+class Results:
+    """The files of the recordings of an archive under results/.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder of results.
+    recordings : iterable of str
+        All recordings of the archive, or all of some of its folders.
+    size : int
+        Largest number of recordings in a batch.
+
+    Attributes
+    ----------
+    names : tuple of str
+        The recordings.
+    """
+
+    def __init__(self, folder: Path, recordings: Iterable[str], size: int) -> None:
+        self.folder, self._size = folder, size
+        self.names = tuple(recordings)
+        self._batch = _batch_of(batches(self.names, size))
+        self._described = _batch_of(described_together(self.names, size))
+
+    @classmethod
+    def of_table(cls, folder: Path, recordings: Path, size: int) -> "Results":
+        """Return the results of the recordings that a table lists, such as recordings.csv."""
+        return cls(folder, _listed_in(recordings), size)
+
+    @classmethod
+    def on_disk(cls, folder: Path, wanted: int | str = "auto") -> "Results":
+        """Return the results that stand in a folder, whatever the size of their batches.
+
+        Parameters
+        ----------
+        folder : Path
+            The folder of results, with ``recordings.csv``.
+        wanted : int or str
+            ``recordings_per_job`` of the configuration; other sizes are tried too.
+        """
+        names = _listed_in(folder / "recordings.csv")
+        sizes = dict.fromkeys([batch_size(len(names), wanted), 1, 10, 100])
+        for size in sizes:
+            found = cls(folder, names, size)
+            if all(found.file(CHECKS, name).exists() for name in names):
+                return found
+        return cls(folder, names, next(iter(sizes)))
+
+    def file(self, kind: str, recording: str) -> Path:
+        """Return the file of one kind that holds a recording."""
+        batch = (self._described if kind in DESCRIBED else self._batch)[recording]
+        return self.folder / pattern(kind, self._size).format(batch=batch)
+
+    def signal(self, recording: str) -> FloatArray:
+        """Return the readings of a recording on an even grid in time, (S, K)."""
+        return read_array(self.file(SIGNALS, recording), recording)
+
+    def matrix(self, recording: str) -> FloatArray:
+        """Return the padded matrix V of a recording, (S, L)."""
+        return read_array(self.file(MATRICES, recording), recording)
+
+    def checks(self, recordings: Iterable[str]) -> dict[str, dict[str, Any]]:
+        """Return the outcome of the check of each recording."""
+        return self.contents(CHECKS, recordings)
+
+    def fits(self, recordings: Iterable[str]) -> dict[str, dict[str, Any]]:
+        """Return the fit of each recording of a nodule."""
+        return self.contents(FITS, recordings)
+
+    def described(
+        self, kind: str, recordings: Iterable[str], read: Callable[[Path], Mapping[str, Read]]
+    ) -> dict[str, Read]:
+        """Return what a file of one kind holds of each recording; each file is read once.
+
+        Parameters
+        ----------
+        kind : str
+            One of `DESCRIBED`.
+        recordings : iterable of str
+            The recordings.
+        read : callable
+            ``read(path)`` returns what a file holds, by recording.
+        """
+        found: dict[str, Read] = {}
+        for path, names in self._by_file(kind, recordings):
+            content = _read_or_explain(path, read)
+            found |= {name: content[name] for name in names if name in content}
+        return found
+
+    def contents(self, kind: str, recordings: Iterable[str]) -> dict[str, dict[str, Any]]:
+        """Return the checks or the fits of recordings, `CHECKS` or `FITS`."""
+        found = {}
+        for path, names in self._by_file(kind, recordings):
+            content = read_json(path)
+            for name in names:
+                # The file of a single recording holds its content itself.
+                found[name] = content if content.get("recording") == name else content[name]
+        return found
+
+    def _by_file(self, kind: str, recordings: Iterable[str]) -> Iterator[tuple[Path, list[str]]]:
+        grouped: dict[Path, list[str]] = {}
+        for name in recordings:
+            grouped.setdefault(self.file(kind, name), []).append(name)
+        yield from grouped.items()
+
+
+def left_over(
+    folder: Path,
+    size: int,
+    now: Mapping[str, Iterable[str]],
+    described: Mapping[str, Iterable[str]],
+) -> list[str]:
+    """Return the files under results/ that hold recordings or batches that are gone, sorted.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder of results.
+    size : int
+        Largest number of recordings in a batch.
+    now, described : mapping
+        The batches, and those of the rule describe, by their names.
+    """
+    found = []
+    for kind in (SIGNALS, MATRICES, CHECKS, FITS, *DESCRIBED):
+        known = described if kind in DESCRIBED else now
+        suffix = Path(pattern(kind, size)).suffix
+        for path in (folder / kind).glob("*/*"):
+            batch = path.relative_to(folder / kind).with_name(path.name.removesuffix(suffix))
+            if not path.name.endswith(suffix) or batch.as_posix() not in known:
+                found.append(path.as_posix())
+    return sorted(found)
+
+
+def _listed_in(table: Path) -> tuple[str, ...]:
+    """Return the recordings of a table that have files; some rows name files that are none."""
+    rows = files.read_csv(table)
+    return classify(Entry(f"{row['recording']}.csv") for row in rows).recordings
+
+
+def write_arrays(path: Path, arrays: Mapping[str, FloatArray]) -> None:
+    """Write the array of one recording (.npy), or the arrays of several by their names (.npz)."""
+    with files.write_whole(path, "wb") as stream:
+        if path.suffix == ".npy":
+            (array,) = arrays.values()
+            np.save(stream, array)
+        else:
+            # Names hold a slash, as the paths in a zip archive may.
+            np.savez(stream, **arrays)
+
+
+def write_contents(path: Path, contents: Mapping[str, Mapping[str, Any]], batch: str) -> None:
+    """Write the content of the recording that is the batch, or of several by names (.json)."""
+    alone = list(contents) == [batch]
+    files.write_json(path, contents[batch] if alone else contents)
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Read a JSON file; the error for a damaged one says what to do."""
+    return _read_or_explain(path, files.read_json)
+
+
+def read_array(path: Path, recording: str) -> FloatArray:
+    """Read the array of a recording from a file that `write_arrays` has written."""
+
+    def read(path: Path) -> FloatArray:
+        if path.suffix == ".npy":
+            return _array_in(files.read_whole(path))
+        return _array_in(_opened(path, os.getpid()).read(f"{recording}.npy"))
+
+    return _read_or_explain(path, read)
+
+
+@lru_cache(maxsize=_MOST_OPEN)
+def _opened(path: Path, process: int) -> zipfile.ZipFile:
+    """Open an archive once for each process: forks must not share a position in a file."""
+    return zipfile.ZipFile(path)
+
+
+def _array_in(content: bytes) -> FloatArray:
+    """Return the array in the content of an .npy file.
+
+    Many files have the same header, so it is understood once. np.load would take four times as
+    long, and thousands of matrices are read in a row.
+    """
+    begin = content.index(b"\n") + 1
+    shape, kind = _header(content[:begin])
+    array: FloatArray = np.frombuffer(content, kind, offset=begin).reshape(shape)
+    return array
+
+
+@lru_cache(maxsize=4096)
+def _header(header: bytes) -> tuple[tuple[int, ...], np.dtype[np.float64]]:
+    """Return shape and type of the array behind a header of numpy's format 1.0."""
+    stream = BytesIO(header)
+    np.lib.format.read_magic(stream)
+    shape, _, kind = np.lib.format.read_array_header_1_0(stream)
+    return shape, kind
+
+
+def _read_or_explain(path: Path, read: Callable[[Path], Read]) -> Read:
+    try:
+        return read(path)
+    except FileNotFoundError:
+        raise CapsuleError(
+            f"{path} does not exist; make all that is missing: snakemake -c2"
+        ) from None
+    except (ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+        raise CapsuleError(
+            f"{path} is damaged ({error}); delete it, and make it again: snakemake -c2"
+        ) from None
+
+
+def _batch_of(divided: Mapping[str, Iterable[str]]) -> dict[str, str]:
+    return {name: batch for batch, names in divided.items() for name in names}

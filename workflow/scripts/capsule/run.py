@@ -1,0 +1,163 @@
+"""Start and end of a run of the workflow: lock, free disk space, and a summary on the terminal.
+
+A dry run calls nothing here.
+"""
+
+import atexit
+import shutil
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import IO
+
+from capsule import files
+from capsule.batches import batch_size
+from capsule.errors import CapsuleError
+from capsule.locks import RUN_LOCK, hold_run_lock
+from capsule.results import left_over
+from capsule.slurm_jobs import explain_ends, refuse_unfinished_jobs
+from capsule.survey.session_names import Surveys
+
+# With less free space than this, a run stops before its first job.
+_FULL_DISK_BYTES = 1_000_000
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run of the workflow.
+
+    Attributes
+    ----------
+    raw, results, sessions : str
+        The folders of the recordings, the results and the surveys.
+    recordings_per_job : int or str
+        As in the configuration.
+    size : int
+        Largest number of recordings in a batch.
+    batches, described : mapping of str to sequence of str
+        The recordings of each batch, and of each batch of the rule describe.
+    surveys : Surveys
+        The surveys.
+    """
+
+    raw: str
+    results: str
+    sessions: str
+    recordings_per_job: int | str
+    size: int
+    batches: Mapping[str, Sequence[str]]
+    described: Mapping[str, Sequence[str]]
+    surveys: Surveys
+    # The lock ends when its file is closed.
+    _held: list[IO[bytes]] = field(default_factory=list)
+
+    @property
+    def page(self) -> Path:
+        """The report."""
+        return Path(self.results) / "report.html"
+
+    def begin(self) -> None:
+        """Take the folder's lock, remove unfinished files, and mark the report as out of date.
+
+        Raises
+        ------
+        CapsuleError
+            Another run uses the folder, or the disk is full.
+        """
+        self._held.append(hold_run_lock())
+        refuse_unfinished_jobs(Path.cwd())
+        files.remove_unfinished(Path(self.results))
+        # Snakemake itself can end on a full disk without telling that a run has failed.
+        atexit.register(self._explain_full_disk)
+        if self._free_bytes() < _FULL_DISK_BYTES:
+            raise CapsuleError(
+                "no space left on device, nothing was started; free some space and run again"
+            )
+        self._tell_new_size()
+        files.mark_outdated(self.page, outdated=True)
+
+    def succeed(self, key: str) -> None:
+        """Print a summary, and remove the mark of a report that was made from this key."""
+        self._summarize_recordings()
+        self._summarize_surveys()
+        self._tell_leftovers()
+        if not self.page.exists():
+            return
+        if files.is_made_from(self.page, key):
+            files.mark_outdated(self.page, outdated=False)
+        else:
+            _tell(f"{self.page} is out of date; make it again: snakemake -c2 {self.page}")
+
+    def fail(self) -> None:
+        """Explain how Slurm has ended jobs of this run."""
+        for line in explain_ends(Path.cwd(), RUN_LOCK.stat().st_mtime):
+            _tell(line)
+
+    def _free_bytes(self) -> int:
+        """Return the free bytes on the disk of the results or of the working directory."""
+        places = [place for place in (".", self.results) if Path(place).exists()]
+        return min(shutil.disk_usage(place).free for place in places)
+
+    def _explain_full_disk(self) -> None:
+        """Print an error if the disk is full; the logs may have no room left for it."""
+        free = self._free_bytes()
+        if free < _FULL_DISK_BYTES:
+            _tell(
+                f"The disk is full: only {free / 1e6:.1f} MB are free. Free some space and run the "
+                "same command again: finished results are kept."
+            )
+
+    def _tell_new_size(self) -> None:
+        """Print that the archive has passed a limit, so that its jobs take more recordings."""
+        table, count = Path(self.results) / "recordings.csv", sum(map(len, self.batches.values()))
+        if table.exists() and self.recordings_per_job == "auto":
+            earlier = batch_size(len(files.read_csv(table)), "auto")
+            if earlier != self.size:
+                _tell(
+                    f"{count} recordings: each job now takes up to {self.size} instead of "
+                    f"{earlier}, so everything is made once more."
+                )
+
+    def _summarize_recordings(self) -> None:
+        """Print the recordings that were rejected, and the files that were passed over."""
+        table, others = (
+            Path(self.results) / f"{name}.csv" for name in ("recordings", "passed_over")
+        )
+        if not table.exists() or not others.exists():
+            return
+        rows = files.read_csv(table)
+        rejected = [row for row in rows if row["status"] != "accepted"]
+        _tell(f"{len(rows) - len(rejected)} recordings accepted, {len(rejected)} rejected.")
+        for row in rejected:
+            _tell(f"  rejected: {self.raw}/{row['recording']}: {row['reason']}")
+        for row in rows:
+            if row["near_copies"]:
+                alike = row["near_copies"].replace(" ", ", ")
+                _tell(f"  nearly the same as {alike}: {self.raw}/{row['recording']}")
+        for row in files.read_csv(others):
+            _tell(f"  passed over: {self.raw}/{row['path']}: {row['reason']}")
+
+    def _summarize_surveys(self) -> None:
+        """Print the surveys that are not in the report, each with the reason."""
+        problems = dict(self.surveys.passed_over)
+        for name in self.surveys.names:
+            values = Path(self.results) / "surveys" / name / "survey.json"
+            if values.exists() and (problem := files.read_json(values).get("problem")):
+                problems[name] = f"cannot be read: {problem}"
+        for name, problem in sorted(problems.items()):
+            _tell(f"  survey passed over: {self.sessions}/{name}: {problem}")
+
+    def _tell_leftovers(self) -> None:
+        """Print how many results are of recordings, or of batches, that are gone."""
+        left = left_over(Path(self.results), self.size, self.batches, self.described)
+        if left:
+            _tell(
+                f"{len(left)} files are of recordings or batches that are gone, and are not used, "
+                f"such as {left[0]}"
+            )
+
+
+def _tell(line: str) -> None:
+    """Print a line where Snakemake prints its own."""
+    print(line, file=sys.stderr)

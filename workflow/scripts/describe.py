@@ -1,0 +1,57 @@
+"""Describe each usable recording of a batch: its best candidate for a nodule, features, plot data.
+
+Nothing here depends on a fit or on other recordings.
+"""
+
+import argparse
+import json
+from pathlib import Path
+
+import numpy as np
+
+from capsule import files
+from capsule.detectors.described import read_scorer, write_best_places, write_features
+from capsule.detectors.passage import UNKNOWN, passage_of
+from capsule.detectors.scorer import series_of
+from capsule.detectors.stretches import score_stretches
+from capsule.page.plot_data import plot_data, write_plot_data
+from capsule.project import WEIGHTS
+from capsule.results import Results
+
+
+def main() -> None:
+    """Read the readings and the checks, and write what the detectors and the report need."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("recordings", nargs="+", help="names such as 3mm/r07")
+    parser.add_argument("--results", type=Path, required=True, help="the folder of results")
+    parser.add_argument("--batch-size", type=int, required=True, help="recordings in a file")
+    parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
+    parser.add_argument("--best-places", type=Path, required=True, help="output: candidates, CSV")
+    parser.add_argument("--features", type=Path, required=True, help="output: features, .npz")
+    parser.add_argument("--plot-data", type=Path, required=True, help="output: plot data, .json")
+    arguments = parser.parse_args()
+    settings, rate_hz = arguments.settings, arguments.settings["recording"]["rate_hz"]
+    results = Results(arguments.results, arguments.recordings, arguments.batch_size)
+    checks, scorer = results.checks(arguments.recordings), read_scorer(WEIGHTS)
+    best_places, features, drawn = {}, {}, {}
+    for name in arguments.recordings:
+        values = results.signal(name)
+        # A copy of another recording is described too: only the rule list finds and rejects it.
+        if np.isnan(values).all():
+            print(f"{name}: rejected, not described")
+            continue
+        best_places[name] = passage_of(values, rate_hz, settings["diagonal"])
+        series = series_of(values, rate_hz, settings["diagonal"])
+        features[name] = scorer.features(series)
+        stretches = score_stretches(scorer, series)
+        drawn[name] = plot_data(name, values, checks[name], stretches, rate_hz, settings)
+        if best_places[name] is UNKNOWN or np.isnan(features[name].score):
+            print(f"{name}: no peristaltic wave was found on every sensor")
+    write_best_places(arguments.best_places, best_places)
+    write_features(arguments.features, features)
+    write_plot_data(arguments.plot_data, drawn)
+    print(f"{len(best_places)} recordings described")
+
+
+if __name__ == "__main__":
+    files.run(main)

@@ -1,0 +1,41 @@
+"""Average the fits of each nodule size to its template, and render the template."""
+
+import argparse
+import json
+from pathlib import Path
+
+import numpy as np
+
+from capsule import files, fits
+from capsule.naming import size_label
+from capsule.results import Results
+from capsule.templates import build_templates
+
+
+def main() -> None:
+    """Read the fits of the accepted recordings, and write the templates."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--recordings", type=Path, required=True, help="labelled.csv")
+    parser.add_argument("--results", type=Path, required=True, help="the folder of results")
+    parser.add_argument("--batch-size", type=int, required=True, help="recordings in a batch")
+    parser.add_argument("--settings", type=json.loads, required=True, help="S, L and u, JSON")
+    parser.add_argument("--parameters", type=Path, required=True, help="output: templates.json")
+    parser.add_argument("--matrices", type=Path, required=True, help="output: templates.npz")
+    arguments = parser.parse_args()
+    results = Results.of_table(arguments.results, arguments.recordings, arguments.batch_size)
+    particles = fits.read_particles(arguments.recordings, results)
+    templates = build_templates(fits.by_size(particles), **arguments.settings)
+    entries = []
+    for size, total in zip(templates.sizes_mm, templates.totals, strict=True):
+        mean = {key: value.tolist() for key, value in vars(total.mean()).items()}
+        parameters = mean if total.count else None
+        entries.append({"size_mm": size, "recordings": total.count, "parameters": parameters})
+    files.write_json(arguments.parameters, {**arguments.settings, "templates": entries})
+    labels = [size_label(size) for size in templates.sizes_mm]
+    with files.write_whole(arguments.matrices, "wb") as stream:
+        np.savez(stream, **dict(zip(labels, templates.matrices, strict=True)))
+    print(f"templates of {', '.join(labels)}")
+
+
+if __name__ == "__main__":
+    files.run(main)
