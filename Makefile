@@ -20,7 +20,7 @@ help:  ## list what make can do
 	@sed -n 's/^\([a-z]*\):.*## /make \1  /p' Makefile | awk '{printf "%-18s", $$1 " " $$2; $$1 = $$2 = ""; print}'
 
 report: $(BIN)/capsule  ## set up the environment and make results/report.html
-	$(BIN)/snakemake -c$(CORES) results/report.html
+	$(BIN)/snakemake -c$(CORES) --quiet host reason
 
 test: $(ENVIRONMENT)/test-ready  ## set up the environment and run all tests
 	$(BIN)/python -m pytest -n $(TEST_WORKERS) --dist loadfile --no-loadscope-reorder $(PYTEST_FLAGS)

@@ -57,8 +57,9 @@ def pytest_collection_modifyitems(items):
 @pytest.fixture(scope="session", autouse=True)
 def preloaded_snakemake(pytestconfig):
     """Import Snakemake once for all calls of it, except those by `make` or as a command."""
-    measured = bool(pytestconfig.getoption("cov_source", default=None))
-    with PreloadedSnakemake(measured=measured) as preloaded:
+    Project.measured = bool(pytestconfig.getoption("cov_source", default=None))
+    # Only jobs that start Python can be measured.
+    with PreloadedSnakemake(jobs_too=not Project.measured) as preloaded:
         Project.preloaded_for_all = preloaded
         yield preloaded
         Project.preloaded_for_all = None

@@ -16,12 +16,12 @@ from collections.abc import Callable
 from pathlib import Path
 from unittest import mock
 
-from edges.script_parser import script_parser
 from pygments.lexers.special import TextLexer
 from sphinx.application import Sphinx
 
 from capsule.interface.public import attribute, public_names
 from capsule_command import WORDS
+from script_parser import script_parser
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = ROOT / "workflow" / "scripts"

@@ -13,14 +13,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import serial
-from edges.checksums import checksum
 
 from acquisition.stand_in import StandInLogger
 from acquisition.workbench import Workbench
 from capsule.configuration_files import read_config_file
-from capsule.detectors.described import WEIGHTS
+from capsule.files import fingerprint
+from capsule.project import PROJECT, WEIGHTS
 from capsule.seeding import generator
-from capsule.workflow_call import PROJECT
 from support.bench import emulated
 from support.bench.cable import TerminalCable
 from support.bench.recorder import (
@@ -422,7 +421,7 @@ def test_running_verdict(logger_bench):
     unknown = {**nothing, "sizes": None}
     unadapted = {**nothing, "score": None, "evidence_weight": 0.0, "size": None}
     learned = {"recordings": 0, "margin_threshold": 5.0, "diagonal": unknown, "settings": {}}
-    learned |= {"taught": unadapted, "scorer": checksum(WEIGHTS)}
+    learned |= {"taught": unadapted, "scorer": fingerprint(WEIGHTS, sys.maxsize)}
     (logger_bench.folder / "detectors.json").write_text(json.dumps(learned))
     # The bench counts moments; there is no wave in it, and none is asked for.
     settings = read_config_file(PROJECT / "config" / "config.yaml")

@@ -19,13 +19,13 @@ from acquisition.bench_errors import AcquisitionError
 from acquisition.played_board import PlayedRun
 from acquisition.protocol import encode
 from acquisition.stand_in import StandInLogger
+from capsule import workflow_call
 from capsule.configuration_files import read_config_file
 from capsule.errors import CapsuleError
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import simulate_run
+from capsule.project import PROJECT
 from capsule.recording import read_recording
-from capsule.workflow_call import PROJECT
-from edges import workflow_call
 from support.learned import taught_by, write_learned, write_templates
 
 pytestmark = pytest.mark.boards

@@ -16,8 +16,8 @@ from capsule.detectors.verdicts import NO_VERDICT, Verdict
 from capsule.files import write_csv
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import recording_of, simulate_run
+from capsule.project import PROJECT
 from capsule.recording import format_recording
-from capsule.workflow_call import PROJECT
 from support.bad_recordings import NO_FILES, UNREADABLE, UNUSABLE
 from support.learned import taught_by, write_learned, write_templates
 

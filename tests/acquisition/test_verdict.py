@@ -14,7 +14,7 @@ from capsule.detectors.diagonal import DiagonalDetector, DiagonalModel
 from capsule.errors import CapsuleError
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import simulate_run
-from capsule.workflow_call import PROJECT
+from capsule.project import PROJECT
 from support.learned import taught_by, write_learned, write_templates
 
 HEADER = {"adc_bits": "10"}

@@ -24,13 +24,13 @@ from judge_report import table
 
 from capsule.configuration_files import read_config_file
 from capsule.detectors.adaptation import Adaptation
-from capsule.detectors.described import WEIGHTS, read_scorer
+from capsule.detectors.described import read_scorer
 from capsule.detectors.operating_point import threshold_at
 from capsule.detectors.taught import adaptation_features, upper_bound
 from capsule.detectors.training import TrainingArchive
 from capsule.forks import Forks
 from capsule.number_arguments import natural
-from capsule.phantom.files import CONFIG
+from capsule.project import CONFIG, WEIGHTS
 
 FIRST_SEED = 230_000
 SHOWN = ("specificity", "recall at 1 mm", "recall from 2 mm")

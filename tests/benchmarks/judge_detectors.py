@@ -23,7 +23,8 @@ from judge_report import Measured, report
 
 from capsule.configuration_files import read_config_file
 from capsule.number_arguments import natural
-from capsule.phantom.files import CONFIG, DEFAULT_TABLE, read_phantom
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from capsule.project import CONFIG
 
 # The detector was designed on seeds 5000 to 9999; nothing here may use those.
 FIRST_SEED = 60_000

@@ -23,7 +23,7 @@ from capsule.configuration_files import read_config_file
 from capsule.detectors.described import read_scorer
 from capsule.naming import size_mm
 from capsule.number_arguments import natural
-from capsule.phantom.files import CONFIG
+from capsule.project import CONFIG, WEIGHTS
 
 FIRST_SEED = 190_000
 SHOWN = ("specificity", "recall at 1 mm", "recall from 2 mm")
@@ -70,7 +70,7 @@ def main() -> None:
     parser.add_argument("--output", type=Path, metavar="PATH", help="output: the table, Markdown")
     arguments = parser.parse_args()
     config = read_config_file(CONFIG / "config.yaml")
-    scorer = read_scorer(judge_unseen.WEIGHTS)
+    scorer = read_scorer(WEIGHTS)
     rows = []
     for bench in arguments.benches:
         started = time.monotonic()

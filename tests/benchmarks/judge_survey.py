@@ -25,8 +25,9 @@ from acquisition.simulated_bench import SimulatedBench, bench_with
 from capsule.configuration_files import read_config_file
 from capsule.number_arguments import natural
 from capsule.phantom.chance import Nodule
-from capsule.phantom.files import CONFIG, DEFAULT_TABLE, read_phantom
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import with_values
+from capsule.project import CONFIG
 from capsule.seeding import generator
 from capsule.survey.odometer import mean_origin
 from capsule.survey.pilot import Pilot

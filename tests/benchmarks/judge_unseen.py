@@ -25,7 +25,7 @@ from judge_rates import mean_row, rates
 from judge_report import table
 
 from capsule.configuration_files import read_config_file
-from capsule.detectors.described import WEIGHTS, read_scorer
+from capsule.detectors.described import read_scorer
 from capsule.detectors.passage import passage_of
 from capsule.detectors.scorer import Scorer, features_of
 from capsule.detectors.training import TrainingArchive, detector_class
@@ -34,9 +34,10 @@ from capsule.files import write_csv
 from capsule.forks import Forks
 from capsule.naming import size_mm
 from capsule.number_arguments import natural
-from capsule.phantom.files import BENCHES, CONFIG, DEFAULT_TABLE, read_phantom
+from capsule.phantom.files import BENCHES, DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import planned_runs, simulate_run
 from capsule.preprocessing import preprocess
+from capsule.project import CONFIG, WEIGHTS
 from capsule.templates import TemplateSet, no_nodule_template
 from capsule.wave_check import missing_wave
 from phantom_study.simulated_archive import DetectorSettings, average_fits, fit_archive

@@ -2,8 +2,7 @@
 
     python tests/benchmarks/measure_growth.py --recordings 120 1200 --before v0.1.0
     python tests/benchmarks/measure_growth.py --recordings 120 --bare
-    python tests/benchmarks/measure_growth.py --recordings 12000 --particles 20 --iterations 20 \
-        --recordings-per-job 100
+    python tests/benchmarks/measure_growth.py --recordings 12000 --particles 20 --iterations 20
 
 Each archive is simulated in a temporary copy of the project. With --before, a copy of an earlier
 commit does the same, call by call in turn, and a row of ratios follows. A workflow of one rule is
@@ -34,7 +33,6 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
 
-from edges.durations import RULES
 from matplotlib.figure import Figure
 
 from capsule.figures.style import (
@@ -47,7 +45,9 @@ from capsule.figures.style import (
 )
 from support.project import PARTS, Project
 
-STAGES = [*RULES, "report"]
+# The rules, each after those that it needs.
+STAGES = ["preprocess", "list", "list_labelled", "fit", "describe", "templates", "evaluate"]
+STAGES += ["detect", "draw", "survey", "report"]
 SIZES = ["0", "1", "2", "3", "4", "5"]
 # The calls that are measured, each with its colour and mark in the picture.
 CALLS = {
@@ -158,8 +158,7 @@ def bare_cost(project: Project, cores: int) -> float:
     ).stdout  # fmt: skip
     commands: dict[str, dict[str, None]] = {stage: {} for stage in STAGES}
     for row in csv.DictReader(io.StringIO(summary), delimiter="\t", quoting=csv.QUOTE_NONE):
-        stage = next(stage for stage in STAGES if row["rule"].startswith(stage))
-        commands[stage][row["shellcmd"]] = None
+        commands[row["rule"]][row["shellcmd"]] = None
     shutil.rmtree(project.results)
     for stage_commands in commands.values():
         for command in stage_commands:
@@ -267,7 +266,8 @@ def main() -> None:
     parser.add_argument("--recordings", type=int, nargs="+", default=[120])
     parser.add_argument("--particles", type=int, default=2000, help="N of the fit")
     parser.add_argument("--iterations", type=int, default=2000, help="M of the fit")
-    parser.add_argument("--recordings-per-job", type=int, default=1)
+    per_job = {"type": lambda text: text if text == "auto" else int(text), "default": "auto"}
+    parser.add_argument("--recordings-per-job", **per_job, help="a number, or auto")
     parser.add_argument("--rounds", type=int, default=3, help="of the calls after the cold run")
     parser.add_argument("--cores", type=int, default=2)
     parser.add_argument("--before", metavar="COMMIT", help="an earlier commit to compare with")
@@ -292,8 +292,7 @@ def main() -> None:
                 earlier = unpack(arguments.before, folder / "unpacked")
                 projects[BEFORE] = make_project(folder / BEFORE, recordings, fit, earlier)
             projects[NOW] = make_project(folder / NOW, recordings, fit)
-            if per_job > 1:
-                projects[NOW].configure(recordings_per_job=per_job)
+            projects[NOW].configure(recordings_per_job=per_job)
             one_rule = make_one_rule(folder / "one-rule")
             measured, alone = measure(projects, one_rule, arguments.rounds, cores)
             rows = {code: each.row() for code, each in measured.items()}

@@ -3,11 +3,13 @@
     python tests/benchmarks/measure_imports.py raw/3mm/r07.csv
 
 Runs preprocess.py and fit.py on the recording, as the workflow does, in turn with a process that
-does nothing but import numpy; medians of the rounds. A job's own work is what its log says. For
-every single module of a job: python -X importtime workflow/scripts/fit.py --help
+does nothing but import numpy; medians of the rounds. A job's own work is what it takes longer than
+the same script with --help. For every single module of a job:
+python -X importtime workflow/scripts/fit.py --help
 """
 
 import argparse
+import hashlib
 import json
 import os
 import re
@@ -31,13 +33,15 @@ def job_commands(recording: Path, folder: Path) -> dict[str, list[str]]:
     """Return the commands of the recording's jobs; they write to the folder."""
     config = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
     name = f"{recording.parent.name}/{recording.stem}"
+    checksum = hashlib.sha256(recording.read_bytes()).hexdigest()
     written = ("signal.npy", "matrix.npy", "check.json", "fit.json")
     signal, matrix, check, fit = (str(folder / file) for file in written)
-    common = ["--name", name, "--settings", json.dumps(config)]
-    outputs = ["--signal", signal, "--matrix", matrix, "--check", check]
+    common = ["--batch", name, "--settings", json.dumps(config)]
+    common += ["--signals", signal, "--matrices", matrix]
+    raw = ["--raw", str(recording.parents[1]), "--checks", check]
     return {
-        "preprocess": [str(SCRIPTS / "preprocess.py"), str(recording), *common, *outputs],
-        "fit": [str(SCRIPTS / "fit.py"), matrix, "--signal", signal, *common, "--output", fit],
+        "preprocess": [str(SCRIPTS / "preprocess.py"), f"{name}:{checksum}", *common, *raw],
+        "fit": [str(SCRIPTS / "fit.py"), name, *common, "--output", fit],
     }
 
 
@@ -73,8 +77,9 @@ def main() -> None:
         for _ in range(arguments.rounds):
             for name, command in job_commands(arguments.recording, Path(folder)).items():
                 bare, _ = run(["-c", "import numpy"])
-                whole, job = run(command)
-                own = 1e3 * float(re.findall(r"finished in ([\d.]+) s", job.stdout)[-1])
+                idle, _ = run([command[0], "--help"])
+                whole, _ = run(command)
+                own = whole - idle
                 _, traced = run(command, "-X", "importtime")
                 row = (*imports(traced.stderr), whole, bare, own, whole / (bare + own))
                 rows.setdefault(name, []).append(row)

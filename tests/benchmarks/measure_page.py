@@ -28,12 +28,14 @@ import numpy as np
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
 
+from capsule.batches import described_together
 from capsule.configuration_files import read_config_file
-from capsule.files import read_csv
-from capsule.naming import folder_of
+from capsule.files import read_csv, write_json
+from capsule.naming import size_mm
 from capsule.page.beside import stands_beside
 from capsule.page.packing import deflated, inflated, to_json
-from capsule.page.plot_data import StoredEvidence, read_evidence, write_evidence
+from capsule.page.plot_data import PlotData, read_plot_data, write_plot_data
+from capsule.results import FITS, MATRICES, PLOT_DATA, Results
 from support.browser import MISSING, Browser
 
 # Tells when the first recording has been drawn, in ms since the page was asked for.
@@ -65,14 +67,14 @@ requestAnimationFrame(wait);
 
 @dataclass(frozen=True)
 class Made:
-    """Time and memory of the jobs that make the page and the files beside it.
+    """Time and memory of the job that makes the page and the files beside it.
 
     Attributes
     ----------
     seconds, cpu_seconds : float
-        From start to finish, one after the other.
+        From start to finish, and of all its processes.
     memory_mb : float
-        Largest memory of a job.
+        Largest memory of a process.
     """
 
     seconds: float
@@ -91,7 +93,7 @@ def replicate(results: Path, target: Path, recordings: int) -> None:
     """Write the results of an archive of so many recordings, all copies of those in `results`."""
     index = read_csv(results / "recordings.csv")
     originals = dict(copies([row["recording"] for row in index], recordings))
-    for part in ("evaluation", "figures", "logs"):
+    for part in ("evaluation", "figures"):
         shutil.copytree(results / part, target / part)
     for path in results.iterdir():
         if path.is_file() and path.suffix != ".html":
@@ -99,27 +101,29 @@ def replicate(results: Path, target: Path, recordings: int) -> None:
     _rewrite(target / "recordings.csv", index, originals)
     predictions = target / "evaluation" / "predictions.csv"
     _rewrite(predictions, read_csv(predictions), originals)
-    for part, suffix in (("matrices", ".npy"), ("fits", ".json")):
-        for name, original in originals.items():
-            source = results / part / f"{original}{suffix}"
-            if source.exists():
-                link = target / part / f"{name}{suffix}"
-                link.parent.mkdir(parents=True, exist_ok=True)
-                os.link(source.resolve(), link)
-    evidence = read_evidence((results / "evidence").rglob("*.json"), set(originals.values()))
-    for folder in sorted({folder_of(name) for name in originals}):
-        of_folder = {
-            name: _renamed(evidence[original], name)
-            for name, original in originals.items()
-            if folder_of(name) == folder and original in evidence
+    before, after = Results.on_disk(results, 1), Results(target, originals, 1)
+    names = sorted(set(originals.values()))
+    fits = before.fits(name for name in names if size_mm(name))
+    drawn = before.described(PLOT_DATA, names, read_plot_data)
+    for name, original in originals.items():
+        link = after.file(MATRICES, name)
+        link.parent.mkdir(parents=True, exist_ok=True)
+        os.link(before.file(MATRICES, original).resolve(), link)
+        if original in fits:
+            write_json(after.file(FITS, name), fits[original] | {"recording": name})
+    for members in described_together(originals, 1).values():
+        of_batch = {
+            name: _renamed(drawn[originals[name]], name)
+            for name in members
+            if originals[name] in drawn
         }
-        write_evidence(target / "evidence" / f"{folder}.json", of_folder)
+        write_plot_data(after.file(PLOT_DATA, members[0]), of_batch)
 
 
-def _renamed(evidence: StoredEvidence, name: str) -> StoredEvidence:
-    """Return a recording's evidence under another name."""
-    drawn = json.loads(inflated(evidence.drawn)) | {"recording": name}
-    return replace(evidence, drawn=deflated(to_json(drawn)))
+def _renamed(plotted: PlotData, name: str) -> PlotData:
+    """Return the plot data of a recording under another name."""
+    drawn = json.loads(inflated(plotted.drawn)) | {"recording": name}
+    return replace(plotted, drawn=deflated(to_json(drawn)))
 
 
 def _rewrite(path: Path, rows: list[dict[str, str]], originals: dict[str, str]) -> None:
@@ -135,31 +139,21 @@ def _rewrite(path: Path, rows: list[dict[str, str]], originals: dict[str, str]) 
             if "sha256" in rows[0]:
                 checksum = hashlib.sha256(name.encode()).hexdigest()
                 other |= {"sha256": checksum, "readings_sha256": checksum, "site": name}
-            writer.writerows({**row, **other} for row in by_name[original])
+            writer.writerows({**row, **other} for row in by_name.get(original, []))
 
 
 def make_page(results: Path) -> Made:
-    """Run the report's job, for a large archive after that of the files beside the page."""
+    """Run the report's job, which for a large archive writes the files beside the page, too."""
     settings = read_config_file(ROOT / "config" / "config.yaml")
-    report, listed = ROOT / "workflow" / "scripts" / "report.py", str(results / "page_files.json")
-    both = ["--results", str(results), "--settings", json.dumps(settings)]
-    evidence = ["--evidence", *map(str, sorted((results / "evidence").glob("*.json")))]
-    make_page = [
-        str(report), *both,
-        "--template", str(ROOT / "workflow" / "report"),
-        "--schema", str(ROOT / "workflow" / "schemas" / "config.schema.json"),
-        "--code", str(report), "--output", str(results / "report.html"),
+    told = settings | {"surveys": {"names": [], "passed_over": {}}}
+    job = [
+        str(ROOT / "workflow" / "scripts" / "report.py"),
+        "--results", str(results), "--batch-size", "1", "--settings", json.dumps(told),
+        "--key", "0" * 20, "--output", str(results / "report.html"),
     ]  # fmt: skip
-    if not stands_beside(len(read_csv(results / "recordings.csv")), settings):
-        return cost_of([*make_page, *evidence])
-    make_files = [str(report.with_name("page_files.py")), *both, *evidence]
-    make_files += ["--output", listed, "--folder", str(results / "report")]
-    files, page = cost_of(make_files), cost_of([*make_page, "--beside", listed])
-    return Made(
-        files.seconds + page.seconds,
-        files.cpu_seconds + page.cpu_seconds,
-        max(files.memory_mb, page.memory_mb),
-    )
+    if stands_beside(len(read_csv(results / "recordings.csv")), settings):
+        job += ["--beside", str(results / "report"), "--processes", "2"]
+    return cost_of(job)
 
 
 def cost_of(script: list[str]) -> Made:

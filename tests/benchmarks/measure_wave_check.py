@@ -19,7 +19,8 @@ from judge_unseen import USUAL, simulated, stored
 
 from capsule.configuration_files import read_config_file
 from capsule.number_arguments import natural
-from capsule.phantom.files import BENCHES, CONFIG
+from capsule.phantom.files import BENCHES
+from capsule.project import CONFIG
 from capsule.seeding import generator
 from capsule.wave_check import missing_wave
 

@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from capsule.configuration import check_configuration
+from capsule.configuration import changed_values, check_configuration
 from capsule.configuration_files import read_schema
 from capsule.errors import CapsuleError
 
@@ -203,3 +203,41 @@ def test_every_number_has_a_limit_on_both_sides():
             high = {"maximum", "exclusiveMaximum"} & set(number)
             unlimited += [key] if not (low and high) else []
     assert unlimited == []
+
+
+@pytest.mark.parametrize("value", ["auto", 1, 100, 1000])
+def test_the_recordings_of_a_job_are_a_number_or_left_to_the_workflow(value):
+    config = changed("recordings_per_job", value)
+    check_configuration(config, SCHEMA, {"config/config.yaml": config})
+
+
+@pytest.mark.parametrize("value", ["all", 0, 1001, 1.5, True, [1]])
+def test_other_recordings_of_a_job_are_refused_with_what_is_allowed(value):
+    config = changed("recordings_per_job", value)
+    assert message(config).endswith(
+        f"recordings_per_job: {value!r} is not allowed; must be auto or a whole number, at least "
+        "1, at most 1000"
+    )
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "expected"),
+    [
+        ({"a": 1}, {"a": 1}, {}),
+        ({"a": 1}, {"a": 2}, {"a": 2}),
+        ({}, {"a": None}, {"a": None}),
+        ({"a": 1, "b": 2}, {"a": 1}, {}),
+        ({"s": {"a": 1, "b": 2}}, {"s": {"a": 1, "b": 3}}, {"s": {"b": 3}}),
+        ({"s": {"a": 1}}, {"s": {"a": 1}}, {}),
+        ({"s": {"a": 1}}, {"s": 1}, {"s": 1}),
+        ({"s": [1, 2]}, {"s": [2, 1]}, {"s": [2, 1]}),
+    ],
+)
+def test_the_values_that_a_later_configuration_changes_are_found(first, last, expected):
+    assert changed_values(first, last) == expected
+
+
+def test_a_fault_on_the_command_line_is_told_as_such():
+    config = changed("fit.particles", "many")
+    told = message(config, **{"--config or --configfile": changed_values(CONFIG, config)})
+    assert "\n  --config or --configfile: fit.particles: 'many' is not allowed" in told

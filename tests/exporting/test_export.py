@@ -1,7 +1,10 @@
 """The library of each format reads the exported values, units and provenance."""
 
+import hashlib
 import io
 import json
+import os
+import shutil
 import sys
 from datetime import UTC, datetime
 
@@ -15,28 +18,51 @@ from openpyxl.utils import get_column_letter
 from pyarrow import parquet
 
 import export
+from capsule.batches import batches
 from capsule.configuration_files import read_config_file
 from capsule.errors import CapsuleError
-from capsule.files import read_csv, write_json
+from capsule.files import read_csv, read_json, write_csv
+from capsule.results import CHECKS, FITS, MATRICES, SIGNALS, pattern, write_arrays, write_contents
 from exporting import export_writing, gathering, xlsx_export
 from exporting.column_words import describe
-from exporting.export_provenance import provenance_of
+from exporting.export_provenance import outdated, provenance_of
 from exporting.exported import long_table
 from exporting.legal_names import legal_names
 from exporting.session_dates import NO_DATE
 from support.project import ROOT
 from support.small_results import AWKWARD, FORMULA, RECORDINGS, REJECTED, make_results
+from support.synthetic import write_archive
 
 pytestmark = pytest.mark.slow(0.3)
 
 CONFIG = ROOT / "config/config.yaml"
 
 
+def make_in_batches(results, size=1):
+    """Make the results with so many recordings in a batch, and return the readings and matrices."""
+    made = make_results(results)
+    for kind in (SIGNALS, MATRICES, CHECKS, FITS):
+        alone = {
+            path.relative_to(results / kind).with_suffix("").as_posix(): path
+            for path in sorted((results / kind).glob("*/*"))
+        }
+        for batch, names in batches(alone, size).items():
+            path = results / pattern(kind, size).format(batch=batch)
+            if kind in (SIGNALS, MATRICES):
+                write_arrays(path, {name: np.load(alone[name]) for name in names})
+            else:
+                contents = {name: read_json(alone[name]) | {"recording": name} for name in names}
+                write_contents(path, contents, batch)
+            for name in names if size > 1 else []:
+                alone[name].unlink()
+    return made
+
+
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """Make a folder of results, and return it with the readings and the matrices in it."""
     results = tmp_path_factory.mktemp("project") / "results"
-    return results, *make_results(results)
+    return results, *make_in_batches(results)
 
 
 @pytest.fixture(scope="module")
@@ -327,17 +353,84 @@ def test_the_command_writes_once_and_again_only_if_told_to(made, tmp_path, monke
     assert "fits" in scipy.io.loadmat(path)["tables"].dtype.names
 
 
+@pytest.mark.parametrize("size", [10, 100])
+def test_an_archive_in_batches_is_exported_as_one_with_a_job_for_each(exported, tmp_path, size):
+    make_in_batches(tmp_path / "results", size)
+    assert (tmp_path / "results/signals/3mm/batch.npz").exists()
+    assert not (tmp_path / "results/signals/3mm/r07.npy").exists()
+    settings = read_config_file(CONFIG)
+    whole = gathering.gather(tmp_path / "results", CONFIG, settings, "all", lambda done, of: None)
+    for one, other in zip(whole.tables, exported.tables, strict=True):
+        if one.name == "files":
+            paths = list(one.values("path"))
+            assert "results/signals/3mm/batch.npz" in paths
+            assert len(set(paths)) == len(paths)
+        else:
+            # Tables of text and numbers; an unknown number is NaN on both sides.
+            np.testing.assert_equal(
+                [vars(column) for column in one.columns], [vars(column) for column in other.columns]
+            )
+    for one, other in zip(whole.matrices, exported.matrices, strict=True):
+        assert list(one.values) == list(other.values)
+        for name, values in one.values.items():
+            assert values.tobytes() == other.values[name].tobytes()
+    assert whole.headers == exported.headers
+
+
+@pytest.fixture
+def project(tmp_path):
+    """Make results that fit to the recordings in raw/, and return the folder of both."""
+    names = ["3mm/r07", "3mm/r08", "0mm/r01"]
+    write_archive(tmp_path / "raw", names, samples=50)
+    rows = [{"recording": name, "sha256": checksum(tmp_path, name)} for name in names]
+    # A folder that is named like a file cannot be read, so nothing is known of its content.
+    (tmp_path / "raw/3mm/folder.csv").mkdir()
+    rows.append({"recording": "3mm/folder", "sha256": ""})
+    write_csv(tmp_path / "results/recordings.csv", ["recording", "sha256"], rows)
+    return tmp_path
+
+
+def checksum(folder, name):
+    return hashlib.sha256((folder / f"raw/{name}.csv").read_bytes()).hexdigest()
+
+
+def test_results_are_out_of_date_when_recordings_came_went_or_changed(project):
+    settings = read_config_file(CONFIG)
+    assert outdated(project / "results", settings) == []
+    with (project / "raw/3mm/r07.csv").open("a") as stream:
+        stream.write("# a comment")
+    (project / "raw/3mm/r08.csv").unlink()
+    write_archive(project / "raw", ["2mm/new"], samples=50)
+    (project / "raw/notes.txt").touch()
+    assert outdated(project / "results", settings) == [
+        "raw/2mm/new.csv",
+        "raw/3mm/r07.csv",
+        "raw/3mm/r08.csv",
+    ]
+
+
+def test_the_date_of_a_recording_does_not_count_and_without_recordings_nothing_is_known(project):
+    settings = read_config_file(CONFIG)
+    os.utime(project / "raw/3mm/r07.csv", (1, 1))
+    assert outdated(project / "results", settings) == []
+    shutil.rmtree(project / "raw")
+    assert outdated(project / "results", settings) == []
+
+
 def test_results_that_no_longer_fit_are_told(tmp_path, monkeypatch, capsys):
     results = tmp_path / "results"
-    make_results(results)
-    written = {"results/report.html": None}
-    record = {"format": 1, "made_from": "", "read": {"raw/3mm/r07.csv": "0"}, "written": written}
-    write_json(results / "records/report.html.json", record)
+    make_in_batches(results)
+    rows = read_csv(results / "recordings.csv")
+    write_archive(tmp_path / "raw", [row["recording"] for row in rows], samples=50)
+    for row in rows:
+        row["sha256"] = checksum(tmp_path, row["recording"])
+    write_csv(results / "recordings.csv", list(rows[0]), rows)
+    (tmp_path / "raw/3mm/r07.csv").write_text("another")
     call = ["export.py", "--format", "parquet", "--what", "fits", "--results", str(results)]
     monkeypatch.setattr(sys, "argv", [*call, "--out", str(tmp_path / "out")])
     export.main()
     printed = capsys.readouterr().out
-    assert "1 files have changed since " in printed
+    assert "1 recording came, went or changed since " in printed
     assert "was made, such as raw/3mm/r07.csv; make it again" in printed
     stored = parquet.read_schema(tmp_path / "out/fits.parquet").metadata[b"provenance"]
     assert json.loads(stored)["results_out_of_date"] == "raw/3mm/r07.csv"
@@ -346,7 +439,7 @@ def test_results_that_no_longer_fit_are_told(tmp_path, monkeypatch, capsys):
 @pytest.mark.parametrize("kind", ["mat", "xlsx", "parquet", "netcdf", "nwb"])
 def test_an_archive_without_an_accepted_recording_is_exported_too(tmp_path, kind):
     results = tmp_path / "results"
-    make_results(results)
+    make_in_batches(results)
     index = results / "recordings.csv"
     index.write_text(index.read_text().replace(",accepted,", ",rejected,"))
     settings = read_config_file(CONFIG)
@@ -358,7 +451,7 @@ def test_an_archive_without_an_accepted_recording_is_exported_too(tmp_path, kind
 
 def test_what_is_missing_is_named_with_how_to_make_it(tmp_path):
     settings = read_config_file(CONFIG)
-    make_results(tmp_path / "results")
+    make_in_batches(tmp_path / "results")
     (tmp_path / "results/fits/3mm/r07.json").unlink()
     with pytest.raises(CapsuleError, match=r"r07\.json does not exist; .*snakemake -c2"):
         gathering.gather(tmp_path / "results", CONFIG, settings, "fits", lambda done, of: None)

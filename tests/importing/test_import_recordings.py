@@ -8,7 +8,6 @@ import sys
 import numpy as np
 import pytest
 import yaml
-from edges.durations import RULES
 
 from capsule.checking import readings_of
 from capsule.configuration import BENCH
@@ -16,6 +15,7 @@ from capsule.detectors.registry import DETECTORS
 from capsule.errors import CapsuleError
 from capsule.figures.registry import FIGURES
 from capsule.keys import imported_files
+from capsule.page.files import RULE_SCRIPTS
 from capsule.recording import Recording, format_recording, read_recording
 from support.importing import ODD, assert_readings, import_files
 from support.project import ROOT
@@ -316,7 +316,7 @@ def test_a_file_without_a_name_that_can_be_one_is_refused_with_the_remedy(tmp_pa
 
 def test_no_step_of_the_workflow_imports_the_import():
     modules = [row.module for row in [*FIGURES.values(), *DETECTORS.values()]]
-    for rule in RULES:
+    for rule in RULE_SCRIPTS:
         files = imported_files(SCRIPTS / f"{rule}.py", modules)
         assert files
         assert not {"importing"} & {part for path in files for part in path.parts}

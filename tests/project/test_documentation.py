@@ -24,6 +24,10 @@ def described_keys(schema, path=""):
 def allowed(part):
     """Return the allowed values of a key in words, from the schema."""
     part = SCHEMA["$defs"][part["$ref"].rsplit("/", 1)[1]] | part if "$ref" in part else part
+    if "oneOf" in part:
+        return " or ".join(map(allowed, part["oneOf"]))
+    if "const" in part:
+        return f"`{part['const']}`"
     if "enum" in part:
         return " or ".join(f"`{value}`" for value in part["enum"])
     if part["type"] == "array":

@@ -67,14 +67,14 @@ def test_the_library_and_its_command_are_those_of_the_folder(checkout):
     # Python as it starts in that environment: it reads the .pth file there, and no other.
     program = "import site, sys; site.addsitedir(sys.argv[1]); sys.path.append(sys.argv[2]); "
     program += "import capsule; print(capsule.__file__); print(capsule.read_settings()['fit']); "
-    program += "import edges; print(edges.__file__)"
+    program += "from capsule.project import PROJECT; print(PROJECT)"
     command = [sys.executable, "-I", "-S", "-c", program, packages, sysconfig.get_path("purelib")]
     changed = checkout / "config/config.yaml"
     changed.write_text(changed.read_text(encoding="utf-8").replace("seed: 1 ", "seed: 7 "))
     output = subprocess.run(command, cwd="/", capture_output=True, text=True, check=True).stdout
-    library, fit, edges = output.splitlines()
+    library, fit, project = output.splitlines()
     assert Path(library).resolve() == checkout / "workflow/scripts/capsule/__init__.py"
-    assert Path(edges).resolve() == checkout / "workflow/scripts/edges/__init__.py"
+    assert Path(project) == checkout
     assert "'seed': 7," in fit
 
     (checkout / ".venv/bin/python").symlink_to("/bin/echo")

@@ -10,13 +10,13 @@ from pathlib import Path
 
 import pytest
 import yaml
-from edges.durations import RULES
 from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
 
 from capsule.detectors.registry import DETECTORS
 from capsule.figures.registry import FIGURES
 from capsule.keys import imported_files
+from capsule.page.files import RULE_SCRIPTS
 from support.project import ROOT
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -132,7 +132,7 @@ def test_the_parts_import_open_cascade_only_when_they_are_asked_for_step_files()
 
 def test_no_step_of_the_workflow_imports_solids():
     modules = [row.module for row in [*FIGURES.values(), *DETECTORS.values()]]
-    for rule in RULES:
+    for rule in RULE_SCRIPTS:
         files = imported_files(SCRIPTS / f"{rule}.py", modules)
         assert files
         for path in files:
@@ -141,7 +141,7 @@ def test_no_step_of_the_workflow_imports_solids():
 
 
 def test_no_step_of_the_workflow_imports_what_is_made_for_programs():
-    for rule in RULES:
+    for rule in RULE_SCRIPTS:
         files = imported_files(SCRIPTS / f"{rule}.py")
         names = {path.relative_to(SCRIPTS).as_posix() for path in files}
         assert "capsule/__init__.py" in names

@@ -1,6 +1,7 @@
 """The wheel works for a user of the library, without this folder."""
 
 import os
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -94,12 +95,12 @@ def test_the_wheel_asks_for_no_snakemake(wheel):
 def test_the_readmes_python_runs_on_the_installed_library(environment, tmp_path):
     write_archive(tmp_path / "raw", ["0mm/r01", "3mm/r07"])
     (block,) = [each for each in all_blocks() if each.document == "README.md" and each.is_python]
-    program = f"{block.text}\nprint(matrix.shape, capsule.__file__)\n"
-    program += "import edges; print(edges.__file__)\n"
-    shape, edges = run(environment, program, tmp_path).splitlines()
-    assert shape.startswith("(4, 1000) ")
-    assert Path(shape.partition(") ")[2]).is_relative_to(environment)
-    assert Path(edges).is_relative_to(environment)
+    program = f"{block.text}\nprint(matrix.shape)\nfrom capsule.project import PROJECT\n"
+    program += "print(capsule.__file__)\nprint(PROJECT)\n"
+    shape, library, project = run(environment, program, tmp_path).splitlines()
+    assert shape == "(4, 1000)"
+    assert Path(library).is_relative_to(environment)
+    assert Path(project) == Path(library).parents[1] / "capsule_project"
 
 
 def test_the_installed_library_judges_by_the_weights_it_brings(environment, tmp_path):
@@ -114,13 +115,30 @@ def test_the_installed_library_judges_by_the_weights_it_brings(environment, tmp_
 
 
 def test_without_its_project_the_library_says_what_to_do(environment, tmp_path):
-    program = "import importlib.util, capsule\n"
-    program += "find = importlib.util.find_spec\n"
-    program += "import capsule.interface.reading_side as side\n"
-    program += "side.find_spec = lambda name: None if 'capsule_' in name else find(name)\n"
+    # The library alone, as where somebody has copied its folder.
+    (packages,) = (environment / "lib").glob("python*/site-packages")
+    shutil.copytree(packages / "capsule", tmp_path / "alone" / "capsule")
+    program = "import sys; sys.path.insert(0, 'alone'); import capsule\n"
     program += "try:\n    capsule.load('raw')\nexcept capsule.CapsuleError as error:\n"
     program += "    print(error)"
-    assert "install the project again: pip install ." in run(environment, program, tmp_path)
+    told = run(environment, program, tmp_path)
+    assert told.startswith(f"the folder {tmp_path / 'alone/capsule_project'} is missing beside ")
+    assert told.endswith("install the project again: pip install .\n")
+
+
+def test_the_installed_workflow_knows_the_code_of_the_installed_library(environment, tmp_path):
+    program = "from capsule import keys, workflow_call\nfrom capsule.page import files\n"
+    program += "from capsule.project import PROJECT\n"
+    program += "scripts = PROJECT / 'workflow' / 'scripts'\n"
+    program += "print(*keys.imported_files(scripts / 'fit.py'))\n"
+    program += "print(*files.code_checksums())\n"
+    program += "print((workflow_call.PROJECT / 'Snakefile').is_file())\n"
+    imported, named, found = run(environment, program, tmp_path).splitlines()
+    (packages,) = (environment / "lib").glob("python*/site-packages")
+    assert str(packages / "capsule" / "fitting.py") in imported.split()
+    assert all(Path(each).is_relative_to(packages / "capsule") for each in imported.split())
+    assert {"workflow/scripts/fit.py", "capsule/fitting.py"} <= set(named.split())
+    assert found == "True"
 
 
 def test_the_installed_command_makes_an_archive_that_the_installed_library_loads(

@@ -1,14 +1,15 @@
 """Make the files that judging new recordings needs, from a few passages."""
 
 import json
+import sys
 
 import numpy as np
-from edges.checksums import checksum
 
-from capsule.detectors.described import WEIGHTS
 from capsule.detectors.diagonal import DiagonalDetector
 from capsule.detectors.passage import Passage
 from capsule.detectors.taught import TaughtDetector
+from capsule.files import fingerprint
+from capsule.project import WEIGHTS
 from support.training import archive_of_passages
 
 
@@ -46,5 +47,6 @@ def write_templates(folder):
 def write_learned(folder, configuration, archive, **changes):
     """Write the trained detectors of an archive, with changed settings of `diagonal`."""
     settings = {"diagonal": configuration["diagonal"] | changes}
-    content = stored_of(archive) | {"settings": settings, "scorer": checksum(WEIGHTS)}
+    fits_to = {"settings": settings, "scorer": fingerprint(WEIGHTS, sys.maxsize)}
+    content = stored_of(archive) | fits_to
     (folder / "detectors.json").write_text(json.dumps(content), encoding="utf-8")

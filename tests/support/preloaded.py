@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from edges.preloaded_jobs import PreloadedJobs
+    from support.preloaded_jobs import PreloadedJobs
 
 TESTS = Path(__file__).parents[1]
 START = (
@@ -80,15 +80,15 @@ class PreloadedSnakemake:
 
     Parameters
     ----------
-    measured : bool
-        Whether `coverage` counts which branches the jobs run.
+    jobs_too : bool
+        Whether the jobs are forks, too; otherwise each starts Python.
     """
 
-    def __init__(self, *, measured: bool = False) -> None:
-        self._measured = measured
+    def __init__(self, *, jobs_too: bool = True) -> None:
+        self._jobs_too = jobs_too and sys.platform == "linux"
+        self._jobs: PreloadedJobs | None = None
         self._idle: list[socket.socket] = []
         self._servers: list[tuple[subprocess.Popen[bytes], socket.socket]] = []
-        self._jobs: PreloadedJobs | None = None
 
     def __enter__(self) -> "PreloadedSnakemake":
         return self
@@ -103,18 +103,18 @@ class PreloadedSnakemake:
     def start(
         self, arguments: Sequence[str], folder: Path, environment: Mapping[str, str]
     ) -> ForkedCall:
-        """Call snakemake in a folder; on Linux its jobs are forks of a preloaded process, too."""
-        # The preloaded processes do not import it: each call imports its own copy of the project.
-        from support.preloaded_jobs import PLAIN, jobs_of_tests
+        """Call snakemake in a folder."""
+        # The preloaded processes need no module for it, and Windows cannot import it.
+        from support.preloaded_jobs import PreloadedJobs
 
         connection = self._idle.pop() if self._idle else self._new(environment)
-        if sys.platform == "linux" and self._jobs is None:
-            self._jobs = jobs_of_tests(environment, measured=self._measured)
+        if self._jobs_too and self._jobs is None:
+            self._jobs = PreloadedJobs(environment)
         call = {
             "arguments": list(arguments),
             "folder": str(folder),
-            "environment": {**environment, **(PLAIN if self._jobs else {})},
-            "python": str(self._jobs.folder / "python") if self._jobs else sys.executable,
+            "environment": dict(environment),
+            "python": str(self._jobs.python) if self._jobs else sys.executable,
         }
         reading, writing = os.pipe()
         socket.send_fds(connection, [json.dumps(call).encode() + b"\n"], [writing])

@@ -18,6 +18,26 @@ from support.synthetic import write_archive
 
 ROOT = Path(__file__).parents[2]
 PARTS = ["Snakefile", "workflow", "config", "profiles", "environment.yml"]
+# What Snakemake's log says of a job, and the job's rule.
+RULES = {
+    r"preprocess \S+/\S+": "preprocess",
+    r"fit \S+/\S+": "fit",
+    r"describe \S+/\S+": "describe",
+    r"list the recordings": "list",
+    r"list the labelled recordings": "list_labelled",
+    r"average the fits to templates": "templates",
+    r"evaluate the detectors on the labelled recordings": "evaluate",
+    r"detect nodules in the unlabelled recordings": "detect",
+    r"draw the figures": "draw",
+    r"draw the figures for print": "figures",
+    r"draw the survey \S+": "survey",
+    r"write the report": "report",
+}
+# With these, `coverage` counts which branches run in the jobs, beside what `pytest --cov` counts.
+MEASURED = {
+    "COVERAGE_PROCESS_START": str(ROOT / "pyproject.toml"),
+    "COVERAGE_FILE": str(ROOT / ".coverage"),
+}
 
 
 class Project:
@@ -34,9 +54,12 @@ class Project:
     ----------
     preloaded_for_all : PreloadedSnakemake or None
         Processes of the test run; if None, each call starts a new process.
+    measured : bool
+        Whether `coverage` counts which branches the jobs run.
     """
 
     preloaded_for_all: ClassVar[PreloadedSnakemake | None] = None
+    measured: ClassVar[bool] = False
 
     def __init__(self, folder: Path, preloaded: PreloadedSnakemake | None = None) -> None:
         self.folder, self.preloaded = folder, preloaded or self.preloaded_for_all
@@ -139,7 +162,12 @@ class Project:
         return {
             "args": [sys.executable, "-m", "snakemake", f"-c{cores}", *arguments],
             "cwd": self.folder,
-            "env": {**os.environ, **strict, **(environment or {})},
+            "env": {
+                **os.environ,
+                **strict,
+                **(MEASURED if self.measured else {}),
+                **(environment or {}),
+            },
             "text": True,
         }
 
@@ -149,24 +177,39 @@ class Project:
             return list(csv.DictReader(stream))
 
     def result_bytes(self) -> dict[str, bytes]:
-        """Return the content of every result, without records, sets, and logs with durations."""
-        notes = ("logs", "records", "sets")
+        """Return the content of every result, without the logs."""
         return {
             path.relative_to(self.results).as_posix(): path.read_bytes()
             for path in sorted(self.results.rglob("*"))
-            if path.is_file() and path.relative_to(self.results).parts[0] not in notes
+            if path.is_file() and path.relative_to(self.results).parts[0] != "logs"
         }
 
 
 class Run:
-    """The result of a call of snakemake."""
+    """The result of a call of snakemake.
+
+    Attributes
+    ----------
+    status : int
+        The exit status.
+    output : str
+        What Snakemake has printed.
+    jobs : Counter
+        The number of jobs of each rule that have started, or would start in a dry run. The rules
+        that only name targets do not count.
+    """
 
     def __init__(self, status: int, output: str) -> None:
-        self.status = status
-        self.output = output
-        self.jobs = Counter(re.findall(r"^- (\w+)", output, re.MULTILINE))
+        self.status, self.output = status, output
+        self.jobs = Counter(map(rule_of, re.findall(r"^Job \d+: (.+)", output, re.MULTILINE)))
 
     @property
     def did_nothing(self) -> bool:
         """Return whether snakemake printed that there is nothing to do."""
         return self.status == 0 and "Nothing to be done" in self.output and not self.jobs
+
+
+def rule_of(message: str) -> str:
+    """Return the rule of a job from its message in Snakemake's log."""
+    (rule,) = (rule for text, rule in RULES.items() if re.fullmatch(text, message))
+    return rule

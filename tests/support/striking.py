@@ -16,6 +16,7 @@ from support.preloaded import ForkedCall
 
 # A run of few recordings starts its next job within this time, in s, or has no job left.
 _PATIENCE_S = 2.0
+_SCRIPT = re.compile(r"\S*workflow/scripts/\w+\.py")
 
 
 def strike_at_random(
@@ -53,7 +54,7 @@ def strike_at_random(
             timer.start()
         for line in process.stdout or []:
             hear(line)
-            begun += bool(re.match(r"(?:local)?rule \w+:$", line))
+            begun += bool(re.match(r"Job \d+: ", line))
             if jobs and begun == jobs:
                 timer.start()
                 jobs = 0
@@ -80,17 +81,24 @@ def kill_job(process: subprocess.Popen[str] | ForkedCall, numbers: random.Random
     deadline = time.monotonic() + _PATIENCE_S
     with contextlib.suppress(psutil.NoSuchProcess):
         while time.monotonic() < deadline:
-            if at_work := _jobs(psutil.Process(process.pid)):
+            if at_work := running_jobs(process):
                 numbers.choice(at_work).kill()
                 return
             time.sleep(0.005)
 
 
-def _jobs(snakemake: psutil.Process) -> list[psutil.Process]:
-    """Return the processes of the scripts that a Snakemake runs."""
+def running_jobs(process: subprocess.Popen[str] | ForkedCall) -> list[psutil.Process]:
+    """Return the processes of the scripts that a Snakemake runs.
+
+    Raises
+    ------
+    psutil.NoSuchProcess
+        Snakemake has ended.
+    """
     scripts = []
-    for child in snakemake.children(recursive=True):
+    for child in psutil.Process(process.pid).children(recursive=True):
         with contextlib.suppress(psutil.NoSuchProcess):
-            if "--record" in child.cmdline():
+            # The shell that calls a script names it behind "-c", in the midst of a command.
+            if any(_SCRIPT.fullmatch(argument) for argument in child.cmdline()):
                 scripts.append(child)
     return scripts

@@ -18,7 +18,7 @@ import yaml
 from capsule.detectors.described import read_features
 from capsule.naming import as_cell
 from capsule.page.packing import inflated
-from capsule.page.plot_data import read_evidence
+from capsule.page.plot_data import read_plot_data
 from support.bad_recordings import HARMLESS, HOSTILE, PASSED_OVER, REJECTED, table
 from support.project import ROOT, Project
 
@@ -41,7 +41,7 @@ def good(tmp_path_factory):
     """Run the workflow with only the good recordings, and return the project."""
     folder = tmp_path_factory.mktemp("good") / "project"
     project = Project.create(folder, GOOD, samples=400, particles=10, iterations=10)
-    run = project.snakemake(*TABLES, *(f"results/evidence/{label}.json" for label in FOLDERS))
+    run = project.snakemake(*TABLES)
     assert run.status == 0, run.output
     return project
 
@@ -89,11 +89,19 @@ def test_nothing_else_is_listed(mixed):
     assert f"{len(GOOD)} recordings accepted, {len(REJECTED)} rejected." in run.output
 
 
+def described(project, kind, suffix, read):
+    """Return what the rule describe has written on the good recordings."""
+    found = {}
+    for label in FOLDERS:
+        found |= read(project.results / kind / label / f"batch{suffix}")
+    return {name: found[name] for name in GOOD}
+
+
 def signals_drawn(project):
     """Return what the report draws of the good recordings, without the facts on their files."""
-    paths = [project.results / f"evidence/{label}.json" for label in FOLDERS]
     drawn = {
-        name: json.loads(inflated(each.drawn)) for name, each in read_evidence(paths, GOOD).items()
+        name: json.loads(inflated(each.drawn))
+        for name, each in described(project, "plot_data", ".json", read_plot_data).items()
     }
     for each in drawn.values():
         del each["facts"]
@@ -103,29 +111,24 @@ def signals_drawn(project):
 def test_the_others_results_are_the_same_to_the_bit(mixed, good):
     project, _ = mixed
     before, after = good.result_bytes(), project.result_bytes()
-    shows_rejections = ("recordings.csv", "passed_over.csv", "checks/", "report", "figures/")
-    # A copy is searched and scored too: that it is one shows beside all others only.
-    shows_rejections += ("passages/", "features/", "evidence/")
+    shows_rejections = ("recordings.csv", "labelled.csv", "passed_over.csv", "checks/")
+    # A copy is described too: that it is one shows beside all others only.
+    shows_rejections += ("best_places/", "features/", "plot_data/")
     compared = [name for name in before if not name.startswith(shows_rejections)]
     assert {"templates.npz", "detections.csv", "evaluation/sizing.csv"} <= set(compared)
     assert [name for name in compared if after[name] != before[name]] == []
     for label in FOLDERS:
-        passages = project.table(f"passages/{label}.csv")
-        found = [row for row in passages if row["recording"] in GOOD]
-        assert found == good.table(f"passages/{label}.csv")
+        places = project.table(f"best_places/{label}/batch.csv")
+        found = [row for row in places if row["recording"] in GOOD]
+        assert found == good.table(f"best_places/{label}/batch.csv")
     kept = [row for row in project.table("recordings.csv") if row["status"] == "accepted"]
     for ours, theirs in zip(kept, good.table("recordings.csv"), strict=True):
         for column in ("recording", "size_mm", "samples", "duration_s", "reason"):
             assert ours[column] == theirs[column]
-    scored, alone = (
-        read_features([each.results / f"features/{label}.npz" for label in FOLDERS], GOOD)
-        for each in (project, good)
-    )
+    scored, alone = (described(each, "features", ".npz", read_features) for each in (project, good))
     for name in GOOD:
         np.testing.assert_equal(vars(scored[name]), vars(alone[name]))
-    drawn, alone = (signals_drawn(each) for each in (project, good))
-    assert set(drawn) == set(GOOD)
-    assert drawn == alone
+    assert signals_drawn(project) == signals_drawn(good)
 
 
 def test_a_rejected_recording_has_no_numbers(mixed):
@@ -198,15 +201,16 @@ print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows has no such measure")
 def test_a_gigabyte_is_rejected_at_once_and_in_little_memory(tmp_path):
-    recording = tmp_path / "huge.csv"
+    recording = tmp_path / "3mm/huge.csv"
+    recording.parent.mkdir()
     with recording.open("wb") as stream:
         stream.truncate(1_000_000_000)
     config = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
     settings = {name: config[name] for name in ("recording", "preprocessing")}
-    command = [sys.executable, str(ROOT / "workflow/scripts/preprocess.py"), str(recording)]
-    command += ["--name", "3mm/huge", "--settings", json.dumps(settings)]
-    command += ["--signal", str(tmp_path / "s.npy"), "--matrix", str(tmp_path / "m.npy")]
-    command += ["--check", str(tmp_path / "c.json")]
+    command = [sys.executable, str(ROOT / "workflow/scripts/preprocess.py"), "3mm/huge:too large"]
+    command += ["--raw", str(tmp_path), "--batch", "3mm/huge", "--settings", json.dumps(settings)]
+    command += ["--signals", str(tmp_path / "s.npy"), "--matrices", str(tmp_path / "m.npy")]
+    command += ["--checks", str(tmp_path / "c.json")]
     start = time.perf_counter()
     # From a small process: what a large one starts counts that one's memory as its own.
     told = subprocess.run(

@@ -43,8 +43,8 @@ def test_two_recordings_whose_names_are_swapped_are_made_again(project):
     before = project.result_bytes()
     run = project.snakemake(*TABLES)
     assert run.jobs == {
-        **dict.fromkeys(("preprocess", "fit", "passages", "features"), 2),
-        **dict.fromkeys(("index", "average", "evaluate", "detect"), 1),
+        **dict.fromkeys(("preprocess", "fit", "describe"), 2),
+        **dict.fromkeys(("list", "list_labelled", "templates", "evaluate", "detect"), 1),
     }
     after = project.result_bytes()
     assert after["matrices/1mm/r01.npy"] == before["matrices/3mm/r01.npy"]
@@ -64,5 +64,5 @@ def test_another_version_of_the_code_with_old_time_stamps_makes_again_what_it_to
     module = project.folder / "workflow/scripts/capsule/templates.py"
     write_as_old(module, module.read_bytes() + b"\n# another version\n")
     run = project.snakemake(*TABLES)
-    assert run.jobs == {"average": 1, "evaluate": 1, "detect": 1}
+    assert run.jobs == {"templates": 1, "evaluate": 1, "detect": 1}
     assert project.snakemake(*TABLES).did_nothing

@@ -9,25 +9,25 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
 
+import capsule
 from capsule.errors import CapsuleError
 from capsule.files import UNFINISHED
-from edges import run_lock
+from capsule.locks import hold_run_lock
 from support.marks import needs_process_groups
 from support.mishaps import RECORDINGS, TABLES
 from support.project import Project
-from support.striking import kill_run, strike_at_random
+from support.striking import kill_run, running_jobs, strike_at_random
 
 pytestmark = needs_process_groups
 
 KILLS = 20
-# Snakemake's own lines, which name the files of each job.
-PLAIN_LOG = "--printshellcmds"
 
 
 @pytest.fixture(scope="module")
@@ -48,30 +48,26 @@ def undisturbed(new, tmp_path_factory):
 
 @dataclass
 class Progress:
-    """The exit of a run, and the outputs of the jobs that have started and finished."""
+    """The exit of a run, and the jobs that have started and finished, by their messages."""
 
     killed: bool = False
     started: list[str] = field(default_factory=list)
     finished: list[str] = field(default_factory=list)
-    _outputs: str = ""
-    _by_job: dict[str, str] = field(default_factory=dict)
+    _by_number: dict[str, str] = field(default_factory=dict)
 
     def read(self, line: str) -> None:
         """Read a line of Snakemake's log."""
-        if match := re.match(r"    output: (.+)", line):
-            self._outputs = match[1]
-        elif (match := re.match(r"    jobid: (\d+)", line)) and self._outputs:
-            self._by_job[match[1]] = self._outputs
-            self.started.append(self._outputs)
-            self._outputs = ""
-        elif (match := re.match(r"Finished jobid: (\d+)", line)) and match[1] in self._by_job:
-            self.finished.append(self._by_job[match[1]])
+        if match := re.match(r"Job (\d+): (.+)", line):
+            self._by_number[match[1]] = match[2]
+            self.started.append(match[2])
+        elif (match := re.match(r"Finished jobid: (\d+)", line)) and match[1] in self._by_number:
+            self.finished.append(self._by_number[match[1]])
 
 
 def run_and_kill(project: Project, numbers: random.Random) -> Progress:
     """Start a run, and kill its whole process group at a random moment."""
     progress = Progress()
-    process = project.start(PLAIN_LOG)
+    process = project.start()
     strike_at_random(process, numbers, lambda: kill_run(process), hear=progress.read)
     progress.killed = process.returncode == -signal.SIGKILL
     return progress
@@ -129,7 +125,7 @@ def run(project: Project) -> Progress:
 
 
 @pytest.mark.workflow
-@pytest.mark.slow(50)
+@pytest.mark.slow(25)
 def test_killed_at_twenty_random_moments_the_plain_command_goes_on(new, undisturbed, tmp_path):
     expected = results_of(undisturbed)
     with ThreadPoolExecutor() as pool:
@@ -147,7 +143,7 @@ def test_two_runs_in_one_folder_exclude_each_other(new, tmp_path):
     project.configure(fit={"iterations": 1_000_000})
     with project.start("results/fits/3mm/r01.json") as first:
         try:
-            assert any(line.startswith("- fit ") for line in first.stdout)
+            assert any(re.match(r"Job \d+: fit ", line) for line in first.stdout)
             second = project.snakemake(*TABLES)
             assert first.poll() is None
         finally:
@@ -161,26 +157,51 @@ def test_two_runs_in_one_folder_exclude_each_other(new, tmp_path):
 
 
 @pytest.mark.workflow
+def test_a_job_of_a_killed_run_writes_nothing_once_the_next_has_begun(new, undisturbed, tmp_path):
+    project = new.copy(tmp_path / "project")
+    # Its jobs are processes of their own.
+    project.preloaded = None
+    target = "fits/3mm/r01.json"
+    # The fit is still at work when its run is killed.
+    project.configure(fit={"iterations": 20_000})
+    with project.start(f"results/{target}") as killed:
+        assert any(re.match(r"Job \d+: fit ", line) for line in killed.stdout)
+        while not (jobs := running_jobs(killed)):
+            time.sleep(0.01)
+        (orphan,) = jobs
+        orphan.suspend()
+        killed.kill()
+    project.configure(fit={"iterations": 10})
+    # The next run deletes this log.
+    with (project.results / "logs/fit/3mm/r01.log").open(encoding="utf-8") as log:
+        assert project.snakemake(f"results/{target}").status == 0
+        orphan.resume()
+        orphan.wait()
+        assert "was killed, and process" in log.read()
+    assert (project.results / target).read_bytes() == (undisturbed.results / target).read_bytes()
+
+
+@pytest.mark.workflow
 def test_a_dry_run_is_possible_beside_a_run(new, tmp_path):
     project = new.copy(tmp_path / "project")
-    with run_lock.hold(project.folder / ".snakemake/run.lock"):
+    with hold_run_lock(project.folder / ".snakemake/run.lock"):
         assert project.snakemake("-n").status == 0
 
 
 def test_the_lock_ends_with_the_process_however_it_ends(tmp_path):
     lock = tmp_path / "run.lock"
-    code = "import pathlib, time; from edges import run_lock"
-    code += f"; kept = run_lock.hold(pathlib.Path({str(lock)!r}))"
+    code = "import pathlib, time; from capsule.locks import hold_run_lock"
+    code += f"; kept = hold_run_lock(pathlib.Path({str(lock)!r}))"
     code += "; print('held', flush=True); time.sleep(60)"
-    environment = {**os.environ, "PYTHONPATH": str(Path(run_lock.__file__).parents[1])}
+    environment = {**os.environ, "PYTHONPATH": str(Path(capsule.__file__).parents[1])}
     with subprocess.Popen(
         [sys.executable, "-c", code], env=environment, stdout=subprocess.PIPE, text=True
     ) as holder:
         assert holder.stdout.readline() == "held\n"
         with pytest.raises(CapsuleError, match=f"process {holder.pid} on"):
-            run_lock.hold(lock)
+            hold_run_lock(lock)
         holder.kill()
-    run_lock.hold(lock).close()
+    hold_run_lock(lock).close()
 
 
 @contextlib.contextmanager
@@ -212,7 +233,7 @@ def test_a_full_disk_is_named_and_the_run_goes_on_when_there_is_room(new, tmp_pa
     project = plain.copy(tmp_path / "project")
     assert plain.snakemake(*TABLES).status == 0
     with small_disk(project.results, "1700k"):
-        run = project.snakemake(PLAIN_LOG, *TABLES)
+        run = project.snakemake(*TABLES)
         assert run.status != 0
         assert re.search(
             r"error: results/[\w/.-]+: No space left on device; free some space and run again",
@@ -227,8 +248,8 @@ def test_a_full_disk_is_named_and_the_run_goes_on_when_there_is_room(new, tmp_pa
         rest = project.snakemake(*TABLES)
         assert rest.status == 0, rest.output
         assert results_of(project) == expected
-        # One job a recording and a nodule, two a folder, then index, average, evaluate and detect.
-        assert rest.jobs.total() == len(RECORDINGS) + 2 + 2 * 3 + 4 - done_before
+        # A job a recording, a nodule and a folder, two lists, and templates, evaluate and detect.
+        assert rest.jobs.total() == len(RECORDINGS) + 2 + 3 + 2 + 3 - done_before
 
 
 @pytest.mark.workflow

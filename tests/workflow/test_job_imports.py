@@ -37,15 +37,15 @@ def with_numpy_alone():
 def test_jobs_of_one_recording_load_numpy_alone(tmp_path, with_numpy_alone):
     for name, command in job_commands(ROOT / "raw/3mm/r07.csv", tmp_path).items():
         modules = loaded_modules(*command)
-        assert {"numpy", "edges.files", "capsule.naming"} <= modules
+        assert {"numpy", "capsule.files", "capsule.naming"} <= modules
         assert packages(modules) <= packages(with_numpy_alone), name
         assert not {"pandas", "matplotlib", "scipy"} & modules, name
 
 
-@pytest.mark.parametrize("script", ["index.py", "average.py", "evidence.py", "detect.py"])
+@pytest.mark.parametrize("script", ["list.py", "templates.py", "describe.py", "detect.py"])
 def test_jobs_of_an_archive_that_need_no_table_load_numpy_at_most(script, with_numpy_alone):
     modules = loaded_modules(str(SCRIPTS / script), "--help")
-    assert "edges.files" in modules
+    assert "capsule.files" in modules
     assert packages(modules) <= packages(with_numpy_alone)
 
 

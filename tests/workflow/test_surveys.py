@@ -26,28 +26,24 @@ def test_each_survey_is_drawn_and_only_what_changed_is_drawn_again(project):
     both = [target("first"), target("second")]
     run = project.snakemake(*both)
     assert run.status == 0, run.output
-    assert run.jobs["chart_survey"] == 2
+    assert run.jobs["survey"] == 2
     made = {path.name for path in (project.results / "surveys/first").iterdir()}
     assert made == {
         "survey.json",
         "picture.csv",
-        "picture.svg",
-        "picture_column.svg",
+        *(f"picture{width}.{kind}" for width in ("", "_column") for kind in ("svg", "pdf")),
     }
+    for width in ("", "_column"):
+        printed = project.results / f"surveys/first/picture{width}.pdf"
+        assert printed.read_bytes().startswith(b"%PDF")
     assert project.snakemake(*both).did_nothing
-    # For print on request.
-    assert project.snakemake("figures", "--dry-run").jobs["print_survey"] == 2
-    pictures = [f"results/print/surveys/first/picture{width}.pdf" for width in ("", "_column")]
-    assert project.snakemake(*pictures).jobs == {"print_survey": 1}
-    for picture in pictures:
-        assert (project.folder / picture).read_bytes().startswith(b"%PDF")
     # A survey that is still written, and one that is damaged, stop nothing.
     write_session(project.folder / "sessions/running", {"stream.csv.part": b""})
     damaged = session_contents() | {"places.csv": b"place\n"}
     (project.folder / "sessions/second/places.csv").write_bytes(damaged["places.csv"])
     run = project.snakemake(*both)
     assert run.status == 0, run.output
-    assert run.jobs["chart_survey"] == 1
+    assert run.jobs["survey"] == 1
     assert run.output.count("survey passed over: sessions/running: not finished") == 1
     assert (
         "survey passed over: sessions/second: cannot be read: places.csv: there is no" in run.output

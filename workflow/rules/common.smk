@@ -106,14 +106,13 @@ def keys_of(step, batches):
 def told(step):
     """Return the parameters that all rules have; a changed one makes a job run again.
 
-    Functions give most, because Snakemake expands the braces of a plain text. Settings and code are
-    in the key, too; as parameters of their own, they show in Snakemake's reasons.
+    Settings and code are in the key, too; as parameters of their own, they show in Snakemake's
+    reasons. A function gives the settings, because Snakemake expands the braces of a plain text.
     """
-    path = os.path.relpath(step.script)
     return {
-        "script": lambda wildcards: path,
-        "raw": lambda wildcards: RAW,
-        "results": lambda wildcards: RESULTS,
+        "script": os.path.relpath(step.script),
+        "raw": RAW,
+        "results": RESULTS,
         "batch_size": SIZE,
         "settings": lambda wildcards: step.settings,
         "code": step.code,

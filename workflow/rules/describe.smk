@@ -8,7 +8,7 @@
 DESCRIBE = step(
     "describe",
     sections("recording", "preprocessing", "diagonal"),
-    lambda batch: keys_of(PREPROCESS, batches(DESCRIBED[batch], SIZE)),
+    lambda batch: keys_of(PREPROCESS, batches(DESCRIBED[batch], SIZE, batch)),
     beside=[WEIGHTS],
 )
 
@@ -16,7 +16,8 @@ DESCRIBE = step(
 rule describe:
     input:
         lambda wildcards: expand(
-            rules.preprocess.output.signals, batch=batches(DESCRIBED[wildcards.batch], SIZE)
+            rules.preprocess.output.signals,
+            batch=batches(DESCRIBED[wildcards.batch], SIZE, wildcards.batch),
         ),
     output:
         best_places=f"results/{pattern('best_places', SIZE)}",
@@ -33,6 +34,6 @@ rule describe:
         "describe {wildcards.batch}"
     shell:
         "python {params.script:q} {params.recordings:q} --results {params.results:q}"
-        " --batch-size {params.batch_size} --settings {params.settings:q}"
-        " --best-places {output.best_places:q} --features {output.features:q}"
-        " --plot-data {output.plot_data:q} > {log:q} 2>&1"
+        " --batch {wildcards.batch:q} --batch-size {params.batch_size}"
+        " --settings {params.settings:q} --best-places {output.best_places:q}"
+        " --features {output.features:q} --plot-data {output.plot_data:q} > {log:q} 2>&1"

@@ -20,6 +20,7 @@ WORDS = {
     "export": ("export.py", "write recordings and results for other programs"),
     "judge": ("judge_file.py", "judge a recording by every detector"),
     "report": ("make_report.py", "make results/report.html from the recordings in raw/"),
+    "verify": ("verify.py", "make all results again elsewhere, and name each that differs"),
     "demo": ("demo.py", "play a simulated run, judge it live, and make its report"),
     "completion": ("shell_completion.py", "print a script with which your shell completes capsule"),
 }

@@ -23,6 +23,7 @@ def main() -> None:
     """Read the readings and the checks, and write what the detectors and the report need."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("recordings", nargs="+", help="names such as 3mm/r07")
+    parser.add_argument("--batch", required=True, help="the batch, such as 3mm/batch-0")
     parser.add_argument("--results", type=Path, required=True, help="the folder of results")
     parser.add_argument("--batch-size", type=int, required=True, help="recordings in a file")
     parser.add_argument("--settings", type=json.loads, required=True, help="config sections, JSON")
@@ -31,7 +32,9 @@ def main() -> None:
     parser.add_argument("--plot-data", type=Path, required=True, help="output: plot data, .json")
     arguments = parser.parse_args()
     settings, rate_hz = arguments.settings, arguments.settings["recording"]["rate_hz"]
-    results = Results(arguments.results, arguments.recordings, arguments.batch_size)
+    results = Results(
+        arguments.results, arguments.recordings, arguments.batch_size, arguments.batch
+    )
     checks, scorer = results.checks(arguments.recordings), read_scorer(WEIGHTS)
     best_places, features, drawn = {}, {}, {}
     for name in arguments.recordings:

@@ -5,6 +5,7 @@ from functools import partial
 from capsule import files
 from capsule.configuration import check_configuration
 from capsule.configuration_files import read_config_file, read_schema
+from capsule.words import plural
 from exporting.export_options import SCHEMA, read_arguments
 from exporting.export_provenance import outdated
 from exporting.export_writing import tell, write
@@ -21,9 +22,9 @@ def main() -> None:
     count, written = write(exported, arguments.format, arguments.out, force=arguments.force)
     if changed := outdated(arguments.results, settings):
         print(
-            f"warning: {len(changed)} recordings came, went or changed since "
-            f"{arguments.results}/ was made, such "
-            f"as {changed[0]}; make it again: snakemake -c2 results/report.html"
+            f"warning: {plural(len(changed), 'recording')} came, went or changed since "
+            f"{arguments.results}/ was made, such as {changed[0]}; make it again: "
+            "snakemake -c2 results/report.html"
         )
     origin = exported.provenance["origin"]
     files_written = "1 file" if count == 1 else f"{count} files"

@@ -35,22 +35,18 @@ def main() -> None:
     settings, template = arguments.settings, PROJECT / "workflow" / "report"
     surveys = settings.pop("surveys")
     printed, versions = read_printed(template / "paper.yaml"), page_files.read_versions(template)
-    confidence = settings["evaluation"]["confidence"]
-    tables = page_files.read_tables(arguments.results, template, printed, confidence)
-    table = arguments.results / "recordings.csv"
-    results = Results.of_table(arguments.results, table, arguments.batch_size)
-    stored = StoredRecordings(results, settings)
+    folder, table = arguments.results, arguments.results / "recordings.csv"
+    tables = page_files.read_tables(folder, template, printed, settings["evaluation"]["confidence"])
+    stored = StoredRecordings(Results.of_table(folder, table, arguments.batch_size), settings)
     if arguments.beside:
-        stored = write_beside(
-            arguments.beside, tables, stored, settings, Forks(arguments.processes)
-        )
-    state = read_project_state(PROJECT)
-    schema = SCHEMAS / "config.schema.json"
-    made = datetime.datetime.now(datetime.UTC)
+        forks = Forks(arguments.processes)
+        stored = write_beside(arguments.beside, tables, stored, settings, forks)
+    state, made = read_project_state(PROJECT), datetime.datetime.now(datetime.UTC)
+    schema = read_schema(SCHEMAS / "config.schema.json")
     page = {
-        **page_values(tables, stored, settings, read_schema(schema), printed),
-        "figures": page_files.read_figures(arguments.results / "figures"),
-        "surveys": page_files.read_surveys(arguments.results / "surveys", **surveys),
+        **page_values(tables, stored, settings, schema, printed),
+        "figures": page_files.read_figures(folder / "figures"),
+        "surveys": page_files.read_surveys(folder / "surveys", **surveys),
         **how_made(page_files.code_checksums(), versions, made, state),
         "software": software_sentence(state, versions),
         "key": arguments.key,

@@ -8,8 +8,9 @@ from capsule import files
 from capsule.configuration_files import read_config_file
 from capsule.errors import CapsuleError
 from capsule.number_arguments import natural, number_within
-from capsule.phantom.files import CONFIG, phantom_arguments, read_phantom
+from capsule.phantom.files import phantom_arguments, read_phantom
 from capsule.phantom.simulation import planned_runs, recording_of, simulate_run
+from capsule.project import CONFIG
 from capsule.recording import format_recording
 
 

@@ -11,7 +11,8 @@ import numpy as np
 from capsule import files
 from capsule.configuration_files import read_config_file
 from capsule.number_arguments import natural
-from capsule.phantom.files import CONFIG, DEFAULT_TABLE, read_phantom
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from capsule.project import CONFIG
 
 PROJECTING = 16400
 

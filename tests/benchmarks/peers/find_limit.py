@@ -27,7 +27,7 @@ sys.path[:0] = [str(ROOT / "workflow" / "scripts"), str(Path(__file__).parents[1
 
 from judge_rates import mean_row
 from judge_report import table
-from judge_unseen import USUAL, WEIGHTS, bench_names, stored
+from judge_unseen import USUAL, bench_names, stored
 from judge_unseen import simulated as archives_of
 
 from capsule.configuration_files import read_config_file
@@ -40,10 +40,11 @@ from capsule.detectors.taught import adaptation_features
 from capsule.evaluation.roc import height_at
 from capsule.naming import size_mm
 from capsule.number_arguments import natural
-from capsule.phantom.files import CONFIG, DEFAULT_TABLE, read_phantom
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import simulate_run
 from capsule.preprocessing import normalize
+from capsule.project import CONFIG, WEIGHTS
 
 LENGTH, TEACHING_SEED, FRESH_SEED, FRESH = 1000, 70_000, 80_000, 600
 ARCHIVE_SEED = 110_000

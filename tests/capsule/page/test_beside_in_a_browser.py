@@ -13,6 +13,7 @@ import pytest
 
 from capsule.configuration_files import read_config_file
 from capsule.page import beside, recordings
+from capsule.survey.listed import list_surveys
 from support.browser import needed
 from support.project import ROOT
 from support.report_page import EVIL, RECORDINGS, wait_for_title
@@ -34,24 +35,19 @@ DATA_FILE = r'EvidenceStore\.receive\("[0-9a-f-]+",\[\["[\w+/=",\[\]]+"\]\]\);\n
 def large(project, tmp_path_factory):
     """Make the page of the archive as that of a large one."""
     folder = tmp_path_factory.mktemp("large")
-    report = ROOT / "workflow" / "report"
-    schema = ROOT / "workflow" / "schemas" / "config.schema.json"
-    scripts = ROOT / "workflow" / "scripts"
-    evidence = sorted((project.results / "evidence").iterdir())
-    settings = json.dumps(read_config_file(project.folder / "config" / "config.yaml"))
+    surveys = list_surveys(project.folder / "sessions")
+    settings = read_config_file(project.folder / "config" / "config.yaml")
+    settings["surveys"] = {"names": surveys.names, "passed_over": surveys.passed_over}
+    script = ROOT / "workflow" / "scripts" / "report.py"
+    command = [script, "--results", project.results, "--batch-size", 1, "--key", "0" * 20]
+    command += ["--settings", json.dumps(settings), "--output", folder / "report.html"]
+    command += ["--beside", folder / "report"]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(beside, "RECORDINGS_A_FILE", 4)
         patch.setattr(recordings, "MAX_ROWS", 4)
         patch.setattr(recordings, "FIRST_ROWS", 3)
-        both, listed = ["--results", project.results, "--settings", settings], folder / "files.json"
-        make_files = [scripts / "page_files.py", *both, "--evidence", *evidence]
-        make_files += ["--output", listed, "--folder", folder / "report"]
-        make_page = [scripts / "report.py", *both, "--template", report, "--schema", schema]
-        make_page += ["--code", scripts / "report.py", "--beside", listed]
-        make_page += ["--output", folder / "report.html"]
-        for command in (make_files, make_page):
-            patch.setattr(sys, "argv", [*map(str, command)])
-            runpy.run_path(str(command[0]), run_name="__main__")
+        patch.setattr(sys, "argv", [*map(str, command)])
+        runpy.run_path(str(script), run_name="__main__")
     return folder / "report.html"
 
 

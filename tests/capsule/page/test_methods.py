@@ -6,9 +6,9 @@ import pandas as pd
 import yaml
 
 from capsule.evaluation.lead import Lead
+from capsule.page import files as page_files
 from capsule.page import methods
 from capsule.page.provenance import ProjectState
-from edges import page_inputs
 from support.evaluated import UNKNOWN, evaluated, index_of, read_paper
 from support.project import ROOT
 
@@ -106,7 +106,7 @@ def entries():
 
 
 def test_every_reference_is_cited_and_every_citation_has_a_reference():
-    versions = page_inputs.read_versions(ROOT / "workflow" / "report")
+    versions = page_files.read_versions(ROOT / "workflow" / "report")
     software = methods.software_sentence(ProjectState("1.2.0", None, False), versions)
     cited = set(re.findall(r"\[(\w+)\]", f"{text()} {software}"))
     assert cited == set(entries())

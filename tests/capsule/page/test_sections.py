@@ -9,16 +9,19 @@ import yaml
 
 from capsule import files
 from capsule.evaluation import columns, learning, sites
+from capsule.figures.registry import FIGURES
+from capsule.page import files as page_files
 from capsule.page import methods, provenance, sections, survey_section
 from capsule.page.beside import FilesBeside
 from capsule.page.render import render_page
-from edges import page_inputs
 from support.evaluated import DETECTIONS, UNKNOWN, evaluated, index_of, read_paper
 from support.project import ROOT
 from support.stored import StoredResults
 
 CONFIG = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
 SCHEMA = files.read_json(ROOT / "workflow/schemas/config.schema.json")
+# As long as the keys of `capsule.keys`.
+KEY = "0123456789" * 2
 EVIL = "bench <script>alert(1)</script>"
 
 
@@ -41,12 +44,12 @@ def values(verdicts, sizes_mm, *rows, detections=DETECTIONS, verdicts_on_places=
 
 def filled(page):
     """Fill in the template that the report has; figures are left blank."""
-    figures = {name: {"wide": "data:,", "narrow": "data:,"} for name in page_inputs.FIGURES}
+    figures = {name: {"wide": "data:,", "narrow": "data:,"} for name in FIGURES}
     moment = datetime.datetime(2024, 6, 3, 12, 30, tzinfo=datetime.UTC)
     state, versions = provenance.ProjectState("1.2.0", "ab" * 20, True), [("Python", "3.11")]
     made = provenance.how_made({"report.py": "00"}, versions, moment, state)
-    made |= {"software": methods.software_sentence(state, versions)}
-    frame = page_inputs.read_frame(ROOT / "workflow" / "report")
+    made |= {"software": methods.software_sentence(state, versions), "key": KEY}
+    frame = page_files.read_frame(ROOT / "workflow" / "report")
     none = survey_section.page_values([], {})
     return "".join(render_page(frame, {**page, "figures": figures, "surveys": none, **made}))
 
@@ -86,6 +89,13 @@ def test_the_template_says_what_the_values_say(small):
     assert "The archive holds N = 2 recordings of known nodule size (1 without a nodule and" in page
     assert "made by origami-capsule 1.2.0, commit abababababab (modified), with Python 3.11" in page
     assert EVIL not in page and EVIL.replace("<", "&lt;").replace(">", "&gt;") in page
+
+
+def test_the_head_of_the_page_names_the_key_of_its_job(small, tmp_path):
+    page = tmp_path / "report.html"
+    page.write_text(filled(small), encoding="utf-8")
+    assert files.is_made_from(page, KEY)
+    assert not files.is_made_from(page, KEY[::-1])
 
 
 def test_the_page_shows_the_interval_of_every_size_and_its_level():

@@ -11,11 +11,12 @@ import pytest
 import simulate
 from capsule.errors import CapsuleError
 from capsule.geometry.origami import pitch
+from capsule.phantom import files as phantom
 from capsule.phantom.parameters import with_values
 from capsule.phantom.simulation import recording_of, simulate_run
 from capsule.preprocessing import preprocess
+from capsule.project import CONFIG
 from capsule.recording import format_recording, read_recording
-from edges import phantom
 
 PHANTOM = phantom.read_phantom(phantom.DEFAULT_TABLE, [])
 QUIET = with_values(
@@ -142,7 +143,7 @@ def test_existing_files_are_kept_unless_forced(tmp_path, monkeypatch):
 
 
 def test_the_archive_that_ships_is_what_seed_1_gives(tmp_path, monkeypatch):
-    shipped = phantom.CONFIG.parent / "raw"
+    shipped = CONFIG.parent / "raw"
     command(monkeypatch, "--out", tmp_path, "--seed", 1)
     made = sorted(path.relative_to(tmp_path) for path in tmp_path.rglob("*.csv"))
     assert made == [Path(f"{size}mm/r{run:02d}.csv") for size in range(6) for run in range(1, 21)]

@@ -5,8 +5,9 @@ import pytest
 
 from capsule.configuration_files import read_config_file
 from capsule.detectors.passage import passage_of
-from capsule.phantom.files import CONFIG, DEFAULT_TABLE, read_phantom
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import simulate_run
+from capsule.project import CONFIG
 from capsule.survey.gut_evidence import GutEvidence, evidence_along
 
 PHANTOM = read_phantom(DEFAULT_TABLE, [])

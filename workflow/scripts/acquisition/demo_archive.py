@@ -10,8 +10,9 @@ from capsule.errors import CapsuleError
 from capsule.naming import PART, UNLABELLED
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import PlannedRun, planned_runs, recording_of, simulate_run
+from capsule.project import PROJECT
 from capsule.recording import format_recording
-from capsule.workflow_call import CONFIG, PROJECT
+from capsule.workflow_call import CONFIG
 
 # Seed of the labelled recordings; played runs have higher seeds.
 LABELLED_SEED = 1

@@ -15,7 +15,8 @@ from capsule.configuration_files import read_config_file
 from capsule.errors import CapsuleError
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import Run, simulate_run, simulated_header
-from capsule.workflow_call import CONFIG, INTERRUPTED, PROJECT, call_workflow
+from capsule.project import PROJECT
+from capsule.workflow_call import CONFIG, INTERRUPTED, call_workflow
 
 LEARNED = ("results/templates.npz", "results/detectors.json")
 REPORT = "results/report.html"

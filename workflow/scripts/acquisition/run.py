@@ -29,8 +29,8 @@ from capsule.configuration_files import read_config_file
 from capsule.errors import RecordingError
 from capsule.files import read_json
 from capsule.naming import UNLABELLED
+from capsule.project import PROJECT
 from capsule.recording import read_recording
-from capsule.workflow_call import PROJECT
 
 if TYPE_CHECKING:
     from acquisition.stream_line import StreamLine

@@ -30,7 +30,8 @@ from acquisition.stored_survey import read_stored
 from acquisition.survey_run import SurveyRun
 from acquisition.survey_view import SurveyView
 from capsule.configuration_files import read_config_file
-from capsule.phantom.files import CONFIG, read_phantom
+from capsule.phantom.files import read_phantom
+from capsule.project import CONFIG
 from capsule.survey.pilot import Pilot
 from capsule.survey.suspected_place import STATUSES
 

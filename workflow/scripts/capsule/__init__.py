@@ -1,4 +1,4 @@
-"""Pure functions on arrays: no module of this package knows a file path or Snakemake.
+"""The library: functions on arrays, and a few modules that read and write files.
 
 `capsule.load`, `capsule.judge` and the other names of `capsule.interface.public` are imported only
 when a program asks for them. Each step of the workflow imports this file, so it must stay small.

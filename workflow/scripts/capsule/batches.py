@@ -30,7 +30,7 @@ def batch_size(recordings: int, wanted: int | str) -> int:
     return 1 if recordings <= _EACH_ALONE else 10 if recordings <= _IN_TENS else 100
 
 
-def batches(recordings: Iterable[str], most: int) -> dict[str, list[str]]:
+def batches(recordings: Iterable[str], most: int, within: str = "") -> dict[str, list[str]]:
     """Divide recordings into batches.
 
     With ``most`` 1, each recording is a batch and gives it its name. Otherwise, a batch holds the
@@ -47,6 +47,9 @@ def batches(recordings: Iterable[str], most: int) -> dict[str, list[str]]:
         Names such as ``3mm/r07``, no name twice.
     most : int
         Largest number of recordings in a batch.
+    within : str
+        The larger batch, if the recordings are those of one; otherwise they are all recordings of
+        some folders. The same batches have the same names in both cases.
 
     Returns
     -------
@@ -58,7 +61,7 @@ def batches(recordings: Iterable[str], most: int) -> dict[str, list[str]]:
         return {name: [name] for name in sorted(recordings)}
     waiting: dict[str, list[str]] = {}
     for name in sorted(recordings):
-        waiting.setdefault(f"{folder_of(name)}/batch", []).append(name)
+        waiting.setdefault(within or f"{folder_of(name)}/batch", []).append(name)
     # A name is divided several times.
     bits_of = functools.cache(_bits)
     divided = {}
@@ -75,9 +78,11 @@ def batches(recordings: Iterable[str], most: int) -> dict[str, list[str]]:
     return dict(sorted(divided.items()))
 
 
-def described_together(recordings: Iterable[str], most: int) -> dict[str, list[str]]:
+def described_together(
+    recordings: Iterable[str], most: int, within: str = ""
+) -> dict[str, list[str]]:
     """Divide recordings into the batches of the rule describe, from batches of `most` or larger."""
-    return batches(recordings, max(most, DESCRIBED_TOGETHER))
+    return batches(recordings, max(most, DESCRIBED_TOGETHER), within)
 
 
 def _bits(name: str) -> str:

@@ -25,11 +25,13 @@ _IMPORT = re.compile(r"(?:from\s+(\w[\w.]*)\s+import|import)\s+(\([^)]*\)|[^\n;]
 
 # Of a checksum: 80 bits are enough, and fit on a line of Snakemake's log.
 _DIGITS = 20
+# The folder of this package. An installed library is not beside the scripts.
+_LIBRARY = Path(__file__).resolve().parents[1].as_posix()
 
 
 @dataclass(frozen=True)
 class Step:
-    """What the jobs of one rule are made from.
+    """A rule's script and settings, which together with its inputs give the keys of its jobs.
 
     Attributes
     ----------
@@ -86,14 +88,14 @@ def imported_files(script: Path, modules: Iterable[str] = ()) -> list[Path]:
     Parameters
     ----------
     script : Path
-        A script; local modules lie in its folder.
+        A script; local modules lie in its folder, and the package capsule there or installed.
     modules : iterable of str
         Names of further modules, which the script imports by the names in a registry.
 
     Returns
     -------
     list of Path
-        Sorted paths, without the script itself, Python's modules and installed packages.
+        Sorted paths, without the script itself, Python's modules and other installed packages.
     """
     # Many scripts reach the same files, and texts are compared much faster than paths.
     folder, start = script.parent.as_posix(), script.as_posix()
@@ -138,5 +140,7 @@ def _module_files(folder: str, module: str) -> frozenset[str]:
     """Return the files that run when a dotted name is imported, with the packages above it."""
     package = module.rpartition(".")[0]
     above = _module_files(folder, package) if package else frozenset()
+    if module.partition(".")[0] == "capsule" and not Path(folder, "capsule").is_dir():
+        folder = _LIBRARY
     path = f"{folder}/{module.replace('.', '/')}"
     return above.union(filter(os.path.isfile, (f"{path}.py", f"{path}/__init__.py")))

@@ -8,12 +8,12 @@ Every script uses this module, so it imports nothing but numpy and fast modules.
 """
 
 import os
-import zipfile
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import lru_cache
+from functools import lru_cache, partial
 from io import BytesIO
 from pathlib import Path
 from typing import Any, TypeVar
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 
@@ -30,7 +30,7 @@ _SUFFIX |= {BEST_PLACES: ".csv", FEATURES: ".npz", PLOT_DATA: ".json"}
 # These kinds of files hold the batches of the rule describe.
 DESCRIBED = (BEST_PLACES, FEATURES, PLOT_DATA)
 # Archives of a large run stay open, because recordings are read in the order of their content.
-_MOST_OPEN = 512
+_MOST_OPEN = 200
 
 Read = TypeVar("Read")
 
@@ -57,9 +57,11 @@ class Results:
     folder : Path
         The folder of results.
     recordings : iterable of str
-        All recordings of the archive, or all of some of its folders.
+        All recordings of the archive, or all of some of its folders, or of a batch of describe.
     size : int
         Largest number of recordings in a batch.
+    within : str
+        The batch of the rule describe, if the recordings are those of one.
 
     Attributes
     ----------
@@ -67,11 +69,13 @@ class Results:
         The recordings.
     """
 
-    def __init__(self, folder: Path, recordings: Iterable[str], size: int) -> None:
+    def __init__(
+        self, folder: Path, recordings: Iterable[str], size: int, within: str = ""
+    ) -> None:
         self.folder, self._size = folder, size
         self.names = tuple(recordings)
-        self._batch = _batch_of(batches(self.names, size))
-        self._described = _batch_of(described_together(self.names, size))
+        self._batch = _batch_of(batches(self.names, size, within))
+        self._described = _batch_of(described_together(self.names, size, within))
 
     @classmethod
     def of_table(cls, folder: Path, recordings: Path, size: int) -> "Results":
@@ -140,12 +144,9 @@ class Results:
 
     def contents(self, kind: str, recordings: Iterable[str]) -> dict[str, dict[str, Any]]:
         """Return the checks or the fits of recordings, `CHECKS` or `FITS`."""
-        found = {}
+        found: dict[str, dict[str, Any]] = {}
         for path, names in self._by_file(kind, recordings):
-            content = read_json(path)
-            for name in names:
-                # The file of a single recording holds its content itself.
-                found[name] = content if content.get("recording") == name else content[name]
+            found |= _read_or_explain(path, partial(_contents_in, names))
         return found
 
     def _by_file(self, kind: str, recordings: Iterable[str]) -> Iterator[tuple[Path, list[str]]]:
@@ -183,6 +184,12 @@ def left_over(
     return sorted(found)
 
 
+def _contents_in(names: Iterable[str], path: Path) -> dict[str, dict[str, Any]]:
+    content = files.read_json(path)
+    # The file of a single recording holds its content itself.
+    return {name: content if content.get("recording") == name else content[name] for name in names}
+
+
 def _listed_in(table: Path) -> tuple[str, ...]:
     """Return the recordings of a table that have files; some rows name files that are none."""
     rows = files.read_csv(table)
@@ -197,18 +204,14 @@ def write_arrays(path: Path, arrays: Mapping[str, FloatArray]) -> None:
             np.save(stream, array)
         else:
             # Names hold a slash, as the paths in a zip archive may.
-            np.savez(stream, **arrays)
+            named: dict[str, Any] = {**arrays}
+            np.savez(stream, **named)
 
 
 def write_contents(path: Path, contents: Mapping[str, Mapping[str, Any]], batch: str) -> None:
     """Write the content of the recording that is the batch, or of several by names (.json)."""
     alone = list(contents) == [batch]
     files.write_json(path, contents[batch] if alone else contents)
-
-
-def read_json(path: Path) -> dict[str, Any]:
-    """Read a JSON file; the error for a damaged one says what to do."""
-    return _read_or_explain(path, files.read_json)
 
 
 def read_array(path: Path, recording: str) -> FloatArray:
@@ -223,9 +226,9 @@ def read_array(path: Path, recording: str) -> FloatArray:
 
 
 @lru_cache(maxsize=_MOST_OPEN)
-def _opened(path: Path, process: int) -> zipfile.ZipFile:
+def _opened(path: Path, process: int) -> ZipFile:
     """Open an archive once for each process: forks must not share a position in a file."""
-    return zipfile.ZipFile(path)
+    return ZipFile(path)
 
 
 def _array_in(content: bytes) -> FloatArray:
@@ -256,7 +259,7 @@ def _read_or_explain(path: Path, read: Callable[[Path], Read]) -> Read:
         raise CapsuleError(
             f"{path} does not exist; make all that is missing: snakemake -c2"
         ) from None
-    except (ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
+    except (ValueError, LookupError, TypeError, AttributeError, EOFError, BadZipFile) as error:
         raise CapsuleError(
             f"{path} is damaged ({error}); delete it, and make it again: snakemake -c2"
         ) from None

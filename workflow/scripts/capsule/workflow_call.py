@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from capsule.errors import CapsuleError
+from capsule.project import PROJECT
 
-PROJECT = Path(__file__).resolve().parents[3]
 CONFIG = Path("config", "config.yaml")
 INTERRUPTED = 130
 

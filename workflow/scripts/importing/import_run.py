@@ -20,8 +20,8 @@ from capsule.importing.reading_units import advice
 from capsule.importing.sensor_files import joined_run
 from capsule.importing.table_choice import choose_tables
 from capsule.naming import UNLABELLED, displayed
+from capsule.project import PROJECT
 from capsule.recording import Recording
-from capsule.workflow_call import PROJECT
 from importing.archiving import ArchivedRuns, run_name
 from importing.import_options import given_keys
 from importing.lab_files import keep_map, lab_schema, map_text, read_map

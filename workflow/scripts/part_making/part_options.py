@@ -11,7 +11,8 @@ from capsule.parts.design import LIMITS, Design, design_of, entries
 from capsule.parts.files import read_parts_table
 from capsule.parts.part import Part
 from capsule.parts.refusals import check_design
-from capsule.phantom.files import CONFIG, DEFAULT_TABLE, read_phantom
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from capsule.project import CONFIG
 
 _NOZZLE = "print.nozzle_mm"
 

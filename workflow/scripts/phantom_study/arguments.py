@@ -6,7 +6,8 @@ from pathlib import Path
 import yaml
 
 from capsule.configuration_files import read_config_file
-from capsule.phantom.files import CONFIG, phantom_arguments
+from capsule.phantom.files import phantom_arguments
+from capsule.project import CONFIG
 from phantom_study.paper_table import PaperTable
 from phantom_study.simulated_archive import DetectorSettings
 

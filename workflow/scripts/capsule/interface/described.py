@@ -14,7 +14,6 @@ from capsule.detectors.described import read_scorer
 from capsule.detectors.passage import Passage, passage_of
 from capsule.detectors.scorer import Features, Scorer, features_of
 from capsule.fitting import Fit, fit_recording
-from capsule.interface.library import read_settings
 from capsule.kinds import Cells, Settings
 from capsule.preprocessing import preprocess
 from capsule.project import WEIGHTS
@@ -165,14 +164,3 @@ def _fit(key: _Key) -> Fit:
 def shipped_scorer() -> Scorer:
     """Read the taught scorer that ships with the project."""
     return read_scorer(WEIGHTS)
-
-
-@lru_cache(maxsize=1)
-def _shipped_settings() -> str:
-    return json.dumps(read_settings())
-
-
-def shipped_settings() -> Cells:
-    """Read the configuration that ships with the project."""
-    settings: Cells = json.loads(_shipped_settings())
-    return settings

@@ -17,9 +17,10 @@ from capsule.detectors.training import TrainingArchive, detector_class
 from capsule.detectors.verdicts import NO_VERDICT, Verdict
 from capsule.errors import CapsuleError
 from capsule.evaluation.lead import balanced_accuracy
-from capsule.interface.described import DescribedRecording, JudgingSettings, shipped_settings
+from capsule.interface.described import DescribedRecording, JudgingSettings
 from capsule.interface.frames import frame
 from capsule.interface.sample_rows import as_readings
+from capsule.interface.settings import shipped_settings
 from capsule.kinds import Settings
 from capsule.particles import Particle
 from capsule.templates import build_templates

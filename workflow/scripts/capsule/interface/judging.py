@@ -1,26 +1,25 @@
 """Judge detectors, and any estimator of scikit-learn, with the folds of the workflow."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import pandas as pd
 
 from capsule.detectors.registry import DETECTORS
 from capsule.errors import CapsuleError
-from capsule.evaluation.all_tables import all_tables
-from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.folds import LEAVE_ONE_OUT
 from capsule.evaluation.predictions import Detectors, of_unlabelled
-from capsule.evaluation.rows import as_text, by_detector, number
+from capsule.evaluation.rows import by_detector
 from capsule.evaluation.whole_evaluation import (
     Table,
     evaluate_archive,
     prediction_columns,
+    rate_detectors,
     rate_tables,
 )
 from capsule.interface.frames import frame
 from capsule.interface.loaded_archive import LoadedArchive
-from capsule.kinds import Settings
+from capsule.kinds import Row, Settings
 from capsule.naming import sort_key
 
 
@@ -96,7 +95,7 @@ def judge(
     verdicts = list(unlabelled_rows(archive, estimator, called))
     sizes_mm = sorted({0.0, *archive.y.tolist()})
     tables = rate_tables(rows, sizes_mm, rules)
-    tables |= _assessed(archive, [as_text(rows)], rules)
+    tables |= _rated(archive, [rows], rules)
     seen = ["recording", "detector"]
     return _judgement(
         Table(list(rows[0]) if rows else prediction_columns([]), rows),
@@ -114,8 +113,8 @@ def _judge_configured(archive: LoadedArchive) -> Judgement:
     training = archive.training_archive()
     tables = evaluate_archive(training, archive.index(archive.labelled))
     predictions = tables.pop("predictions")
-    read = [as_text(predictions.rows), as_text(tables["group_predictions"].rows)]
-    tables |= _assessed(archive, read, archive.settings["evaluation"])
+    rows = [predictions.rows, tables["group_predictions"].rows]
+    tables |= _rated(archive, rows, archive.settings["evaluation"])
     detectors = Detectors(training)
     unlabelled = sorted(archive.unlabelled, key=sort_key)
     alike = {name: others for name in unlabelled if (others := archive.labelled_copies(name))}
@@ -125,17 +124,12 @@ def _judge_configured(archive: LoadedArchive) -> Judgement:
     )
 
 
-def _assessed(
-    archive: LoadedArchive, predictions: list[list[dict[str, str]]], rules: Settings
+def _rated(
+    archive: LoadedArchive, predictions: list[Sequence[Row]], rules: Settings
 ) -> dict[str, Table]:
-    """Return the tables that judge.py makes from evaluate.py's tables."""
+    """Return the tables that rate the detectors, made from their predictions."""
     index = archive.index([*archive.labelled, *archive.unlabelled])
-    turn = {name: place for place, name in enumerate(index)}
-    sites = {name: row["site"] for name, row in index.items()}
-    nodule_at_mm = {name: number(row["nodule_at_mm"]) for name, row in index.items()}
-    rows = [row for each in predictions for row in by_detector(each, turn.__getitem__)]
-    made = all_tables(rows, sites, nodule_at_mm, rules)
-    return {n: Table(list(rows[0]) if rows else COLUMNS[n], rows) for n, rows in made.items()}
+    return rate_detectors(predictions, index, rules)
 
 
 def _judgement(predictions: Table, tables: Mapping[str, Table], detections: Table) -> Judgement:

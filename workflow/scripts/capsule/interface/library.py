@@ -1,20 +1,12 @@
-"""Read an archive, the configuration and the scorer's weights, for users of the library."""
+"""Read an archive, for users of the library."""
 
 from pathlib import Path
-from typing import Any
 
 from capsule import files
 from capsule.checking import check_recording
-from capsule.configuration import check_configuration
-from capsule.configuration_files import read_config_file, read_schema
-from capsule.detectors.described import read_scorer
-from capsule.detectors.scorer import Scorer
 from capsule.interface.loaded_archive import LoadedArchive
+from capsule.interface.settings import read_settings
 from capsule.listing import full_list, refuse_rejected
-from capsule.project import CONFIG, SCHEMAS, WEIGHTS, require_project
-
-_SHIPPED = CONFIG / "config.yaml"
-_SCHEMA = SCHEMAS / "config.schema.json"
 
 
 def load(
@@ -57,42 +49,3 @@ def load(
     if settings["on_rejected"] == "fail":
         refuse_rejected(rows)
     return LoadedArchive(rows, checks, readings, archive.passed_over, settings)
-
-
-def read_settings(config: str | Path | None = None, **changes: object) -> dict[str, Any]:
-    """Read a configuration, check it, and change keys of it.
-
-    Parameters
-    ----------
-    config : str or Path, optional
-        The file; the default is the configuration that ships with the library.
-    **changes
-        Other values for keys of the configuration, as in `load`.
-
-    Returns
-    -------
-    dict
-
-    Raises
-    ------
-    CapsuleError
-        A key or a value is not allowed; the message names the file, the key, the value and the
-        allowed values.
-    """
-    require_project()
-    path = _SHIPPED if config is None else Path(config)
-    content = read_config_file(path)
-    settings = dict(content)
-    for key, value in changes.items():
-        section = settings.get(key)
-        if isinstance(section, dict) and isinstance(value, dict):
-            settings[key] = {**section, **value}
-        else:
-            settings[key] = value
-    check_configuration(settings, read_schema(_SCHEMA), {str(path): content, "changes": changes})
-    return settings
-
-
-def read_shipped_scorer() -> Scorer:
-    """Read the weights of the taught scorer that ship with the project."""
-    return read_scorer(WEIGHTS)

@@ -17,7 +17,8 @@ _MODULES = {
     "capsule.interface.loaded_archive": ("LoadedArchive",),
     "capsule.interface.splits": ("folds",),
     "capsule.interface.judging": ("Judgement", "judge"),
-    "capsule.interface.library": ("load", "read_settings"),
+    "capsule.interface.library": ("load",),
+    "capsule.interface.settings": ("read_settings",),
     "capsule.interface.estimators": (
         "DiagonalEstimator",
         "MatrixTransformer",

@@ -2,7 +2,7 @@
 
 A page on disk can read a file beside it only as a script. Each such file therefore passes two texts
 per recording, in letters and digits only: deflated JSON in base64. So no name or header of a
-recording can run as code. The first text is the one that the rule `evidence` has stored.
+recording can run as code. The first text is the one that the rule describe has stored.
 
 This module imports nothing heavy, because the Snakefile calls `stands_beside`.
 """

@@ -160,15 +160,21 @@ def read_frame(folder: Path) -> Frame:
 
 
 def code_checksums() -> dict[str, str]:
-    """Return the SHA-256 of each file of the rules' code, by its path in the project."""
+    """Return the SHA-256 of each file of the rules' code, by its path in the project.
+
+    An installed library stands beside the project's files.
+    """
     scripts = PROJECT / "workflow" / "scripts"
-    registered = [row.module for row in (*DETECTORS.values(), *FIGURES.values())]
+    registered = [row.module for row in DETECTORS.values()]
+    registered += [row.module for row in FIGURES.values()]
     paths = {scripts / f"{name}.py" for name in RULE_SCRIPTS}
     paths |= {each for path in paths for each in imported_files(path, registered)}
-    return {
-        path.relative_to(PROJECT).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in paths
-    }
+    found = {}
+    for path in paths:
+        folder = PROJECT if path.is_relative_to(PROJECT) else PROJECT.parent
+        checksum = hashlib.sha256(path.read_bytes()).hexdigest()
+        found[path.relative_to(folder).as_posix()] = checksum
+    return found
 
 
 def read_versions(template: Path) -> list[tuple[str, str]]:

@@ -8,10 +8,7 @@ import time
 from pathlib import Path
 
 import pytest
-from edges.checksums import checksum
-from edges.records import Record
 
-from capsule.files import write_whole
 from capsule.forks import Forks
 from support.marks import needs_forks
 
@@ -43,27 +40,6 @@ def test_the_results_come_in_the_order_of_the_parts(processes):
 def test_more_than_one_process_works_beside_this_one():
     assert set(Forks(1)(lambda _: os.getpid(), range(3))) == {os.getpid()}
     assert os.getpid() not in set(Forks(2)(lambda _: os.getpid(), range(3)))
-
-
-@pytest.mark.parametrize("processes", [1, 2])
-def test_the_record_holds_what_each_process_reads_and_writes(processes, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    names = [f"r{run}.csv" for run in range(5)]
-    Path("raw").mkdir()
-    for name in names:
-        Path("raw", name).write_text(name)
-
-    def copy(name):
-        content = Path("raw", name).read_text()
-        with write_whole(Path("results", name)) as stream:
-            stream.write(content)
-        return len(content)
-
-    record = Record("copies")
-    with record.watch():
-        assert list(Forks(processes)(copy, names)) == [6] * 5
-    assert record.read == {f"raw/{name}": checksum(f"raw/{name}") for name in names}
-    assert record.written == {f"results/{name}": checksum(f"raw/{name}") for name in names}
 
 
 def test_an_error_of_a_part_reaches_the_caller():

@@ -1,6 +1,7 @@
 import errno
 import os
 import tracemalloc
+from pathlib import Path
 
 import pytest
 
@@ -182,3 +183,63 @@ def test_no_text_in_a_table_is_a_formula(tmp_path):
     files.write_csv(tmp_path / "t.csv", ["path"], rows)
     read = [row["path"] for row in files.read_csv(tmp_path / "t.csv")]
     assert read == [" =1+1", "a; =1", " \uff1d1", "-2.5", "-2.5"]
+
+
+def test_a_page_is_marked_as_out_of_date_once_and_is_then_as_before(tmp_path):
+    page = tmp_path / "report.html"
+    page.write_bytes(b"<head>\n</head>\n<body>\n<p>one</p>\n<pre><body>\n</pre>\n")
+    before = page.read_bytes()
+    files.mark_outdated(page, outdated=True)
+    files.mark_outdated(page, outdated=True)
+    assert page.read_bytes().count(files.OUTDATED) == 1
+    assert page.read_bytes().startswith(b"<head>\n</head>\n<body>\n" + files.OUTDATED)
+    files.mark_outdated(page, outdated=False)
+    assert page.read_bytes() == before
+    files.mark_outdated(tmp_path / "none.html", outdated=True)
+    assert list(tmp_path.iterdir()) == [page]
+
+
+def test_a_mark_that_is_there_already_does_not_write_the_page_again(tmp_path):
+    page = tmp_path / "report.html"
+    page.write_bytes(b"<body>\n")
+    for outdated in (False, True):
+        files.mark_outdated(page, outdated=outdated)
+        os.utime(page, (1, 1))
+        files.mark_outdated(page, outdated=outdated)
+        assert page.stat().st_mtime == 1
+
+
+@pytest.mark.parametrize(("before", "made_from"), [(0, True), (1000, True), (5000, False)])
+def test_only_the_head_of_a_page_tells_what_it_was_made_from(tmp_path, before, made_from):
+    page = tmp_path / "report.html"
+    page.write_text(" " * before + "0123456789abcdef")
+    assert files.is_made_from(page, "0123456789abcdef") == made_from
+    assert not files.is_made_from(page, "fedcba9876543210")
+
+
+@pytest.mark.parametrize(
+    ("results", "notes", "refused"),
+    [
+        ([], [], False),
+        (["logs/list.log"], [], False),
+        (["recordings.csv"], ["metadata/a"], False),
+        (["recordings.csv"], ["incomplete/a"], False),
+        (["recordings.csv"], [], True),
+        (["recordings.csv"], ["log/a", "metadata/"], True),
+    ],
+)
+def test_results_without_snakemakes_notes_on_them_are_refused(tmp_path, results, notes, refused):
+    for name in (*(f"results/{each}" for each in results), *(f"notes/{each}" for each in notes)):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).mkdir() if name.endswith("/") else (tmp_path / name).touch()
+    if refused:
+        with pytest.raises(CapsuleError, match=r"remove .*results/ and run again"):
+            files.refuse_without_notes(tmp_path / "results", tmp_path / "notes")
+    else:
+        files.refuse_without_notes(tmp_path / "results", tmp_path / "notes")
+
+
+def test_a_folder_with_braces_in_its_name_is_refused():
+    files.refuse_braces(Path("/data/run 1"), Path("/data"))
+    with pytest.raises(CapsuleError, match=r"^/data/\{run\}: rename this folder"):
+        files.refuse_braces(Path("/data"), Path("/data/{run}"))

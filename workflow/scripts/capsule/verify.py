@@ -1,0 +1,119 @@
+"""Make all results again in a temporary folder, and compare them with those on disk."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from capsule.errors import CapsuleError
+from capsule.project import PROJECT
+from capsule.workflow_call import CONFIG, call_workflow, check_workflow
+
+# Logs hold what a job printed; print/ is made on request; the page holds its date and the commit.
+_NOT_COMPARED = ("logs", "print", "report.html")
+# Snakemake's line for a job of a dry run.
+_JOB = re.compile(r"Job \d+: ")
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """The results on disk beside the same results made again.
+
+    Attributes
+    ----------
+    same : int
+        Number of files that are equal to the bit.
+    different, missing, left_over : list of str
+        Files whose content differs; that are missing on disk; and that were not made again.
+    """
+
+    same: int
+    different: list[str]
+    missing: list[str]
+    left_over: list[str]
+
+
+def verify(folder: Path, cores: str) -> Comparison:
+    """Make all results again in a temporary folder, and compare them with those in a folder.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder with raw/, results/ and perhaps config/ and sessions/.
+    cores : str
+        Number of jobs that run at the same time, or ``all``.
+
+    Raises
+    ------
+    CapsuleError
+        There are no results, or they are not up to date, or they cannot be made again.
+    """
+    check_workflow(folder)
+    results = folder / "results"
+    if not results.is_dir():
+        raise CapsuleError(f"{results} does not exist; make it first: snakemake -c2")
+    if waiting := _what_waits(folder):
+        raise CapsuleError(
+            f"the results in {results} are not up to date ({waiting}); make them first: "
+            "snakemake -c2"
+        )
+    with tempfile.TemporaryDirectory(prefix="capsule-verify-") as name:
+        again = Path(name)
+        for part in ("raw", "sessions"):
+            if (folder / part).is_dir():
+                _link_or_copy(folder / part, again / part)
+        (again / CONFIG).parent.mkdir()
+        shutil.copyfile(folder / CONFIG, again / CONFIG)
+        if call_workflow(again, [f"--cores={cores}", "--quiet", "all"]):
+            raise CapsuleError("the results cannot be made again; see the messages above")
+        return compare(results, again / "results")
+
+
+def compare(before: Path, again: Path) -> Comparison:
+    """Compare two folders of results, file by file."""
+    names, made = _files_of(before), _files_of(again)
+    common = sorted(names & made)
+    different = [
+        name for name in common if (before / name).read_bytes() != (again / name).read_bytes()
+    ]
+    return Comparison(
+        len(common) - len(different), different, sorted(made - names), sorted(names - made)
+    )
+
+
+def _what_waits(folder: Path) -> str:
+    """Return why Snakemake would run jobs, in one line; empty if there is nothing to be done."""
+    command = [sys.executable, "-m", "snakemake", "--dry-run", "results/report.html"]
+    if not folder.samefile(PROJECT):
+        command += ["--snakefile", str(PROJECT / "Snakefile")]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    text = done.stdout + done.stderr
+    if done.returncode:
+        return text.strip().splitlines()[-1]
+    if "Nothing to be done" in text:
+        return ""
+    return next(filter(_JOB.match, text.splitlines()), "snakemake -n lists what waits")
+
+
+def _link_or_copy(source: Path, target: Path) -> None:
+    try:
+        target.symlink_to(source.resolve(), target_is_directory=True)
+    except OSError:  # Windows allows links to administrators only
+        shutil.copytree(source, target)
+
+
+def _files_of(folder: Path) -> set[str]:
+    names = {
+        os.path.relpath(path, folder).replace(os.sep, "/")
+        for path in folder.rglob("*")
+        if path.is_file()
+    }
+    return {
+        name
+        for name in names
+        if name.partition("/")[0] not in _NOT_COMPARED and not Path(name).name.startswith(".")
+    }
