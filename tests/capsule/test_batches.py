@@ -14,7 +14,7 @@ few = settings(deadline=None, max_examples=40)
 
 
 @pytest.mark.parametrize(
-    ("recordings", "size"), [(0, 1), (500, 1), (501, 10), (5000, 10), (5001, 100), (10**6, 100)]
+    ("recordings", "size"), [(0, 1), (500, 1), (501, 16), (5000, 16), (5001, 160), (10**6, 160)]
 )
 def test_the_size_of_a_batch_goes_by_the_size_of_the_archive(recordings, size):
     assert batch_size(recordings, "auto") == size

@@ -99,7 +99,7 @@ def test_forks_read_the_archives_that_their_starter_has_open(tmp_path):
     assert list(Forks(2)(largest, names)) == [4.0 * int(name[-2:]) - 1 for name in names]
 
 
-@pytest.mark.parametrize("size", [1, 10, 100])
+@pytest.mark.parametrize("size", [1, 16, 160])
 def test_the_size_of_the_batches_is_found_on_disk(tmp_path, size):
     make_results(tmp_path, size)
     found = Results.on_disk(tmp_path)

@@ -246,8 +246,8 @@ class Mishaps:
     def _run_and_strike(
         self, what: str, strike: Callable[[subprocess.Popen[str] | ForkedCall], None]
     ) -> None:
-        if not self.told or self.told[-1].endswith("ended"):
-            self.edit()  # otherwise there is nothing to do, so no job to kill
+        if self.project.snakemake("--dry-run", *TABLES).did_nothing:
+            self.edit()  # otherwise there is no job to kill
         process = self.project.start(*TABLES, cores=2)
         strike_at_random(process, self.numbers, lambda: strike(process), most_jobs=6)
         self.told.append(f"{what} killed" if process.returncode else "run had ended")
@@ -321,7 +321,7 @@ def try_sequence(
     seed : int
         Seed of the mishaps; the same seed does not give the same moment of a kill.
     most : int
-        Largest number of mishaps.
+        Largest number of mishaps, at least 2.
 
     Returns
     -------
@@ -332,7 +332,7 @@ def try_sequence(
     """
     numbers = random.Random(seed)
     sequence = Mishaps(fresh.base.copy(folder), fresh, numbers)
-    for mishap in numbers.choices(_MISHAPS, k=numbers.randint(1, most)):
+    for mishap in numbers.choices(_MISHAPS, k=numbers.randint(2, most)):
         mishap(sequence)
     fault = sequence.end()
     if not fault:

@@ -117,7 +117,7 @@ def test_a_run_says_that_the_archive_has_passed_a_limit(new, tmp_path):
     assert "instead of" not in make(project).output
     write_archive(project.raw, ["3mm/r05"], samples=400)
     run = make(project)
-    told = "9 recordings: each job now takes up to 10 instead of 1, so everything is made once"
+    told = "9 recordings: each job now takes up to 16 instead of 1, so everything is made once"
     assert run.output.count(told) == 1
     assert run.jobs["preprocess"] == 2
     # Three files of each recording, and the fits of the nodules.

@@ -9,8 +9,10 @@ from collections.abc import Iterable
 
 from capsule.naming import folder_of
 
-# Up to this many recordings, each is a batch of its own; beyond, batches of ten, then of a hundred.
+# Up to this many recordings, each is a batch of its own; beyond, batches of some ten, then of some
+# hundred. Batches are divided in halves, so most hold less than the largest number.
 _EACH_ALONE, _IN_TENS = 500, 5000
+TENS, HUNDREDS = 16, 160
 # To describe a recording takes some 60 ms, and a job of its own would take four times as long.
 DESCRIBED_TOGETHER = 100
 
@@ -27,7 +29,9 @@ def batch_size(recordings: int, wanted: int | str) -> int:
     """
     if isinstance(wanted, int):
         return wanted
-    return 1 if recordings <= _EACH_ALONE else 10 if recordings <= _IN_TENS else 100
+    if recordings <= _EACH_ALONE:
+        return 1
+    return TENS if recordings <= _IN_TENS else HUNDREDS
 
 
 def batches(recordings: Iterable[str], most: int, within: str = "") -> dict[str, list[str]]:

@@ -19,7 +19,7 @@ import numpy as np
 
 from capsule import files
 from capsule.arrays import FloatArray
-from capsule.batches import batch_size, batches, described_together
+from capsule.batches import HUNDREDS, TENS, batch_size, batches, described_together
 from capsule.errors import CapsuleError
 from capsule.naming import Entry, classify
 
@@ -94,7 +94,7 @@ class Results:
             ``recordings_per_job`` of the configuration; other sizes are tried too.
         """
         names = _listed_in(folder / "recordings.csv")
-        sizes = dict.fromkeys([batch_size(len(names), wanted), 1, 10, 100])
+        sizes = dict.fromkeys([batch_size(len(names), wanted), 1, TENS, HUNDREDS])
         for size in sizes:
             found = cls(folder, names, size)
             if all(found.file(CHECKS, name).exists() for name in names):
