@@ -14,9 +14,7 @@ RECORDINGS = [*(f"0mm/r{run:02d}" for run in range(1, 5)), "3mm/r01", "3mm/r02"]
 
 def verify(project):
     command = [sys.executable, "workflow/scripts/capsule_command.py", "verify"]
-    return subprocess.run(
-        command, cwd=project.folder, capture_output=True, text=True, check=False
-    )
+    return subprocess.run(command, cwd=project.folder, capture_output=True, text=True, check=False)
 
 
 def test_every_result_that_differs_is_named_and_nothing_is_changed(tmp_path):
