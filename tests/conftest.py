@@ -63,3 +63,10 @@ def preloaded_snakemake(pytestconfig):
         Project.preloaded_for_all = preloaded
         yield preloaded
         Project.preloaded_for_all = None
+
+
+@pytest.fixture(autouse=True)
+def no_run():
+    """Forget the name of a run that a test has begun in this process."""
+    yield
+    os.environ.pop("CAPSULE_RUN", None)

@@ -37,4 +37,6 @@ def test_every_result_that_differs_is_named_and_nothing_is_changed(tmp_path):
     assert project.result_bytes() == before
 
     project.configure(fit={"seed": 2})
-    assert "are not up to date (Job" in verify(project).stderr
+    assert (
+        "the results are not up to date, so differences are expected: Job" in verify(project).stdout
+    )

@@ -107,12 +107,12 @@ def told(step):
     """Return the parameters that all rules have; a changed one makes a job run again.
 
     Settings and code are in the key, too; as parameters of their own, they show in Snakemake's
-    reasons. A function gives the settings, because Snakemake expands the braces of a plain text.
+    reasons. Functions give what Snakemake would expand, or lint, as plain text.
     """
     return {
         "script": os.path.relpath(step.script),
         "raw": RAW,
-        "results": RESULTS,
+        "results": lambda wildcards: RESULTS,
         "batch_size": SIZE,
         "settings": lambda wildcards: step.settings,
         "code": step.code,

@@ -26,6 +26,8 @@ def main() -> None:
     cores = "number of jobs that run at the same time; all: one per core (default: 2)"
     parser.add_argument("--cores", default="2", metavar="N", help=cores)
     found = verify(data_folder(), parser.parse_args().cores)
+    if found.waiting:
+        print(f"the results are not up to date, so differences are expected: {found.waiting}")
     print(f"{found.same} results are the same as when made again; the page is not compared")
     tell(found.different, "differs")
     tell(found.missing, "is missing")

@@ -66,7 +66,7 @@ def test_the_score_along_the_gut_ends_in_the_verdict(browser, page, project):
         assert max(scores) == pytest.approx(float(row["score"]), abs=0.01)
         (searched,) = [
             each
-            for each in project.table(f"passages/{name.split('/')[0]}.csv")
+            for each in project.table(f"best_places/{name.split('/')[0]}/batch.csv")
             if each["recording"] == name
         ]
         assert step_mm * int(np.argmax(scores)) == float(searched["location_mm"])

@@ -94,7 +94,9 @@ class Results:
             ``recordings_per_job`` of the configuration; other sizes are tried too.
         """
         names = _listed_in(folder / "recordings.csv")
-        sizes = dict.fromkeys([batch_size(len(names), wanted), 1, TENS, HUNDREDS])
+        # A run may have been given another size, as on a cluster.
+        usual = [batch_size(len(names), wanted), 1, TENS, HUNDREDS]
+        sizes = dict.fromkeys([*usual, *range(2, 1001)])
         for size in sizes:
             found = cls(folder, names, size)
             if all(found.file(CHECKS, name).exists() for name in names):

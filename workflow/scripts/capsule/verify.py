@@ -25,12 +25,15 @@ class Comparison:
 
     Attributes
     ----------
+    waiting : str
+        The first job that Snakemake would run, in its words; empty if there is nothing to be done.
     same : int
         Number of files that are equal to the bit.
     different, missing, left_over : list of str
         Files whose content differs; that are missing on disk; and that were not made again.
     """
 
+    waiting: str
     same: int
     different: list[str]
     missing: list[str]
@@ -50,17 +53,13 @@ def verify(folder: Path, cores: str) -> Comparison:
     Raises
     ------
     CapsuleError
-        There are no results, or they are not up to date, or they cannot be made again.
+        There are no results, or they cannot be made again.
     """
     check_workflow(folder)
     results = folder / "results"
     if not results.is_dir():
         raise CapsuleError(f"{results} does not exist; make it first: snakemake -c2")
-    if waiting := _what_waits(folder):
-        raise CapsuleError(
-            f"the results in {results} are not up to date ({waiting}); make them first: "
-            "snakemake -c2"
-        )
+    waiting = _what_waits(folder)
     with tempfile.TemporaryDirectory(prefix="capsule-verify-") as name:
         again = Path(name)
         for part in ("raw", "sessions"):
@@ -70,18 +69,18 @@ def verify(folder: Path, cores: str) -> Comparison:
         shutil.copyfile(folder / CONFIG, again / CONFIG)
         if call_workflow(again, [f"--cores={cores}", "--quiet", "all"]):
             raise CapsuleError("the results cannot be made again; see the messages above")
-        return compare(results, again / "results")
+        return compare(results, again / "results", waiting)
 
 
-def compare(before: Path, again: Path) -> Comparison:
-    """Compare two folders of results, file by file."""
+def compare(before: Path, again: Path, waiting: str) -> Comparison:
+    """Compare two folders of results, file by file; `waiting` is as in `Comparison`."""
     names, made = _files_of(before), _files_of(again)
     common = sorted(names & made)
     different = [
         name for name in common if (before / name).read_bytes() != (again / name).read_bytes()
     ]
     return Comparison(
-        len(common) - len(different), different, sorted(made - names), sorted(names - made)
+        waiting, len(common) - len(different), different, sorted(made - names), sorted(names - made)
     )
 
 
