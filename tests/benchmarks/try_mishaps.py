@@ -1,4 +1,4 @@
-"""Try many random sequences of edits, kills, clock steps, damages and lost notes.
+"""Try many random sequences of edits, settings, failed jobs, kills, dates and dry runs.
 
     python tests/benchmarks/try_mishaps.py --sequences 300 --at-once 2
 
