@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from capsule import files
 from capsule.arrays import FloatArray
 from capsule.evaluation.folds import scheme_folds
-from capsule.fits import by_size, particle_of, read_particles
+from capsule.fits import by_size, particle_of
 from capsule.kinds import Settings
 from capsule.naming import size_mm, sizes_of
 from capsule.page.archive_evidence import Fit
@@ -34,7 +34,11 @@ class StoredRecordings:
         self._results, table = results, results.folder / "recordings.csv"
         accepted = files.accepted_recordings(table)
         self._fits = results.fits(name for name in accepted if size_mm(name))
-        self._fitted = read_particles(table, results)
+        self._fitted = {
+            name: particle_of(fit)
+            for name, fit in self._fits.items()
+            if not accepted[name]["no_verdict"]
+        }
         sensors = settings["recording"]["sensors"]
         groups = by_size(self._fitted)
         totals = {size: total(groups[size], sensors) for size in sorted(groups)}
