@@ -1,6 +1,9 @@
 """The detector ``loudest``: how far the envelopes rise above the threshold c."""
 
-from capsule.detectors.scored import ScoredDetector, ScoredModel
+import numpy as np
+
+from capsule.arrays import FloatArray
+from capsule.detectors.base import ScoredDetector, ScoredModel
 from capsule.detectors.training import JudgedRecording
 
 
@@ -10,12 +13,12 @@ class LoudestModel(ScoredModel):
     name = "loudest"
 
     @staticmethod
-    def score(recording: JudgedRecording) -> float:
-        """Score one recording."""
-        return float(recording.matrix.max())
+    def seen(recording: JudgedRecording) -> FloatArray:
+        """Return the score of one recording, (1,)."""
+        return np.array([recording.matrix.max()])
 
 
 class Loudest(ScoredDetector):
-    """Learns the threshold."""
+    """Learns the threshold, the probability and the size."""
 
     Model = LoudestModel

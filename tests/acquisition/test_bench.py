@@ -93,7 +93,8 @@ def logger_bench(tmp_path):
 
 
 def test_records_for_a_duration(logger_bench):
-    recorder = logger_bench.record("--duration", "30", "--session", "monday", "--site", "A")
+    named = ("--session", "monday", "--site", "A", "--setup", "gut-2")
+    recorder = logger_bench.record("--duration", "30", *named)
     logger_bench.run_to_end(recorder)
     printed = recorder.expect(0, "300 samples", "no gap", "--duration is over")
     assert "damaged" not in printed
@@ -110,7 +111,7 @@ def test_records_for_a_duration(logger_bench):
     expected = {"rate_hz": "10", "adc_bits": "10", "vref_v": "5", "series_ohm": "12000"}
     assert expected.items() <= header.items()
     assert header["source"].startswith("recorded by the logger board")
-    assert (header["session"], header["site"]) == ("monday", "A")
+    assert [header[key] for key in ("session", "site", "setup")] == ["monday", "A", "gut-2"]
     (path,) = recorder.raw.rglob("*.csv")
     assert path.parent.name == "3mm"
     assert path.stem == header["started"].replace("-", "").replace(":", "")

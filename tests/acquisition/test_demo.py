@@ -193,6 +193,9 @@ def test_the_end_stop_is_pressed_with_the_last_sample_and_not_before():
 def test_the_workflow_reads_the_demos_folder_and_no_other(tmp_path):
     folder = tmp_path / "demo"
     demo_archive.prepare(folder, PHANTOM, 4)
+    demo, shipped = (read_config_file(each / "config/config.yaml") for each in (folder, PROJECT))
+    shipped["evaluation"]["held_out"] = []
+    assert demo == shipped, "the demo has none of the shipped recordings"
     command = [sys.executable, "-c", CALL, str(folder)]
     done = subprocess.run(
         command, cwd=tmp_path, capture_output=True, text=True, check=False, encoding="utf-8"

@@ -11,18 +11,20 @@ def rates(sizes: np.ndarray, predicted: np.ndarray) -> dict[str, float]:
     Parameters
     ----------
     sizes, predicted : (n,) array
-        True and predicted sizes of the recordings in mm, 0 for no nodule.
+        True and predicted sizes of the recordings in mm, 0 for no nodule. A recording without a
+        verdict has a prediction of NaN. It counts as a failure: a nodule is missed, and a healthy
+        recording is not recognised.
     """
-    detected, large = predicted > 0, sizes >= 2
+    detected, healthy, large = predicted > 0, predicted == 0, sizes >= 2
     error = np.abs(predicted - sizes)
-    specificity = float(np.mean(~detected[sizes == 0]))
+    specificity = float(np.mean(healthy[sizes == 0]))
     return {
         "specificity": specificity,
         "recall at 1 mm": float(np.mean(detected[sizes == 1])),
         "recall from 2 mm": float(np.mean(detected[large])),
         "within 1 mm, from 2 mm": float(np.mean((error[large] <= 1) & detected[large])),
         "balanced accuracy": (specificity + float(np.mean(detected[sizes > 0]))) / 2,
-        "size error, from 2 mm (mm)": float(np.mean(error[large])),
+        "size error, from 2 mm (mm)": mean_or_unknown(error[large]),
     }
 
 

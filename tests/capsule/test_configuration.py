@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from capsule.configuration import changed_values, check_configuration
+from capsule.configuration import changed_values, check_configuration, without_effect
 from capsule.configuration_files import read_schema
 from capsule.errors import CapsuleError
 
@@ -145,12 +145,15 @@ WRONG_TYPES = ["text", None, True, [], {}, float("nan"), float("inf"), [[]], 1j]
 def faulty_values(part, value):
     """Yield values that a key must not take: of each other type, and beyond each limit."""
     kind = part.get("type")
-    yield from (wrong for wrong in WRONG_TYPES if not (kind == "boolean" and wrong is True))
+    empty = [] if kind == "array" and "minItems" not in part else None
+    right = {"boolean": True, "array": empty, "string of a list": "text"}.get(kind)
+    yield from (wrong for wrong in WRONG_TYPES if right is None or wrong != right)
     if kind == "array":
-        yield from ([wrong] * len(value) for wrong in WRONG_TYPES)
-        yield from ([item] * len(value) for item in faulty_values(part["items"], value[0]))
+        items = part["items"]
+        if items.get("type") == "string":
+            items = items | {"type": "string of a list"}
+        yield from ([item] * len(value) for item in faulty_values(items, value[0]))
         yield [*value, value[-1]]
-        yield []
     if kind == "integer":
         yield from (float(value), value + 0.5)
     for limit, step in (("minimum", -1), ("maximum", 1), ("exclusiveMinimum", 0)):
@@ -186,9 +189,10 @@ def test_every_key_refuses_what_its_part_of_the_schema_does_not_allow(key, wrong
     assert text.count("\n") == 1
 
 
-@pytest.mark.parametrize("key", [key for key, _ in keys_with_values()])
-def test_every_key_is_missed_and_its_misspelling_is_answered_with_the_right_name(key):
-    assert f"\n  config/config.yaml: {key}: is missing" in message(changed(key, None))
+@pytest.mark.parametrize(("key", "part"), list(keys_with_values()))
+def test_every_key_is_missed_and_its_misspelling_is_answered_with_the_right_name(key, part):
+    if "default" not in part:
+        assert f"\n  config/config.yaml: {key}: is missing" in message(changed(key, None))
     config = changed(key + "s", 1)
     name = key.rsplit(".", 1)[-1]
     assert f"{key}s: there is no such key; did you mean {name}?" in message(config)
@@ -241,3 +245,55 @@ def test_a_fault_on_the_command_line_is_told_as_such():
     config = changed("fit.particles", "many")
     told = message(config, **{"--config or --configfile": changed_values(CONFIG, config)})
     assert "\n  --config or --configfile: fit.particles: 'many' is not allowed" in told
+
+
+OLD = {
+    "taught.penalties": [1.0, 0.1],
+    "evaluation.bootstrap": 1000,
+    "evaluation.permutations": "any",
+    "evaluation.groups": ["site", "session"],
+}
+
+
+def test_a_key_of_an_earlier_version_is_accepted_without_effect_and_each_is_told():
+    config = copy.deepcopy(CONFIG)
+    for path, value in OLD.items():
+        section, key = path.split(".")
+        config[section][key] = value
+    used = check_configuration(config, SCHEMA, {"config/config.yaml": config})
+    wanted = copy.deepcopy(CONFIG)
+    wanted["evaluation"]["groups"] = ["session"]
+    assert used == wanted
+    assert config["evaluation"]["bootstrap"] == 1000, "what was written is not changed"
+    assert without_effect(config, SCHEMA) == [
+        "taught.penalties has no effect any more; remove it",
+        "evaluation.groups: site has no effect any more; remove it",
+        "evaluation.bootstrap has no effect any more; remove it",
+        "evaluation.permutations has no effect any more; remove it",
+    ]
+    assert without_effect(CONFIG, SCHEMA) == []
+
+
+def test_a_new_key_need_not_be_in_a_configuration_of_an_earlier_version():
+    config = copy.deepcopy(CONFIG)
+    del (
+        config["evaluation"]["held_out"],
+        config["evaluation"]["groups"],
+        config["taught"]["penalty"],
+    )
+    used = check_configuration(config, SCHEMA, {"config/config.yaml": config})
+    assert used["evaluation"]["held_out"] == []
+    assert used["evaluation"]["groups"] == ["session", "setup"]
+    assert used["taught"]["penalty"] == 0.1
+
+
+def test_a_session_that_yaml_reads_as_a_date_is_answered_with_how_to_write_it():
+    config = changed("evaluation.held_out", yaml.safe_load("[2024-06-03]"))
+    assert message(config).endswith("each text, no value twice (put it in quotes)")
+
+
+@pytest.mark.parametrize("section", [None, 3, "text", []])
+def test_a_section_that_is_none_is_still_told_as_a_fault(section):
+    config = {**copy.deepcopy(CONFIG), "evaluation": section}
+    assert "evaluation: " in message(config)
+    assert without_effect(config, SCHEMA) == []

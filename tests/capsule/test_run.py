@@ -37,12 +37,13 @@ def folder(tmp_path, monkeypatch, request):
     return tmp_path
 
 
-def run_of(names=("3mm/r01",), wanted="auto", surveys=None):
+def run_of(names=("3mm/r01",), wanted="auto", surveys=None, held_out=(), without_effect=()):
     """Return a run with these recordings."""
+    config = {"recordings_per_job": wanted, "evaluation": {"held_out": held_out}}
     size = batch_size(len(names), wanted)
     divided = batches(names, size), described_together(names, size)
     surveys = surveys or Surveys([], {})
-    return run.Run("raw", "results", "sessions", wanted, size, *divided, surveys)
+    return run.Run("raw", "results", "sessions", config, size, *divided, surveys, without_effect)
 
 
 def write_lists(*rows, passed_over=()):
@@ -182,3 +183,18 @@ def test_a_failed_run_tells_how_slurm_has_ended_its_jobs(capsys):
     started.fail()
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("Slurm has ended job 7 (rule_fit/3mm_r01) at its time limit; allow more")
+
+
+def test_a_held_out_session_that_no_recording_names_is_told_at_the_end(capsys):
+    write_lists(("3mm/r01", "accepted", "", ""))
+    run_of(held_out=["spring"]).succeed("key")
+    told = "  evaluation.held_out: no labelled recording names the session 'spring'"
+    assert told in capsys.readouterr().err.splitlines()
+    run_of().succeed("key")
+    assert "held_out" not in capsys.readouterr().err
+
+
+def test_a_key_without_effect_is_told_at_the_start(capsys):
+    run_of(without_effect=["evaluation.bootstrap has no effect any more; remove it"]).begin()
+    told = capsys.readouterr().err.splitlines()
+    assert told == ["evaluation.bootstrap has no effect any more; remove it"]

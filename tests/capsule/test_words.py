@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from capsule import words
 
 UNKNOWN = float("nan")
+OPEN = {"estimate_mm": 4.6, "estimate_low_mm": 3.8, "estimate_high_mm": float("inf")}
 
 
 @pytest.mark.parametrize(
@@ -62,6 +63,11 @@ def test_numbers_read_as_words(written, expected):
             "3.2 mm (2.1 to 4.0)",
         ),
         (words.estimated_size({"estimate_mm": UNKNOWN}), words.NOT_GIVEN),
+        (words.estimated_size(OPEN, 5.0), "4.6 mm (3.8 to 5 mm or more)"),
+        (words.estimated_size(OPEN | {"estimate_low_mm": 5.0}, 5.0), "4.6 mm (5.0 mm or more)"),
+        (words.estimated_size(OPEN), "4.6 mm (3.8 mm or more)"),
+        (words.verdict({"predicted_mm": UNKNOWN, "no_verdict": "no wave"}), "no verdict: no wave"),
+        (words.verdict({"predicted_mm": UNKNOWN, "no_verdict": UNKNOWN}), "no verdict"),
         (words.place(-5.7, None), "before the start"),
         (words.place(9.26, 4.5), "9.3 s, 4.5 mm"),
         (words.place(float("nan"), None), words.NOT_GIVEN),

@@ -74,6 +74,7 @@ def test_the_command_itself_ends_with_the_count_and_a_status(tmp_path, good):
 
 def test_the_header_tells_where_a_recording_is_from(tmp_path, good):
     options = "--adc-bits 10 --vref-v 5 --series-ohm 12000 --site wall-3 --session monday"
+    options += " --setup gut-2"
     header = import_files(tmp_path, good, *options.split()).the_recording().header
     assert header["import_file"] == "monday 1.csv"
     assert header["import_sha256"] == hashlib.sha256(good.read_bytes()).hexdigest()
@@ -89,7 +90,7 @@ def test_the_header_tells_where_a_recording_is_from(tmp_path, good):
         "vref_v": "5",
         "series_ohm": "12000",
     }
-    assert (header["site"], header["session"]) == ("wall-3", "monday")
+    assert [header[key] for key in ("site", "session", "setup")] == ["wall-3", "monday", "gut-2"]
 
 
 def test_a_recording_of_this_project_keeps_what_its_header_says(tmp_path):

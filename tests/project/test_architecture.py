@@ -45,7 +45,7 @@ FRONTS |= {"capsule_command", "demo", "judge_file", "shell_completion"}
 # others are functions on arrays.
 ON_FILES = {"files", "results", "project", "locks", "forks", "keys", "fits"}
 ON_FILES |= {"configuration_files", "settings", "library", "described"}
-ON_FILES |= {"data_files", "plot_data", "listed"}
+ON_FILES |= {"data_files", "held_out_files", "plot_data", "listed"}
 # These call git, Slurm or Snakemake, and look after its runs.
 ON_PROGRAMS = {"project_state", "run", "slurm_jobs", "verify", "workflow_call"}
 SYSTEM = {"pathlib", "os", "shutil", "glob", "tempfile", "subprocess", "multiprocessing"}

@@ -3,7 +3,7 @@
 import pytest
 
 from capsule.configuration_files import read_schema
-from capsule.evaluation.precision import recordings_needed
+from capsule.evaluation.intervals import new_specificity, recordings_needed
 from capsule.files import read_csv
 from support.project import ROOT
 
@@ -35,7 +35,7 @@ def allowed(part):
         if "enum" in items:
             return "list of " + ", ".join(f"`{value}`" for value in items["enum"])
         if "maxItems" not in part:
-            return f"list of {items['type']}s, {_limits(items)}"
+            return f"list of {items['type']}s" + (f", {_limits(items)}" if _limits(items) else "")
         items = SCHEMA["$defs"][items["$ref"].rsplit("/", 1)[1]] if "$ref" in items else items
         return f"pair of {items['type']}s, {_limits(items)}"
     return f"{part['type']}{', ' if _limits(part) else ''}{_limits(part)}"
@@ -81,19 +81,6 @@ def test_the_report_gives_the_range_that_the_benchmark_measured():
         assert rates == [specificity, small, large]
 
 
-def test_the_readme_gives_the_best_detectors_range():
-    ranges = read_csv(ROOT / "workflow/report/benches.csv")
-    reached = {
-        row["of the benches the"]: float(row["recall from 2 mm"])
-        for row in ranges
-        if row["detector"] == "taught"
-    }
-    text = " ".join((ROOT / "README.md").read_text(encoding="utf-8").split())
-    assert (
-        f"finds between {reached['worst']:.0%} and {reached['best']:.0%}".replace("%", " %") in text
-    )
-
-
 def test_the_page_on_a_bench_of_ones_own_tells_how_many_recordings_a_rate_takes():
     rows = [
         [f"{rate} %"]
@@ -103,3 +90,11 @@ def test_the_page_on_a_bench_of_ones_own_tells_how_many_recordings_a_rate_takes(
     head = "| expected rate | ±15 points | ±10 points | ±5 points |\n|---|---|---|---|\n"
     table = "".join(f"| {' | '.join(row)} |\n" for row in rows)
     assert f"{head}{table}\n" in (ROOT / "docs/your-bench.md").read_text(encoding="utf-8")
+
+
+def test_the_page_on_intervals_tells_what_is_computed():
+    page = " ".join((ROOT / "docs/intervals.md").read_text(encoding="utf-8").split())
+    low, high = (f"{100 * share:.1f}" for share in new_specificity(20, 0.95))
+    assert f"At n = 20 the central 90 % are {low} to {high} %." in page
+    needed = recordings_needed(0.95, 0.05, 0.95)
+    assert f"95 % to +-5 points takes {needed} healthy recordings" in page

@@ -4,19 +4,25 @@ import pandas as pd
 
 from capsule.evaluation.beside_paper import Evaluation
 from capsule.evaluation.files import read_printed
+from capsule.evaluation.measures import measure_tables
 from capsule.evaluation.paper import printed_tables
-from capsule.evaluation.rates import COLUMNS, tables
+from capsule.evaluation.rates import rate_tables
+from capsule.page.detector_sections import Rates
 from support.project import ROOT
 
 UNKNOWN = float("nan")
 RATES = {"schemes": ["leave_one_out"], "tolerance_mm": 1.0, "confidence": 0.95}
+RULES = {**RATES, "specificity": 0.95, "size_confidence": 0.9, "prevalence": 0.1}
+RULES |= {"calibration_bins": 5, "passes": [1, 2], "held_out": []}
 SETTINGS = {
     "fit": {"seed": 1},
-    "evaluation": {**RATES, "specificity": 0.95, "size_confidence": 0.9},
+    "evaluation": RULES,
     "report": {"reliable_rate": 0.85, "lead": "best"},
 }
 
 
+OF_SCORES = ("score", "threshold", "probability", "location_mm")
+OF_SCORES += ("estimate_mm", "estimate_low_mm", "estimate_high_mm")
 DETECTIONS = pd.DataFrame(columns=["recording", "detector", "predicted_mm", "rmse_0mm"])
 
 
@@ -25,30 +31,48 @@ def read_paper():
     return read_printed(ROOT / "workflow" / "report" / "paper.yaml")
 
 
-def evaluated(verdicts, sizes_mm=(0.0, 2.0, 3.0), detectors=("template",)):
+def evaluated(verdicts, sizes_mm=(0.0, 2.0, 3.0), detectors=("template",), scheme="leave_one_out"):
     """Return the evaluation of triples (recording, true size, predicted size), with the paper's."""
     rows = [
         {
             "recording": name,
             "size_mm": true,
             "detector": detector,
-            "scheme": "leave_one_out",
+            "scheme": scheme,
             "predicted_mm": predicted,
+            **dict.fromkeys(OF_SCORES, UNKNOWN),
             **{f"rmse_{size:g}mm": abs(predicted - size) / 10 for size in sizes_mm},
         }
         for detector in detectors
         for name, true, predicted in verdicts
     ]
-    columns = ["recording", "size_mm", "detector", "scheme", "predicted_mm"]
+    columns = ["recording", "size_mm", "detector", "scheme", "predicted_mm", *OF_SCORES]
     columns += [f"rmse_{size:g}mm" for size in sizes_mm]
-    made = tables(rows, list(sizes_mm), **RATES)
+    predictions = pd.DataFrame(rows, columns=columns)
+    ours = rate_tables(predictions, list(sizes_mm), RATES)
     paper = {name: pd.DataFrame(rows) for name, rows in printed_tables(read_paper(), 0.95).items()}
-    ours = {name: pd.DataFrame(table, columns=COLUMNS[name]) for name, table in made.items()}
-    return Evaluation(pd.DataFrame(rows, columns=columns), ours, paper)
+    return Evaluation(predictions, ours, paper)
+
+
+def rates_of(evaluation, settings=SETTINGS, index=None):
+    """Return all tables of an evaluation; each recording is a place, if the index does not tell."""
+    if index is None:
+        labels = evaluation.predictions.drop_duplicates("recording")[["recording", "size_mm"]]
+        rows = [
+            [name, size, "accepted", UNKNOWN, "bench", "aa", 70.0] for name, size in labels.values
+        ]
+        index = index_of(*rows)
+    named = index.astype(object).where(index.notna(), "").drop_duplicates("recording")
+    named = named.set_index("recording")
+    table = named.assign(nodule_at_mm="").to_dict("index")
+    rules = {**RULES, **settings["evaluation"]}
+    judgements = measure_tables(evaluation.predictions, table, rules)
+    return Rates(evaluation, judgements, index, settings)
 
 
 def index_of(*rows):
     """Return the table of results/recordings.csv, made from rows."""
     columns = ["recording", "size_mm", "status", "reason", "source", "sha256", "duration_s"]
     frame = pd.DataFrame(rows, columns=columns)
-    return frame.assign(samples=100, near_copies=None, site=None, no_verdict=None)
+    empty = dict.fromkeys(("near_copies", "site", "session", "setup", "no_verdict"))
+    return frame.assign(samples=100, **empty)

@@ -101,7 +101,8 @@ class Project:
         project = cls(folder)
         project.raw.mkdir()
         write_archive(project.raw, recordings, samples=samples)
-        project.configure(fit=fit)
+        # The shipped session is held out of the shipped recordings alone.
+        project.configure(fit=fit, evaluation={"held_out": []})
         return project
 
     def copy(self, folder: Path, *, keep_times: bool = True) -> "Project":

@@ -23,7 +23,7 @@ REJECTED = "3mm/flat"
 _VERDICT = ["recording", "size_mm", "detector", "scheme", "predicted_mm", "rmse_0mm", "rmse_3mm"]
 _VERDICT += ["score", "estimate_low_mm", "location_s"]
 _LISTED = ["recording", "size_mm", "samples", "duration_s", "status", "reason", "no_verdict"]
-_LISTED += ["sha256", "readings_sha256", "source", "site"]
+_LISTED += ["sha256", "readings_sha256", "source", "site", "session"]
 
 
 def make_results(results):
@@ -68,7 +68,6 @@ def _evaluation(results):
     verdict |= {"scheme": "leave_one_out", "predicted_mm": 3.0, "score": AWKWARD[3]}
     verdict |= {"rmse_0mm": AWKWARD[2], "rmse_3mm": float("inf"), "estimate_low_mm": AWKWARD[0]}
     _table(results / "evaluation/predictions.csv", _VERDICT, [verdict])
-    _table(results / "evaluation/group_predictions.csv", _VERDICT, [])
     rates = {"detector": "template", "size_mm": 3.0, "tp": 17, "recall": 17 / 20}
     rates |= {"recall_low": AWKWARD[1], "one_sided": True}
     for name in TABLES:

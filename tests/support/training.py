@@ -8,9 +8,9 @@ from capsule.templates import TemplateSet, no_nodule_template
 
 TAUGHT = {
     "height": 10.0,
-    "penalties": [1.0, 0.1],
+    "penalty": 0.1,
     "evidence_weight": 2.0,
-    "size_penalty": 1.0,
+    "size_ridge": 1.0,
 }
 NO_FEATURES = Features(np.nan, np.full(64, np.nan, np.float32), np.full(1024, np.nan, np.float32))
 NO_TEMPLATES = TemplateSet((0.0,), (), (no_nodule_template(4, 1000),), 150)

@@ -2,8 +2,8 @@
 # batches, and define the parameters that make Snakemake run a job again.
 #
 # takes: config/config.yaml, workflow/schemas/config.schema.json, the files under raw/
-# gives: ARCHIVE, SIZE, BATCHES, LABELLED, NODULES, DESCRIBED, DETECTOR_MODULES, DETECTOR_SECTIONS,
-#        and the functions sections, step, keys_of, told, shown, each, contents_of
+# gives: ARCHIVE, SIZE, BATCHES, LABELLED, NODULES, DESCRIBED, DETECTOR_MODULES,
+#        DETECTOR_SECTIONS, WITHOUT_EFFECT, and the functions sections, step, keys_of, told, shown, each, contents_of
 
 import copy
 import functools
@@ -17,10 +17,11 @@ min_version("9.16")
 
 from capsule import files
 from capsule.batches import batch_size, batches, described_together
-from capsule.configuration import BENCH, check_configuration, changed_values
+from capsule.configuration import BENCH, changed_values, check_configuration, without_effect
 from capsule.configuration_files import read_config_file, read_schema
 from capsule.detectors.registry import detector_row
 from capsule.errors import CapsuleError
+from capsule.held_out_files import fitted
 from capsule.keys import Step, checksum_of_code
 from capsule.naming import size_mm
 from capsule.results import pattern
@@ -62,7 +63,8 @@ SOURCES = {
 }
 try:
     files.refuse_braces(PROJECT, Path.cwd())
-    check_configuration(config, read_schema(SCHEMA), SOURCES)
+    WITHOUT_EFFECT = without_effect(config, read_schema(SCHEMA))
+    config = check_configuration(config, read_schema(SCHEMA), SOURCES)
     ARCHIVE = files.list_archive(Path(RAW))
     DETECTORS = [detector_row(name) for name in config["detectors"]]
     files.refuse_without_notes(Path(RESULTS), Path(".snakemake"))
@@ -74,7 +76,8 @@ except CapsuleError as error:
 SIZE = batch_size(len(ARCHIVE.recordings), config["recordings_per_job"])
 BATCHES = batches(ARCHIVE.recordings, SIZE)
 LABELLED = [batch for batch in BATCHES if size_mm(batch) is not None]
-NODULES = [batch for batch in LABELLED if size_mm(batch) > 0]
+# Recordings that are fitted, by batch: those of nodules that are not held out.
+NODULES = fitted(BATCHES, Path(RAW), config["evaluation"]["held_out"])
 # The rule describe takes more recordings at once, because its work on each is short.
 DESCRIBED = described_together(ARCHIVE.recordings, SIZE)
 DESCRIBED_LABELLED = [batch for batch in DESCRIBED if size_mm(batch) is not None]

@@ -1,7 +1,7 @@
 # Apply the detectors to the unlabelled recordings, and combine the passes over one place.
 #
 # takes: results/recordings.csv, results/templates.npz, results/best_places/, results/features/,
-#        results/evaluation/{,group_}predictions.csv; results/matrices/ and results/fits/, which are
+#        results/evaluation/predictions.csv; results/matrices/ and results/fits/, which are
 #        made before the list and the templates
 # gives: results/detections.csv, results/sites.csv, results/detectors.json
 
@@ -22,7 +22,6 @@ rule detect:
         recordings=rules.list.output[0],
         templates=rules.templates.output.matrices,
         predictions=rules.evaluate.output.predictions,
-        grouped=rules.evaluate.output.grouped,
     output:
         detections=shown("results/detections.csv", "verdicts", "Verdicts"),
         # `capsule record` judges a new recording with this file and the templates alone.

@@ -2,7 +2,7 @@
 #
 # takes: results/labelled.csv, results/best_places/, results/features/; results/matrices/ and
 #        results/fits/, which are made before the list and the templates
-# gives: under results/evaluation/ {predictions,group_predictions,detection,specificity,sizing,
+# gives: under results/evaluation/ {predictions,detection,specificity,sizing,
 #        confusion,learning}.csv and the tables of capsule.evaluation.columns
 
 from capsule.evaluation.columns import COLUMNS as RATINGS
@@ -10,9 +10,7 @@ from capsule.evaluation.columns import COLUMNS as RATINGS
 RATES = ["detection", "specificity", "sizing", "confusion", *RATINGS]
 EVALUATE = step(
     "evaluate",
-    sections(
-        "detectors", "evaluation", "recording", *DETECTOR_SECTIONS, templates=TEMPLATE_SETTINGS
-    ),
+    sections("detectors", "evaluation", "recording", *DETECTOR_SECTIONS, templates=SHAPE),
     lambda _: [LIST_LABELLED.key(), TEMPLATES.key(), *keys_of(DESCRIBE, DESCRIBED_LABELLED)],
     modules=DETECTOR_MODULES,
 )
@@ -28,7 +26,6 @@ rule evaluate:
     output:
         shown(expand("results/evaluation/{table}.csv", table=RATES), "rates", "Rates"),
         predictions="results/evaluation/predictions.csv",
-        grouped="results/evaluation/group_predictions.csv",
         learning="results/evaluation/learning.csv",
     log:
         "results/logs/evaluate.log",

@@ -1,9 +1,9 @@
-# Fit a particle to each recording of a nodule.
+# Fit a particle to each recording of a nodule that teaches.
 #
 # takes: results/matrices/<size>mm/<run>.npy, results/signals/<size>mm/<run>.npy
 # gives: results/fits/<size>mm/<run>.json
 
-FIT = step("fit", sections("fit"), lambda batch: [PREPROCESS.key(batch)])
+FIT = step("fit", sections("fit"), lambda batch: [PREPROCESS.key(batch), *NODULES[batch]])
 
 
 rule fit:
@@ -18,7 +18,7 @@ rule fit:
         "../../environment.yml"
     params:
         **told(FIT),
-        recordings=lambda wildcards: BATCHES[wildcards.batch],
+        recordings=lambda wildcards: NODULES[wildcards.batch],
     message:
         "fit {wildcards.batch}"
     shell:

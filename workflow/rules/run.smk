@@ -6,7 +6,7 @@
 
 from capsule.run import Run
 
-RUN = Run(RAW, RESULTS, SESSIONS, config["recordings_per_job"], SIZE, BATCHES, DESCRIBED, SURVEYS)
+RUN = Run(RAW, RESULTS, SESSIONS, config, SIZE, BATCHES, DESCRIBED, SURVEYS, WITHOUT_EFFECT)
 
 # On a cluster, Snakemake runs these jobs itself: each takes seconds, and a job of the cluster starts
 # Snakemake twice. A module leaves the choice to the workflow that uses it.

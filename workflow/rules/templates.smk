@@ -3,13 +3,15 @@
 # takes: results/fits/<size>mm/<run>.json, results/labelled.csv
 # gives: results/templates.json, results/templates.npz
 
-TEMPLATE_SETTINGS = {
+SHAPE = {
     "sensors": config["recording"]["sensors"],
     "first_peak": config["fit"]["first_peak"],
     "length": config["preprocessing"]["length"],
 }
 TEMPLATES = step(
-    "templates", TEMPLATE_SETTINGS, lambda _: [LIST_LABELLED.key(), *keys_of(FIT, NODULES)]
+    "templates",
+    SHAPE | {"held_out": config["evaluation"]["held_out"]},
+    lambda _: [LIST_LABELLED.key(), *keys_of(FIT, NODULES)],
 )
 
 

@@ -7,9 +7,14 @@ from pathlib import Path
 
 from capsule import files, fits
 from capsule.detectors.files import read_template_set, read_training_archive
-from capsule.evaluation.folds import group_scheme, main_scheme
-from capsule.evaluation.predictions import Detectors, of_unlabelled
+from capsule.evaluation.cross_validation import (
+    Detectors,
+    choosing_scheme,
+    judge_unlabelled,
+    unlabelled_folds,
+)
 from capsule.evaluation.sites import COLUMNS, site_rows
+from capsule.held_out import teaching
 from capsule.naming import sizes_of, sort_key
 from capsule.project import WEIGHTS
 from capsule.results import Results
@@ -29,27 +34,22 @@ def main() -> None:
     arguments = parser.parse_args()
     settings, rules = arguments.settings, arguments.settings["evaluation"]
     results = Results.of_table(arguments.results, arguments.recordings, arguments.batch_size)
-    rows = files.accepted_recordings(arguments.recordings)
-    labelled = sizes_of(rows)
-    unlabelled = sorted((name for name in rows if name not in labelled), key=sort_key)
-    alike = {name: set(rows[name]["near_copies"].split()) & labelled.keys() for name in unlabelled}
-    alike = {name: sorted(others) for name, others in alike.items() if others}
-    # The fits are needed only to leave near copies of an unlabelled recording out of its templates.
-    particles = fits.read_particles(arguments.recordings, results) if alike else {}
+    rows = teaching(files.accepted_recordings(arguments.recordings), rules["held_out"])
+    unlabelled = sorted(rows.keys() - sizes_of(rows).keys(), key=sort_key)
+    # The fits are needed only to leave recordings at the place of an unlabelled one out.
+    particles = {}
+    if any(left_out for left_out, _ in unlabelled_folds(unlabelled, rows)):
+        particles = fits.read_particles(arguments.recordings, results, rules["held_out"])
     templates = read_template_set(arguments.templates, settings["fit"]["first_peak"], particles)
     detectors = Detectors(read_training_archive(results, rows, templates, particles, settings))
-    columns = ["recording", "detector", *detectors.columns]
-    files.write_csv(arguments.output, columns, of_unlabelled(detectors, unlabelled, alike))
+    verdicts = judge_unlabelled(detectors, unlabelled, rows)
+    files.write_csv(arguments.output, ["recording", "detector", *detectors.columns], verdicts)
     fits_to = {"settings": settings, "scorer": files.fingerprint(WEIGHTS, sys.maxsize)}
     files.write_json(arguments.learned, detectors.stored() | fits_to)
     print(f"{len(unlabelled)} unlabelled recordings judged by {len(detectors.names)} detectors")
-
-    evaluation = arguments.results / "evaluation"
-    judged = files.read_csv(evaluation / "group_predictions.csv")
-    judged = [row for row in judged if row["scheme"] == group_scheme("site")]
-    if not judged:  # no two labelled recordings share a site
-        judged = files.read_csv(evaluation / "predictions.csv")
-        judged = [row for row in judged if row["scheme"] == main_scheme(rules["schemes"])]
+    # Thresholds of several passes come from the places that teach.
+    predictions = files.read_csv(arguments.results / "evaluation" / "predictions.csv")
+    judged = [r for r in predictions if r["scheme"] == choosing_scheme(rules["schemes"])]
     sites = {name: row["site"] for name, row in rows.items()}
     made = site_rows(judged + files.read_csv(arguments.output), sites, rules["specificity"])
     files.write_csv(arguments.sites, COLUMNS, made)

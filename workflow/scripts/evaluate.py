@@ -6,8 +6,8 @@ from pathlib import Path
 
 from capsule import files, fits
 from capsule.detectors.files import read_training_archive
-from capsule.evaluation.folds import LEAST_HEALTHY, LEAST_NODULES, header_groups
-from capsule.evaluation.whole_evaluation import evaluate_archive, rate_detectors
+from capsule.evaluation.cross_validation import LEAST_GROUPS, group_scheme
+from capsule.evaluation.whole_evaluation import evaluate_archive
 from capsule.forks import Forks
 from capsule.results import Results
 from capsule.templates import build_templates
@@ -25,21 +25,18 @@ def main() -> None:
     arguments = parser.parse_args()
     settings, spread = arguments.settings, Forks(arguments.processes)
     results = Results.of_table(arguments.results, arguments.recordings, arguments.batch_size)
+    held_out = settings["evaluation"]["held_out"]
     rows = files.accepted_recordings(arguments.recordings)
-    particles = fits.read_particles(arguments.recordings, results)
+    particles = fits.read_particles(arguments.recordings, results, held_out)
     templates = build_templates(fits.by_size(particles), **settings["templates"])
     archive = read_training_archive(results, rows, templates, particles, settings)
     tables = evaluate_archive(archive, rows, spread)
-    predictions = [tables[name].rows for name in ("predictions", "group_predictions")]
-    tables |= rate_detectors(predictions, rows, settings["evaluation"], spread)
     for name, table in tables.items():
-        files.write_csv(arguments.output / f"{name}.csv", table.columns, table.rows)
+        files.write_csv(arguments.output / f"{name}.csv", list(table), table.to_dict("records"))
+    computed = set(tables["predictions"]["scheme"])
     for key in settings["evaluation"]["groups"]:
-        if header_groups(key, list(rows), rows) is None:
-            print(
-                f"no {key} is left out: no two recordings share one in their headers, or the "
-                f"others are fewer than {LEAST_HEALTHY} healthy and {LEAST_NODULES} with a nodule"
-            )
+        if group_scheme(key) not in computed:
+            print(f"no {key} is left out: the headers name fewer than {LEAST_GROUPS} of a kind")
 
 
 if __name__ == "__main__":

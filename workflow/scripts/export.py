@@ -15,8 +15,8 @@ from exporting.gathering import gather
 def main() -> None:
     """Read the results, and write them in the chosen format."""
     arguments = read_arguments()
-    settings = read_config_file(arguments.config)
-    check_configuration(settings, read_schema(SCHEMA), {str(arguments.config): settings})
+    written = read_config_file(arguments.config)
+    settings = check_configuration(written, read_schema(SCHEMA), {str(arguments.config): written})
     progress = partial(tell, what="recordings read:")
     exported = gather(arguments.results, arguments.config, settings, arguments.what, progress)
     count, written = write(exported, arguments.format, arguments.out, force=arguments.force)

@@ -7,11 +7,10 @@ from pathlib import Path
 from capsule import files
 from capsule.configuration_files import read_config_file
 from capsule.errors import CapsuleError
-from capsule.number_arguments import natural, number_within
-from capsule.phantom.files import phantom_arguments, read_phantom
-from capsule.phantom.simulation import planned_runs, recording_of, simulate_run
+from capsule.number_arguments import natural, number_within, plain_text
+from capsule.phantom.files import phantom_arguments, read_phantom, write_run
+from capsule.phantom.simulation import planned_runs
 from capsule.project import CONFIG
-from capsule.recording import format_recording
 
 
 def read_arguments() -> argparse.Namespace:
@@ -25,12 +24,18 @@ def read_arguments() -> argparse.Namespace:
         "default": [0, 1, 2, 3, 4, 5],
     }
     seed = {"type": int, "metavar": "N", "default": 1}
+    runs = {"type": natural, "nargs": "+", "metavar": "N", "default": [20]}
+    setups = {"type": natural, "nargs": "+", "metavar": "N", "default": [1]}
     output = {"type": Path, "metavar": "FOLDER", "default": Path("raw")}
     add("--out", **output, help="output: the archive (default: raw)")
     add("--seed", **seed, help="random seed; the same seed gives the same files (default: 1)")
-    add("--runs", type=natural, default=20, metavar="N", help="runs of each size (default: 20)")
+    add("--runs", **runs, help="runs of each size: one number, or one for each (default: 20)")
     add("--sizes", **sizes, help="nodule diameters in mm; 0: no nodule (default: 0 1 2 3 4 5)")
     add("--passes", type=natural, default=1, metavar="N", help="passes per nodule (default: 1)")
+    several = "set-ups of each size, with a draw of the bench each: one number, or one for each"
+    add("--setups", **setups, help=f"{several} (default: 1)")
+    first = "first characters of the recordings' names (default: r)"
+    add("--prefix", type=plain_text, default="r", metavar="TEXT", help=first)
     configured = "recording.sensors of config/config.yaml"
     add("--sensors", type=natural, metavar="S", help=f"number of sensors (default: {configured})")
     add("--force", action="store_true", help="overwrite files that exist")
@@ -43,10 +48,10 @@ def main() -> None:
     phantom = read_phantom(arguments.parameters, arguments.changes, arguments.bench)
     configured = read_config_file(CONFIG / "config.yaml")["recording"]["sensors"]
     sensors = arguments.sensors or configured
-    planned = {
-        arguments.out / f"{run.name}.csv": run
-        for run in planned_runs(arguments.sizes, arguments.runs, arguments.passes)
-    }
+    runs = planned_runs(
+        arguments.sizes, arguments.runs, arguments.passes, arguments.setups, arguments.prefix
+    )
+    planned = {arguments.out / f"{run.name}.csv": run for run in runs}
     existing = [path for path in planned if path.exists()]
     if existing and not arguments.force:
         raise CapsuleError(
@@ -54,14 +59,7 @@ def main() -> None:
             "Choose another --out, or overwrite with --force"
         )
     for done, (path, run) in enumerate(planned.items(), start=1):
-        simulated = simulate_run(
-            phantom, run.size_mm, arguments.seed, run.site, run.attempt, sensors
-        )
-        content = format_recording(
-            recording_of(simulated, phantom, arguments.seed, run.site, arguments.bench)
-        )
-        with files.write_whole(path, "wb") as stream:
-            stream.write(content)
+        write_run(path, run, phantom, arguments.seed, sensors, arguments.bench)
         if sys.stderr.isatty() or done == len(planned):
             text = f"\rsimulated {done} of {len(planned)} recordings in {arguments.out}/"
             end = "\n" if done == len(planned) else ""

@@ -13,24 +13,25 @@ from capsule.templates import build_templates
 
 
 def main() -> None:
-    """Read the fits of the accepted recordings, and write the templates."""
+    """Read the fits of the recordings that teach, and write the templates."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--recordings", type=Path, required=True, help="labelled.csv")
     parser.add_argument("--results", type=Path, required=True, help="the folder of results")
     parser.add_argument("--batch-size", type=int, required=True, help="recordings in a batch")
-    parser.add_argument("--settings", type=json.loads, required=True, help="S, L and u, JSON")
+    parser.add_argument("--settings", type=json.loads, required=True, help="config keys, JSON")
     parser.add_argument("--parameters", type=Path, required=True, help="output: templates.json")
     parser.add_argument("--matrices", type=Path, required=True, help="output: templates.npz")
     arguments = parser.parse_args()
     results = Results.of_table(arguments.results, arguments.recordings, arguments.batch_size)
-    particles = fits.read_particles(arguments.recordings, results)
-    templates = build_templates(fits.by_size(particles), **arguments.settings)
+    settings = dict(arguments.settings)
+    particles = fits.read_particles(arguments.recordings, results, settings.pop("held_out"))
+    templates = build_templates(fits.by_size(particles), **settings)
     entries = []
     for size, total in zip(templates.sizes_mm, templates.totals, strict=True):
         mean = {key: value.tolist() for key, value in vars(total.mean()).items()}
         parameters = mean if total.count else None
         entries.append({"size_mm": size, "recordings": total.count, "parameters": parameters})
-    files.write_json(arguments.parameters, {**arguments.settings, "templates": entries})
+    files.write_json(arguments.parameters, {**settings, "templates": entries})
     labels = [size_label(size) for size in templates.sizes_mm]
     with files.write_whole(arguments.matrices, "wb") as stream:
         np.savez(stream, **dict(zip(labels, templates.matrices, strict=True)))

@@ -16,6 +16,7 @@ import os
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from types import SimpleNamespace
 
 os.environ.update(OPENBLAS_NUM_THREADS="1", OMP_NUM_THREADS="1", NUMBA_NUM_THREADS="1")
 
@@ -31,12 +32,11 @@ from judge_unseen import USUAL, bench_names, stored
 from judge_unseen import simulated as archives_of
 
 from capsule.configuration_files import read_config_file
-from capsule.detectors.adaptation import Adaptation
+from capsule.detectors.calibrate import rank_threshold
 from capsule.detectors.described import read_scorer
-from capsule.detectors.operating_point import threshold_at
 from capsule.detectors.passage import passage_of
 from capsule.detectors.scorer import Scorer, features_of
-from capsule.detectors.taught import adaptation_features
+from capsule.detectors.taught import TaughtModel
 from capsule.evaluation.roc import height_at
 from capsule.naming import size_mm
 from capsule.number_arguments import natural
@@ -138,26 +138,29 @@ def _by_taught(
     scorer: Scorer,
 ) -> np.ndarray:
     """Score fresh recordings by what others teach the detector; without a wave, the lowest."""
-    settings = config["taught"]
 
-    def described(recordings: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-        scores, rows = np.empty(len(recordings)), []
-        for place, values in enumerate(recordings):
-            bench = (values.astype(float), config["recording"]["rate_hz"], config["diagonal"])
-            features = features_of(*bench, scorer)
-            scores[place] = features.score
-            row = adaptation_features(features, passage_of(*bench), settings["evidence_weight"])
-            rows.append(row.astype(np.float32))
-        return scores, np.array(rows)
+    def described(recordings: list[np.ndarray]) -> list[SimpleNamespace]:
+        rate_hz, bench = config["recording"]["rate_hz"], config["diagonal"]
+        return [
+            SimpleNamespace(
+                features=features_of(values.astype(float), rate_hz, bench, scorer),
+                passage=passage_of(values.astype(float), rate_hz, bench),
+            )
+            for values in recordings
+        ]
 
-    scores, features = described(taught)
-    known = ~np.isnan(scores)
-    adapted = Adaptation(
-        features[known], scores[known], sizes_mm[known], settings["height"], settings["penalties"]
-    ).without(np.array([], dtype=int))
-    scores, features = described(fresh)
-    scores += features @ adapted.correction.coefficients
+    seen = np.array([TaughtModel.seen(recording) for recording in described(taught)])
+    known = ~np.isnan(seen[:, 0])
+    # Each recording is a place of its own.
+    places = np.arange(np.count_nonzero(known))
+    learned, _ = TaughtModel.learn(seen[known], sizes_mm[known], places, config["taught"])
+    model = TaughtModel(learned, np.nan, None, None)
+    scores = np.array([model.score(recording) for recording in described(fresh)])
     return np.where(np.isnan(scores), np.nanmin(scores), scores)
+
+
+def _threshold(scores: np.ndarray) -> float:
+    return rank_threshold(scores, np.arange(scores.size), SPECIFICITY)
 
 
 def _recalls(scores: np.ndarray) -> dict[str, float]:
@@ -181,8 +184,8 @@ def rival_of(readings: Mapping[str, np.ndarray]) -> dict[str, float]:
     features = np.asarray(kernels.fit_transform(lay_out(readings.values(), sizes.size)), float)
     scores = left_out_scores(features, (sizes > 0).astype(float))
     healthy = np.flatnonzero(sizes == 0)
-    alarms = [scores[i] > threshold_at(scores[healthy[healthy != i]], SPECIFICITY) for i in healthy]
-    threshold = threshold_at(scores[healthy], SPECIFICITY)
+    alarms = [scores[i] > _threshold(scores[healthy[healthy != i]]) for i in healthy]
+    threshold = _threshold(scores[healthy])
     recalls = [float(np.mean(scores[sizes == size] > threshold)) for size in SIZES_MM]
     return row_of(1 - float(np.mean(alarms)), recalls)
 

@@ -1,11 +1,13 @@
 """The diagonal detector: recordings that are left out teach nothing."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from capsule.detectors.calibrate import fit_sizes
 from capsule.detectors.diagonal import DiagonalDetector, size_features
 from capsule.detectors.passage import UNKNOWN, Passage
-from capsule.detectors.sizing import fit_sizes
 from capsule.seeding import generator
 from support.training import archive_of_passages, verdict_values
 
@@ -44,7 +46,7 @@ def test_a_recording_does_not_teach_its_own_verdict():
     without_a_size = judge(archive, "2mm/r0", ["2mm/r0", "0mm/r9"])
     assert without_a_size.estimate_mm == 1.0
     # No recording is left to predict the one other nodule.
-    assert (without_a_size.estimate_low_mm, without_a_size.estimate_high_mm) == (1.0, 2.0)
+    assert (without_a_size.estimate_low_mm, without_a_size.estimate_high_mm) == (1.0, np.inf)
 
 
 def test_an_unknown_passage_has_no_verdict_and_teaches_nothing():
@@ -86,15 +88,23 @@ def test_the_interval_comes_from_the_detected_nodules_of_the_fold_each_left_out(
     errors = []
     for place, name in enumerate(taught):
         if archive.passages[name].evidence > verdict.threshold:
-            others = np.delete(np.arange(sizes_mm.size), place)
-            model = fit_sizes(features[others], sizes_mm[others], LEARNING["size_ridge"])
-            scaled = (features[place] - model.mean) / model.scale
-            errors.append(model.intercept_mm + scaled @ model.coefficients - sizes_mm[place])
+            others = np.arange(sizes_mm.size) != place
+            model = fit_sizes(
+                features[others],
+                sizes_mm[others],
+                np.flatnonzero(others),
+                others[others],
+                ridge=LEARNING["size_ridge"],
+                confidence=0.9,
+                known_mm=(1.0, 2.0, 3.0),
+            )
+            errors.append(float(model.regression.of(features[place])) - sizes_mm[place])
     assert 20 < len(errors) < sizes_mm.size
-    reach = np.sort(np.abs(errors))[int(np.ceil(0.9 * (len(errors) + 1))) - 1]
+    half_width = np.sort(np.abs(errors))[int(np.ceil(0.9 * (len(errors) + 1))) - 1]
     # The model also scales its features without the one recording; the closed form does not.
-    assert verdict.estimate_low_mm == pytest.approx(verdict.estimate_mm - reach, abs=0.01)
-    assert verdict.estimate_high_mm == pytest.approx(min(verdict.estimate_mm + reach, 3), abs=0.01)
+    assert verdict.estimate_low_mm == pytest.approx(verdict.estimate_mm - half_width, abs=0.01)
+    high = verdict.estimate_mm + half_width
+    assert verdict.estimate_high_mm == pytest.approx(high if high < 3 else np.inf, abs=0.01)
 
 
 def test_nine_intervals_of_ten_hold_the_size_of_a_detected_nodule():
@@ -108,3 +118,33 @@ def test_nine_intervals_of_ten_hold_the_size_of_a_detected_nodule():
                 held.append(verdict.estimate_low_mm <= size <= verdict.estimate_high_mm)
     # About 900 sizes: the standard error is 0.01.
     assert np.mean(held) == pytest.approx(0.9, abs=0.03)
+
+
+def test_no_verdict_moves_when_another_pass_of_its_place_is_replaced():
+    archive = archive_of(60, "places", 1.0)
+    places = {name: f"{name[:3]}/{number // 8}" for number, name in enumerate(archive.sizes_mm)}
+    for name, sibling in (("0mm/r0", "0mm/r4"), ("3mm/r7", "3mm/r3")):
+        assert places[name] == places[sibling]
+        left_out = [other for other, place in places.items() if place == places[name]]
+        passages = {**archive.passages, sibling: passage(9.0, 9.0)}
+        verdicts = [
+            DiagonalDetector(replace(archive, passages=each, places=places, _made={}))
+            .without(left_out)
+            .verdict(archive.recording(name))
+            for each in (archive.passages, passages)
+        ]
+        np.testing.assert_equal(*map(verdict_values, verdicts))
+
+
+def test_passes_over_one_place_raise_the_threshold_no_more_than_one_pass():
+    sizes = {f"0mm/r{run}": 0.0 for run in range(19)} | {"2mm/r0": 2.0}
+    passages = {name: passage(0.1 * number, sizes[name]) for number, name in enumerate(sizes)}
+    few = archive_of_passages(passages, sizes, **LEARNING)
+    again = {f"0mm/again{run}": 0.0 for run in range(80)}
+    many = archive_of_passages(
+        passages | dict.fromkeys(again, passage(1.8)), sizes | again, **LEARNING
+    )
+    one_place = replace(many, places=dict.fromkeys(again, "0mm/r18"), _made={})
+    expected = DiagonalDetector(few).without([]).threshold
+    assert DiagonalDetector(one_place).without([]).threshold == expected
+    assert DiagonalDetector(many).without([]).threshold > expected

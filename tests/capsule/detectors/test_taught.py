@@ -1,14 +1,16 @@
-"""The taught detector: recordings left out teach nothing, and the bound of scores holds."""
+"""The taught detector: places that are left out teach nothing, and the fit is the formula."""
 
 import json
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from capsule.detectors.calibrate import rank_threshold
 from capsule.detectors.passage import UNKNOWN
 from capsule.detectors.scorer import Features
-from capsule.detectors.taught import TaughtDetector, TaughtModel, upper_bound
+from capsule.detectors.taught import TaughtDetector, TaughtModel
 from capsule.detectors.training import TrainingArchive
 from capsule.seeding import generator
 from support.training import NO_TEMPLATES, TAUGHT, verdict_values
@@ -91,31 +93,63 @@ def test_a_new_recording_needs_only_its_features(archive):
     np.testing.assert_equal(verdict_values(model.verdict(alone)), verdict_values(expected))
 
 
-@pytest.mark.parametrize(("count", "least"), [(5, 0.035), (19, 0.04), (20, 0.04), (200, 0.045)])
-def test_a_further_normal_score_exceeds_the_bound_as_rarely_as_promised(count, least):
-    scores = generator(1, "bound").normal(size=(20_000, count + 1))
-    above = np.mean([row[-1] > upper_bound(row[:-1], 0.95) for row in scores])
-    # The standard error is 0.0015. With few scores, the bound promises a little too much.
-    assert least <= above <= 0.0525
+def test_the_score_is_a_ridge_on_gradient_and_evidence_written_out(archive):
+    names = [name for name in archive.sizes_mm if name != "1mm/r5"]
+    seen = np.array([[0.0, *archive.features[name].gradient] for name in names])
+    score = np.array([archive.features[name].score for name in names])
+    sizes_mm = np.array([archive.sizes_mm[name] for name in names])
+    wanted = TAUGHT["height"] * np.array([0.0, 0.6, 0.9, 1.0])[sizes_mm.astype(int)] - score
+
+    def score_of(row, teaching):
+        mean, intercept = seen[teaching].mean(axis=0), wanted[teaching].mean()
+        centred = seen[teaching] - mean
+        normal = centred.T @ centred + TAUGHT["penalty"] * np.eye(seen.shape[1])
+        coefficients = np.linalg.solve(normal, centred.T @ (wanted[teaching] - intercept))
+        return score[row] + intercept + (seen[row] - mean) @ coefficients
+
+    everybody = np.arange(len(names))
+    model = TaughtDetector(archive).without([])
+    alone = [score_of(row, everybody != row) for row in everybody]
+    healthy = np.array(alone)[sizes_mm == 0]
+    assert model.threshold == pytest.approx(rank_threshold(healthy, np.arange(healthy.size), 0.9))
+    for row, name in enumerate(names):
+        found = model.score(archive.recording(name))
+        assert found == pytest.approx(score_of(row, everybody), rel=1e-5)
 
 
-def test_low_scores_do_not_raise_the_bound_but_high_ones_do():
-    scores = generator(2, "bound").normal(size=20)
-    lowest, highest = scores.copy(), scores.copy()
-    lowest[scores.argmin()] -= 10
-    highest[scores.argmax()] += 10
-    assert upper_bound(lowest, 0.95) == upper_bound(scores, 0.95)
-    assert upper_bound(highest, 0.95) > upper_bound(scores, 0.95) + 2
+def test_no_verdict_moves_when_another_pass_of_its_place_is_replaced(archive):
+    """Pairs of recordings are passes over one place; one of a pair gets features of another."""
+    numbers = generator(2, "taught")
+    places = {name: f"{name[:3]}/{place // 8}" for place, name in enumerate(archive.sizes_mm)}
+    judged = {"0mm/r0": "0mm/r4", "2mm/r2": "2mm/r6", "3mm/r7": "3mm/r3"}
+    for name, sibling in judged.items():
+        assert places[name] == places[sibling]
+        left_out = [other for other, place in places.items() if place == places[name]]
+        features = dict(archive.features)
+        features[sibling] = Features(
+            9.0,
+            numbers.normal(size=4).astype(np.float32),
+            numbers.normal(size=8).astype(np.float32),
+        )
+        verdicts = [
+            TaughtDetector(replace(archive, features=each, places=places, _made={}))
+            .without(left_out)
+            .verdict(archive.recording(name))
+            for each in (archive.features, features)
+        ]
+        np.testing.assert_equal(*map(verdict_values, verdicts))
 
 
-def test_the_bound_of_scores_is_the_formula_written_out():
-    scores = [3.0, -1.0, 0.5, 2.0, 1.0, 0.0, -4.0, 0.2, 1.5]
-    # The median of the nine is 0.5, and Student's quantile of four degrees of freedom 2.132.
-    spread = ((0.5**2 + 1.0**2 + 1.5**2 + 2.5**2) / 4) ** 0.5
-    expected = 0.5 + 2.132 * (1 + 3.14159 / 18) ** 0.5 * spread
-    assert upper_bound(np.array(scores), 0.95) == pytest.approx(expected, rel=0.01)
-
-
-@pytest.mark.parametrize("count", [0, 2])
-def test_fewer_than_three_scores_have_no_bound(count):
-    assert np.isnan(upper_bound(np.zeros(count), 0.95))
+def test_the_threshold_is_learned_from_scores_that_the_place_did_not_teach(archive):
+    """A second pass over each healthy place must not lower the threshold."""
+    doubled, places = dict(archive.sizes_mm), {}
+    features = dict(archive.features)
+    for name, size in archive.sizes_mm.items():
+        doubled[f"{name}b"], features[f"{name}b"] = size, archive.features[name]
+        places[name] = places[f"{name}b"] = name
+    once = TaughtDetector(archive).without([]).threshold
+    settings = {**SETTINGS, "taught": {**TAUGHT, "penalty": 2 * TAUGHT["penalty"]}}
+    twice = archive_of(doubled, features)
+    twice = replace(twice, settings=settings, places=places, _made={})
+    # Each recording twice with twice the penalty is the same regression.
+    assert TaughtDetector(twice).without([]).threshold == pytest.approx(once)

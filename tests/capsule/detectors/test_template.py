@@ -1,15 +1,20 @@
 """The paper's detector on whole archives: recordings that are left out teach nothing."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from capsule.detectors.calibrate import rank_threshold
 from capsule.detectors.matching import compare_templates, nearest_size, template_distances
-from capsule.detectors.operating_point import threshold_at
 from capsule.detectors.template import (
     NearestTemplate,
     NearestTemplateModel,
     TemplateMargin,
     TemplateMarginModel,
+    margin_reach,
 )
 from capsule.particles import Particle, render
 from capsule.seeding import generator
@@ -76,9 +81,12 @@ def test_a_margin_is_the_gain_over_no_template(archive):
     assert np.isnan([unknown.distances, unknown.gains, unknown.lags]).all()
 
 
-def test_the_folds_threshold_equals_that_of_all_margins_computed_anew(archive):
+@pytest.mark.parametrize("passes", [1, 3])
+def test_the_folds_threshold_equals_that_of_all_margins_computed_anew(archive, passes):
     sizes, particles, matrices, templates = archive
+    places = {name: f"{name[:3]}/{run // passes}" for run, name in enumerate(sizes)}
     taught = archive_of_matrices(matrices, sizes, templates, particles, 0.8)
+    taught = replace(taught, places=places, _made={})
     detector = TemplateMargin(taught)
     healthy = [name for name, size in sizes.items() if size == 0]
     for left_out in (["1mm/r2"], ["0mm/r3"], ["1mm/r0", "3mm/r1", "0mm/r0"]):
@@ -90,7 +98,8 @@ def test_the_folds_threshold_equals_that_of_all_margins_computed_anew(archive):
             if name not in left_out
         ]
         verdict = detector.without(left_out).verdict(taught.recording(left_out[0]))
-        assert verdict.threshold == threshold_at(np.array(margins), 0.8)
+        others = taught.place_numbers([name for name in healthy if name not in left_out])
+        assert verdict.threshold == rank_threshold(np.array(margins), others, 0.8)
 
 
 def test_both_detectors_judge_a_recording_of_no_archive_by_what_they_keep(archive):
@@ -113,3 +122,19 @@ def test_a_threshold_that_is_not_known_survives_the_file(archive):
     stored = {"margin_threshold": None}
     model = TemplateMarginModel.restored(stored, templates)
     assert np.isnan(model.threshold) and model.stored() == stored
+
+
+@given(st.lists(st.tuples(st.integers(0, 4), st.integers(0, 9)), min_size=1, max_size=12))
+def test_a_margin_changes_by_no_more_than_its_bound(drawn):
+    """The bound holds for any recording, template and change of it."""
+    numbers = generator(1, "reach", str(drawn))
+    whole = np.maximum(numbers.normal(0.3, 0.2, (2, 60)), 0.0)
+    fold = whole.copy()
+    for sensor, column in drawn:
+        fold[sensor % 2, 5 * column : 5 * column + 5] *= 1 + numbers.normal()
+    matrix = np.maximum(numbers.normal(0.3, 0.3, (2, 60)), 0.0)
+    gains = compare_templates(
+        SlidingComparison(matrix), [RepeatedParticle(whole), RepeatedParticle(fold)]
+    ).gains
+    reach = margin_reach(np.array([np.linalg.norm(matrix)]), whole, fold)[0]
+    assert abs(gains[1] - gains[0]) <= reach + 1e-9

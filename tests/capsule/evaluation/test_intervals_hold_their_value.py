@@ -3,18 +3,23 @@
 import math
 
 import numpy as np
+import pandas as pd
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
-from capsule.evaluation import learning, roc, tables
-from capsule.evaluation.agreement import paired_difference
-from capsule.evaluation.prevalence import predictive_values
-from capsule.evaluation.rates import rate
-from capsule.evaluation.ratio import ratio_interval
-from capsule.evaluation.reliability import calibration_table
-from capsule.evaluation.size_error import mean_interval, median_interval
+from capsule.evaluation import measures, roc
+from capsule.evaluation.intervals import (
+    gain_interval,
+    lower_bound,
+    mean_interval,
+    median_interval,
+    rate,
+    rate_of,
+    ratio_interval,
+)
+from capsule.evaluation.rates import of_each
 from capsule.seeding import generator
 
 pytestmark = pytest.mark.slow(0.2)
@@ -40,64 +45,88 @@ def test_of_a_rate_of_means(hits, level):
     assert holds(*rate(hits, 20, level))
 
 
+def judged(size_mm, predicted_mm, probability=np.nan):
+    """Make the verdicts of one detector, each recording a place of its own."""
+    verdicts = pd.DataFrame({"size_mm": size_mm, "predicted_mm": predicted_mm})
+    verdicts = verdicts.assign(detector="template", scheme="leave_one_out")
+    ((_, rows),) = of_each(verdicts.assign(probability=probability))
+    return rows
+
+
+def of_counts(detected, quiet):
+    """Make verdicts with these counts of found nodules, and of quiet healthy recordings."""
+    counts = [detected[0], detected[1] - detected[0], quiet[1] - quiet[0], quiet[0]]
+    return judged(np.repeat([1.0, 1, 0, 0], counts), np.repeat([1.0, 0, 1, 0], counts))
+
+
+@settings(deadline=None)
 @given(COUNTS, COUNTS, st.floats(0.001, 0.999), LEVEL)
 def test_of_predictive_values(detected, quiet, prevalence, level):
-    values = predictive_values(*detected, *quiet, prevalence, level)
+    values = next(iter(measures.predictive(of_counts(detected, quiet), prevalence, level)))
     for name in ("ppv", "npv"):
         ends = values[f"{name}_low"], values[f"{name}_high"]
         assert holds(values[name], *ends)
         assert math.isnan(ends[0]) or 0 <= ends[0] <= ends[1] <= 1
 
 
+@settings(deadline=None)
 @given(st.lists(st.tuples(st.floats(0, 1), st.booleans()), min_size=1, max_size=40), LEVEL)
 def test_of_a_bin_of_the_calibration(stated, level):
     probability, nodule = (np.array(each) for each in zip(*stated, strict=True))
-    for row in calibration_table(probability, nodule, 0.1, 5, level):
+    rows = judged(nodule.astype(float), nodule.astype(float), probability)
+    for row in measures.calibration(rows, 0.1, 5, level):
         assert holds(row["observed"], row["observed_low"], row["observed_high"])
-
-
-def test_of_a_bin_with_one_nodule_and_no_healthy_recording():
-    probability = np.array([0.3, *[0.05] * 20, *[0.99] * 99])
-    nodule = np.array([True, *[False] * 20, *[True] * 99])
-    row = calibration_table(probability, nodule, 0.1, 5, 0.95)[1]
-    assert (row["recordings"], row["observed"], row["observed_high"]) == (1, 1.0, 1.0)
-    assert row["observed_low"] < 0.01
-
-
-@given(st.lists(st.tuples(st.booleans(), st.booleans()), min_size=1, max_size=60), LEVEL)
-def test_of_a_difference_of_two_detectors(right, level):
-    row = paired_difference(*np.array(right).T, level)
-    assert holds(row["difference"], row["difference_low"], row["difference_high"])
 
 
 @given(st.lists(st.tuples(st.floats(0, 1), st.floats(0, 1)), min_size=1, max_size=30), LEVEL)
 def test_of_a_gain(shares, level):
     before, after = np.array(shares).T
-    assert holds(*learning.mean_gain(before, after, level))
+    assert holds(*gain_interval(before, after, level))
 
 
-@given(
-    st.lists(st.integers(0, 5), min_size=1, max_size=12).map(np.array),
-    st.lists(st.integers(0, 9), min_size=1, max_size=12).map(np.array),
-    LEVEL,
+CLUSTERED = st.lists(
+    st.tuples(st.sampled_from([0.0, 0.25, 1.0]), st.integers(0, 6)), min_size=1, max_size=40
 )
-def test_of_a_curve_and_the_area_under_it(healthy, nodule, level):
-    grid = np.linspace(0, 1, 5)
-    area, low, high = roc.bootstrap(healthy, nodule, grid, generator(1, "hold"), 20, level)
-    assert holds(roc.auc(healthy, nodule), *area)
-    height = roc.height_at(healthy, nodule, grid)
-    assert np.all((low <= height) & (height <= high))
 
 
+@settings(deadline=None)
+@given(CLUSTERED, LEVEL)
+def test_of_anything_over_clusters(values, level):
+    shares, clusters = (np.array(each) for each in zip(*values, strict=True))
+    clusters = clusters.astype(int)
+    for interval in (
+        rate_of(shares, clusters, level),
+        gain_interval(0 * shares, shares, level, clusters),
+        mean_interval(shares, level, clusters),
+        median_interval(shares, level, clusters),
+    ):
+        value, low, high = interval
+        assert math.isnan(low) == math.isnan(high)
+        assert math.isnan(low) or low <= value <= high
+    bound = lower_bound(shares, clusters)
+    assert math.isnan(bound) or 0 <= bound <= shares.mean()
+
+
+SCORES = st.lists(st.tuples(st.integers(0, 5), st.integers(0, 4)), min_size=1, max_size=12)
+
+
+@given(SCORES, SCORES, st.booleans(), LEVEL)
+def test_of_the_area_under_a_curve(healthy, nodule, clustered, level):
+    (healthy, one), (nodule, other) = (np.array(each).T for each in (healthy, nodule))
+    clusters = (one, other) if clustered else ()
+    area, low, high = roc.auc_interval(healthy, nodule, level, *clusters)
+    assert area == roc.auc(healthy, nodule)
+    assert math.isnan(low) == math.isnan(high)
+    assert math.isnan(low) or 0 <= low <= area <= high <= 1
+    if not clustered:
+        assert low < high
+
+
+@settings(deadline=None)
 @given(COUNTS, COUNTS, LEVEL)
 def test_of_a_balanced_accuracy(first, second, level):
-    verdicts = np.repeat([1.0, 0.0, 1.0, 0.0], [first[0], first[1] - first[0], second[1] - second[0], second[0]])  # fmt: skip  # noqa: E501
-    truth = np.repeat([1.0, 0.0], [first[1], second[1]])
-    unknown = np.full(truth.size, np.nan)
-    names = tuple(map(str, range(truth.size)))
     key = {"detector": "template", "scheme": "leave_one_out"}
-    each = tables.Verdicts(key, names, truth, verdicts, *[unknown] * 4)
-    row = tables.summary([each], 1.0, level)[0]
+    row = next(iter(measures.summary([(key, of_counts(first, second))], 1.0, level)))
     for name in ("accuracy", "sensitivity", "specificity", "balanced_accuracy", "within_rate"):
         assert holds(row[name], row[f"{name}_low"], row[f"{name}_high"])
 
@@ -136,10 +165,10 @@ def test_the_ends_of_a_ratio_are_where_a_literal_score_test_turns(counts):
     assert (low == 0, high == math.inf) == (hits == 0, other_hits == 0)
 
 
-def test_predictive_intervals_hold_the_truth_as_often_as_they_say():
+def test_intervals_of_ratios_hold_the_truth_as_often_as_they_say():
     numbers, inside = generator(1, "predictive coverage"), 0
     for _ in range(2000):
         hits, alarms = numbers.binomial(100, 0.9), numbers.binomial(20, 0.1)
-        values = predictive_values(hits, 100, 20 - alarms, 20, 0.1, 0.95)
-        inside += values["ppv_low"] <= 0.5 <= values["ppv_high"]
+        low, high = ratio_interval(hits, 100, alarms, 20, 0.95)
+        inside += low <= 9 <= high
     assert 0.93 <= inside / 2000 <= 0.98

@@ -5,7 +5,15 @@ import math
 import pandas as pd
 import pytest
 
-from capsule.evaluation.lead import balanced_accuracy, leading
+from capsule.evaluation.intervals import rate
+from capsule.evaluation.lead import (
+    Lead,
+    balanced_accuracy,
+    choosing_scheme,
+    headline_confidence,
+    leading,
+)
+from capsule.seeding import generator
 
 SCHEMES = ["leave_one_out", "resubstitution"]
 
@@ -51,6 +59,38 @@ def test_where_nothing_can_be_compared_the_first_leads():
         lead = leading(table, NAMES, SCHEMES, "best")
         assert (lead.detector, lead.compared) == ("template", 0)
         assert math.isnan(lead.balanced_accuracy)
+
+
+def test_held_out_recordings_never_choose():
+    assert choosing_scheme(["held_out", "leave_one_out", "resubstitution"]) == "leave_one_out"
+    assert choosing_scheme(["held_out", "resubstitution"]) == "resubstitution"
+    # On the held-out recordings, the rule of the paper is the only one that is right.
+    apart = TABLE[TABLE["scheme"] == "leave_one_out"].assign(scheme="held_out")
+    apart = apart.assign(
+        predicted_mm=apart["size_mm"].where(apart["detector"] == "template", 2 - apart["size_mm"])
+    )
+    both = pd.concat([apart, TABLE])
+    assert leading(both, NAMES, ["held_out", *SCHEMES], "best").detector == "diagonal"
+
+
+def test_the_choice_of_the_best_is_paid_for_where_it_was_made():
+    chosen, named = (Lead("diagonal", named, 0.9, 4) for named in (False, True))
+    assert headline_confidence(chosen, "leave_one_out", 0.95) == pytest.approx(0.9875)
+    assert headline_confidence(named, "leave_one_out", 0.95) == 0.95
+    assert headline_confidence(chosen, "held_out", 0.95) == 0.95
+    assert headline_confidence(Lead("template", False, math.nan, 0), "held_out", 0.95) == 0.95
+
+
+def test_the_corrected_interval_of_the_best_of_four_holds_the_truth():
+    numbers, inside, plainly = generator(1, "best of four"), 0, 0
+    for _ in range(1500):
+        hits = int(numbers.binomial(100, 0.7, 4).max())
+        level = headline_confidence(Lead("best", False, 0.7, 4), "leave_one_out", 0.95)
+        _, low, high = rate(hits, 100, level)
+        inside += low <= 0.7 <= high
+        _, low, high = rate(hits, 100, 0.95)
+        plainly += low <= 0.7 <= high
+    assert inside / 1500 >= 0.95 > 0.93 > plainly / 1500
 
 
 def test_only_the_main_scheme_counts():

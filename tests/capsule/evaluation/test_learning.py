@@ -8,8 +8,8 @@ import pytest
 from capsule.detectors.training import TrainingArchive
 from capsule.detectors.verdicts import Verdict
 from capsule.evaluation import learning
-from capsule.evaluation.agreement import paired_difference
-from capsule.evaluation.learning_splits import Split
+from capsule.evaluation.cross_validation import Fold
+from capsule.evaluation.learning import Split
 from support.training import NO_TEMPLATES
 
 SCORES = {
@@ -41,9 +41,10 @@ class Loudest:
         return Verdict(2.0 * (score > self.threshold), score, self.threshold)
 
 
-def archive_of(sizes_mm):
-    settings = {"evaluation": {"seed": 1, "confidence": 0.95, "most_folds": 1000}}
-    return TrainingArchive(sizes_mm, NO_TEMPLATES, {}, {}, {}.__getitem__, settings)
+def archive_of(sizes_mm, places=None):
+    settings = {"evaluation": {"seed": 1, "confidence": 0.95}}
+    load = {}.__getitem__
+    return TrainingArchive(sizes_mm, NO_TEMPLATES, {}, {}, load, settings, places=places or {})
 
 
 def left_out_alone(sizes_mm):
@@ -60,9 +61,19 @@ def left_out_alone(sizes_mm):
     ]
 
 
-def rows_of(sizes_mm):
-    detectors = {"loudest": Loudest(sizes_mm)}
-    return learning.learning_rows(detectors, archive_of(sizes_mm), left_out_alone(sizes_mm))
+def folds_of(sizes_mm, places=None):
+    """Leave out one place at a time."""
+    places = places or dict(zip(sizes_mm, sizes_mm, strict=True))
+    members = {}
+    for name in sizes_mm:
+        members.setdefault(places[name], []).append(name)
+    return [Fold("leave_one_out", tuple(each), frozenset(each)) for each in members.values()]
+
+
+def rows_of(sizes_mm, places=None):
+    detectors, predictions = {"loudest": Loudest(sizes_mm)}, left_out_alone(sizes_mm)
+    archive, folds = archive_of(sizes_mm, places), folds_of(sizes_mm, places)
+    return learning.learning_rows(detectors, archive, predictions, folds)
 
 
 def test_over_all_splits_each_recording_counts_as_often_as_it_is_judged_rightly():
@@ -108,17 +119,53 @@ def test_every_row_has_the_columns_of_the_table_and_the_gain_ends_at_leave_one_o
     assert [row["taught"] for row in rows if row["size_from_mm"] == 0] == [2.0, 4.0, 6.0, 7.0]
 
 
-def test_the_gain_of_whole_verdicts_is_that_of_paired_shares():
-    before, after = np.array([1, 0, 0, 1, 0, 0, 1.0]), np.array([1, 1, 1, 0, 1, 0, 1.0])
-    expected = paired_difference(before == 1, after == 1, 0.95)
-    ends = ("difference", "difference_low", "difference_high")
-    assert learning.mean_gain(before, after, 0.95) == pytest.approx([expected[e] for e in ends])
+def test_no_verdict_is_not_a_right_one_unless_the_split_teaches_too_little_for_any():
+    assert [learning.is_right(true, float("nan")) for true in (0.0, 2.0)] == [0.0, 0.0]
+
+    class Silent(Loudest):
+        """Like the other, but silent on one recording."""
+
+        def without(self, left_out):
+            """Learn from the others."""
+            model = Silent({})
+            model.threshold = super().without(left_out).threshold
+            return model
+
+        def verdict(self, recording):
+            """Judge one recording."""
+            if recording.name == "2mm/a":
+                return Verdict(float("nan"), 0.0, self.threshold)
+            return super().verdict(recording)
+
+    splits = [Split(0.5, ("0mm/a", "0mm/b"), ("0mm/c", "2mm/a"))]
+    # Without a healthy recording there is no threshold, and no verdict at all.
+    splits += [Split(0.5, ("1mm/a",), ("0mm/a", "0mm/b", "0mm/c", "0mm/d", "1mm/b"))]
+    right = learning.mean_right(Silent(SIZES_MM), archive_of(SIZES_MM), splits)
+    assert (right["0mm/c"], right["2mm/a"]) == (1.0, 0.0)
+    assert np.isnan(right["1mm/b"]) and np.isnan(right["0mm/a"])
 
 
-def test_a_recording_that_was_not_judged_both_times_has_no_gain():
-    before, after = np.array([0.5, np.nan, 0.25]), np.array([1.0, 1.0, np.nan])
-    assert learning.mean_gain(before, after, 0.95)[0] == 0.5
-    assert np.isnan(learning.mean_gain(before[1:], after[1:], 0.95)).all()
+def test_the_intervals_are_over_places_and_no_place_is_on_both_sides():
+    places = {name: name[:3] + str("ab".count(name[-1])) for name in SIZES_MM}
+    rows = rows_of(SIZES_MM, places)
+    assert all(row["clusters"] <= 2 for row in rows if row["size_from_mm"] == row["size_to_mm"])
+    assert all(np.isnan(row["rate_low"]) for row in rows if row["judged"] > row["clusters"])
+    last = [row for row in rows if row["share"] == learning.ALL_BUT_ONE]
+    # Two healthy places of two recordings: two of four teach.
+    assert [row["taught_healthy"] for row in last] == [3.0] * 3
+
+
+def test_held_out_recordings_neither_teach_nor_are_judged():
+    # Were "0mm/d" to teach, nothing but 2mm/a would be louder.
+    folds = folds_of({name: size for name, size in SIZES_MM.items() if name != "0mm/d"})
+    folds.append(Fold("held_out", ("0mm/d",), frozenset({"0mm/d"})))
+    detectors, archive = {"loudest": Loudest(SIZES_MM)}, archive_of(SIZES_MM)
+    rows = learning.learning_rows(detectors, archive, left_out_alone(SIZES_MM), folds)
+    last = [row for row in rows if row["share"] == learning.ALL_BUT_ONE]
+    assert [row["judged"] for row in last] == [3, 2, 2]
+    assert [row["taught"] for row in last] == [6.0] * 3
+    three_quarters = {row["size_from_mm"]: row["rate"] for row in rows if row["share"] == 0.75}
+    assert three_quarters[1.0] > 0
 
 
 @pytest.mark.parametrize(
@@ -135,7 +182,7 @@ def test_an_archive_with_hardly_a_recording_has_rows_without_error(names):
 
 def test_without_leave_one_out_the_curve_has_no_last_point_and_no_gain():
     detectors = {"loudest": Loudest(SIZES_MM)}
-    rows = learning.learning_rows(detectors, archive_of(SIZES_MM), [])
+    rows = learning.learning_rows(detectors, archive_of(SIZES_MM), [], folds_of(SIZES_MM))
     assert {row["share"] for row in rows} == {0.25, 0.5, 0.75}
     assert all(np.isnan(row["gain"]) for row in rows)
 

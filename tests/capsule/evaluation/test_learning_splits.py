@@ -1,21 +1,23 @@
 """Splits of an archive into recordings that teach and recordings that are judged."""
 
-from collections import Counter
-
-import numpy as np
 import pytest
 
-from capsule.evaluation.folds import Folds, left_out_together
-from capsule.evaluation.learning_splits import Split, counts_in_folds, deal, draw_splits
+from capsule.evaluation.cross_validation import Fold
+from capsule.evaluation.learning import Split, counts_in_folds, deal, draw_splits
 from capsule.seeding import generator
 
 SIZES_MM = {f"{size}mm/{run}": float(size) for size in (0, 1, 2) for run in "ab"}
 SIZES_MM |= {"0mm/c": 0.0, "0mm/d": 0.0}
 
 
+def alone(sizes_mm):
+    """Let each recording be a place of its own."""
+    return {name: name for name in sizes_mm}
+
+
 def test_every_size_is_dealt_evenly_and_every_recording_has_one_part():
     sizes_mm = {f"{size}mm/{run}": float(size) for size in (0, 1, 3) for run in range(9)}
-    parts = deal(sizes_mm, generator(1, "deal"))
+    parts = deal(sizes_mm, generator(1, "deal"), alone(sizes_mm))
     assert sorted(name for part in parts for name in part) == sorted(sizes_mm)
     for size_mm in (0.0, 1.0, 3.0):
         assert {sum(sizes_mm[name] == size_mm for name in part) for part in parts} == {2, 3}
@@ -25,7 +27,7 @@ def test_every_size_is_dealt_evenly_and_every_recording_has_one_part():
 def test_a_split_holds_the_whole_archive_and_large_archives_are_split_less_often(recordings):
     names = [f"{place % 3}mm/{place}" for place in range(recordings)]
     sizes_mm = {name: float(name[0]) for name in names}
-    splits = draw_splits(sizes_mm, seed=1)
+    splits = draw_splits(sizes_mm, 1, alone(sizes_mm))
     assert all(sorted([*each.taught, *each.judged]) == sorted(names) for each in splits)
     assert [split.share for split in splits] == sorted(split.share for split in splits)
     of_half = [split for split in splits if split.share == 0.5]
@@ -34,11 +36,11 @@ def test_a_split_holds_the_whole_archive_and_large_archives_are_split_less_often
 
 
 def test_splits_follow_from_the_order_of_the_recordings_and_the_seed_not_from_names():
-    splits = draw_splits(SIZES_MM, 1)
+    splits = draw_splits(SIZES_MM, 1, alone(SIZES_MM))
     # The names are in reverse order; the recordings keep their order.
     called = {name: f"{99 - place}" for place, name in enumerate(SIZES_MM)}
     renamed = {called[name]: size_mm for name, size_mm in SIZES_MM.items()}
-    assert draw_splits(renamed, 1) == [
+    assert draw_splits(renamed, 1, alone(renamed)) == [
         Split(
             each.share,
             tuple(called[name] for name in each.taught),
@@ -46,20 +48,35 @@ def test_splits_follow_from_the_order_of_the_recordings_and_the_seed_not_from_na
         )
         for each in splits
     ]
-    assert splits != draw_splits(SIZES_MM, 2)
+    assert splits != draw_splits(SIZES_MM, 2, alone(SIZES_MM))
 
 
 def test_in_a_small_archive_every_recording_is_judged_equally_often_at_each_share():
     for share in (0.25, 0.5, 0.75):
-        splits = [each for each in draw_splits(SIZES_MM, 1) if each.share == share]
+        splits = [each for each in draw_splits(SIZES_MM, 1, alone(SIZES_MM)) if each.share == share]
         times = [sum(name in each.judged for each in splits) for name in SIZES_MM]
         assert times == [len(splits) * (1 - share)] * len(SIZES_MM)
 
 
-@pytest.mark.parametrize("most", [1000, 7, 4])
-def test_the_counts_in_folds_are_means_over_the_recordings_that_are_judged(most):
-    sizes = np.array(list(SIZES_MM.values()))
-    folds = Folds("leave_one_out", left_out_together(sizes.tolist(), most))
-    taught = [Counter(sizes[folds.training(place)].tolist()) for place in range(sizes.size)]
-    for size_mm, count in counts_in_folds(SIZES_MM, most).items():
-        assert count == pytest.approx(np.mean([each[size_mm] for each in taught]))
+@pytest.mark.parametrize("seed", range(5))
+def test_passes_over_one_place_and_near_copies_are_never_on_both_sides(seed):
+    sizes_mm = {f"{size}mm/{run}": float(size) for size in (0, 1, 2) for run in range(12)}
+    places = {name: f"{name[:3]}/{int(name[4:]) // 3}" for name in sizes_mm}
+    places["1mm/0"] = places["2mm/0"]  # A place may be passed with and without a nodule.
+    for split in draw_splits(sizes_mm, seed, places):
+        taught, judged = ({places[name] for name in each} for each in (split.taught, split.judged))
+        assert not taught & judged
+        assert sorted([*split.taught, *split.judged]) == sorted(sizes_mm)
+    parts = deal(sizes_mm, generator(seed, "deal"), places)
+    assert {sum(sizes_mm[name] == 0 for name in part) for part in parts} == {3}
+
+
+def test_the_counts_in_folds_are_means_over_the_recordings_that_are_judged():
+    sizes_mm = {"0mm/a": 0.0, "0mm/b": 0.0, "0mm/c": 0.0, "1mm/a": 1.0}
+    together = ("0mm/a", "0mm/b", "1mm/a")
+    # What is held out does not count, though every fold leaves it out.
+    folds = [
+        Fold("leave_one_out", each, frozenset({*each, "0mm/apart"}))
+        for each in (together, ("0mm/c",))
+    ]
+    assert counts_in_folds(folds, sizes_mm) == {0.0: (1 + 1 + 1 + 2) / 4, 1.0: (0 + 0 + 0 + 1) / 4}

@@ -1,20 +1,14 @@
 import math
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 
-from capsule.evaluation.rates import (
-    COLUMNS,
-    confusion_table,
-    detection_table,
-    rate,
-    sizing_table,
-    specificity_row,
-    tables,
-)
+from capsule.evaluation.intervals import lower_bound, rate, rate_of
+from capsule.evaluation.rates import COLUMNS, cluster_unit, of_each, rate_tables
 
 # A set of verdicts that gives every number the paper prints: none/1/2/3/4/5 mm per true size.
 PAPER_COUNTS = {
@@ -26,56 +20,150 @@ PAPER_COUNTS = {
     5: [0, 0, 2, 4, 11, 3],
 }
 SIZES = [0, 1, 2, 3, 4, 5]
+RULES = {"tolerance_mm": 1.0, "confidence": 0.95}
+UNKNOWN = float("nan")
 
 
-def paper_verdicts():
-    pairs = [
-        (true, predicted)
-        for true, counts in PAPER_COUNTS.items()
-        for predicted, count in enumerate(counts)
-        for _ in range(count)
+def predictions(pairs, scheme="leave_one_out", detector="template"):
+    """Make predictions of pairs of true and predicted size."""
+    rows = [
+        {"recording": f"{true:g}mm/r{number}", "size_mm": true, "predicted_mm": predicted}
+        for number, (true, predicted) in enumerate(pairs)
     ]
-    return np.array(pairs, dtype=float).T
+    columns = ["recording", "size_mm", "predicted_mm"]
+    return pd.DataFrame(rows, columns=columns).assign(detector=detector, scheme=scheme)
+
+
+def table(name, pairs, sizes=SIZES, rules=RULES):
+    return rate_tables(predictions(pairs), sizes, rules)[name].to_dict("records")
+
+
+PAPER = [
+    (true, predicted)
+    for true, counts in PAPER_COUNTS.items()
+    for predicted, count in enumerate(counts)
+    for _ in range(count)
+]
 
 
 def test_the_definitions_give_the_papers_precision_and_recall():
-    rows = detection_table(*paper_verdicts(), SIZES[1:], confidence=0.95)
+    rows = table("detection", PAPER)
     precision = [round(100 * row["precision"], 1) for row in rows]
     recall = [round(100 * row["recall"], 1) for row in rows]
     assert precision == [57.7, 85.0, 100.0, 100.0, 100.0]
     assert recall == [75.0, 85.0, 100.0, 100.0, 100.0]
     assert (rows[0]["tp"], rows[0]["fp"], rows[0]["fn"]) == (15, 11, 5)
+    ends = [rows[0][f"precision_{end}"] for end in ("low", "high")]
+    assert ends == list(rate(15, 26, 0.95)[1:])
 
 
 def test_the_definitions_give_the_papers_size_rates():
-    rows = sizing_table(*paper_verdicts(), SIZES[1:], tolerance_mm=1, confidence=0.95)
+    rows = table("sizing", PAPER)
     assert [row["exact_rate"] for row in rows[1:]] == [0.30, 0.55, 0.70, 0.15]
     assert [row["within_rate"] for row in rows[1:]] == [0.85, 0.85, 0.85, 0.70]
     assert [row["one_sided"] for row in rows] == [True, False, False, False, True]
 
 
 def test_specificity_is_what_the_paper_leaves_unsaid():
-    row = specificity_row(*paper_verdicts(), confidence=0.95)
+    (row,) = table("specificity", PAPER)
     assert (row["healthy"], row["true_negatives"], row["specificity"]) == (20, 6, 0.3)
+    assert row["specificity_at_least"] == rate(6, 20, 0.9)[1]
 
 
 def test_the_confusion_table_counts_every_recording_once():
-    rows = confusion_table(*paper_verdicts(), SIZES)
+    rows = table("confusion", PAPER)
     counts = {(row["size_mm"], row["predicted_mm"]): row["count"] for row in rows}
     for true, expected in PAPER_COUNTS.items():
         assert [counts[true, predicted] for predicted in SIZES] == expected
+    first = [rows[0][f"share{end}"] for end in ("", "_low", "_high")]
+    assert first == list(rate(6, 20, 0.95))
 
 
 def test_a_missed_nodule_has_no_size_within_the_tolerance():
-    true_mm, predicted_mm = np.array([1.0, 1.0]), np.array([0.0, 2.0])
-    (row,) = sizing_table(true_mm, predicted_mm, [1.0], tolerance_mm=1, confidence=0.95)
+    (row,) = table("sizing", [(1.0, 0.0), (1.0, 2.0)], [0.0, 1.0])
     assert row["within"] == 1
     assert row["mean_absolute_error_mm"] == 1.0
 
 
 def test_decimal_sizes_lie_within_a_decimal_tolerance():
-    (row,) = sizing_table(np.array([2.5]), np.array([2.3]), [2.5], 0.2, confidence=0.95)
+    (row,) = table("sizing", [(2.5, 2.3)], [0.0, 2.5], RULES | {"tolerance_mm": 0.2})
     assert row["within"] == 1
+
+
+def test_a_recording_without_a_verdict_is_a_failure_in_every_rate_but_the_precision():
+    pairs = [(0.0, 0.0), (0.0, UNKNOWN), (0.0, 1.0), (1.0, 1.0), (1.0, UNKNOWN), (1.0, 0.0)]
+    made = rate_tables(predictions(pairs), [0.0, 1.0], RULES)
+    (detection,) = made["detection"].to_dict("records")
+    assert (detection["tp"], detection["fp"], detection["fn"]) == (1, 1, 2)
+    assert (detection["recall"], detection["precision"]) == (1 / 3, 1 / 2)
+    (specific,) = made["specificity"].to_dict("records")
+    assert (specific["healthy"], specific["true_negatives"]) == (3, 1)
+    (sizing,) = made["sizing"].to_dict("records")
+    assert (sizing["recordings"], sizing["exact"], sizing["within"]) == (3, 1, 1)
+    assert sizing["mean_absolute_error_mm"] == pytest.approx(2 / 3)
+    confusion = made["confusion"]
+    assert confusion["count"].sum() == 6
+    silent = confusion[confusion["predicted_mm"].isna()]
+    assert silent["count"].tolist() == [1, 1]
+    # A detector that is never silent has no row for it; one that always is has no rows.
+    assert len(table("confusion", PAPER)) == 36
+    assert rate_tables(predictions([(0.0, UNKNOWN)]), [0.0, 1.0], RULES)["specificity"].empty
+
+
+def index_of(names, **columns):
+    rows = {name: {"site": "", "session": "", "setup": "", "near_copies": ""} for name in names}
+    for column, values in columns.items():
+        for name, value in zip(names, values, strict=True):
+            rows[name][column] = value
+    return rows
+
+
+def test_the_interval_of_a_rate_is_over_places():
+    pairs = [(0.0, 0.0)] * 6 + [(0.0, 1.0)] * 2
+    table_of = predictions(pairs)
+    index = index_of(table_of["recording"], site=["a", "a", "b", "b", "c", "c", "d", "d"])
+    (row,) = rate_tables(table_of, [0.0, 1.0], RULES, index)["specificity"].to_dict("records")
+    right, places = np.array([True] * 6 + [False] * 2), np.repeat(np.arange(4), 2)
+    expected = rate_of(right, places, 0.95)
+    assert [row[f"specificity{end}"] for end in ("", "_low", "_high")] == list(expected)
+    assert row["specificity_at_least"] == lower_bound(right, places)
+    assert row["clusters"] == 4
+    copies = index_of(table_of["recording"], near_copies=[table_of["recording"][1], *[""] * 7])
+    (row,) = rate_tables(table_of, [0.0, 1.0], RULES, copies)["specificity"].to_dict("records")
+    assert row["clusters"] == 7
+
+
+@pytest.mark.parametrize(
+    ("scheme", "setups", "unit"),
+    [
+        ("held_out", "aabbcc", "setup"),
+        ("leave_one_setup_out", "aabbcc", "setup"),
+        ("leave_one_session_out", "aabbcc", "setup"),
+        ("leave_one_out", "aabbcc", "place"),
+        ("resubstitution", "aabbcc", "place"),
+        ("held_out", "aabbbb", "place"),
+        ("held_out", ["a", "a", "b", "b", "c", ""], "place"),
+    ],
+)
+def test_clusters_are_set_ups_where_there_are_enough_and_the_scheme_may_leave_them_out(
+    scheme, setups, unit
+):
+    verdicts = predictions([(0.0, 0.0)] * 6, scheme)
+    index = index_of(verdicts["recording"], setup=setups)
+    ((_, rows),) = of_each(verdicts, index)
+    assert cluster_unit(rows) == unit
+    # Of two kinds of recordings, both need set-ups of their own.
+    assert cluster_unit(rows, rows[:2]) == "place"
+
+
+def test_detectors_come_in_their_order_and_what_was_held_out_first():
+    schemes = ("resubstitution", "leave_one_out", "leave_one_session_out", "held_out")
+    table_of = pd.concat(
+        [predictions([(0.0, 0.0)], scheme, name) for name in "ba" for scheme in schemes]
+    )
+    keys = [tuple(key.values()) for key, _ in of_each(table_of)]
+    order = ("held_out", "leave_one_out", "leave_one_session_out", "resubstitution")
+    assert keys == [(name, scheme) for name in "ba" for scheme in order]
 
 
 @given(st.integers(1, 200).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))
@@ -102,33 +190,21 @@ def test_intervals_are_those_of_scipy(hits, count, confidence):
 
 def test_a_rate_of_nothing_is_unknown():
     assert all(math.isnan(number) for number in rate(0, 0, 0.95))
-    row = specificity_row(np.array([1.0]), np.array([1.0]), 0.95)
-    assert math.isnan(row["specificity"])
-    assert row["healthy"] == 0
+    (row,) = table("specificity", [(1.0, 1.0)])
+    assert math.isnan(row["specificity"]) and math.isnan(row["specificity_at_least"])
+    assert (row["healthy"], row["clusters"]) == (0, 0)
 
 
 def test_tables_keep_schemes_apart():
-    row = {"detector": "template", "size_mm": 1.0}
-    predictions = [
-        {**row, "scheme": "leave_one_out", "predicted_mm": 0.0},
-        {**row, "scheme": "resubstitution", "predicted_mm": 1.0},
-    ]
-    made = tables(
-        predictions,
-        [0.0, 1.0],
-        schemes=["leave_one_out", "resubstitution"],
-        tolerance_mm=1,
-        confidence=0.95,
-    )
-    recall = {row["scheme"]: row["recall"] for row in made["detection"]}
+    both = [predictions([(1.0, 0.0)]), predictions([(1.0, 1.0)], "resubstitution")]
+    made = rate_tables(pd.concat(both), [0.0, 1.0], RULES)
+    recall = dict(zip(made["detection"]["scheme"], made["detection"]["recall"], strict=True))
     assert recall == {"leave_one_out": 0.0, "resubstitution": 1.0}
     assert len(made["confusion"]) == 2 * 4
 
 
 def test_every_table_has_its_columns_whether_or_not_it_has_rows():
-    rows = [{"detector": "a", "scheme": "leave_one_out", "size_mm": 1.0, "predicted_mm": 1.0}]
-    settings = {"schemes": ["leave_one_out"], "tolerance_mm": 1.0, "confidence": 0.95}
-    for name, table in tables(rows, [0.0, 1.0], **settings).items():
-        assert all(list(row) == COLUMNS[name] for row in table)
-    empty = tables([], [0.0], **settings)
-    assert set(empty) == set(COLUMNS) and not any(empty.values())
+    for pairs in ([(1.0, 1.0)], []):
+        made = rate_tables(predictions(pairs), [0.0, 1.0], RULES)
+        assert {name: list(rows) for name, rows in made.items()} == COLUMNS
+        assert made["detection"].empty == (not pairs)

@@ -118,6 +118,25 @@ def test_the_first_passes_over_every_place_are_judged_together():
     assert by_sign.tolist() == [True, True, True]
 
 
+def test_healthy_passes_over_the_judged_site_do_not_teach_its_threshold():
+    teaching = {f"h{place}\n0.0": passes(0.0, place, place) for place in range(3)}
+    sites = teaching | {"h2\n2.0": passes(2.0, 1.5, 1.5), "h2\n": passes(UNKNOWN, 1.5, 1.5)}
+    verdicts = site_verdicts(sites, sites, 0.95)
+    # Without the healthy passes over h2, the highest mean is that of h1.
+    assert [verdicts[name].threshold for name in ("h2\n0.0", "h2\n2.0", "h2\n")] == [1.0] * 3
+    assert verdicts["h0\n0.0"].threshold == 2.0
+
+
+def test_a_site_without_a_verdict_is_not_detected():
+    sites = HEALTHY | {"n": passes(2.0, 30.0), "silent": passes(2.0, UNKNOWN)}
+    true_mm, detected = detections_by_passes(sites, 1, 0.9)
+    assert true_mm[-2:].tolist() == [2.0, 2.0]
+    assert detected[-2:].tolist() == [True, False]
+    # No healthy site was passed three times: nothing can be judged by three passes.
+    few = HEALTHY | {"n": passes(2.0, 30.0, 30.0, 30.0)}
+    assert [each.size for each in detections_by_passes(few, 3, 0.9)] == [0, 0]
+
+
 @pytest.mark.parametrize("names", [["2mm/a", "2mm/b", "2mm/c"], ["2mm/z", "2mm/b", "2mm/a"]])
 def test_passes_come_in_the_order_of_the_sites_whatever_they_are_called(names):
     blank = dict.fromkeys(("estimate_mm", "location_mm", "estimate_low_mm", "estimate_high_mm"), "")

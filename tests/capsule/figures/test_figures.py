@@ -14,7 +14,7 @@ from capsule.evaluation import points
 from capsule.evaluation.beside_paper import Evaluation
 from capsule.evaluation.learning import COLUMNS as LEARNING
 from capsule.evaluation.paper import printed_tables
-from capsule.evaluation.rates import tables
+from capsule.evaluation.rates import rate_tables
 from capsule.figures.contours import contour_levels
 from capsule.figures.draw_learning import draw_learning
 from capsule.figures.draw_preprocessing import (
@@ -52,8 +52,8 @@ def judged(verdicts, sizes_mm):
 
 
 def tables_of(rows, sizes_mm):
-    made = tables(rows, sizes_mm, schemes=SCHEMES, tolerance_mm=1.0, confidence=0.95)
-    return {name: pd.DataFrame(table) for name, table in made.items()}
+    rules = {"tolerance_mm": 1.0, "confidence": 0.95}
+    return rate_tables(pd.DataFrame(rows), sizes_mm, rules)
 
 
 VERDICTS = [(0, 0), (0, 2.5), (2.5, 2.5), (2.5, 0), (6, 6), (6, 2.5)]
@@ -155,7 +155,7 @@ def test_points_carry_the_counts_of_the_tables():
 
 
 def test_negatives_are_shares_of_the_recordings_without_a_nodule():
-    table = points.negative_points(judged(VERDICTS, SIZES)["confusion"], 0.95)
+    table = points.negative_points(judged(VERDICTS, SIZES)["confusion"])
     ours = table[table["scheme"] == "leave_one_out"]
     assert ours["rate"].tolist() == [0.5, 0.5, 0.0]
     assert ours["size_mm"].tolist() == SIZES
@@ -173,7 +173,7 @@ def test_rates_are_drawn_for_any_sizes_and_marked_where_one_sided(width):
 
 def test_without_a_healthy_recording_the_figure_says_so():
     made = judged([(2.5, 2.5), (6, 6)], SIZES)
-    table = points.negative_points(made["confusion"], 0.95)
+    table = points.negative_points(made["confusion"])
     assert table.empty
     looks = rate_looks(["template"])
     figure = draw_rates(table, {"classified": "verdicts"}, SIZES, "predicted size (mm)", looks)
@@ -279,12 +279,11 @@ def test_the_series_of_rates_differ_for_the_colour_blind_and_in_grey():
 
 
 def curves(detectors, sizes=(np.nan, 1.0)):
-    """Make tables as capsule.evaluation.tables does: curves, specificity and sensitivity."""
+    """Make tables as capsule.evaluation.measures does: curves, specificity and sensitivity."""
     roc = [
         {
             "detector": name, "scheme": "leave_one_out", "size_mm": size,
             "false_positive_rate": rate, "true_positive_rate": rate**power,
-            "true_positive_rate_low": rate**power / 2, "true_positive_rate_high": 1.0,
         }
         for name, power in detectors.items() for size in sizes for rate in (0.0, 0.5, 1.0)
     ]  # fmt: skip

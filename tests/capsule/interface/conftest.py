@@ -20,7 +20,9 @@ def raw(tmp_path_factory):
         text = (ROOT / "raw" / f"{original}.csv").read_text(encoding="utf-8")
         path = folder / f"{name}.csv"
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text.replace(f"# site: {original}", f"# site: {TOGETHER.get(name, name)}"))
+        path.write_text(
+            text.replace(f"# site: simulated-1/{original}", f"# site: {TOGETHER.get(name, name)}")
+        )
     return folder
 
 

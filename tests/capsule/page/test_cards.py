@@ -1,57 +1,158 @@
 """The answers in words: each with the paper's beside it, and in one sentence."""
 
+from dataclasses import replace
+
+import pandas as pd
 import pytest
 
+from capsule.evaluation.beside_paper import TABLES, Evaluation
 from capsule.evaluation.lead import Lead
 from capsule.page import cards, detector_sections
-from support.evaluated import SETTINGS, UNKNOWN, evaluated
+from support.evaluated import SETTINGS, UNKNOWN, evaluated, index_of, rates_of
 
 
-def test_the_summary_says_what_is_found_and_the_false_alarms():
-    verdicts = [(f"0mm/{n}", 0.0, 0.0 if n else 2.0) for n in range(8)]
-    verdicts += [(f"3mm/{n}", 3.0, 3.0) for n in range(9)]
-    verdicts += [(f"2mm/{n}", 2.0, 3.0 if n % 2 else 0.0) for n in range(4)]
-    evaluation = evaluated(verdicts)
-    answers = detector_sections.answers_of(evaluation, "template", SETTINGS)
-    text = cards.summary("simulated", 21, answers, "template")
-    assert text == (
-        "On 21 simulated recordings, the paper's detector reliably finds nodules of 3 mm and "
-        "larger. It reports a nodule in 12.5 % of the recordings without one. It gives the size "
-        "within 1 mm in 84.6 % of the recordings with a nodule."
+def cards_of(rates, detector, tolerance_mm=1, lead=None):
+    lead = lead or Lead(detector, True, 0.9, 1)
+    result = detector_sections.result_of(rates, detector, lead, tolerance_mm)
+    return {card["id"]: card for card in result["cards"]}
+
+
+def archive(healthy=20, false_alarms=1, missed=0, size_mm=2.0, of=20):
+    verdicts = [(f"0mm/{n}", 0.0, size_mm if n < false_alarms else 0.0) for n in range(healthy)]
+    return verdicts + [(f"2mm/{n}", size_mm, 0.0 if n < missed else size_mm) for n in range(of)]
+
+
+def test_held_out_recordings_are_counted_and_called_so():
+    rates = rates_of(evaluated(archive(60, 3, 2), (0.0, 2.0), ("diagonal",), "held_out"))
+    ours = detector_sections.answers_of(rates, "diagonal", "held_out")
+    assert cards.summary("simulated", ours, "diagonal") == (
+        "On 80 held-out simulated recordings (60 without a nodule and 20 with one), which taught "
+        "nothing and chose nothing, the detector diagonal found 18 of 20 nodules. It reported a "
+        "nodule in 3 of 60 recordings without one."
     )
-    assert "the detector diagonal" in cards.summary("simulated", 21, answers, "diagonal")
+    card = cards_of(rates, "diagonal")["specificity"]
+    assert (card["answer"], card["value"]) == ("95 %", 0.95)
+    assert card["detail"] == (
+        "86.3 to 98.3 %; 57 of 60 held-out recordings without a nodule have this verdict, for "
+        "further runs of these set-ups."
+    )
 
 
-def test_with_many_false_alarms_no_size_is_called_reliably_found():
-    verdicts = [(f"0mm/{n}", 0.0, 0.0 if n else 2.0) for n in range(4)]
-    verdicts += [(f"3mm/{n}", 3.0, 3.0) for n in range(9)]
-    answers = detector_sections.answers_of(evaluated(verdicts), "template", SETTINGS)
-    assert (answers.specificity.value, answers.smallest_mm) == (0.75, None)
-    text = cards.summary("recorded", 13, answers, "template")
-    assert text.startswith("On 13 recordings, the paper's detector reliably finds no nodule size.")
+def test_a_specificity_that_the_threshold_sets_is_never_told_as_measured():
+    rates = rates_of(evaluated(archive(), (0.0, 2.0), ("template", "diagonal")))
+    ours = detector_sections.answers_of(rates, "diagonal", "leave_one_out")
+    assert "is not measured: its threshold is set for 5 %." in cards.summary("", ours, "diagonal")
+    card = cards_of(rates, "diagonal")["specificity"]
+    assert (card["answer"], card["value"]) == ("set to 95 %", None)
+    assert card["detail"] == (
+        "By the threshold, not measured. The threshold rests on 20 healthy places. A new "
+        "patient may expect a specificity of 86.1 to 99.7 % (central 90 %; approximate, because "
+        "scores are cross-validated). To measure it to ±5 points takes 83 held-out healthy "
+        "recordings."
+    )
+    # The paper's own rule learns no threshold.
+    assert cards_of(rates, "template")["specificity"]["answer"] == "95 %"
+
+
+def test_with_fewer_than_19_healthy_places_95_percent_are_not_promised():
+    rates = rates_of(evaluated(archive(healthy=18), (0.0, 2.0), ("diagonal",)))
+    card = cards_of(rates, "diagonal")["specificity"]
+    told = "95 % cannot be promised: this takes 19 healthy places, and this archive has 18."
+    assert told in card["detail"]
+    # Also where the detectors are compared, since the leading one may have a fixed threshold.
+    lead = Lead("template", True, 0.9, 1)
+    assert told in detector_sections.page_values(rates, lead, 1)["thresholds"]
+    assert card["answer"] == "aims at 95 %"
+    ours = detector_sections.answers_of(rates, "diagonal", "leave_one_out")
+    assert ours.set_specificity.mean == 18 / 19
+    assert "its threshold is meant for 5 %." in cards.summary("", ours, "diagonal")
+
+
+def test_passes_over_one_place_count_once():
+    verdicts = archive(healthy=24)
+    rows = [[name, size, "accepted", UNKNOWN, "bench", "aa", 70.0] for name, size, _ in verdicts]
+    index = index_of(*rows)
+    index["site"] = [f"place {n // 2}" if n < 24 else None for n in range(44)]
+    index.loc[0, "near_copies"] = "0mm/2"
+    rates = rates_of(evaluated(verdicts, (0.0, 2.0), ("diagonal",)), index=index)
+    ours = detector_sections.answers_of(rates, "diagonal", "leave_one_out")
+    assert ours.set_specificity.places == 11
+
+
+def test_each_size_stands_with_its_interval_and_few_recordings_show_nothing():
+    card = cards_of(rates_of(evaluated(archive(60, 1, 0, of=6), (0.0, 2.0))), "template")["found"]
+    assert card["lines"] == ["2 mm: 100 % (61 to 100 %), 6 of 6"]
+    assert card["answer"] == "none shown"
+    assert (
+        "6 recordings of a size cannot show this: it takes 16 places or set-ups, all of them found."
+        in (card["detail"])
+    )
+    card = cards_of(rates_of(evaluated(archive(60, 1), (0.0, 2.0))), "template")["found"]
+    assert (card["answer"], card["value"]) == ("2 mm and larger", 2.0)
+
+
+def test_what_a_clinician_asks_stands_in_counts_of_100():
+    card = cards_of(rates_of(evaluated(archive(60, 3, 2), (0.0, 2.0))), "template")["meaning"]
+    # Sensitivity 90 %, specificity 95 %, prevalence 10 %.
+    assert card["answer"] == "67 of 100"
+    assert card["lines"][0].startswith("Of 100 detections, 67 are right (")
+    assert card["lines"][1].startswith("Of 100 verdicts of no nodule, 98.8 are right (")
+    assert card["detail"].startswith("If 10 % of the places examined have a nodule")
+
+
+def test_the_interval_of_the_best_of_several_is_corrected_for_the_choice():
+    rates = rates_of(evaluated(archive(), (0.0, 2.0), ("template", "diagonal")))
+    chosen, named = (
+        cards_of(rates, "template", lead=Lead("template", given, 0.9, 4))["found"]["lines"]
+        for given in (False, True)
+    )
+    assert named == ["2 mm: 100 % (83.9 to 100 %), 20 of 20"]
+    # At 1 - 0.05 / 4: n / (n + z^2) with z = 2.4977.
+    assert chosen == ["2 mm: 100 % (76.2 to 100 %), 20 of 20"]
 
 
 def test_every_answer_has_the_papers_beside_it():
     verdicts = [("0mm/a", 0.0, 0.0), ("2mm/a", 2.0, 2.0), ("3mm/a", 3.0, 3.0)]
-    result = detector_sections.result_of(evaluated(verdicts), "template", SETTINGS, 1)
-    paper = {card["id"]: card["paper"] for card in result["cards"]}
-    assert paper["smallest"] == "none, by the same rule"
-    assert paper["specificity"].startswith("30 % (14.5 to 51.9 %)")
-    assert paper["within"].startswith("81.2 %") and "lacks some of these sizes" in paper["within"]
-    assert not any(card["method"] for card in result["cards"])
+    paper = cards_of(rates_of(evaluated(verdicts)), "template")
+    assert paper["found"]["paper"] == "none, by the same rule"
+    assert paper["specificity"]["paper"].startswith("30 % (14.5 to 51.9 %)")
+    within = paper["within"]["paper"]
+    assert within.startswith("81.2 %") and "lacks some of these sizes" in within
+    assert not any(card["beside"] for card in paper.values())
 
 
 def test_every_answer_of_another_detector_has_the_papers_own_detector_beside_it():
-    verdicts = [("0mm/a", 0.0, 0.0), ("2mm/a", 2.0, 0.0), ("3mm/a", 3.0, 3.0)]
-    both = evaluated(verdicts, detectors=("template", "diagonal"))
-    result = detector_sections.result_of(both, "diagonal", SETTINGS, 1)
-    method = {card["id"]: card["method"] for card in result["cards"]}
-    assert method == {
-        "smallest": "3 mm",
-        "specificity": "100 % (20.7 to 100 %)",
-        "within": "50 % (9.5 to 90.5 %)",
-        "error": "1.00 mm",
+    verdicts = archive(5, 1, 2, of=4)
+    both = rates_of(evaluated(verdicts, (0.0, 2.0), ("template", "diagonal")))
+    beside = {name: dict(card["beside"]) for name, card in cards_of(both, "diagonal").items()}
+    assert {name: text["Paper's detector here"] for name, text in beside.items()} == {
+        "specificity": "80 % (37.6 to 96.4 %)",
+        "found": "none shown",
+        "meaning": "22 of 100",
+        "within": "50 % (15 to 85 %)",
     }
+
+
+def test_beside_held_out_sessions_stands_what_leave_one_out_says():
+    parts = [
+        evaluated(archive(60, 3), (0.0, 2.0), ("diagonal",), "held_out"),
+        evaluated([(f"{name}x", *rest) for name, *rest in archive()], (0.0, 2.0), ("diagonal",)),
+    ]
+    joined = Evaluation(
+        pd.concat([each.predictions for each in parts]),
+        {name: pd.concat([each.tables[name] for each in parts]) for name in TABLES},
+        parts[0].paper,
+    )
+    rates = rates_of(joined)
+    rates.index["session"] = [
+        None if name.endswith("x") else "late" for name in rates.index["recording"]
+    ]
+    settings = {**SETTINGS, "evaluation": {**SETTINGS["evaluation"], "held_out": ["late"]}}
+    rates = replace(rates, settings=settings)
+    assert rates.schemes == ["held_out", "leave_one_out"]
+    shown = cards_of(rates, "diagonal")
+    assert shown["specificity"]["answer"] == "95 %"
+    assert dict(shown["specificity"]["beside"])["Leave-one-out"] == "set to 95 %, not measured"
 
 
 @pytest.mark.parametrize(
@@ -72,33 +173,30 @@ def test_the_page_tells_why_a_detector_leads(lead, expected):
     assert cards.lead_words(lead, "leave_one_out").startswith(expected)
 
 
+def test_the_page_tells_whether_what_it_shows_has_chosen_the_detector():
+    lead = Lead("diagonal", False, 0.93, 4)
+    assert cards.lead_words(lead, "leave_one_out").endswith("are corrected for the choice.")
+    assert cards.lead_words(lead, "held_out").endswith("had no part in this choice.")
+
+
 def test_another_tolerance_is_told_and_not_compared():
     verdicts = [("0mm/a", 0.0, 0.0), *((f"{n}mm/a", float(n), float(n)) for n in range(2, 6))]
-    evaluation = evaluated(verdicts, (0.0, 2.0, 3.0, 4.0, 5.0))
+    rates = rates_of(evaluated(verdicts, (0.0, 2.0, 3.0, 4.0, 5.0)))
     for tolerance_mm, end in (
         (1, "; here over the same sizes 100 %"),
         (2, ", with another tolerance"),
     ):
-        result = detector_sections.result_of(evaluation, "template", SETTINGS, tolerance_mm)
-        (within,) = [card for card in result["cards"] if card["id"] == "within"]
+        within = cards_of(rates, "template", tolerance_mm)["within"]
         assert within["paper"].endswith(f"over 2, 3, 4 and 5 mm{end}")
 
 
 def test_without_a_healthy_recording_nothing_is_called_reliably_found():
-    verdicts = [(f"{size}mm/{n}", float(size), float(size)) for size in (2, 3) for n in range(9)]
-    answers = detector_sections.answers_of(evaluated(verdicts), "template", SETTINGS)
-    text = cards.summary("recorded", 18, answers, "template")
-    assert text.startswith(
-        "On 18 recordings, it is not known how reliably the paper's detector finds a nodule, "
-        "because each of them has one."
-    )
-    assert "reliably finds" not in text
-    (smallest,) = [
-        card
-        for card in detector_sections.result_of(evaluated(verdicts), "template", SETTINGS, 1)[
-            "cards"
-        ]
-        if card["id"] == "smallest"
-    ]
+    verdicts = [(f"{size}mm/{n}", float(size), float(size)) for size in (2, 3) for n in range(20)]
+    rates = rates_of(evaluated(verdicts))
+    ours = detector_sections.answers_of(rates, "template", "leave_one_out")
+    text = cards.summary("recorded", ours, "template")
+    assert text.startswith("On 40 recordings (40 with one), the paper's detector found 40 of 40")
+    assert "a detector that always reports a nodule finds all of them" in text
+    smallest = cards_of(rates, "template")["found"]
     assert (smallest["answer"], smallest["value"]) == ("not known", None)
-    assert "precision has no meaning" in smallest["detail"]
+    assert "no false alarm can occur" in smallest["detail"]

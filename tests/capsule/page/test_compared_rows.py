@@ -33,9 +33,3 @@ def test_what_is_not_known_has_no_value():
     assert (cell["value"], cell["text"]) == (None, words.UNKNOWN)
     cell = compared_rows.difference({"difference": UNKNOWN})
     assert (cell["value"], cell["text"]) == (None, words.UNKNOWN)
-
-
-def test_an_area_stands_beside_what_chance_reaches():
-    row = {"by_chance": 0.5, "by_chance_low": 0.31, "by_chance_high": 0.69, "p": 0.0004}
-    cell = compared_rows.chance(row)
-    assert (cell["text"], cell["interval"], cell["count"]) == ("0.50", "0.31 to 0.69", "p < 0.001")

@@ -5,22 +5,23 @@ import pandas as pd
 import pytest
 
 from capsule import words
-from capsule.evaluation import tables
 from capsule.evaluation.columns import COLUMNS
-from capsule.evaluation.folds import group_scheme
+from capsule.evaluation.measures import measure_tables
 from capsule.page import comparison
 from capsule.seeding import generator
 
 SETTINGS = {
     "detectors": ["template", "diagonal"],
     "evaluation": {
-        "schemes": ["leave_one_out", "resubstitution"],
-        "groups": ["site"],
         "tolerance_mm": 1.0,
+        "confidence": 0.95,
         "specificity": 0.95,
         "prevalence": 0.1,
+        "calibration_bins": 2,
+        "passes": [1],
     },
 }
+SCHEMES = ["leave_one_out", "resubstitution"]
 
 
 def verdicts(detector, scheme="leave_one_out", false_alarms=5, probability=False):
@@ -31,42 +32,41 @@ def verdicts(detector, scheme="leave_one_out", false_alarms=5, probability=False
         [np.ones(false_alarms), np.zeros(10 - false_alarms), size_mm[10:]]
     )
     score = size_mm + numbers.normal(0, 0.5, 30)
-    stated = 1 / (1 + np.exp(-score)) if probability else np.full(30, np.nan)
-    estimate_mm = np.where(predicted_mm > 0, predicted_mm + 0.2, np.nan)
-    names = tuple(f"{size:g}mm/r{place}" for place, size in enumerate(size_mm))
-    key = {"detector": detector, "scheme": scheme}
-    place = np.where(predicted_mm > 0, 4.0, np.nan)
-    return tables.Verdicts(key, names, size_mm, predicted_mm, score, stated, estimate_mm, place)
+    found = predicted_mm > 0
+    columns = {
+        "recording": [f"{size:g}mm/r{place}" for place, size in enumerate(size_mm)],
+        "detector": detector,
+        "scheme": scheme,
+        "size_mm": size_mm,
+        "predicted_mm": predicted_mm,
+        "score": score,
+        "threshold": 0.5,
+        "probability": 1 / (1 + np.exp(-score)) if probability else np.nan,
+        "estimate_mm": np.where(found, predicted_mm + 0.2, np.nan),
+        "estimate_low_mm": np.nan,
+        "estimate_high_mm": np.nan,
+        "location_mm": np.where(found, 4.0, np.nan),
+    }
+    return pd.DataFrame(columns)
 
 
 def judgements(*of_scheme, where=None):
-    """Make all tables, as the script judge.py does."""
-    made = {name: [] for name in COLUMNS}
-    for each in of_scheme:
-        areas, points = tables.curves(each, 1, 100, 0.95)
-        stated, brier = tables.calibrated(each, 0.1, 2, 0.95)
-        made["auc"] += areas
-        made["roc"] += points
-        made["calibration"] += stated
-        made["brier"] += brier
-        made["predictive_values"] += tables.predictive(each, 0.1, 0.95)
-        made["size_error"] += tables.size_errors(each, 0.95)
-        made["localisation"] += tables.localisation(each, where or {}, 0.95)
-        made["permutation"] += tables.permutation(each, 1, 100, 0.95)
-    if of_scheme:
-        made["comparison"] = tables.comparisons(of_scheme, 1.0, 0.95)
-        made["summary"] = tables.summary(of_scheme, 1.0, 0.95)
-    return {
-        name: pd.DataFrame(rows, columns=None if rows else COLUMNS[name])
-        for name, rows in made.items()
+    """Make all tables, as the rule evaluate does."""
+    if not of_scheme:
+        return {name: pd.DataFrame(columns=each) for name, each in COLUMNS.items()}
+    predictions = pd.concat(of_scheme)
+    rows = {
+        name: {"site": "", "near_copies": "", "nodule_at_mm": str((where or {}).get(name, ""))}
+        for name in predictions["recording"]
     }
+    return measure_tables(predictions, rows, SETTINGS["evaluation"])
 
 
 @pytest.fixture(scope="module")
 def page():
     both = verdicts("template"), verdicts("diagonal", false_alarms=1, probability=True)
     where = {f"3mm/r{place}": 3.0 for place in range(20, 30)}
-    return comparison.page_values(judgements(*both, where=where), SETTINGS, "diagonal")
+    return comparison.page_values(judgements(*both, where=where), SCHEMES, SETTINGS, "diagonal")
 
 
 def cells(page, title):
@@ -82,7 +82,9 @@ def test_every_detector_has_a_column_and_so_has_calling_everything_a_nodule(page
     specificity = cells(page, "Specificity")
     # The leading detector stands first.
     assert list(specificity) == ["diagonal", "template", "always_nodule"]
-    assert [cell["text"] for cell in specificity.values()] == ["90 %", "50 %", "0 %"]
+    # Leaving one out does not measure what the threshold sets.
+    assert [cell["text"] for cell in specificity.values()] == ["set to 95 %", "50 %", "0 %"]
+    assert specificity["diagonal"]["interval"] == ""
     assert cells(page, "Sensitivity, 1 mm")["diagonal"]["text"] == "100 %"
     assert cells(page, "Balanced accuracy")["always_nodule"]["text"] == "50 %"
 
@@ -101,12 +103,23 @@ def test_size_and_place_have_their_errors(page):
     assert (place["text"], place["count"]) == ("1.00 mm", "10 recordings")
 
 
-def test_the_difference_is_from_the_papers_detector(page):
+def test_the_difference_is_from_the_papers_detector():
+    both = [
+        verdicts(name, "held_out", alarms) for name, alarms in (("template", 5), ("diagonal", 1))
+    ]
+    page = comparison.page_values(judgements(*both), ["held_out"], SETTINGS, "diagonal")
     healthy = cells(page, "Specificity, difference")
     assert healthy["template"]["text"] == "reference"
     # 4 recordings more, none fewer: McNemar's p is twice the tail of 0 of 4.
     assert (healthy["diagonal"]["text"], healthy["diagonal"]["count"]) == ("+40", "p = 0.125")
     assert healthy["always_nodule"]["text"] == words.NOT_APPLICABLE
+    assert cells(page, "Specificity")["diagonal"]["text"] == "90 %"
+
+
+def test_of_a_specificity_that_the_threshold_sets_no_difference_is_told(page):
+    healthy = cells(page, "Specificity, difference")
+    assert healthy["diagonal"]["text"] == words.NOT_APPLICABLE
+    assert cells(page, "Sensitivity, difference")["diagonal"]["text"] == "0"
 
 
 def test_the_calibration_is_that_of_detectors_with_a_probability(page):
@@ -114,25 +127,26 @@ def test_the_calibration_is_that_of_detectors_with_a_probability(page):
     assert sum(row["recordings"] for row in page["calibration"]) == 30
 
 
-def test_leaving_groups_out_has_a_table_of_its_own():
-    grouped = [verdicts("template"), verdicts("template", group_scheme("site"), 7)]
-    parts = [judgements(each) for each in grouped]
-    joined = {name: pd.concat([part[name] for part in parts]) for name in COLUMNS if
-              not parts[0][name].empty}  # fmt: skip
-    joined = {name: joined.get(name, parts[0][name]) for name in COLUMNS}
-    page = comparison.page_values(joined, SETTINGS, "diagonal")
-    assert [table["title"] for table in page["compared"]] == ["leave-one-out", "leave-one-site-out"]
+def test_each_scheme_but_resubstitution_has_a_table_of_its_own():
+    schemes = ["held_out", "leave_one_out", "leave_one_session_out", "resubstitution"]
+    of_each = [verdicts("template", name, alarms) for alarms, name in enumerate(schemes)]
+    page = comparison.page_values(judgements(*of_each), schemes, SETTINGS, "diagonal")
+    assert [table["title"] for table in page["compared"]] == [
+        "held-out sessions",
+        "leave-one-out",
+        "leave-one-session-out",
+    ]
     first = [table["groups"][0]["rows"][0]["cells"][0]["text"] for table in page["compared"]]
-    assert first == ["50 %", "30 %"]
+    assert first == ["100 %", "90 %", "80 %"]
 
 
 def test_a_detector_without_a_verdict_is_named_with_the_reason():
-    page = comparison.page_values(judgements(verdicts("template")), SETTINGS, "diagonal")
+    page = comparison.page_values(judgements(verdicts("template")), SCHEMES, SETTINGS, "diagonal")
     assert page["silent"].startswith("diagonal has given no verdict on a labelled recording.")
-    assert "recordings without a nodule" in page["silent"]
+    assert "two healthy places" in page["silent"]
 
 
 def test_without_any_verdict_nothing_is_compared():
-    page = comparison.page_values(judgements(), SETTINGS, "diagonal")
+    page = comparison.page_values(judgements(), SCHEMES, SETTINGS, "diagonal")
     assert page["compared"] == page["calibration"] == []
     assert page["silent"].startswith("template and diagonal have given no verdict")

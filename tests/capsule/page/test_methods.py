@@ -2,14 +2,13 @@
 
 import re
 
-import pandas as pd
 import yaml
 
 from capsule.evaluation.lead import Lead
 from capsule.page import files as page_files
 from capsule.page import methods
 from capsule.page.provenance import ProjectState
-from support.evaluated import UNKNOWN, evaluated, index_of, read_paper
+from support.evaluated import UNKNOWN, evaluated, index_of, rates_of, read_paper
 from support.project import ROOT
 
 CONFIG = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
@@ -19,7 +18,8 @@ VERDICTS = [("0mm/a", 0.0, 0.0), ("0mm/b", 0.0, 2.0), ("2mm/a", 2.0, 3.0), ("3mm
 
 
 def text(config=CONFIG, verdicts=VERDICTS, source="simulated phantom", threshold=(), bounded=True):
-    evaluation = evaluated(verdicts, detectors=("template", "diagonal"))
+    scheme = config["evaluation"]["schemes"][0]
+    evaluation = evaluated(verdicts, detectors=("template", "diagonal"), scheme=scheme)
     if threshold:
         rows = evaluation.predictions
         learned = rows["detector"].map({"template": [0.0, 0.0], "diagonal": list(threshold)})
@@ -32,9 +32,9 @@ def text(config=CONFIG, verdicts=VERDICTS, source="simulated phantom", threshold
     rows = [[name, true, "accepted", UNKNOWN, source, "aa", 70.0] for name, true, _ in verdicts]
     rows += [["2mm/bad", 2.0, "rejected", "empty", UNKNOWN, UNKNOWN, UNKNOWN]]
     lead = Lead("diagonal", False, 0.75, 2)
-    sentences = methods.methods_sentences(
-        evaluation, index_of(*rows), lead, config, PAPER["equations"]
-    )
+    config = config | {"evaluation": {"held_out": [], **config["evaluation"]}}
+    rates = rates_of(evaluation, config, index_of(*rows))
+    sentences = methods.methods_sentences(rates, lead, PAPER["equations"])
     return " ".join(sentences)
 
 
@@ -50,9 +50,9 @@ def test_the_numbers_are_those_of_the_archive_and_the_configuration():
         "improved in 2000 iterations (Eq. 21; seed 1)",
         "Learned thresholds aim at a specificity of 95 %.",
         "judged by leave-one-out",
-        "The sensitivity of diagonal was 100 % (20.7 to 100 %) at 2 mm and 100 % (20.7 to 100 %) "
-        "at 3 mm.",
-        "Its specificity was 50 % (9.5 to 90.5 %; 1 of 2).",
+        "The sensitivity of diagonal was 100 % (16.6 to 100 %) at 2 mm and 100 % (16.6 to 100 %) "
+        "at 3 mm, with 97.5 % intervals, which correct for the choice.",
+        "Its specificity was set to 95 % by its threshold, not measured.",
         "Intervals are at 95 %",
         "a prevalence of 10 %",
         "Of 2 detectors diagonal had the highest balanced accuracy, 75 %.",
@@ -134,6 +134,6 @@ def test_recordings_of_several_origins_are_counted():
     rows += [["2mm/a", 2.0, "accepted", UNKNOWN, "bench 2", "bb", 70.0]]
     lead = Lead("template", False, UNKNOWN, 0)
     first, *_ = methods.methods_sentences(
-        evaluated([]), pd.DataFrame(index_of(*rows)), lead, CONFIG, PAPER["equations"]
+        rates_of(evaluated([]), CONFIG, index_of(*rows)), lead, PAPER["equations"]
     )
     assert first.endswith("1 of these were simulated.")

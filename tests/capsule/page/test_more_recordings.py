@@ -3,10 +3,10 @@
 import pandas as pd
 import pytest
 
+from capsule.evaluation.intervals import recordings_needed
 from capsule.evaluation.learning import COLUMNS
-from capsule.evaluation.precision import recordings_needed
 from capsule.page.more_recordings import learning_rows, needed_rows
-from support.evaluated import RATES, UNKNOWN, evaluated
+from support.evaluated import UNKNOWN, evaluated, rates_of
 
 
 def curve(first_mm, last_mm, half, gain):
@@ -88,7 +88,7 @@ def test_of_no_curve_nothing_is_said():
 def test_every_rate_says_how_many_recordings_it_takes_and_how_many_are_missing():
     verdicts = [(f"0mm/{run}", 0.0, 0.0 if run else 2.0) for run in range(20)]
     verdicts += [(f"2mm/{run}", 2.0, 2.0) for run in range(30)]
-    healthy, nodules = needed_rows(evaluated(verdicts, (0.0, 2.0)), RATES)["rows"]
+    healthy, nodules = needed_rows(rates_of(evaluated(verdicts, (0.0, 2.0))))["rows"]
     takes = recordings_needed(0.95, 0.1, 0.95)
     assert (healthy["title"], healthy["recordings"]) == ("specificity", 20)
     assert healthy["missing"] == takes - 20
@@ -97,10 +97,18 @@ def test_every_rate_says_how_many_recordings_it_takes_and_how_many_are_missing()
     assert (nodules["title"], nodules["missing"]) == ("found at 2 mm", 0)
 
 
+def test_a_specificity_that_the_threshold_sets_needs_no_recording():
+    verdicts = [(f"0mm/{run}", 0.0, 0.0 if run else 2.0) for run in range(20)]
+    rates = rates_of(evaluated(verdicts, (0.0, 2.0), ("template", "diagonal")))
+    (healthy,) = needed_rows(rates)["rows"]
+    assert [cell["text"] for cell in healthy["cells"]] == ["95 %", "set by the threshold"]
+    assert "needs" not in healthy["cells"][1]["count"]
+
+
 def test_a_size_without_a_recording_has_no_row():
-    rows = needed_rows(evaluated([("2mm/a", 2.0, 2.0)]), RATES)["rows"]
+    rows = needed_rows(rates_of(evaluated([("2mm/a", 2.0, 2.0)])))["rows"]
     assert [row["title"] for row in rows] == ["found at 2 mm"]
-    assert needed_rows(evaluated([]), RATES) == {
+    assert needed_rows(rates_of(evaluated([]))) == {
         "detectors": ["template"],
         "rows": [],
         "sentence": "",
@@ -109,7 +117,7 @@ def test_a_size_without_a_recording_has_no_row():
 
 def test_a_sentence_says_how_many_more_recordings_of_which_size_are_needed():
     one = [("2mm/a", 2.0, 2.0)]
-    (row,) = (needed := needed_rows(evaluated(one), RATES))["rows"]
+    (row,) = (needed := needed_rows(rates_of(evaluated(one))))["rows"]
     assert needed["sentence"].endswith(f"needs more recordings: {row['missing']} of 2 mm.")
     enough = [(f"2mm/{number}", 2.0, 2.0) for number in range(row["missing"] + 1)]
-    assert needed_rows(evaluated(enough), RATES)["sentence"].startswith("Each rate of each")
+    assert needed_rows(rates_of(evaluated(enough)))["sentence"].startswith("Each rate of each")

@@ -20,7 +20,7 @@ def test_the_overview_lists_what_was_not_used():
         }
     )
     passed_over = pd.DataFrame({"path": ["notes.txt"], "reason": ["not a .csv file"]})
-    values = overview.overview(index, passed_over)
+    values = overview.overview(index, passed_over, [])
     assert values["origin"]["kind"] == "recorded"
     assert (values["accepted"], values["unlabelled"]) == (3, 1)
     assert values["by_size"] == [{"size": "no nodule", "count": 1}, {"size": "2.5 mm", "count": 1}]
@@ -43,5 +43,32 @@ def test_recordings_that_are_nearly_the_same_are_named_once_with_what_their_labe
             "near_copies": [UNKNOWN, "4mm/c", "3mm/b", UNKNOWN],
         }
     )
-    values = overview.overview(index, pd.DataFrame({"path": [], "reason": []}))
+    values = overview.overview(index, pd.DataFrame({"path": [], "reason": []}), [])
     assert values["near_copies"] == [{"recordings": ["3mm/b", "4mm/c"], "contradict": True}]
+
+
+def test_a_held_out_session_that_no_recording_carries_is_told():
+    index = pd.DataFrame(
+        {
+            "recording": ["0mm/a", "2mm/b", "unlabelled/c", "2mm/d"],
+            "size_mm": [0.0, 2.0, UNKNOWN, 2.0],
+            "status": ["accepted", "accepted", "accepted", "rejected"],
+            "reason": None,
+            "no_verdict": UNKNOWN,
+            "source": "bench 2",
+            "near_copies": UNKNOWN,
+            "session": ["spring", UNKNOWN, "autumn", "winter"],
+        }
+    )
+    none = pd.DataFrame({"path": [], "reason": []})
+    spring = overview.overview(index, none, ["spring"])
+    assert spring["held_out_words"] == (
+        "1 of these is held out (session spring): they judge, and teach nothing."
+    )
+    assert overview.overview(index, none, [])["held_out_words"] == ""
+    assert overview.overview(index, none, ["spring"])["not_held_out"] == ""
+    said = overview.overview(index, none, ["spring", "autumn", "summer"])["not_held_out"]
+    assert said == (
+        "evaluation.held_out names autumn and summer, but no recording of known size carries these "
+        "sessions."
+    )

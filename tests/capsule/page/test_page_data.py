@@ -5,7 +5,7 @@ import pytest
 from capsule.page.page_data import MAX_MARKS, page_data, score_marks
 from capsule.page.recordings import OUTCOMES
 
-SETTINGS = {"schemes": ["leave_one_out", "resubstitution"], "tolerance_mm": 1.0}
+SCHEMES = ["leave_one_out", "resubstitution"]
 
 
 def row(name, size_mm, *, accepted=True):
@@ -25,14 +25,17 @@ def test_every_detector_and_scheme_has_a_verdict_on_every_row():
     rows = [row("0mm/a", 0.0), row("2mm/a", 2.0), row("2mm/b", 2.0, accepted=False)]
     rows.append(row("unlabelled/a", None))
     verdicts = {
-        "0mm/a": [verdict("template", "leave_one_out", 1.0, 3.0)],
+        "0mm/a": [
+            verdict("template", "leave_one_out", 1.0, 3.0),
+            verdict("template", "resubstitution", None, None),
+        ],
         "2mm/a": [
             verdict("template", "leave_one_out", 0.0, -2.0),
             verdict("template", "resubstitution", 2.0, 7.0),
         ],
         "unlabelled/a": [verdict("template", "all", 3.0, 9.0)],
     }
-    data = page_data(rows, verdicts, ["template"], [0.0, 2.0], SETTINGS)
+    data = page_data(rows, verdicts, ["template"], [0.0, 2.0], SCHEMES, 1.0)
     said = {
         key: list(zip(each["predicted_mm"], [OUTCOMES[n] for n in each["outcome"]], strict=True))
         for key, each in data["verdicts"].items()
@@ -50,6 +53,8 @@ def test_every_detector_and_scheme_has_a_verdict_on_every_row():
         "template|resubstitution": [(2.0, [7.0])],
     }
     assert data["main_scheme"] == "leave_one_out"
+    (stands_in, _) = (each["stand_in"] for each in data["schemes"])
+    assert stands_in == ["leave_one_out", "all", "resubstitution"]
     assert list(data["checksums"]) == ["0mm/a", "2mm/a", "unlabelled/a"]
 
 

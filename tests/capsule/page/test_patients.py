@@ -8,8 +8,9 @@ from support.evaluated import UNKNOWN
 INDEX = ["recording", "size_mm", "status", "reason", "site"]
 DETECTED = ["recording", "detector", "predicted_mm", "probability", "estimate_mm"]
 DETECTED += ["estimate_low_mm", "estimate_high_mm", "location_s", "location_mm"]
+DETECTED += ["score", "threshold"]
 SITE = ["site", "size_mm", "recordings", "detector", "detected", "estimate_mm"]
-SITE += ["location_mm", "estimate_low_mm", "estimate_high_mm"]
+SITE += ["location_mm", "estimate_low_mm", "estimate_high_mm", "passes", "score", "threshold"]
 
 
 def quality(name):
@@ -18,15 +19,15 @@ def quality(name):
 
 
 def nodule(name, detector, chance, size_mm=2.7):
-    return [name, detector, 3.0, chance, size_mm, 1.8, 3.6, 12.34, 6.1]
+    return [name, detector, 3.0, chance, size_mm, 1.8, 3.6, 12.34, 6.1, 12.43, 8.1]
 
 
 def healthy(name, detector, chance):
-    return [name, detector, 0.0, chance, *[UNKNOWN] * 5]
+    return [name, detector, 0.0, chance, *[UNKNOWN] * 5, 3.1, 8.1]
 
 
 def silent(name, detector):
-    return [name, detector, *[UNKNOWN] * 7]
+    return [name, detector, *[UNKNOWN] * 9]
 
 
 def accepted(*names, site=UNKNOWN):
@@ -40,6 +41,7 @@ def values(index, detections, sites=(), columns=DETECTED):
         pd.DataFrame(sites, columns=SITE),
         "diagonal",
         quality,
+        5.0,
     )
 
 
@@ -58,9 +60,42 @@ def test_a_nodule_has_its_size_with_interval_its_place_and_its_probability():
     assert row["probability"] == "> 99.9 %"
     assert row["quality"] == "gaps: 5 % of the samples, the longest 0.5 s"
     assert row["others"] == "1 of 2 agree; template: no nodule"
-    assert (
-        page["counts"] == "Of 1 unlabelled recording, diagonal finds a nodule in 1 and none in 0."
+    # Of one patient a count says nothing; the sentence says all.
+    assert page["counts"] == ""
+    assert page["sentences"] == [
+        (
+            "a-gap",
+            "a nodule of about 2.7 mm (1.8 to 3.6), 6 mm along the way, probability > 99.9 %; its "
+            "score, 12.4, exceeds the threshold of 8.10.",
+        )
+    ]
+
+
+def test_each_of_a_few_patients_has_a_sentence():
+    names = [f"unlabelled/{name}" for name in "abc"]
+    open_end = nodule(names[0], "diagonal", UNKNOWN, 4.6)
+    open_end[6] = float("inf")
+    page = values(
+        accepted(*names),
+        [
+            [*open_end, UNKNOWN],
+            [*healthy(names[1], "diagonal", 0.012), UNKNOWN],
+            [*silent(names[2], "diagonal"), "no wave on sensor 2"],
+        ],
+        columns=[*DETECTED, "no_verdict"],
     )
+    assert page["counts"].startswith("Of 3 unlabelled recordings, diagonal finds a nodule in 1")
+    assert dict(page["sentences"]) == {
+        "a": (
+            "a nodule of about 4.6 mm (1.8 to 5 mm or more), 6 mm along the way; its score, 12.4, "
+            "exceeds the threshold of 8.10."
+        ),
+        "b": (
+            "no nodule found; its score, 3.10, does not exceed the threshold of 8.10; probability "
+            "of a nodule 1.2 %."
+        ),
+        "c": "no verdict: no wave on sensor 2.",
+    }
 
 
 def test_nodules_come_first_and_the_likelier_ones_before_the_others():
@@ -105,9 +140,9 @@ def test_several_passes_over_a_site_are_one_patient():
     index += [["0mm/r01", 0.0, "accepted", UNKNOWN, "p"]]
     detections = [healthy(name, "diagonal", 0.1) for name in ("unlabelled/a", *passes)]
     sites = [
-        ["p", UNKNOWN, 2, "diagonal", True, 3.0, 5.04, 2.0, 4.0],
-        ["p", UNKNOWN, 2, "template", False, *[UNKNOWN] * 4],
-        ["p", 0.0, 2, "diagonal", True, 1.0, 5.0, 1.0, 2.0],
+        ["p", UNKNOWN, 2, "diagonal", True, 3.0, 5.04, 2.0, 4.0, 2, 9.0, 8.1],
+        ["p", UNKNOWN, 2, "template", False, *[UNKNOWN] * 4, 2, *[UNKNOWN] * 2],
+        ["p", 0.0, 2, "diagonal", True, 1.0, 5.0, 1.0, 2.0, 2, 9.0, 8.1],
     ]
     page = values(index, detections, sites)
     assert page["counts"].startswith("Of 2 unlabelled recordings and sites, diagonal finds")
@@ -121,7 +156,11 @@ def test_several_passes_over_a_site_are_one_patient():
     assert site["quality"] == (
         "b1: no gap, no loose sensor; b2-gap: gaps: 5 % of the samples, the longest 0.5 s"
     )
-    assert single["patient"] == "a"
+    assert (single["patient"], single["passes"], site["passes"]) == ("a", 1, 2)
+    assert site["sentence"] == (
+        "a nodule of about 3.0 mm (2.0 to 4.0), 5 mm along the way; the mean score of 2 passes, "
+        "9.00, exceeds the threshold of 8.10."
+    )
 
 
 def test_a_size_without_an_interval_is_called_so():
@@ -138,8 +177,9 @@ def test_of_hundreds_of_patients_twenty_stand_open():
     page = values(accepted(*names), rows)
     assert (len(page["rows"]), len(page["folded"])) == (20, 280)
     assert {row["kind"] for row in page["rows"]} == {"nodule"}
+    assert page["sentences"] == []
 
 
 def test_without_an_unlabelled_recording_there_is_no_row():
     index = [["0mm/r01", 0.0, "accepted", UNKNOWN, UNKNOWN]]
-    assert values(index, []) == {"rows": [], "folded": [], "counts": ""}
+    assert values(index, []) == {"rows": [], "folded": [], "counts": "", "sentences": []}

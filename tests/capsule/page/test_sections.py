@@ -103,17 +103,21 @@ def test_the_page_shows_the_interval_of_every_size_and_its_level():
     verdict = {"recording": "unlabelled/a", "detector": "diagonal", "predicted_mm": 3.0, **size}
     verdict |= {"probability": 0.9, "location_s": 9.0, "location_mm": 4.0, "rmse_0mm": UNKNOWN}
     of_place = {"site": "p", "size_mm": UNKNOWN, "recordings": 2, "detector": "diagonal", **size}
-    of_place |= {"detected": True, "location_mm": 5.0}
+    of_place |= {"detected": True, "location_mm": 5.0, "passes": 2, "score": 9.0, "threshold": 8.1}
     page = values(
         [("0mm/a", 0.0, 0.0), ("2mm/a", 2.0, 3.0)],
         (0.0, 2.0, 3.0),
         ["0mm/a", 0.0, "accepted", UNKNOWN, "bench", "aa", 70.0],
         ["unlabelled/a", UNKNOWN, "accepted", UNKNOWN, "bench", "bb", 70.0],
-        detections=pd.DataFrame([verdict]),
+        detections=pd.DataFrame([verdict | {"detector": "template"}, verdict]),
         verdicts_on_places=[of_place],
     )
     text = filled(page)
     assert "<td>3.2 mm (2.1 to 4.0)</td>" in text
+    assert (
+        "<li><strong>a:</strong> a nodule of about 3.2 mm (2.1 to 4.0), 4 mm along the way, "
+        "probability 90 %.</li>" in text
+    )
     assert "<td>nodule of 3.2 mm (2.1 to 4.0), at 5.0 mm</td>" in text
     assert "in brackets its 90 % interval" in text
     assert "the mean of their 90 % intervals" in text

@@ -4,10 +4,12 @@ import csv
 import io
 import time
 from contextlib import contextmanager
+from itertools import product
 
 import pytest
 
 from capsule import words
+from capsule.detectors.registry import detector_row
 from capsule.naming import without_formula
 from support.browser import DESKTOP, PHONE, needed
 from support.report_page import EVIL, RECORDINGS, wait_for_title
@@ -116,9 +118,27 @@ def test_one_switch_chooses_whose_rates_all_sections_show(browser, page, project
     assert len(browser.texts("#detectors #compared-table caption")) == 1
     marked = browser.texts("#compared-table th.chosen code, #calibration-table tr.chosen code")
     assert set(marked) == {detector}
-    shown = {text for text in browser.texts("p.by") if text}
-    assert len(shown) == 1 and f"Verdicts of {detector}, " in shown.pop()
+    sentence = f"{detector_row(detector).sentence}; {words.scheme(scheme)}"
+    assert set(browser.texts("p.by")) == {f"Verdicts of {detector}, {sentence}."}
     assert browser.messages() == []
+
+
+def test_the_glossary_leaves_apart_what_the_switch_writes(browser, page):
+    browser.open(page)
+    assert browser.texts("a.term")
+    owned = "return document.querySelectorAll('main [data-shown]').length"
+    assert browser.run(owned) > 1
+    inside = "return document.querySelectorAll('[data-shown] *, output a, #viewer a.term').length"
+    assert browser.run(inside) == 0
+    # No text that the switch replaces has lost its element, for any detector and scheme.
+    for detector, scheme in product(
+        ("taught", "template", "diagonal"), ("resubstitution", "leave_one_out")
+    ):
+        choose(browser, "Detector", detector)
+        choose(browser, "Scheme", scheme)
+        assert browser.run(inside) == 0
+        judge = browser.find("[data-shown='judge']").text
+        assert judge == f"{detector}, {words.scheme(scheme)}"
 
 
 @pytest.mark.parametrize("detector", ["template", "diagonal"])
@@ -142,7 +162,7 @@ def test_the_switch_brings_the_detectors_verdicts_into_the_table(browser, page, 
         assert outcome == judged
         if size == "no nodule" and name in said:
             assert outcome == ("rightly none" if said[name] == 0 else "false alarm")
-    assert browser.find("#table-judge").text == f"{detector}, resubstitution"
+    assert browser.find("[data-shown='judge']").text == f"{detector}, resubstitution"
     options = browser.run(
         "return [...document.getElementById('filter-outcome').options].map((each) => each.text)"
     )

@@ -63,7 +63,8 @@ def test_a_file_says_that_it_is_simulated_and_reads_back():
     recording = read_recording(io.BytesIO(content), sensors=4)
     assert recording.header["source"] == "simulated phantom"
     assert recording.header["simulator_seed"] == "7"
-    assert recording.header["site"] == "2mm/r01"
+    assert recording.header["site"] == "simulated-7/2mm/r01"
+    assert recording.header["setup"] == "simulated-7/2mm"
     assert float(recording.header["nodule_at_mm"]) == pytest.approx(run.nodule_at_mm, abs=0.01)
     healthy = recording_of(simulate_run(PHANTOM, 0, 7, "0mm/r01"), PHANTOM, 7, "0mm/r01")
     assert "nodule_at_mm" not in healthy.header
@@ -111,7 +112,7 @@ def test_passes_over_a_site_share_its_place_and_nothing_else(tmp_path, monkeypat
     files = sorted((tmp_path / "3mm").iterdir())
     assert [path.name for path in files] == ["r01p1.csv", "r01p2.csv", "r01p3.csv"]
     recordings = [read_recording(io.BytesIO(path.read_bytes()), 4) for path in files]
-    assert {recording.header["site"] for recording in recordings} == {"3mm/r01"}
+    assert {recording.header["site"] for recording in recordings} == {"simulated-1/3mm/r01"}
     assert len({recording.values.tobytes() for recording in recordings}) == 3
 
 
@@ -128,6 +129,67 @@ def test_the_runs_over_one_nodule_share_the_height_at_which_it_was_set_up():
     )
     within, between = pressed.std(axis=1).mean(), pressed.mean(axis=1).std()
     assert between > 10 * within
+
+
+def headers_in(folder):
+    """Return the header of each recording in a folder, by its name."""
+    paths = folder.rglob("*.csv")
+    return {
+        path.relative_to(folder).with_suffix("").as_posix(): read_recording(
+            io.BytesIO(path.read_bytes()), 4
+        ).header
+        for path in paths
+    }
+
+
+def test_archives_of_other_seeds_benches_or_sizes_share_no_place_and_no_set_up(
+    tmp_path, monkeypatch
+):
+    sizes = ["--sizes", 0, 2, "--runs", 2]
+    command(monkeypatch, "--out", tmp_path / "one", *sizes)
+    command(monkeypatch, "--out", tmp_path / "two", *sizes, "--seed", 2)
+    command(monkeypatch, "--out", tmp_path / "three", *sizes, "--bench", "uneven-wall")
+    headers = headers_in(tmp_path)
+    assert len({header["site"] for header in headers.values()}) == len(headers) == 12
+    shared = {}
+    for name, header in headers.items():
+        shared.setdefault(header["setup"], set()).add(name.rpartition("/")[0])
+    assert sorted(map(sorted, shared.values())) == [
+        [f"{archive}/{size}"] for archive in ("one", "three", "two") for size in ("0mm", "2mm")
+    ]
+
+
+def test_each_set_up_of_a_size_has_its_own_draw_of_the_height(tmp_path, monkeypatch):
+    options = ["--sizes", 0, 2, "--runs", 2, 7, "--setups", 1, 3, "--prefix", "h"]
+    command(monkeypatch, "--out", tmp_path, *options)
+    headers = headers_in(tmp_path)
+    assert {name: header["setup"] for name, header in headers.items()} == {
+        "0mm/h01": "simulated-1/0mm",
+        "0mm/h02": "simulated-1/0mm",
+        **{f"2mm/h{number:02d}": "simulated-1/2mm" for number in (1, 2, 3)},
+        **{f"2mm/h{number:02d}": "simulated-1/2mm/2" for number in (4, 5)},
+        **{f"2mm/h{number:02d}": "simulated-1/2mm/3" for number in (6, 7)},
+    }
+    set_up = with_values(QUIET, {"contact.series_offset_mm": 0.8})
+    names = [None, "2mm", "2mm/2", "2mm/3"]
+    pressed = [
+        simulate_run(set_up, 2.0, 1, "2mm/h01", setup=name).compression_mm.max() for name in names
+    ]
+    assert pressed[0] == pressed[1]
+    assert len(set(pressed)) == 3
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        (["--sizes", 0, 2, "--runs", 2, 2, 2], "3 numbers for 2 sizes"),
+        (["--sizes", 2, "--runs", 2, "--setups", 3], "2mm: 3 set-ups need as many runs"),
+    ],
+)
+def test_numbers_that_do_not_fit_are_refused(tmp_path, monkeypatch, options, told):
+    with pytest.raises(CapsuleError, match=told):
+        command(monkeypatch, "--out", tmp_path, *options)
+    assert not list(tmp_path.iterdir())
 
 
 def test_existing_files_are_kept_unless_forced(tmp_path, monkeypatch):

@@ -19,7 +19,7 @@ const EvidenceList = ((Charts, ScoreChart, EvidenceCharts, Elements) => {
       title: "Score",
       caption:
         `This recording scores ${significant(score)}. ${side} Each mark is the score of a recording of the archive, in the row of ` +
-        `its true size. The recordings that teach exclude the one that is scored.${thinned}`,
+        `its true size. The place that is scored does not teach.${thinned}`,
       description: `Score ${significant(score)} among the scores of the archive. ${side} Marks: ${sizes || "none"}.`,
       draw: (canvas) => ScoreChart.draw(canvas, verdict, marks),
     };

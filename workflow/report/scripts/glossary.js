@@ -4,7 +4,9 @@ const Glossary = (() => {
   "use strict";
 
   const TEXT = "p, li, figcaption, caption, td, th, h4";
-  const APART = "a, button, code, pre, blockquote, .terms, #viewer, #recordings-table, #configuration";
+  // Other scripts write into these. A link inside would be lost, or would divide a text that they replace.
+  const OWNED = "[data-shown], #viewer, #recordings-table, output";
+  const APART = `${OWNED}, a, button, code, pre, blockquote, .terms, #configuration`;
 
   /** Yield the page's text nodes in order. */
   function* pieces() {

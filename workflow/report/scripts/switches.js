@@ -56,10 +56,9 @@ const Switches = ((Elements, Grid, Tools) => {
         Tools.toggleColumns(table, out, false);
       }
     }
-    for (const code of document.querySelectorAll("main p.by code")) {
-      code.textContent = shown.detector;
-      code.nextSibling.textContent = `, ${data.detectors.find((each) => each.name === shown.detector).words}; ${chosen}.`;
-    }
+    const { words } = data.detectors.find((each) => each.name === shown.detector);
+    const texts = { detector: shown.detector, words: `${words}; ${chosen}`, judge: `${shown.detector}, ${chosen}` };
+    for (const owned of document.querySelectorAll("main [data-shown]")) owned.textContent = texts[owned.dataset.shown];
     for (const row of document.querySelectorAll("main tr[data-of]")) {
       row.classList.toggle("chosen", row.dataset.of === shown.detector);
     }
@@ -84,8 +83,6 @@ const Switches = ((Elements, Grid, Tools) => {
       row.dataset.outcome = judged.dataset.value = judged.textContent = words;
       judged.className = `outcome ${words.replaceAll(" ", "-")}`;
     });
-    const scheme = data.schemes.find((each) => each.name === shown.scheme).words;
-    document.getElementById("table-judge").textContent = `${shown.detector}, ${scheme}`;
   }
 
   /** Set up the switch. `onVerdicts` is called after the verdicts in the table of recordings change. */

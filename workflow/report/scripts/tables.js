@@ -11,9 +11,16 @@ const Tables = ((Elements) => {
     return `${verdict.detector}, ${scheme ? scheme.words : "all labelled"}`;
   }
 
-  /** Return the verdicts of a scheme. An unlabelled recording has one verdict for all schemes. */
-  function ofScheme(evidence, scheme) {
-    return evidence.verdicts.filter((verdict) => [scheme, "all"].includes(verdict.scheme));
+  /** Return the verdicts of a scheme, or of the first one that stands in for it, as for an unlabelled or a held-out recording. */
+  function ofScheme(evidence, scheme, data) {
+    const candidates = data.schemes.find((each) => each.name === scheme).stand_in;
+    const judged = candidates.find((name) => evidence.verdicts.some((verdict) => verdict.scheme === name));
+    return evidence.verdicts.filter((verdict) => verdict.scheme === judged);
+  }
+
+  /** Return a verdict's size in words, or that there is no verdict; its details then tell the reason. */
+  function verdictWords(verdict) {
+    return verdict.predicted_mm === null ? "no verdict" : sizeWords(verdict.predicted_mm);
   }
 
   /** Return a distance as a number with a bar, which makes the shortest distance easy to see. */
@@ -30,7 +37,7 @@ const Tables = ((Elements) => {
 
   /** Return the table of distances to all templates, for each detector that uses them. */
   function distances(evidence, data, scheme) {
-    const shown = ofScheme(evidence, scheme).filter((verdict) => verdict.distances.length);
+    const shown = ofScheme(evidence, scheme, data).filter((verdict) => verdict.distances.length);
     const heads = ["Template", ...shown.map((verdict) => labelOf(verdict, data))];
     const known = shown.map((verdict) => verdict.distances.filter((value) => value !== null));
     const longest = Math.max(0, ...known.flat());
@@ -44,12 +51,13 @@ const Tables = ((Elements) => {
 
   /** Return the table of all detectors' verdicts. */
   function verdicts(evidence, data, scheme) {
-    const rows = ofScheme(evidence, scheme).map((verdict) => [
+    const listed = ofScheme(evidence, scheme, data);
+    const rows = listed.map((verdict) => [
       labelOf(verdict, data),
-      element("strong", "", sizeWords(verdict.predicted_mm)),
+      element("strong", "", verdictWords(verdict)),
       verdict.details,
     ]);
-    const taught = scheme === "resubstitution" ? "All recordings teach, including this one" : "Only other recordings teach";
+    const taught = listed.some((verdict) => verdict.scheme === "resubstitution") ? "All recordings teach, including this one" : "Only recordings of other places teach";
     const caption = `Every detector’s verdict. ${taught}.`;
     return textTable("verdicts", "verdicts", caption, ["Detector", "Verdict", "Details"], rows);
   }
@@ -77,5 +85,5 @@ const Tables = ((Elements) => {
     return list;
   }
 
-  return { labelOf, verdicts, distances, peaks, facts };
+  return { labelOf, verdicts, distances, peaks, facts, ofScheme, verdictWords };
 })(Elements);

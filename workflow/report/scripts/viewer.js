@@ -55,15 +55,14 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address
     ];
   }
 
-  /** Return a detector's verdict for a scheme. An unlabelled recording has one verdict for all schemes. */
-  function verdictOf(evidence, { detector, scheme }) {
-    const wanted = [scheme, "all"];
-    return evidence.verdicts.find((each) => each.detector === detector && wanted.includes(each.scheme));
+  /** Return a detector's verdict for a scheme. */
+  function verdictOf(evidence, { detector, scheme }, data) {
+    return Tables.ofScheme(evidence, scheme, data).find((each) => each.detector === detector);
   }
 
   /** Return the recording's truth and the chosen detector's verdict in words. */
   function titleOf(evidence, shown, data) {
-    const verdict = verdictOf(evidence, shown);
+    const verdict = verdictOf(evidence, shown, data);
     if (!verdict || verdict.predicted_mm === null) return `${evidence.title}, not judged`;
     const outcome = data.outcomes[data.verdicts[`${shown.detector}|${shown.scheme}`]?.outcome[evidence.row]];
     const judged = verdict.scheme === "all" || !outcome ? "" : ` (${outcome})`;
@@ -75,13 +74,13 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address
     const list = element("ul", "judges");
     list.setAttribute("aria-label", "Detectors");
     for (const { name } of data.detectors) {
-      const verdict = verdictOf(evidence, { ...shown, detector: name });
+      const verdict = verdictOf(evidence, { ...shown, detector: name }, data);
       if (!verdict) continue;
       const link = element("a", "", name);
       link.href = Address.format({ ...shown, detector: name });
       if (name === shown.detector) link.setAttribute("aria-current", "true");
       const entry = element("li");
-      entry.append(link, element("span", "", sizeWords(verdict.predicted_mm)));
+      entry.append(link, element("span", "", Tables.verdictWords(verdict)));
       list.append(entry);
     }
     return list;
@@ -94,7 +93,7 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address
     const said = element("p", "verdict");
     if (!verdict) said.textContent = "This detector gave no verdict on the recording.";
     else {
-      const parts = [sizeWords(verdict.predicted_mm), verdict.details].filter(Boolean).join(": ");
+      const parts = [Tables.verdictWords(verdict), verdict.details].filter(Boolean).join(": ");
       const needs = verdict.score === null && detector.needs ? ` It needs ${detector.needs}.` : "";
       said.append(element("strong", "", `${parts}.`), ` ${Tables.labelOf(verdict, data)}.${needs}`);
     }
@@ -103,7 +102,7 @@ const Viewer = ((Elements, Palette, Charts, EvidenceList, Tables, Tools, Address
 
   /** Fill the viewer with one recording. Return a function to call when width or theme changes. */
   function show(viewer, evidence, shown, data) {
-    const verdict = verdictOf(evidence, shown);
+    const verdict = verdictOf(evidence, shown, data);
     const detector = data.detectors.find((each) => each.name === shown.detector);
     const marks = data.scores[`${shown.detector}|${shown.scheme}`] ?? [];
     const listed = verdict ? EvidenceList.chartsOf(evidence, verdict, detector, marks) : [];

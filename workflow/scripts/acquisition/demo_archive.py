@@ -1,6 +1,6 @@
 """The demo's folder: simulated labelled recordings, and the settings for the workflow."""
 
-import shutil
+import re
 from collections.abc import Iterator
 from itertools import count
 from pathlib import Path
@@ -8,10 +8,10 @@ from pathlib import Path
 from capsule import files
 from capsule.errors import CapsuleError
 from capsule.naming import PART, UNLABELLED
+from capsule.phantom.files import write_run
 from capsule.phantom.parameters import Phantom
-from capsule.phantom.simulation import PlannedRun, planned_runs, recording_of, simulate_run
+from capsule.phantom.simulation import PlannedRun, planned_runs
 from capsule.project import PROJECT
-from capsule.recording import format_recording
 from capsule.workflow_call import CONFIG
 
 # Seed of the labelled recordings; played runs have higher seeds.
@@ -19,6 +19,7 @@ LABELLED_SEED = 1
 # Number of runs of each size in mm: enough to learn from, few enough for a report in seconds.
 LABELLED = {0.0: 6, 1.0: 2, 2.0: 2, 3.0: 2, 4.0: 2, 5.0: 2}
 _MARK = "SIMULATED.txt"
+_HELD_OUT = re.compile(r"held_out: \[.*?\]")
 _TEXT = """Made by `capsule demo`. Everything in this folder is simulated. It shows how the system
 works, and nothing about a real gut. Delete the folder whenever you like.
 """
@@ -50,12 +51,14 @@ def prepare(folder: Path, phantom: Phantom, sensors: int) -> None:
     with files.write_whole(folder / _MARK) as stream:
         stream.write(_TEXT)
     if not (folder / CONFIG).exists():
-        (folder / CONFIG).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(PROJECT / CONFIG, folder / CONFIG)
+        content = (PROJECT / CONFIG).read_text(encoding="utf-8")
+        with files.write_whole(folder / CONFIG) as stream:
+            # The demo has none of the shipped recordings, so it holds none of their sessions out.
+            stream.write(_HELD_OUT.sub("held_out: []", content))
     for run in _labelled():
         path = folder / "raw" / f"{run.name}.csv"
         if not path.exists():
-            _simulate(path, run, phantom, sensors)
+            write_run(path, run, phantom, LABELLED_SEED, sensors)
 
 
 def next_seed(folder: Path) -> int:
@@ -77,11 +80,3 @@ def _names(seed: int) -> set[str]:
 def _labelled() -> Iterator[PlannedRun]:
     for size_mm, runs in LABELLED.items():
         yield from planned_runs([size_mm], runs, 1)
-
-
-def _simulate(path: Path, run: PlannedRun, phantom: Phantom, sensors: int) -> None:
-    simulated = simulate_run(
-        phantom, run.size_mm, LABELLED_SEED, run.site, run.attempt, sensors=sensors
-    )
-    with files.write_whole(path, "wb") as stream:
-        stream.write(format_recording(recording_of(simulated, phantom, LABELLED_SEED, run.site)))

@@ -108,7 +108,7 @@ def _recorder_options(chosen: argparse.Namespace, name: str, port: str) -> argpa
         "--config": chosen.out / CONFIG,
     }
     words_of_it = ["--unlabelled", "--detect", "--port", port, "--name", name]
-    words_of_it += ["--site", name, "--session", "demo"]
+    words_of_it += ["--site", name, "--session", "demo", "--setup", name]
     words_of_it += [str(word) for pair in places.items() for word in pair]
     if chosen.plot and _has_screen():
         words_of_it.append("--plot")

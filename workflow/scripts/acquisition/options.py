@@ -85,6 +85,11 @@ def _add_run_options(parser: argparse.ArgumentParser) -> None:
         type=_entry,
         help="name of the session, written to the header, such as a date or an assembly",
     )
+    group.add_argument(
+        "--setup",
+        type=_entry,
+        help="name of the set-up, written to the header: one nodule, gut and capsule, set up once",
+    )
     group.add_argument("--plot", action="store_true", help="show the sensors in a window")
     group.add_argument(
         "--detect",

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
+from capsule.detectors.base import ScoredModel
 from capsule.detectors.diagonal import DiagonalModel, size_features
-from capsule.detectors.intervals import size_interval
 from capsule.detectors.passage import passage_of
 from capsule.files import read_json
 from capsule.kinds import Settings
@@ -21,7 +21,7 @@ class PassSizes:
 
     Attributes
     ----------
-    model : DiagonalModel or None
+    model : ScoredModel or None
         The detector's learned model.
     detector : mapping
         Section ``diagonal`` of the configuration.
@@ -29,7 +29,7 @@ class PassSizes:
         Sampling rate in Hz.
     """
 
-    model: DiagonalModel | None
+    model: ScoredModel | None
     detector: Settings
     rate_hz: float
 
@@ -49,7 +49,7 @@ class PassSizes:
         if not known:
             return _UNKNOWN, _UNKNOWN, _UNKNOWN
         size_mm = float(np.mean(self.model.sizes.estimate(size_features(known))))
-        return size_mm, *size_interval(size_mm, self.model.size_reach_mm, self.model.known_mm)
+        return size_mm, *self.model.sizes.interval(size_mm)
 
 
 def pass_sizes(results: Path, detector: Settings, rate_hz: float) -> PassSizes:
@@ -62,5 +62,5 @@ def pass_sizes(results: Path, detector: Settings, rate_hz: float) -> PassSizes:
         content = read_json(path)
         # A model learned with other settings does not fit the features of these passes.
         if content.get("settings", {}).get("diagonal") == dict(detector):
-            model = DiagonalModel.restored(content, None)
+            model = DiagonalModel.restored(content)
     return PassSizes(model, detector, rate_hz)

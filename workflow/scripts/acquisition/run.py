@@ -89,6 +89,7 @@ def record(options: argparse.Namespace, origin: Mapping[str, str] | None = None)
         header = describe(started, wave if drive else None) | dict(origin or {})
         header |= {"site": options.site} if options.site else {}
         header |= {"session": options.session} if options.session else {}
+        header |= {"setup": options.setup} if options.setup else {}
         running = _beside(judge, header) if judge else None
         watchers = _watchers(options, drive, running, terminal, f"{folder}/{name}", sensors, length)
         if options.stream_out:
@@ -148,8 +149,7 @@ def recover(options: argparse.Namespace) -> None:
 def _settings(config: Path) -> dict[str, Any]:
     """Read the configuration, and check it as the workflow does."""
     settings = read_config_file(config)
-    check_configuration(settings, read_json(SCHEMA), {str(config): settings})
-    return settings
+    return check_configuration(settings, read_json(SCHEMA), {str(config): settings})
 
 
 def _tell_of_unfinished(raw: Path) -> None:

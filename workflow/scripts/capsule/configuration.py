@@ -1,5 +1,6 @@
 """Check of the configuration. Each fault names the file, the key, the value and what is allowed."""
 
+import copy
 import difflib
 import math
 from collections.abc import Iterator, Mapping
@@ -47,8 +48,11 @@ _Validator = extend(
 
 def check_configuration(
     config: Settings, schema: Settings, sources: Mapping[str, Settings]
-) -> None:
-    """Raise an error if the configuration breaks the schema or contradicts itself.
+) -> dict[str, Any]:
+    """Return the configuration as it is used; raise an error if it cannot be.
+
+    A key that is left out has the schema's ``default``, if it has one. Keys and values that the
+    schema lists under ``without_effect`` are left out.
 
     Parameters
     ----------
@@ -60,11 +64,17 @@ def check_configuration(
         The values that each file, or the command line, sets. A later source overrides an earlier
         one. The message names the source of a faulty value.
 
+    Returns
+    -------
+    dict
+
     Raises
     ------
     CapsuleError
-        Lists every fault on a line of its own: file, key, value, what is allowed.
+        The configuration breaks the schema or contradicts itself. Lists every fault on a line of
+        its own: file, key, value, what is allowed.
     """
+    config = _as_used(config, schema)
     errors = _Validator(schema).iter_errors(config)
     faults = {fault for error in errors for fault in _describe(error, schema, config)}
     if not faults:
@@ -72,6 +82,53 @@ def check_configuration(
     if faults:
         lines = "".join(f"\n  {_source(key, sources)}: {text}" for key, text in sorted(faults))
         raise CapsuleError(f"the configuration cannot be used:{lines}")
+    return config
+
+
+def without_effect(config: Settings, schema: Settings) -> list[str]:
+    """Return a line for each key or value that is accepted but no longer has an effect.
+
+    Parameters
+    ----------
+    config : mapping
+        The configuration as it was written.
+    schema : mapping
+        The JSON Schema. Its entry ``without_effect`` gives the values of each such key; an empty
+        list means the key itself.
+    """
+    lines = []
+    for path, values in schema["without_effect"].items():
+        section, key = path.split(".")
+        part = config.get(section)
+        if isinstance(part, Mapping) and key in part:
+            found = part[key] if isinstance(part[key], list) else []
+            lines += [
+                f"{path}: {value} has no effect any more; remove it"
+                for value in values
+                if value in found
+            ]
+            lines += [] if values else [f"{path} has no effect any more; remove it"]
+    return lines
+
+
+def _as_used(config: Settings, schema: Settings) -> dict[str, Any]:
+    """Return a copy of a configuration with its defaults, and without what has no effect."""
+    used = copy.deepcopy(dict(config))
+    for name, section in schema["properties"].items():
+        part = used.get(name)
+        if not isinstance(part, dict):
+            continue
+        for key, described in section.get("properties", {}).items():
+            if "default" in described:
+                part.setdefault(key, copy.deepcopy(described["default"]))
+            values = schema["without_effect"].get(f"{name}.{key}", [])
+            if isinstance(part.get(key), list):
+                part[key] = [value for value in part[key] if value not in values]
+    for path, values in schema["without_effect"].items():
+        section, key = path.split(".")
+        if not values and isinstance(used.get(section), dict):
+            used[section].pop(key, None)
+    return used
 
 
 def changed_values(first: Settings, last: Settings) -> dict[str, Any]:
@@ -125,10 +182,13 @@ def _describe(
         for name in keys:
             value, part = value[name], part["properties"][name]
         allowed = allowed_values(part, schema)
-        yield key, f"{key}: {_shorten(value)} is not allowed; must be {allowed}{_hint(value)}"
+        yield key, f"{key}: {_shorten(value)} is not allowed; must be {allowed}{_hint(value, part)}"
 
 
-def _hint(value: object) -> str:
+def _hint(value: object, part: Settings) -> str:
+    if part.get("items", {}).get("type") == "string" and isinstance(value, list):
+        # YAML reads 2024-06-03 as a date.
+        return "" if all(isinstance(each, str) for each in value) else " (put it in quotes)"
     if isinstance(value, str):
         try:
             return f" (this is text; write {float(value):.12g})"

@@ -84,6 +84,21 @@ def read_limited(path: Path | str, max_bytes: int) -> bytes | None:
     OSError
         The file cannot be read, or is a pipe, a device or a folder.
     """
+    with _opened(path) as (handle, size):
+        content = b"" if size > max_bytes else _read(handle, size + 1, max_bytes + 1)
+    # It may grow meanwhile.
+    return None if max(size, len(content)) > max_bytes else content
+
+
+def read_beginning(path: Path | str, most: int) -> bytes:
+    """Read the first bytes of a file, at most this many; errors are those of `read_limited`."""
+    with _opened(path) as (handle, _):
+        return _read(handle, most, most)
+
+
+@contextlib.contextmanager
+def _opened(path: Path | str) -> Iterator[tuple[int, int]]:
+    """Open a file without waiting for a pipe, and yield its handle and its size in bytes."""
     # A pipe may have replaced the file since it was listed, and opening a pipe can wait forever.
     handle = os.open(path, _FLAGS)
     try:
@@ -92,18 +107,18 @@ def read_limited(path: Path | str, max_bytes: int) -> bytes | None:
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
         if not stat.S_ISREG(status.st_mode):
             raise OSError(errno.EINVAL, "a pipe or a device, not a file", str(path))
-        parts: list[bytes] = []
-        missing = max_bytes + 1
-        # It may grow meanwhile, and one call may not return all of it.
-        while status.st_size <= max_bytes and missing > 0:
-            part = os.read(handle, min(status.st_size + 1, missing))
-            if not part:
-                return b"".join(parts)
-            parts.append(part)
-            missing -= len(part)
-        return None
+        yield handle, status.st_size
     finally:
         os.close(handle)
+
+
+def _read(handle: int, at_once: int, most: int) -> bytes:
+    """Read at most so many bytes; one call of the system may not return all of them."""
+    parts: list[bytes] = []
+    while most > 0 and (part := os.read(handle, min(at_once, most))):
+        parts.append(part)
+        most -= len(part)
+    return b"".join(parts)
 
 
 def read_whole(path: Path | str) -> bytes:

@@ -1,6 +1,6 @@
 """Read the fits of the recordings that can be judged."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -8,13 +8,18 @@ import numpy as np
 
 from capsule import files
 from capsule.errors import CapsuleError
+from capsule.held_out import teaching
 from capsule.naming import size_mm, sizes_of
 from capsule.particles import Particle
 from capsule.results import Results
 
 
-def read_particles(recordings: Path, results: Results) -> dict[str, Particle]:
-    """Read the optimal particle of every recording of a nodule that is accepted and shows a wave.
+def read_particles(
+    recordings: Path, results: Results, held_out: Collection[str] = ()
+) -> dict[str, Particle]:
+    """Read the optimal particle of every recording of a nodule that teaches.
+
+    Such a recording is accepted, shows a wave, and is not held out.
 
     Parameters
     ----------
@@ -22,6 +27,8 @@ def read_particles(recordings: Path, results: Results) -> dict[str, Particle]:
         results/recordings.csv or results/labelled.csv. Fits of other recordings are not read.
     results : Results
         The files of the recordings.
+    held_out : collection of str
+        The key ``evaluation.held_out``: their recordings have no fits.
 
     Returns
     -------
@@ -33,10 +40,12 @@ def read_particles(recordings: Path, results: Results) -> dict[str, Particle]:
     CapsuleError
         There is no such recording, so no template can be made.
     """
-    accepted = files.accepted_recordings(recordings)
+    accepted = teaching(files.accepted_recordings(recordings), held_out)
     names = [name for name, row in accepted.items() if size_mm(name) and not row["no_verdict"]]
     if not names:
-        rows = [(row["recording"], _why_not(row)) for row in files.read_csv(recordings)]
+        listed = {row["recording"]: row for row in files.read_csv(recordings)}
+        judging = listed.keys() - teaching(listed, held_out).keys()
+        rows = [(name, _why_not(row, name in judging)) for name, row in listed.items()]
         raise CapsuleError(
             "no recording of a nodule can be used, so no template can be made; put recordings of "
             "nodules into folders such as raw/3mm/"
@@ -59,7 +68,9 @@ def particle_of(fit: Mapping[str, Any]) -> Particle:
     return Particle(**{name: np.array(values) for name, values in fit["parameters"].items()})
 
 
-def _why_not(row: Mapping[str, str]) -> tuple[str, str] | None:
+def _why_not(row: Mapping[str, str], held_out: bool) -> tuple[str, str] | None:
     if row["status"] != "accepted":
         return "rejected", row["reason"]
+    if held_out:
+        return "held out", f"evaluation.held_out names its session {row['session']}"
     return ("not judged", row["no_verdict"]) if row["no_verdict"] else None

@@ -18,7 +18,7 @@ from capsule.near_copies import near_copies
 from capsule.recording import source_of
 
 # Header lines that have a column of their own.
-FROM_HEADER = ["site", "session", "nodule_at_mm"]
+FROM_HEADER = ["site", "session", "setup", "nodule_at_mm"]
 COLUMNS = ["recording", "size_mm", "samples", "duration_s", "status", "reason", "no_verdict"]
 COLUMNS += ["sha256", "readings_sha256", "source", *FROM_HEADER]
 NEAR_COPIES = "near_copies"

@@ -4,6 +4,8 @@ import argparse
 from collections.abc import Callable
 from math import inf
 
+from capsule.naming import is_plain
+
 
 def natural(text: str) -> int:
     """Read a whole number of at least 1."""
@@ -35,3 +37,10 @@ def _read(text: str, is_allowed: Callable[[float], bool], allowed: str) -> float
     if not is_allowed(value):
         raise argparse.ArgumentTypeError(f"{text!r} is not {allowed}")
     return value
+
+
+def plain_text(text: str) -> str:
+    """Return text that can begin the name of a recording, for argparse."""
+    if not is_plain(f"{text}1.csv"):
+        raise argparse.ArgumentTypeError(f"{text!r} cannot begin the name of a recording")
+    return text

@@ -16,6 +16,7 @@ import numpy as np
 
 from capsule.arrays import FloatArray, NumberArray
 from capsule.errors import RecordingError
+from capsule.header_lines import one_line_end, split_header
 
 FORMAT_VERSION = "1"
 # ASCII digits only: float() would also accept digits of other scripts.
@@ -26,9 +27,6 @@ _LARGEST_NUMBER = 1e20
 # once, because reading it in full could take minutes.
 _LONGEST_LINE = 10_000
 _MOST_LINES = 200_000
-_LONGEST_HEADER = 1000
-# The report shows every header in full.
-_MOST_HEADER_CHARACTERS = 10_000
 
 
 @dataclass(frozen=True)
@@ -92,8 +90,7 @@ def read_recording(stream: BinaryIO, sensors: int, max_bytes: int = 16_000_000) 
     if not text:
         # The file holds only a byte order mark.
         raise RecordingError("the file is empty")
-    # splitlines() would also split at form feeds and other characters, which editors do not do.
-    text = text.replace("\r\n", "\n").replace("\r", "\n")
+    text = one_line_end(text)
     if text.count("\n") > _MOST_LINES:
         raise RecordingError(
             f"the file has {text.count(chr(10))} lines; a recording has at most {_MOST_LINES}"
@@ -108,7 +105,7 @@ def read_recording(stream: BinaryIO, sensors: int, max_bytes: int = 16_000_000) 
             f"line {longest + 1} has {len(lines[longest])} characters; a line of a recording "
             f"has at most {_LONGEST_LINE}"
         )
-    header, first_row = _split_header(lines)
+    header, first_row = split_header(lines)
     if first_row == len(lines):
         raise RecordingError("the file ends after its header; column names and samples are missing")
     order = _column_order(lines[first_row], sensors, first_row + 1)
@@ -152,28 +149,6 @@ def _decode(content: bytes) -> str:
         raise RecordingError(
             f"byte {error.start + 1} is not UTF-8 text (another encoding?); save it as UTF-8"
         ) from None
-
-
-def _split_header(lines: Sequence[str]) -> tuple[dict[str, str], int]:
-    """Return the ``# key: value`` lines and the index of the line of column names."""
-    header: dict[str, str] = {}
-    characters = 0
-    for index, line in enumerate(lines):
-        stripped = line.strip()
-        if stripped and not stripped.startswith("#"):
-            return header, index
-        key, colon, value = stripped.lstrip("#").partition(":")
-        if colon:
-            header[key.strip()] = value.strip()
-        characters += len(stripped)
-        if characters > _MOST_HEADER_CHARACTERS:
-            raise RecordingError(
-                f"line {index + 1}: the header lines hold more than {_MOST_HEADER_CHARACTERS} "
-                "characters; keep long notes in a separate file"
-            )
-        if index >= _LONGEST_HEADER:
-            raise RecordingError(f"the first {_LONGEST_HEADER} lines hold no column names")
-    return header, len(lines)
 
 
 def _column_order(line: str, sensors: int, number: int) -> list[int]:

@@ -14,6 +14,8 @@ from typing import IO
 from capsule import files
 from capsule.batches import batch_size
 from capsule.errors import CapsuleError
+from capsule.held_out import unknown_sessions
+from capsule.kinds import Settings
 from capsule.locks import RUN_LOCK, hold_run_lock
 from capsule.results import left_over
 from capsule.slurm_jobs import explain_ends, refuse_unfinished_jobs
@@ -31,24 +33,27 @@ class Run:
     ----------
     raw, results, sessions : str
         The folders of the recordings, the results and the surveys.
-    recordings_per_job : int or str
-        As in the configuration.
+    config : mapping
+        The configuration.
     size : int
         Largest number of recordings in a batch.
     batches, described : mapping of str to sequence of str
         The recordings of each batch, and of each batch of the rule describe.
     surveys : Surveys
         The surveys.
+    without_effect : sequence of str
+        Lines on the configuration, from `capsule.configuration.without_effect`.
     """
 
     raw: str
     results: str
     sessions: str
-    recordings_per_job: int | str
+    config: Settings
     size: int
     batches: Mapping[str, Sequence[str]]
     described: Mapping[str, Sequence[str]]
     surveys: Surveys
+    without_effect: Sequence[str] = ()
     # The lock ends when its file is closed.
     _held: list[IO[bytes]] = field(default_factory=list)
 
@@ -75,6 +80,8 @@ class Run:
                 "no space left on device, nothing was started; free some space and run again"
             )
         self._tell_new_size()
+        for line in self.without_effect:
+            _tell(line)
         files.mark_outdated(self.page, outdated=True)
 
     def succeed(self, key: str) -> None:
@@ -111,7 +118,7 @@ class Run:
     def _tell_new_size(self) -> None:
         """Print that the archive has passed a limit, so that its jobs take more recordings."""
         table, count = Path(self.results) / "recordings.csv", sum(map(len, self.batches.values()))
-        if table.exists() and self.recordings_per_job == "auto":
+        if table.exists() and self.config["recordings_per_job"] == "auto":
             earlier = batch_size(len(files.read_csv(table)), "auto")
             if earlier != self.size:
                 _tell(
@@ -135,6 +142,8 @@ class Run:
             if row["near_copies"]:
                 alike = row["near_copies"].replace(" ", ", ")
                 _tell(f"  nearly the same as {alike}: {self.raw}/{row['recording']}")
+        for session in unknown_sessions(rows, self.config["evaluation"]["held_out"]):
+            _tell(f"  evaluation.held_out: no labelled recording names the session {session!r}")
         for row in files.read_csv(others):
             _tell(f"  passed over: {self.raw}/{row['path']}: {row['reason']}")
 

@@ -16,10 +16,11 @@ NOT_APPLICABLE = "n/a"
 MINUS = "\u2212"
 Cell = TypeVar("Cell")
 _SCHEMES = {
+    "held_out": "held-out sessions",
     "leave_one_out": "leave-one-out",
-    "resubstitution": "resubstitution",
-    "leave_one_site_out": "leave-one-site-out",
     "leave_one_session_out": "leave-one-session-out",
+    "leave_one_setup_out": "leave-one-set-up-out",
+    "resubstitution": "resubstitution",
     "paper": "paper, as printed",
 }
 
@@ -82,17 +83,32 @@ def verdict(row: Row) -> str:
     """Return a verdict of results/detections.csv as text, or the reason for no verdict."""
     if is_known(row["predicted_mm"]):
         return size(row["predicted_mm"])
-    reason = row.get("reason")
+    reason = row.get("no_verdict")
     return f"no verdict: {reason}" if is_known(reason) and reason else "no verdict"
 
 
-def estimated_size(verdict: Mapping[str, float]) -> str:
-    """Return a verdict's size as text, with any interval: ``3.2 mm (2.1 to 4.0)``."""
+def estimated_size(verdict: Mapping[str, float], largest_mm: float | None = None) -> str:
+    """Return a verdict's size as text, with any interval: ``3.2 mm (2.1 to 4.0)``.
+
+    Parameters
+    ----------
+    verdict : mapping
+        ``estimate_mm``, ``estimate_low_mm`` and ``estimate_high_mm``. The high end is infinite if
+        the interval ends at the largest size that the archive holds.
+    largest_mm : float, optional
+        That size: ``4.6 mm (3.8 to 5 mm or more)``; without it ``4.6 mm (3.8 mm or more)``.
+    """
     names = ("estimate_mm", "estimate_low_mm", "estimate_high_mm")
     estimate_mm, low_mm, high_mm = (verdict.get(name) for name in names)
     if not is_known(estimate_mm):
         return NOT_GIVEN
-    interval = f" ({number(low_mm, 1)} to {number(high_mm, 1)})" if is_known(low_mm) else ""
+    interval = ""
+    if is_known(low_mm) and is_known(high_mm):
+        end = f"to {number(high_mm, 1)}"
+        if math.isinf(high_mm):
+            open_from_low = largest_mm is None or low_mm >= largest_mm
+            end = "mm or more" if open_from_low else f"to {size(largest_mm)} or more"
+        interval = f" ({number(low_mm, 1)} {end})"
     return f"{number(estimate_mm, 1)} mm{interval}"
 
 

@@ -1,6 +1,6 @@
 """Read the results that are exported into the classes of `exporting.exported`."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +8,7 @@ import numpy as np
 from capsule.converter import reading_unit
 from capsule.evaluation.beside_paper import TABLES
 from capsule.evaluation.columns import COLUMNS
+from capsule.held_out import is_held_out
 from capsule.results import CHECKS, SIGNALS
 from capsule.results import FITS as FITS_OF_RECORDINGS
 from capsule.results import MATRICES as MATRICES_OF_RECORDINGS
@@ -24,7 +25,6 @@ _FIT = ["recording", "size_mm", "seed", "first_peak", "lag", "accepted_moves"]
 _FIT += ["rmse_initial", "rmse"]
 _EVALUATION = {
     "predictions": "verdict of each detector on each recording, under each scheme",
-    "group_predictions": "verdict of each detector, with whole sites or sessions left out",
     **{name: f"evaluation: {name.replace('_', ' ')}" for name in (*TABLES, *COLUMNS)},
     "learning": "rates that the detectors reach with parts of the archive",
 }
@@ -90,7 +90,7 @@ def gather(
         long_name = "padded matrix V after pre-processing, in standard deviations"
         matrices.append(_by_column("matrix", long_name, "recording", shapes))
     if FITS in wanted:
-        tables += [_fits(stored, rows), _templates(stored)]
+        tables += [_fits(stored, rows, settings["evaluation"]["held_out"]), _templates(stored)]
         long_name = "template T of a size, in standard deviations"
         matrices.append(_by_column("template", long_name, "size", stored.arrays("templates.npz")))
     if EVALUATION in wanted:
@@ -132,12 +132,15 @@ def _by_column(name: str, long_name: str, of: str, matrices: Mapping[str, np.nda
     return Matrices(name, long_name, units, of, "column", NO_UNIT, columns, matrices)
 
 
-def _fits(stored: CheckedFiles, rows: Iterable[Mapping[str, str]]) -> Table:
+def _fits(
+    stored: CheckedFiles, rows: Iterable[Mapping[str, str]], held_out: Collection[str]
+) -> Table:
     """Read the fits that the templates are made from."""
     names = [
         row["recording"]
         for row in rows
         if row["status"] == "accepted" and float(row["size_mm"] or 0) and not row["no_verdict"]
+        if not is_held_out(row["recording"], row.get("session"), held_out)
     ]
     fits = list(stored.contents(FITS_OF_RECORDINGS, names).values())
     return _with_parameters("fits", "the particle fitted to each recording", _FIT, fits)

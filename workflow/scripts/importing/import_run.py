@@ -54,7 +54,7 @@ class Importer:
     def __init__(self, options: argparse.Namespace) -> None:
         settings = read_config_file(options.config)
         schema = read_schema(_CONFIG_SCHEMA)
-        check_configuration(settings, schema, {str(options.config): settings})
+        settings = check_configuration(settings, schema, {str(options.config): settings})
         bench = {key: settings["diagonal"][key] for key in BENCH}
         self._settings = settings | {"diagonal": bench}
         rules = settings["recording"]

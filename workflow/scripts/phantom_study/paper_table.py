@@ -4,9 +4,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 from capsule.evaluation.paper import printed_tables
-from capsule.evaluation.rates import tables
+from capsule.evaluation.rates import rate_tables
 
 # Confidence level of the intervals in the tables of rates; no cell uses them.
 _CONFIDENCE = 0.95
@@ -86,14 +87,10 @@ def cells(confusion: np.ndarray, paper: PaperTable) -> dict[str, float]:
         for predicted_mm in sizes_mm
         for _ in range(confusion[true_mm, predicted_mm])
     ]
-    archive = tables(
-        predictions,
-        sizes_mm,
-        schemes=[_KEY["scheme"]],
-        tolerance_mm=paper.tolerance_mm,
-        confidence=_CONFIDENCE,
-    )
-    values = _cells(archive, paper.tolerance_mm)
+    rules = {"tolerance_mm": paper.tolerance_mm, "confidence": _CONFIDENCE}
+    archive = rate_tables(pd.DataFrame(predictions), sizes_mm, rules)
+    rows = {name: table.to_dict("records") for name, table in archive.items()}
+    values = _cells(rows, paper.tolerance_mm)
     return {name: values[name] for name in paper.cells}
 
 

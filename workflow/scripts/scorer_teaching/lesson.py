@@ -14,7 +14,6 @@ import torch
 from torch import nn
 from torch.nn import functional
 
-from capsule.detectors.adaptation import ABOVE, LEAST_SPREAD, STEEPNESS
 from capsule.seeding import generator
 from scorer_teaching.episodes import SIZES_MM, Episodes
 from scorer_teaching.network import Network, reversed_in_time
@@ -27,6 +26,9 @@ _SIFT_AFTER, _SIFT_BELOW, _SIFT_FROM_MM = 2, 0.3, 3.0
 # Nodules of 4 and 5 mm have less weight, since they are easy to detect.
 _IMPORTANCE = (0.0, 1.0, 1.0, 1.0, 0.6, 0.6)
 _SHARE_PLAIN, _SHARE_ODDS, _SHARE_SIZE = 0.3, 0.09, 0.5
+
+# A nodule should score by so many standard deviations above the healthy mean.
+_ABOVE, _STEEPNESS, _LEAST_SPREAD = 1.75, 1.5, 0.05
 
 _HEALTHY = SIZES_MM == 0
 SIZE_PLACE = torch.as_tensor(SIZES_MM).long()
@@ -85,7 +87,10 @@ def loss_of(
 
 
 def missed(scores: torch.Tensor, importance: Sequence[float] = _IMPORTANCE) -> torch.Tensor:
-    """Return the measure of `capsule.detectors.adaptation.missed` with weights by size in mm.
+    """Return a smooth measure of the nodules whose scores are too close to the healthy ones.
+
+    It is the mean of ``log(1 + exp(1.5 (1.75 - z)))`` over the nodules, with weights by size, and
+    with z in standard deviations above the mean of the healthy scores.
 
     Parameters
     ----------
@@ -99,10 +104,10 @@ def missed(scores: torch.Tensor, importance: Sequence[float] = _IMPORTANCE) -> t
     (...) tensor
     """
     healthy, nodules = scores[..., _HEALTHY], scores[..., ~_HEALTHY]
-    spread = healthy.std(-1, keepdim=True) + LEAST_SPREAD
-    above = (nodules - healthy.mean(-1, keepdim=True)) / spread - ABOVE
+    spread = healthy.std(-1, keepdim=True) + _LEAST_SPREAD
+    above = (nodules - healthy.mean(-1, keepdim=True)) / spread - _ABOVE
     weight = torch.tensor(importance)[SIZE_PLACE[~_HEALTHY]]
-    return (functional.softplus(-STEEPNESS * above) * weight).mean(-1)
+    return (functional.softplus(-_STEEPNESS * above) * weight).mean(-1)
 
 
 def leave_one_out(

@@ -4,8 +4,9 @@ The network stays as it is. An archive adapts its score by ridge regression on t
 Most of their numbers do not differ between nodules and healthy recordings, and a small archive
 cannot tell which. The projection keeps the combinations that helped on many benches. As in
 `scorer_teaching.lesson`, an episode is a small archive of one bench, and the loss of its
-leave-one-out predictions is differentiated through the closed form of the regression. The
-regressions are those of `capsule.detectors.adaptation`, with the same penalties and weights.
+leave-one-out predictions is differentiated through the closed form of the regression. Several
+penalties and courses of the wanted score are tried in each episode, and each regression weighs more
+the fewer nodules it misses; the detector itself uses one of them.
 """
 
 import math
@@ -16,7 +17,6 @@ import numpy as np
 import torch
 from torch import nn
 
-from capsule.detectors import adaptation
 from capsule.detectors.scorer import FOLDED, Scorer
 from capsule.seeding import generator
 from scorer_teaching.episodes import SIZES_MM, Maker, episodes_of
@@ -29,6 +29,11 @@ _EPISODES_A_STEP, _ROUNDS, _RATE = 8, 4, 2e-3
 _FIRST_FACTOR = 0.7
 _SHARE_OF_EACH = 0.3
 _ALL_ALIKE = (1.0,) * 6
+# Wanted rise of the score over a healthy recording, as a share of the height, by size in mm.
+_RISE_SIZES_MM = (0.0, 1.0, 2.0, 3.0)
+_RISES = ((0.0, 0.3, 0.7, 1.0), (0.0, 0.6, 0.9, 1.0), (0.0, 1.0, 1.0, 1.0))
+# How fast the weight of a regression falls with the nodules that it misses.
+_STRICTNESS = 0.3
 
 
 @dataclass(frozen=True)
@@ -92,8 +97,10 @@ def teach_projection(
     ----------
     gradients : Gradients
         Of benches that did not train the network.
-    height, penalties
-        As for `capsule.detectors.adaptation.Adaptation`.
+    height : float
+        Wanted rise of the score of nodules of 3 mm and more.
+    penalties : sequence of float
+        Penalties of the regressions that are tried.
     seed : int
         Seed of the order of the benches.
     tell : callable
@@ -141,7 +148,7 @@ def loss_of(
     -------
     tensor
     """
-    rises = np.array([np.interp(SIZES_MM, adaptation.SIZES_MM, rise) for rise in adaptation.RISES])
+    rises = np.array([np.interp(SIZES_MM, _RISE_SIZES_MM, rise) for rise in _RISES])
     lacking = height * torch.as_tensor(rises).to(scores) - scores[:, None]
     centred = features - features.mean(1, keepdim=True)
     products, count = centred @ centred.transpose(1, 2), features.shape[1]
@@ -152,7 +159,7 @@ def loss_of(
         each.append(scores[:, None] + lacking - residuals / freedom(hat)[:, None])
     adapted = torch.cat(each, 1)
     losses, nodules = missed(adapted, _ALL_ALIKE), int((SIZE_PLACE > 0).sum())
-    weights = torch.softmax(-adaptation.STRICTNESS * nodules * losses.detach(), 1)
+    weights = torch.softmax(-_STRICTNESS * nodules * losses.detach(), 1)
     together = (adapted * weights[..., None]).sum(1)
     return (missed(together) + _SHARE_OF_EACH * (losses * weights).sum(1)).mean()
 

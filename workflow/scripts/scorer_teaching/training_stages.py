@@ -12,6 +12,8 @@ from scorer_teaching.projection import gradients_of, teach_projection
 from scorer_teaching.weights import checked_weights
 
 _HELD_OUT = 40
+# Penalties that are tried in each episode.
+_PENALTIES = (1.0, 0.1, 0.01, 0.001)
 
 
 def network_weights(
@@ -65,6 +67,6 @@ def with_projection(
     """
     makers = random_benches(seed, first, count, base)
     gradients = gradients_of(makers, unprojected(weights), Progress(len(makers)).tell)
-    height, penalties, progress = taught["height"], taught["penalties"], Progress(1.0)
+    height, penalties, progress = taught["height"], _PENALTIES, Progress(1.0)
     projection = teach_projection(gradients, height, penalties, seed, progress.tell)
     return weights | {"projection": projection}

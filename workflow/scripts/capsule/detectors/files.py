@@ -12,6 +12,7 @@ from capsule.fits import by_size
 from capsule.kinds import Settings
 from capsule.naming import sizes_of
 from capsule.particles import Particle
+from capsule.places import places_of
 from capsule.results import BEST_PLACES, FEATURES, Results
 from capsule.templates import ParticleTotal, TemplateSet, total
 
@@ -74,4 +75,5 @@ def read_training_archive(
         settings,
         results.described(FEATURES, rows, read_features),
         {name: row["no_verdict"] for name, row in rows.items()},
+        places_of(rows),
     )

@@ -99,7 +99,7 @@ _ROWS = (
         section="taught",
         by_features=True,
         drawn=("beats", "stretches"),
-        needs="three healthy recordings, and four sensors with a peristaltic wave on each",
+        needs="four sensors with a peristaltic wave on each",
     ),
 )
 DETECTORS = {row.name: row for row in _ROWS}

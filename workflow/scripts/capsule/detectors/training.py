@@ -6,7 +6,9 @@ from functools import cached_property
 from importlib import import_module
 from typing import Any, Protocol, TypeVar
 
-from capsule.arrays import FloatArray
+import numpy as np
+
+from capsule.arrays import FloatArray, IntArray
 from capsule.detectors.passage import Passage, passage_of
 from capsule.detectors.registry import detector_row
 from capsule.detectors.scorer import Features, Scorer, features_of
@@ -62,6 +64,9 @@ class TrainingArchive:
         The features of each recording; empty if no detector uses them.
     no_verdict : mapping of str to str
         The reason why no detector judges a recording; empty or absent if it is judged.
+    places : mapping of str to str
+        The place of each recording, from `capsule.places.places_of`; one that is absent is a place
+        of its own.
     """
 
     sizes_mm: Mapping[str, float]
@@ -72,6 +77,7 @@ class TrainingArchive:
     settings: Settings
     features: Mapping[str, Features] = field(default_factory=dict)
     no_verdict: Mapping[str, str] = field(default_factory=dict)
+    places: Mapping[str, str] = field(default_factory=dict)
     _made: dict[Callable[["TrainingArchive"], Any], Any] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
@@ -84,6 +90,12 @@ class TrainingArchive:
             self._made[make] = make(self)
         made: Shared = self._made[make]
         return made
+
+    def place_numbers(self, names: Sequence[str]) -> IntArray:
+        """Return the place of each recording as a number, (n,); passes over one place share it."""
+        numbers: dict[str, int] = {}
+        of_each = [self.places.get(name, name) for name in names]
+        return np.array([numbers.setdefault(place, len(numbers)) for place in of_each], dtype=int)
 
     def recording(self, name: str) -> "ArchivedRecording":
         """Return a recording of the archive for the detectors."""

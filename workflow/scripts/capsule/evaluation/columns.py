@@ -11,7 +11,6 @@ COLUMNS = {
     "brier": ["detector", "scheme", "recordings", "prevalence", "brier", "brier_uninformed"],
     "localisation": ["detector", "scheme", "size_mm", "recordings", "median_absolute_error_mm"],
     "comparison": ["scheme", "first", "second", "measure", "size_mm", "recordings"],
-    "permutation": ["detector", "scheme", "auc", "by_chance", "p"],
     "retest": ["detector", "scheme", "passes", "size_mm", "sites", "detected"],
     "auc": ["detector", "scheme", "size_mm", "auc"],
     "roc": ["detector", "scheme", "size_mm", "false_positive_rate", "true_positive_rate"],

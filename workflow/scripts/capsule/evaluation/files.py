@@ -13,7 +13,7 @@ from capsule.kinds import Settings
 
 # Columns of text that people have written: in these, 01 is not a number and NA is a name.
 TEXT = {"recording", "status", "reason", "sha256", "readings_sha256", "source", "near_copies"}
-TEXT |= {"path", "site", "session", "detector", "scheme"}
+TEXT |= {"path", "site", "session", "setup", "detector", "scheme"}
 
 
 def read_table(path: Path) -> pd.DataFrame:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from capsule.evaluation.folds import main_scheme
+from capsule.evaluation.cross_validation import HELD_OUT, choosing_scheme
 
 
 @dataclass(frozen=True)
@@ -31,6 +31,28 @@ class Lead:
     compared: int
 
 
+def headline_confidence(lead: Lead, scheme: str, confidence: float) -> float:
+    """Return the level of the leading detector's intervals, after which their promise holds.
+
+    The best of several detectors looks better than it is. The intervals of all of them hold at once
+    if each has the level ``1 - (1 - confidence) / number compared`` (Bonferroni 1936), so they also
+    hold for the best one, whichever it is. A detector that the configuration names was not chosen
+    by its rates. Held-out recordings had no part in the choice.
+
+    Parameters
+    ----------
+    lead : Lead
+        From `leading`.
+    scheme : str
+        The scheme whose rates are shown.
+    confidence : float
+        Wanted level, such as 0.95.
+    """
+    if lead.named or scheme == HELD_OUT:
+        return confidence
+    return 1 - (1 - confidence) / max(lead.compared, 1)
+
+
 def leading(
     predictions: pd.DataFrame, detectors: Sequence[str], schemes: Sequence[str], named: str
 ) -> Lead:
@@ -43,11 +65,11 @@ def leading(
     detectors : sequence of str
         The detectors, in the order of the configuration; of equally good ones, the first leads.
     schemes : sequence of str
-        The schemes of the evaluation; the main scheme counts.
+        The schemes of the evaluation; `choosing_scheme` counts.
     named : str
         The configured detector. Any other text selects the highest balanced accuracy.
     """
-    of_scheme = predictions[predictions["scheme"] == main_scheme(schemes)]
+    of_scheme = predictions[predictions["scheme"] == choosing_scheme(schemes)]
     reached = {
         name: balanced_accuracy(of_scheme[of_scheme["detector"] == name]) for name in detectors
     }

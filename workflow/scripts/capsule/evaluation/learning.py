@@ -1,24 +1,30 @@
 """The learning curve: the rates that a part of an archive reaches, to see if more would help.
 
-The archive is divided at random into four parts, with each size spread evenly. One, two or three
-parts teach, and the rest is judged. A small archive is divided several times, and every part takes
-its turn. A large archive needs fewer turns to judge as many recordings, which limits the work. The
-last point is leave-one-out, where all recordings except one or a few teach.
+The places of the archive are dealt at random into four parts, with each size spread evenly. One,
+two or three parts teach, and the rest is judged: no place, and no near copy, is on both sides. A
+small archive is divided several times, and every part takes its turn. A large archive needs fewer
+turns to judge as many recordings, which limits the work. The last point is leave-one-out, where all
+recordings except those of one place or of a few teach.
 """
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from math import sqrt
-from statistics import NormalDist
+from dataclasses import dataclass
+from itertools import chain
+from math import ceil
 
 import numpy as np
 
-from capsule.arrays import FloatArray
 from capsule.detectors.training import Detector, TrainingArchive
-from capsule.evaluation.folds import LEAVE_ONE_OUT
-from capsule.evaluation.learning_splits import Split, counts_in_folds, draw_splits, taught_counts
-from capsule.evaluation.rates import interval_columns, rate_columns
+from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT, Fold
+from capsule.evaluation.intervals import gain_interval, rate_of
+from capsule.evaluation.rates import interval_columns
 from capsule.kinds import Cells, Row, Spread
+from capsule.seeding import generator
 
+PARTS = 4
+# Wanted number of recordings times splits at each share, and the largest number of splits.
+_DRAWN, _MOST_SPLITS = 960, 40
 # The share that stands for leave-one-out.
 ALL_BUT_ONE = 1.0
 COLUMNS = [
@@ -31,6 +37,7 @@ COLUMNS = [
     "size_to_mm",
     "taught_of_size",
     "judged",
+    "clusters",
     "rate",
     "rate_low",
     "rate_high",
@@ -40,35 +47,138 @@ COLUMNS = [
 ]
 
 
+@dataclass(frozen=True)
+class Split:
+    """A division of an archive into recordings that teach and recordings that are judged.
+
+    Attributes
+    ----------
+    share : float
+        Share of the archive that teaches.
+    taught, judged : tuple of str
+        Names of the recordings; together they are the whole archive.
+    """
+
+    share: float
+    taught: tuple[str, ...]
+    judged: tuple[str, ...]
+
+
+def deal(
+    sizes_mm: Mapping[str, float], numbers: np.random.Generator, places: Mapping[str, str]
+) -> list[list[str]]:
+    """Return the recordings in four parts, with each size spread as evenly as possible.
+
+    Parameters
+    ----------
+    sizes_mm : mapping of str to float
+        The recordings and their true sizes, in an order that does not depend on names.
+    numbers : Generator
+        Source of the random numbers that shuffle the places of each size.
+    places : mapping of str to str
+        The place of each recording. All recordings of a place come into one part.
+    """
+    members: dict[str, list[str]] = {}
+    for name in sizes_mm:
+        members.setdefault(places[name], []).append(name)
+    shuffled: list[list[str]] = []
+    for size_mm in sorted(set(sizes_mm.values())):
+        # A place with several labels is dealt with its smallest size.
+        of_size = [m for m in members.values() if min(sizes_mm[name] for name in m) == size_mm]
+        shuffled += [of_size[place] for place in numbers.permutation(len(of_size))]
+    return [list(chain(*shuffled[part::PARTS])) for part in range(PARTS)]
+
+
+def draw_splits(sizes_mm: Mapping[str, float], seed: int, places: Mapping[str, str]) -> list[Split]:
+    """Draw the splits at a quarter, a half and three quarters of an archive.
+
+    Parameters
+    ----------
+    sizes_mm : mapping of str to float
+        The recordings and their true sizes, as in `deal`.
+    seed : int
+        The configured seed.
+    places : mapping of str to str
+        The place of each recording, as in `deal`.
+
+    Returns
+    -------
+    list of Split
+        The splits, ordered by share; empty if there is no recording.
+    """
+    if not sizes_mm:
+        return []
+    wanted = min(ceil(_DRAWN / len(sizes_mm)), _MOST_SPLITS)
+    deals, turns = ceil(wanted / PARTS), range(0, PARTS, PARTS // min(wanted, PARTS))
+    dealt = [
+        deal(sizes_mm, generator(seed, "learning", str(each)), places) for each in range(deals)
+    ]
+    drawn = []
+    for count in range(1, PARTS):
+        for parts in dealt:
+            for first in turns:
+                turned = parts[first:] + parts[:first]
+                taught, judged = chain(*turned[:count]), chain(*turned[count:])
+                drawn.append(Split(count / PARTS, tuple(taught), tuple(judged)))
+    return drawn
+
+
+def taught_counts(splits: Sequence[Split], sizes_mm: Mapping[str, float]) -> dict[float, float]:
+    """Return how many recordings of each size teach, on average over the splits."""
+    times = Counter(sizes_mm[name] for split in splits for name in split.taught)
+    return {size_mm: times[size_mm] / len(splits) for size_mm in sorted(set(sizes_mm.values()))}
+
+
+def counts_in_folds(folds: Sequence[Fold], sizes_mm: Mapping[str, float]) -> dict[float, float]:
+    """Return how many recordings of each size teach, on average over the judged recordings.
+
+    Parameters
+    ----------
+    folds : sequence of Fold
+        The folds of one scheme.
+    sizes_mm : mapping of str to float
+        The recordings that may teach, and their true sizes.
+    """
+    counts, judged = Counter(sizes_mm.values()), sum(len(fold.judged) for fold in folds)
+    left_out: Counter[float] = Counter()
+    for fold in folds:
+        for name in fold.left_out & sizes_mm.keys():
+            left_out[sizes_mm[name]] += len(fold.judged)
+    return {size: count - left_out[size] / judged for size, count in counts.items()}
+
+
 def mean_right(
-    detector: Detector, archive: TrainingArchive, splits: Sequence[Split]
+    detector: Detector, archive: TrainingArchive, splits: Sequence[Split], apart: Sequence[str] = ()
 ) -> dict[str, float]:
     """Teach a detector with each split, and return how often each recording is judged correctly.
+
+    Recordings that stand apart, those of held-out sessions, teach nothing.
 
     Returns
     -------
     dict of str to float
-        Share of correct verdicts of each recording; NaN if it never had a verdict.
+        Share of correct verdicts of each recording. No verdict is not a correct one. A split that
+        teaches too little for any verdict does not count; NaN if no split counts.
     """
-    verdicts: dict[str, list[float]] = {name: [] for name in archive.sizes_mm}
+    verdicts: dict[str, list[float]] = {}
     for split in splits:
-        model = detector.without(split.judged)
-        for name in split.judged:
-            predicted_mm = model.verdict(archive.recording(name)).predicted_mm
-            verdicts[name].append(is_right(archive.sizes_mm[name], predicted_mm))
-    return {name: _mean_of_known(each) for name, each in verdicts.items()}
+        model = detector.without([*split.judged, *apart])
+        predicted_mm = {
+            name: model.verdict(archive.recording(name)).predicted_mm for name in split.judged
+        }
+        taught_enough = not all(map(np.isnan, predicted_mm.values()))
+        for name, predicted in predicted_mm.items():
+            rights = verdicts.setdefault(name, [])
+            if taught_enough:
+                rights.append(is_right(archive.sizes_mm[name], predicted))
+    return {
+        name: sum(each) / len(each) if each else float("nan") for name, each in verdicts.items()
+    }
 
 
 def is_right(true_mm: float, predicted_mm: float) -> float:
-    """Return 1 for a correct verdict (nodule or none), 0 for a wrong one, NaN for no verdict."""
-    if np.isnan(predicted_mm):
-        return float("nan")
-    return float((true_mm > 0) == (predicted_mm > 0))
-
-
-def _mean_of_known(values: Sequence[float]) -> float:
-    known = [value for value in values if not np.isnan(value)]
-    return sum(known) / len(known) if known else float("nan")
+    """Return 1 for a correct verdict (nodule or none), 0 for a wrong one and for no verdict."""
+    return float(predicted_mm > 0 if true_mm > 0 else predicted_mm == 0)
 
 
 def size_ranges(sizes_mm: Iterable[float]) -> list[tuple[float, float]]:
@@ -86,42 +196,11 @@ def main_ranges(sizes_mm: Iterable[float]) -> list[tuple[float, float]]:
     return [*ranges, (nodules[1], nodules[-1])] if len(nodules) > 1 else ranges
 
 
-def mean_gain(
-    before: FloatArray, after: FloatArray, confidence: float
-) -> tuple[float, float, float]:
-    """Return the mean gain in correct verdicts of the same recordings, with its interval.
-
-    The interval is that of Bonett and Price for paired shares (2012): a Wald interval with two
-    added recordings, one that gains everything and one that loses everything. It also holds for
-    means over splits, whose differences lie between these two.
-
-    Parameters
-    ----------
-    before, after : (n,) array
-        Share of correct verdicts of each recording, 0 to 1; NaN if it was never judged.
-    confidence : float
-        Level of the interval.
-
-    Returns
-    -------
-    value, low, high : float
-        All NaN if no recording was judged both times.
-    """
-    difference = after - before
-    difference = difference[~np.isnan(difference)]
-    if difference.size == 0:
-        return float("nan"), float("nan"), float("nan")
-    widened = np.append(difference, [1.0, -1.0])
-    reach = NormalDist().inv_cdf(0.5 + confidence / 2) * sqrt(widened.var() / widened.size)
-    centre, value = float(widened.mean()), float(difference.mean())
-    # The two added recordings move the interval towards 0; it must still contain the mean.
-    return value, min(max(centre - reach, -1.0), value), max(min(centre + reach, 1.0), value)
-
-
 def learning_rows(
     detectors: Mapping[str, Detector],
     archive: TrainingArchive,
     predictions: Iterable[Row],
+    folds: Sequence[Fold],
     spread: Spread = map,
 ) -> list[Cells]:
     """Return the rates of each detector for each number of recordings that teach it.
@@ -136,8 +215,10 @@ def learning_rows(
     predictions : iterable of mapping
         Rows with ``detector``, ``scheme``, ``recording`` and ``predicted_mm``; those of
         leave-one-out give the last point.
+    folds : sequence of Fold
+        The folds of the evaluation. They tell which recordings are held out.
     spread : callable
-        As in `capsule.evaluation.predictions.by_folds`.
+        As in `capsule.evaluation.cross_validation.cross_validate`.
 
     Returns
     -------
@@ -145,19 +226,23 @@ def learning_rows(
         One row for each detector, share and range of sizes, with the columns `COLUMNS`.
         ``taught``, ``taught_healthy`` and ``taught_of_size`` are means over the splits. ``rate`` is
         the specificity if both sizes are 0, otherwise the sensitivity; its Wilson interval counts
-        each recording once. ``gain`` is the rate of leave-one-out minus this rate (`mean_gain`).
+        each recording once, over places. ``gain`` is the rate of leave-one-out minus this rate
+        (`capsule.evaluation.intervals.gain_interval`).
     """
-    sizes_mm, rules = archive.sizes_mm, archive.settings["evaluation"]
+    rules = archive.settings["evaluation"]
+    apart = [name for fold in folds if fold.scheme == HELD_OUT for name in fold.judged]
+    sizes_mm = {name: size for name, size in archive.sizes_mm.items() if name not in set(apart)}
+    places = {name: archive.places.get(name, name) for name in sizes_mm}
     by_share: dict[float, list[Split]] = {}
-    for split in draw_splits(sizes_mm, rules["seed"]):
+    for split in draw_splits(sizes_mm, rules["seed"], places):
         by_share.setdefault(split.share, []).append(split)
     alone = _left_out_alone(predictions, sizes_mm)
-    counts_alone = counts_in_folds(sizes_mm, rules["most_folds"])
+    alone_folds = [fold for fold in folds if fold.scheme == LEAVE_ONE_OUT]
     points_of = [(name, share) for name in detectors for share in by_share]
 
     def right_at(point: tuple[str, float]) -> dict[str, float]:
         name, share = point
-        return mean_right(detectors[name], archive, by_share[share])
+        return mean_right(detectors[name], archive, by_share[share], apart)
 
     right = dict(zip(points_of, spread(right_at, points_of), strict=True))
     rows = []
@@ -168,10 +253,11 @@ def learning_rows(
             for share, each in by_share.items()
         ]
         if last is not None:
+            counts_alone = counts_in_folds(alone_folds, sizes_mm)
             points.append((ALL_BUT_ONE, len(last), last, None, counts_alone))
         for share, splits, of_share, after, counts in points:
             key = {"detector": name, "share": share, "splits": splits}
-            made = rate_rows(of_share, after, sizes_mm, counts, rules["confidence"])
+            made = rate_rows(of_share, after, sizes_mm, counts, places, rules["confidence"])
             rows += [key | row for row in made]
     return rows
 
@@ -194,6 +280,7 @@ def rate_rows(
     after: Mapping[str, float] | None,
     sizes_mm: Mapping[str, float],
     counts: Mapping[float, float],
+    places: Mapping[str, str],
     confidence: float,
 ) -> list[Cells]:
     """Return the rates of one detector at one share, one row for each range of sizes.
@@ -207,18 +294,24 @@ def rate_rows(
         The recordings and their true sizes.
     counts : mapping of float to float
         Mean number of recordings of each size that teach.
+    places : mapping of str to str
+        As in `learning_rows`.
     confidence : float
         Level of the intervals.
     """
     rows = []
+    number_of = {place: number for number, place in enumerate(dict.fromkeys(places.values()))}
     for first, last in size_ranges(sizes_mm.values()):
         names = [name for name, size in sizes_mm.items() if first <= size <= last]
+        clusters = np.array([number_of[places[name]] for name in names], dtype=int)
         each = np.array([right[name] for name in names])
         later = np.array([np.nan if after is None else after[name] for name in names])
-        known = each[~np.isnan(each)]
+        known = ~np.isnan(each)
         row = {"taught": round(sum(counts.values()), 6), "taught_healthy": counts.get(0.0, 0.0)}
-        row |= {"size_from_mm": first, "size_to_mm": last, "judged": known.size}
+        row |= {"size_from_mm": first, "size_to_mm": last, "judged": int(known.sum())}
         row["taught_of_size"] = sum(n for size, n in counts.items() if first <= size <= last)
-        row |= rate_columns("rate", float(known.sum()), known.size, confidence)
-        rows.append(row | interval_columns("gain", mean_gain(each, later, confidence)))
+        row["clusters"] = np.unique(clusters[known]).size
+        row |= interval_columns("rate", rate_of(each[known], clusters[known], confidence))
+        gain = gain_interval(each, later, confidence, clusters)
+        rows.append(row | interval_columns("gain", gain))
     return rows

@@ -1,6 +1,7 @@
 """The rates printed in the paper, as tables like ours, with the counts that follow from them."""
 
-from capsule.evaluation.rates import rate_columns
+from capsule.evaluation.intervals import ONE_SIDED, rate
+from capsule.evaluation.rates import interval_columns
 from capsule.kinds import Cells, Row, Settings
 
 NAME = "paper"
@@ -23,7 +24,8 @@ def printed_tables(printed: Settings, confidence: float) -> dict[str, list[Cells
     Returns
     -------
     dict of str to list of dict
-        ``detection``, ``specificity``, ``sizing`` and ``confusion``. Rates are fractions. Of
+        ``detection``, ``specificity``, ``sizing`` and ``confusion``. Rates are fractions. Each
+        recording counts as a cluster, because the paper names no set-ups. Of
         ``confusion``, only the rows for recordings without a nodule are known.
     """
     count = printed["recordings_per_size"]
@@ -32,10 +34,12 @@ def printed_tables(printed: Settings, confidence: float) -> dict[str, list[Cells
     sizing = [key | _sizing_row(row, count, confidence) for row in printed["sizing"]]
     negatives = count - sum(row["fp"] for row in detection)
     specificity = key | {"healthy": count, "true_negatives": negatives}
-    specificity |= rate_columns("specificity", negatives, count, confidence)
+    specificity |= _bounded("specificity", negatives, count, confidence)
     taken_for = {0.0: negatives} | {row["size_mm"]: row["fp"] for row in detection}
     confusion = [
-        key | {"size_mm": 0.0, "predicted_mm": size_mm, "count": hits}
+        key
+        | {"size_mm": 0.0, "predicted_mm": size_mm, "count": hits}
+        | interval_columns("share", rate(hits, count, confidence))
         for size_mm, hits in taken_for.items()
     ]
     return {
@@ -55,8 +59,8 @@ def _detection_row(row: Row, count: int, confidence: float) -> Cells:
         "fp": positives - true_positives,
         "fn": count - true_positives,
     }
-    precision = rate_columns("precision", true_positives, positives, confidence)
-    return counts | precision | rate_columns("recall", true_positives, count, confidence)
+    precision = _bounded("precision", true_positives, positives, confidence)
+    return counts | precision | _bounded("recall", true_positives, count, confidence)
 
 
 def _sizing_row(row: Row, count: int, confidence: float) -> Cells:
@@ -65,9 +69,16 @@ def _sizing_row(row: Row, count: int, confidence: float) -> Cells:
         "size_mm": float(row["size_mm"]),
         "recordings": count,
         "exact": exact,
-        **rate_columns("exact_rate", exact, count, confidence),
+        **interval_columns("exact_rate", rate(exact, count, confidence)),
         "within": within,
-        **rate_columns("within_rate", within, count, confidence),
+        **interval_columns("within_rate", rate(within, count, confidence)),
         "one_sided": row["one_sided"],
         "mean_absolute_error_mm": float("nan"),
+        "clusters": count,
     }
+
+
+def _bounded(name: str, hits: int, count: int, confidence: float) -> Cells:
+    """Return the columns of a rate with its interval and its one-sided bound, and ``clusters``."""
+    bound = {f"{name}_at_least": rate(hits, count, 2 * ONE_SIDED - 1)[1]}
+    return interval_columns(name, rate(hits, count, confidence)) | bound | {"clusters": count}

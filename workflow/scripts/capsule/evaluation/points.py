@@ -2,8 +2,6 @@
 
 import pandas as pd
 
-from capsule.evaluation.rates import rate
-
 COLUMNS = [
     *("measure", "size_mm", "detector", "scheme"),
     *("hits", "of", "rate", "low", "high", "one_sided"),
@@ -31,31 +29,27 @@ def sizing_points(sizing: pd.DataFrame) -> pd.DataFrame:
     )
 
 
-def negative_points(confusion: pd.DataFrame, confidence: float) -> pd.DataFrame:
+def negative_points(confusion: pd.DataFrame) -> pd.DataFrame:
     """Return how the recordings without a nodule were classified.
 
     Parameters
     ----------
     confusion : DataFrame
-        Counts for each detector, scheme, true size and predicted size.
-    confidence : float
-        Level of the Wilson intervals.
+        Counts and shares for each detector, scheme, true size and predicted size.
 
     Returns
     -------
     DataFrame
-        ``size_mm`` is the predicted size. A detector and scheme without such recordings have no
-        row.
+        ``size_mm`` is the predicted size; NaN for no verdict. A detector and scheme without such
+        recordings have no row.
     """
     healthy = confusion[confusion["size_mm"] == 0]
-    total = healthy.groupby(["detector", "scheme"], sort=False)["count"].transform("sum")
-    rows = []
-    for (_, row), of in zip(healthy.iterrows(), total, strict=True):
-        if of > 0:
-            values = rate(int(row["count"]), int(of), confidence)
-            key = ["classified", row["predicted_mm"], row["detector"], row["scheme"]]
-            rows.append([*key, row["count"], of, *values, False])
-    return pd.DataFrame(rows, columns=COLUMNS)
+    healthy = healthy.assign(
+        of=healthy.groupby(["detector", "scheme"], sort=False)["count"].transform("sum"),
+        size_mm=healthy["predicted_mm"],
+    )
+    points = _points(healthy[healthy["of"] > 0], "share", "count", "of")
+    return points.assign(measure="classified").reset_index(drop=True)
 
 
 def _points(table: pd.DataFrame, measure: str, hits: str, of: str) -> pd.DataFrame:

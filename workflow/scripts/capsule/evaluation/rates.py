@@ -1,74 +1,79 @@
-"""The rates of correct verdicts, as the paper defines them, with intervals."""
+"""The rates of correct verdicts, as the paper defines them, with intervals.
 
-import math
-from collections.abc import Sequence
-from statistics import NormalDist
+A recording without a verdict counts as a failure: it stays in the denominators of sensitivity,
+specificity and the rates of sizes. A precision is a share of given verdicts (Schuetz et al., BMJ
+345, 2012). A detector that gives no verdict at all under a scheme has no rows.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
+import pandas as pd
 
-from capsule.arrays import BoolArray, FloatArray
-from capsule.kinds import Cells, Row
+from capsule.arrays import BoolArray, FloatArray, IntArray
+from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT, RESUBSTITUTION
+from capsule.evaluation.intervals import (
+    FEWEST_CLUSTERS,
+    Interval,
+    lower_bound,
+    rate_of,
+)
+from capsule.kinds import Cells, Settings
+from capsule.places import places_of
 
 _RATES = {
     name: [name, f"{name}_low", f"{name}_high"]
-    for name in ("precision", "recall", "specificity", "exact_rate", "within_rate")
+    for name in ("precision", "recall", "specificity", "exact_rate", "within_rate", "share")
 }
+_BOUND = {name: [*_RATES[name], f"{name}_at_least"] for name in _RATES}
 _KEY = ["detector", "scheme"]
 # The columns of every table; a table without rows has them too.
 COLUMNS = {
-    "detection": [*_KEY, "size_mm", "tp", "fp", "fn", *_RATES["precision"], *_RATES["recall"]],
-    "specificity": [*_KEY, "healthy", "true_negatives", *_RATES["specificity"]],
-    "sizing": [
-        *_KEY,
-        "size_mm",
-        "recordings",
-        "exact",
-        *_RATES["exact_rate"],
-        "within",
-        *_RATES["within_rate"],
-        "one_sided",
-        "mean_absolute_error_mm",
+    "detection": [
+        *(*_KEY, "size_mm", "tp", "fp", "fn"),
+        *(*_BOUND["precision"], *_BOUND["recall"], "clusters"),
     ],
-    "confusion": [*_KEY, "size_mm", "predicted_mm", "count"],
+    "specificity": [*_KEY, "healthy", "true_negatives", *_BOUND["specificity"], "clusters"],
+    "sizing": [
+        *(*_KEY, "size_mm", "recordings", "exact", *_RATES["exact_rate"]),
+        *("within", *_RATES["within_rate"], "one_sided", "mean_absolute_error_mm", "clusters"),
+    ],
+    "confusion": [*_KEY, "size_mm", "predicted_mm", "count", *_RATES["share"]],
 }
+# Under these, the place is left out, or nothing; under any other one, whole set-ups may be.
+_OVER_PLACES = (LEAVE_ONE_OUT, RESUBSTITUTION)
 
 
-def rate(hits: float, count: int, confidence: float) -> tuple[float, float, float]:
-    """Return a rate and its Wilson interval.
-
-    Parameters
-    ----------
-    hits, count : float, int
-        How many of how many. Hits that are means of several verdicts need not be whole numbers.
-    confidence : float
-        Level of the interval, such as 0.95.
-
-    Returns
-    -------
-    value, low, high : float
-        All NaN if the count is 0.
-    """
-    if count == 0:
-        return float("nan"), float("nan"), float("nan")
-    share = hits / count
-    z = NormalDist().inv_cdf(0.5 + confidence / 2)
-    centre = share + z**2 / (2 * count)
-    reach = z * math.sqrt(share * (1 - share) / count + (z / (2 * count)) ** 2)
-    scale = 1 + z**2 / count
-    # If all or none are hits, the interval ends exactly there; rounding would move it.
-    low = 0.0 if hits == 0 else (centre - reach) / scale
-    high = 1.0 if hits == count else (centre + reach) / scale
-    return share, min(low, share), max(high, share)
-
-
-def interval_columns(name: str, values: Sequence[float]) -> dict[str, float]:
+def interval_columns(name: str, values: Interval) -> dict[str, float]:
     """Return a value and its interval's ends as ``name``, ``name_low`` and ``name_high``."""
     return dict(zip((name, f"{name}_low", f"{name}_high"), values, strict=True))
 
 
-def rate_columns(name: str, hits: float, count: int, confidence: float) -> dict[str, float]:
-    """Return a rate and its Wilson interval, named as in `interval_columns`."""
-    return interval_columns(name, rate(hits, count, confidence))
+def rate_columns(
+    name: str, rows: pd.DataFrame, right: pd.Series | BoolArray, confidence: float
+) -> dict[str, float]:
+    """Return the share of right verdicts and its Wilson interval over clusters.
+
+    Parameters
+    ----------
+    name : str
+        Names the columns, as in `interval_columns`.
+    rows : DataFrame
+        The n recordings, from `of_each`.
+    right : (n,) array of bool
+        Which are right; the others are failures.
+    confidence : float
+        Level of the interval.
+    """
+    return interval_columns(name, rate_of(np.asarray(right), clusters_of(rows), confidence))
+
+
+def bounded_columns(
+    name: str, rows: pd.DataFrame, right: pd.Series | BoolArray, confidence: float
+) -> dict[str, float]:
+    """Return the columns of `rate_columns`, and `lower_bound` as ``name_at_least``."""
+    columns = rate_columns(name, rows, right, confidence)
+    return columns | {f"{name}_at_least": lower_bound(np.asarray(right), clusters_of(rows))}
 
 
 def is_within(
@@ -80,169 +85,221 @@ def is_within(
     return (np.asarray(predicted_mm) > 0) & near
 
 
-def detection_counts(true_mm: FloatArray, predicted_mm: FloatArray, size_mm: float) -> Cells:
-    """Return the numbers of true positives, false positives and false negatives of one size b.
+def with_clusters(
+    predictions: pd.DataFrame, index: Mapping[str, Mapping[str, str]] | None
+) -> pd.DataFrame:
+    """Return predictions with the place and the set-up of each recording, in the index's order.
+
+    Parameters
+    ----------
+    predictions : DataFrame
+        results/evaluation/predictions.csv.
+    index : mapping of str to mapping, optional
+        Rows of results/recordings.csv. If not given, each recording is a place of its own.
+
+    Returns
+    -------
+    DataFrame
+        With ``place`` and ``setup``, whole numbers. The set-up is -1 if the header names none, or
+        if the scheme leaves out places at most.
+    """
+    if index is None:
+        of_scheme = predictions.groupby(_KEY, sort=False).cumcount()
+        return predictions.assign(place=of_scheme, setup=-1)
+    turn = {name: number for number, name in enumerate(index)}
+    places, setups = places_of(index), {name: row.get("setup") for name, row in index.items()}
+    numbers = {name: number for number, name in enumerate(dict.fromkeys(setups.values())) if name}
+    named = predictions["recording"]
+    joined = predictions.assign(
+        place=[turn[places[name]] for name in named],
+        setup=[numbers.get(setups[name] or "", -1) for name in named],
+    )
+    joined.loc[joined["scheme"].isin(_OVER_PLACES), "setup"] = -1
+    return joined.iloc[np.argsort([turn[name] for name in named], kind="stable")]
+
+
+def cluster_unit(*kinds: pd.DataFrame) -> str:
+    """Return the column with the clusters of a measure: what the next archive draws anew.
+
+    It is the set-up, if every recording has one and each kind has at least three. It is the place
+    otherwise.
+
+    Parameters
+    ----------
+    *kinds : DataFrame
+        The recordings of each rate that the measure is made of.
+    """
+    for rows in kinds:
+        setups = rows["setup"].to_numpy()
+        if (setups < 0).any() or np.unique(setups).size < FEWEST_CLUSTERS:
+            return "place"
+    return "setup"
+
+
+def clusters_of(rows: pd.DataFrame) -> IntArray:
+    """Return the cluster of each recording of a rate, as in `cluster_unit`."""
+    clusters: IntArray = rows[cluster_unit(rows)].to_numpy()
+    return clusters
+
+
+def cluster_count(rows: pd.DataFrame) -> int:
+    """Return the number of clusters, on which the intervals of a row of a table rest."""
+    return int(np.unique(clusters_of(rows)).size)
+
+
+def of_each(
+    predictions: pd.DataFrame, index: Mapping[str, Mapping[str, str]] | None = None
+) -> Iterator[tuple[Cells, pd.DataFrame]]:
+    """Yield the verdicts of each detector under each scheme, if it gave any.
+
+    Parameters
+    ----------
+    predictions, index
+        As in `with_clusters`.
+
+    Yields
+    ------
+    key : dict of str to str
+        ``detector`` and ``scheme``.
+    rows : DataFrame
+        The columns of numbers, with ``place`` and ``setup``, by recording.
+    """
+    if predictions.empty:
+        return
+    joined = with_clusters(predictions, index)
+    if "recording" in joined:
+        joined = joined.set_index("recording")
+    schemes = list(dict.fromkeys(predictions["scheme"]))
+    for detector in predictions["detector"].unique():
+        for scheme in sorted(schemes, key=_turn_of):
+            rows = joined[(joined["detector"] == detector) & (joined["scheme"] == scheme)]
+            if rows["predicted_mm"].notna().any():
+                yield {"detector": detector, "scheme": scheme}, rows.select_dtypes("number")
+
+
+def _turn_of(scheme: str) -> int:
+    """Return the turn of a scheme in a table: what was held out first, what was learned last."""
+    return {HELD_OUT: 0, LEAVE_ONE_OUT: 1, RESUBSTITUTION: 3}.get(scheme, 2)
+
+
+def detection_table(
+    rows: pd.DataFrame, sizes_mm: Sequence[float], confidence: float
+) -> Iterator[Cells]:
+    """Yield precision and recall of every nodule size b, with intervals.
 
     Only these definitions give the paper's numbers. TP: recordings of size b in which any nodule is
     detected. FN: recordings of size b in which none is detected. FP: recordings without a nodule
     whose predicted size is exactly b.
-
-    Parameters
-    ----------
-    true_mm, predicted_mm : (R,) array
-        Sizes in mm of the recordings, 0 for no nodule.
-    size_mm : float
-        The size b.
-
-    Returns
-    -------
-    dict
-        ``tp``, ``fp`` and ``fn``.
     """
-    of_size, detected = true_mm == size_mm, predicted_mm > 0
-    return {
-        "tp": int(np.sum(of_size & detected)),
-        "fp": int(np.sum((true_mm == 0) & (predicted_mm == size_mm))),
-        "fn": int(np.sum(of_size & ~detected)),
-    }
-
-
-def detection_table(
-    true_mm: FloatArray, predicted_mm: FloatArray, sizes_mm: Sequence[float], confidence: float
-) -> list[Cells]:
-    """Return precision and recall of every nodule size, with intervals."""
-    rows = []
+    true_mm, predicted_mm = rows["size_mm"], rows["predicted_mm"]
     for size_mm in sizes_mm:
-        counts = detection_counts(true_mm, predicted_mm, size_mm)
-        row = {"size_mm": size_mm, **counts}
-        positives = counts["tp"] + counts["fp"]
-        row |= rate_columns("precision", counts["tp"], positives, confidence)
-        row |= rate_columns("recall", counts["tp"], counts["tp"] + counts["fn"], confidence)
-        rows.append(row)
-    return rows
+        of_size, detected = true_mm == size_mm, predicted_mm > 0
+        hit, alarm = of_size & detected, (true_mm == 0) & (predicted_mm == size_mm)
+        row: Cells = {"size_mm": size_mm, "tp": int(hit.sum()), "fp": int(alarm.sum())}
+        row["fn"] = int((of_size & ~detected).sum())
+        positive = hit | alarm
+        row |= bounded_columns("precision", rows[positive], hit[positive], confidence)
+        row |= bounded_columns("recall", rows[of_size], hit[of_size], confidence)
+        yield row | {"clusters": cluster_count(rows[of_size])}
 
 
-def specificity_row(true_mm: FloatArray, predicted_mm: FloatArray, confidence: float) -> Cells:
+def specificity_row(rows: pd.DataFrame, confidence: float) -> Cells:
     """Return the share of recordings without a nodule in which none is detected."""
-    healthy = true_mm == 0
-    negatives = int(np.sum(healthy & (predicted_mm == 0)))
-    count = int(np.sum(healthy))
-    row = {"healthy": count, "true_negatives": negatives}
-    return row | rate_columns("specificity", negatives, count, confidence)
+    healthy = rows[rows["size_mm"] == 0]
+    right = healthy["predicted_mm"] == 0
+    row: Cells = {"healthy": len(healthy), "true_negatives": int(right.sum())}
+    row |= bounded_columns("specificity", healthy, right, confidence)
+    return row | {"clusters": cluster_count(healthy)}
 
 
 def sizing_table(
-    true_mm: FloatArray,
-    predicted_mm: FloatArray,
-    sizes_mm: Sequence[float],
-    tolerance_mm: float,
-    confidence: float,
-) -> list[Cells]:
-    """Return the rates of exact sizes and of sizes within the tolerance, for every nodule size.
+    rows: pd.DataFrame, sizes_mm: Sequence[float], tolerance_mm: float, confidence: float
+) -> Iterator[Cells]:
+    """Yield the rates of exact sizes and of sizes within the tolerance, for every nodule size.
 
     A recording in which no nodule is detected has no size, so it is never within the tolerance. In
-    the mean absolute error it counts as 0 mm. ``one_sided`` marks the sizes whose tolerance reaches
-    past the largest or the smallest template.
+    the mean absolute error it counts as 0 mm. So does a recording without a verdict. ``one_sided``
+    marks the sizes whose tolerance reaches past the largest or the smallest template.
 
     Parameters
     ----------
-    true_mm, predicted_mm : (R,) array
-        Sizes in mm of the recordings, 0 for no nodule.
+    rows : DataFrame
+        From `of_each`.
     sizes_mm : sequence of float
         The nodule sizes that have templates.
     tolerance_mm : float
         Allowed error of the size in mm.
     confidence : float
         Level of the intervals.
-
-    Returns
-    -------
-    list of dict
-        One row for each size.
     """
-    rows = []
     for size_mm in sizes_mm:
-        predicted = predicted_mm[true_mm == size_mm]
-        count = predicted.size
+        of_size = rows[rows["size_mm"] == size_mm]
+        predicted = of_size["predicted_mm"].fillna(0.0).to_numpy(dtype=np.float64)
         error = np.abs(predicted - size_mm)
+        row = {"size_mm": size_mm, "recordings": error.size}
         within = is_within(predicted, size_mm, tolerance_mm)
-        row = {"size_mm": size_mm, "recordings": count, "exact": int(np.sum(error == 0))}
-        row |= rate_columns("exact_rate", row["exact"], count, confidence)
-        row["within"] = int(np.sum(within))
-        row |= rate_columns("within_rate", row["within"], count, confidence)
+        for name, right in (("exact", error == 0), ("within", within)):
+            row[name] = int(right.sum())
+            row |= rate_columns(f"{name}_rate", of_size, right, confidence)
         row["one_sided"] = bool(
             size_mm + tolerance_mm > max(sizes_mm) or size_mm - tolerance_mm < min(sizes_mm)
         )
-        row["mean_absolute_error_mm"] = float(np.mean(error)) if count else float("nan")
-        rows.append(row)
-    return rows
+        row["mean_absolute_error_mm"] = float(error.mean()) if error.size else float("nan")
+        yield row | {"clusters": cluster_count(of_size)}
 
 
 def confusion_table(
-    true_mm: FloatArray, predicted_mm: FloatArray, sizes_mm: Sequence[float]
-) -> list[Cells]:
-    """Return the counts of each predicted size for each true size, including no nodule."""
-    return [
-        {
-            "size_mm": actual,
-            "predicted_mm": predicted,
-            "count": int(np.sum((true_mm == actual) & (predicted_mm == predicted))),
-        }
-        for actual in sizes_mm
-        for predicted in sizes_mm
-    ]
+    rows: pd.DataFrame, sizes_mm: Sequence[float], confidence: float
+) -> Iterator[Cells]:
+    """Yield count and share of each predicted size for each true size, including no nodule.
+
+    If any recording has no verdict, each size has a row for these, whose predicted size is NaN.
+    """
+    unknown = rows["predicted_mm"].isna().any()
+    for actual in sizes_mm:
+        of_size = rows[rows["size_mm"] == actual]
+        for predicted in [*sizes_mm, *([float("nan")] if unknown else [])]:
+            given = of_size["predicted_mm"]
+            taken = given.isna() if np.isnan(predicted) else given == predicted
+            row: Cells = {"size_mm": actual, "predicted_mm": predicted, "count": int(taken.sum())}
+            yield row | rate_columns("share", of_size, taken, confidence)
 
 
-def tables(
-    predictions: Sequence[Row],
+def rate_tables(
+    predictions: pd.DataFrame,
     sizes_mm: Sequence[float],
-    *,
-    schemes: Sequence[str],
-    tolerance_mm: float,
-    confidence: float,
-) -> dict[str, list[Cells]]:
+    rules: Settings,
+    index: Mapping[str, Mapping[str, str]] | None = None,
+) -> dict[str, pd.DataFrame]:
     """Return every table of rates, with detector and scheme in each row.
 
     Parameters
     ----------
-    predictions : sequence of mapping
-        Rows with ``detector``, ``scheme``, ``size_mm`` and ``predicted_mm``; rows without a verdict
-        (NaN) are left out.
+    predictions : DataFrame
+        Rows with ``recording``, ``detector``, ``scheme``, ``size_mm`` and ``predicted_mm`` (NaN
+        without a verdict).
     sizes_mm : sequence of float
         Sizes that have a template, including 0.
-    schemes : sequence of str
-        The schemes, in the order of the rows.
-    tolerance_mm : float
-        Allowed error of the size in mm.
-    confidence : float
-        Level of the intervals.
+    rules : mapping
+        ``tolerance_mm``, the allowed error of the size in mm, and ``confidence``, the level of the
+        intervals.
+    index : mapping of str to mapping, optional
+        As in `with_clusters`.
 
     Returns
     -------
-    dict of str to list of dict
+    dict of str to DataFrame
         ``detection``, ``specificity``, ``sizing`` and ``confusion``.
     """
-    nodules = [size for size in sizes_mm if size > 0]
-    result: dict[str, list[Cells]] = {
-        "detection": [],
-        "specificity": [],
-        "sizing": [],
-        "confusion": [],
-    }
-    known = [row for row in predictions if not np.isnan(row["predicted_mm"])]
-    detectors = list(dict.fromkeys(row["detector"] for row in known))
-    for detector in detectors:
-        for scheme in schemes:
-            rows = [r for r in known if (r["detector"], r["scheme"]) == (detector, scheme)]
-            true_mm = np.array([row["size_mm"] for row in rows], dtype=np.float64)
-            predicted_mm = np.array([row["predicted_mm"] for row in rows], dtype=np.float64)
-            made = {
-                "detection": detection_table(true_mm, predicted_mm, nodules, confidence),
-                "specificity": [specificity_row(true_mm, predicted_mm, confidence)],
-                "sizing": sizing_table(true_mm, predicted_mm, nodules, tolerance_mm, confidence),
-                "confusion": confusion_table(true_mm, predicted_mm, sizes_mm),
-            }
-            key = {"detector": detector, "scheme": scheme}
-            for name, table in made.items():
-                result[name] += [key | row for row in table]
-    return result
+    nodules, confidence = [size for size in sizes_mm if size > 0], rules["confidence"]
+    result: dict[str, list[Cells]] = {name: [] for name in COLUMNS}
+    for key, rows in of_each(predictions, index):
+        made: dict[str, Iterable[Cells]] = {
+            "detection": detection_table(rows, nodules, confidence),
+            "specificity": [specificity_row(rows, confidence)],
+            "sizing": sizing_table(rows, nodules, rules["tolerance_mm"], confidence),
+            "confusion": confusion_table(rows, sizes_mm, confidence),
+        }
+        for name, table in made.items():
+            result[name] += [key | row for row in table]
+    return {name: pd.DataFrame(made, columns=COLUMNS[name]) for name, made in result.items()}

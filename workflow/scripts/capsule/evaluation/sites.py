@@ -11,9 +11,10 @@ from functools import cache
 import numpy as np
 
 from capsule.arrays import BoolArray, FloatArray
-from capsule.detectors.operating_point import threshold_at
+from capsule.detectors.calibrate import rank_threshold
 from capsule.detectors.registry import detector_row
-from capsule.kinds import Cells
+from capsule.evaluation.rows import number
+from capsule.kinds import Cells, Row
 
 
 @dataclass(frozen=True)
@@ -80,13 +81,13 @@ COLUMNS = ("site", "size_mm", "recordings", "detector", *SiteVerdict.__annotatio
 
 
 def site_rows(
-    predictions: Iterable[Mapping[str, str]], sites: Mapping[str, str], specificity: float
+    predictions: Iterable[Row], sites: Mapping[str, str], specificity: float
 ) -> list[Cells]:
     """Return a verdict on every site with several recordings, from all of them together.
 
     Parameters
     ----------
-    predictions : iterable of mapping of str to str
+    predictions : iterable of mapping
         One row for each detector and recording, as in results/evaluation/predictions.csv and
         results/detections.csv.
     sites : mapping of str to str
@@ -112,7 +113,7 @@ def site_rows(
 
 
 def passes_by_site(
-    predictions: Iterable[Mapping[str, str]], sites: Mapping[str, str]
+    predictions: Iterable[Row], sites: Mapping[str, str]
 ) -> dict[str, dict[str, Passes]]:
     """Return the passes by detector and site; a recording without a site is a site of its own.
 
@@ -120,7 +121,7 @@ def passes_by_site(
     Passes over a site have the order of `sites`.
     """
     turn = {recording: place for place, recording in enumerate(sites)}
-    sorted_rows: dict[str, dict[str, list[Mapping[str, str]]]] = {}
+    sorted_rows: dict[str, dict[str, list[Row]]] = {}
     for row in predictions:
         site = f"{sites[row['recording']] or row['recording']}\n{row.get('size_mm', '')}"
         sorted_rows.setdefault(row["detector"], {}).setdefault(site, []).append(row)
@@ -129,11 +130,8 @@ def passes_by_site(
     return {
         detector: {
             site: Passes(
-                float(group[0].get("size_mm") or "nan"),
-                *(
-                    np.array([float(row[column] or "nan") for row in group])
-                    for column in _OF_A_PASS
-                ),
+                number(group[0].get("size_mm", "")),
+                *(np.array([number(row[column]) for row in group]) for column in _OF_A_PASS),
             )
             for site, group in by_site.items()
         }
@@ -158,7 +156,8 @@ def site_verdicts(
     judged : mapping of str to Passes
         The sites to judge.
     teaching : mapping of str to Passes
-        Sites, of which the healthy ones teach. No site teaches its own threshold.
+        Sites, of which the healthy ones teach. No site teaches its own threshold. Two sites are
+        one if the first lines of their names are the same.
     specificity : float
         Wanted specificity of the threshold.
     fixed_threshold : float, optional
@@ -169,7 +168,8 @@ def site_verdicts(
     dict of str to SiteVerdict
     """
     healthy = {name: passes.score for name, passes in teaching.items() if passes.size_mm == 0}
-    place = {name: index for index, name in enumerate(healthy)}
+    # The healthy passes over a site that also has other passes do not teach these, either.
+    place = {name.partition("\n")[0]: index for index, name in enumerate(healthy)}
 
     @cache
     def means(count: int) -> FloatArray:
@@ -179,14 +179,15 @@ def site_verdicts(
     @cache
     def threshold_without(index: int | None, count: int) -> float:
         others = means(count) if index is None else np.delete(means(count), index)
-        return threshold_at(others[~np.isnan(others)], specificity)
+        known = others[~np.isnan(others)]
+        return rank_threshold(known, np.arange(known.size), specificity)
 
     verdicts = {}
     for name, passes in judged.items():
         count = int(np.count_nonzero(~np.isnan(passes.score)))
         threshold = fixed_threshold
         if threshold is None:
-            threshold = threshold_without(place.get(name), count)
+            threshold = threshold_without(place.get(name.partition("\n")[0]), count)
         verdicts[name] = _verdict(passes, count, threshold)
     return verdicts
 
@@ -202,7 +203,8 @@ def detections_by_passes(
     Parameters
     ----------
     sites : mapping of str to Passes
-        Sites of known size. Sites with fewer passes, and sites without a verdict, are left out.
+        Sites of known size. Sites with fewer passes are left out, and all sites if no threshold can
+        be learned from as many passes.
     count : int
         Number of passes that are judged together.
     specificity, fixed_threshold
@@ -213,13 +215,14 @@ def detections_by_passes(
     true_mm : (P,) array
         True size at each judged site.
     detected : (P,) array of bool
-        True if a nodule is detected there.
+        True if a nodule is detected there; never without a verdict.
     """
     first = {name: each.first(count) for name, each in sites.items() if each.score.size >= count}
     verdicts = site_verdicts(first, first, specificity, fixed_threshold)
-    known = [name for name, verdict in verdicts.items() if verdict.detected is not None]
-    true_mm = np.array([first[name].size_mm for name in known])
-    return true_mm, np.array([verdicts[name].detected for name in known], dtype=bool)
+    if all(verdict.detected is None for verdict in verdicts.values()):
+        verdicts = {}
+    true_mm = np.array([first[name].size_mm for name in verdicts], dtype=np.float64)
+    return true_mm, np.array([bool(each.detected) for each in verdicts.values()], dtype=bool)
 
 
 def _mean_of(scores: FloatArray, count: int | None = None) -> float:

@@ -12,7 +12,7 @@ from matplotlib.ticker import PercentFormatter
 from capsule import words
 from capsule.detectors.registry import PAPER
 from capsule.evaluation import paper, points
-from capsule.evaluation.folds import main_scheme
+from capsule.evaluation.cross_validation import main_scheme
 from capsule.evaluation.lead import leading
 from capsule.figures.inputs import Drawing, FigureInputs
 from capsule.figures.style import (
@@ -51,8 +51,7 @@ def sizing_drawing(inputs: FigureInputs) -> Drawing:
 
 def negatives_drawing(inputs: FigureInputs) -> Drawing:
     """Return the drawing of the verdicts on healthy recordings, for each series."""
-    confidence = inputs.settings["evaluation"]["confidence"]
-    table = points.negative_points(series_rows(inputs, "confusion"), confidence)
+    table = points.negative_points(series_rows(inputs, "confusion"))
     panels = {"classified": "recordings without a nodule, by verdict"}
     sizes_mm = inputs.evaluation.sizes_mm()
     return _drawing(inputs, table, panels, sizes_mm, "predicted size (mm)")
@@ -73,7 +72,7 @@ def series_rows(inputs: FigureInputs, name: str) -> pd.DataFrame:
         evaluation.predictions, evaluation.detectors(), schemes, settings["report"]["lead"]
     )
     table = evaluation.tables[name]
-    table = table[table["scheme"] == main_scheme(schemes)]
+    table = table[table["scheme"] == main_scheme(table["scheme"].unique())]
     shown = [table[table["detector"] == each] for each in dict.fromkeys([lead.detector, PAPER])]
     return pd.concat([*shown, evaluation.paper[name]], ignore_index=True)
 

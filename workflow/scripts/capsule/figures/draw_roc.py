@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
-from capsule.evaluation.folds import main_scheme
+from capsule.evaluation.cross_validation import main_scheme
 from capsule.figures.inputs import Drawing, FigureInputs
 from capsule.figures.style import (
     COLUMN_WIDTH_IN,
@@ -20,8 +20,6 @@ from capsule.figures.style import (
 )
 from capsule.kinds import Look
 
-_FINE = 201
-
 
 def curve_table(
     roc: pd.DataFrame, summary: pd.DataFrame, sensitivity: pd.DataFrame, scheme: str
@@ -31,7 +29,7 @@ def curve_table(
     Parameters
     ----------
     roc : DataFrame
-        Curves with their bands, per detector and size; an empty size means any nodule.
+        Curves, per detector and size; an empty size means any nodule.
     summary, sensitivity : DataFrame
         Specificity per detector, and sensitivity per detector and size.
     scheme : str
@@ -40,18 +38,16 @@ def curve_table(
     Returns
     -------
     DataFrame
-        ``detector``, ``size_mm`` (NaN for any nodule), ``kind`` (``curve`` or ``operating point``),
-        both rates and the bounds of the band.
+        ``detector``, ``size_mm`` (NaN for any nodule), ``kind`` (``curve`` or ``operating point``)
+        and both rates.
     """
     columns = ["detector", "size_mm", "false_positive_rate", "true_positive_rate"]
-    bounds = ["true_positive_rate_low", "true_positive_rate_high"]
-    curves = roc[roc["scheme"] == scheme].reindex(columns=[*columns, *bounds])
+    curves = roc[roc["scheme"] == scheme].reindex(columns=columns)
     specificity = summary[summary["scheme"] == scheme].set_index("detector")["specificity"]
     points = sensitivity[sensitivity["scheme"] == scheme].assign(
         false_positive_rate=lambda rows: 1 - rows["detector"].map(specificity).astype(float)
     )
-    names = {f"sensitivity{end}": f"true_positive_rate{end}" for end in ("", "_low", "_high")}
-    points = points.rename(columns=names).reindex(columns=[*columns, *bounds])
+    points = points.rename(columns={"sensitivity": "true_positive_rate"}).reindex(columns=columns)
     points = points.dropna(subset=columns[2:])
     parts = [curves.assign(kind="curve"), points.assign(kind="operating point")]
     # Leave out empty parts: pandas warns about them, because their columns have no types.
@@ -59,9 +55,9 @@ def curve_table(
 
 
 def roc_drawing(inputs: FigureInputs) -> Drawing:
-    """Return the drawing of all detectors' curves for the main scheme of the configuration."""
+    """Return the drawing of all detectors' curves for the main scheme."""
     tables = inputs.judgements
-    scheme = main_scheme(inputs.settings["evaluation"]["schemes"])
+    scheme = main_scheme(tables["roc"]["scheme"].unique())
     curves = curve_table(tables["roc"], tables["summary"], tables["predictive_values"], scheme)
     detectors = inputs.evaluation.detectors()
     return curves, lambda width_in: draw_roc(curves, detectors, width_in)
@@ -131,13 +127,8 @@ def _draw_panel(axes: Axes, table: pd.DataFrame, looks: Mapping[str, Look]) -> N
         rows = curves[curves["detector"] == names[-1]].sort_values("false_positive_rate")
         look = looks[names[-1]]
         # The curve is a staircase: each rate holds for at most that many false alarms.
-        allowed = rows["false_positive_rate"].to_numpy()
-        fine = np.linspace(0, 1, _FINE)
-        step = np.searchsorted(allowed, fine + 1e-9, side="right") - 1
-        low, high = (rows[f"true_positive_rate_{end}"].to_numpy()[step] for end in ("low", "high"))
-        axes.fill_between(fine, low, high, color=look["color"], alpha=0.15, linewidth=0)
         axes.step(
-            np.concatenate([[0], allowed]),
+            np.concatenate([[0], rows["false_positive_rate"]]),
             np.concatenate([[0], rows["true_positive_rate"]]),
             where="post",
             color=look["color"],

@@ -17,7 +17,7 @@ from capsule.importing.source_table import SourceTable
 from capsule.recording import Recording
 
 # Keys of a file's own header lines that the recording keeps.
-_KNOWN_NOTES = ("adc_bits", "vref_v", "series_ohm", "site", "session")
+_KNOWN_NOTES = ("adc_bits", "vref_v", "series_ohm", "site", "session", "setup")
 _ELECTRONICS = {"adc_bits": "g", "vref_v": "g", "series_ohm": ".6f"}
 _MILLI_DIGITS = 9
 
@@ -175,7 +175,7 @@ def header_of(guess: Guess, keys: SimpleNamespace, started: str) -> dict[str, st
         for key, text in notes.items()
         if (own and key not in ("format_version", "rate_hz", "started")) or key in _KNOWN_NOTES
     }
-    for key in ("source", "site", "session"):
+    for key in ("source", "site", "session", "setup"):
         if text := getattr(keys, key):
             header[key] = text
     for key, form in _ELECTRONICS.items():

@@ -2,14 +2,14 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import groupby
 from typing import Any
 
 import numpy as np
 
 from capsule.detectors.verdicts import NO_VERDICT, Verdict, why_unknown
 from capsule.errors import CapsuleError
-from capsule.evaluation.predictions import verdict_cells
+from capsule.evaluation.cross_validation import unlabelled_folds, verdict_cells
+from capsule.held_out import teaching
 from capsule.interface.loaded_archive import LoadedArchive
 from capsule.interface.splits import folds
 from capsule.kinds import Cells
@@ -45,7 +45,8 @@ def estimator_rows(
     Yields
     ------
     dict
-        One row per recording, as from `capsule.evaluation.predictions.by_folds`, without distances.
+        One row per recording, as from `capsule.evaluation.cross_validation.cross_validate`,
+        without distances.
     """
     size_mm = dict(zip(archive.labelled, archive.y.tolist(), strict=True))
     for taught, judged in folds(archive, scheme).split():
@@ -67,15 +68,17 @@ def unlabelled_rows(archive: LoadedArchive, estimator: object, name: str) -> Ite
     Yields
     ------
     dict
-        One row per recording, as from `capsule.evaluation.predictions.of_unlabelled`, without
-        distances.
+        One row per recording, as from `capsule.evaluation.cross_validation.judge_unlabelled`,
+        without distances.
     """
     index = archive.index(archive.labelled)
-    usable = np.array([not index[each]["no_verdict"] for each in archive.labelled], dtype=bool)
+    taught = teaching(index, archive.settings["evaluation"]["held_out"])
+    usable = [each in taught and not index[each]["no_verdict"] for each in archive.labelled]
     unlabelled = sorted(archive.unlabelled, key=sort_key)
-    for copies, names in groupby(unlabelled, archive.labelled_copies):
-        taught = usable & ~np.isin(archive.labelled, copies)
-        for cells in _judged(archive, estimator, np.flatnonzero(taught), list(names)):
+    rows = archive.index([*archive.labelled, *unlabelled])
+    for left_out, names in unlabelled_folds(unlabelled, rows):
+        teaches = np.array(usable, dtype=bool) & ~np.isin(archive.labelled, list(left_out))
+        for cells in _judged(archive, estimator, np.flatnonzero(teaches), names):
             yield {"recording": cells.pop("recording"), "detector": name} | cells
 
 

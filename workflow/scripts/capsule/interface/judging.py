@@ -1,25 +1,17 @@
 """Judge detectors, and any estimator of scikit-learn, with the folds of the workflow."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import pandas as pd
 
 from capsule.detectors.registry import DETECTORS
 from capsule.errors import CapsuleError
-from capsule.evaluation.folds import LEAVE_ONE_OUT
-from capsule.evaluation.predictions import Detectors, of_unlabelled
-from capsule.evaluation.rows import by_detector
-from capsule.evaluation.whole_evaluation import (
-    Table,
-    evaluate_archive,
-    prediction_columns,
-    rate_detectors,
-    rate_tables,
-)
+from capsule.evaluation.cross_validation import LEAVE_ONE_OUT, Detectors, judge_unlabelled
+from capsule.evaluation.whole_evaluation import KEY, by_name, evaluate_archive, rated
+from capsule.held_out import teaching
 from capsule.interface.frames import frame
 from capsule.interface.loaded_archive import LoadedArchive
-from capsule.kinds import Row, Settings
 from capsule.naming import sort_key
 
 
@@ -91,16 +83,14 @@ def judge(
     if called in DETECTORS:
         raise CapsuleError(f"judge: {called!r} is a configured detector; give another name")
     rules = archive.settings["evaluation"] | {"schemes": [scheme], "passes": []}
-    rows = by_detector(estimator_rows(archive, estimator, called, scheme), sort_key)
-    verdicts = list(unlabelled_rows(archive, estimator, called))
+    rows = list(estimator_rows(archive, estimator, called, scheme))
+    predictions = by_name(pd.DataFrame(rows, columns=None if rows else KEY))
     sizes_mm = sorted({0.0, *archive.y.tolist()})
-    tables = rate_tables(rows, sizes_mm, rules)
-    tables |= _rated(archive, [rows], rules)
+    tables = rated(predictions, sizes_mm, archive.index(archive.labelled), rules)
+    verdicts = list(unlabelled_rows(archive, estimator, called))
     seen = ["recording", "detector"]
     return _judgement(
-        Table(list(rows[0]) if rows else prediction_columns([]), rows),
-        tables,
-        Table(list(verdicts[0]) if verdicts else seen, verdicts),
+        predictions, tables, pd.DataFrame(verdicts, columns=None if verdicts else seen)
     )
 
 
@@ -113,25 +103,20 @@ def _judge_configured(archive: LoadedArchive) -> Judgement:
     training = archive.training_archive()
     tables = evaluate_archive(training, archive.index(archive.labelled))
     predictions = tables.pop("predictions")
-    rows = [predictions.rows, tables["group_predictions"].rows]
-    tables |= _rated(archive, rows, archive.settings["evaluation"])
     detectors = Detectors(training)
     unlabelled = sorted(archive.unlabelled, key=sort_key)
-    alike = {name: others for name in unlabelled if (others := archive.labelled_copies(name))}
-    verdicts = of_unlabelled(detectors, unlabelled, alike)
-    return _judgement(
-        predictions, tables, Table(["recording", "detector", *detectors.columns], verdicts)
+    rows = archive.index([*archive.labelled, *unlabelled])
+    apart = sorted(rows.keys() - teaching(rows, archive.settings["evaluation"]["held_out"]).keys())
+    verdicts = judge_unlabelled(detectors, unlabelled, rows, apart)
+    columns = ["recording", "detector", *detectors.columns]
+    return _judgement(predictions, tables, pd.DataFrame(verdicts, columns=columns))
+
+
+def _judgement(
+    predictions: pd.DataFrame, tables: Mapping[str, pd.DataFrame], detections: pd.DataFrame
+) -> Judgement:
+    predictions, detections, *made = (
+        frame(list(table), table.to_dict("records"))
+        for table in (predictions, detections, *tables.values())
     )
-
-
-def _rated(
-    archive: LoadedArchive, predictions: list[Sequence[Row]], rules: Settings
-) -> dict[str, Table]:
-    """Return the tables that rate the detectors, made from their predictions."""
-    index = archive.index([*archive.labelled, *archive.unlabelled])
-    return rate_detectors(predictions, index, rules)
-
-
-def _judgement(predictions: Table, tables: Mapping[str, Table], detections: Table) -> Judgement:
-    made = {name: frame(*table) for name, table in tables.items()}
-    return Judgement(frame(*predictions), made, frame(*detections))
+    return Judgement(predictions, dict(zip(tables, made, strict=True)), detections)

@@ -9,6 +9,7 @@ from capsule.detectors.registry import detector_row
 from capsule.detectors.training import TrainingArchive
 from capsule.errors import CapsuleError
 from capsule.fitting import Fit
+from capsule.held_out import teaching
 from capsule.interface.described import DescribedRecording, JudgingSettings
 from capsule.interface.frames import frame
 from capsule.interface.sample_rows import as_rows
@@ -16,6 +17,7 @@ from capsule.kinds import Cells, Row, Settings
 from capsule.listing import COLUMNS, NEAR_COPIES
 from capsule.naming import folder_size_mm, size_mm, sizes_of
 from capsule.particles import ParameterSpace, Particle
+from capsule.places import places_of
 from capsule.seeding import fit_generator
 from capsule.templates import TemplateSet, build_templates
 
@@ -185,10 +187,6 @@ class LoadedArchive:
         rows.sort(key=lambda row: row["readings_sha256"])
         return {row["recording"]: row for row in rows}
 
-    def labelled_copies(self, name: str) -> list[str]:
-        """Return the labelled recordings that are nearly the same as a recording."""
-        return sorted(set(self.labelled) & set(self._rows[name][NEAR_COPIES].split()))
-
     def training_archive(self) -> TrainingArchive:
         """Return the training data of the configured detectors; the first call makes all fits."""
         names = [*self.labelled, *self.unlabelled]
@@ -205,10 +203,12 @@ class LoadedArchive:
             self.settings,
             {name: described[name].features for name in judged} if by_features else {},
             {name: self._rows[name]["no_verdict"] for name in names},
+            places_of(self.index(names)),
         )
 
     @cached_property
     def _particles(self) -> dict[str, Particle]:
         index = self.index(name for name in self.labelled if size_mm(name))
+        index = teaching(index, self.settings["evaluation"]["held_out"])
         usable = [name for name, row in index.items() if not row["no_verdict"]]
         return {name: self._described[name].fit.particle for name in usable}

@@ -44,8 +44,8 @@ def read_settings(config: str | Path | None = None, **changes: object) -> dict[s
             settings[key] = {**section, **value}
         else:
             settings[key] = value
-    check_configuration(settings, read_schema(_SCHEMA), {str(path): content, "changes": changes})
-    return settings
+    sources = {str(path): content, "changes": changes}
+    return check_configuration(settings, read_schema(_SCHEMA), sources)
 
 
 def shipped_settings() -> Cells:

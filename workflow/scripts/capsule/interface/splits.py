@@ -1,19 +1,17 @@
 """Provide the folds of the workflow's evaluation as a splitter for scikit-learn."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from capsule.errors import CapsuleError
-from capsule.evaluation.folds import (
-    LEAST_HEALTHY,
-    LEAST_NODULES,
+from capsule.evaluation.cross_validation import (
+    LEAST_GROUPS,
     LEAVE_ONE_OUT,
     RESUBSTITUTION,
-    Folds,
-    group_folds,
+    Fold,
+    folds_of,
     group_scheme,
-    scheme_folds,
 )
 from capsule.interface.loaded_archive import LoadedArchive
 from capsule.kinds import Row
@@ -26,16 +24,22 @@ class RecordingSplitter:
 
     Parameters
     ----------
-    scheme : Folds
-        The folds of the labelled recordings.
+    folds : sequence of Fold
+        The folds of one scheme.
     rows : mapping of str to mapping
-        Their rows of results/recordings.csv, in the order of the recordings.
+        The rows of results/recordings.csv of the labelled recordings, in their order.
     """
 
-    def __init__(self, scheme: Folds, rows: Mapping[str, Row]) -> None:
-        self.scheme = scheme.scheme
-        self._judged = np.array([not row["no_verdict"] for row in rows.values()], dtype=bool)
-        self._parts = list(scheme.parts())
+    def __init__(self, folds: Sequence[Fold], rows: Mapping[str, Row]) -> None:
+        self.scheme = folds[0].scheme
+        usable = np.array([not row["no_verdict"] for row in rows.values()], dtype=bool)
+        place = {name: number for number, name in enumerate(rows)}
+        self._parts = []
+        for fold in folds:
+            teaches = usable.copy()
+            teaches[[place[name] for name in fold.left_out]] = False
+            judged = np.array([place[name] for name in fold.judged], dtype=int)
+            self._parts.append((np.flatnonzero(teaches), judged))
 
     def split(
         self,
@@ -45,12 +49,10 @@ class RecordingSplitter:
     ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Yield, for each fold, the rows of ``archive.X`` that teach and those that are judged.
 
-        A recording that no detector can judge does not teach. Each recording is judged once.
+        A recording that no detector can judge does not teach. Each recording is judged once, except
+        that those of held-out sessions are judged under ``held_out`` alone.
         """
-        for judged, left_out in self._parts:
-            taught = self._judged.copy()
-            taught[left_out] = False
-            yield np.flatnonzero(taught), judged
+        yield from self._parts
 
     def get_n_splits(
         self,
@@ -70,10 +72,10 @@ def folds(archive: LoadedArchive, scheme: str = LEAVE_ONE_OUT) -> RecordingSplit
     archive : LoadedArchive
         The archive, whose labelled recordings are split.
     scheme : str
-        ``leave_one_out``: all others teach when one recording is judged, except those that are
-        nearly the same; with more recordings than `evaluation.most_folds`, several of one size are
-        left out together. ``leave_one_site_out``, ``leave_one_session_out`` or another key of the
-        headers: the other sites teach when all recordings of a site are judged.
+        ``leave_one_out``: all others teach when the recordings of a place are judged: those of a
+        site, and near copies; with more places than `evaluation.most_folds`, several are left out
+        together. ``leave_one_session_out``, ``leave_one_setup_out``: the other sessions or set-ups
+        teach. ``held_out``: the recordings of `evaluation.held_out` are judged by all others.
         ``resubstitution``: all recordings teach and are judged.
 
     Returns
@@ -84,26 +86,19 @@ def folds(archive: LoadedArchive, scheme: str = LEAVE_ONE_OUT) -> RecordingSplit
     Raises
     ------
     CapsuleError
-        If there is no such scheme, if no two recordings share a site, or if too few are left to
-        teach.
+        If there is no such scheme, or the archive does not allow it.
     """
     rows = {name: archive.index([name])[name] for name in archive.labelled}
-    most = archive.settings["evaluation"]["most_folds"]
-    if scheme in (LEAVE_ONE_OUT, RESUBSTITUTION):
-        (made,) = scheme_folds([scheme], rows, most)
-        return RecordingSplitter(made, rows)
-    key = scheme.removeprefix("leave_one_").removesuffix("_out")
-    if scheme != group_scheme(key):
-        raise CapsuleError(
-            f"folds: there is no scheme {scheme!r}; allowed are {LEAVE_ONE_OUT}, {RESUBSTITUTION} "
-            f"and leave_one_KEY_out, such as {group_scheme('site')}"
+    rules = archive.settings["evaluation"] | {"schemes": [LEAVE_ONE_OUT, RESUBSTITUTION]}
+    of_scheme: dict[str, list[Fold]] = {}
+    for fold in folds_of(rows, rules):
+        of_scheme.setdefault(fold.scheme, []).append(fold)
+    if scheme not in of_scheme:
+        grouped = scheme in [group_scheme(key) for key in rules["groups"]]
+        why = (
+            f"its headers name fewer than {LEAST_GROUPS} of a kind, or one leaves too few to teach"
+            if grouped
+            else f"it has: {', '.join(of_scheme)}"
         )
-    headers = {name: {**archive.headers[name], **row} for name, row in rows.items()}
-    grouped = group_folds(key, headers, most)
-    if grouped is None:
-        raise CapsuleError(
-            f"folds: {scheme} leaves nothing out: no two recordings share a {key} in their "
-            f"headers, or without it fewer than {LEAST_HEALTHY} healthy recordings and "
-            f"{LEAST_NODULES} with a nodule are left; use {LEAVE_ONE_OUT}"
-        )
-    return RecordingSplitter(grouped, rows)
+        raise CapsuleError(f"folds: this archive has no scheme {scheme!r}; {why}")
+    return RecordingSplitter(of_scheme[scheme], rows)

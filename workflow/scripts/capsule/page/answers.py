@@ -5,12 +5,23 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from math import ceil
 
 import pandas as pd
 
-from capsule.evaluation.rates import rate
-from capsule.evaluation.size_error import mean_interval
+from capsule.evaluation.intervals import (
+    ONE_SIDED,
+    mean_interval,
+    new_specificity,
+    normal_quantile,
+    rate,
+    recordings_needed,
+)
 from capsule.kinds import Row, Settings
+from capsule.page.schemes import Scope
+
+# A specificity is called measured well enough with an interval of +-5 points.
+HALF_WIDTH = 0.05
 
 
 @dataclass(frozen=True)
@@ -23,6 +34,8 @@ class Estimate:
         The value and the bounds of its interval.
     hits, of : int
         The counts behind a rate; for a mean, ``of`` is the number of values.
+    at_least : float
+        The one-sided lower bound of a rate; NaN if the table has none.
     """
 
     value: float
@@ -30,6 +43,67 @@ class Estimate:
     high: float
     hits: int
     of: int
+    at_least: float = float("nan")
+
+
+@dataclass(frozen=True)
+class Found:
+    """The share of the nodules of one size that are found.
+
+    Attributes
+    ----------
+    size_mm : float
+        The size.
+    recall : Estimate
+        The share that is found.
+    """
+
+    size_mm: float
+    recall: Estimate
+
+
+@dataclass(frozen=True)
+class SetSpecificity:
+    """A specificity that the threshold sets, and that no recording measures.
+
+    Attributes
+    ----------
+    wanted : float
+        The specificity at which the threshold aims.
+    places, least_places : int
+        Number of healthy places that teach, and the number that the wanted specificity needs.
+    low, high : float
+        From `capsule.evaluation.intervals.new_specificity`.
+    mean : float
+        The wanted specificity; with too few places, what such a threshold has on average.
+    needed : int
+        How many healthy recordings would measure the wanted specificity to +-`HALF_WIDTH`.
+    """
+
+    wanted: float
+    places: int
+    least_places: int
+    low: float
+    high: float
+    mean: float
+    needed: int
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """The share of verdicts that are right, if a share of the places examined have a nodule.
+
+    Attributes
+    ----------
+    prevalence : float
+        That share of the places.
+    detection, no_detection : Estimate
+        Positive and negative predictive value, over the sizes of the archive.
+    """
+
+    prevalence: float
+    detection: Estimate
+    no_detection: Estimate
 
 
 @dataclass(frozen=True)
@@ -38,19 +112,28 @@ class Answers:
 
     Attributes
     ----------
+    scheme : str
+        The scheme.
     reliable_rate : float
-        A size is reliably found if precision, recall and specificity all reach this rate.
-    judged : bool
-        Whether any recording of a nodule of known size was judged.
+        A size is reliably found if the lower bounds of its sensitivity and of the specificity
+        reach this rate, and those of every larger size too.
+    found : tuple of Found
+        The sizes of which a recording was judged, ascending.
+    any_size : Estimate
+        The share of all nodules that is found.
     smallest_mm : float or None
         From `smallest_reliable_size`; None without a recording of no nodule.
     healthy_wanting : bool
         Whether only a recording without a nodule is missing for a size to be reliably found.
         Without one, a detector that reports a nodule everywhere looks like a good detector.
-    precision, recall : Estimate or None
-        Rates of the smallest reliable size; None if there is no such size.
     specificity : Estimate
         Share of the recordings without a nodule that have this verdict.
+    set_specificity : SetSpecificity or None
+        Set if the threshold sets the specificity, so that `specificity` says nothing.
+    meaning : Meaning or None
+        None if there is no recording without a nodule, or none with one.
+    nodules, healthy : Scope
+        For which recordings the rates of nodules and of healthy recordings hold.
     tolerance_mm : float
         Allowed error of the size.
     within : Estimate
@@ -59,16 +142,25 @@ class Answers:
         From `mean_size_error`.
     """
 
+    scheme: str
     reliable_rate: float
-    judged: bool
+    found: tuple[Found, ...]
+    any_size: Estimate
     smallest_mm: float | None
     healthy_wanting: bool
-    precision: Estimate | None
-    recall: Estimate | None
     specificity: Estimate
+    set_specificity: SetSpecificity | None
+    meaning: Meaning | None
+    nodules: Scope
+    healthy: Scope
     tolerance_mm: float
     within: Estimate
     size_error_mm: Estimate
+
+    @property
+    def judged(self) -> bool:
+        """Return whether any recording of a nodule of known size was judged."""
+        return bool(self.found)
 
 
 @dataclass(frozen=True)
@@ -100,44 +192,149 @@ class PaperAnswers:
 
 
 def our_answers(
-    tables: Mapping[str, pd.DataFrame], predictions: pd.DataFrame, settings: Settings
+    tables: Mapping[str, pd.DataFrame],
+    predictions: pd.DataFrame,
+    settings: Settings,
+    confidence: float,
+    scheme: str,
+    scopes: tuple[Scope, Scope],
+    set_by: SetSpecificity | None,
 ) -> Answers:
     """Return a detector's results on these recordings.
 
     Parameters
     ----------
     tables : mapping of str to DataFrame
-        ``detection``, ``specificity`` and ``sizing`` of the detector and one scheme.
+        ``detection``, ``specificity``, ``sizing``, ``summary`` and ``predictive_values`` of the
+        detector and one scheme.
     predictions : DataFrame
         The verdicts of that detector and scheme.
     settings : mapping
         Sections ``evaluation`` and ``report`` of the configuration.
+    confidence : float
+        Level of the intervals of the tables.
+    scheme : str
+        The scheme.
+    scopes : (Scope, Scope)
+        For which recordings the rates of nodules and of healthy recordings hold.
+    set_by : SetSpecificity or None
+        From `set_specificity`, if the threshold sets the specificity.
     """
-    confidence = settings["evaluation"]["confidence"]
     reliable_rate = settings["report"]["reliable_rate"]
-    detection = tables["detection"]
+    found = sizes_found(tables["detection"])
     specific = specificity(tables["specificity"])
-    smallest_mm = smallest_reliable_size(detection, specific.value, reliable_rate)
-    healthy_wanting = (
-        specific.of == 0 and smallest_reliable_size(detection, 1.0, reliable_rate) is not None
-    )
-    precision = recall = None
-    if smallest_mm is not None:
-        row = detection[detection["size_mm"] == smallest_mm].iloc[0]
-        precision = _estimate(row, "precision", row["tp"], row["tp"] + row["fp"])
-        recall = _estimate(row, "recall", row["tp"], row["tp"] + row["fn"])
+    quiet = specific.at_least if set_by is None else set_by.low
+    smallest_mm = smallest_reliable_size(found, quiet, reliable_rate)
+    no_healthy = specific.of == 0 and set_by is None
+    any_reliable = smallest_reliable_size(found, 1.0, reliable_rate) is not None
     return Answers(
+        scheme=scheme,
         reliable_rate=reliable_rate,
-        judged=bool(detection["recall"].notna().any()),
+        found=found,
+        any_size=_pooled(
+            tables["summary"],
+            "sensitivity",
+            sum(each.recall.hits for each in found),
+            sum(each.recall.of for each in found),
+            confidence,
+        ),
         smallest_mm=smallest_mm,
-        healthy_wanting=healthy_wanting,
-        precision=precision,
-        recall=recall,
+        healthy_wanting=no_healthy and any_reliable,
         specificity=specific,
+        set_specificity=set_by,
+        meaning=_meaning(tables["predictive_values"], set_by),
+        nodules=scopes[0],
+        healthy=scopes[1],
         tolerance_mm=settings["evaluation"]["tolerance_mm"],
-        within=within_tolerance(tables["sizing"], confidence),
+        within=_pooled(
+            tables["summary"],
+            "within_rate",
+            int(tables["sizing"]["within"].sum()),
+            int(tables["sizing"]["recordings"].sum()),
+            confidence,
+        ),
         size_error_mm=mean_size_error(predictions, confidence),
     )
+
+
+def set_specificity(places: int, wanted: float, confidence: float) -> SetSpecificity | None:
+    """Return what a threshold at a rank of healthy places promises; None without such a place."""
+    if not places:
+        return None
+    low, high = new_specificity(places, wanted)
+    needed = recordings_needed(wanted, HALF_WIDTH, confidence)
+    # As few as reach it on average: the mean of Beta(n, 1) is n / (n + 1).
+    least = ceil(wanted / (1 - wanted) - 1e-9)
+    mean = wanted if places >= least else places / (places + 1)
+    return SetSpecificity(wanted, places, least, low, high, mean, needed)
+
+
+def sizes_found(detection: pd.DataFrame) -> tuple[Found, ...]:
+    """Return how often the nodules of each size are found, for the sizes that were judged.
+
+    Parameters
+    ----------
+    detection : DataFrame
+        Counts and recall per size, of one detector and scheme.
+    """
+    rows = detection[detection["tp"] + detection["fn"] > 0].sort_values("size_mm")
+    return tuple(
+        Found(float(row["size_mm"]), _estimate(row, "recall", row["tp"], row["tp"] + row["fn"]))
+        for row in rows.to_dict("records")
+    )
+
+
+def recordings_to_show(level: float) -> int:
+    """Return how many recordings, all with the right verdict, have this lower bound.
+
+    That of n of n recordings is ``n / (n + z^2)``.
+    """
+    square = normal_quantile(2 * ONE_SIDED - 1) ** 2
+    return ceil(square * level / (1 - level) - 1e-9)
+
+
+def _meaning(table: pd.DataFrame, set_by: SetSpecificity | None) -> Meaning | None:
+    """Return the predictive values over all sizes; the table has an empty size for these.
+
+    Where the threshold sets the specificity, they follow from the set one (Bayes' rule), and their
+    ranges from the specificity that a new patient may expect.
+    """
+    rows = table[pd.to_numeric(table["size_mm"]).isna()]
+    if rows.empty:
+        return None
+    row = rows.iloc[0]
+    prevalence, sensitivity = float(row["prevalence"]), float(row["sensitivity"])
+    if set_by is None:
+        ppv, npv = (_estimate(row, name, 0, 1) for name in ("ppv", "npv"))
+    else:
+        value, low, high = (
+            predictive_values(sensitivity, each, prevalence)
+            for each in (set_by.mean, set_by.low, set_by.high)
+        )
+        ppv, npv = (Estimate(value[n], low[n], high[n], 0, 1) for n in (0, 1))
+    if not (ppv.value >= 0 or npv.value >= 0):
+        return None
+    return Meaning(prevalence, ppv, npv)
+
+
+def predictive_values(
+    sensitivity: float, specificity: float, prevalence: float
+) -> tuple[float, float]:
+    """Return positive and negative predictive value by Bayes' rule; NaN without such a verdict."""
+    right, alarms = sensitivity * prevalence, (1 - specificity) * (1 - prevalence)
+    quiet, missed = specificity * (1 - prevalence), (1 - sensitivity) * prevalence
+    unknown = float("nan")
+    return (
+        right / (right + alarms) if right + alarms else unknown,
+        quiet / (quiet + missed) if quiet + missed else unknown,
+    )
+
+
+def _pooled(summary: pd.DataFrame, name: str, hits: int, of: int, confidence: float) -> Estimate:
+    """Return a rate over all nodules, with the interval of the table where it has the rate."""
+    if summary.empty or not of:
+        return Estimate(*rate(hits, of, confidence), hits, of)
+    return _estimate(summary.iloc[0], name, hits, of)
 
 
 def paper_answers(
@@ -167,7 +364,9 @@ def paper_answers(
     specific = specificity(paper["specificity"])
     return PaperAnswers(
         smallest_mm=smallest_reliable_size(
-            paper["detection"], specific.value, settings["report"]["reliable_rate"]
+            sizes_found(paper["detection"]),
+            specific.at_least,
+            settings["report"]["reliable_rate"],
         ),
         specificity=specific,
         sizes_mm=sizes_mm,
@@ -178,34 +377,34 @@ def paper_answers(
 
 
 def smallest_reliable_size(
-    detection: pd.DataFrame, specificity: float, level: float
+    found: Sequence[Found], specificity: float, level: float
 ) -> float | None:
     """Return the smallest size from which every size is reliably found.
 
     Parameters
     ----------
-    detection : DataFrame
-        Precision and recall per size, of one detector and scheme.
+    found : sequence of Found
+        How often each size is found, ascending.
     specificity : float
-        Its specificity. It is needed because the precision of a size counts only false alarms of
-        exactly that size: a detector with many false alarms of other sizes can reach 100 %.
+        Lower bound of the specificity. Without it, a detector that reports a nodule everywhere
+        would find every size.
     level : float
-        Precision, recall and specificity must all reach this, at that size and every larger one.
+        The lower bounds must all reach this, at that size and every larger one.
 
     Returns
     -------
     float or None
-        Size in mm; None if not even the largest size is reliably found, or if a rate is not
+        Size in mm; None if not even the largest size is reliably found, or if a bound is not
         known.
     """
     smallest = None
     # A comparison with NaN is false: an unknown rate is not reliable.
     if not specificity >= level - 1e-9:
         return smallest
-    for _, row in detection.sort_values("size_mm", ascending=False).iterrows():
-        if not (row["precision"] >= level - 1e-9 and row["recall"] >= level - 1e-9):
+    for each in reversed(found):
+        if not each.recall.at_least >= level - 1e-9:
             break
-        smallest = float(row["size_mm"])
+        smallest = each.size_mm
     return smallest
 
 
@@ -231,7 +430,7 @@ def within_tolerance(
 def mean_size_error(predictions: pd.DataFrame, confidence: float) -> Estimate:
     """Return the mean absolute error of the size over all recordings of nodules.
 
-    A recording in which no nodule is detected counts as 0 mm.
+    A recording in which no nodule is detected counts as 0 mm, and so does one without a verdict.
 
     Parameters
     ----------
@@ -246,7 +445,8 @@ def mean_size_error(predictions: pd.DataFrame, confidence: float) -> Estimate:
         In mm; the lower bound is never below 0.
     """
     nodules = predictions[predictions["size_mm"] > 0]
-    errors = (nodules["predicted_mm"] - nodules["size_mm"]).abs().dropna().to_numpy(dtype=float)
+    predicted_mm = nodules["predicted_mm"].fillna(0.0)
+    errors = (predicted_mm - nodules["size_mm"]).abs().to_numpy(dtype=float)
     mean, low, high = mean_interval(errors, confidence)
     # NaN stays NaN, because `low < 0` is false for it.
     return Estimate(mean, 0.0 if low < 0 else low, high, 0, errors.size)
@@ -263,4 +463,5 @@ def specificity(table: pd.DataFrame) -> Estimate:
 
 def _estimate(row: Row, name: str, hits: float, of: float) -> Estimate:
     value, low, high = (float(row[column]) for column in (name, f"{name}_low", f"{name}_high"))
-    return Estimate(value, low, high, int(hits), int(of))
+    at_least = float(row.get(f"{name}_at_least", "nan"))
+    return Estimate(value, low, high, int(hits), int(of), at_least)

@@ -159,7 +159,7 @@ def archive_evidence(
     """
     for place, row in rows:
         name = row["recording"]
-        said = [recordings.in_words(verdict) for verdict in verdicts.get(name, [])]
+        said = [recordings.in_words(each, sizes_mm[-1]) for each in verdicts.get(name, [])]
         matrix = partial(stored.matrix, name)
         nearest = nearest_templates(stored.templates(name), said, sizes_mm, matrix, settings)
         content = evidence_among_others(row, place, said, nearest, stored.fit(name), settings)

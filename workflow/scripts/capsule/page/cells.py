@@ -99,14 +99,16 @@ def rate_cell_of(row: Row, name: str) -> Cells:
 def confusion_rows(confusion: pd.DataFrame, scheme: str, sizes_mm: Sequence[float]) -> list[Cells]:
     """Return the counts of one scheme: one row per true size, one cell per predicted size.
 
-    A cell has its ``count``, its ``share`` of the row in tenths (for its shade), and whether it is
-    ``right``.
+    A further cell counts the recordings without a verdict, if there are any. A cell has its
+    ``count``, its ``share`` of the row in tenths (for its shade), and whether it is ``right``.
     """
     chosen = confusion[confusion["scheme"] == scheme]
+    of_none = chosen[chosen["predicted_mm"].isna()].set_index("size_mm")["count"]
     counts = {(r.size_mm, r.predicted_mm): int(r.count) for r in chosen.itertuples(index=False)}
     rows = []
     for actual in sizes_mm:
         row = [counts.get((actual, predicted), 0) for predicted in sizes_mm]
+        row += [int(of_none.get(actual, 0))] if of_none.any() else []
         total = sum(row)
         cells = [
             {
@@ -114,7 +116,7 @@ def confusion_rows(confusion: pd.DataFrame, scheme: str, sizes_mm: Sequence[floa
                 "share": round(10 * count / total) if total else 0,
                 "right": actual == predicted,
             }
-            for predicted, count in zip(sizes_mm, row, strict=True)
+            for predicted, count in zip([*sizes_mm, None], row, strict=False)
         ]
         rows.append({"size": words.size(actual), "cells": cells, "total": total})
     return rows
@@ -154,8 +156,15 @@ def template_rows(entries: Sequence[Row]) -> list[Cells]:
     return rows
 
 
-def detection_rows(detections: pd.DataFrame) -> Cells:
+def detection_rows(detections: pd.DataFrame, largest_mm: float) -> Cells:
     """Return the verdicts on unlabelled recordings, with the distance to every template.
+
+    Parameters
+    ----------
+    detections : DataFrame
+        results/detections.csv.
+    largest_mm : float
+        The largest size that the archive holds.
 
     Returns
     -------
@@ -173,7 +182,9 @@ def detection_rows(detections: pd.DataFrame) -> Cells:
         rows.append(
             {
                 "recording": name,
-                "verdicts": [_verdict_words(row) for row in of_recording.to_dict("records")],
+                "verdicts": [
+                    _verdict_words(row, largest_mm) for row in of_recording.to_dict("records")
+                ],
                 "distances": [
                     {
                         "value": float(value),
@@ -188,12 +199,12 @@ def detection_rows(detections: pd.DataFrame) -> Cells:
     return {"sizes": sizes, "rows": rows}
 
 
-def _verdict_words(row: Row) -> Cells:
+def _verdict_words(row: Row, largest_mm: float) -> Cells:
     """Return a detector's verdict in words; a missing value reads as not given."""
     return {
         "detector": row["detector"],
         "verdict": words.verdict(row),
-        "estimate": words.estimated_size(row),
+        "estimate": words.estimated_size(row, largest_mm),
         "probability": words.probability(row["probability"]),
         "place": words.place(row["location_s"], row["location_mm"]),
     }
@@ -222,7 +233,7 @@ def rate_tables(
     dict
         ``rates`` (of detection and sizing) and ``negatives``, from `rate_table`.
     """
-    tolerance, confidence = settings["tolerance_mm"], settings["confidence"]
+    tolerance = settings["tolerance_mm"]
     measures = {"exact_rate": "Exact size", "within_rate": f"Within {tolerance:g} mm"}
     sized = rate_table(points.sizing_points(sizing), measures, sizes_mm[1:])
     errors = {
@@ -238,7 +249,7 @@ def rate_tables(
         for name in schemes:
             row["cells"].append(_error_cell(errors.get((name, row["size_mm"])), name))
     measures = {"precision": "Precision", "recall": "Recall"}
-    negatives = points.negative_points(confusion, confidence)
+    negatives = points.negative_points(confusion)
     detected = rate_table(points.detection_points(detection), measures, sizes_mm[1:])
     return {
         "rates": {

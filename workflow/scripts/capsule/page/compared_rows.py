@@ -20,7 +20,7 @@ class Row:
     title : str
         The heading; ``{size}``, ``{tolerance}`` and ``{reference}`` are filled in.
     table : str
-        The table with its values, one of `capsule.evaluation.tables`.
+        The table with its values, one of `capsule.evaluation.measures`.
     cell : callable
         Makes a cell from a row of that table.
     sizes : {"all", "healthy", "each", "smallest"}
@@ -28,6 +28,8 @@ class Row:
         (one row for each size, or one row for the smallest).
     measure : str
         In the table of differences, the measure that is compared; empty for other tables.
+    of_specificity : bool
+        Whether the row rests on the specificity alone, which a learned threshold may set.
     """
 
     title: str
@@ -35,6 +37,7 @@ class Row:
     cell: Callable[[TableRow], Cells]
     sizes: Literal["all", "healthy", "each", "smallest"] = "all"
     measure: str = ""
+    of_specificity: bool = False
 
 
 @dataclass(frozen=True)
@@ -84,14 +87,6 @@ def _number_cell(row: TableRow, name: str, unit: str, end: str) -> Cells:
     return plain_cell(float(value), words.number(value) + unit, interval)
 
 
-def chance(row: TableRow) -> Cells:
-    """Return the AUC that chance alone reaches, and how often chance reaches the detector's AUC."""
-    bounds = f"{words.number(row['by_chance_low'])} to {words.number(row['by_chance_high'])}"
-    return plain_cell(
-        float(row["by_chance"]), words.number(row["by_chance"]), bounds, words.p_value(row["p"])
-    )
-
-
 def brier(row: TableRow) -> Cells:
     """Return the Brier score, and the score of always stating the prevalence."""
     uninformed = f"always stating the prevalence: {words.number(row['brier_uninformed'], 3)}"
@@ -123,7 +118,7 @@ GROUPS = (
     Group(
         "Finding a nodule",
         (
-            Row("Specificity", "summary", rate_of("specificity")),
+            Row("Specificity", "summary", rate_of("specificity"), of_specificity=True),
             Row("Sensitivity, any nodule", "summary", rate_of("sensitivity")),
             Row("Sensitivity, {size}", "predictive_values", rate_of("sensitivity"), "each"),
             Row("Balanced accuracy", "summary", rate_of("balanced_accuracy")),
@@ -135,7 +130,6 @@ GROUPS = (
         (
             Row("AUC, any nodule against none", "auc", number_of("auc")),
             Row("AUC, {size} against none", "auc", number_of("auc"), "smallest"),
-            Row("AUC by chance, from a permutation test", "permutation", chance),
         ),
     ),
     Group(
@@ -161,7 +155,14 @@ GROUPS = (
         "Difference from {reference}, on the same recordings",
         (
             Row("Sensitivity, difference", "comparison", difference, measure="detection"),
-            Row("Specificity, difference", "comparison", difference, "healthy", "detection"),
+            Row(
+                "Specificity, difference",
+                "comparison",
+                difference,
+                "healthy",
+                "detection",
+                of_specificity=True,
+            ),
             Row(
                 "Within {tolerance}, difference",
                 "comparison",

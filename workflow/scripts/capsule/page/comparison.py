@@ -6,24 +6,29 @@ import pandas as pd
 
 from capsule import words
 from capsule.detectors.registry import DETECTORS, detector_row
-from capsule.evaluation.folds import group_scheme, main_scheme
-from capsule.evaluation.tables import ALWAYS
+from capsule.evaluation.cross_validation import RESUBSTITUTION
+from capsule.evaluation.measures import ALWAYS
 from capsule.kinds import Cells, Settings
 from capsule.page.cells import plain_cell, rate_cell_of
 from capsule.page.compared_rows import GROUPS, Row
+from capsule.page.schemes import sets_specificity
 
 NOT_APPLICABLE = plain_cell(None, words.NOT_APPLICABLE)
 REFERENCE = plain_cell(None, "reference")
 Judgements = Mapping[str, pd.DataFrame]
 
 
-def page_values(judgements: Judgements, settings: Settings, lead: str) -> Cells:
+def page_values(
+    judgements: Judgements, schemes: Sequence[str], settings: Settings, lead: str
+) -> Cells:
     """Return the page's values that compare the detectors.
 
     Parameters
     ----------
     judgements : mapping of str to DataFrame
-        The tables of `capsule.evaluation.tables`, by name.
+        The tables of `capsule.evaluation.measures`, by name.
+    schemes : sequence of str
+        The schemes of the page; the first is shown first.
     settings : mapping
         The configuration.
     lead : str
@@ -32,17 +37,15 @@ def page_values(judgements: Judgements, settings: Settings, lead: str) -> Cells:
     Returns
     -------
     dict
-        ``compared``, ``calibration``, ``silent``, ``wanted_specificity`` and ``prevalence``.
+        ``compared``, ``calibration``, ``silent`` and ``prevalence``.
     """
     judged = settings["evaluation"]
-    main = main_scheme(judged["schemes"])
+    # By resubstitution a detector is better the more it remembers: it compares nothing.
+    honest = [name for name in schemes if name != RESUBSTITUTION] or list(schemes)
     return {
-        "compared": compared(
-            judgements, [main, *(group_scheme(key) for key in judged["groups"])], judged, lead
-        ),
-        "calibration": calibration_rows(judgements["calibration"], main),
-        "silent": silent(judgements, main, settings["detectors"]),
-        "wanted_specificity": words.percent(judged["specificity"]),
+        "compared": compared(judgements, honest, judged, lead),
+        "calibration": calibration_rows(judgements["calibration"], schemes[0]),
+        "silent": silent(judgements, schemes[0], settings["detectors"]),
         "prevalence": words.percent(judged["prevalence"]),
     }
 
@@ -55,7 +58,7 @@ def compared(
     Parameters
     ----------
     judgements : mapping of str to DataFrame
-        The tables of `capsule.evaluation.tables`, by name.
+        The tables of `capsule.evaluation.measures`, by name.
     schemes : sequence of str
         The schemes to show, in this order; a scheme without a verdict is left out.
     settings : mapping
@@ -121,7 +124,9 @@ def _groups(
             "rows": [
                 {
                     "title": row.title.format(**filled_in, size=words.size(size_mm)),
-                    "cells": _cells(tables[row.table], row, size_mm, detectors, reference),
+                    "cells": _cells(
+                        tables[row.table], row, size_mm, detectors, reference, settings
+                    ),
                 }
                 for row in group.rows
                 for size_mm in sizes_of[row.sizes]
@@ -138,6 +143,7 @@ def _cells(
     size_mm: float | None,
     detectors: Sequence[str],
     reference: str,
+    settings: Settings,
 ) -> list[Cells]:
     """Return a row's cells, one per detector."""
     by_detector = {}
@@ -147,6 +153,10 @@ def _cells(
         by_detector[reference] = REFERENCE
     for values in _of_size(table, size_mm):
         cell = row.cell(values)
+        if row.of_specificity and sets_specificity(values["detector"], values["scheme"]):
+            # The threshold sets it: its interval and its differences say nothing.
+            wanted = words.percent(settings["specificity"])
+            cell = NOT_APPLICABLE if row.measure else plain_cell(None, f"set to {wanted}")
         # The baseline has no score and no size, so its cells without a value do not apply.
         if values["detector"] != ALWAYS or cell["value"] is not None:
             by_detector[values["detector"]] = cell
@@ -174,8 +184,8 @@ def silent(judgements: Judgements, scheme: str, detectors: Sequence[str]) -> str
     )
     return (
         f"{words.enumerate_words(names)} {verb} given no verdict on a labelled recording. The "
-        "recording under test does not teach. So a threshold needs at least two recordings "
-        f"without a nodule, and a size needs at least two with one{needs}."
+        "place under test does not teach. So a threshold needs at least two healthy "
+        f"places, and a size needs at least two with a nodule{needs}."
     )
 
 

@@ -6,10 +6,11 @@ import pandas as pd
 
 from capsule import words
 from capsule.detectors.registry import detector_row
-from capsule.evaluation.beside_paper import Evaluation
-from capsule.evaluation.folds import LEAVE_ONE_OUT, RESUBSTITUTION, main_scheme
-from capsule.evaluation.lead import Lead
+from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT, RESUBSTITUTION
+from capsule.evaluation.lead import Lead, headline_confidence
 from capsule.kinds import Settings
+from capsule.page import cards
+from capsule.page.detector_sections import Rates, answers_of
 from capsule.page.notation import cited
 from capsule.page.provenance import ProjectState, is_simulated
 
@@ -25,42 +26,34 @@ REFERENCES = {
     "uPlot": "uplot",
 }
 _SCHEMES = {
+    HELD_OUT: "on held-out sessions, which taught no detector and chose nothing",
     LEAVE_ONE_OUT: (
-        "by leave-one-out: the recordings that taught a detector excluded the one under test"
+        "by leave-one-out: the recordings that taught a detector excluded the place under test"
     ),
     RESUBSTITUTION: "by resubstitution: the recording under test also taught the detector",
 }
 
 
-def methods_sentences(
-    evaluation: Evaluation,
-    index: pd.DataFrame,
-    lead: Lead,
-    settings: Settings,
-    equations: Sequence[str],
-) -> list[str]:
+def methods_sentences(rates: Rates, lead: Lead, equations: Sequence[str]) -> list[str]:
     """Return the methods, one paragraph part per step, with keys of references in brackets.
 
     Parameters
     ----------
-    evaluation : Evaluation
+    rates : Rates
         The rates.
-    index : DataFrame
-        results/recordings.csv.
     lead : Lead
         The leading detector.
-    settings : mapping
-        The configuration.
     equations : sequence of str
         ``equations`` of ``paper.yaml``.
     """
+    settings = rates.settings
     return [
-        _recorded(index, settings["recording"]),
+        _recorded(rates.index, settings["recording"]),
         _processed(settings["preprocessing"], settings["recording"]["sensors"], equations),
         _fitted(settings["fit"], equations),
-        _judged(evaluation, settings),
-        _led(evaluation, lead, settings["evaluation"]),
-        _bounded(evaluation.predictions, settings["evaluation"]),
+        _judged(rates),
+        _led(rates, lead),
+        _bounded(rates.evaluation.predictions, settings["evaluation"]),
     ]
 
 
@@ -114,10 +107,10 @@ def _fitted(rules: Settings, equations: Sequence[str]) -> str:
     )
 
 
-def _judged(evaluation: Evaluation, settings: Settings) -> str:
-    rules, names = settings["evaluation"], settings["detectors"]
-    scheme = main_scheme(rules["schemes"])
-    rows = evaluation.predictions[evaluation.predictions["scheme"] == scheme]
+def _judged(rates: Rates) -> str:
+    rules, names = rates.settings["evaluation"], rates.settings["detectors"]
+    rows = rates.evaluation.predictions
+    rows = rows[rows["scheme"] == rates.schemes[0]]
     described = [
         f"{name} ({detector_row(name).sentence}{_threshold(rows[rows['detector'] == name], name)})"
         for name in names
@@ -138,35 +131,38 @@ def _threshold(rows: pd.DataFrame, name: str) -> str:
     return f"; threshold {low}" if low == high else f"; threshold {low} to {high} over the folds"
 
 
-def _led(evaluation: Evaluation, lead: Lead, rules: Settings) -> str:
-    scheme = main_scheme(rules["schemes"])
-    of_lead = {
-        name: table[table["scheme"] == scheme].to_dict("records")
-        for name, table in (
-            (name, evaluation.of(name, lead.detector)) for name in ("detection", "specificity")
-        )
-    }
-    sentence = f"Verdicts were judged {_SCHEMES[scheme]}."
+def _led(rates: Rates, lead: Lead) -> str:
+    scheme = rates.schemes[0]
+    judged = _SCHEMES.get(scheme, f"by {words.scheme(scheme)}")
+    sentence = f"Verdicts were judged {judged}."
     if lead.compared > 1 and not lead.named:
         sentence += (
             f" Of {lead.compared} detectors {lead.detector} had the highest balanced accuracy, "
-            f"{words.percent(lead.balanced_accuracy)}."
+            f"{words.percent(lead.balanced_accuracy)}"
+            f"{' by leave-one-out' if scheme == HELD_OUT else ''}."
         )
-    rates = [
-        f"{words.percent(row['recall'])} ({words.interval(row['recall_low'], row['recall_high'])}) "
-        f"at {words.size(row['size_mm'])}"
-        for row in of_lead["detection"]
-        if words.is_known(row["recall"])
+    ours = answers_of(rates, lead.detector, scheme, lead)
+    found = [
+        f"{words.percent(each.recall.value)} ({cards.bounds(each.recall)}) at "
+        f"{words.size(each.size_mm)}"
+        for each in ours.found
     ]
-    if rates:
-        sentence += f" The sensitivity of {lead.detector} was {words.enumerate_words(rates)}."
-    for row in of_lead["specificity"]:
-        if words.is_known(row["specificity"]):
-            bounds = words.interval(row["specificity_low"], row["specificity_high"])
-            sentence += (
-                f" Its specificity was {words.percent(row['specificity'])} ({bounds}; "
-                f"{words.count_of(row['true_negatives'], row['healthy'])})."
-            )
+    usual = rates.settings["evaluation"]["confidence"]
+    level, corrected = headline_confidence(lead, scheme, usual), ""
+    if level != usual:
+        corrected = f", with {words.percent(level)} intervals, which correct for the choice"
+    if found:
+        listed = words.enumerate_words(found)
+        sentence += f" The sensitivity of {lead.detector} was {listed}{corrected}."
+    if ours.set_specificity is not None:
+        wanted = words.percent(ours.set_specificity.wanted)
+        return f"{sentence} Its specificity was set to {wanted} by its threshold, not measured."
+    if ours.specificity.of:
+        counted = words.count_of(ours.specificity.hits, ours.specificity.of)
+        sentence += (
+            f" Its specificity was {words.percent(ours.specificity.value)} "
+            f"({cards.bounds(ours.specificity)}; {counted})."
+        )
     return sentence
 
 

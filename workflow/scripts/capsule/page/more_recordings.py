@@ -6,12 +6,12 @@ from typing import Protocol
 import pandas as pd
 
 from capsule import words
-from capsule.evaluation.beside_paper import Evaluation
-from capsule.evaluation.folds import main_scheme
+from capsule.evaluation.intervals import recordings_needed, recordings_needed_within
 from capsule.evaluation.learning import ALL_BUT_ONE, main_ranges
-from capsule.evaluation.precision import recordings_needed, recordings_needed_within
-from capsule.kinds import Cells, Row, Settings
+from capsule.kinds import Cells, Row
 from capsule.page.cells import plain_cell, rate_cell_of
+from capsule.page.detector_sections import Rates
+from capsule.page.schemes import sets_specificity
 
 # Half the width of the interval that the page plans for: +-10 points.
 HALF_WIDTH = 0.1
@@ -28,17 +28,15 @@ class Taught(Protocol):
     taught_healthy: float
 
 
-def page_values(evaluation: Evaluation, learning: pd.DataFrame, settings: Settings) -> Cells:
+def page_values(rates: Rates, learning: pd.DataFrame) -> Cells:
     """Return the page's values on the number of recordings.
 
     Parameters
     ----------
-    evaluation : Evaluation
+    rates : Rates
         The rates.
     learning : DataFrame
         From `capsule.evaluation.learning`.
-    settings : mapping
-        The configuration.
 
     Returns
     -------
@@ -47,22 +45,20 @@ def page_values(evaluation: Evaluation, learning: pd.DataFrame, settings: Settin
         ``least_gain`` in points.
     """
     return {
-        "needed": needed_rows(evaluation, settings["evaluation"]),
+        "needed": needed_rows(rates),
         "learning": learning_rows(learning),
         "half_width": f"{100 * HALF_WIDTH:g}",
         "least_gain": f"{100 * LEAST_GAIN:g}",
     }
 
 
-def needed_rows(evaluation: Evaluation, rules: Settings) -> Cells:
+def needed_rows(rates: Rates) -> Cells:
     """Return how many recordings each rate needs for its interval, one column per detector.
 
     Parameters
     ----------
-    evaluation : Evaluation
-        The rates.
-    rules : mapping
-        Section ``evaluation`` of the configuration.
+    rates : Rates
+        The rates; those of the page's first scheme count.
 
     Returns
     -------
@@ -71,19 +67,20 @@ def needed_rows(evaluation: Evaluation, rules: Settings) -> Cells:
         more recordings give all detectors' rates the interval); ``sentence``, from
         `_needed_sentence`.
     """
-    scheme, confidence = main_scheme(rules["schemes"]), rules["confidence"]
+    evaluation, scheme = rates.evaluation, rates.schemes[0]
+    confidence = rates.settings["evaluation"]["confidence"]
     detectors = evaluation.detectors()
-    rates: dict[float, list[tuple[int, Row | None]]] = {}
+    by_size: dict[float, list[tuple[int, Row | None]]] = {}
     for detector in detectors:
-        of_detector = _rates_of(evaluation, detector, scheme)
+        of_detector = _rates_of(rates, detector, scheme)
         for size_mm in evaluation.sizes_mm():
-            rates.setdefault(size_mm, []).append(of_detector.get(size_mm, (0, None)))
+            by_size.setdefault(size_mm, []).append(of_detector.get(size_mm, (0, None)))
     rows = []
-    for size_mm, each in rates.items():
+    for size_mm, each in by_size.items():
         count = max(judged for judged, _ in each)
         needed = [_needed(rate, confidence) for judged, rate in each if judged and rate is not None]
         if count:
-            missing = max(max(needed) - count, 0)
+            missing = max(max(needed, default=0) - count, 0)
             rows.append(
                 {
                     "title": _title(size_mm, size_mm),
@@ -110,20 +107,29 @@ def _needed_sentence(rows: Sequence[Row], confidence: float) -> str:
     return f"A {wanted} for each detector needs more recordings: {listed}."
 
 
-def _rates_of(evaluation: Evaluation, detector: str, scheme: str) -> dict[float, tuple[int, Row]]:
-    """Return a detector's specificity (as size 0) and recalls, each with its recordings counted."""
-    tables = {name: evaluation.of(name, detector) for name in ("specificity", "detection")}
-    chosen = {
-        name: table[table["scheme"] == scheme].to_dict("records") for name, table in tables.items()
-    }
-    healthy = [(0.0, row["healthy"], row) for row in chosen["specificity"]]
-    nodules = [(row["size_mm"], row["tp"] + row["fn"], row) for row in chosen["detection"]]
+def _rates_of(rates: Rates, detector: str, scheme: str) -> dict[float, tuple[int, Row | None]]:
+    """Return a detector's specificity (as size 0) and recalls, each with its recordings counted.
+
+    A specificity that the threshold sets is None.
+    """
+    tables = rates.of(detector, scheme)
+    is_set = sets_specificity(detector, scheme)
+    healthy = [
+        (0.0, row["healthy"], None if is_set else row)
+        for row in tables["specificity"].to_dict("records")
+    ]
+    nodules = [
+        (row["size_mm"], row["tp"] + row["fn"], row)
+        for row in tables["detection"].to_dict("records")
+    ]
     return {size_mm: (judged, row) for size_mm, judged, row in healthy + nodules}
 
 
 def _needed_cell(judged: int, row: Row | None, confidence: float) -> Cells:
-    if not judged or row is None:
+    if not judged:
         return plain_cell(None, words.UNKNOWN)
+    if row is None:
+        return plain_cell(None, "set by the threshold")
     name, needed = _name(row), _needed(row, confidence)
     most = recordings_needed_within(row[f"{name}_low"], row[f"{name}_high"], HALF_WIDTH, confidence)
     return rate_cell_of(row, name) | {"count": f"needs {needed}, at most {most}"}

@@ -1,13 +1,16 @@
 """Count the recordings, name their origin, and list what could not be used."""
 
+from collections.abc import Sequence
+
 import pandas as pd
 
 from capsule import words
+from capsule.held_out import is_held_out, unknown_sessions
 from capsule.kinds import Cells
 from capsule.page.provenance import Origin, origin_of
 
 
-def overview(index: pd.DataFrame, passed_over: pd.DataFrame) -> Cells:
+def overview(index: pd.DataFrame, passed_over: pd.DataFrame, held_out: Sequence[str]) -> Cells:
     """Return the number of recordings, their origin, and what could not be used.
 
     Parameters
@@ -16,11 +19,15 @@ def overview(index: pd.DataFrame, passed_over: pd.DataFrame) -> Cells:
         results/recordings.csv.
     passed_over : DataFrame
         results/passed_over.csv.
+    held_out : sequence of str
+        ``evaluation.held_out`` of the configuration.
 
     Returns
     -------
     dict
-        ``origin``, ``accepted``, ``by_size``, ``unlabelled``, ``rejected`` and ``passed_over``.
+        ``not_held_out``, a sentence on held-out sessions that no recording carries. ``origin``,
+        ``accepted``, ``by_size``, ``held_out_words``, ``unlabelled``, ``rejected`` and
+        ``passed_over``.
         ``near_copies``, groups of recordings that are nearly the same, and whether their labels
         contradict. ``not_judged``, recordings that no detector judges, and why. Counts in words
         as ``accepted_words``, ``rejected_words`` and ``passed_over_words``.
@@ -31,6 +38,7 @@ def overview(index: pd.DataFrame, passed_over: pd.DataFrame) -> Cells:
     by_size = labelled.groupby("size_mm").size()
     origin = origin_of(accepted["source"].fillna("").astype(str))
     return {
+        "not_held_out": _not_held_out(index, held_out),
         "origin": {"kind": origin.kind, **_origin_words(origin)},
         "accepted": len(accepted),
         "accepted_words": words.plural(len(accepted), "recording"),
@@ -38,6 +46,7 @@ def overview(index: pd.DataFrame, passed_over: pd.DataFrame) -> Cells:
             {"size": words.size(float(size)), "count": int(count)}
             for size, count in by_size.items()
         ],
+        "held_out_words": _held_out_words(labelled, held_out),
         "unlabelled": int(accepted["size_mm"].isna().sum()),
         "near_copies": _near_copies(accepted),
         "not_judged": accepted[["recording", "no_verdict"]].dropna().to_dict("records"),
@@ -46,6 +55,39 @@ def overview(index: pd.DataFrame, passed_over: pd.DataFrame) -> Cells:
         "passed_over_words": words.plural(len(passed_over), "other file"),
         "passed_over": passed_over[["path", "reason"]].fillna("").to_dict("records"),
     }
+
+
+def labelled_origin(index: pd.DataFrame) -> str:
+    """Return the kind of origin of the accepted recordings of known size."""
+    labelled = index[(index["status"] == "accepted") & index["size_mm"].notna()]
+    return origin_of(labelled["source"].fillna("").astype(str)).kind
+
+
+def _not_held_out(index: pd.DataFrame, held_out: Sequence[str]) -> str:
+    """Return a sentence on the configured sessions that no recording carries; empty for none."""
+    missing = unknown_sessions(index.to_dict("records"), held_out)
+    if not missing:
+        return ""
+    which = "this session" if len(missing) == 1 else "these sessions"
+    return (
+        f"evaluation.held_out names {words.enumerate_words(missing)}, but no recording of known "
+        f"size carries {which}."
+    )
+
+
+def _held_out_words(labelled: pd.DataFrame, held_out: Sequence[str]) -> str:
+    """Return a sentence on the recordings that are held out; empty for none."""
+    kept = [
+        row["session"]
+        for row in labelled.to_dict("records")
+        if is_held_out(row["recording"], row.get("session"), held_out)
+    ]
+    if not kept:
+        return ""
+    sessions = list(dict.fromkeys(map(str, kept)))
+    named = f"session{'' if len(sessions) == 1 else 's'} {words.enumerate_words(sessions)}"
+    verb = "is" if len(kept) == 1 else "are"
+    return f"{len(kept)} of these {verb} held out ({named}): they judge, and teach nothing."
 
 
 def _near_copies(accepted: pd.DataFrame) -> list[Cells]:

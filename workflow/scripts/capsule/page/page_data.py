@@ -4,10 +4,10 @@ from collections.abc import Mapping, Sequence
 
 from capsule import words
 from capsule.detectors.registry import detector_row
-from capsule.evaluation.folds import main_scheme
-from capsule.kinds import Cells, Row, Settings
+from capsule.kinds import Cells, Row
 from capsule.page.packing import rounded
-from capsule.page.recordings import OUTCOMES, known_or_none, outcome, seven_digits
+from capsule.page.recordings import OUTCOMES, known_or_none, outcome, seven_digits, verdict_of
+from capsule.page.schemes import standing_in
 
 # With more marks on one line, the marks overlap.
 MAX_MARKS = 200
@@ -18,7 +18,8 @@ def page_data(
     verdicts: Mapping[str, Sequence[Row]],
     detectors: Sequence[str],
     sizes_mm: Sequence[float],
-    settings: Settings,
+    schemes: Sequence[str],
+    tolerance_mm: float,
 ) -> Cells:
     """Return the data on all recordings for the page's scripts.
 
@@ -32,23 +33,26 @@ def page_data(
         In the order of the page; the first is shown until the reader chooses another.
     sizes_mm : sequence of float
         Sizes of the templates, 0 first.
-    settings : mapping
-        Section ``evaluation`` of the configuration.
+    schemes : sequence of str
+        The schemes of the page; the first is shown until the reader chooses another.
+    tolerance_mm : float
+        Allowed error of the size.
 
     Returns
     -------
     dict
         ``sizes``. ``detectors`` and ``schemes``, each with ``name`` and ``words``; a detector also
-        has ``drawn`` and ``needs``. ``main_scheme`` and ``outcomes``. ``verdicts``, for each
+        has ``drawn`` and ``needs``, a scheme ``stand_in`` (from `standing_in`). ``main_scheme`` and
+        ``outcomes``. ``verdicts``, for each
         detector and scheme the size in mm and the outcome's number of every row. ``scores``, from
         `score_marks`. ``checksums`` of the rows.
     """
-    schemes = list(settings["schemes"])
     tables = {}
     for detector in detectors:
         for scheme in schemes:
             judged = [
-                _verdict(verdicts.get(row["recording"], ()), detector, scheme) for row in rows
+                _verdict(verdicts.get(row["recording"], ()), detector, scheme, schemes)
+                for row in rows
             ]
             tables[f"{detector}|{scheme}"] = (judged, score_marks(rows, judged))
     return {
@@ -57,12 +61,14 @@ def page_data(
             {"name": row.name, "words": row.sentence, "drawn": row.drawn, "needs": row.needs}
             for row in map(detector_row, detectors)
         ],
-        "schemes": [{"name": name, "words": words.scheme(name)} for name in schemes],
-        "main_scheme": main_scheme(schemes),
+        "schemes": [
+            {"name": name, "words": words.scheme(name), "stand_in": standing_in(name, schemes)}
+            for name in schemes
+        ],
+        "main_scheme": schemes[0],
         "outcomes": list(OUTCOMES),
         "verdicts": {
-            key: _columns(rows, judged, settings["tolerance_mm"])
-            for key, (judged, _) in tables.items()
+            key: _columns(rows, judged, tolerance_mm) for key, (judged, _) in tables.items()
         },
         "scores": {key: marks for key, (_, marks) in tables.items()},
         "checksums": {row["recording"]: row["sha256"][:16] for row in rows if row["accepted"]},
@@ -99,15 +105,17 @@ def score_marks(rows: Sequence[Row], judged: Sequence[Row | None]) -> list[Cells
     return marks
 
 
-def _verdict(verdicts: Sequence[Row], detector: str, scheme: str) -> Row | None:
-    """Return a detector's verdict; an unlabelled recording has one verdict for all schemes."""
-    for row in verdicts:
-        if row["detector"] == detector and row["scheme"] in (scheme, "all"):
-            return {
-                "predicted_mm": known_or_none(row["predicted_mm"]),
-                "score": seven_digits(row.get("score")),
-            }
-    return None
+def _verdict(
+    verdicts: Sequence[Row], detector: str, scheme: str, schemes: Sequence[str]
+) -> Row | None:
+    """Return size and score of a detector's verdict, or of the one that stands in."""
+    row = verdict_of(verdicts, detector, scheme, schemes)
+    if row is None:
+        return None
+    return {
+        "predicted_mm": known_or_none(row["predicted_mm"]),
+        "score": seven_digits(row.get("score")),
+    }
 
 
 def _columns(rows: Sequence[Row], judged: Sequence[Row | None], tolerance_mm: float) -> Cells:

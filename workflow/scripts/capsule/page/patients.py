@@ -11,6 +11,8 @@ from capsule.naming import UNLABELLED, folder_of
 
 # Rows that are visible at once; the page folds the others away.
 SHOWN = 20
+# With more patients than this, the table alone tells their verdicts.
+MOST_SENTENCES = 6
 # Nodules come first. Patients without a verdict come before healthy ones.
 _ORDER = ("nodule", "no verdict", "no nodule")
 
@@ -28,6 +30,8 @@ class Found:
         Why there is no verdict, if the detector gives a reason.
     chance : float
         The probability as a number to sort by; 0 if there is none.
+    sentence : str
+        All of it in one sentence.
     """
 
     kind: str
@@ -36,6 +40,7 @@ class Found:
     probability: str = words.NOT_GIVEN
     reason: str = ""
     chance: float = 0.0
+    sentence: str = "no verdict."
 
     def text(self) -> str:
         """Return the kind of verdict, with the reason if there is one."""
@@ -48,6 +53,7 @@ def page_values(
     sites: pd.DataFrame,
     lead: str,
     quality: Callable[[str], str],
+    largest_mm: float,
 ) -> Cells:
     """Return the verdicts of the first screen.
 
@@ -59,20 +65,28 @@ def page_values(
         The detector whose verdict is shown; of the others the page shows only whether they agree.
     quality : callable
         ``quality(name)`` returns the quality of an accepted recording in words.
+    largest_mm : float
+        The largest size that the archive holds.
 
     Returns
     -------
     dict
-        ``rows`` and ``folded``, nodules first, with ``patient``, ``site``, ``recordings``,
-        ``kind``, ``verdict``, ``size``, ``place``, ``probability``, ``quality`` and ``others``;
-        and ``counts``, one or two sentences. There is no row if no recording is unlabelled.
+        ``rows`` and ``folded``, nodules first, with ``patient``, ``site``, ``passes``,
+        ``recordings``, ``kind``, ``verdict``, ``size``, ``place``, ``probability``, ``quality`` and
+        ``others``; ``counts``, one or two sentences on many patients; and ``sentences``, pairs of a
+        patient and the verdict, for few. There is no row if no recording is unlabelled.
     """
-    rows = [*_site_rows(index, sites, lead, quality)]
+    rows = [*_site_rows(index, sites, lead, quality, largest_mm)]
     of_sites = {each["name"] for row in rows for each in row["recordings"]}
-    rows += _recording_rows(index, detections, lead, quality, of_sites)
+    rows += _recording_rows(index, detections, lead, quality, of_sites, largest_mm)
     rows.sort(key=lambda row: (_ORDER.index(row["kind"]), -row["chance"]))
-    counts = _counts(rows, lead, sites=bool(of_sites))
-    return {"rows": rows[:SHOWN], "folded": rows[SHOWN:], "counts": counts}
+    few = len(rows) <= MOST_SENTENCES
+    return {
+        "rows": rows[:SHOWN],
+        "folded": rows[SHOWN:],
+        "counts": _counts(rows, lead, sites=bool(of_sites)) if len(rows) > 1 else "",
+        "sentences": [(row["patient"], row["sentence"]) for row in rows] if few else [],
+    }
 
 
 def _recording_rows(
@@ -81,32 +95,40 @@ def _recording_rows(
     lead: str,
     quality: Callable[[str], str],
     of_sites: set[str],
+    largest_mm: float,
 ) -> Iterator[Cells]:
     """Yield one row per unlabelled recording, except those of a site that has its own row."""
     verdicts: dict[str, dict[str, Found]] = {}
     for row in detections.to_dict("records"):
-        verdicts.setdefault(row["recording"], {})[row["detector"]] = of_recording(row)
+        verdicts.setdefault(row["recording"], {})[row["detector"]] = of_recording(row, largest_mm)
     for row in index.to_dict("records"):
         name = row["recording"]
         if row["status"] == "accepted" and not words.is_known(row["size_mm"]):
             if name not in of_sites:
                 yield _row(_label(name), [name], verdicts.get(name, {}), lead, quality(name))
         elif row["status"] != "accepted" and folder_of(name) == UNLABELLED:
-            yield _row(_label(name), [], {}, lead, f"rejected: {row['reason']}")
+            rejected = Found("no verdict", sentence=f"no verdict. Rejected: {row['reason']}.")
+            yield _row(_label(name), [], {lead: rejected}, lead, f"rejected: {row['reason']}")
 
 
 def _site_rows(
-    index: pd.DataFrame, sites: pd.DataFrame, lead: str, quality: Callable[[str], str]
+    index: pd.DataFrame,
+    sites: pd.DataFrame,
+    lead: str,
+    quality: Callable[[str], str],
+    largest_mm: float,
 ) -> Iterator[Cells]:
     """Yield one row per unlabelled site that was passed several times."""
     unlabelled = index[(index["status"] == "accepted") & index["size_mm"].isna()]
     for site, rows in sites[sites["size_mm"].isna()].groupby("site", sort=False):
         names = list(unlabelled.loc[unlabelled["site"] == site, "recording"])
-        verdicts = {row["detector"]: of_site(row) for row in rows.to_dict("records")}
+        verdicts = {row["detector"]: of_site(row, largest_mm) for row in rows.to_dict("records")}
+        passes = {row["detector"]: int(row["passes"]) for row in rows.to_dict("records")}
         each = {name: quality(name) for name in names}
         said = [f"{_label(name)}: {text}" for name, text in each.items()]
         together = "; ".join(said) if len(set(each.values())) > 1 else next(iter(each.values()), "")
-        yield _row(str(site), names, verdicts, lead, together, site=True)
+        row = _row(str(site), names, verdicts, lead, together, site=True)
+        yield row | {"passes": passes.get(lead, len(names))}
 
 
 def _row(
@@ -122,9 +144,11 @@ def _row(
     return {
         "patient": patient,
         "site": site,
+        "passes": len(names),
         "recordings": [{"name": name, "label": _label(name)} for name in names],
         "kind": verdict.kind,
         "verdict": verdict.text(),
+        "sentence": verdict.sentence,
         "size": verdict.size,
         "place": verdict.place,
         "probability": verdict.probability,
@@ -139,28 +163,70 @@ def _label(name: str) -> str:
     return name.removeprefix(f"{UNLABELLED}/")
 
 
-def of_recording(row: Row) -> Found:
+def of_recording(row: Row, largest_mm: float) -> Found:
     """Return the verdict in a row of results/detections.csv."""
-    predicted_mm = row["predicted_mm"]
-    if not words.is_known(predicted_mm):
-        return Found("no verdict", reason=_reason(row))
+    if not words.is_known(row["predicted_mm"]):
+        return _none(row)
     chance = row["probability"]
     probability, chance = words.probability(chance), _or_zero(chance)
-    if predicted_mm == 0:
-        return Found("no nodule", probability=probability, chance=chance)
-    place = words.place(row["location_s"], row["location_mm"])
-    return Found("nodule", _size(row), place, probability=probability, chance=chance)
+    given = [f"probability {probability}"] if words.is_known(row["probability"]) else []
+    score = _score_words(row, "its score")
+    if row["predicted_mm"] == 0:
+        of_nodule = f"; probability of a nodule {probability}" if given else ""
+        sentence = f"no nodule found{score}{of_nodule}."
+        return Found("no nodule", probability=probability, chance=chance, sentence=sentence)
+    size, place = _size(row, largest_mm), words.place(row["location_s"], row["location_mm"])
+    sentence = _nodule_words(size, row, given, score)
+    return Found("nodule", size, place, probability=probability, chance=chance, sentence=sentence)
 
 
-def of_site(row: Row) -> Found:
+def of_site(row: Row, largest_mm: float) -> Found:
     """Return the verdict in a row of results/sites.csv; a site has no probability."""
     if not words.is_known(row["detected"]):
-        return Found("no verdict", reason=_reason(row))
+        return _none(row)
+    score = _score_words(
+        row, f"the mean score of {words.plural(int(row['passes']), 'pass', 'passes')}"
+    )
     if str(row["detected"]) != "True":
-        return Found("no nodule")
+        return Found("no nodule", sentence=f"no nodule found{score}.")
     where = row["location_mm"]
     place = f"{words.number(where, 1)} mm" if words.is_known(where) else words.NOT_GIVEN
-    return Found("nodule", _size(row), place)
+    size = _size(row, largest_mm)
+    return Found("nodule", size, place, sentence=_nodule_words(size, row, [], score))
+
+
+def _none(row: Row) -> Found:
+    reason = row.get("no_verdict")
+    why = str(reason) if words.is_known(reason) and reason else ""
+    return Found(
+        "no verdict", reason=why, sentence=f"{words.verdict({**row, 'predicted_mm': None})}."
+    )
+
+
+def _nodule_words(size: str, row: Row, given: Sequence[str], score: str) -> str:
+    """Return a nodule in one sentence: size with interval, place, probability and score."""
+    what = "a nodule" if size == words.NOT_GIVEN else f"a nodule of about {size}"
+    way_mm, seconds = row["location_mm"], row.get("location_s")
+    where = []
+    if words.is_known(way_mm):
+        where = [
+            f"{words.number(way_mm, 0)} mm along the way" if way_mm >= 0 else "before the start"
+        ]
+    elif words.is_known(seconds):
+        where = [
+            f"{words.number(seconds, 0)} s into the run" if seconds >= 0 else "before the start"
+        ]
+    return f"{', '.join([what, *where, *given])}{score}."
+
+
+def _score_words(row: Row, what: str) -> str:
+    """Return how a score compares with its threshold; empty if either is not known."""
+    score, threshold = row.get("score"), row.get("threshold")
+    if not words.is_known(score) or not words.is_known(threshold):
+        return ""
+    verb = "exceeds" if score > threshold else "does not exceed"
+    limit = words.significant(threshold)
+    return f"; {what}, {words.significant(score)}, {verb} the threshold of {limit}"
 
 
 def others_words(verdict: Found, others: Mapping[str, Found]) -> str:
@@ -193,16 +259,11 @@ def _counts(rows: Sequence[Row], lead: str, *, sites: bool) -> str:
     return sentence + (f" On {several[1]} it gives no verdict." if several[1] else "")
 
 
-def _size(row: Row) -> str:
+def _size(row: Row, largest_mm: float) -> str:
     """Return a nodule's size in words; a size may lack an interval, or be missing."""
-    size = words.estimated_size(row)
+    size = words.estimated_size(row, largest_mm)
     known, bounded = words.is_known(row["estimate_mm"]), words.is_known(row["estimate_low_mm"])
     return f"{size}, no interval" if known and not bounded else size
-
-
-def _reason(row: Row) -> str:
-    reason = row.get("no_verdict")
-    return str(reason) if words.is_known(reason) else ""
 
 
 def _or_zero(value: float) -> float:

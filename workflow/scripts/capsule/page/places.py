@@ -7,13 +7,15 @@ from capsule.kinds import Cells, Row
 from capsule.page.cells import plain_cell, rate_cell_of
 
 
-def place_rows(sites: pd.DataFrame) -> Cells:
+def place_rows(sites: pd.DataFrame, largest_mm: float) -> Cells:
     """Return the verdicts on places: one row per place, one column per detector.
 
     Parameters
     ----------
     sites : DataFrame
         results/sites.csv.
+    largest_mm : float
+        The largest size that the archive holds.
 
     Returns
     -------
@@ -23,7 +25,7 @@ def place_rows(sites: pd.DataFrame) -> Cells:
     detectors = list(dict.fromkeys(sites["detector"]))
     rows = []
     for (site, size_mm), group in sites.groupby(["site", "size_mm"], sort=False, dropna=False):
-        verdicts = {row["detector"]: _verdict(row) for row in group.to_dict("records")}
+        verdicts = {row["detector"]: _verdict(row, largest_mm) for row in group.to_dict("records")}
         rows.append(
             {
                 "site": str(site),
@@ -35,13 +37,13 @@ def place_rows(sites: pd.DataFrame) -> Cells:
     return {"detectors": detectors, "rows": rows}
 
 
-def _verdict(row: Row) -> str:
+def _verdict(row: Row, largest_mm: float) -> str:
     if not words.is_known(row["detected"]):
         return words.verdict({**row, "predicted_mm": None})
     if str(row["detected"]) != "True":
         return "no nodule"
     sized = words.is_known(row["estimate_mm"])
-    what = f"nodule of {words.estimated_size(row)}" if sized else "nodule"
+    what = f"nodule of {words.estimated_size(row, largest_mm)}" if sized else "nodule"
     where = row["location_mm"]
     return f"{what}, at {words.number(where, 1)} mm" if words.is_known(where) else what
 

@@ -1,16 +1,16 @@
 """Make the table of all recordings: the true size, the verdict, and whether it is right."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import pandas as pd
 
 from capsule import words
 from capsule.detectors.registry import detector_row
-from capsule.evaluation.folds import main_scheme
 from capsule.evaluation.rates import is_within
 from capsule.evaluation.rows import number
 from capsule.kinds import Cells, Row, Settings
+from capsule.page.schemes import standing_in
 
 OUTCOMES = (
     "exact",
@@ -30,7 +30,11 @@ EVIDENCE = ("score", "threshold", "location_mm")
 
 
 def page_values(
-    index: pd.DataFrame, verdicts: Mapping[str, list[Cells]], detector: str, settings: Settings
+    index: pd.DataFrame,
+    verdicts: Mapping[str, list[Cells]],
+    detector: str,
+    schemes: Sequence[str],
+    settings: Settings,
 ) -> Cells:
     """Return the page's values that list the recordings.
 
@@ -42,6 +46,8 @@ def page_values(
         From `verdicts_by_recording`.
     detector : str
         The detector whose verdicts are shown.
+    schemes : sequence of str
+        The schemes of the page; the first is shown.
     settings : mapping
         Section ``evaluation`` of the configuration.
 
@@ -52,8 +58,8 @@ def page_values(
         before the page's script runs), ``recording_sizes`` and ``outcomes`` for the filters,
         ``first_shown`` and ``tolerance``.
     """
-    scheme, tolerance_mm = main_scheme(settings["schemes"]), settings["tolerance_mm"]
-    rows = recording_rows(index, verdicts, detector, scheme, tolerance_mm)
+    tolerance_mm = settings["tolerance_mm"]
+    rows = recording_rows(index, verdicts, detector, schemes, tolerance_mm)
     accepted = [row for row in rows if row["accepted"]]
     # A recording with a nodule shows more at first sight than one without.
     first = next((row for row in accepted if row["size_mm"]), accepted[0] if accepted else None)
@@ -117,8 +123,34 @@ def verdicts_by_recording(
     return verdicts
 
 
-def in_words(verdict: Row) -> Cells:
+def verdict_of(
+    verdicts: Sequence[Row], detector: str, scheme: str, schemes: Sequence[str]
+) -> Row | None:
+    """Return a detector's verdict on a recording under a scheme, or the one that stands in.
+
+    Parameters
+    ----------
+    verdicts : sequence of mapping
+        The recording's verdicts, from `verdicts_by_recording`.
+    detector, scheme : str
+        Their names.
+    schemes : sequence of str
+        The schemes of the page, for `capsule.page.schemes.standing_in`.
+    """
+    by_scheme = {each["scheme"]: each for each in verdicts if each["detector"] == detector}
+    wanted = (name for name in standing_in(scheme, schemes) if name in by_scheme)
+    return by_scheme.get(next(wanted, ""))
+
+
+def in_words(verdict: Row, largest_mm: float | None = None) -> Cells:
     """Return what the page shows of a verdict from `verdicts_by_recording`.
+
+    Parameters
+    ----------
+    verdict : mapping
+        The verdict.
+    largest_mm : float, optional
+        The largest size that the archive holds.
 
     Returns
     -------
@@ -133,18 +165,21 @@ def in_words(verdict: Row) -> Cells:
         "detector": verdict["detector"],
         "scheme": verdict["scheme"],
         "predicted_mm": known_or_none(verdict["predicted_mm"]),
-        "details": _details(verdict),
+        "details": _details(verdict, largest_mm),
         "distances": [known_or_none(verdict[name]) for name in labels],
         "location_s": known_or_none(verdict.get("location_s")),
         **{key: seven_digits(verdict.get(key)) for key in EVIDENCE},
     }
 
 
-def _details(row: Row) -> str:
-    """Return the estimated size, probability and place of a verdict in words, as far as known."""
+def _details(row: Row, largest_mm: float | None) -> str:
+    """Return the size, probability and place of a verdict in words; or why there is none."""
+    if not words.is_known(row["predicted_mm"]):
+        reason = row.get("no_verdict")
+        return str(reason) if words.is_known(reason) else ""
     parts, location_s = [], row.get("location_s")
     if words.is_known(row.get("estimate_mm")):
-        parts.append(f"estimated {words.estimated_size(row)}")
+        parts.append(f"estimated {words.estimated_size(row, largest_mm)}")
     if words.is_known(row.get("probability")):
         parts.append(f"probability {words.probability(row['probability'])}")
     if words.is_known(location_s):
@@ -166,7 +201,7 @@ def recording_rows(
     index: pd.DataFrame,
     verdicts: Mapping[str, list[Cells]],
     detector: str,
-    scheme: str,
+    schemes: Sequence[str],
     tolerance_mm: float,
 ) -> list[Cells]:
     """Return one row per recording, including rejected recordings.
@@ -177,8 +212,10 @@ def recording_rows(
         results/recordings.csv.
     verdicts : mapping of str to list of dict
         From `verdicts_by_recording`.
-    detector, scheme : str
-        The detector and scheme whose verdicts are shown.
+    detector : str
+        The detector whose verdicts are shown.
+    schemes : sequence of str
+        The schemes of the page; the first is shown.
     tolerance_mm : float
         Allowed error of the size.
 
@@ -190,14 +227,8 @@ def recording_rows(
     rows = []
     for row in index.to_dict("records"):
         cells = _unjudged(row)
-        verdict = next(
-            (
-                each
-                for each in verdicts.get(row["recording"], ())
-                if each["detector"] == detector and each["scheme"] in (scheme, "all")
-            ),
-            {"predicted_mm": None},
-        )
+        verdict = verdict_of(verdicts.get(row["recording"], ()), detector, schemes[0], schemes)
+        verdict = verdict or {"predicted_mm": None}
         predicted_mm = known_or_none(verdict["predicted_mm"])
         judged = outcome(cells["size_mm"], predicted_mm, tolerance_mm)
         duration = known_or_none(row["duration_s"])

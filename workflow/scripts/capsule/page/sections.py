@@ -23,6 +23,7 @@ from capsule.page import (
     places,
     provenance,
     recordings,
+    trust,
 )
 from capsule.page.beside import FilesBeside
 from capsule.page.packing import to_json
@@ -41,7 +42,7 @@ class Tables:
     evaluation : Evaluation
         The rates, ours and the paper's.
     judgements : mapping of str to DataFrame
-        The tables of `capsule.evaluation.tables`, by name.
+        The tables of `capsule.evaluation.measures`, by name.
     learning : DataFrame
         The rates reached with parts of the archive, from `capsule.evaluation.learning`.
     benches : sequence of mapping
@@ -87,12 +88,24 @@ def page_values(
     dict
     """
     judged, evaluation = settings["evaluation"], tables.evaluation
+    rates = detector_sections.Rates(evaluation, tables.judgements, tables.index, settings)
+    schemes = rates.schemes
     verdicts = recordings.verdicts_by_recording(evaluation.predictions, tables.detections)
     lead = leading(
         evaluation.predictions, settings["detectors"], judged["schemes"], settings["report"]["lead"]
     )
     detectors = detector_sections.lead_first(evaluation.detectors(), lead)
-    listed = recordings.page_values(tables.index, verdicts, lead.detector, judged)
+    listed = recordings.page_values(tables.index, verdicts, lead.detector, schemes, judged)
+    largest_mm, origin = evaluation.sizes_mm()[-1], overview.labelled_origin(tables.index)
+    told = patients.page_values(
+        tables.index,
+        tables.detections,
+        tables.sites,
+        lead.detector,
+        stored.quality,
+        largest_mm,
+    )
+    of_detectors = detector_sections.page_values(rates, lead, printed["sizing_tolerance_mm"])
     beside, inside = None, []
     if isinstance(stored, FilesBeside):
         beside = {"folder": stored.folder, "files": stored.files, "each": stored.each}
@@ -102,30 +115,28 @@ def page_values(
         evidence = archive_evidence.archive_evidence(accepted, verdicts, sizes_mm, stored, settings)
         inside = [(each.name, each.joined()) for each in evidence]
     return {
-        **overview.overview(tables.index, tables.passed_over),
-        **detector_sections.page_values(
-            evaluation, tables.index, lead, settings, printed["sizing_tolerance_mm"]
+        **overview.overview(tables.index, tables.passed_over, rates.held_out),
+        **of_detectors,
+        "patients": told,
+        "trust": trust.of_rows(
+            [*told["rows"], *told["folded"]],
+            of_detectors["trust"],
+            tables.judgements["retest"].query("detector == @lead.detector"),
+            schemes,
+            judged,
+            origin,
         ),
-        "patients": patients.page_values(
-            tables.index,
-            tables.detections,
-            tables.sites,
-            lead.detector,
-            stored.quality,
-        ),
-        **comparison.page_values(tables.judgements, settings, lead.detector),
-        **benches.page_values(tables.benches, detectors),
-        **more_recordings.page_values(evaluation, tables.learning, settings),
-        "methods": methods.methods_sentences(
-            evaluation, tables.index, lead, settings, printed["equations"]
-        ),
+        **comparison.page_values(tables.judgements, schemes, settings, lead.detector),
+        **benches.page_values(tables.benches, detectors, origin),
+        **more_recordings.page_values(rates, tables.learning),
+        "methods": methods.methods_sentences(rates, lead, printed["equations"]),
         "references": tables.references,
         "confidence": words.percent(judged["confidence"]),
         "size_confidence": words.percent(judged["size_confidence"]),
-        "places": places.place_rows(tables.sites),
+        "places": places.place_rows(tables.sites, largest_mm),
         "retest": places.retest_rows(tables.judgements["retest"]),
         "templates": cells.template_rows(tables.templates),
-        "detections": cells.detection_rows(tables.detections),
+        "detections": cells.detection_rows(tables.detections, largest_mm),
         **listed,
         "data": to_json(
             page_data.page_data(
@@ -133,7 +144,8 @@ def page_values(
                 verdicts,
                 detectors,
                 evaluation.sizes_mm(),
-                judged,
+                schemes,
+                judged["tolerance_mm"],
             )
             | {"beside": beside}
         ),

@@ -4,8 +4,9 @@ from collections.abc import Iterator, Mapping
 
 from capsule import files
 from capsule.arrays import FloatArray
-from capsule.evaluation.folds import scheme_folds
+from capsule.evaluation.cross_validation import folds_of, unlabelled_folds
 from capsule.fits import by_size, particle_of
+from capsule.held_out import teaching
 from capsule.kinds import Settings
 from capsule.naming import size_mm, sizes_of
 from capsule.page.archive_evidence import Fit
@@ -33,7 +34,8 @@ class StoredRecordings:
     def __init__(self, results: Results, settings: Settings) -> None:
         self._results, table = results, results.folder / "recordings.csv"
         accepted = files.accepted_recordings(table)
-        self._fits = results.fits(name for name in accepted if size_mm(name))
+        fitted = teaching(accepted, settings["evaluation"]["held_out"])
+        self._fits = results.fits(name for name in fitted if size_mm(name))
         self._fitted = {
             name: particle_of(fit)
             for name, fit in self._fits.items()
@@ -87,11 +89,8 @@ def _folds_of(
 ) -> Iterator[tuple[str, list[str], list[str]]]:
     """Yield scheme, judged recordings, and the labelled recordings that do not teach, of folds."""
     labelled = {name: row for name, row in accepted.items() if row["size_mm"]}
-    names = list(labelled)
-    for folds in scheme_folds(rules["schemes"], labelled, rules["most_folds"]):
-        for places in folds.parts():
-            judged, left_out = ([names[place] for place in each] for each in places)
-            yield folds.scheme, judged, left_out
-    for name in accepted.keys() - labelled.keys():
-        copies = accepted[name]["near_copies"].split()
-        yield ALL, [name], sorted(labelled.keys() & set(copies))
+    for fold in folds_of(labelled, rules):
+        yield fold.scheme, list(fold.judged), sorted(fold.left_out)
+    unlabelled = [name for name in accepted if name not in labelled]
+    for left_out, judged in unlabelled_folds(unlabelled, accepted):
+        yield ALL, judged, sorted(left_out)

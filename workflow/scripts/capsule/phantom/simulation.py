@@ -6,7 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.arrays import FloatArray, IntArray
+from capsule.errors import CapsuleError
 from capsule.geometry.origami import half_width, pitch, sensor_offsets
+from capsule.naming import size_label
 from capsule.phantom import contact as touch
 from capsule.phantom.advance import (
     first_arrival,
@@ -24,7 +26,7 @@ from capsule.phantom.wave import cam_time, wave_train
 from capsule.recording import Recording
 from capsule.seeding import generator
 
-# Raise the version whenever the same seed gives other bytes.
+# Raise the version whenever the same seed gives other readings.
 SIMULATOR_VERSION = "5"
 SENSORS = 4
 # A fixed date, so that a simulated run gives the same bytes at any time.
@@ -61,24 +63,92 @@ class Run:
 
 @dataclass(frozen=True)
 class PlannedRun:
-    """One run of an archive: its name such as ``3mm/r07``, place, nodule size and pass."""
+    """One run of an archive.
+
+    Attributes
+    ----------
+    name
+        Name of the recording, such as ``3mm/r07``.
+    site
+        Name of the place within the archive; several passes over it share the name.
+    setup
+        Name of the set-up within the archive; several places of one size share it.
+    size_mm
+        Diameter of the nodule; 0 for none.
+    attempt
+        Name of the pass.
+    """
 
     name: str
     site: str
+    setup: str
     size_mm: float
     attempt: str
 
 
-def planned_runs(sizes_mm: Sequence[float], runs: int, passes: int) -> list[PlannedRun]:
-    """Return the runs of an archive; several passes over one place share its site."""
-    sites = [
-        (f"{size:g}mm/r{number:02d}", size) for size in sizes_mm for number in range(1, runs + 1)
-    ]
-    return [
-        PlannedRun(f"{site}p{attempt}" if passes > 1 else site, site, size, str(attempt))
-        for site, size in sites
-        for attempt in range(1, passes + 1)
-    ]
+def planned_runs(
+    sizes_mm: Sequence[float],
+    runs: int | Sequence[int],
+    passes: int,
+    setups: int | Sequence[int] = 1,
+    prefix: str = "r",
+) -> list[PlannedRun]:
+    """Return the runs of an archive.
+
+    Parameters
+    ----------
+    sizes_mm
+        Diameters of the nodules; 0 for none.
+    runs
+        Number of places of each size: one number for all sizes, or one for each.
+    passes
+        Number of passes over each place.
+    setups
+        Number of set-ups of each size, likewise. The places of a size are divided into so many
+        neighbouring parts, and each part is run with a set-up of its own.
+    prefix
+        What the names of the recordings begin with.
+
+    Raises
+    ------
+    CapsuleError
+        The numbers are neither one nor one for each size, or a set-up would have no run.
+    """
+    planned = []
+    for size, places, parts in zip(
+        sizes_mm, _of_each(sizes_mm, runs), _of_each(sizes_mm, setups), strict=True
+    ):
+        if parts > places:
+            raise CapsuleError(f"{size_label(size)}: {parts} set-ups need as many runs or more")
+        for number in range(places):
+            site = f"{size_label(size)}/{prefix}{number + 1:02d}"
+            setup = setup_name(size, number * parts // places)
+            planned += [
+                PlannedRun(f"{site}p{attempt}" if passes > 1 else site, site, setup, size, attempt)
+                for attempt in map(str, range(1, passes + 1))
+            ]
+    return planned
+
+
+def _of_each(sizes_mm: Sequence[float], numbers: int | Sequence[int]) -> Sequence[int]:
+    listed = [numbers] if isinstance(numbers, int) else [*numbers]
+    if len(listed) == 1:
+        return listed * len(sizes_mm)
+    if len(listed) != len(sizes_mm):
+        raise CapsuleError(
+            f"{len(listed)} numbers for {len(sizes_mm)} sizes: give one, or one each"
+        )
+    return listed
+
+
+def setup_name(size_mm: float, number: int = 0) -> str:
+    """Return the name of a set-up within an archive: ``3mm``, and ``3mm/2`` for the second one."""
+    return size_label(size_mm) + (f"/{number + 1}" if number else "")
+
+
+def archive_name(seed: int, bench: str | None = None) -> str:
+    """Return the name of a simulated archive, of which no archive of another seed has the same."""
+    return f"{bench or 'simulated'}-{seed}"
 
 
 def simulate_run(
@@ -88,6 +158,7 @@ def simulate_run(
     site: str,
     attempt: str = "1",
     sensors: int = SENSORS,
+    setup: str | None = None,
 ) -> Run:
     """Simulate one pass of the capsule over one place.
 
@@ -105,13 +176,16 @@ def simulate_run(
         Name of the pass. Everything else is drawn again for each pass.
     sensors
         S; the paper's capsule has four.
+    setup
+        Name of the set-up; without one, that of the nodule's size (`setup_name`). The height at
+        which nodule and gut lie on the bench is drawn once for each set-up.
 
     Returns
     -------
     Run
     """
     place = generator(seed, "phantom", site)
-    series = generator(seed, "phantom", f"{nodule_mm:g}mm", "series")
+    series = generator(seed, "phantom", setup or setup_name(nodule_mm), "series")
 
     def draw(subject: str) -> np.random.Generator:
         # Each subject has its own stream, so that one changed parameter leaves other draws as is.
@@ -195,19 +269,31 @@ def simulated_header(source: str, phantom: Phantom, seed: int) -> dict[str, str]
 
 
 def recording_of(
-    run: Run, phantom: Phantom, seed: int, site: str, bench: str | None = None
+    run: Run,
+    phantom: Phantom,
+    seed: int,
+    site: str,
+    bench: str | None = None,
+    setup: str | None = None,
 ) -> Recording:
     """Return a run as a recording, with a header that marks it as simulated.
 
+    Site and set-up of the header begin with the name of the archive: two archives may hold places
+    of the same name, but they are not the same places.
+
     Parameters
     ----------
+    site, setup
+        As in `simulate_run`.
     bench
         Name of the bench, if it is not the default bench.
     """
+    archive = archive_name(seed, bench)
     header = {
         **simulated_header("simulated phantom", phantom, seed),
-        "site": site,
-        "session": f"{bench or 'simulated'}-{seed}",
+        "site": f"{archive}/{site}",
+        "session": archive,
+        "setup": f"{archive}/{setup or setup_name(run.nodule_mm)}",
     }
     if bench is not None:
         header["simulator_bench"] = bench

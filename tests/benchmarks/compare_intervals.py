@@ -1,0 +1,165 @@
+"""Count how often the intervals of the evaluation hold the truth, and print Markdown tables.
+
+    python tests/benchmarks/compare_intervals.py
+
+Rates: each place has a share of its own, from a beta distribution; its passes are drawn from it.
+Areas: normal scores, with a part that all passes over a place share. New specificities: thresholds
+at a rank of healthy scores. The worst case stands first.
+"""
+
+import argparse
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+from scipy.special import ndtr, ndtri
+
+sys.path.insert(0, str(Path(__file__).parents[2] / "workflow" / "scripts"))
+
+from judge_report import table
+
+from capsule.evaluation.intervals import Interval, new_specificity, rate_of
+from capsule.evaluation.roc import auc_interval
+from capsule.number_arguments import natural
+from capsule.seeding import generator
+
+LEVEL = 0.95
+SHARES = (0.5, 0.7, 0.8, 0.9, 0.95, 0.98)
+CORRELATIONS = (0.05, 0.2, 0.5, 0.8)
+PLACES = (5, 8, 12, 20, 40)
+PASSES = (2, 4, 10)
+AREAS = (0.6, 0.76, 0.9, 0.95, 0.98)
+# Number of healthy places and of nodules, passes over each, correlation, spread of the nodules.
+DESIGNS = (
+    (20, 20, 1, 0.0, 1.0),
+    (20, 20, 1, 0.0, 3.0),
+    (20, 100, 1, 0.0, 1.0),
+    (5, 5, 4, 0.5, 1.0),
+    (8, 8, 4, 0.5, 3.0),
+    (20, 20, 4, 0.2, 3.0),
+    (20, 20, 4, 0.9, 3.0),
+)
+
+
+def main() -> None:
+    """Print the three tables."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--archives", type=natural, default=1000, help="of each case")
+    archives = parser.parse_args().archives
+    for title, rows in (
+        ("A rate over places", rates(archives)),
+        ("An area under the curve", areas(archives)),
+        ("The specificity of a new patient, central 90 %", specificities(archives)),
+    ):
+        print(f"{title}:\n\n{table(rows)}")
+
+
+def held(intervals: Iterable[Interval], truth: float) -> float:
+    """Return the share of the intervals that hold the truth; an unknown one does not."""
+    return float(np.mean([low <= truth <= high for _, low, high in intervals]))
+
+
+def rates(archives: int) -> list[dict[str, object]]:
+    """Return how often the interval of a rate holds it, for each number of places.
+
+    ``plainly`` is the Wilson interval that takes each pass for a place of its own.
+    """
+    rows = []
+    for places in PLACES:
+        cases: dict[str, list[float]] = {"over places": [], "plainly": []}
+        names = []
+        for passes in PASSES:
+            clusters = np.repeat(np.arange(places), passes)
+            for correlation in CORRELATIONS:
+                for share in SHARES:
+                    names.append(f"{passes} passes, correlation {correlation}, rate {share}")
+                    drawn = [
+                        _hits(names[-1], each, places, passes, share, correlation)
+                        for each in range(archives)
+                    ]
+                    for name, of in (("over places", clusters), ("plainly", None)):
+                        intervals = (rate_of(hits, of, LEVEL) for hits in drawn)
+                        cases[name].append(held(intervals, share))
+        row: dict[str, object] = {"places": str(places)}
+        for name, coverage in cases.items():
+            row[f"{name}: worst"], row[f"{name}: mean"] = min(coverage), float(np.mean(coverage))
+        rows.append(row | {"worst case": names[int(np.argmin(cases["over places"]))]})
+    return _worst_first(rows, "over places: worst")
+
+
+def _hits(
+    case: str, archive: int, places: int, passes: int, share: float, correlation: float
+) -> np.ndarray:
+    numbers = generator(archive, "rate", str(places), case)
+    both = (1 - correlation) / correlation
+    of_place = numbers.beta(share * both, (1 - share) * both, places)
+    return numbers.random(places * passes) < np.repeat(of_place, passes)
+
+
+def areas(archives: int) -> list[dict[str, object]]:
+    """Return how often the interval of an area holds it, for each design of an archive."""
+    rows = []
+    for healthy, nodules, passes, correlation, spread in DESIGNS:
+        name = f"{healthy} against {nodules}"
+        if passes > 1:
+            name += f" places of {passes} passes, correlation {correlation}"
+        coverage = []
+        for area in AREAS:
+            apart = ndtri(area) * np.hypot(1, spread)
+            intervals = []
+            for archive in range(archives):
+                numbers = generator(archive, "area", name, str(spread), str(area))
+                one = _scores(numbers, healthy, passes, correlation)
+                other = apart + spread * _scores(numbers, nodules, passes, correlation)
+                places = np.repeat(np.arange(healthy + nodules), passes)
+                intervals.append(
+                    auc_interval(one, other, LEVEL, *np.split(places, [healthy * passes]))
+                )
+            coverage.append(held(intervals, area))
+        row: dict[str, object] = {"recordings": name, "nodules' spread": f"{spread:g}"}
+        row |= {"worst": min(coverage), "at an area of": f"{AREAS[int(np.argmin(coverage))]:g}"}
+        rows.append(row | {"mean": float(np.mean(coverage))})
+    return _worst_first(rows, "worst")
+
+
+def _scores(
+    numbers: np.random.Generator, places: int, passes: int, correlation: float
+) -> np.ndarray:
+    of_place = np.repeat(numbers.normal(size=places), passes)
+    own = numbers.normal(size=places * passes)
+    return np.sqrt(correlation) * of_place + np.sqrt(1 - correlation) * own
+
+
+def specificities(archives: int) -> list[dict[str, object]]:
+    """Return how often the range holds the specificity of a threshold at a rank."""
+    kinds: dict[str, tuple[Callable[..., np.ndarray], Callable[[float], float]]] = {
+        "normal scores": (lambda numbers, n: numbers.normal(size=n), lambda x: float(ndtr(x))),
+        "scores with a heavy tail": (
+            lambda numbers, n: numbers.standard_cauchy(n),
+            lambda x: float(0.5 + np.arctan(x) / np.pi),
+        ),
+    }
+    rows = []
+    for healthy in (10, 20, 40, 100):
+        low, high = new_specificity(healthy, 0.95)
+        for name, (draw, share_below) in kinds.items():
+            reached = []
+            for archive in range(10 * archives):
+                scores = np.sort(draw(generator(archive, "new", name, str(healthy)), healthy))
+                rank = min(int(np.ceil((healthy + 1) * 0.95 - 1e-9)), healthy)
+                reached.append(share_below(scores[rank - 1]))
+            inside = float(np.mean([low <= value <= high for value in reached]))
+            rows.append(
+                {"healthy places": str(healthy), "scores": name, "range from": low, "to": high}
+                | {"held": inside, "mean specificity": float(np.mean(reached))}
+            )
+    return _worst_first(rows, "held")
+
+
+def _worst_first(rows: Sequence[dict[str, object]], column: str) -> list[dict[str, object]]:
+    return sorted(rows, key=lambda row: float(str(row[column])))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,198 @@
+"""Thresholds, probabilities and sizes, calibrated over places."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from capsule.detectors.calibrate import (
+    Regression,
+    SizeModel,
+    fit_probability,
+    fit_ridge,
+    fit_sizes,
+    place_weights,
+    rank_threshold,
+    upper_quantile,
+)
+from capsule.seeding import generator
+
+passes = st.lists(st.tuples(st.integers(0, 5), st.integers(-5, 5)), min_size=1, max_size=25)
+
+
+def apart(count):
+    """Return a place of its own for each recording."""
+    return np.arange(count)
+
+
+@given(passes, st.floats(0.05, 0.95))
+def test_the_quantile_is_the_definition_written_out(drawn, share):
+    places, values = np.array(drawn).T
+    ordered = sorted(set(values.tolist()))
+    expected = float("inf")
+    for value in reversed(ordered):
+        weight = sum(
+            np.mean(values[places == place] <= value) for place in set(places.tolist())
+        ) / (len(set(places.tolist())) + 1)
+        if weight >= share - 1e-9:
+            expected = value
+    assert upper_quantile(values.astype(float), places, share) == expected
+
+
+@given(st.lists(st.integers(-5, 5), min_size=1, max_size=30), st.floats(0.05, 0.95))
+def test_one_pass_a_place_gives_the_rank_of_split_conformal_prediction(values, share):
+    rank = int(np.ceil((len(values) + 1) * share - 1e-9))
+    expected = sorted(values)[rank - 1] if rank <= len(values) else float("inf")
+    found = upper_quantile(np.array(values, dtype=float), apart(len(values)), share)
+    assert found == expected
+
+
+@given(passes, st.integers(2, 4))
+def test_repeating_all_passes_of_a_place_changes_no_quantile(drawn, times):
+    places, values = np.array(drawn).T
+    chosen = places == places[0]
+    more_places = np.concatenate([places, *[places[chosen]] * (times - 1)])
+    more_values = np.concatenate([values, *[values[chosen]] * (times - 1)])
+    for share in (0.3, 0.6, 0.8):
+        once = upper_quantile(values.astype(float), places, share)
+        assert upper_quantile(more_values.astype(float), more_places, share) == once
+
+
+def test_the_threshold_has_the_promised_rank():
+    scores = np.arange(1.0, 20.0)  # 19 recordings are just enough for 95 %
+    assert rank_threshold(scores, apart(19), 0.95) == 19
+    assert rank_threshold(scores, apart(19), 0.90) == 18
+    assert rank_threshold(scores[:5], apart(5), 0.95) == 5
+    assert np.isnan(rank_threshold(np.array([]), apart(0), 0.95))
+
+
+@pytest.mark.parametrize(("places", "between"), [(20, 0.0), (20, 1.0), (20, 3.0), (40, 3.0)])
+def test_a_pass_over_a_new_place_exceeds_the_threshold_as_rarely_as_promised(places, between):
+    """Draw places of one to eight passes; the passes of a place resemble each other."""
+    numbers = generator(1, "places", str(places), str(between))
+    alarms = []
+    for _ in range(2000):
+        passes_of = numbers.integers(1, 9, places)
+        place = np.repeat(np.arange(places), passes_of)
+        level = between * numbers.normal(size=places + 1)
+        scores = level[place] + numbers.normal(size=place.size)
+        alarms.append(level[-1] + numbers.normal() > rank_threshold(scores, place, 0.9))
+    # The standard error is 0.007. Never more than 10 %, and at most 1 / (K + 1) less.
+    assert 0.1 - 1 / places - 0.02 <= np.mean(alarms) <= 0.115
+
+
+def test_weights_share_a_place_among_its_passes():
+    assert place_weights(np.array([7, 3, 7, 7])).tolist() == [1 / 3, 1.0, 1 / 3, 1 / 3]
+
+
+def test_a_probability_is_stated_for_the_prevalence():
+    numbers = generator(1, "probability")
+    scores = np.concatenate([numbers.normal(0, 1, 4000), numbers.normal(2, 1, 1000)])
+    nodule = np.arange(5000) >= 4000
+    for prevalence in (0.1, 0.5):
+        fitted = fit_probability(scores, nodule, apart(5000), prevalence)
+        # Bayes' rule for two normal distributions: the odds at score 1 are those of the prevalence.
+        assert fitted.of(1.0) == pytest.approx(prevalence, abs=0.02)
+        odds = prevalence / (1 - prevalence) * np.exp(2 * 2.0 - 2)
+        assert fitted.of(2.0) == pytest.approx(odds / (1 + odds), abs=0.03)
+    assert np.isnan(fitted.of(np.nan))
+
+
+def test_perfectly_parted_scores_give_a_finite_curve():
+    scores = np.array([0.0, 0.1, 5.0, 6.0])
+    fitted = fit_probability(scores, np.array([0, 0, 1, 1]) > 0, apart(4), 0.5)
+    assert np.isfinite([fitted.slope, fitted.intercept]).all()
+    assert fitted.of(0.0) < 0.1 < 0.9 < fitted.of(6.0)
+    assert fit_probability(scores, np.zeros(4, dtype=bool), apart(4), 0.5) is None
+    assert fit_probability(np.array([1.0, 1.0, 2.0]), apart(3) > 1, apart(3), 0.5) is None
+
+
+def test_a_place_counts_as_much_with_many_passes_as_with_one():
+    scores, nodule = np.array([0.0, 1.0, 0.5, 2.0, 0.8]), np.array([0, 0, 0, 1, 1]) > 0
+    once = fit_probability(scores, nodule, apart(5), 0.1)
+    again = np.array([0, 1, 2, 3, 4, 1, 1])
+    many = fit_probability(scores[again], nodule[again], again, 0.1)
+    assert list(vars(many).values()) == pytest.approx(list(vars(once).values()))
+
+
+@pytest.mark.parametrize(("count", "penalty"), [(4, 0.3), (12, 5.0), (80, 0.0), (80, 0.3)])
+@pytest.mark.parametrize("passes_of", [1, 2, 3])
+def test_predictions_without_a_place_are_those_of_a_fit_without_it(count, penalty, passes_of):
+    numbers = generator(1, "left out", str(count), str(passes_of))
+    values = 1.0 + np.arange(count) % 5
+    features = values[:, np.newaxis] + numbers.normal(size=(count, 4)) * np.logspace(-1, 2, 4)
+    places = np.arange(count) // passes_of
+    if np.unique(places).size * passes_of > 6:
+        _, found = fit_ridge(features, values, places, penalty)
+        for number in range(count):
+            others = places != places[number]
+            mean = features[others].mean(axis=0)
+            centred = features[others] - mean
+            normal = centred.T @ centred + penalty * np.eye(4)
+            wanted = values[others] - values[others].mean()
+            coefficients = np.linalg.solve(normal, centred.T @ wanted)
+            expected = values[others].mean() + (features[number] - mean) @ coefficients
+            assert found[number] == pytest.approx(expected, abs=1e-7)
+
+
+def test_of_what_nothing_else_tells_the_prediction_is_unknown():
+    _, alone = fit_ridge(np.ones((2, 2)), np.array([3.0, 3.0]), np.zeros(2, dtype=int), 1.0)
+    assert np.isnan(alone).all()
+    # Only one recording varies in a feature, and the feature has no penalty.
+    features, values = np.array([[0.0], [0.0], [0.0], [7.0]]), np.array([1.0, 2.0, 3.0, 5.0])
+    _, found = fit_ridge(features, values, apart(4), 0.0)
+    np.testing.assert_allclose(found, [2.5, 2.0, 1.5, np.nan], atol=1e-9)
+
+
+def sizes_of(features, sizes_mm, places, **changes):
+    options = {"ridge": 0.1, "confidence": 0.9, "known_mm": (1.0, 2.0, 3.0, 5.0)} | changes
+    return fit_sizes(features, sizes_mm, places, np.ones(sizes_mm.size, dtype=bool), **options)
+
+
+def test_sizes_between_those_taught_are_estimated():
+    features = generator(1, "sizes").normal(size=(40, 3))
+    features[:, 0] = np.repeat([1.0, 2.0, 3.0, 5.0], 10)
+    model = sizes_of(features, features[:, 0], apart(40))
+    assert model.estimate(np.array([2.5, 0.0, 0.0])) == pytest.approx(2.5, abs=0.05)
+    assert model.estimate(np.array([[99.0, 0.0, 0.0]]))[0] == 5.0
+    assert model.nearest(2.5) == 2.0 and model.nearest(2.6) == 3.0
+    assert sizes_of(features[:0], features[:0, 0], apart(0)) is None
+
+
+def test_the_scale_of_a_feature_changes_no_size():
+    numbers = generator(1, "scale")
+    sizes_mm = 1.0 + np.arange(30) % 3
+    features = sizes_mm[:, np.newaxis] + numbers.normal(size=(30, 4))
+    one = sizes_of(features, sizes_mm, apart(30))
+    other = sizes_of(features * np.logspace(-3, 3, 4), sizes_mm, apart(30))
+    assert other.half_width_mm == pytest.approx(one.half_width_mm)
+    assert other.estimate(features * np.logspace(-3, 3, 4)) == pytest.approx(one.estimate(features))
+
+
+@given(st.floats(1, 5), st.one_of(st.floats(0, 10), st.just(float("inf"))))
+def test_an_interval_that_reaches_the_largest_size_has_no_upper_end(estimate, half_width):
+    model = SizeModel(Regression(np.zeros(1), np.zeros(1), 2.0), half_width, (1.0, 2.0, 5.0))
+    low, high = model.interval(estimate)
+    assert low == max(estimate - half_width, 1.0)
+    assert high == (estimate + half_width if estimate + half_width < 5 else float("inf"))
+
+
+@pytest.mark.parametrize("passes_of", [1, 4])
+def test_nine_intervals_of_ten_hold_the_size_at_a_new_place(passes_of):
+    """The features of a place share an error, as those of a nodule's set-up do."""
+    held = []
+    for archive in range(120):
+        numbers = generator(archive, "intervals", str(passes_of))
+        place = np.repeat(np.arange(41), passes_of)
+        sizes_mm = (1.0 + np.arange(41) % 5)[place]
+        shared = numbers.normal(size=(41, 6))[place]
+        features = sizes_mm[:, np.newaxis] + shared + 0.3 * numbers.normal(size=(place.size, 6))
+        new = place == 40
+        model = sizes_of(
+            features[~new], sizes_mm[~new], place[~new], known_mm=(1.0, 2.0, 3.0, 4.0, 5.0)
+        )
+        estimate = float(model.estimate(features[new][0]))
+        low, high = model.interval(estimate)
+        held.append(low <= sizes_mm[new][0] <= high)
+    # The standard error is 0.027.
+    assert np.mean(held) >= 0.84

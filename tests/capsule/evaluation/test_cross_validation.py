@@ -1,0 +1,319 @@
+"""The folds: a place is left out whole, and held-out sessions teach nothing."""
+
+from collections import Counter
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from capsule.detectors.passage import Passage
+from capsule.detectors.training import TrainingArchive
+from capsule.evaluation.cross_validation import (
+    HELD_OUT,
+    LEAVE_ONE_OUT,
+    RESUBSTITUTION,
+    Detectors,
+    choosing_scheme,
+    cross_validate,
+    folds_of,
+    judge_unlabelled,
+    main_scheme,
+    number_of_folds,
+    unlabelled_folds,
+)
+from capsule.naming import size_mm
+from capsule.particles import Particle, render
+from capsule.places import places_of
+from capsule.seeding import generator
+from capsule.templates import build_templates
+
+RULES = {
+    "schemes": [LEAVE_ONE_OUT, RESUBSTITUTION],
+    "groups": ["session", "setup"],
+    "held_out": [],
+    "most_folds": 1000,
+}
+
+
+def row(site="", session="", setup="", near_copies="", no_verdict=""):
+    return {
+        "site": site,
+        "session": session,
+        "setup": setup,
+        "near_copies": near_copies,
+        "no_verdict": no_verdict,
+    }
+
+
+def by_scheme(rows, **changes):
+    """Return the folds of each scheme as pairs of judged and left-out recordings."""
+    found = {}
+    for fold in folds_of(rows, RULES | changes):
+        found.setdefault(fold.scheme, []).append((fold.judged, set(fold.left_out)))
+    return found
+
+
+def test_the_passes_over_a_place_are_left_out_together():
+    rows = {"0mm/a": row("x"), "0mm/b": row("x"), "0mm/c": row(), "1mm/d": row("y")}
+    rows |= {"1mm/e": row("z", near_copies="1mm/d"), "2mm/f": row()}
+    found = by_scheme(rows)
+    assert found[LEAVE_ONE_OUT] == [
+        (("0mm/a", "0mm/b"), {"0mm/a", "0mm/b"}),
+        (("0mm/c",), {"0mm/c"}),
+        (("1mm/d", "1mm/e"), {"1mm/d", "1mm/e"}),
+        (("2mm/f",), {"2mm/f"}),
+    ]
+    assert found[RESUBSTITUTION] == [(tuple(rows), set())]
+    assert list(found) == [LEAVE_ONE_OUT, RESUBSTITUTION]
+
+
+def test_held_out_sessions_teach_nothing_and_are_judged_by_all_others():
+    rows = {"0mm/a": row("x", "1"), "0mm/b": row("y", "1"), "1mm/c": row("z", "2")}
+    rows |= {"0mm/h": row("p", "late"), "1mm/h": row("q", "late"), "0mm/i": row("y", "late")}
+    found = by_scheme(rows, held_out=["late", "never"])
+    late = {"0mm/h", "1mm/h", "0mm/i"}
+    # 0mm/i is a pass over a place that teaches the others.
+    assert found[HELD_OUT] == [(("0mm/h", "1mm/h"), late), (("0mm/i",), late | {"0mm/b"})]
+    assert found[LEAVE_ONE_OUT] == [
+        (("0mm/a",), late | {"0mm/a"}),
+        (("0mm/b",), late | {"0mm/b"}),
+        (("1mm/c",), late | {"1mm/c"}),
+    ]
+    assert found[RESUBSTITUTION] == [(("0mm/a", "0mm/b", "1mm/c"), late)]
+
+
+def test_sessions_are_left_out_if_there_are_three_that_leave_enough_to_teach():
+    def rows_of(**sessions):
+        return {
+            f"{size}mm/{session}{run}": row(session=session)
+            for session, sizes in sessions.items()
+            for run, size in enumerate(sizes.split())
+        }
+
+    rows = rows_of(first="0 0 2", second="0 0 1", third="0 1")
+    found = by_scheme(rows)["leave_one_session_out"]
+    assert [len(judged) for judged, _ in found] == [3, 3, 2]
+    assert all(set(judged) == left_out for judged, left_out in found)
+    # Two sessions say nothing about a third one.
+    assert "leave_one_session_out" not in by_scheme(rows_of(first="0 0 0 2", second="0 0 0 1"))
+    # Without the first, two healthy recordings teach.
+    few = rows_of(first="0 0 0 2", second="0 1", third="0 1")
+    assert "leave_one_session_out" not in by_scheme(few)
+    # A recording that no detector judges teaches nobody.
+    unjudged = rows | {"0mm/first0": row(session="first", no_verdict="no wave")}
+    assert "leave_one_session_out" not in by_scheme(unjudged)
+
+
+def test_set_ups_are_left_out_if_there_are_three_of_healthy_recordings_and_three_of_nodules():
+    def rows_of(healthy, nodules):
+        named = {f"0mm/r{n}": row(setup=setup) for n, setup in enumerate(healthy)}
+        return named | {f"2mm/r{n}": row(setup=setup) for n, setup in enumerate(nodules)}
+
+    found = by_scheme(rows_of("aabbcc", "ddef"))["leave_one_setup_out"]
+    assert [judged for judged, _ in found][:1] == [("0mm/r0", "0mm/r1")]
+    assert len(found) == 6
+    assert "leave_one_setup_out" not in by_scheme(rows_of("aabbcc", "ddee"))
+    assert "leave_one_setup_out" not in by_scheme(rows_of("aabb", "ddef"))
+    # A recording without a set-up is left out with its place.
+    mixed = by_scheme(rows_of(["a", "b", "c", ""], "def"))["leave_one_setup_out"]
+    assert (("0mm/r3",), {"0mm/r3"}) in mixed
+
+
+@st.composite
+def archives(draw):
+    """Draw the rows of an archive with sites, sessions, set-ups and near copies."""
+    sizes = draw(st.lists(st.sampled_from([0, 1, 2]), min_size=1, max_size=16))
+    names = [f"{size}mm/r{number}" for number, size in enumerate(sizes)]
+    text = st.sampled_from(["", "a", "b", "c", "d"])
+    return {
+        name: row(draw(text), draw(text), draw(text), draw(st.sampled_from(["", *names])))
+        for name in names
+    }
+
+
+@given(archives(), st.sampled_from([[], ["a"], ["a", "b"]]), st.integers(100, 120))
+def test_no_scheme_but_resubstitution_is_taught_by_a_place_that_it_judges(rows, kept, most):
+    place = places_of(rows)
+    folds = folds_of(rows, RULES | {"held_out": kept, "most_folds": most})
+    judged = Counter()
+    for fold in folds:
+        judged.update((fold.scheme, name) for name in fold.judged)
+        assert {name for name, each in rows.items() if each["session"] in kept} <= fold.left_out
+        if fold.scheme != RESUBSTITUTION:
+            taught = {place[name] for name in rows if name not in fold.left_out}
+            assert not taught & {place[name] for name in fold.judged}
+    # Under each scheme, each recording is judged once, the held-out ones under a scheme of theirs.
+    apart = {name for name, each in rows.items() if each["session"] in kept}
+    for scheme in {fold.scheme for fold in folds}:
+        names = {name for of_scheme, name in judged if of_scheme == scheme}
+        assert names == (apart if scheme == HELD_OUT else rows.keys() - apart)
+    assert set(judged.values()) <= {1}
+
+
+@given(st.integers(1, 100_000), st.integers(100, 5000))
+def test_the_work_of_all_folds_stops_growing_with_the_square(recordings, most):
+    folds = number_of_folds(recordings, most)
+    assert 100 <= folds <= most
+    if recordings > most:
+        # The next fold would be too much work.
+        assert folds == 100 or recordings * folds <= most**2 < recordings * (folds + 1)
+    else:
+        assert folds == most
+    assert number_of_folds(recordings + 1, most) <= folds
+
+
+def test_in_a_large_archive_neighbouring_places_of_one_size_are_left_out_together():
+    rows = {f"{number % 6}mm/r{number}": row() for number in range(3000)}
+    found = by_scheme(rows)[LEAVE_ONE_OUT]
+    # At most the square of 1000 by 3000, which is 333; nine at a time would be 336 folds.
+    assert [len(judged) for judged, _ in found] == [10] * 300
+    assert all(len({size_mm(name) for name in judged}) == 1 for judged, _ in found)
+    # A place stays whole, and is left out with places of the same sizes.
+    rows |= {f"0mm/p{number}": row("pair") for number in range(2)} | {"2mm/p2": row("pair")}
+    of_pair = [judged for judged, _ in by_scheme(rows)[LEAVE_ONE_OUT] if "2mm/p2" in judged]
+    assert of_pair == [("0mm/p0", "0mm/p1", "2mm/p2")]
+
+
+def test_an_unlabelled_pass_over_a_labelled_place_is_judged_without_that_place():
+    rows = {"0mm/a": row("x"), "2mm/b": row("y"), "unlabelled/p": row("y"), "unlabelled/q": row()}
+    rows["unlabelled/r"] = row(near_copies="0mm/a")
+    names = ["unlabelled/p", "unlabelled/q", "unlabelled/r"]
+    assert unlabelled_folds(names, rows, ["0mm/h"]) == [
+        (frozenset({"0mm/h", "2mm/b"}), ["unlabelled/p"]),
+        (frozenset({"0mm/h"}), ["unlabelled/q"]),
+        (frozenset({"0mm/h", "0mm/a"}), ["unlabelled/r"]),
+    ]
+
+
+def test_held_out_rates_come_first_but_choose_nothing():
+    assert main_scheme([LEAVE_ONE_OUT, HELD_OUT]) == HELD_OUT
+    assert main_scheme([LEAVE_ONE_OUT, RESUBSTITUTION]) == LEAVE_ONE_OUT
+    assert main_scheme([RESUBSTITUTION]) == RESUBSTITUTION
+    assert choosing_scheme([HELD_OUT, RESUBSTITUTION, LEAVE_ONE_OUT]) == LEAVE_ONE_OUT
+    assert choosing_scheme([HELD_OUT, RESUBSTITUTION]) == RESUBSTITUTION
+
+
+SIZES_MM = {"0mm/a": 0.0, "0mm/b": 0.0, "0mm/c": 0.0, "2mm/a": 2.0, "2mm/b": 2.0}
+SETTINGS = {
+    "detectors": ["diagonal", "template_threshold", "template"],
+    "recording": {"rate_hz": 10},
+    "diagonal": {"size_ridge": 1.0},
+    "evaluation": {"specificity": 0.6, "prevalence": 0.5, "size_confidence": 0.9},
+}
+
+
+def passage(evidence):
+    return Passage(evidence, *[evidence] * 3, 10.0, 200.0, 130.0, *[1.0] * 3)
+
+
+@pytest.fixture(scope="module")
+def archive():
+    numbers = generator(1, "predictions")
+    particles, matrices = {}, {}
+    for name, size in SIZES_MM.items():
+        matrices[name] = np.maximum(numbers.normal(0.0, 0.05, (2, 300)), 0.0)
+        if size:
+            spacing, height = numbers.integers(90, 110, 1).astype(float), numbers.uniform(0.8, 1.2)
+            particle = Particle(np.full(2, height), np.full(2, 0.3), spacing, np.full(2, 9.0))
+            particles[name] = particle
+            matrices[name] += render(particle, 50, 300)
+    by_size = {2.0: list(particles.values())}
+    templates = build_templates(by_size, sensors=2, first_peak=50, length=300)
+    passages = {name: passage(float(place)) for place, name in enumerate(SIZES_MM)}
+    return TrainingArchive(SIZES_MM, templates, particles, passages, matrices.__getitem__, SETTINGS)
+
+
+@pytest.fixture(scope="module")
+def detectors(archive):
+    return Detectors(archive)
+
+
+def test_every_detector_has_a_row_in_the_order_of_the_configuration(detectors):
+    rows = list(detectors.rows(["0mm/a", "2mm/b"], []))
+    assert [row["detector"] for row in rows] == SETTINGS["detectors"] * 2
+    assert [row["recording"] for row in rows] == ["0mm/a"] * 3 + ["2mm/b"] * 3
+    assert all(row.keys() == {"recording", "detector", *detectors.columns} for row in rows)
+    assert [row["predicted_mm"] for row in rows[3:]] == [2.0] * 3
+    # 200 samples at 10 Hz.
+    assert rows[3]["location_s"] == 20.0
+
+
+def test_only_detectors_by_templates_have_distances_to_them(detectors):
+    by_diagonal, by_threshold, by_rule = detectors.rows(["2mm/a"], [])
+    assert (by_diagonal["rmse_0mm"], by_diagonal["rmse_2mm"]) == (None, None)
+    assert by_rule["rmse_2mm"] < by_rule["rmse_0mm"]
+    assert by_threshold["rmse_2mm"] == by_rule["rmse_2mm"]
+
+
+def test_what_is_left_out_has_taught_nothing(detectors):
+    with_all = list(detectors.rows(["2mm/a"], []))
+    without = list(detectors.rows(["2mm/a"], ["2mm/a", "0mm/c"]))
+    assert without[2]["rmse_2mm"] > with_all[2]["rmse_2mm"]
+    assert without[0]["threshold"] < with_all[0]["threshold"]
+
+
+def test_what_is_handed_on_is_what_the_recordings_that_teach_have_taught(detectors):
+    stored = detectors.stored(["0mm/c"])
+    by_diagonal, by_threshold, _ = detectors.rows(["0mm/a"], ["0mm/c"])
+    assert stored["recordings"] == len(SIZES_MM) - 1
+    assert stored["diagonal"]["threshold"] == by_diagonal["threshold"]
+    assert stored["margin_threshold"] == by_threshold["threshold"]
+
+
+def test_each_fold_is_judged_by_the_others_and_listed_by_detector_recording_and_scheme(detectors):
+    folds = folds_of({name: row("x" if "b" in name else "") for name in SIZES_MM}, RULES)
+    rows = cross_validate(detectors, folds)
+    # The passes over the place x stand where its first pass does.
+    order = ["0mm/a", "0mm/b", "2mm/b", "0mm/c", "2mm/a"]
+    assert [(each["detector"], each["recording"], each["scheme"]) for each in rows] == [
+        (detector, name, scheme)
+        for detector in SETTINGS["detectors"]
+        for name in order
+        for scheme in (LEAVE_ONE_OUT, RESUBSTITUTION)
+    ]
+    assert all(each["size_mm"] == SIZES_MM[each["recording"]] for each in rows)
+    (expected,) = list(detectors.rows(["2mm/b"], ["0mm/b", "2mm/b"]))[2:]
+    (found,) = [
+        each
+        for each in rows
+        if (each["recording"], each["detector"], each["scheme"])
+        == ("2mm/b", "template", LEAVE_ONE_OUT)
+    ]
+    assert found == expected | {"size_mm": 2.0, "scheme": LEAVE_ONE_OUT}
+
+
+def test_the_order_in_which_the_parts_are_judged_changes_nothing(detectors):
+    def backwards(judge, parts):
+        return [judge(part) for part in reversed(list(parts))][::-1]
+
+    folds = folds_of({name: row() for name in SIZES_MM}, RULES)
+    rows, turned = (cross_validate(detectors, folds, way) for way in (map, backwards))
+    assert str(turned) == str(rows)
+
+
+def test_an_unlabelled_recording_is_judged_by_all_that_teach(archive):
+    passages = {**archive.passages, "unlabelled/p": passage(9.0)}
+    matrices = {name: archive.load(name) for name in SIZES_MM}
+    matrices["unlabelled/p"] = matrices["2mm/b"]
+    detectors = Detectors(replace(archive, passages=passages, load=matrices.__getitem__, _made={}))
+    rows = {name: row() for name in (*SIZES_MM, "unlabelled/p")}
+    found = judge_unlabelled(detectors, ["unlabelled/p"], rows, ["0mm/c"])
+    assert str(found) == str(list(detectors.rows(["unlabelled/p"], ["0mm/c"])))
+
+
+def test_a_learning_curve_is_drawn_of_what_learns_a_threshold_without_templates(detectors):
+    assert list(detectors.learners()) == ["diagonal"]
+
+
+def test_what_cannot_be_judged_says_why_and_teaches_nothing(archive, detectors):
+    reasons = {"0mm/c": "no wave on sensor_1"}
+    without = Detectors(replace(archive, no_verdict=reasons, _made={}))
+    for each in without.rows(["0mm/c"], []):
+        assert each["no_verdict"] == "no wave on sensor_1"
+        assert np.isnan([each["predicted_mm"], each["score"], each["threshold"]]).all()
+        assert (each["rmse_0mm"], each["rmse_2mm"]) == (None, None)
+    judged = zip(without.rows(["0mm/a"], []), detectors.rows(["0mm/a"], ["0mm/c"]), strict=True)
+    for taught_without, left_out in judged:
+        assert taught_without["threshold"] == left_out["threshold"]

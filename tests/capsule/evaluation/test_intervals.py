@@ -1,0 +1,204 @@
+"""Intervals of single recordings are the textbook's; those of clusters count fewer recordings."""
+
+import math
+from itertools import count
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import beta, binom, t
+
+from capsule.evaluation.intervals import (
+    effective_count,
+    gain_interval,
+    lower_bound,
+    mean_interval,
+    median_interval,
+    new_specificity,
+    normal_quantile,
+    rate,
+    rate_of,
+    ratio_interval,
+    recordings_needed,
+    recordings_needed_within,
+)
+from capsule.seeding import generator
+
+pytestmark = pytest.mark.slow(0.2)
+
+
+def half_width(expected, recordings, confidence):
+    _, low, high = rate(expected * recordings, recordings, confidence)
+    return (high - low) / 2
+
+
+@pytest.mark.parametrize("expected", [0.0, 0.05, 0.5, 0.77, 0.9, 1.0])
+@pytest.mark.parametrize("wanted", [0.05, 0.1, 0.3])
+@pytest.mark.parametrize("confidence", [0.8, 0.95])
+def test_it_is_the_least_count_whose_interval_is_narrow_enough(expected, wanted, confidence):
+    least = next(n for n in count(1) if half_width(expected, n, confidence) <= wanted)
+    assert recordings_needed(expected, wanted, confidence) == least
+
+
+@given(
+    expected=st.floats(0, 1),
+    wanted=st.floats(0.01, 0.5),
+    confidence=st.floats(0.5, 0.999),
+)
+def test_one_recording_fewer_would_not_do(expected, wanted, confidence):
+    needed = recordings_needed(expected, wanted, confidence)
+    assert half_width(expected, needed, confidence) <= wanted + 1e-9
+    assert needed == 1 or half_width(expected, needed - 1, confidence) > wanted - 1e-9
+
+
+def test_of_several_possible_rates_the_one_nearest_to_a_half_counts():
+    assert recordings_needed_within(0.7, 0.97, 0.1, 0.95) == recordings_needed(0.7, 0.1, 0.95)
+    assert recordings_needed_within(0.01, 0.2, 0.1, 0.95) == recordings_needed(0.2, 0.1, 0.95)
+    assert recordings_needed_within(0.2, 0.9, 0.1, 0.95) == recordings_needed(0.5, 0.1, 0.95) == 93
+
+
+def test_clusters_of_one_recording_change_nothing():
+    right = np.array([True] * 17 + [False] * 3)
+    values = np.arange(20.0) % 7
+    alone = np.arange(20)
+    assert rate_of(right, alone, 0.95) == rate_of(right, None, 0.95) == rate(17, 20, 0.95)
+    for interval in (mean_interval, median_interval):
+        assert interval(values, 0.95, alone) == interval(values, 0.95)
+    assert gain_interval(right, ~right, 0.95, alone) == gain_interval(right, ~right, 0.95)
+
+
+def test_the_effective_count_is_that_of_rao_and_scott():
+    # Five places of four passes: 4, 4, 4, 1 and 0 of 4 found, so p = 13/20.
+    right = np.repeat([1.0, 1.0, 1.0, 0.0, 0.0], 4)
+    right[12] = 1.0
+    p, sums = 13 / 20, np.array([4, 4, 4, 1, 0]) - 4 * 13 / 20
+    variance = 5 / 4 * np.sum(sums**2) / 20**2
+    effect = variance / (p * (1 - p) / 20)
+    assert effect > 3
+    shrunk = (normal_quantile(0.95) / t.ppf(0.975, 4)) ** 2
+    expected = 20 / effect * shrunk
+    clusters = np.repeat(np.arange(5), 4)
+    assert effective_count(right, clusters, 0.95) == pytest.approx(expected)
+    assert rate_of(right, clusters, 0.95) == rate(13, 20, 0.95, effective=expected)
+    plain = rate(13, 20, 0.95)
+    clustered = rate_of(right, clusters, 0.95)
+    assert clustered[0] == plain[0]
+    assert clustered[1] < plain[1] - 0.1 and clustered[2] > plain[2] + 0.1
+
+
+def test_a_perfect_rate_rests_on_as_many_recordings_as_there_are_clusters():
+    right, clusters = np.ones(40, dtype=bool), np.repeat(np.arange(5), 8)
+    shrunk = (normal_quantile(0.95) / t.ppf(0.975, 4)) ** 2
+    assert effective_count(right, clusters, 0.95) == pytest.approx(5 * shrunk)
+    value, low, high = rate_of(right, clusters, 0.95)
+    assert (value, high) == (1.0, 1.0) and low < rate(5, 5, 0.95)[1]
+
+
+def test_passes_that_contradict_each_other_are_never_worth_more_than_single_ones():
+    # One of two passes is right at every place: the sums do not scatter at all.
+    right, clusters = np.tile([True, False], 10), np.repeat(np.arange(10), 2)
+    assert effective_count(right, clusters, 0.95) < 20
+
+
+def test_fewer_than_three_clusters_have_no_interval():
+    right, clusters = np.array([True, True, False, True]), np.array([0, 0, 1, 1])
+    value, low, high = rate_of(right, clusters, 0.95)
+    assert value == 0.75 and math.isnan(low) and math.isnan(high)
+    assert math.isnan(lower_bound(right, clusters))
+    # Single recordings keep theirs, however few.
+    assert rate_of(right[:2], clusters[::2], 0.95) == rate(2, 2, 0.95)
+
+
+def test_the_lower_bound_is_one_sided():
+    right = np.ones(20, dtype=bool)
+    assert lower_bound(right) == rate(20, 20, 0.9)[1] == pytest.approx(0.8808, abs=1e-4)
+    assert lower_bound(right[:10]) < 0.85 < right[:10].mean()
+
+
+def test_a_ratio_of_effective_counts_is_that_of_counts():
+    assert ratio_interval(15.0, 20.0, 9.0, 20.0, 0.95) == ratio_interval(15, 20, 9, 20, 0.95)
+    low, high = ratio_interval(7.5, 10.0, 4.5, 10.0, 0.95)
+    assert low < ratio_interval(15, 20, 9, 20, 0.95)[0] and high > 2.9
+    assert all(map(math.isnan, ratio_interval(3.0, math.nan, 9.0, 20.0, 0.95)))
+
+
+@settings(deadline=None)
+@given(st.integers(1, 300), st.floats(0.5, 0.999))
+def test_the_medians_interval_leaves_out_the_binomials_tails(count, confidence):
+    median, low, high = median_interval(np.arange(count, dtype=float), confidence)
+    skipped = binom.ppf((1 - confidence) / 2, count, 0.5)
+    assert median == (count - 1) / 2
+    np.testing.assert_equal(
+        (low, high), (skipped - 1, count - skipped) if skipped else (np.nan,) * 2
+    )
+
+
+def test_the_interval_of_the_median_lies_between_two_of_the_values():
+    # Of 20 values, 6 to 15 hold the median with 95.9 % (a table in any textbook of signs).
+    assert median_interval(np.arange(1.0, 21.0), 0.95) == (10.5, 6.0, 15.0)
+    few = median_interval(np.array([1.0, 2.0, 4.0]), 0.95)
+    assert few[0] == 2.0 and np.isnan(few[1:]).all()
+
+
+def test_repeated_values_tell_no_more_than_the_values_themselves():
+    values = generator(1, "repeated").normal(size=12)
+    repeated, clusters = np.repeat(values, 5), np.repeat(np.arange(12), 5)
+    mean, low, high = mean_interval(repeated, 0.95, clusters)
+    expected = mean_interval(values, 0.95)
+    assert mean == pytest.approx(expected[0])
+    assert (low, high) == pytest.approx(expected[1:], rel=0.1)
+    _, low, high = median_interval(repeated, 0.95, clusters)
+    plain = median_interval(repeated, 0.95)
+    assert low <= plain[1] and high >= plain[2] and high - low > plain[2] - plain[1]
+    gains = np.repeat([1.0, 0.0, 0.0, 1.0, 0.0], 6)
+    _, low, high = gain_interval(0 * gains, gains, 0.95, np.repeat(np.arange(5), 6))
+    assert low < 0 < gain_interval(0 * gains, gains, 0.95)[1]
+
+
+def test_a_recording_that_was_not_judged_both_times_has_no_gain():
+    before, after = np.array([0.5, np.nan, 0.25]), np.array([1.0, 1.0, np.nan])
+    assert gain_interval(before, after, 0.95)[0] == 0.5
+    assert np.isnan(gain_interval(before[1:], after[1:], 0.95)).all()
+
+
+def test_the_gain_of_whole_verdicts_is_bonetts_and_prices():
+    before, after = np.array([1, 0, 0, 1, 0, 0, 1.0]), np.array([1, 1, 1, 0, 1, 0, 1.0])
+    # One recording is lost and three are won; each count has one more, and the number two more.
+    lost, won = 2 / 9, 4 / 9
+    reach = normal_quantile(0.95) * math.sqrt((lost + won - (won - lost) ** 2) / 9)
+    expected = (2 / 7, won - lost - reach, won - lost + reach)
+    assert gain_interval(before, after, 0.95) == pytest.approx(expected)
+
+
+def test_what_a_new_patient_may_expect_of_a_threshold_at_a_rank():
+    # Of 20 healthy recordings the threshold is the highest score: Beta(20, 1).
+    low, high = new_specificity(20, 0.95)
+    assert (low, high) == pytest.approx((0.05 ** (1 / 20), 0.95 ** (1 / 20)))
+    assert (round(low, 2), round(high, 3)) == (0.86, 0.997)
+    assert new_specificity(100, 0.95) == pytest.approx(beta.ppf([0.05, 0.95], 96, 5))
+    assert new_specificity(19, 0.95) == pytest.approx(beta.ppf([0.05, 0.95], 19, 1))
+    assert all(map(math.isnan, new_specificity(0, 0.95)))
+
+
+def test_that_range_holds_the_specificity_of_any_scores_as_often_as_it_says():
+    numbers = generator(1, "new patient")
+    low, high = new_specificity(20, 0.95)
+    # The distribution function at the highest of 20 scores is the specificity.
+    specificity = numbers.random((4000, 20)).max(axis=1)
+    assert np.mean((low <= specificity) & (specificity <= high)) == pytest.approx(0.9, abs=0.02)
+
+
+@pytest.mark.parametrize(("places", "passes", "share"), [(5, 4, 0.5), (12, 6, 0.8), (20, 3, 0.9)])
+def test_the_interval_of_a_rate_over_places_holds_the_truth(places, passes, share):
+    numbers, inside, plainly = generator(1, "places", str(places)), 0, 0
+    clusters = np.repeat(np.arange(places), passes)
+    for _ in range(400):
+        of_place = numbers.beta(share, 1 - share, places)  # intra-cluster correlation 0.5
+        right = numbers.random(places * passes) < np.repeat(of_place, passes)
+        _, low, high = rate_of(right, clusters, 0.95)
+        inside += low <= share <= high
+        _, low, high = rate_of(right, None, 0.95)
+        plainly += low <= share <= high
+    assert inside / 400 >= 0.9
+    assert plainly / 400 < 0.87

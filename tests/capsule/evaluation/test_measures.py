@@ -1,0 +1,296 @@
+"""The measures that rate the detectors, from verdicts that can be counted by hand."""
+
+import math
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.stats import binomtest
+
+from capsule.evaluation import measures
+from capsule.evaluation.columns import COLUMNS
+from capsule.evaluation.intervals import rate_of, ratio_interval
+from capsule.evaluation.rates import of_each
+from capsule.seeding import generator
+
+UNKNOWN = float("nan")
+NUMBERS = ("score", "probability", "estimate_mm", "location_mm")
+ENDS = ("estimate_low_mm", "estimate_high_mm")
+SIZES = (0.0, 0.0, 1.0, 1.0, 2.0)
+
+
+def rows(detector, predicted, sizes=SIZES, scheme="leave_one_out", **columns):
+    """Make predictions of one detector; the score is the predicted size."""
+    verdicts = pd.DataFrame({"size_mm": sizes, "predicted_mm": np.array(predicted, dtype=float)})
+    names = [f"{size:g}mm/r{number}" for number, size in enumerate(sizes)]
+    verdicts = verdicts.assign(recording=names, detector=detector, scheme=scheme)
+    verdicts = verdicts.assign(**dict.fromkeys([*NUMBERS, *ENDS], np.nan))
+    return verdicts.assign(**{"score": verdicts["predicted_mm"], **columns})
+
+
+def index_of(verdicts, **columns):
+    names = list(dict.fromkeys(verdicts["recording"]))
+    blank = {"site": "", "session": "", "setup": "", "near_copies": "", "nodule_at_mm": ""}
+    made = {name: dict(blank) for name in names}
+    for column, values in columns.items():
+        for name, value in zip(names, values, strict=True):
+            made[name][column] = str(value)
+    return made
+
+
+def one(verdicts, **columns):
+    ((_, judged),) = of_each(verdicts, index_of(verdicts, **columns))
+    return judged
+
+
+def test_tables_compare_detectors_with_each_other_and_with_always_nodule():
+    both = pd.concat([rows("one", [0, 1, 0, 1, 2]), rows("other", [0, 0, 1, 1, 2])])
+    of_scheme = list(of_each(both))
+    summary = {row["detector"]: row for row in measures.summary(of_scheme, 1.0, 0.95)}
+    assert summary["one"]["balanced_accuracy"] == pytest.approx((2 / 3 + 1 / 2) / 2)
+    assert summary["always_nodule"]["sensitivity"] == 1.0
+    assert summary["always_nodule"]["balanced_accuracy"] == 0.5
+    # "one" misses a nodule of 1 mm, which then has no size; "other" has all three sizes right.
+    assert summary["one"]["exact_rate"] == summary["one"]["within_rate"] == pytest.approx(2 / 3)
+    assert summary["other"]["exact_rate"] == 1.0
+    assert np.isnan(summary["always_nodule"]["exact_rate"])
+    # The missed nodule counts as 0 mm.
+    errors = [summary[name]["mean_absolute_error_mm"] for name in ("one", "other")]
+    assert errors == [pytest.approx(1 / 3), 0.0]
+    assert np.isnan(summary["always_nodule"]["mean_absolute_error_mm"])
+    low, high = (summary["one"][f"balanced_accuracy_{end}"] for end in ("low", "high"))
+    assert low < summary["one"]["balanced_accuracy"] < high
+    compared = {
+        (row["measure"], row["size_mm"]): row["difference"]
+        for row in measures.comparisons(of_scheme, 1.0, 0.95)
+    }
+    assert compared["detection", 0.0] == 0.5
+    assert compared["detection", 1.0] == 0.5
+    assert compared["detection", measures.ANY] == pytest.approx(1 / 3)
+    assert compared["size_within_tolerance", 2.0] == 0.0
+
+
+RULES = {
+    "confidence": 0.95,
+    "tolerance_mm": 1.0,
+    "prevalence": 0.5,
+    "specificity": 0.5,
+    "calibration_bins": 2,
+    "passes": [1, 2],
+}
+
+
+def test_every_table_is_made_of_each_detector_and_scheme():
+    verdicts = pd.concat(
+        [
+            rows(name, predicted, scheme=scheme, probability=0.5, location_mm=7.0)
+            for name, predicted in (("template", [0, 1, 0, 1, 2]), ("diagonal", [0, 0, 1, 1, 2]))
+            for scheme in ("leave_one_out", "held_out")
+        ]
+    )
+    index = index_of(verdicts, site=["a", "a", "b", "b", ""], nodule_at_mm=[6.0] * 5)
+    found = measures.measure_tables(verdicts, index, RULES)
+    assert list(found) == list(COLUMNS)
+    for name, made in found.items():
+        assert set(COLUMNS[name]) <= set(made.columns), name
+        # The gain of several passes is shown once.
+        schemes = {"leave_one_out"} | ({"held_out"} if name != "retest" else set())
+        assert set(made["scheme"]) == schemes, name
+    assert set(found["retest"]["passes"]) == {1, 2}
+
+
+def test_without_a_verdict_every_table_is_empty():
+    for verdicts in (rows("one", [], []), rows("one", [UNKNOWN] * 5)):
+        found = measures.measure_tables(verdicts, index_of(verdicts), RULES)
+        assert list(found) == list(COLUMNS) and all(made.empty for made in found.values())
+
+
+def test_a_recording_without_a_verdict_is_a_failure_in_every_table():
+    verdicts = rows("one", [0, UNKNOWN, 1, UNKNOWN, 2])
+    both = list(of_each(pd.concat([verdicts, rows("other", [0, 0, 1, 1, 2])])))
+    row, _, _ = measures.summary(both, 1.0, 0.95)
+    assert (row["recordings"], row["accuracy"]) == (5, 3 / 5)
+    assert (row["sensitivity"], row["specificity"]) == (2 / 3, 1 / 2)
+    assert (row["exact_rate"], row["within_rate"]) == (2 / 3, 2 / 3)
+    assert row["mean_absolute_error_mm"] == pytest.approx(1 / 3)
+    compared = {
+        (row["measure"], row["size_mm"]): (row["recordings"], row["only_second"])
+        for row in measures.comparisons(both, 1.0, 0.95)
+    }
+    assert compared["detection", measures.ANY] == (3, 1)
+    assert compared["detection", 0.0] == (2, 1)
+    ((_, judged),) = of_each(verdicts)
+    values = next(iter(measures.predictive(judged, 0.5, 0.95)))
+    assert values["sensitivity"] == 2 / 3
+    # No verdict is neither a positive nor a negative one: none of the given verdicts was wrong.
+    assert (values["ppv"], values["npv"]) == (1.0, 1.0)
+    sized = next(iter(measures.size_errors(judged.assign(estimate_mm=[0, 0, 1, 1, 2]), 0.95)))
+    assert (sized["recordings"], sized["detected"]) == (3, 2)
+
+
+def test_predictive_values_follow_bayes():
+    def predictive(hits, nodules, quiet, healthy, prevalence):
+        predicted = [0] * quiet + [1] * (healthy - quiet) + [1] * hits + [0] * (nodules - hits)
+        judged = one(rows("one", predicted, [0.0] * healthy + [1.0] * nodules))
+        return next(iter(measures.predictive(judged, prevalence, 0.95)))
+
+    values = predictive(90, 100, 80, 100, 0.1)
+    assert values["ppv"] == pytest.approx(0.09 / (0.09 + 0.18))
+    assert values["npv"] == pytest.approx(0.72 / (0.72 + 0.01))
+    for name in ("ppv", "npv"):
+        assert values[f"{name}_low"] < values[name] < values[f"{name}_high"]
+    low, _ = ratio_interval(90, 100, 20, 100, 0.95)
+    assert values["ppv_low"] == pytest.approx(low / 9 / (1 + low / 9))
+    assert np.isnan(predictive(0, 0, 4, 5, 0.1)["ppv"])
+    perfect = predictive(20, 20, 20, 20, 0.1)
+    assert perfect["ppv"] == 1.0
+    assert 0.2 < perfect["ppv_low"] < 0.9
+
+
+def test_the_interval_of_a_predictive_value_is_over_places():
+    sizes, predicted = [0.0] * 20 + [1.0] * 20, [0] * 16 + [1] * 4 + [0] * 4 + [1] * 16
+    verdicts = rows("one", predicted, sizes)
+    plain = next(iter(measures.predictive(one(verdicts), 0.1, 0.95)))
+    sites = [number // 4 for number in range(40)]
+    places = next(iter(measures.predictive(one(verdicts, site=sites), 0.1, 0.95)))
+    assert (places["clusters"], plain["clusters"]) == (10, 40)
+    for name in ("sensitivity", "ppv", "npv"):
+        assert places[name] == plain[name]
+        assert places[f"{name}_low"] < plain[f"{name}_low"]
+        assert places[f"{name}_high"] > plain[f"{name}_high"]
+    two = next(
+        iter(measures.predictive(one(verdicts, site=[n // 10 for n in range(40)]), 0.1, 0.95))
+    )
+    assert two["ppv"] == plain["ppv"] and np.isnan(two["ppv_low"])
+
+
+def calibration(probability, nodule, prevalence, bins):
+    judged = one(rows("one", nodule, np.asarray(nodule, dtype=float), probability=probability))
+    return list(measures.calibration(judged, prevalence, bins, 0.95))
+
+
+def test_a_true_probability_is_calibrated_and_a_false_one_is_not():
+    numbers = generator(1, "calibration")
+    truth = numbers.random(20000)
+    nodule = numbers.random(20000) < truth
+    share = nodule.mean()
+    for row in calibration(truth, nodule, share, 5):
+        assert row["observed"] == pytest.approx(row["stated"], abs=0.03)
+        assert row["observed_low"] <= row["observed"] <= row["observed_high"]
+    score = measures.brier_score
+    assert score(truth, nodule, share) < score(1 - truth, nodule, share)
+    assert score(np.full(nodule.size, 0.1), nodule, 0.1) == pytest.approx(0.09)
+
+
+def test_a_few_nodules_in_a_bin_do_not_prove_certainty():
+    probability = np.array([0.1] * 20 + [0.9] * 5)
+    low, empty, high = calibration(probability, probability > 0.5, 0.1, 3)
+    assert (low["observed"], high["observed"]) == (0.0, 1.0)
+    assert low["observed_high"] > 0.01 and high["observed_low"] < 0.7
+    assert empty["recordings"] == 0 and np.isnan(empty["observed"])
+
+
+def test_a_bin_with_one_nodule_and_no_healthy_recording():
+    probability = np.array([0.3, *[0.05] * 20, *[0.99] * 99])
+    nodule = np.array([True, *[False] * 20, *[True] * 99])
+    row = calibration(probability, nodule, 0.1, 5)[1]
+    assert (row["recordings"], row["observed"], row["observed_high"]) == (1, 1.0, 1.0)
+    assert row["observed_low"] < 0.01
+
+
+def test_the_comparison_of_two_detectors_is_mcnemars():
+    first = np.array([True] * 2 + [False] * 10 + [True] * 28)
+    second = np.array([False] * 2 + [True] * 10 + [True] * 28)
+    # Twice the binomial tail of 2 of 12: (1 + 12 + 66) / 4096.
+    assert measures.sign_test(first, second, np.arange(40)) == pytest.approx(2 * 79 / 4096)
+    assert measures.sign_test(first, first, np.arange(40)) == 1.0
+    assert math.isnan(measures.sign_test(first[:0], first[:0], np.arange(0)))
+    # Ten passes over one place are won once.
+    places = np.array([0] * 2 + [1] * 10 + list(range(2, 30)))
+    assert measures.sign_test(first, second, places) == 1.0
+
+
+@given(st.integers(0, 200), st.integers(1, 200))
+def test_its_probability_is_that_of_the_binomial_test(first, second):
+    right = np.repeat([[True, False], [False, True]], [first, second], axis=0).T
+    expected = binomtest(first, first + second).pvalue
+    found = measures.sign_test(*right, np.arange(first + second))
+    assert found == pytest.approx(expected, rel=1e-9)
+
+
+def test_a_missed_nodule_has_no_size_error():
+    judged = one(rows("one", [2, 0, 2], [2.0, 2.0, 3.0], estimate_mm=[2.5, UNKNOWN, 2.5]))
+    row = next(iter(measures.size_errors(judged, 0.95)))
+    assert (row["recordings"], row["detected"]) == (3, 2)
+    assert row["bias_mm"] == 0.0
+    assert row["absolute_error_mm"] == 0.5
+
+
+def test_a_recording_without_a_score_enters_no_curve():
+    judged = one(rows("one", [0, 1, 0, 1, 2], score=[0, UNKNOWN, 0, 1, 2]))
+    area = next(iter(measures.areas(judged, 0.95)))
+    assert area["auc"] == pytest.approx((0.5 + 1 + 1) / 3)
+    assert area["clusters"] == 4
+    curve = [row for row in measures.curves(judged) if row["size_mm"] is measures.ANY]
+    assert curve[0]["true_positive_rate"] == pytest.approx(2 / 3)
+
+
+def test_places_are_compared_where_the_header_tells_them():
+    verdicts = rows("one", [0, 0, 1, 1, 2], location_mm=[5, 5, 7, 9, 11])
+    where = index_of(verdicts, nodule_at_mm=["", "", 6.0, 6.0, ""])
+    ((_, judged),) = of_each(verdicts, where)
+    found = {row["size_mm"]: row for row in measures.localisation(judged, where, 0.95)}
+    assert set(found) == {measures.ANY, 1.0}
+    assert found[1.0]["median_absolute_error_mm"] == 2.0
+    assert found[1.0]["bias_mm"] == 2.0
+
+
+def test_passes_of_one_site_with_different_labels_are_not_merged():
+    # Site "p" was passed twice without a nodule, and twice after one was set in.
+    sizes, predicted = [0.0, 2.0] * 2 + [0.0] * 6, [0.0, 2.0] * 2 + [1.0] * 2 + [0.0] * 4
+    verdicts = rows("diagonal", predicted, sizes)
+    sites = ["p"] * 4 + ["q"] * 2 + ["r"] * 2 + ["s"] * 2
+    index, judged = index_of(verdicts, site=sites), one(verdicts, site=sites)
+    found = {
+        (row["passes"], row["size_mm"]): (row["sites"], row["detected"])
+        for row in measures.retests("diagonal", judged, index, RULES)
+    }
+    # Of the four healthy sites, the passes over "q" have the score 1, the others 0.
+    assert found == {
+        (1, 0.0): (4, 0.25), (1, 2.0): (1, 1.0), (2, 0.0): (4, 0.25), (2, 2.0): (1, 1.0),
+    }  # fmt: skip
+    single = index_of(verdicts)
+    assert not list(measures.retests("diagonal", judged, single, RULES))
+
+
+def test_the_intervals_of_every_table_are_over_places():
+    numbers = generator(1, "all tables")
+    sizes = np.repeat([0.0, 1.0, 2.0], 12)
+    once = np.where(numbers.random(36) < 0.7, sizes, 0.0)
+    both = [
+        rows(
+            name, predicted, sizes, score=predicted + numbers.normal(size=36),
+            probability=np.where(predicted > 0, 0.9, 0.1), location_mm=sizes,
+            estimate_mm=np.where(predicted > 0, predicted + numbers.normal(size=36), UNKNOWN),
+        )
+        for name, predicted in (("template", once), ("diagonal", np.where(sizes > 0, once, once)))
+    ]  # fmt: skip
+    verdicts = pd.concat(both)
+    where = [0.5] * 36
+    single = measures.measure_tables(verdicts, index_of(verdicts, nodule_at_mm=where), RULES)
+    sites = [number // 3 for number in range(36)]
+    index = index_of(verdicts, nodule_at_mm=where, site=sites)
+    for name, made in measures.measure_tables(verdicts, index, RULES).items():
+        if name not in ("brier", "roc", "retest"):
+            assert (made["clusters"] < single[name]["clusters"]).all(), name
+
+
+def test_a_rate_of_the_summary_is_the_rate_over_its_clusters():
+    verdicts = rows("one", [0, 1, 0, 1, 2])
+    ((key, judged),) = of_each(verdicts, index_of(verdicts, site=["a", "a", "b", "c", "d"]))
+    row = next(iter(measures.summary([(key, judged)], 1.0, 0.95)))
+    right, places = np.array([True, False, False, True, True]), np.array([0, 0, 1, 2, 3])
+    expected = rate_of(right, places, 0.95)
+    assert [row[f"accuracy{end}"] for end in ("", "_low", "_high")] == list(expected)

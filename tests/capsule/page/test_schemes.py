@@ -1,0 +1,97 @@
+"""The scheme that the page shows first, and for which recordings its rates hold."""
+
+import pandas as pd
+import pytest
+
+from capsule import words
+from capsule.page import schemes
+from support.project import ROOT
+
+
+def predictions(*names):
+    return pd.DataFrame({"scheme": names}, dtype=str)
+
+
+def test_what_was_held_out_is_shown_first_and_then_leaving_one_place_out():
+    judged = predictions("resubstitution", "leave_one_session_out", "leave_one_out", "held_out")
+    assert schemes.shown_schemes(judged, ["leave_one_out"]) == [
+        "held_out",
+        "leave_one_out",
+        "resubstitution",
+        "leave_one_session_out",
+    ]
+    assert schemes.shown_schemes(predictions("resubstitution"), []) == ["resubstitution"]
+    assert schemes.shown_schemes(predictions(), ["leave_one_out"]) == ["leave_one_out"]
+
+
+@pytest.mark.parametrize(
+    ("detector", "scheme", "expected"),
+    [
+        ("diagonal", "leave_one_out", True),
+        ("taught", "resubstitution", True),
+        ("diagonal", "held_out", False),
+        ("diagonal", "leave_one_session_out", False),
+        ("template", "leave_one_out", False),
+        ("always_nodule", "leave_one_out", False),
+    ],
+)
+def test_a_learned_threshold_sets_the_specificity_unless_a_group_is_held_out(
+    detector, scheme, expected
+):
+    assert schemes.sets_specificity(detector, scheme) is expected
+
+
+def index(setups, size_mm=0.0, session="late"):
+    names = [f"{size_mm:g}mm/r{n}" for n in range(len(setups))]
+    columns = {"recording": names, "setup": setups, "status": "accepted"}
+    return pd.DataFrame({**columns, "size_mm": size_mm, "session": session})
+
+
+@pytest.mark.parametrize(
+    ("judged", "teaching", "scheme", "new"),
+    [
+        (["a", "b", "c", "c"], ["d"], "held_out", True),
+        (["a", "b", "b"], ["d"], "held_out", False),
+        # A set-up that also teaches is no new one.
+        (["a", "b", "c"], ["c"], "held_out", False),
+        (["a", "b", None], ["d"], "held_out", False),
+        # Leaving out one place leaves its set-up to teach.
+        (["a", "b", "c"], ["a", "b", "c"], "leave_one_out", False),
+        (["a", "b", "c"], ["a", "b", "c"], "leave_one_setup_out", True),
+        (["a", "b"], ["a", "b"], "leave_one_setup_out", False),
+        ([], [], "held_out", False),
+    ],
+)
+def test_rates_hold_over_new_set_ups_only_if_three_that_taught_nothing_were_judged(
+    judged, teaching, scheme, new
+):
+    scope = schemes.scope_of(index(judged), index(teaching), scheme)
+    assert scope.new is new
+    expected = "over new set-ups (3 were" if new else "for further runs of these set-ups"
+    assert scope.text().startswith(expected)
+
+
+def test_each_table_says_for_what_the_rates_of_its_schemes_hold():
+    held_out = [index(list("abc")), index(list("abc"), 2.0)]
+    teaching = [index(list("xy"), session="early"), index(list("xy"), 2.0, "early")]
+    table = pd.concat([*held_out, *teaching])
+    of_table = ["held_out", "leave_one_out", "resubstitution"]
+    said = schemes.table_note(of_table, table, ["late"])
+    assert said == (
+        "Held-out sessions: rates over new set-ups. Leave-one-out: rates for further runs of these "
+        "set-ups."
+    )
+    # Healthy set-ups alone do not make a class of nodules.
+    few = pd.concat([held_out[0], index(list("ab"), 2.0), *teaching])
+    assert schemes.table_note(["held_out"], few, ["late"]).endswith("of these set-ups.")
+
+
+def test_no_word_on_the_page_names_the_scheme_that_is_gone():
+    for folder in ("workflow/report", "workflow/scripts/capsule/page"):
+        for path in sorted((ROOT / folder).rglob("*")):
+            if path.suffix in (".j2", ".js", ".py", ".rst"):
+                text = path.read_text(encoding="utf-8").casefold()
+                assert "site-out" not in text and "site_out" not in text, path.name
+                assert "permutation" not in text and "bootstrap" not in text, path.name
+    assert words.scheme("leave_one_site_out") == "leave_one_site_out"
+    assert words.scheme("leave_one_setup_out") == "leave-one-set-up-out"

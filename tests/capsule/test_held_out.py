@@ -1,0 +1,128 @@
+"""Held-out sessions: which recordings judge only, from a table and from the files themselves."""
+
+import pytest
+
+from capsule import files
+from capsule.errors import CapsuleError
+from capsule.fits import read_particles
+from capsule.held_out import is_held_out, teaching, unknown_sessions
+from capsule.held_out_files import fitted
+from capsule.results import FITS, Results
+
+HELD_OUT = ["spring", "=2+2"]
+COLUMNS = "time_s,sensor_1\n0,1\n"
+
+
+def row(recording, session):
+    return {"recording": recording, "session": session}
+
+
+def test_a_labelled_recording_of_a_named_session_is_held_out():
+    assert is_held_out("3mm/r01", "spring", HELD_OUT)
+    assert is_held_out("0mm/r01", "spring", HELD_OUT)
+    assert not is_held_out("unlabelled/patient", "spring", HELD_OUT), "a patient is judged anyway"
+    for session in ("autumn", "", None, float("nan")):
+        assert not is_held_out("3mm/r01", session, HELD_OUT)
+    assert not is_held_out("3mm/r01", "spring", [])
+
+
+def test_the_others_teach_in_their_order():
+    rows = {
+        name: row(name, session)
+        for name, session in {
+            "3mm/r02": "autumn",
+            "3mm/r01": "spring",
+            "unlabelled/p": "spring",
+            "0mm/r01": "",
+        }.items()
+    }
+    assert list(teaching(rows, HELD_OUT)) == ["3mm/r02", "unlabelled/p", "0mm/r01"]
+    assert teaching(rows, []) == rows
+
+
+def test_a_session_that_no_labelled_recording_names_is_told():
+    rows = [row("3mm/r01", "autumn"), row("unlabelled/p", "spring"), row("3mm/r02", float("nan"))]
+    assert unknown_sessions(rows, ["spring", "autumn", "=x"]) == ["spring", "=x"]
+    assert unknown_sessions([*rows, row("0mm/r01", " =x")], ["autumn", "=x"]) == []
+
+
+def archive(folder, contents):
+    """Write recordings, and return their batches: each is one of its own."""
+    for name, content in contents.items():
+        path = folder / f"{name}.csv"
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return {name: [name] for name in contents}
+
+
+LONG = "".join(f"# note {number}: {'x' * 60}\n" for number in range(100))
+OF_SPRING = {
+    "plain": f"# session: spring\n{COLUMNS}",
+    "last": f"# session: autumn\n# session: spring\n{COLUMNS}",
+    "mark": f"\ufeff# session:  spring \r\n{COLUMNS}",
+    "apple": f"# session: spring\r{COLUMNS}",
+    "formula": f"# session: =2+2\n{COLUMNS}",
+    "long": f"{LONG}# session: spring\n{COLUMNS}",
+    "letters": f"# {'é' * 1100}: 1\n# session: spring\n{COLUMNS}",
+    "cut": "# session: spring",
+}
+OF_OTHERS = {
+    "other": f"# session: springs\n{COLUMNS}",
+    "none": COLUMNS,
+    "below": f"{COLUMNS}# session: spring\n",
+    "empty": "",
+    "binary": b"\xff\xfe\x00",
+    "endless": f"{LONG * 3}# session: spring\n{COLUMNS}",
+}
+
+
+def test_the_first_lines_of_a_file_tell_whether_it_is_held_out(tmp_path):
+    contents = {f"3mm/{name}": content for name, content in (OF_SPRING | OF_OTHERS).items()}
+    contents["0mm/healthy"] = contents["unlabelled/patient"] = COLUMNS
+    made = archive(tmp_path, contents)
+    assert fitted(made, tmp_path, HELD_OUT) == {
+        f"3mm/{name}": [f"3mm/{name}"] for name in OF_OTHERS
+    }
+    every = {name: [name] for name in contents if name.startswith("3mm")}
+    assert fitted(made, tmp_path, []) == every
+
+
+def test_of_a_batch_only_the_recordings_that_teach_are_fitted(tmp_path):
+    names = list(archive(tmp_path, {"3mm/a": OF_SPRING["plain"], "3mm/b": COLUMNS}))
+    assert fitted({"3mm/batch": names}, tmp_path, HELD_OUT) == {"3mm/batch": ["3mm/b"]}
+    assert fitted({"3mm/batch": names[:1]}, tmp_path, HELD_OUT) == {}
+
+
+def test_no_more_of_a_file_is_read_than_its_header_takes(tmp_path, monkeypatch):
+    read = []
+    beginning = files.read_beginning
+
+    def counted(path, most):
+        read.append(most)
+        return beginning(path, most)
+
+    monkeypatch.setattr(files, "read_beginning", counted)
+    rows = "0.1,1\n" * 50_000
+    made = archive(tmp_path, {f"3mm/{name}": text + rows for name, text in OF_SPRING.items()})
+    fitted(made, tmp_path, HELD_OUT)
+    assert max(read) < 20_000
+    read.clear()
+    fitted(made, tmp_path, [])
+    assert read == []
+
+
+def test_the_fits_of_held_out_recordings_are_not_asked_for(tmp_path):
+    columns = ["recording", "status", "reason", "no_verdict", "readings_sha256", "session"]
+    rows = [
+        ("3mm/r01", "accepted", "", "", "1", "autumn"),
+        ("3mm/r02", "accepted", "", "", "2", "spring"),
+    ]
+    table = tmp_path / "labelled.csv"
+    files.write_csv(table, columns, [dict(zip(columns, each, strict=True)) for each in rows])
+    results = Results.of_table(tmp_path, table, 1)
+    vectors = {"amplitude": [1.0], "vertical_spread": [1.0], "peak_spacing": []}
+    fit = {"recording": "3mm/r01", "parameters": vectors | {"horizontal_spread": [1.0]}}
+    files.write_json(results.file(FITS, "3mm/r01"), fit)
+    assert list(read_particles(table, results, ["spring"])) == ["3mm/r01"]
+    with pytest.raises(CapsuleError, match=r"held out: raw/3mm/r02: .* its session spring"):
+        read_particles(table, results, ["spring", "autumn"])

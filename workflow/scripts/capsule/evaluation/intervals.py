@@ -1,0 +1,402 @@
+"""The intervals of rates, means, differences, over recordings that may share a place.
+
+Passes over one place succeed or fail together. They count as fewer recordings than they are. Each
+function takes the cluster of each recording, such as its place. Without clusters, and if every
+cluster is of one recording, the recordings are independent.
+"""
+
+import math
+from statistics import NormalDist
+from typing import TypeAlias
+
+import numpy as np
+
+from capsule.arrays import BoolArray, FloatArray, IntArray
+
+#: A value with the ends of its interval.
+Interval: TypeAlias = tuple[float, float, float]
+
+UNKNOWN: Interval = (math.nan, math.nan, math.nan)
+# Level of `lower_bound`.
+ONE_SIDED = 0.95
+# With fewer clusters, their scatter tells nothing, and there is no interval.
+FEWEST_CLUSTERS = 3
+# Largest logarithm of a ratio that the search for the ends of its interval needs.
+_WIDEST = 60.0
+
+
+def normal_quantile(confidence: float) -> float:
+    """Return z, the standard deviations within which the confidence lies."""
+    return NormalDist().inv_cdf(0.5 + confidence / 2)
+
+
+def effective_count(
+    values: FloatArray | BoolArray,
+    clusters: IntArray | None,
+    confidence: float,
+    variance: float | None = None,
+) -> float:
+    """Return how many independent values tell as much about the mean as these clustered ones.
+
+    The variance of the mean follows from the sums of the K clusters. The design effect is this
+    variance divided by that of n independent values, and at least 1. The effective number is n
+    divided by it (Rao and Scott, Biometrics 48, 1992). If the values do not differ, it is K. The
+    factor (z / t)^2, with Student's t of K - 1 degrees of freedom, pays for the design effect being
+    estimated from K sums.
+
+    Parameters
+    ----------
+    values : (n,) array
+        The values; for a rate, 1 for a hit and 0 for none.
+    clusters : (n,) array of int, optional
+        The cluster of each value.
+    confidence : float
+        Level of the interval that is to be computed, such as 0.95.
+    variance : float, optional
+        Variance of a single value; by default p (1 - p) of their mean p, as of a rate.
+
+    Returns
+    -------
+    float
+        n if no two values share a cluster; NaN with fewer than `FEWEST_CLUSTERS` clusters.
+    """
+    count = values.size
+    labels, cluster_of = np.unique([] if clusters is None else clusters, return_inverse=True)
+    if clusters is None or labels.size == count:
+        return count
+    if labels.size < FEWEST_CLUSTERS:
+        return math.nan
+    mean = values.mean()
+    if variance is None:
+        variance = float(mean * (1 - mean))
+    effective = float(labels.size)
+    if variance > 0:
+        sums = np.bincount(cluster_of, values - mean)
+        of_mean = labels.size / (labels.size - 1) * float(sums @ sums) / count**2
+        effective = min(variance / of_mean, count) if of_mean > 0 else count
+    return (
+        effective
+        * (normal_quantile(confidence) / student_quantile(labels.size - 1, confidence)) ** 2
+    )
+
+
+def student_quantile(degrees: int, confidence: float) -> float:
+    """Return t, as `normal_quantile` for Student's distribution."""
+    # Imported late: it takes longer than most jobs, and not every user of this module needs it.
+    from scipy.special import stdtrit
+
+    return float(stdtrit(degrees, 0.5 + confidence / 2))
+
+
+def rate(hits: float, count: int, confidence: float, effective: float | None = None) -> Interval:
+    """Return a rate and its Wilson interval.
+
+    Parameters
+    ----------
+    hits, count : float, int
+        How many of how many. Hits that are means of several verdicts need not be whole numbers.
+    confidence : float
+        Level of the interval, such as 0.95.
+    effective : float, optional
+        From `effective_count`; by default the count.
+
+    Returns
+    -------
+    value, low, high : float
+        All NaN if the count is 0; the ends are NaN if the effective count is.
+    """
+    if count == 0:
+        return UNKNOWN
+    share, size = hits / count, count if effective is None else effective
+    if math.isnan(size):
+        return share, math.nan, math.nan
+    z = normal_quantile(confidence)
+    centre = share + z**2 / (2 * size)
+    reach = z * math.sqrt(share * (1 - share) / size + (z / (2 * size)) ** 2)
+    scale = 1 + z**2 / size
+    # If all or none are hits, the interval ends exactly there; rounding would move it.
+    low = 0.0 if hits == 0 else (centre - reach) / scale
+    high = 1.0 if hits == count else (centre + reach) / scale
+    return share, min(low, share), max(high, share)
+
+
+def rate_of(
+    right: FloatArray | BoolArray, clusters: IntArray | None, confidence: float
+) -> Interval:
+    """Return the share of hits among recordings, and its Wilson interval over clusters.
+
+    Parameters
+    ----------
+    right : (n,) array
+        1 for a hit, 0 for none, or a share between.
+    clusters, confidence
+        As in `effective_count`.
+    """
+    if right.size == 0:
+        return UNKNOWN
+    effective = effective_count(right, clusters, confidence)
+    return rate(right.sum().item(), right.size, confidence, effective)
+
+
+def lower_bound(right: FloatArray | BoolArray, clusters: IntArray | None = None) -> float:
+    """Return the one-sided 95 % lower bound of a rate, from Wilson's interval over clusters.
+
+    A rate is reliably reached if this bound reaches it, not if the estimate does.
+    """
+    return rate_of(right, clusters, 2 * ONE_SIDED - 1)[1]
+
+
+def ratio_interval(
+    hits: float, count: float, other_hits: float, other_count: float, confidence: float
+) -> tuple[float, float]:
+    """Return Koopman's score interval of (hits / count) / (other_hits / other_count).
+
+    The interval holds every ratio that a score test does not reject (Koopman, Biometrics 40,
+    1984). The test never rejects the measured ratio, so the interval always contains it, even if a
+    rate is 0 or 1.
+
+    Parameters
+    ----------
+    hits, count : float
+        The first rate; the count is above 0. Effective counts need not be whole numbers.
+    other_hits, other_count : float
+        The second rate; the count is above 0.
+    confidence : float
+        Level of the interval.
+
+    Returns
+    -------
+    low, high : float
+        The upper end is infinite if the second rate is 0. Both ends are NaN if both rates are 0,
+        or if a count is NaN.
+    """
+    if hits == other_hits == 0 or math.isnan(count + other_count):
+        return math.nan, math.nan
+    z = normal_quantile(confidence)
+    counts = (hits, count, other_hits, other_count)
+    if hits == 0:
+        return 0.0, math.exp(_crossing(counts, -z, -_WIDEST))
+    if other_hits == 0:
+        return math.exp(_crossing(counts, z, _WIDEST)), math.inf
+    counted = math.log(hits / count) - math.log(other_hits / other_count)
+    low, high = (math.exp(_crossing(counts, level, counted)) for level in (z, -z))
+    return low, high
+
+
+def _crossing(counts: tuple[float, float, float, float], level: float, counted: float) -> float:
+    """Return the logarithm of the ratio at which the score reaches a level, by bisection.
+
+    The score falls as the ratio grows, and is 0 at the measured ratio. It reaches a positive level
+    below the measured ratio, and a negative level above it.
+    """
+    low, high = (-_WIDEST, counted) if level > 0 else (counted, _WIDEST)
+    for _ in range(200):
+        middle = (low + high) / 2
+        if middle in (low, high):
+            break
+        if _score(counts, math.exp(middle)) > level:
+            low = middle
+        else:
+            high = middle
+    # Of the two last values the outer one, so that the interval is not too narrow.
+    return low if level > 0 else high
+
+
+def _score(counts: tuple[float, float, float, float], ratio: float) -> float:
+    """Return the distance of the counts from a ratio of the rates, in standard errors."""
+    hits, count, other_hits, other_count = counts
+    # The most likely second rate for this ratio is a root of a quadratic equation.
+    total = hits + other_hits
+    linear = ratio * (count + other_hits) + hits + other_count
+    square = linear**2 - 4 * (count + other_count) * ratio * total
+    other_rate = 2 * total / (linear + math.sqrt(max(square, 0.0)))
+    rate = min(ratio * other_rate, 1.0)
+    variance = rate * (1 - rate) / count
+    variance += ratio**2 * other_rate * max(1 - other_rate, 0.0) / other_count
+    difference = hits / count - ratio * other_hits / other_count
+    if variance == 0.0:
+        return math.copysign(math.inf, difference) if difference else 0.0
+    return difference / math.sqrt(variance)
+
+
+def mean_interval(
+    values: FloatArray, confidence: float, clusters: IntArray | None = None
+) -> Interval:
+    """Return a mean and its Student interval; NaN if there are too few values or clusters.
+
+    With clusters, the standard error is that of `effective_count`, which already holds the factor
+    of Student's t.
+    """
+    count = values.size
+    if count == 0:
+        return UNKNOWN
+    mean = float(values.mean())
+    if count == 1:
+        return mean, math.nan, math.nan
+    deviation = values.std(ddof=1)
+    effective = effective_count(values, clusters, confidence, float(deviation**2))
+    if effective == count:
+        reach = float(student_quantile(count - 1, confidence) * deviation / count**0.5)
+    else:
+        reach = float(normal_quantile(confidence) * deviation / effective**0.5)
+    return mean, mean - reach, mean + reach
+
+
+def median_interval(
+    values: FloatArray, confidence: float, clusters: IntArray | None = None
+) -> Interval:
+    """Return a median and its interval, which holds for any distribution.
+
+    The ends are two of the values. They are unknown (NaN) if there are too few values for the
+    confidence. With clusters, they are the values between which the Wilson interval of a share of
+    one half lies, of as many recordings as the clusters are worth (Woodruff 1952).
+    """
+    if values.size == 0:
+        return UNKNOWN
+    ordered = np.sort(values)
+    median = float(np.median(ordered))
+    effective = effective_count(values < median, clusters, confidence)
+    if math.isnan(effective):
+        return median, math.nan, math.nan
+    if effective != values.size:
+        _, low, high = rate(0.5 * values.size, values.size, confidence, effective)
+        first, last = math.floor(low * values.size), math.ceil(high * values.size)
+        return median, float(ordered[max(first - 1, 0)]), float(ordered[min(last, values.size - 1)])
+    from scipy.special import bdtr
+
+    # For each k, the probability that at most k of the values lie below the true median.
+    at_most = bdtr(np.arange(ordered.size + 1), ordered.size, 0.5)
+    # The ends are the values of this rank from below and from above, counted from 1.
+    rank = int(np.searchsorted(at_most, (1 - confidence) / 2))
+    if rank == 0:
+        return median, math.nan, math.nan
+    return median, float(ordered[rank - 1]), float(ordered[-rank])
+
+
+def gain_interval(
+    before: FloatArray | BoolArray,
+    after: FloatArray | BoolArray,
+    confidence: float,
+    clusters: IntArray | None = None,
+) -> Interval:
+    """Return the mean gain in correct verdicts of the same recordings, with its interval.
+
+    The interval is that of Bonett and Price for paired shares (2012): a Wald interval with two
+    added recordings, one that gains everything and one that loses everything. It also holds for
+    means over splits, whose differences lie between these two. With clusters, all recordings
+    together weigh as many as `effective_count` says.
+
+    Parameters
+    ----------
+    before, after : (n,) array
+        Share of correct verdicts of each recording, 0 to 1; NaN if it was never judged.
+    confidence : float
+        Level of the interval.
+    clusters : (n,) array of int, optional
+        The cluster of each recording.
+
+    Returns
+    -------
+    value, low, high : float
+        All NaN if no recording was judged both times.
+    """
+    difference = np.asarray(after, dtype=np.float64) - before
+    known = ~np.isnan(difference)
+    difference = difference[known]
+    count = difference.size
+    if count == 0:
+        return UNKNOWN
+    clusters = None if clusters is None else clusters[known]
+    value = float(difference.mean())
+    effective = effective_count(difference, clusters, confidence, float(difference.var()))
+    if math.isnan(effective):
+        return value, math.nan, math.nan
+    widened = np.append(difference, [1.0, -1.0])
+    weights = np.append(np.full(count, effective / count), [1.0, 1.0])
+    centre = float(np.average(widened, weights=weights))
+    variance = np.average((widened - centre) ** 2, weights=weights)
+    reach = normal_quantile(confidence) * math.sqrt(variance / (effective + 2))
+    # The two added recordings move the interval towards 0; it must still contain the mean.
+    return value, min(max(centre - reach, -1.0), value), max(min(centre + reach, 1.0), value)
+
+
+def new_specificity(
+    healthy: int, specificity: float, confidence: float = 0.9
+) -> tuple[float, float]:
+    """Return the range of specificities that a new patient may expect of a threshold at a rank.
+
+    The threshold is the score of rank k = min(n, ceil((n + 1) specificity)) of n exchangeable
+    healthy places. The specificity that it then has is distributed as Beta(k, n + 1 - k), whatever
+    the scores are (Vovk, Asian Conference on Machine Learning 2012). It is approximate if the
+    scores are cross-validated.
+
+    Parameters
+    ----------
+    healthy : int
+        Number n of healthy places that taught the threshold.
+    specificity : float
+        The wanted specificity, such as 0.95.
+    confidence : float
+        Probability of the central range.
+
+    Returns
+    -------
+    low, high : float
+        NaN without a healthy place.
+    """
+    if healthy == 0:
+        return math.nan, math.nan
+    from scipy.special import betaincinv
+
+    # Slightly less, because rounding can lift a product such as 20 x 0.95 above a whole number.
+    rank = max(min(math.ceil((healthy + 1) * specificity - 1e-9), healthy), 1)
+    tails = (1 - confidence) / 2, (1 + confidence) / 2
+    low, high = (float(betaincinv(rank, healthy + 1 - rank, tail)) for tail in tails)
+    return low, high
+
+
+def recordings_needed(rate: float, half_width: float, confidence: float) -> int:
+    """Return how many recordings give a Wilson interval no wider than wanted.
+
+    Half the width of the Wilson interval of n recordings is
+    ``z sqrt(p q n + z^2 / 4) / (n + z^2)``. It falls as n grows. With ``m = n + z^2``, it equals
+    the wanted w at the greater root of ``w^2 m^2 - p q z^2 m - (1/4 - p q) z^4 = 0``.
+
+    Parameters
+    ----------
+    rate : float
+        The expected rate p, 0 to 1; q = 1 - p. The product n p need not be a whole number.
+    half_width : float
+        Half the wanted width w of the interval, such as 0.1 for +-10 points; above 0.
+    confidence : float
+        Level of the interval, such as 0.95.
+
+    Returns
+    -------
+    int
+        At least 1.
+    """
+    square = normal_quantile(confidence) ** 2
+    spread = rate * (1 - rate)
+    root = math.sqrt(spread**2 + 4 * half_width**2 * (0.25 - spread))
+    count = square * (spread + root) / (2 * half_width**2) - square
+    # Slightly less, because rounding can lift a count above a whole number.
+    return max(math.ceil(count - 1e-9), 1)
+
+
+def recordings_needed_within(low: float, high: float, half_width: float, confidence: float) -> int:
+    """Return how many recordings are enough for every rate between two ends.
+
+    Parameters
+    ----------
+    low, high : float
+        Smallest and largest possible rate, such as the ends of an interval measured so far.
+    half_width, confidence : float
+        As in `recordings_needed`.
+
+    Returns
+    -------
+    int
+        The number for the rate nearest to one half, where the interval is widest.
+    """
+    return recordings_needed(min(max(0.5, low), high), half_width, confidence)
