@@ -14,20 +14,25 @@ export XDG_CACHE_HOME := $(CURDIR)/.snakemake/cache
 $(info note: the home folder cannot be written; caches are kept in .snakemake/cache)
 endif
 
-.PHONY: help report test coverage lint docs environment
+.PHONY: help report test test-slow coverage lint docs environment
 
 help:  ## list what make can do
-	@sed -n 's/^\([a-z]*\):.*## /make \1  /p' Makefile | awk '{printf "%-18s", $$1 " " $$2; $$1 = $$2 = ""; print}'
+	@sed -n 's/^\([a-z-]*\):.*## /make \1  /p' Makefile | awk '{printf "%-18s", $$1 " " $$2; $$1 = $$2 = ""; print}'
 
 report: $(BIN)/capsule  ## set up the environment and make results/report.html
 	$(BIN)/snakemake -c$(CORES) --quiet host reason
 
-test: $(ENVIRONMENT)/test-ready  ## set up the environment and run all tests
-	$(BIN)/python -m pytest -n $(TEST_WORKERS) --dist loadfile --no-loadscope-reorder $(PYTEST_FLAGS)
+PYTEST := $(BIN)/python -m pytest -n $(TEST_WORKERS) --dist loadfile --no-loadscope-reorder
+
+test: $(ENVIRONMENT)/test-ready  ## set up the environment and run all tests but the slow ones
+	$(PYTEST) -m "not slow" $(PYTEST_FLAGS)
+
+test-slow: $(ENVIRONMENT)/test-ready  ## run the slow tests; some need programs that .ci/run installs
+	$(PYTEST) -m slow $(PYTEST_FLAGS)
 
 # The floor is today's share. pyproject.toml says which branches count.
 coverage: $(ENVIRONMENT)/test-ready  ## run all tests and measure which branches of the code they run
-	$(MAKE) test PYTEST_FLAGS="$(PYTEST_FLAGS) --cov --cov-fail-under=89.5"
+	$(PYTEST) $(PYTEST_FLAGS) --cov --cov-fail-under=89.5
 
 lint: $(ENVIRONMENT)/test-ready  ## check the style of Python and Snakemake files, and the types
 	$(BIN)/ruff check .

@@ -12,12 +12,14 @@ import pytest
 from support.preloaded import PreloadedSnakemake
 from support.project import Project
 
-# Approximate processor time, in s, of tests with these marks; `slow(60)` gives the time itself.
-SECONDS = {"workflow": 4.0, "packages": 4.0, "browser": 0.5, "slow": 4.0}
+# Approximate processor time, in s, of tests with these marks; `takes(60)` gives the time itself.
+SECONDS = {"workflow": 4.0, "packages": 4.0, "browser": 0.5, "takes": 4.0}
 # Mark of tests that mostly wait, so other tests can use the processors.
 WAITING = "waits"
+# Marks of tests that need other programs, such as a browser: they are slow as well.
+FOREIGN = {"boards", "browser", "cad", "packages", "slicer"}
 # Marks of tests that are not quick.
-LENGTHY = {*SECONDS, WAITING, "boards", "slicer", "cad"}
+LENGTHY = {*SECONDS, *FOREIGN, WAITING, "slow"}
 
 
 def pytest_addoption(parser):
@@ -38,13 +40,16 @@ def pytest_runtest_makereport(item, call):
 # Runs before pytest selects tests by `-m`.
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
-    """Mark the quick tests; sort the files by their time, longest first.
+    """Mark the quick and the slow tests; sort the files by their time, longest first.
 
     Then no worker starts a long file last.
     """
     for item in items:
-        if not any(mark.name in LENGTHY for mark in item.iter_markers()):
+        marks = {mark.name for mark in item.iter_markers()}
+        if not marks & LENGTHY:
             item.add_marker("quick")
+        if marks & FOREIGN:
+            item.add_marker("slow")
     waiting = {item.path for item in items if item.get_closest_marker(WAITING)}
     seconds = defaultdict(float)
     for item in items:

@@ -13,7 +13,7 @@ from acquisition.bench_errors import BoardLostError, LineLostError
 from acquisition.protocol import encode
 from support.bench.scripted import ScriptedBench, identity_frame, sample_frame
 
-pytestmark = pytest.mark.slow(0.3)
+pytestmark = pytest.mark.takes(0.3)
 
 U32 = st.integers(0, 2**32 - 1)
 PIECES = st.one_of(

@@ -33,7 +33,7 @@ from support.bench.world import Clock
 
 pytestmark = [
     pytest.mark.boards,
-    pytest.mark.slow,
+    pytest.mark.takes,
     emulated.needed,
 ]
 
@@ -418,11 +418,9 @@ def test_running_verdict(logger_bench):
     shape = np.zeros((4, 1000))
     shape[:, 200:400] = 0.5
     np.savez(templates, **{"0mm": np.zeros((4, 1000)), "4mm": shape})
-    nothing = {"threshold": None, "probability": None, "size_reach_mm": None, "known_mm": [4.0]}
-    unknown = {**nothing, "sizes": None}
-    unadapted = {**nothing, "score": None, "evidence_weight": 0.0, "size": None}
+    unknown = {"threshold": None, "learned": None, "probability": None, "sizes": None}
     learned = {"recordings": 0, "margin_threshold": 5.0, "diagonal": unknown, "settings": {}}
-    learned |= {"taught": unadapted, "scorer": fingerprint(WEIGHTS, sys.maxsize)}
+    learned |= {"taught": unknown, "scorer": fingerprint(WEIGHTS, sys.maxsize)}
     (logger_bench.folder / "detectors.json").write_text(json.dumps(learned))
     # The bench counts moments; there is no wave in it, and none is asked for.
     settings = read_config_file(PROJECT / "config" / "config.yaml")

@@ -15,7 +15,7 @@ from support.bench.folding import SWITCH_TRAVEL, TRAVEL
 from support.marks import needs_programs
 
 pytestmark = [
-    pytest.mark.slow(0.5),
+    pytest.mark.takes(0.5),
     needs_programs("gcc", packages="gcc"),
 ]
 

@@ -47,7 +47,7 @@ def test_an_error_of_a_part_reaches_the_caller():
         list(Forks(2)(lambda number: 1 / number, [1, 0]))
 
 
-@pytest.mark.slow(1.5)
+@pytest.mark.takes(1.5)
 @needs_forks
 def test_the_processes_end_with_a_killed_starter():
     with subprocess.Popen(

@@ -10,7 +10,7 @@ from capsule.recording import read_recording
 from support.project import ROOT
 from support.synthetic import make_recording
 
-pytestmark = pytest.mark.slow(0.1)
+pytestmark = pytest.mark.takes(0.1)
 
 
 def readings(name, samples=400):

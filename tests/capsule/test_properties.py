@@ -18,7 +18,7 @@ from capsule.recording import Recording, format_recording, read_recording
 from capsule.sliding import SlidingComparison
 from support.synthetic import make_recording
 
-pytestmark = pytest.mark.slow(0.5)
+pytestmark = pytest.mark.takes(0.5)
 
 RULES = {
     "rate_hz": 10,
@@ -111,7 +111,7 @@ def test_what_is_written_is_read_again_with_its_gaps(values, missing, start):
 SIXTEEN_MB = 16_000_000
 
 
-@pytest.mark.slow
+@pytest.mark.takes
 @pytest.mark.parametrize(
     "content",
     [

@@ -8,7 +8,7 @@ from scipy.signal import lfilter
 from capsule.seeding import generator
 from capsule.wave_check import missing_wave, rayleigh
 
-pytestmark = pytest.mark.slow(0.2)
+pytestmark = pytest.mark.takes(0.2)
 
 BENCH = {
     "wave_speed_mm_s": 25,

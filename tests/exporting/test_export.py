@@ -33,7 +33,7 @@ from support.project import ROOT
 from support.small_results import AWKWARD, FORMULA, RECORDINGS, REJECTED, make_results
 from support.synthetic import write_archive
 
-pytestmark = pytest.mark.slow(0.3)
+pytestmark = pytest.mark.takes(0.3)
 
 CONFIG = ROOT / "config/config.yaml"
 

@@ -11,7 +11,7 @@ from capsule.importing.mapped_runs import Bench, guess_table, readings
 from importing.lab_files import lab_schema
 from importing.text_files import read_text
 
-pytestmark = pytest.mark.slow(1)
+pytestmark = pytest.mark.takes(1)
 
 BENCH = Bench(sensors=4, rate_hz=10.0, rate_tolerance=0.05, full_scale=1024.0)
 SCHEMA = lab_schema()

@@ -20,7 +20,7 @@ from capsule.recording import Recording, format_recording, read_recording
 from support.importing import ODD, assert_readings, import_files
 from support.project import ROOT
 
-pytestmark = pytest.mark.slow(0.1)
+pytestmark = pytest.mark.takes(0.1)
 
 SCRIPTS = ROOT / "workflow" / "scripts"
 TIME_S = np.round(np.arange(200) / 10, 9)

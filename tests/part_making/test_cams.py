@@ -13,7 +13,7 @@ from support.measured import read_stl, section
 from support.parts import make_into
 from support.project import ROOT
 
-pytestmark = pytest.mark.slow(0.1)
+pytestmark = pytest.mark.takes(0.1)
 
 DESIGN = shipped_design()
 CAM = DESIGN.cam

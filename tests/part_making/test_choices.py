@@ -26,7 +26,7 @@ from part_making.part_options import read_design
 from support.measured import measured_substructure, section
 from support.project import ROOT
 
-pytestmark = pytest.mark.slow(0.1)
+pytestmark = pytest.mark.takes(0.1)
 
 TABLE, PHANTOM = read_parts_table(), read_phantom(DEFAULT_TABLE, [])
 ROWS = dict(entries(TABLE))

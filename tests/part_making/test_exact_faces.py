@@ -14,7 +14,7 @@ from capsule.parts.part import volume
 from capsule.parts.plane_faces import plane_faces
 from part_making.part_options import read_design
 
-pytestmark = pytest.mark.slow(0.1)
+pytestmark = pytest.mark.takes(0.1)
 
 PRISMS = [
     "substructure",

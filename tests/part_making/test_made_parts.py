@@ -26,7 +26,7 @@ from support.measured import (
 from support.parts import make_into
 from support.project import ROOT
 
-pytestmark = pytest.mark.slow(0.2)
+pytestmark = pytest.mark.takes(0.2)
 
 # Worked out of the paper's dimensions by hand: 5 tan 50, 5 tan 5, -3 tan 5.
 CORNERS = {"A": (5.9588, 2.0), "B": (0.4374, 2.0), "C": (0.0, 7.0), "D": (-0.2625, 10.0)}

@@ -13,6 +13,8 @@ from capsule.phantom.files import DEFAULT_TABLE
 from phantom_study import trials
 from phantom_study.arguments import read_paper_table
 
+pytestmark = pytest.mark.slow
+
 LOG = Path(__file__).resolve().parents[2] / "docs/phantom-calibration.csv"
 
 
@@ -45,7 +47,7 @@ def test_the_values_that_ship_are_what_the_search_found(tmp_path, monkeypatch):
     assert log.read_bytes() == LOG.read_bytes()
 
 
-@pytest.mark.slow
+@pytest.mark.takes
 def test_an_interrupted_search_goes_on_and_ends_the_same(tmp_path, monkeypatch, capsys):
     options = ["--generations", "1", "--candidates", "2", "--archives", "1"]
     options += ["--finalists", "1", "--final-archives", "1"]

@@ -11,6 +11,8 @@ from phantom_study.calibration import Calibration, Finalist, Plan, winner
 from phantom_study.search import FreeParameter
 from support.like_the_paper import LIKE_THE_PAPER
 
+pytestmark = pytest.mark.slow
+
 PAPER = read_paper_table()
 FREE = [FreeParameter("part.share", 0.0, 1.0, False)]
 PLAN = Plan(

@@ -10,7 +10,7 @@ from capsule.phantom.parameters import with_values
 from phantom_study import simulated_archive
 from phantom_study.arguments import DEFAULT_CONFIG, read_detector, read_paper_table
 
-pytestmark = pytest.mark.slow(0.2)
+pytestmark = pytest.mark.takes(0.2)
 
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
 DETECTOR = simulated_archive.quick(read_detector(DEFAULT_CONFIG))

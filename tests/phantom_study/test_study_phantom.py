@@ -18,7 +18,7 @@ def run(monkeypatch, *arguments):
     study_phantom.main()
 
 
-@pytest.mark.slow
+@pytest.mark.takes
 def test_the_figures_and_tables_of_the_documentation_can_be_made(tmp_path, monkeypatch, capsys):
     table = tmp_path / "cells.csv"
     run(monkeypatch, "judge", "--archives", 2, "--runs", 2, "--quick", "--output", table)

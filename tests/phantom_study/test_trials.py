@@ -12,7 +12,7 @@ from phantom_study.arguments import DEFAULT_CONFIG, read_detector, read_paper_ta
 from phantom_study.simulated_archive import quick
 from support.like_the_paper import LIKE_THE_PAPER
 
-pytestmark = pytest.mark.slow(0.5)
+pytestmark = pytest.mark.takes(0.5)
 
 LOG = Path(__file__).resolve().parents[2] / "docs/phantom-calibration.csv"
 PAPER = read_paper_table()

@@ -43,7 +43,7 @@ def copy(tmp_path):
     return tmp_path
 
 
-@pytest.mark.slow
+@pytest.mark.takes
 @pytest.mark.parametrize("document", WITH_PYTHON)
 def test_the_python_in_a_document_runs_from_top_to_bottom(copy, document):
     run = [each for each in BLOCKS if each.document == document and each.is_python]

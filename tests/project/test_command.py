@@ -11,7 +11,7 @@ import capsule_command
 from script_parser import script_parser
 from support.project import ROOT
 
-pytestmark = pytest.mark.slow(0.3)
+pytestmark = pytest.mark.takes(0.3)
 
 COMMAND = ROOT / "workflow/scripts/capsule_command.py"
 PRESENT = [

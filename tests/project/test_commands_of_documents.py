@@ -98,7 +98,7 @@ def test_make_has_what_the_documents_make():
     assert {"report", "test"} <= made <= targets
 
 
-@pytest.mark.slow
+@pytest.mark.takes
 def test_the_simulations_of_the_tutorial_run_in_their_order(tmp_path):
     shutil.copytree(ROOT / "config", tmp_path / "config")
     lines = [

@@ -14,7 +14,7 @@ import shell_completion
 from script_parser import script_parser
 from support.project import ROOT
 
-pytestmark = pytest.mark.slow(0.2)
+pytestmark = pytest.mark.takes(0.2)
 
 pty = pytest.importorskip("pty", reason="this system has no pseudo-terminals")
 

@@ -15,7 +15,7 @@ from importing.import_run import Importer
 from support.lab_files import write_examples
 from support.project import ROOT
 
-pytestmark = pytest.mark.slow(0.1)
+pytestmark = pytest.mark.takes(0.1)
 
 TEXT = (ROOT / "docs/import.md").read_text(encoding="utf-8")
 KEYS = json.loads((ROOT / "workflow/schemas/lab.schema.json").read_text())["properties"]

@@ -65,7 +65,7 @@ def pages(site):
     return {path: Page(path) for path in site.rglob("*.html")}
 
 
-@pytest.mark.slow
+@pytest.mark.takes
 def test_every_link_in_the_site_leads_to_a_file_and_to_an_anchor_in_it(pages):
     checked = 0
     for path, page in pages.items():
@@ -81,14 +81,14 @@ def test_every_link_in_the_site_leads_to_a_file_and_to_an_anchor_in_it(pages):
     assert checked > 1000
 
 
-@pytest.mark.slow
+@pytest.mark.takes
 def test_no_page_loads_anything_from_elsewhere(pages):
     loaded = [target for page in pages.values() for tag, target in page.targets if tag != "a"]
     assert len(loaded) > len(pages)
     assert not [target for target in loaded if urlsplit(target).scheme not in ("", "data")]
 
 
-@pytest.mark.slow
+@pytest.mark.takes
 def test_the_pages_hold_what_is_taken_from_the_code(site):
     def text(page):
         return (site / page).read_text(encoding="utf-8")
@@ -105,7 +105,7 @@ def test_the_pages_hold_what_is_taken_from_the_code(site):
     )
 
 
-@pytest.mark.slow
+@pytest.mark.takes
 @pytest.mark.browser
 @browser_needed
 def test_the_search_finds_a_page_without_a_server(site, tmp_path):

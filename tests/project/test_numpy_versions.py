@@ -16,6 +16,8 @@ from packaging.requirements import Requirement
 
 from support.project import ROOT
 
+pytestmark = pytest.mark.slow
+
 CONFIG = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
 # The first numpy that was built for a Python, where the project's oldest came before it.
 FIRST_FOR_PYTHON = {(3, 13): "2.1.0", (3, 14): "2.3.2"}

@@ -178,7 +178,7 @@ def test_the_version_stands_in_pyproject_and_what_cites_it_agrees():
 
 
 @pytest.mark.packages
-@pytest.mark.slow
+@pytest.mark.takes
 @pytest.mark.parametrize("version", ["3.11", "3.12", "3.13"])
 @pytest.mark.parametrize(
     "platform", ["x86_64-unknown-linux-gnu", "aarch64-apple-darwin", "x86_64-pc-windows-msvc"]
@@ -189,7 +189,7 @@ def test_the_lock_can_be_installed_on_every_system_and_python(platform, version,
 
 
 @pytest.mark.packages
-@pytest.mark.slow
+@pytest.mark.takes
 def test_the_python_that_make_refuses_is_one_that_the_lock_lacks(tmp_path):
     resolved = dry_install("requirements.lock", "x86_64-unknown-linux-gnu", "3.14", tmp_path)
     assert "immutables==0" in resolved.stderr

@@ -8,6 +8,8 @@ from nbclient import NotebookClient
 
 from support.project import ROOT
 
+pytestmark = pytest.mark.slow
+
 PATH = ROOT / "docs" / "tutorial.ipynb"
 
 
@@ -23,7 +25,7 @@ def texts(notebook):
     ]
 
 
-@pytest.mark.slow
+@pytest.mark.takes
 @pytest.mark.filterwarnings("ignore:Kernel is running over TCP")
 def test_the_tutorial_gives_what_it_shows(monkeypatch):
     monkeypatch.setenv("PYTHONPATH", os.fspath(ROOT / "workflow" / "scripts"))

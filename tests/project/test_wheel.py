@@ -14,7 +14,7 @@ from support.documents import all_blocks
 from support.project import ROOT
 from support.synthetic import write_archive
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.takes]
 
 # Not this folder's code, and no Snakemake, even where it is installed.
 ALONE = "import sys; sys.modules['snakemake'] = None\n"

@@ -8,7 +8,7 @@ import pytest
 
 from support.project import ROOT
 
-pytestmark = pytest.mark.slow(1)
+pytestmark = pytest.mark.takes(1)
 
 FRONT = ROOT / "workflow" / "scripts" / "teach_scorer.py"
 

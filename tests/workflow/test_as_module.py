@@ -10,7 +10,7 @@ import yaml
 from support.project import PARTS, ROOT, Project
 from support.synthetic import write_archive
 
-pytestmark = pytest.mark.workflow
+pytestmark = [pytest.mark.slow, pytest.mark.workflow]
 
 FIRST = [f"{size}mm/r{run:02d}" for size in (0, 3) for run in (1, 2, 3)]
 SECOND = [f"{size}mm/r{run:02d}" for size in (0, 2) for run in (1, 2)]

@@ -14,7 +14,7 @@ from support.project import Project
 from support.same_recordings import assert_same_recordings, results_of_all
 from support.synthetic import write_archive
 
-pytestmark = pytest.mark.workflow
+pytestmark = [pytest.mark.slow, pytest.mark.workflow]
 
 RECORDINGS = [f"{size}mm/r{run:02d}" for size in (0, 3) for run in range(1, 5)]
 TABLES = ["results/evaluation/detection.csv", "results/detections.csv"]

@@ -8,7 +8,7 @@ from capsule.recording import format_recording
 from support.project import Project
 from support.synthetic import make_recording
 
-pytestmark = pytest.mark.workflow
+pytestmark = [pytest.mark.slow, pytest.mark.workflow]
 
 TABLES = ["results/evaluation/detection.csv", "results/detections.csv"]
 

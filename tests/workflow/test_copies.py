@@ -8,7 +8,7 @@ from capsule.recording import Recording, format_recording
 from support.project import Project
 from support.synthetic import make_recording
 
-pytestmark = pytest.mark.workflow
+pytestmark = [pytest.mark.slow, pytest.mark.workflow]
 
 # Two runs over each place, of which every first one is copied.
 SITES = {

@@ -9,6 +9,8 @@ import pytest
 from support.extending import PAGE, changes
 from support.project import ROOT, Project
 
+pytestmark = pytest.mark.slow
+
 RECORDINGS = [f"{size}mm/r{run:02d}" for size in (0, 1, 3) for run in (1, 2)]
 
 

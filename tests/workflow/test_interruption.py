@@ -25,7 +25,7 @@ from support.mishaps import RECORDINGS, TABLES
 from support.project import Project
 from support.striking import kill_run, running_jobs, strike_at_random
 
-pytestmark = needs_process_groups
+pytestmark = [pytest.mark.slow, needs_process_groups]
 
 KILLS = 20
 
@@ -125,7 +125,7 @@ def run(project: Project) -> Progress:
 
 
 @pytest.mark.workflow
-@pytest.mark.slow(25)
+@pytest.mark.takes(25)
 def test_killed_at_twenty_random_moments_the_plain_command_goes_on(new, undisturbed, tmp_path):
     expected = results_of(undisturbed)
     with ThreadPoolExecutor() as pool:

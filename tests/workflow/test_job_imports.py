@@ -9,7 +9,7 @@ import pytest
 from benchmarks.measure_imports import job_commands
 from support.project import ROOT
 
-pytestmark = pytest.mark.slow(0.4)
+pytestmark = pytest.mark.takes(0.4)
 
 SCRIPTS = ROOT / "workflow" / "scripts"
 

@@ -7,7 +7,7 @@ from capsule.recording import Recording, format_recording
 from support.project import Project
 from support.synthetic import make_recording
 
-pytestmark = pytest.mark.workflow
+pytestmark = [pytest.mark.slow, pytest.mark.workflow]
 
 NAMES = [f"{size}/r{run:02d}" for size in ("0mm", "3mm", "5mm") for run in range(1, 5)]
 NAMES += ["unlabelled/other", "unlabelled/patient"]

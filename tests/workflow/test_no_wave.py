@@ -6,7 +6,7 @@ import pytest
 from capsule.recording import Recording, format_recording
 from support.project import Project
 
-pytestmark = pytest.mark.workflow
+pytestmark = [pytest.mark.slow, pytest.mark.workflow]
 
 NAMES = [f"{size}/r{run:02d}" for size in ("0mm", "3mm") for run in range(1, 5)]
 NAMES += ["unlabelled/patient"]

@@ -9,6 +9,7 @@ from support.marks import needs_process_groups
 from support.mishaps import ASKED_FOR_ALL, TABLES, FreshResults, create_project, try_sequence
 
 pytestmark = [
+    pytest.mark.slow,
     pytest.mark.workflow,
     needs_process_groups,
 ]
@@ -28,7 +29,7 @@ def project(finished, tmp_path):
     return finished.copy(tmp_path / "project")
 
 
-@pytest.mark.slow(60)
+@pytest.mark.takes(60)
 def test_after_any_mishaps_the_results_are_those_of_a_fresh_run(finished, tmp_path):
     # Of a few states, since each costs a fresh run; docs/robustness.md tells of more.
     fresh = FreshResults(finished, editions=3, settings=2, sizes=[1, 100])

@@ -5,7 +5,7 @@ import pytest
 from support.mishaps import TABLES, create_project
 from support.project import Project
 
-pytestmark = pytest.mark.workflow
+pytestmark = [pytest.mark.slow, pytest.mark.workflow]
 
 CALLS = {
     "a dry run": ("--dry-run",),

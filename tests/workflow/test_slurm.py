@@ -14,6 +14,8 @@ from support.marks import needs
 from support.project import ROOT, Project
 from support.same_recordings import assert_same_recordings, results_of_all
 
+pytestmark = pytest.mark.slow
+
 RECORDINGS = ["0mm/r01", "1mm/r01", "1mm/r02"]
 FITS = ["results/fits/1mm/r01.json", "results/fits/1mm/r02.json"]
 THROUGH_SLURM = ["--profile=profiles/slurm", *slurm.WITHOUT_ACCOUNTING]
@@ -35,7 +37,7 @@ def on_cluster(seconds):
     """Return a decorator that marks a test with what it needs and with its processor time."""
 
     def mark(test):
-        for each in [*needs_slurm, pytest.mark.slow(seconds)]:
+        for each in [*needs_slurm, pytest.mark.takes(seconds)]:
             test = each(test)
         return test
 

@@ -7,7 +7,7 @@ import pytest
 from support.project import Project
 from support.surveys import session_contents, write_session
 
-pytestmark = pytest.mark.workflow
+pytestmark = [pytest.mark.slow, pytest.mark.workflow]
 
 
 def target(name):

@@ -7,7 +7,7 @@ import pytest
 
 from support.project import Project
 
-pytestmark = [pytest.mark.workflow, pytest.mark.slow(25)]
+pytestmark = [pytest.mark.slow, pytest.mark.workflow, pytest.mark.takes(25)]
 
 RECORDINGS = [*(f"0mm/r{run:02d}" for run in range(1, 5)), "3mm/r01", "3mm/r02"]
 

@@ -25,7 +25,7 @@ from capsule.evaluation.intervals import (
 )
 from capsule.seeding import generator
 
-pytestmark = pytest.mark.slow(0.2)
+pytestmark = pytest.mark.takes(0.2)
 
 
 def half_width(expected, recordings, confidence):

@@ -22,7 +22,7 @@ from capsule.evaluation.intervals import (
 from capsule.evaluation.rates import of_each
 from capsule.seeding import generator
 
-pytestmark = pytest.mark.slow(0.2)
+pytestmark = pytest.mark.takes(0.2)
 
 LEVEL = st.sampled_from([0.5, 0.68, 0.9, 0.95, 0.999])
 COUNTS = st.integers(1, 60).flatmap(lambda of: st.tuples(st.integers(0, of), st.just(of)))

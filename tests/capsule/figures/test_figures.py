@@ -31,7 +31,7 @@ from capsule.particles import Particle, render
 from capsule.stages import preprocess_run
 from support.synthetic import make_recording
 
-pytestmark = pytest.mark.slow(0.1)
+pytestmark = pytest.mark.takes(0.1)
 
 SCHEMES = ["leave_one_out", "resubstitution"]
 WIDTHS = [COLUMN_WIDTH_IN, PAGE_WIDTH_IN]

@@ -11,7 +11,7 @@ import pytest
 import capsule
 from support.project import ROOT
 
-pytestmark = pytest.mark.slow(0.2)
+pytestmark = pytest.mark.takes(0.2)
 
 SCRIPTS = ROOT / "workflow" / "scripts"
 

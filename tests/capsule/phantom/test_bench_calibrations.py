@@ -14,6 +14,8 @@ from capsule.phantom.contact import height_factor, stray_offset
 from capsule.phantom.files import BENCHES, DEFAULT_TABLE, bench_file, read_phantom
 from phantom_study import trials
 
+pytestmark = pytest.mark.slow
+
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 PAGE = (DOCS / "benches.md").read_text(encoding="utf-8")
 NAMES = sorted(path.stem for path in BENCHES.glob("*.yaml"))

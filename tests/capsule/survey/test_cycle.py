@@ -17,7 +17,7 @@ from capsule.survey.cycle import (
     after,
 )
 
-pytestmark = pytest.mark.slow(0.3)
+pytestmark = pytest.mark.takes(0.3)
 
 LEASE = 6  # ticks of a judgement, 0.8 s each: five seconds
 
