@@ -1,11 +1,13 @@
 """The recorder's core against any bytes on the serial line."""
 
+import itertools
+import re
 import tempfile
 import tracemalloc
 from pathlib import Path
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from acquisition import archive, session
@@ -28,6 +30,7 @@ PIECES = st.one_of(
     ),
     st.text("DIAEP,=0123456789abc", max_size=40).map(lambda text: encode(f"D{text}")),
 )
+SAMPLE = re.compile(rb"\$D,(\d+),(\d+),")
 SCRIPTS = st.lists(st.tuples(st.floats(0, 30), PIECES), max_size=60)
 
 
@@ -67,12 +70,23 @@ def test_any_bytes_end_with_every_accepted_sample_on_disk(monkeypatch, script):
         assert len(places) / 10 <= bench.now_s + 12
 
 
+def continue_each_other(frames):
+    """Return whether some of the frames are samples of which one can follow another."""
+    clocks = [tuple(map(int, each.groups())) for each in map(SAMPLE.match, frames) if each]
+    return any(
+        1 <= later - number <= round((later_ms - ms) / 100)
+        for (number, ms), (later, later_ms) in itertools.permutations(clocks, 2)
+    )
+
+
 @settings(
     deadline=None, max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 @given(st.lists(st.tuples(st.integers(0, 99), PIECES.filter(lambda piece: b"$I" not in piece))))
 def test_no_bytes_between_good_samples_cost_more_than_the_one_that_they_hit(monkeypatch, strange):
     """Check that strange bytes between frames harm none of 100 good samples."""
+    # Two whole samples that continue each other are no noise: the recorder believes their clock.
+    assume(not continue_each_other({content for _, content in strange}))
     monkeypatch.setattr(archive.os, "fsync", lambda descriptor: None)
     script = [(number / 10, sample_frame(number)) for number in range(100)]
     script += [(number / 10 + 0.05, content + b"\n") for number, content in strange]
