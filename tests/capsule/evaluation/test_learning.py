@@ -180,6 +180,19 @@ def test_an_archive_with_hardly_a_recording_has_rows_without_error(names):
     assert all(np.isnan(row["rate"]) == (row["judged"] == 0) for row in rows)
 
 
+def test_of_a_large_archive_only_the_recordings_that_a_split_judges_count(monkeypatch):
+    many = {f"{size}mm/{n}": float(size) for size in (0, 2) for n in range(600)}
+    monkeypatch.setitem(globals(), "SCORES", {name: 1.0 + size for name, size in many.items()})
+    judged = {}
+    for split in learning.draw_splits(many, 1, {name: name for name in many}):
+        judged.setdefault(split.share, set()).update(split.judged)
+    assert all(len(names) < len(many) for names in judged.values())
+    for row in rows_of(many):
+        if row["size_from_mm"] == row["size_to_mm"] and row["share"] < learning.ALL_BUT_ONE:
+            of_size = [name for name in judged[row["share"]] if many[name] == row["size_to_mm"]]
+            assert row["judged"] == row["clusters"] == len(of_size)
+
+
 def test_without_leave_one_out_the_curve_has_no_last_point_and_no_gain():
     detectors = {"loudest": Loudest(SIZES_MM)}
     rows = learning.learning_rows(detectors, archive_of(SIZES_MM), [], folds_of(SIZES_MM))

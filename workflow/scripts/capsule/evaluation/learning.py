@@ -304,7 +304,8 @@ def rate_rows(
     for first, last in size_ranges(sizes_mm.values()):
         names = [name for name, size in sizes_mm.items() if first <= size <= last]
         clusters = np.array([number_of[places[name]] for name in names], dtype=int)
-        each = np.array([right[name] for name in names])
+        # A large archive is split less often, so not every recording is judged at every share.
+        each = np.array([right.get(name, np.nan) for name in names])
         later = np.array([np.nan if after is None else after[name] for name in names])
         known = ~np.isnan(each)
         row = {"taught": round(sum(counts.values()), 6), "taught_healthy": counts.get(0.0, 0.0)}
