@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from capsule.forks import Forks
 from support.marks import needs_forks
@@ -40,6 +41,14 @@ def test_the_results_come_in_the_order_of_the_parts(processes):
 def test_more_than_one_process_works_beside_this_one():
     assert set(Forks(1)(lambda _: os.getpid(), range(3))) == {os.getpid()}
     assert os.getpid() not in set(Forks(2)(lambda _: os.getpid(), range(3)))
+
+
+@pytest.mark.parametrize("processes", [1, 2])
+def test_each_process_computes_with_one_thread(processes):
+    with threadpool_limits(limits=2):
+        spread = Forks(processes)
+        for pools in spread(lambda _: threadpool_info(), range(2)):
+            assert {pool["num_threads"] for pool in pools} == {1}
 
 
 def test_an_error_of_a_part_reaches_the_caller():

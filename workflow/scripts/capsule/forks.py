@@ -9,6 +9,8 @@ from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context, parent_process
 from typing import TypeVar, cast
 
+from threadpoolctl import threadpool_limits
+
 Part = TypeVar("Part")
 Result = TypeVar("Result")
 # What the forks call. A fork of this process finds it here, so it need not be pickled.
@@ -18,7 +20,10 @@ _CALLED: list[Callable[..., object]] = []
 class Forks:
     """A `map` whose calls run in forks of this process.
 
-    On systems without safe forks, and with one process, the calls run in this process.
+    On systems without safe forks, and with one process, the calls run in this process. From now on
+    this process and its forks compute with one thread each. Snakemake allows as many as a job has
+    processors, but two forks with two threads each hinder one another, and more threads add in
+    another order.
 
     Parameters
     ----------
@@ -28,6 +33,7 @@ class Forks:
 
     def __init__(self, processes: int) -> None:
         self._processes = processes
+        threadpool_limits(limits=1)
 
     def __call__(
         self, function: Callable[[Part], Result], parts: Iterable[Part]
