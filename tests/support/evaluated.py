@@ -2,10 +2,9 @@
 
 import pandas as pd
 
-from capsule.evaluation.beside_paper import Evaluation
 from capsule.evaluation.files import read_printed
 from capsule.evaluation.measures import measure_tables
-from capsule.evaluation.paper import printed_tables
+from capsule.evaluation.paper import Evaluation, printed_tables
 from capsule.evaluation.rates import rate_tables
 from capsule.page.detector_sections import Rates
 from support.project import ROOT

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from capsule.evaluation.beside_paper import TABLES
 from capsule.evaluation.columns import COLUMNS
+from capsule.evaluation.paper import TABLES
 from capsule.files import write_csv, write_json
 
 LENGTH = 30

@@ -1,5 +1,7 @@
 """Splits of an archive into recordings that teach and recordings that are judged."""
 
+from itertools import chain
+
 import pytest
 
 from capsule.evaluation.cross_validation import Fold
@@ -27,10 +29,12 @@ def test_every_size_is_dealt_evenly_and_every_recording_has_one_part():
 def test_a_split_holds_the_whole_archive_and_large_archives_are_split_less_often(recordings):
     names = [f"{place % 3}mm/{place}" for place in range(recordings)]
     sizes_mm = {name: float(name[0]) for name in names}
-    splits = draw_splits(sizes_mm, 1, alone(sizes_mm))
+    by_share = draw_splits(sizes_mm, 1, alone(sizes_mm))
+    splits = [split for of_share in by_share.values() for split in of_share]
     assert all(sorted([*each.taught, *each.judged]) == sorted(names) for each in splits)
-    assert [split.share for split in splits] == sorted(split.share for split in splits)
-    of_half = [split for split in splits if split.share == 0.5]
+    assert list(by_share) == [0.25, 0.5, 0.75]
+    of_half = by_share[0.5]
+    assert {len(each) for each in by_share.values()} == {len(of_half)}
     assert len(splits) == 3 * len(of_half) <= 120
     assert len(of_half) * recordings < 960 + 4 * recordings or len(of_half) == 40
 
@@ -40,20 +44,22 @@ def test_splits_follow_from_the_order_of_the_recordings_and_the_seed_not_from_na
     # The names are in reverse order; the recordings keep their order.
     called = {name: f"{99 - place}" for place, name in enumerate(SIZES_MM)}
     renamed = {called[name]: size_mm for name, size_mm in SIZES_MM.items()}
-    assert draw_splits(renamed, 1, alone(renamed)) == [
-        Split(
-            each.share,
-            tuple(called[name] for name in each.taught),
-            tuple(called[name] for name in each.judged),
-        )
-        for each in splits
-    ]
+    assert draw_splits(renamed, 1, alone(renamed)) == {
+        share: [
+            Split(
+                tuple(called[name] for name in each.taught),
+                tuple(called[name] for name in each.judged),
+            )
+            for each in of_share
+        ]
+        for share, of_share in splits.items()
+    }
     assert splits != draw_splits(SIZES_MM, 2, alone(SIZES_MM))
 
 
 def test_in_a_small_archive_every_recording_is_judged_equally_often_at_each_share():
     for share in (0.25, 0.5, 0.75):
-        splits = [each for each in draw_splits(SIZES_MM, 1, alone(SIZES_MM)) if each.share == share]
+        splits = draw_splits(SIZES_MM, 1, alone(SIZES_MM))[share]
         times = [sum(name in each.judged for each in splits) for name in SIZES_MM]
         assert times == [len(splits) * (1 - share)] * len(SIZES_MM)
 
@@ -63,7 +69,7 @@ def test_passes_over_one_place_and_near_copies_are_never_on_both_sides(seed):
     sizes_mm = {f"{size}mm/{run}": float(size) for size in (0, 1, 2) for run in range(12)}
     places = {name: f"{name[:3]}/{int(name[4:]) // 3}" for name in sizes_mm}
     places["1mm/0"] = places["2mm/0"]  # A place may be passed with and without a nodule.
-    for split in draw_splits(sizes_mm, seed, places):
+    for split in chain(*draw_splits(sizes_mm, seed, places).values()):
         taught, judged = ({places[name] for name in each} for each in (split.taught, split.judged))
         assert not taught & judged
         assert sorted([*split.taught, *split.judged]) == sorted(sizes_mm)

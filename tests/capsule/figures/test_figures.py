@@ -10,10 +10,9 @@ import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.text import Text
 
-from capsule.evaluation import points
-from capsule.evaluation.beside_paper import Evaluation
+from capsule.evaluation import paper
 from capsule.evaluation.learning import COLUMNS as LEARNING
-from capsule.evaluation.paper import printed_tables
+from capsule.evaluation.paper import Evaluation, printed_tables
 from capsule.evaluation.rates import rate_tables
 from capsule.figures.contours import contour_levels
 from capsule.figures.draw_learning import draw_learning
@@ -145,17 +144,17 @@ def test_contour_levels_reach_the_highest_value():
 
 def test_points_carry_the_counts_of_the_tables():
     made = judged(VERDICTS, SIZES)
-    table = points.detection_points(made["detection"]).set_index(["measure", "scheme", "size_mm"])
+    table = paper.detection_points(made["detection"]).set_index(["measure", "scheme", "size_mm"])
     precision = table.loc[("precision", "leave_one_out", 2.5)]
     assert (precision["hits"], precision["of"], precision["rate"]) == (1, 2, 0.5)
     recall = table.loc[("recall", "leave_one_out", 6.0)]
     assert (recall["hits"], recall["of"], recall["rate"]) == (2, 2, 1.0)
-    sized = points.sizing_points(made["sizing"])
+    sized = paper.sizing_points(made["sizing"])
     assert sized.loc[sized["one_sided"], "measure"].unique().tolist() == ["within_rate"]
 
 
 def test_negatives_are_shares_of_the_recordings_without_a_nodule():
-    table = points.negative_points(judged(VERDICTS, SIZES)["confusion"])
+    table = paper.negative_points(judged(VERDICTS, SIZES)["confusion"])
     ours = table[table["scheme"] == "leave_one_out"]
     assert ours["rate"].tolist() == [0.5, 0.5, 0.0]
     assert ours["size_mm"].tolist() == SIZES
@@ -163,7 +162,7 @@ def test_negatives_are_shares_of_the_recordings_without_a_nodule():
 
 @pytest.mark.parametrize("width", WIDTHS)
 def test_rates_are_drawn_for_any_sizes_and_marked_where_one_sided(width):
-    table = points.sizing_points(judged(VERDICTS, SIZES)["sizing"])
+    table = paper.sizing_points(judged(VERDICTS, SIZES)["sizing"])
     panels = {"exact_rate": "exact size", "within_rate": "within 1 mm"}
     figure = draw_rates(table, panels, SIZES[1:], "size (mm)", rate_looks(["template"]), width)
     exact, within = figure.axes
@@ -173,7 +172,7 @@ def test_rates_are_drawn_for_any_sizes_and_marked_where_one_sided(width):
 
 def test_without_a_healthy_recording_the_figure_says_so():
     made = judged([(2.5, 2.5), (6, 6)], SIZES)
-    table = points.negative_points(made["confusion"])
+    table = paper.negative_points(made["confusion"])
     assert table.empty
     looks = rate_looks(["template"])
     figure = draw_rates(table, {"classified": "verdicts"}, SIZES, "predicted size (mm)", looks)

@@ -5,8 +5,8 @@ from dataclasses import replace
 import pandas as pd
 import pytest
 
-from capsule.evaluation.beside_paper import TABLES, Evaluation
 from capsule.evaluation.lead import Lead
+from capsule.evaluation.paper import TABLES, Evaluation
 from capsule.page import cards, detector_sections
 from support.evaluated import SETTINGS, UNKNOWN, evaluated, index_of, rates_of
 

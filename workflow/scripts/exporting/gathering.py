@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from capsule.converter import reading_unit
-from capsule.evaluation.beside_paper import TABLES
 from capsule.evaluation.columns import COLUMNS
+from capsule.evaluation.paper import TABLES
 from capsule.held_out import is_held_out
 from capsule.results import CHECKS, SIGNALS
 from capsule.results import FITS as FITS_OF_RECORDINGS

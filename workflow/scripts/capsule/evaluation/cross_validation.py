@@ -12,7 +12,6 @@ from math import ceil
 from capsule.detectors.registry import detector_row
 from capsule.detectors.training import Detector, TrainingArchive, detector_class
 from capsule.detectors.verdicts import NO_VERDICT, Verdict, why_unknown
-from capsule.evaluation.rows import in_order
 from capsule.held_out import teaching
 from capsule.kinds import Cells, Settings, Spread
 from capsule.naming import size_label, size_mm
@@ -41,6 +40,8 @@ _COLUMNS = (
     "no_verdict",
 )
 Rows = Mapping[str, Mapping[str, str]]
+# The recordings that are judged, and those that teach nothing.
+_Sides = tuple[tuple[str, ...], frozenset[str]]
 
 
 def group_scheme(key: str) -> str:
@@ -87,6 +88,14 @@ class Fold:
     left_out: frozenset[str]
 
 
+def grouped(names: Iterable[str], group_of: Mapping[str, str]) -> dict[str, list[str]]:
+    """Return the recordings of each group; groups and recordings keep the order of the names."""
+    members: dict[str, list[str]] = {}
+    for name in names:
+        members.setdefault(group_of[name], []).append(name)
+    return members
+
+
 def folds_of(rows: Rows, rules: Settings) -> list[Fold]:
     """Return the training folds of all schemes that the archive allows.
 
@@ -108,9 +117,7 @@ def folds_of(rows: Rows, rules: Settings) -> list[Fold]:
     taught = teaching(rows, rules["held_out"])
     apart = [name for name in rows if name not in taught]
     place = places_of(rows)
-    members: dict[str, list[str]] = {}
-    for name in rows:
-        members.setdefault(place[name], []).append(name)
+    members = grouped(rows, place)
 
     def fold(scheme: str, judged: Iterable[str]) -> Fold:
         """Leave out the places of the judged recordings, and all that is held out."""
@@ -120,20 +127,15 @@ def folds_of(rows: Rows, rules: Settings) -> list[Fold]:
 
     # A held-out recording at a place that teaches, too, has a fold of its own.
     shared = {place[name] for name in taught}
-    grouped: dict[str, list[str]] = {}
-    for name in apart:
-        grouped.setdefault(place[name] if place[name] in shared else "", []).append(name)
-    folds = [fold(HELD_OUT, judged) for judged in grouped.values()]
+    apart_with = {name: place[name] if place[name] in shared else "" for name in apart}
+    folds = [fold(HELD_OUT, judged) for judged in grouped(apart, apart_with).values()]
     groups = {LEAVE_ONE_OUT: _together(taught, place, rules["most_folds"])}
     for key in rules["groups"]:
         groups[group_scheme(key)] = _header_groups(key, taught, groups[LEAVE_ONE_OUT])
     for scheme, group_of in groups.items():
         if scheme == LEAVE_ONE_OUT and scheme not in rules["schemes"]:
             continue
-        judged_in: dict[str, list[str]] = {}
-        for name, group in group_of.items():
-            judged_in.setdefault(group, []).append(name)
-        folds += [fold(scheme, judged) for judged in judged_in.values()]
+        folds += [fold(scheme, judged) for judged in grouped(group_of, group_of).values()]
     if RESUBSTITUTION in rules["schemes"] and taught:
         folds.append(Fold(RESUBSTITUTION, tuple(taught), frozenset(apart)))
     return folds
@@ -243,8 +245,11 @@ class Detectors:
             recording, reason = self._archive.recording(name), self._archive.no_verdict.get(name)
             for detector, model in models.items():
                 verdict = NO_VERDICT if reason else model.verdict(recording)
-                row = self._row(name, detector, verdict)
-                yield row | {"no_verdict": reason or why_unknown(verdict)}
+                cells = verdict_cells(verdict, self._archive.settings["recording"]["rate_hz"])
+                distances = verdict.distances or [None] * len(self._distances)
+                cells |= zip(self._distances, distances, strict=True)
+                cells["no_verdict"] = reason or why_unknown(verdict)
+                yield {"recording": name, "detector": detector, **cells}
 
     def learners(self) -> dict[str, Detector]:
         """Return by name the detectors that learn a threshold and can learn it anew quickly."""
@@ -261,12 +266,6 @@ class Detectors:
         for detector in self._detectors.values():
             content |= detector.without(left_out).stored()
         return content
-
-    def _row(self, name: str, detector: str, verdict: Verdict) -> Cells:
-        rate_hz = self._archive.settings["recording"]["rate_hz"]
-        row = {"recording": name, "detector": detector, **verdict_cells(verdict, rate_hz)}
-        distances = verdict.distances or [None] * len(self._distances)
-        return row | dict(zip(self._distances, distances, strict=True))
 
 
 def verdict_cells(verdict: Verdict, rate_hz: float) -> Cells:
@@ -298,13 +297,13 @@ def cross_validate(
         One row for each detector, recording and scheme, in the order of the detectors, of the folds
         and of the schemes: the rows of `Detectors.rows` with ``size_mm`` and ``scheme``.
     """
-    schemes: dict[tuple[tuple[str, ...], frozenset[str]], list[str]] = {}
+    schemes: dict[_Sides, list[str]] = {}
     for fold in folds:
         for start in range(0, len(fold.judged), _TOGETHER):
             judged = fold.judged[start : start + _TOGETHER]
             schemes.setdefault((judged, fold.left_out), []).append(fold.scheme)
 
-    def judge(part: Sequence[tuple[tuple[str, ...], frozenset[str]]]) -> list[Cells]:
+    def judge(part: Sequence[_Sides]) -> list[Cells]:
         return [
             row | {"size_mm": size_mm(row["recording"]), "scheme": scheme}
             for judged, left_out in part
@@ -313,16 +312,20 @@ def cross_validate(
         ]
 
     rows = [row for rows in spread(judge, _parts(list(schemes))) for row in rows]
-    recordings = dict.fromkeys(name for fold in folds for name in fold.judged)
-    order = dict.fromkeys(fold.scheme for fold in folds)
-    return in_order(rows, detector=detectors.names, recording=recordings, scheme=order)
+    orders = {
+        "detector": detectors.names,
+        "recording": dict.fromkeys(name for fold in folds for name in fold.judged),
+        "scheme": dict.fromkeys(fold.scheme for fold in folds),
+    }
+    turns = {
+        column: {cell: turn for turn, cell in enumerate(cells)} for column, cells in orders.items()
+    }
+    return sorted(rows, key=lambda row: [turn[row[column]] for column, turn in turns.items()])
 
 
-def _parts(
-    folds: Sequence[tuple[tuple[str, ...], frozenset[str]]],
-) -> list[list[tuple[tuple[str, ...], frozenset[str]]]]:
+def _parts(folds: Sequence[_Sides]) -> list[list[_Sides]]:
     """Divide folds into parts of about as many judged recordings; a fold stays whole."""
-    parts: list[list[tuple[tuple[str, ...], frozenset[str]]]] = []
+    parts: list[list[_Sides]] = []
     together = _TOGETHER
     for fold in folds:
         if together + len(fold[0]) > _TOGETHER:
@@ -371,10 +374,7 @@ def unlabelled_folds(
     For the parameters see `judge_unlabelled`.
     """
     place = places_of(rows)
-    labelled: dict[str, list[str]] = {}
-    for name in rows:
-        if size_mm(name) is not None:
-            labelled.setdefault(place[name], []).append(name)
+    labelled = grouped((name for name in rows if size_mm(name) is not None), place)
     judged: dict[frozenset[str], list[str]] = {}
     for name in names:
         left_out = frozenset(apart).union(labelled.get(place[name], ()))

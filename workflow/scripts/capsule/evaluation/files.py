@@ -6,9 +6,8 @@ from typing import Any
 import pandas as pd
 import yaml
 
-from capsule.evaluation.beside_paper import TABLES, Evaluation
 from capsule.evaluation.columns import COLUMNS
-from capsule.evaluation.paper import printed_tables
+from capsule.evaluation.paper import TABLES, Evaluation, printed_tables
 from capsule.kinds import Settings
 
 # Columns of text that people have written: in these, 01 is not a number and NA is a name.

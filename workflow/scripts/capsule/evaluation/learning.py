@@ -8,15 +8,16 @@ recordings except those of one place or of a few teach.
 """
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import chain
 from math import ceil
+from typing import NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from capsule.detectors.training import Detector, TrainingArchive
-from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT, Fold
+from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT, Fold, grouped
 from capsule.evaluation.intervals import gain_interval, rate_of
 from capsule.evaluation.rates import interval_columns
 from capsule.kinds import Cells, Row, Spread
@@ -47,19 +48,9 @@ COLUMNS = [
 ]
 
 
-@dataclass(frozen=True)
-class Split:
-    """A division of an archive into recordings that teach and recordings that are judged.
+class Split(NamedTuple):
+    """The names of the recordings that teach, and of those that are judged: the whole archive."""
 
-    Attributes
-    ----------
-    share : float
-        Share of the archive that teaches.
-    taught, judged : tuple of str
-        Names of the recordings; together they are the whole archive.
-    """
-
-    share: float
     taught: tuple[str, ...]
     judged: tuple[str, ...]
 
@@ -78,9 +69,7 @@ def deal(
     places : mapping of str to str
         The place of each recording. All recordings of a place come into one part.
     """
-    members: dict[str, list[str]] = {}
-    for name in sizes_mm:
-        members.setdefault(places[name], []).append(name)
+    members = grouped(sizes_mm, places)
     shuffled: list[list[str]] = []
     for size_mm in sorted(set(sizes_mm.values())):
         # A place with several labels is dealt with its smallest size.
@@ -89,7 +78,9 @@ def deal(
     return [list(chain(*shuffled[part::PARTS])) for part in range(PARTS)]
 
 
-def draw_splits(sizes_mm: Mapping[str, float], seed: int, places: Mapping[str, str]) -> list[Split]:
+def draw_splits(
+    sizes_mm: Mapping[str, float], seed: int, places: Mapping[str, str]
+) -> dict[float, list[Split]]:
     """Draw the splits at a quarter, a half and three quarters of an archive.
 
     Parameters
@@ -103,24 +94,23 @@ def draw_splits(sizes_mm: Mapping[str, float], seed: int, places: Mapping[str, s
 
     Returns
     -------
-    list of Split
-        The splits, ordered by share; empty if there is no recording.
+    dict of float to list of Split
+        The splits by the share of the archive that teaches; empty if there is no recording.
     """
     if not sizes_mm:
-        return []
+        return {}
     wanted = min(ceil(_DRAWN / len(sizes_mm)), _MOST_SPLITS)
     deals, turns = ceil(wanted / PARTS), range(0, PARTS, PARTS // min(wanted, PARTS))
     dealt = [
         deal(sizes_mm, generator(seed, "learning", str(each)), places) for each in range(deals)
     ]
-    drawn = []
-    for count in range(1, PARTS):
-        for parts in dealt:
-            for first in turns:
-                turned = parts[first:] + parts[:first]
-                taught, judged = chain(*turned[:count]), chain(*turned[count:])
-                drawn.append(Split(count / PARTS, tuple(taught), tuple(judged)))
-    return drawn
+    turned = [parts[first:] + parts[:first] for parts in dealt for first in turns]
+    return {
+        count / PARTS: [
+            Split(tuple(chain(*parts[:count])), tuple(chain(*parts[count:]))) for parts in turned
+        ]
+        for count in range(1, PARTS)
+    }
 
 
 def taught_counts(splits: Sequence[Split], sizes_mm: Mapping[str, float]) -> dict[float, float]:
@@ -233,9 +223,9 @@ def learning_rows(
     apart = [name for fold in folds if fold.scheme == HELD_OUT for name in fold.judged]
     sizes_mm = {name: size for name, size in archive.sizes_mm.items() if name not in set(apart)}
     places = {name: archive.places.get(name, name) for name in sizes_mm}
-    by_share: dict[float, list[Split]] = {}
-    for split in draw_splits(sizes_mm, rules["seed"], places):
-        by_share.setdefault(split.share, []).append(split)
+    by_share = draw_splits(sizes_mm, rules["seed"], places)
+    recordings = pd.DataFrame({"size_mm": pd.Series(sizes_mm, dtype=float)})
+    recordings["place"] = pd.factorize(pd.Series(places))[0]
     alone = _left_out_alone(predictions, sizes_mm)
     alone_folds = [fold for fold in folds if fold.scheme == LEAVE_ONE_OUT]
     points_of = [(name, share) for name in detectors for share in by_share]
@@ -249,15 +239,15 @@ def learning_rows(
     for name in detectors:
         last = alone.get(name)
         points = [
-            (share, len(each), right[name, share], last, taught_counts(each, sizes_mm))
+            (share, len(each), right[name, share], last or {}, taught_counts(each, sizes_mm))
             for share, each in by_share.items()
         ]
         if last is not None:
             counts_alone = counts_in_folds(alone_folds, sizes_mm)
-            points.append((ALL_BUT_ONE, len(last), last, None, counts_alone))
+            points.append((ALL_BUT_ONE, len(last), last, {}, counts_alone))
         for share, splits, of_share, after, counts in points:
             key = {"detector": name, "share": share, "splits": splits}
-            made = rate_rows(of_share, after, sizes_mm, counts, places, rules["confidence"])
+            made = _rate_rows(of_share, after, recordings, counts, rules["confidence"])
             rows += [key | row for row in made]
     return rows
 
@@ -275,44 +265,28 @@ def _left_out_alone(
     return alone
 
 
-def rate_rows(
+def _rate_rows(
     right: Mapping[str, float],
-    after: Mapping[str, float] | None,
-    sizes_mm: Mapping[str, float],
+    after: Mapping[str, float],
+    recordings: pd.DataFrame,
     counts: Mapping[float, float],
-    places: Mapping[str, str],
     confidence: float,
-) -> list[Cells]:
-    """Return the rates of one detector at one share, one row for each range of sizes.
-
-    Parameters
-    ----------
-    right, after : mapping of str to float
-        Share of correct verdicts of each recording, and the same under leave-one-out (None: no
-        gain).
-    sizes_mm : mapping of str to float
-        The recordings and their true sizes.
-    counts : mapping of float to float
-        Mean number of recordings of each size that teach.
-    places : mapping of str to str
-        As in `learning_rows`.
-    confidence : float
-        Level of the intervals.
-    """
-    rows = []
-    number_of = {place: number for number, place in enumerate(dict.fromkeys(places.values()))}
-    for first, last in size_ranges(sizes_mm.values()):
-        names = [name for name, size in sizes_mm.items() if first <= size <= last]
-        clusters = np.array([number_of[places[name]] for name in names], dtype=int)
-        # A large archive is split less often, so not every recording is judged at every share.
-        each = np.array([right.get(name, np.nan) for name in names])
-        later = np.array([np.nan if after is None else after[name] for name in names])
+) -> Iterator[Cells]:
+    """Yield the rates at one share for each range of sizes; `after` is under leave-one-out."""
+    # In a large archive not every recording is judged at every share.
+    rated = recordings.assign(right=pd.Series(right), after=pd.Series(after, dtype=float))
+    for first, last in size_ranges(rated["size_mm"]):
+        of_range = rated[rated["size_mm"].between(first, last)]
+        clusters, each, later = (of_range[name].to_numpy() for name in ("place", "right", "after"))
         known = ~np.isnan(each)
-        row = {"taught": round(sum(counts.values()), 6), "taught_healthy": counts.get(0.0, 0.0)}
-        row |= {"size_from_mm": first, "size_to_mm": last, "judged": int(known.sum())}
-        row["taught_of_size"] = sum(n for size, n in counts.items() if first <= size <= last)
-        row["clusters"] = np.unique(clusters[known]).size
-        row |= interval_columns("rate", rate_of(each[known], clusters[known], confidence))
-        gain = gain_interval(each, later, confidence, clusters)
-        rows.append(row | interval_columns("gain", gain))
-    return rows
+        yield {
+            "taught": round(sum(counts.values()), 6),
+            "taught_healthy": counts.get(0.0, 0.0),
+            "size_from_mm": first,
+            "size_to_mm": last,
+            "taught_of_size": sum(n for size, n in counts.items() if first <= size <= last),
+            "judged": int(known.sum()),
+            "clusters": np.unique(clusters[known]).size,
+            **interval_columns("rate", rate_of(each[known], clusters[known], confidence)),
+            **interval_columns("gain", gain_interval(each, later, confidence, clusters)),
+        }

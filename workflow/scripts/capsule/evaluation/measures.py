@@ -30,8 +30,7 @@ from capsule.evaluation.rates import (
     rate_columns,
 )
 from capsule.evaluation.roc import auc_interval, height_at
-from capsule.evaluation.rows import number
-from capsule.evaluation.sites import detections_by_passes, passes_by_site
+from capsule.evaluation.sites import detections_by_passes, number, passes_by_site
 from capsule.kinds import Cells, Settings
 
 ALWAYS = "always_nodule"

@@ -1,10 +1,69 @@
-"""The rates printed in the paper, as tables like ours, with the counts that follow from them."""
+"""The tables of rates beside the numbers that the paper prints, also as points of figures."""
 
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import pandas as pd
+
+from capsule.detectors.registry import PAPER
 from capsule.evaluation.intervals import ONE_SIDED, rate
-from capsule.evaluation.rates import interval_columns
+from capsule.evaluation.rates import COLUMNS, interval_columns
 from capsule.kinds import Cells, Row, Settings
 
 NAME = "paper"
+TABLES = tuple(COLUMNS)
+POINT_COLUMNS = [
+    *("measure", "size_mm", "detector", "scheme"),
+    *("hits", "of", "rate", "low", "high", "one_sided"),
+]
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """The tables under results/evaluation.
+
+    Attributes
+    ----------
+    predictions : DataFrame
+        One row for each recording, detector and scheme.
+    tables : dict of str to DataFrame
+        ``detection``, ``specificity``, ``sizing`` and ``confusion`` for every detector.
+    paper : dict of str to DataFrame
+        The paper's tables in the same columns.
+    """
+
+    predictions: pd.DataFrame
+    tables: Mapping[str, pd.DataFrame]
+    paper: Mapping[str, pd.DataFrame]
+
+    def detectors(self) -> list[str]:
+        """Return the names of the detectors, or only the paper's own if nothing was judged."""
+        return self.predictions["detector"].unique().tolist() or [PAPER]
+
+    def sizes_mm(self) -> list[float]:
+        """Return the sizes that have a template, including 0, ascending."""
+        return template_sizes_mm(self.predictions.columns)
+
+    def of(self, name: str, detector: str, *, with_paper: bool = False) -> pd.DataFrame:
+        """Return one detector's rows of a table, followed by the paper's rows if wanted."""
+        table = self.tables[name]
+        rows = table[table["detector"] == detector]
+        return pd.concat([rows, self.paper[name]], ignore_index=True) if with_paper else rows
+
+
+def template_sizes_mm(columns: Iterable[str]) -> list[float]:
+    """Return the sizes that have a template, including 0, ascending.
+
+    Parameters
+    ----------
+    columns : iterable of str
+        Those of results/evaluation/predictions.csv, which has a column for each template.
+    """
+    return sorted(
+        float(name.removeprefix("rmse_").removesuffix("mm"))
+        for name in columns
+        if name.startswith("rmse_") and name.endswith("mm")
+    )
 
 
 def printed_tables(printed: Settings, confidence: float) -> dict[str, list[Cells]]:
@@ -82,3 +141,60 @@ def _bounded(name: str, hits: int, count: int, confidence: float) -> Cells:
     """Return the columns of a rate with its interval and its one-sided bound, and ``clusters``."""
     bound = {f"{name}_at_least": rate(hits, count, 2 * ONE_SIDED - 1)[1]}
     return interval_columns(name, rate(hits, count, confidence)) | bound | {"clusters": count}
+
+
+def detection_points(detection: pd.DataFrame) -> pd.DataFrame:
+    """Return precision and recall per size from the table of detection, ours and the paper's."""
+    detection = detection.assign(
+        positives=detection["tp"] + detection["fp"], of_size=detection["tp"] + detection["fn"]
+    )
+    frames = [
+        _points(detection, "precision", "tp", "positives"),
+        _points(detection, "recall", "tp", "of_size"),
+    ]
+    return pd.concat(frames, ignore_index=True)
+
+
+def sizing_points(sizing: pd.DataFrame) -> pd.DataFrame:
+    """Return the exact and the within-tolerance rate per size from the table of sizing."""
+    within = _points(sizing, "within_rate", "within", "recordings")
+    within["one_sided"] = sizing["one_sided"].astype(bool).to_numpy()
+    return pd.concat(
+        [_points(sizing, "exact_rate", "exact", "recordings"), within], ignore_index=True
+    )
+
+
+def negative_points(confusion: pd.DataFrame) -> pd.DataFrame:
+    """Return how the recordings without a nodule were classified.
+
+    Parameters
+    ----------
+    confusion : DataFrame
+        Counts and shares for each detector, scheme, true size and predicted size.
+
+    Returns
+    -------
+    DataFrame
+        ``size_mm`` is the predicted size; NaN for no verdict. A detector and scheme without such
+        recordings have no row.
+    """
+    healthy = confusion[confusion["size_mm"] == 0]
+    healthy = healthy.assign(
+        of=healthy.groupby(["detector", "scheme"], sort=False)["count"].transform("sum"),
+        size_mm=healthy["predicted_mm"],
+    )
+    points = _points(healthy[healthy["of"] > 0], "share", "count", "of")
+    return points.assign(measure="classified").reset_index(drop=True)
+
+
+def _points(table: pd.DataFrame, measure: str, hits: str, of: str) -> pd.DataFrame:
+    points = table[["size_mm", "detector", "scheme"]].assign(
+        measure=measure,
+        hits=table[hits],
+        of=table[of],
+        rate=table[measure],
+        low=table[f"{measure}_low"],
+        high=table[f"{measure}_high"],
+        one_sided=False,
+    )
+    return points[POINT_COLUMNS]

@@ -13,7 +13,6 @@ import numpy as np
 from capsule.arrays import BoolArray, FloatArray
 from capsule.detectors.calibrate import rank_threshold
 from capsule.detectors.registry import detector_row
-from capsule.evaluation.rows import number
 from capsule.kinds import Cells, Row
 
 
@@ -223,6 +222,14 @@ def detections_by_passes(
         verdicts = {}
     true_mm = np.array([first[name].size_mm for name in verdicts], dtype=np.float64)
     return true_mm, np.array([bool(each.detected) for each in verdicts.values()], dtype=bool)
+
+
+def number(text: str | float) -> float:
+    """Return the number in a cell or header line; NaN if it is not a number."""
+    try:
+        return float(text)
+    except ValueError:
+        return float("nan")
 
 
 def _mean_of(scores: FloatArray, count: int | None = None) -> float:

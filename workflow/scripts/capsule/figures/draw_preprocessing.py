@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from capsule.evaluation.beside_paper import Evaluation
+from capsule.evaluation.paper import Evaluation
 from capsule.figures.contours import contour_levels, draw_matrix
 from capsule.figures.inputs import Drawing, FigureInputs
 from capsule.figures.style import (

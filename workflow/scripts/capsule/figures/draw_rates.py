@@ -11,7 +11,7 @@ from matplotlib.ticker import PercentFormatter
 
 from capsule import words
 from capsule.detectors.registry import PAPER
-from capsule.evaluation import paper, points
+from capsule.evaluation import paper
 from capsule.evaluation.cross_validation import main_scheme
 from capsule.evaluation.lead import leading
 from capsule.figures.inputs import Drawing, FigureInputs
@@ -35,7 +35,7 @@ _MARKS: Look = {"linestyle": "none", "markersize": 4.5, "elinewidth": 0.9, "caps
 def detection_drawing(inputs: FigureInputs) -> Drawing:
     """Return the drawing of precision and recall per size, for each series."""
     sizes_mm = inputs.evaluation.sizes_mm()[1:]
-    table = points.detection_points(series_rows(inputs, "detection"))
+    table = paper.detection_points(series_rows(inputs, "detection"))
     panels = {"precision": "precision", "recall": "recall"}
     return _drawing(inputs, table, panels, sizes_mm, _TRUE_SIZE)
 
@@ -43,7 +43,7 @@ def detection_drawing(inputs: FigureInputs) -> Drawing:
 def sizing_drawing(inputs: FigureInputs) -> Drawing:
     """Return the drawing of the exact and within-tolerance rates per size, for each series."""
     sizes_mm = inputs.evaluation.sizes_mm()[1:]
-    table = points.sizing_points(series_rows(inputs, "sizing"))
+    table = paper.sizing_points(series_rows(inputs, "sizing"))
     within = f"within {inputs.settings['evaluation']['tolerance_mm']:g} mm (*: one-sided)"
     panels = {"exact_rate": "exact size", "within_rate": within}
     return _drawing(inputs, table, panels, sizes_mm, _TRUE_SIZE)
@@ -51,7 +51,7 @@ def sizing_drawing(inputs: FigureInputs) -> Drawing:
 
 def negatives_drawing(inputs: FigureInputs) -> Drawing:
     """Return the drawing of the verdicts on healthy recordings, for each series."""
-    table = points.negative_points(series_rows(inputs, "confusion"))
+    table = paper.negative_points(series_rows(inputs, "confusion"))
     panels = {"classified": "recordings without a nodule, by verdict"}
     sizes_mm = inputs.evaluation.sizes_mm()
     return _drawing(inputs, table, panels, sizes_mm, "predicted size (mm)")
@@ -110,7 +110,7 @@ def draw_rates(
     Parameters
     ----------
     table : DataFrame
-        From `capsule.evaluation.points`; rates are fractions, NaN if nothing was counted.
+        From `capsule.evaluation.paper`; rates are fractions, NaN if nothing was counted.
     panels : mapping of str to str
         Title of the panel of each measure.
     sizes_mm : sequence of float

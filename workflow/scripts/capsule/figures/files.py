@@ -9,13 +9,13 @@ import pandas as pd
 from capsule import files
 from capsule.arrays import FloatArray
 from capsule.detectors.files import read_templates
-from capsule.evaluation.beside_paper import Evaluation
 from capsule.evaluation.files import (
     read_evaluation,
     read_judgements,
     read_learning,
     read_printed,
 )
+from capsule.evaluation.paper import Evaluation
 from capsule.figures.inputs import FigureInputs, make_drawing
 from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
 from capsule.kinds import Settings

@@ -8,7 +8,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from capsule.arrays import FloatArray
-from capsule.evaluation.beside_paper import Evaluation
+from capsule.evaluation.paper import Evaluation
 from capsule.figures.registry import figure_row
 from capsule.kinds import Settings
 from capsule.parts.design import Design

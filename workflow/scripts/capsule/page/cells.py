@@ -6,7 +6,7 @@ from typing import Protocol
 import pandas as pd
 
 from capsule import words
-from capsule.evaluation import points
+from capsule.evaluation import paper
 from capsule.kinds import Cells, Row, Settings
 
 
@@ -30,7 +30,7 @@ def rate_table(
     Parameters
     ----------
     rates : DataFrame
-        From `capsule.evaluation.points`.
+        From `capsule.evaluation.paper`.
     measures : mapping of str to str
         Heading of each measure.
     sizes_mm : sequence of float
@@ -235,7 +235,7 @@ def rate_tables(
     """
     tolerance = settings["tolerance_mm"]
     measures = {"exact_rate": "Exact size", "within_rate": f"Within {tolerance:g} mm"}
-    sized = rate_table(points.sizing_points(sizing), measures, sizes_mm[1:])
+    sized = rate_table(paper.sizing_points(sizing), measures, sizes_mm[1:])
     errors = {
         (row.scheme, row.size_mm): row.mean_absolute_error_mm
         for row in sizing.itertuples(index=False)
@@ -249,8 +249,8 @@ def rate_tables(
         for name in schemes:
             row["cells"].append(_error_cell(errors.get((name, row["size_mm"])), name))
     measures = {"precision": "Precision", "recall": "Recall"}
-    negatives = points.negative_points(confusion)
-    detected = rate_table(points.detection_points(detection), measures, sizes_mm[1:])
+    negatives = paper.negative_points(confusion)
+    detected = rate_table(paper.detection_points(detection), measures, sizes_mm[1:])
     return {
         "rates": {
             "groups": detected["groups"] + sized["groups"],

@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from capsule import files
-from capsule.evaluation.beside_paper import template_sizes_mm
+from capsule.evaluation.paper import template_sizes_mm
 from capsule.kinds import Settings, Spread
 from capsule.page import beside
 from capsule.page.archive_evidence import (

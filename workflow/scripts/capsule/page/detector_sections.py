@@ -7,10 +7,10 @@ import pandas as pd
 
 from capsule import words
 from capsule.detectors.registry import PAPER, detector_row
-from capsule.evaluation.beside_paper import TABLES, Evaluation
 from capsule.evaluation.cross_validation import LEAVE_ONE_OUT
 from capsule.evaluation.lead import Lead, headline_confidence
 from capsule.evaluation.measures import predictive, summary
+from capsule.evaluation.paper import TABLES, Evaluation
 from capsule.evaluation.rates import of_each, rate_tables
 from capsule.kinds import Cells, Settings
 from capsule.page import answers, cards, cells, provenance, schemes, trust

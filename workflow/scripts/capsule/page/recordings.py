@@ -8,7 +8,7 @@ import pandas as pd
 from capsule import words
 from capsule.detectors.registry import detector_row
 from capsule.evaluation.rates import is_within
-from capsule.evaluation.rows import number
+from capsule.evaluation.sites import number
 from capsule.kinds import Cells, Row, Settings
 from capsule.page.schemes import standing_in
 

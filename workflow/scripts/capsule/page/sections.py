@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import pandas as pd
 
 from capsule import words
-from capsule.evaluation.beside_paper import Evaluation
 from capsule.evaluation.lead import leading
+from capsule.evaluation.paper import Evaluation
 from capsule.kinds import Cells, Row, Settings
 from capsule.page import (
     archive_evidence,
