@@ -19,6 +19,8 @@ Interval: TypeAlias = tuple[float, float, float]
 UNKNOWN: Interval = (math.nan, math.nan, math.nan)
 # Level of `lower_bound`.
 ONE_SIDED = 0.95
+# Probability of the central range of `new_specificity`.
+_OF_NEW = 0.9
 # With fewer clusters, their scatter tells nothing, and there is no interval.
 FEWEST_CLUSTERS = 3
 # Largest logarithm of a ratio that the search for the ends of its interval needs.
@@ -320,10 +322,8 @@ def gain_interval(
     return value, min(max(centre - reach, -1.0), value), max(min(centre + reach, 1.0), value)
 
 
-def new_specificity(
-    healthy: int, specificity: float, confidence: float = 0.9
-) -> tuple[float, float]:
-    """Return the range of specificities that a new patient may expect of a threshold at a rank.
+def new_specificity(healthy: int, specificity: float) -> tuple[float, float]:
+    """Return the 90 % range of specificities to expect in a new patient, of a threshold at a rank.
 
     The threshold is the score of rank k = min(n, ceil((n + 1) specificity)) of n exchangeable
     healthy places. The specificity that it then has is distributed as Beta(k, n + 1 - k), whatever
@@ -336,8 +336,6 @@ def new_specificity(
         Number n of healthy places that taught the threshold.
     specificity : float
         The wanted specificity, such as 0.95.
-    confidence : float
-        Probability of the central range.
 
     Returns
     -------
@@ -350,7 +348,7 @@ def new_specificity(
 
     # Slightly less, because rounding can lift a product such as 20 x 0.95 above a whole number.
     rank = max(min(math.ceil((healthy + 1) * specificity - 1e-9), healthy), 1)
-    tails = (1 - confidence) / 2, (1 + confidence) / 2
+    tails = (1 - _OF_NEW) / 2, (1 + _OF_NEW) / 2
     low, high = (float(betaincinv(rank, healthy + 1 - rank, tail)) for tail in tails)
     return low, high
 

@@ -130,7 +130,7 @@ def _effect_on_area(healthy: FloatArray, nodule: FloatArray, clusters: IntArray)
     """
     components = np.concatenate([1 - _share_below(nodule, healthy), _share_below(healthy, nodule)])
     of_nodule = np.arange(components.size) >= healthy.size
-    of_mean, independent = 0.0, 0.0
+    independent = 0.0
     labels, cluster_of = np.unique(clusters, return_inverse=True)
     sums = np.zeros(labels.size)
     for kind in (of_nodule, ~of_nodule):
