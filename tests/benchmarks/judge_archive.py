@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from judge_rates import mean_or_unknown, rates
 
-from capsule.detectors.passage import passage_of
+from capsule.detectors.search import passage_of
 from capsule.detectors.training import Model, TrainingArchive, detector_class
 from capsule.detectors.verdicts import Verdict
 from capsule.evaluation import roc

@@ -44,7 +44,7 @@ from unseen_report import DETECTORS, filled_page, page_blocks, range_rows, whole
 
 from capsule.configuration_files import read_config_file
 from capsule.detectors.described import read_scorer
-from capsule.detectors.scorer import Scorer
+from capsule.detectors.network import Scorer
 from capsule.detectors.training import TrainingArchive, detector_class
 from capsule.detectors.verdicts import NO_VERDICT
 from capsule.files import write_csv

@@ -17,8 +17,8 @@ import numpy as np
 from judged_only import BENCHES as JUDGED_ONLY_BENCHES
 from judged_only import simulate_judged_only
 
-from capsule.detectors.passage import Passage, passage_of
-from capsule.detectors.scorer import Features, Scorer, features_of
+from capsule.detectors.network import Features, Scorer, features_of
+from capsule.detectors.search import Passage, passage_of
 from capsule.errors import CapsuleError
 from capsule.files import write_whole
 from capsule.naming import size_mm

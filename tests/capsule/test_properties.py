@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from capsule.acceptance import accept
-from capsule.detectors.matching import nearest_size, template_distances
+from capsule.detectors.template import nearest_size, template_distances
 from capsule.errors import RecordingError
 from capsule.preprocessing import preprocess, rms_envelope
 from capsule.recording import Recording, format_recording, read_recording

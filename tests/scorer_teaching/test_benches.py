@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from capsule.detectors.beat_series import SERIES, beat_series
+from capsule.detectors.beats import SERIES, beat_series
 from capsule.divider import relative_resistance
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from scorer_teaching import episodes

@@ -6,7 +6,7 @@ import sys
 import numpy as np
 
 from capsule.detectors.diagonal import DiagonalDetector
-from capsule.detectors.passage import Passage
+from capsule.detectors.search import Passage
 from capsule.detectors.taught import TaughtDetector
 from capsule.files import fingerprint
 from capsule.project import WEIGHTS

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from capsule.checking import readings_of
-from capsule.detectors.matching import template_distances
+from capsule.detectors.template import template_distances
 from capsule.fitting import fit_particle
 from capsule.particles import ParameterSpace
 from capsule.preprocessing import preprocess

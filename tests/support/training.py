@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from capsule.detectors.scorer import Features
+from capsule.detectors.network import Features
 from capsule.detectors.training import TrainingArchive
 from capsule.templates import TemplateSet, no_nodule_template
 

@@ -74,7 +74,7 @@ def fail(project, script):
         ("scripts/capsule/preprocessing.py", once(*LISTS, *LEARNED, **EACH)),
         ("scripts/capsule/fitting.py", once(*LEARNED, fit=3)),
         ("scripts/capsule/templates.py", once(*LEARNED)),
-        ("scripts/capsule/detectors/passage.py", once(*RATED, describe=FOLDERS)),
+        ("scripts/capsule/detectors/search.py", once(*RATED, describe=FOLDERS)),
         ("scripts/capsule/detectors/diagonal.py", once(*RATED)),
         ("scripts/capsule/detectors/calibrate.py", once(*RATED)),
         ("scripts/capsule/evaluation/rates.py", once(*RATED)),

@@ -11,9 +11,8 @@ import numpy as np
 
 from capsule import files
 from capsule.detectors.described import read_scorer, write_best_places, write_features
-from capsule.detectors.passage import UNKNOWN, passage_of
-from capsule.detectors.scorer import series_of
-from capsule.detectors.stretches import score_stretches
+from capsule.detectors.network import score_stretches, series_of
+from capsule.detectors.search import UNKNOWN, passage_of
 from capsule.page.plot_data import plot_data, write_plot_data
 from capsule.project import WEIGHTS
 from capsule.results import Results

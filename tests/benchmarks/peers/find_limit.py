@@ -34,8 +34,8 @@ from judge_unseen import simulated as archives_of
 from capsule.configuration_files import read_config_file
 from capsule.detectors.calibrate import rank_threshold
 from capsule.detectors.described import read_scorer
-from capsule.detectors.passage import passage_of
-from capsule.detectors.scorer import Scorer, features_of
+from capsule.detectors.network import Scorer, features_of
+from capsule.detectors.search import passage_of
 from capsule.detectors.taught import TaughtModel
 from capsule.evaluation.roc import height_at
 from capsule.naming import size_mm

@@ -9,8 +9,8 @@ from capsule.detectors.described import (
     write_best_places,
     write_features,
 )
-from capsule.detectors.passage import UNKNOWN, Passage
-from capsule.detectors.scorer import Features
+from capsule.detectors.network import Features
+from capsule.detectors.search import UNKNOWN, Passage
 from capsule.project import WEIGHTS
 
 

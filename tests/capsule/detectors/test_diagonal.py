@@ -7,7 +7,7 @@ import pytest
 
 from capsule.detectors.calibrate import fit_sizes
 from capsule.detectors.diagonal import DiagonalDetector, size_features
-from capsule.detectors.passage import UNKNOWN, Passage
+from capsule.detectors.search import UNKNOWN, Passage
 from capsule.seeding import generator
 from support.training import archive_of_passages, verdict_values
 

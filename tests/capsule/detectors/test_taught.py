@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from capsule.detectors.calibrate import rank_threshold
-from capsule.detectors.passage import UNKNOWN
-from capsule.detectors.scorer import Features
+from capsule.detectors.network import Features
+from capsule.detectors.search import UNKNOWN
 from capsule.detectors.taught import TaughtDetector, TaughtModel
 from capsule.detectors.training import TrainingArchive
 from capsule.seeding import generator

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from capsule.detectors.passage import Passage
+from capsule.detectors.search import Passage
 from capsule.detectors.training import TrainingArchive
 from capsule.evaluation.cross_validation import (
     HELD_OUT,

@@ -5,9 +5,9 @@ import json
 import numpy as np
 
 from capsule.configuration_files import read_config_file
-from capsule.detectors.beat_series import WINDOWS_A_WAVE
-from capsule.detectors.matching import first_peak_sample
-from capsule.detectors.stretches import STEP, Stretches
+from capsule.detectors.beats import WINDOWS_A_WAVE
+from capsule.detectors.network import STEP, Stretches
+from capsule.detectors.template import first_peak_sample
 from capsule.page.archive_evidence import (
     VERDICT_KEYS,
     accepted_rows,

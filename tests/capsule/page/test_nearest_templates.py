@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from capsule.detectors.matching import first_peak_sample
+from capsule.detectors.template import first_peak_sample
 from capsule.page.nearest_templates import FoldParticles, nearest_template, nearest_templates
 from capsule.particles import Particle, render
 from capsule.sliding import SlidingComparison

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from capsule.configuration_files import read_config_file
-from capsule.detectors.stretches import STEP, Stretches
+from capsule.detectors.network import STEP, Stretches
 from capsule.page.recording_evidence import RecordingResults, peaks, recording_evidence
 from support.packed import unpack
 from support.project import ROOT

@@ -8,7 +8,7 @@ import numpy as np
 
 from capsule.detectors.base import ScoredModel
 from capsule.detectors.diagonal import DiagonalModel, size_features
-from capsule.detectors.passage import passage_of
+from capsule.detectors.search import passage_of
 from capsule.files import read_json
 from capsule.kinds import Settings
 

@@ -2,6 +2,8 @@
 
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -9,14 +11,18 @@ import numpy as np
 from acquisition.bench_errors import AcquisitionError
 from acquisition.verdict_table import verdict_table
 from capsule import words
+from capsule.arrays import FloatArray
 from capsule.checking import readings_of
 from capsule.detectors.described import read_scorer
 from capsule.detectors.files import read_template_set
-from capsule.detectors.training import NewRecording, detector_class
+from capsule.detectors.network import Features, Scorer, features_of
+from capsule.detectors.search import Passage, passage_of
+from capsule.detectors.training import detector_class
 from capsule.detectors.verdicts import Verdict, why_unknown
 from capsule.errors import RecordingError
 from capsule.files import fingerprint, read_json
 from capsule.kinds import Settings
+from capsule.preprocessing import preprocess
 from capsule.project import WEIGHTS
 from capsule.recording import Recording
 
@@ -29,6 +35,43 @@ def existing(path: Path, asked_by: str) -> Path:
             "the whole report: capsule report"
         )
     return path
+
+
+@dataclass(frozen=True)
+class NewRecording:
+    """A recording that belongs to no archive.
+
+    Attributes
+    ----------
+    values : (S, K) array
+        Readings on an even grid in time; NaN where a sample is missing.
+    settings : mapping
+        The configuration.
+    scorer : Scorer
+        The taught scorer.
+    """
+
+    values: FloatArray
+    settings: Settings
+    scorer: Scorer
+    name: str = "new"
+
+    @cached_property
+    def matrix(self) -> FloatArray:
+        """Matrix V, (S, L)."""
+        return preprocess(self.values, **self.settings["preprocessing"])
+
+    @cached_property
+    def passage(self) -> Passage:
+        """Best candidate for a nodule."""
+        rate_hz = self.settings["recording"]["rate_hz"]
+        return passage_of(self.values, rate_hz, self.settings["diagonal"])
+
+    @cached_property
+    def features(self) -> Features:
+        """Features from the taught scorer."""
+        rate_hz = self.settings["recording"]["rate_hz"]
+        return features_of(self.values, rate_hz, self.settings["diagonal"], self.scorer)
 
 
 class FinalVerdict:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from capsule.detectors.matching import nearest_size, template_distances
+from capsule.detectors.template import nearest_size, template_distances
 from capsule.fitting import fit_particle
 from capsule.geometry.origami import sensor_offsets
 from capsule.naming import size_mm

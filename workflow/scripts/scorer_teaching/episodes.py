@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from capsule.detectors.beat_series import SERIES, beat_series
+from capsule.detectors.beats import SERIES, beat_series
 from capsule.divider import relative_resistance
 from capsule.phantom.parameters import Phantom
 from scorer_teaching.bench_family import draw_bench
@@ -34,7 +34,7 @@ class Episodes:
     Attributes
     ----------
     series : (B, n, 4, 5, `LENGTH`) array of float16
-        Beats from `capsule.detectors.beat_series.beat_series`; zeros after the end.
+        Beats from `capsule.detectors.beats.beat_series`; zeros after the end.
     counts : (B, n) array of int64
         Number of filled windows; 0 for a recording without beats.
     """

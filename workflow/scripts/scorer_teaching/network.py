@@ -1,11 +1,11 @@
-"""Define the network of `capsule.detectors.scorer` in torch, for its training."""
+"""Define the network of `capsule.detectors.network` in torch, for its training."""
 
 import numpy as np
 import torch
 from torch import nn
 from torch.nn import functional
 
-from capsule.detectors.beat_series import SERIES
+from capsule.detectors.beats import SERIES
 
 _SENSORS = 4
 _SEEN = 17
@@ -17,7 +17,7 @@ _FEWEST = 8
 
 
 def standardised(series: torch.Tensor, counts: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
-    """Return the network's inputs, computed as in `capsule.detectors.scorer.standardised`.
+    """Return the network's inputs, computed as in `capsule.detectors.network.standardised`.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def reversed_in_time(series: torch.Tensor, counts: torch.Tensor) -> torch.Tensor
 
 
 class Network(nn.Module):
-    """The network; its layers have the names that `capsule.detectors.scorer.Scorer` reads."""
+    """The network; its layers have the names that `capsule.detectors.network.Scorer` reads."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -115,7 +115,7 @@ class Network(nn.Module):
         return self.score(embedding)[:, 0], embedding
 
     def stored(self) -> dict[str, np.ndarray]:
-        """Return the weights by the names and in the shapes of `capsule.detectors.scorer`."""
+        """Return the weights by the names and in the shapes of `capsule.detectors.network`."""
         return {
             _stored_name(name): _stored_shape(name, value.detach()).numpy().astype(np.float32)
             for name, value in self.named_parameters()

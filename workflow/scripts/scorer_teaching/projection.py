@@ -17,7 +17,7 @@ import numpy as np
 import torch
 from torch import nn
 
-from capsule.detectors.scorer import FOLDED, Scorer
+from capsule.detectors.network import FOLDED, Scorer
 from capsule.seeding import generator
 from scorer_teaching.episodes import SIZES_MM, Maker, episodes_of
 from scorer_teaching.lesson import SIZE_PLACE, descend, freedom, missed
@@ -62,7 +62,7 @@ def gradients_of(
     makers : sequence of callable
         Functions that simulate the recordings of one bench.
     scorer : Scorer
-        From `capsule.detectors.scorer.unprojected`.
+        From `capsule.detectors.network.unprojected`.
     tell : callable
         Function that is called with the number of finished benches and a text.
 

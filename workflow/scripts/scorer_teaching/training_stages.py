@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from capsule.detectors.scorer import unprojected
+from capsule.detectors.network import unprojected
 from capsule.kinds import Settings
 from capsule.phantom.parameters import Phantom
 from scorer_teaching.episodes import episodes_of, held_out_benches, random_benches

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from capsule.detectors.scorer import standardised, unprojected
+from capsule.detectors.network import standardised, unprojected
 from capsule.errors import CapsuleError
 from scorer_teaching.episodes import Episodes
 from scorer_teaching.network import Network
@@ -25,8 +25,8 @@ def checked_weights(network: Network, held_out: Episodes) -> dict[str, np.ndarra
     Returns
     -------
     dict of str to array
-        Weights for `capsule.detectors.scorer.Scorer`, without ``projection``. ``gradient_scale`` is
-        the square root of the median, over the benches, of the gradients' mean squared length.
+        Weights for `capsule.detectors.network.Scorer`, without ``projection``. ``gradient_scale``
+        is the square root of the median, over the benches, of the gradients' mean squared length.
 
     Raises
     ------

@@ -3,6 +3,9 @@
 Within one wave the signal is a sum of a few harmonics of the wave's phase. While a nodule passes a
 sensor, the beats become deeper and change their shape. A beat is measured relative to the sensor's
 usual beat, so the sensor's gain, its resistance and slow drift do not matter.
+
+The search for the best place uses only the harmonics in phase. The taught network also sees those
+in quadrature, because a nodule felt early or late in the wave shifts the phase of the beat.
 """
 
 from dataclasses import dataclass
@@ -10,12 +13,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.arrays import FloatArray
-from capsule.sensed_wave import find_wave
+from capsule.sensed_wave import Wave, find_wave
 
 CHANNELS = ("level", "depth", "shape")
+# Level; first harmonic in phase and in quadrature; second harmonic in phase and in quadrature.
+SERIES = ("level", "depth", "swing", "shape", "lean")
 # Windows that are kept for each wave. The mean over a window changes slowly, so more windows
 # would add little.
-_WINDOWS_A_WAVE = 4
+WINDOWS_A_WAVE = 4
+# In usual depths. A larger beat tells the network nothing more, so its series are clipped here.
+_LIMIT = 30.0
 
 
 @dataclass(frozen=True)
@@ -39,6 +46,11 @@ class Beats:
     centre: FloatArray
     irregular_mm: FloatArray
 
+    @property
+    def step(self) -> float:
+        """Distance from window to window, in samples."""
+        return float(self.centre[1] - self.centre[0])
+
 
 def find_beats(values: FloatArray, *, period: float, wavelength_mm: float) -> Beats | None:
     """Return the beats of a recording.
@@ -59,19 +71,62 @@ def find_beats(values: FloatArray, *, period: float, wavelength_mm: float) -> Be
     if wave is None:
         return None
     turn = np.cos(wave.phase)
-    harmonics = wave.harmonics(np.stack([turn, 2 * turn**2 - 1]))  # cos(phase) and cos(2 phase)
-    usual_depth = median(harmonics[0])
-    if np.any(usual_depth <= 0):
+    turns = np.stack([turn, 2 * turn**2 - 1])  # cos(phase) and cos(2 phase)
+    step = max(wave.window // WINDOWS_A_WAVE, 1)
+    channels = _in_usual_depths(wave, turns, step)
+    if channels is None:
         return None
-    step = max(wave.window // _WINDOWS_A_WAVE, 1)
-    channels = np.concatenate([wave.level[np.newaxis], harmonics])[..., ::step]
-    channels = (channels - median(channels)) / usual_depth
     windows = np.arange(0, wave.level.shape[1], step, dtype=float)
     thinned_centre = windows + (wave.window - 1) / 2
     # A capsule ahead of steady motion meets the wave later, so the phase is behind.
     behind = np.interp(thinned_centre, np.arange(wave.irregular.size), -wave.irregular)
     ahead = behind * wavelength_mm / (2 * np.pi)
     return Beats(channels, wave.centre(windows), _without_line(thinned_centre, ahead))
+
+
+def beat_series(values: FloatArray, *, period: float) -> FloatArray | None:
+    """Return the beats of a recording at intervals of a quarter of the configured wave.
+
+    Parameters
+    ----------
+    values, period
+        As in `find_wave`.
+
+    Returns
+    -------
+    (S, 5, N) array, or None
+        `SERIES` of each sensor, in units of the sensor's usual depth as in `Beats`. None as in
+        `find_beats`.
+    """
+    wave = find_wave(values, period)
+    if wave is None:
+        return None
+    turn = np.exp(-1j * wave.phase)
+    turns = np.stack([turn.real, -turn.imag, (turn**2).real, -(turn**2).imag])
+    series = _in_usual_depths(wave, turns)
+    if series is None:
+        return None
+    centre = wave.centre(np.arange(wave.level.shape[1], dtype=float))
+    wanted = np.arange(centre[0], centre[-1] + 1e-9, period / WINDOWS_A_WAVE)
+    below = np.minimum(np.searchsorted(centre, wanted, side="right") - 1, centre.size - 2)
+    share = (wanted - centre[below]) / (centre[below + 1] - centre[below])
+    even = series[..., below] * (1 - share) + series[..., below + 1] * share
+    even_series: FloatArray = np.clip(even, -_LIMIT, _LIMIT).transpose(1, 0, 2)
+    return even_series
+
+
+def _in_usual_depths(wave: Wave, turns: FloatArray, step: int = 1) -> FloatArray | None:
+    """Return level and harmonics (1 + H, S, N) of every `step`-th window, as in `Beats`.
+
+    None if a sensor has no usual depth, which the first harmonic gives.
+    """
+    harmonics = wave.harmonics(turns)
+    usual_depth = median(harmonics[0])
+    if np.any(usual_depth <= 0):
+        return None
+    series = np.concatenate([wave.level[np.newaxis], harmonics])[..., ::step]
+    relative: FloatArray = (series - median(series)) / usual_depth
+    return relative
 
 
 def median(values: FloatArray) -> FloatArray:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from capsule import files
-from capsule.detectors.passage import Passage
-from capsule.detectors.scorer import Features, Scorer
+from capsule.detectors.network import Features, Scorer
+from capsule.detectors.search import Passage
 
 
 def read_scorer(path: Path) -> Scorer:

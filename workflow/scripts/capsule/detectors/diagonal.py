@@ -6,7 +6,7 @@ import numpy as np
 
 from capsule.arrays import FloatArray
 from capsule.detectors.base import ScoredDetector, ScoredModel
-from capsule.detectors.passage import Passage
+from capsule.detectors.search import Passage
 from capsule.detectors.training import JudgedRecording
 
 # In usual depths. A lower limit, so that a place without raised beats has a logarithm, too.

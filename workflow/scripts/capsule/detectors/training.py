@@ -9,13 +9,12 @@ from typing import Any, Protocol, TypeVar
 import numpy as np
 
 from capsule.arrays import FloatArray, IntArray
-from capsule.detectors.passage import Passage, passage_of
+from capsule.detectors.network import Features
 from capsule.detectors.registry import detector_row
-from capsule.detectors.scorer import Features, Scorer, features_of
+from capsule.detectors.search import Passage
 from capsule.detectors.verdicts import Verdict
 from capsule.kinds import Settings
 from capsule.particles import Particle
-from capsule.preprocessing import preprocess
 from capsule.templates import TemplateSet
 
 Shared = TypeVar("Shared")
@@ -123,42 +122,6 @@ class ArchivedRecording:
     def features(self) -> Features:
         """Features from the taught scorer."""
         return self.archive.features[self.name]
-
-
-class NewRecording:
-    """A recording that belongs to no archive.
-
-    Parameters
-    ----------
-    values : (S, K) array
-        Readings on an even grid in time; NaN where a sample is missing.
-    settings : mapping
-        The configuration.
-    scorer : Scorer
-        The taught scorer.
-    """
-
-    name = "new"
-
-    def __init__(self, values: FloatArray, settings: Settings, scorer: Scorer) -> None:
-        self._values, self._settings, self._scorer = values, settings, scorer
-
-    @cached_property
-    def matrix(self) -> FloatArray:
-        """Matrix V, (S, L)."""
-        return preprocess(self._values, **self._settings["preprocessing"])
-
-    @cached_property
-    def passage(self) -> Passage:
-        """Best candidate for a nodule."""
-        rate_hz = self._settings["recording"]["rate_hz"]
-        return passage_of(self._values, rate_hz, self._settings["diagonal"])
-
-    @cached_property
-    def features(self) -> Features:
-        """Features from the taught scorer."""
-        rate_hz = self._settings["recording"]["rate_hz"]
-        return features_of(self._values, rate_hz, self._settings["diagonal"], self._scorer)
 
 
 class Model(Protocol):

@@ -1,12 +1,8 @@
 """The verdict on a recording, with the same fields for every detector."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-
-from capsule.arrays import FloatArray
-from capsule.detectors.matching import Comparison, nearest_size, place_of_largest
 
 _UNKNOWN = float("nan")
 
@@ -61,69 +57,3 @@ def why_unknown(verdict: Verdict) -> str:
         if np.isnan(verdict.score)
         else "no threshold: labelled recordings to learn it from are missing"
     )
-
-
-def template_verdict(
-    predicted_mm: float, comparison: Comparison, location_samples: float
-) -> Verdict:
-    """Return the paper's verdict as a `Verdict`: its margin is the score, its threshold is 0.
-
-    Parameters
-    ----------
-    predicted_mm : float
-        The paper's verdict.
-    comparison : Comparison
-        With every template, T^0 first.
-    location_samples : float
-        When the first sensor meets the best template's first peak.
-    """
-    score, distances = _largest(comparison.gains[1:]), tuple(comparison.distances.tolist())
-    if not predicted_mm > 0:
-        return Verdict(predicted_mm, score, 0.0, distances=distances)
-    return Verdict(
-        predicted_mm,
-        score,
-        0.0,
-        estimate_mm=predicted_mm,
-        location_samples=location_samples,
-        distances=distances,
-    )
-
-
-def threshold_verdict(
-    comparison: Comparison, sizes_mm: Sequence[float], threshold: float, location_samples: float
-) -> Verdict:
-    """Return the verdict from the paper's margin and a threshold.
-
-    The size of a nodule is that of the nearest nodule template.
-
-    Parameters
-    ----------
-    comparison : Comparison
-        With every template, T^0 first.
-    sizes_mm : sequence of 1 + B floats
-        The templates' sizes, 0 first.
-    threshold : float
-        From `threshold_at` on the margins of healthy recordings.
-    location_samples : float
-        When the first sensor meets the best template's first peak.
-    """
-    score, distances = _largest(comparison.gains[1:]), tuple(comparison.distances.tolist())
-    if np.isnan(score) or np.isnan(threshold):
-        return Verdict(_UNKNOWN, score, threshold, distances=distances)
-    if score <= threshold:
-        return Verdict(0.0, score, threshold, distances=distances)
-    size_mm = nearest_size(comparison.distances[1:], sizes_mm[1:])
-    return Verdict(
-        size_mm,
-        score,
-        threshold,
-        estimate_mm=size_mm,
-        location_samples=location_samples,
-        distances=distances,
-    )
-
-
-def _largest(gains: FloatArray) -> float:
-    place = place_of_largest(gains)
-    return _UNKNOWN if place is None else float(gains[place])

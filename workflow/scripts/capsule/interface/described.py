@@ -11,8 +11,8 @@ import numpy as np
 
 from capsule.arrays import BoolArray
 from capsule.detectors.described import read_scorer
-from capsule.detectors.passage import Passage, passage_of
-from capsule.detectors.scorer import Features, Scorer, features_of
+from capsule.detectors.network import Features, Scorer, features_of
+from capsule.detectors.search import Passage, passage_of
 from capsule.fitting import Fit, fit_recording
 from capsule.kinds import Cells, Settings
 from capsule.preprocessing import preprocess

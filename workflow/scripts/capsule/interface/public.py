@@ -13,7 +13,7 @@ _MODULES = {
     "capsule.fitting": ("Fit", "fit_particle", "fit_recording"),
     "capsule.seeding": ("fit_generator",),
     "capsule.templates": ("TemplateSet", "build_templates"),
-    "capsule.detectors.matching": ("nearest_size", "template_distances"),
+    "capsule.detectors.template": ("nearest_size", "template_distances"),
     "capsule.interface.loaded_archive": ("LoadedArchive",),
     "capsule.interface.splits": ("folds",),
     "capsule.interface.judging": ("Judgement", "judge"),

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from capsule.detectors.along_gut import AlongGut
-from capsule.detectors.beat_series import WINDOWS_A_WAVE
-from capsule.detectors.stretches import Stretches
+from capsule.detectors.beats import WINDOWS_A_WAVE
+from capsule.detectors.network import Stretches
+from capsule.detectors.search import AlongGut
 from capsule.kinds import Cells, Settings
 from capsule.page.packing import pack, rounded
 from capsule.particles import Particle, peak_positions

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from functools import cache
 
 from capsule.arrays import FloatArray
-from capsule.detectors.matching import lag_of_first_peak
 from capsule.detectors.registry import PAPER
+from capsule.detectors.template import lag_of_first_peak
 from capsule.kinds import Row, Settings
 from capsule.particles import Particle, render
 from capsule.sliding import RepeatedParticle, SlidingComparison

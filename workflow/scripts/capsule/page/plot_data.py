@@ -6,7 +6,7 @@ from pathlib import Path
 
 from capsule import files
 from capsule.arrays import FloatArray
-from capsule.detectors.stretches import Stretches
+from capsule.detectors.network import Stretches
 from capsule.kinds import Row, Settings
 from capsule.page.packing import deflated, to_json
 from capsule.page.quality import quality_words

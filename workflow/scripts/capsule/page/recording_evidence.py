@@ -9,8 +9,8 @@ import numpy as np
 
 from capsule.arrays import FloatArray
 from capsule.converter import reading_unit
-from capsule.detectors.along_gut import along_gut
-from capsule.detectors.stretches import Stretches
+from capsule.detectors.network import Stretches
+from capsule.detectors.search import along_gut
 from capsule.kinds import Cells, Row, Settings
 from capsule.page import judged_by
 from capsule.page.packing import pack

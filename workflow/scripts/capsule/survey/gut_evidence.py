@@ -1,6 +1,6 @@
 """The diagonal detector's evidence at places along the gut, while the capsule travels.
 
-Beats, weights and averages are those of `capsule.detectors.candidates`. One thing differs: the
+Beats, weights and averages are those of `capsule.detectors.search`. One thing differs: the
 odometer measures the capsule's way, so no mean speeds are tried.
 """
 
@@ -10,9 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.arrays import FloatArray, RealArray
-from capsule.detectors.beats import CHANNELS
-from capsule.detectors.candidates import averages, standardised_beats
-from capsule.detectors.passage import beats_of
+from capsule.detectors.search import averages, beats_of, standardised_beats, unit_of_place
 from capsule.kinds import Settings
 
 # Half the width of the range that counts as the top of the evidence.
@@ -88,19 +86,18 @@ def evidence_along(
     """
     if np.any(np.isnan(values).all(axis=1)):
         return None
-    beats, options = beats_of(values, rate_hz, settings)
+    beats = beats_of(values, rate_hz, settings)
     if beats is None:
         return None
-    weights = {name: options[f"{name}_weight"] for name in CHANNELS}
-    weighted = standardised_beats(beats, weights, options["least_spread"], options["limit"])
-    behind_mm = options["pitch_mm"] * np.arange(weighted.shape[0])
+    weighted = standardised_beats(beats, settings)
+    behind_mm = settings["pitch_mm"] * np.arange(weighted.shape[0])
     head_mm = way(beats.centre)
-    step_mm = options["step_mm"]
+    step_mm = settings["step_mm"]
     farthest_mm = head_mm.max() - behind_mm[behind_mm.size // 2]
     numbers = np.arange(np.ceil(head_mm.min() / step_mm), np.floor(farthest_mm / step_mm) + 1)
     place_mm = step_mm * numbers
-    unit_mm = float(np.sqrt(2) * options["width_mm"])
+    unit_mm = unit_of_place(settings)
     beyond = (head_mm - place_mm[:, np.newaxis]) / unit_mm
-    dwell = options["dwell"] / float(beats.centre[1] - beats.centre[0])
+    dwell = settings["dwell"] / beats.step
     evidence = averages(weighted[np.newaxis], beyond, behind_mm / unit_mm, dwell)[0]
     return GutEvidence(place_mm, evidence)

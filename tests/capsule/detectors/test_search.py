@@ -1,11 +1,16 @@
+"""The search finds where the beats of all sensors agree, and draws what its verdict says."""
+
 import numpy as np
 import pytest
 
+from capsule.configuration_files import read_config_file
 from capsule.detectors.beats import Beats
-from capsule.detectors.candidates import standardised_beats
-from capsule.detectors.passage import find_passage
+from capsule.detectors.search import along_gut, find_passage, passage_of, standardised_beats
 from capsule.seeding import generator
+from support.project import ROOT
+from support.waves import wave_readings
 
+SETTINGS = read_config_file(ROOT / "config" / "config.yaml")["diagonal"]
 SEARCH = {
     "level_weight": 0.0,
     "depth_weight": 1.0,
@@ -35,7 +40,7 @@ def passing(height, place_mm=7.0, speed=0.045, sensors=(0, 1, 2, 3), irregular=0
 
 
 def test_a_nodule_is_found_where_it_lies():
-    passage = find_passage(passing(0.5), **SEARCH)
+    passage = find_passage(passing(0.5), SEARCH)
     assert passage.location_mm == pytest.approx(7.0, abs=1.0)
     assert passage.location_samples == pytest.approx(7.0 / 0.045, abs=20)
     assert passage.lag_samples == pytest.approx(6.0 / 0.045, rel=0.15)
@@ -43,15 +48,15 @@ def test_a_nodule_is_found_where_it_lies():
 
 
 def test_one_event_past_all_sensors_counts_more_than_one_under_a_single_sensor():
-    everywhere = find_passage(passing(0.3), **SEARCH).evidence
-    single = find_passage(passing(0.3, sensors=(1,)), **SEARCH).evidence
-    nothing = find_passage(passing(0.0), **SEARCH).evidence
+    everywhere = find_passage(passing(0.3), SEARCH).evidence
+    single = find_passage(passing(0.3, sensors=(1,)), SEARCH).evidence
+    nothing = find_passage(passing(0.0), SEARCH).evidence
     assert everywhere > 2 * single > 2 * nothing > 0
 
 
 def test_irregular_motion_is_undone():
-    steady = find_passage(passing(0.3), **SEARCH).evidence
-    irregular = find_passage(passing(0.3, irregular=3.0), **SEARCH).evidence
+    steady = find_passage(passing(0.3), SEARCH).evidence
+    irregular = find_passage(passing(0.3, irregular=3.0), SEARCH).evidence
     assert irregular == pytest.approx(steady, rel=0.15)
 
 
@@ -59,7 +64,7 @@ def test_a_restless_sensor_says_less_and_a_single_beat_not_everything():
     beats = passing(0.0)
     beats.channels[1, 2] *= 40
     beats.channels[1, 0, 300] = 1e6
-    weighed = standardised_beats(beats, {"level": 0.0, "depth": 1.0, "shape": 0.0}, 0.2, 4.0)
+    weighed = standardised_beats(beats, SEARCH)
     assert weighed[2].std() == pytest.approx(1.0, rel=0.3)
     assert weighed[1].std() == pytest.approx(0.05 / np.hypot(0.2, 0.05), rel=0.2)
     assert weighed.max() == 4.0
@@ -102,10 +107,9 @@ def test_the_search_finds_what_the_formula_written_out_finds(number):
     centre = 16.0 + numbers.integers(1, 8) * np.arange(windows)
     channels = numbers.normal(0.0, 0.3, (3, sensors, windows))
     beats = Beats(channels, centre, numbers.normal(0.0, 0.2, windows).cumsum())
-    weights = {name: search[f"{name}_weight"] for name in ("level", "depth", "shape")}
-    weighted = standardised_beats(beats, weights, search["least_spread"], search["limit"])
+    weighted = standardised_beats(beats, search)
 
-    passage = find_passage(beats, **search)
+    passage = find_passage(beats, search)
     tried = {(lag, place): found for lag, place, found in written_out(beats, weighted, search)}
     assert passage.evidence == pytest.approx(max(found[0] for found in tried.values()), abs=2e-6)
     (there,) = (
@@ -119,9 +123,37 @@ def test_the_search_finds_what_the_formula_written_out_finds(number):
 
 def test_a_place_that_a_sensor_never_meets_says_nothing_even_without_dwell():
     search = SEARCH | {"dwell": 0.0, "pitch_mm": 100.0, "lag_range": (1300.0, 5000.0)}
-    passage = find_passage(passing(0.3, sensors=(0,)), **search)
+    passage = find_passage(passing(0.3, sensors=(0,)), search)
     assert 0 < passage.evidence <= search["limit"] / 4
 
 
 def test_the_search_is_repeatable():
-    assert find_passage(passing(0.3), **SEARCH) == find_passage(passing(0.3), **SEARCH)
+    assert find_passage(passing(0.3), SEARCH) == find_passage(passing(0.3), SEARCH)
+
+
+@pytest.mark.parametrize("deeper", [0.0, 0.8])
+def test_the_highest_score_along_the_gut_is_that_of_the_verdict(deeper):
+    values = wave_readings(deeper=deeper)
+    along, passage = along_gut(values, 10, SETTINGS), passage_of(values, 10, SETTINGS)
+    assert along.evidence.max() == pytest.approx(passage.evidence, abs=1e-5)
+    assert along.step_mm * along.evidence.argmax() == passage.location_mm
+    assert along.passed[0] == passage.location_samples
+
+
+def test_beats_are_drawn_in_usual_depths_and_deeper_where_a_sensor_passes_the_place():
+    along = along_gut(wave_readings(deeper=0.8), 10, SETTINGS)
+    assert np.median(along.depth, axis=1) == pytest.approx(np.ones(4))
+    deepest = along.first + along.step * along.depth.argmax(axis=1)
+    assert deepest == pytest.approx([150, 300, 450, 600], abs=16)
+    assert along.passed == pytest.approx([150, 300, 450, 600], abs=32)
+    assert along.depth.max(axis=1) == pytest.approx(np.full(4, 1.8), abs=0.3)
+
+
+def test_a_sensor_that_never_comes_to_the_place_passes_it_at_no_time():
+    # The run ends before the fourth sensor reaches the place where the first three were pressed.
+    along = along_gut(wave_readings(samples=520, deeper=1.5), 10, SETTINGS)
+    assert not np.isnan(along.passed[:3]).any() and np.isnan(along.passed[3])
+
+
+def test_without_a_wave_there_is_nothing_to_draw():
+    assert along_gut(np.ones((4, 300)), 10, SETTINGS) is None

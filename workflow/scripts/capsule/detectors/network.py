@@ -1,4 +1,4 @@
-"""The taught scorer: a small convolutional network over the beats, and its gradient, in numpy.
+"""The taught scorer: a small convolutional network over the beats, its gradient and its occlusion.
 
 Simulated recordings of many random benches taught it beforehand (docs/detection.md). An archive
 then adapts it. To first order, a change of the weights changes the score by the gradient times that
@@ -7,6 +7,10 @@ kernel, Jacot, Gabriel and Hongler 2018). The long gradients are folded to 1024 
 products are nearly the same (the count sketch, Charikar, Chen and Farach-Colton 2002). An archive
 is too small to learn from so many numbers. So a taught projection keeps the directions in which the
 score should change from bench to bench.
+
+Occlusion tells which stretches of a recording raise the score (Zeiler and Fergus 2014): one stretch
+after another is replaced by usual beats, on all sensors at once, and the recording is scored again.
+These scores come from the scorer as taught beforehand, because every training fold adapts its own.
 """
 
 from collections.abc import Mapping
@@ -16,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from capsule.arrays import BoolArray, FloatArray, IntArray, RealArray
-from capsule.detectors.beat_series import beat_series
+from capsule.detectors.beats import beat_series
 from capsule.divider import pressed_and_period
 from capsule.kinds import Settings
 from capsule.seeding import generator
@@ -26,6 +30,12 @@ SENSORS = 4
 _DILATIONS = (1, 2, 4, 8, 4)
 # Numbers of a folded gradient.
 FOLDED = 1024
+# In beats; a wave has four. A stretch is two waves long and starts half a wave after the last one.
+WIDTH = 8
+STEP = 2
+# The first rows from `standardised`: the series, which are 0 in a usual beat. The rows after them
+# hold the spreads over the whole recording and stay unchanged.
+_SERIES = 13
 
 
 @dataclass(frozen=True)
@@ -45,6 +55,26 @@ class Features:
     score: float
     embedding: RealArray
     gradient: RealArray
+
+
+@dataclass(frozen=True)
+class Stretches:
+    """The loss of score without each stretch of a recording.
+
+    Attributes
+    ----------
+    score : float
+        Score of the whole recording, by the scorer as taught beforehand.
+    first, step : float
+        Centre of the first stretch, and the distance from centre to centre, in beats.
+    loss : (M,) array
+        The score minus the score without the stretch; above 0 if the stretch indicates a nodule.
+    """
+
+    score: float
+    first: float
+    step: float
+    loss: FloatArray
 
 
 class _Seen(NamedTuple):
@@ -90,7 +120,7 @@ class Scorer:
         Parameters
         ----------
         series : (4, 5, N) array, or None
-            From `capsule.detectors.beat_series.beat_series`.
+            From `capsule.detectors.beats.beat_series`.
 
         Returns
         -------
@@ -168,13 +198,46 @@ class Scorer:
         )
 
 
+def score_stretches(scorer: Scorer, series: FloatArray | None) -> Stretches | None:
+    """Return the loss of score without each stretch of a recording.
+
+    Parameters
+    ----------
+    scorer : Scorer
+        The taught scorer.
+    series : (4, 5, N) array, or None
+        As in `Scorer.features`.
+
+    Returns
+    -------
+    Stretches or None
+        None if the scorer gives no score.
+    """
+    if series is None or series.shape[0] != SENSORS:
+        return None
+    x = standardised(series)
+    whole = scorer.score(x)
+    starts = range(0, max(x.shape[-1] - WIDTH, 0) + 1, STEP)
+    loss = np.empty(len(starts))
+    for number, start in enumerate(starts):
+        without = x.copy()
+        without[:, :_SERIES, start : start + WIDTH] = 0.0
+        loss[number] = whole - scorer.score(without)
+    return Stretches(whole, (WIDTH - 1) / 2, float(STEP), loss)
+
+
 def unprojected(weights: Mapping[str, RealArray]) -> Scorer:
     """Return the scorer of some weights, whose gradients are folded but not projected."""
     return Scorer({**weights, "projection": np.eye(FOLDED)})
 
 
 def features_of(values: FloatArray, rate_hz: float, settings: Settings, scorer: Scorer) -> Features:
-    """Return the features of one recording, computed from its readings.
+    """Return the features of one recording; for the other parameters see `series_of`."""
+    return scorer.features(series_of(values, rate_hz, settings))
+
+
+def series_of(values: FloatArray, rate_hz: float, settings: Settings) -> FloatArray | None:
+    """Return the series of a recording for `Scorer.features`; None as in `beat_series`.
 
     Parameters
     ----------
@@ -184,18 +247,7 @@ def features_of(values: FloatArray, rate_hz: float, settings: Settings, scorer: 
         Sampling rate.
     settings : mapping
         Section ``diagonal`` of the configuration, which describes wave and sensors.
-    scorer : Scorer
-        The taught scorer.
-
-    Returns
-    -------
-    Features
     """
-    return scorer.features(series_of(values, rate_hz, settings))
-
-
-def series_of(values: FloatArray, rate_hz: float, settings: Settings) -> FloatArray | None:
-    """Return the series for `Scorer.features`; for the parameters see `features_of`."""
     pressed, period = pressed_and_period(values, rate_hz, settings)
     return beat_series(pressed, period=period)
 
@@ -206,7 +258,7 @@ def standardised(series: FloatArray) -> FloatArray:
     Parameters
     ----------
     series : (S, 5, N) array
-        From `capsule.detectors.beat_series.beat_series`.
+        From `capsule.detectors.beats.beat_series`.
 
     Returns
     -------

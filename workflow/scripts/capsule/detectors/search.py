@@ -1,0 +1,291 @@
+"""The search for a nodule: the place and mean speed at which the beats of all sensors agree.
+
+A candidate is a place and a mean speed of the capsule. Each sensor's beats are averaged over the
+time that the sensor spends at the place, and the evidence is the mean of these averages over the
+sensors. The wave's phase gives the irregular part of the capsule's motion; the search gives its
+mean speed. All settings are those of section ``diagonal`` of the configuration.
+"""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from capsule.arrays import FloatArray, RealArray
+from capsule.detectors.beats import CHANNELS, Beats, find_beats, quantile
+from capsule.divider import pressed_and_period
+from capsule.kinds import Settings
+
+# Candidates that are tried at a time, so that the arrays fit into the processor's cache.
+_BLOCK = 250
+# In windows. Above 0, so that a sensor that never meets a place contributes 0, even without dwell.
+_LEAST_DWELL = float(np.finfo(np.float32).tiny)
+
+
+@dataclass(frozen=True)
+class Passage:
+    """The best candidate for a nodule in one recording.
+
+    Attributes
+    ----------
+    evidence : float
+        Excess of the weighted beats over the usual ones, in units of their spread, averaged over
+        the sensors. This is the detector's score.
+    level, depth, shape : float
+        The channels at the candidate, averaged over the sensors, in usual depths.
+    location_mm : float
+        Way of the first sensor from the recording's start to the candidate, in mm.
+    location_samples : float
+        Time at which the first sensor passes it, in samples from the recording's start.
+    lag_samples : float
+        Mean time from sensor to sensor, in samples.
+    level_spread, depth_spread, shape_spread : float
+        Standard deviation of the channels over the whole run, averaged over the sensors, in usual
+        depths. They do not depend on the place, but help to estimate the size.
+    """
+
+    evidence: float
+    level: float
+    depth: float
+    shape: float
+    location_mm: float
+    location_samples: float
+    lag_samples: float
+    level_spread: float
+    depth_spread: float
+    shape_spread: float
+
+
+UNKNOWN = Passage(*[float("nan")] * len(fields(Passage)))
+
+
+@dataclass(frozen=True)
+class AlongGut:
+    """The beats of a recording, and the evidence for a nodule at each place along the gut.
+
+    Attributes
+    ----------
+    first, step : float
+        Centre of the first beat, and the distance from beat to beat, in samples.
+    depth : (S, N) array
+        Depth of each sensor's beats in units of its usual depth, which is 1.
+    step_mm : float
+        Distance from place to place, in mm; the first place is the recording's start.
+    evidence : (P,) array
+        The largest evidence over all mean speeds at each place. The detector's score is the
+        largest of these values.
+    passed : (S,) array
+        Time at which each sensor passes the place with the most evidence, in samples; NaN for a
+        sensor that stays farther from it than the extent of a place.
+    """
+
+    first: float
+    step: float
+    depth: FloatArray
+    step_mm: float
+    evidence: RealArray
+    passed: FloatArray
+
+
+def passage_of(values: FloatArray, rate_hz: float, settings: Settings) -> Passage:
+    """Return the best candidate for a nodule in one recording.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings on an even grid in time; NaN where a sample is missing.
+    rate_hz : float
+        Sampling rate.
+    settings : mapping
+        Section ``diagonal`` of the configuration.
+
+    Returns
+    -------
+    Passage
+        `UNKNOWN` if a sensor shows no peristaltic wave.
+    """
+    beats = beats_of(values, rate_hz, settings)
+    return UNKNOWN if beats is None else find_passage(beats, settings)
+
+
+def along_gut(values: FloatArray, rate_hz: float, settings: Settings) -> AlongGut | None:
+    """Return what the report draws: beats, and the evidence from which `passage_of` chooses.
+
+    Parameters and None are as in `beats_of`.
+    """
+    beats = beats_of(values, rate_hz, settings)
+    if beats is None:
+        return None
+    tried = _try_candidates(beats, settings)
+    step_mm = settings["step_mm"]
+    number = np.rint(tried.place_mm / step_mm).astype(int)
+    evidence = np.full(number.max() + 1, -np.inf)
+    np.maximum.at(evidence, number, tried.evidence)
+    beyond_mm = np.abs(tried.beyond_mm - tried.behind_mm[:, np.newaxis])
+    passed = beats.centre[beyond_mm.argmin(axis=1)]
+    return AlongGut(
+        first=float(beats.centre[0]),
+        step=beats.step,
+        depth=1.0 + beats.channels[CHANNELS.index("depth")],
+        step_mm=step_mm,
+        evidence=evidence,
+        passed=np.where(beyond_mm.min(axis=1) <= settings["width_mm"], passed, np.nan),
+    )
+
+
+def beats_of(values: FloatArray, rate_hz: float, settings: Settings) -> Beats | None:
+    """Return the beats of a recording; parameters as in `passage_of`, None as in `find_beats`."""
+    pressed, period = pressed_and_period(values, rate_hz, settings)
+    return find_beats(pressed, period=period, wavelength_mm=settings["wavelength_mm"])
+
+
+def find_passage(beats: Beats, settings: Settings) -> Passage:
+    """Return the candidate with the most evidence."""
+    tried = _try_candidates(beats, settings)
+    unit_mm = unit_of_place(settings)
+    channels = np.concatenate([tried.weighted[np.newaxis], beats.channels])
+    beyond = tried.beyond_mm[np.newaxis] / unit_mm
+    means = averages(channels, beyond, tried.behind_mm / unit_mm, tried.dwell)
+    evidence, level, depth, shape = means[:, 0].tolist()
+    return Passage(
+        evidence,
+        level,
+        depth,
+        shape,
+        float(tried.place_mm[tried.evidence.argmax()]),
+        float(beats.centre[np.abs(tried.beyond_mm).argmin()]),
+        tried.lag_samples,
+        *beats.channels.std(axis=2).mean(axis=1).tolist(),
+    )
+
+
+@dataclass(frozen=True)
+class _Tried:
+    """All candidates, and the best of them.
+
+    Attributes
+    ----------
+    place_mm, evidence : (G,) array
+        Each candidate's place and its evidence, with an error of about a millionth.
+    beyond_mm : (N,) array
+        How far the first sensor is beyond the best candidate's place at each moment.
+    lag_samples : float
+        Mean time from sensor to sensor at the best candidate's speed.
+    weighted : (S, N) array
+        From `standardised_beats`.
+    behind_mm : (S,) array
+        Distance of each sensor behind the first.
+    dwell : float
+        As in `averages`.
+    """
+
+    place_mm: FloatArray
+    evidence: RealArray
+    beyond_mm: FloatArray
+    lag_samples: float
+    weighted: FloatArray
+    behind_mm: RealArray
+    dwell: float
+
+
+def _try_candidates(beats: Beats, settings: Settings) -> _Tried:
+    """Search all places and mean speeds."""
+    weighted = standardised_beats(beats, settings)
+    pitch_mm, step_mm = settings["pitch_mm"], settings["step_mm"]
+    behind_mm = pitch_mm * np.arange(weighted.shape[0])
+    dwell = max(settings["dwell"] / beats.step, _LEAST_DWELL)
+    shortest, longest = settings["lag_range"]
+    speeds = np.linspace(pitch_mm / longest, pitch_mm / shortest, settings["lags"])
+    head_mm = beats.irregular_mm - beats.irregular_mm[0] + np.outer(speeds, beats.centre)
+    # At each speed, every place from the start to the farthest that half the sensors can meet.
+    farthest_mm = head_mm.max(axis=1) - behind_mm[behind_mm.size // 2]
+    places = np.ceil(np.maximum(farthest_mm, 0.0) / step_mm + 0.5).astype(int)
+    speed = np.repeat(np.arange(places.size), places)
+    before = np.repeat(np.cumsum(places) - places, places)
+    place_mm = step_mm * (np.arange(speed.size) - before)
+    # Single precision is enough to choose a candidate, and takes half the time.
+    unit_mm = unit_of_place(settings)
+    channels, head, behind, place = (
+        each.astype(np.float32)
+        for each in (
+            weighted[np.newaxis],
+            head_mm / unit_mm,
+            behind_mm / unit_mm,
+            place_mm / unit_mm,
+        )
+    )
+    evidence = np.empty(place.size, dtype=np.float32)
+    for start in range(0, place.size, _BLOCK):
+        some = slice(start, start + _BLOCK)
+        beyond = head.take(speed[some], axis=0)
+        beyond -= place[some, np.newaxis]
+        evidence[some] = averages(channels, beyond, behind, dwell)[0]
+    best = int(evidence.argmax())
+    return _Tried(
+        place_mm,
+        evidence,
+        head_mm[speed[best]] - place_mm[best],
+        float(pitch_mm / speeds[speed[best]]),
+        weighted,
+        behind_mm,
+        dwell,
+    )
+
+
+def standardised_beats(beats: Beats, settings: Settings) -> FloatArray:
+    """Return the weighted sum of the channels (S, N), in units of each sensor's spread.
+
+    Dividing by the spread over the run gives less weight to a sensor whose seat shifts all the
+    time; `least_spread`, added in quadrature, limits that weight. No single beat counts more than
+    `limit`.
+    """
+    weighted = sum(
+        settings[f"{name}_weight"] * channel
+        for name, channel in zip(CHANNELS, beats.channels, strict=True)
+    )
+    # A nodule raises the beats for part of the run, so the spread is measured on the lower half. In
+    # a normal distribution, the lower quartile is 0.6745 standard deviations below the median.
+    ordered = np.sort(weighted, axis=1)
+    spread = (quantile(ordered, 0.5) - quantile(ordered, 0.25)) / 0.6745
+    limit = settings["limit"]
+    bounded: FloatArray = np.clip(
+        weighted / np.hypot(settings["least_spread"], spread), -limit, limit
+    )
+    return bounded
+
+
+def unit_of_place(settings: Settings) -> float:
+    """Return the length in mm by which the Gaussian of a place is exp(-x^2)."""
+    return float(np.sqrt(2) * settings["width_mm"])
+
+
+def averages(channels: RealArray, beyond: RealArray, behind: RealArray, dwell: float) -> RealArray:
+    """Return the beats' averages at places: over each sensor's time there, then over the sensors.
+
+    Parameters
+    ----------
+    channels : (C, S, N) array
+        The values to average.
+    beyond : (G, N) array
+        Distance of the first sensor beyond each place at each moment, in `unit_of_place`.
+    behind : (S,) array
+        Distance of each sensor behind the first, in the same units.
+    dwell : float
+        Number of windows of usual beats that are mixed into each average, above 0. They reduce the
+        evidence of a place that a sensor passes quickly or never meets.
+
+    Returns
+    -------
+    (C, G) array
+        The averages, in the precision of `beyond`.
+    """
+    precision = beyond.dtype.type
+    moments = np.ones(beyond.shape[1], dtype=precision)
+    presence = np.empty_like(beyond)
+    total = np.zeros((channels.shape[0], beyond.shape[0]), dtype=precision)
+    for sensor in range(behind.size):
+        np.subtract(beyond, behind[sensor], out=presence)
+        np.square(presence, out=presence)
+        np.negative(presence, out=presence)
+        np.exp(presence, out=presence)
+        total += channels[:, sensor] @ presence.T / (presence @ moments + precision(dwell))
+    return total / behind.size
