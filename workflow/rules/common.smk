@@ -82,7 +82,7 @@ NODULES = fitted(BATCHES, Path(RAW), config["evaluation"]["held_out"])
 DESCRIBED = described_together(ARCHIVE.recordings, SIZE)
 DESCRIBED_LABELLED = [batch for batch in DESCRIBED if size_mm(batch) is not None]
 DETECTOR_MODULES = sorted({row.module for row in DETECTORS})
-DETECTOR_SECTIONS = sorted({row.section for row in DETECTORS if row.section})
+DETECTOR_SECTIONS = sorted(config.keys() & config["detectors"])
 
 
 def sections(*names, **others):

@@ -154,7 +154,7 @@ def _by_taught(
     # Each recording is a place of its own.
     places = np.arange(np.count_nonzero(known))
     learned, _ = TaughtModel.learn(seen[known], sizes_mm[known], places, config["taught"])
-    model = TaughtModel(learned, np.nan, None, None)
+    model = TaughtModel(np.nan, learned, None, None)
     scores = np.array([model.score(recording) for recording in described(fresh)])
     return np.where(np.isnan(scores), np.nanmin(scores), scores)
 

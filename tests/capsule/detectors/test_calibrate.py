@@ -145,7 +145,7 @@ def test_of_what_nothing_else_tells_the_prediction_is_unknown():
 
 
 def sizes_of(features, sizes_mm, places, **changes):
-    options = {"ridge": 0.1, "confidence": 0.9, "known_mm": (1.0, 2.0, 3.0, 5.0)} | changes
+    options = {"ridge": 0.1, "confidence": 0.9} | changes
     return fit_sizes(features, sizes_mm, places, np.ones(sizes_mm.size, dtype=bool), **options)
 
 
@@ -188,9 +188,7 @@ def test_nine_intervals_of_ten_hold_the_size_at_a_new_place(passes_of):
         shared = numbers.normal(size=(41, 6))[place]
         features = sizes_mm[:, np.newaxis] + shared + 0.3 * numbers.normal(size=(place.size, 6))
         new = place == 40
-        model = sizes_of(
-            features[~new], sizes_mm[~new], place[~new], known_mm=(1.0, 2.0, 3.0, 4.0, 5.0)
-        )
+        model = sizes_of(features[~new], sizes_mm[~new], place[~new])
         estimate = float(model.estimate(features[new][0]))
         low, high = model.interval(estimate)
         held.append(low <= sizes_mm[new][0] <= high)

@@ -48,7 +48,8 @@ class PassSizes:
         known = [passage for passage in found if not np.isnan(passage.evidence)]
         if not known:
             return _UNKNOWN, _UNKNOWN, _UNKNOWN
-        size_mm = float(np.mean(self.model.sizes.estimate(size_features(known))))
+        features = np.array([size_features(passage) for passage in known])
+        size_mm = float(np.mean(self.model.sizes.estimate(features)))
         return size_mm, *self.model.sizes.interval(size_mm)
 
 

@@ -7,7 +7,7 @@ probability, the sizes, and how the model is stored.
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -31,29 +31,19 @@ _UNKNOWN = float("nan")
 _SIZE_RIDGE = 1.0
 
 
-def plain(value: object) -> object:
-    """Return a value for JSON: NaN and infinity become None (null), arrays become lists."""
-    if isinstance(value, Mapping):
-        return {key: plain(part) for key, part in value.items()}
-    if isinstance(value, np.ndarray | tuple | list):
-        return [plain(part) for part in value]
-    if isinstance(value, float | np.floating):
-        return float(value) if np.isfinite(value) else None
-    return value
-
-
+@dataclass(frozen=True)
 class ScoredModel(ABC):
     """The model of a detector, learned from the recordings of a training fold.
 
     A subclass names itself and defines the score. Its name is also the key of its values in
     results/detectors.json.
 
-    Parameters
+    Attributes
     ----------
-    learned : Regression or None
-        What the score needs besides the recording; None if it needs nothing.
     threshold : float
         A score above it means a nodule; NaN if there is no healthy recording.
+    learned : Regression or None
+        What the score needs besides the recording; None if it needs nothing.
     probability : Probability or None
         Curve from the score to the probability of a nodule.
     sizes : SizeModel or None
@@ -62,15 +52,10 @@ class ScoredModel(ABC):
 
     name: ClassVar[str]
 
-    def __init__(
-        self,
-        learned: Regression | None,
-        threshold: float,
-        probability: Probability | None,
-        sizes: SizeModel | None,
-    ) -> None:
-        self.learned, self.threshold = learned, threshold
-        self.probability, self.sizes = probability, sizes
+    threshold: float
+    learned: Regression | None
+    probability: Probability | None
+    sizes: SizeModel | None
 
     @staticmethod
     @abstractmethod
@@ -143,22 +128,18 @@ class ScoredModel(ABC):
 
     def stored(self) -> dict[str, Any]:
         """Return the model in a form that JSON can store, under the detector's name."""
-        parts = {name: part and asdict(part) for name, part in self._parts().items()}
-        return {self.name: plain({"threshold": self.threshold, **parts})}
-
-    def _parts(self) -> dict[str, Any]:
-        return {"learned": self.learned, "probability": self.probability, "sizes": self.sizes}
+        return {self.name: _plain(asdict(self))}
 
     @classmethod
     def restored(cls, stored: Settings, templates: TemplateSet | None = None) -> "ScoredModel":
         """Return the model from the values of `stored`; it needs no template."""
-        content = stored[cls.name]
-        threshold, probability = content["threshold"], content["probability"]
+        names = ("threshold", "learned", "probability", "sizes")
+        threshold, learned, probability, sizes = (stored[cls.name][name] for name in names)
         return cls(
-            Regression.restored(content["learned"]),
             _UNKNOWN if threshold is None else float(threshold),
-            None if probability is None else Probability(**probability),
-            SizeModel.restored(content["sizes"]),
+            learned and Regression.restored(learned),
+            probability and Probability(**probability),
+            sizes and SizeModel.restored(sizes),
         )
 
 
@@ -199,8 +180,8 @@ class ScoredDetector:
         threshold = rank_threshold(scores[healthy], places[healthy], self._rules["specificity"])
         prevalence = self._rules["prevalence"]
         return self.Model(
-            learned,
             threshold,
+            learned,
             fit_probability(scores[known], nodule[known], places[known], prevalence),
             fit_sizes(
                 self._size_features[teaches[self._sizes_mm > 0]],
@@ -209,7 +190,6 @@ class ScoredDetector:
                 scores[nodule] > threshold,
                 ridge=self._settings.get("size_ridge", _SIZE_RIDGE),
                 confidence=self._rules["size_confidence"],
-                known_mm=tuple(np.unique(sizes_mm[nodule]).tolist()),
             ),
         )
 
@@ -217,3 +197,14 @@ class ScoredDetector:
 def _table(rows: list[RealArray]) -> RealArray:
     """Return rows as one array (n, F), or (0, 1) for none."""
     return np.array(rows) if rows else np.empty((0, 1))
+
+
+def _plain(value: object) -> object:
+    """Return a value for JSON: NaN and infinity become None (null), arrays become lists."""
+    if isinstance(value, Mapping):
+        return {key: _plain(part) for key, part in value.items()}
+    if isinstance(value, np.ndarray | tuple | list):
+        return [_plain(part) for part in value]
+    if isinstance(value, float | np.floating):
+        return float(value) if np.isfinite(value) else None
+    return value

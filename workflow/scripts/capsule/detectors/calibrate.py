@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from capsule.arrays import BoolArray, FloatArray, IntArray, RealArray
+from capsule.kinds import Settings
 
 # Smallest eigenvalue of one minus the leverage; smaller values are rounding errors.
 _LEAST_REST = 1e-9
@@ -176,10 +177,8 @@ class Regression:
         return self.intercept + (features - self.mean) @ self.coefficients
 
     @classmethod
-    def restored(cls, stored: dict[str, Any] | None) -> "Regression | None":
-        """Return the model from its stored values; None from None."""
-        if stored is None:
-            return None
+    def restored(cls, stored: Settings) -> "Regression":
+        """Return the model from its stored values."""
         return cls(
             np.array(stored["mean"], dtype=np.float64),
             np.array(stored["coefficients"], dtype=np.float64),
@@ -275,15 +274,11 @@ class SizeModel:
         return min(self.known_mm, key=lambda size_mm: abs(size_mm - estimate_mm))
 
     @classmethod
-    def restored(cls, stored: dict[str, Any] | None) -> "SizeModel | None":
-        """Return the model from its stored values; None from None."""
-        if stored is None:
-            return None
+    def restored(cls, stored: Settings) -> "SizeModel":
+        """Return the model from its stored values."""
         half_width = stored["half_width_mm"]
-        regression = Regression.restored(stored["regression"])
-        assert regression is not None, "a stored size model has a regression"
         return cls(
-            regression,
+            Regression.restored(stored["regression"]),
             float("inf") if half_width is None else float(half_width),
             tuple(stored["known_mm"]),
         )
@@ -297,7 +292,6 @@ def fit_sizes(
     *,
     ridge: float,
     confidence: float,
-    known_mm: tuple[float, ...],
 ) -> SizeModel | None:
     """Fit the size of nodules to features, and the width of its interval.
 
@@ -321,8 +315,6 @@ def fit_sizes(
         Penalty on the squared coefficients of features that are scaled to a deviation of 1.
     confidence : float
         Share of the intervals that should hold the size, such as 0.9.
-    known_mm : tuple of float
-        As in `SizeModel`.
 
     Returns
     -------
@@ -338,4 +330,4 @@ def fit_sizes(
     errors = np.abs(predicted_mm - sizes_mm)[detected]
     errors = np.where(np.isnan(errors), np.inf, errors)
     half_width = upper_quantile(errors, places[detected], confidence)
-    return SizeModel(regression, half_width, known_mm)
+    return SizeModel(regression, half_width, tuple(np.unique(sizes_mm).tolist()))

@@ -1,7 +1,5 @@
 """The diagonal detector: beats that agree on one place, against a threshold."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from capsule.arrays import FloatArray
@@ -34,9 +32,8 @@ class DiagonalModel(ScoredModel):
 
     @classmethod
     def size_features(cls, recording: JudgedRecording) -> FloatArray:
-        """Return the row of `size_features` of the best place, (9,)."""
-        features: FloatArray = size_features([recording.passage])[0]
-        return features
+        """Return the `size_features` of the best place, (9,)."""
+        return size_features(recording.passage)
 
 
 class DiagonalDetector(ScoredDetector):
@@ -45,15 +42,14 @@ class DiagonalDetector(ScoredDetector):
     Model = DiagonalModel
 
 
-def size_features(passages: Sequence[Passage]) -> FloatArray:
-    """Return the features from which sizes are estimated, (n, 9).
+def size_features(passage: Passage) -> FloatArray:
+    """Return the features from which a size is estimated, (9,).
 
     The features are the channels at the place, the time from sensor to sensor, the logarithms of
     depth and shape, and the logarithms of the channels' spreads over the run. Logarithms fit,
     because the size multiplies depth and shape. The time fits, because a large nodule slows the
     capsule down.
     """
-    table = np.array([[getattr(passage, name) for name in _SIZE_FEATURES] for passage in passages])
-    table = table.reshape(-1, len(_SIZE_FEATURES))
-    risen = np.maximum(table[:, 1:3], _LEAST_CHANNEL)
-    return np.column_stack([table[:, :4], np.log(risen), np.log(table[:, 4:])])
+    values = np.array([getattr(passage, name) for name in _SIZE_FEATURES])
+    risen = np.maximum(values[1:3], _LEAST_CHANNEL)
+    return np.concatenate([values[:4], np.log(risen), np.log(values[4:])])

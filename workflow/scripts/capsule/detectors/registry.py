@@ -26,8 +26,6 @@ class Row:
         Its way of deciding, for the report.
     module, built_by : str
         The module and its class, a `capsule.detectors.training.Detector`.
-    section : str or None
-        Its own section of the configuration; None if it has none.
     fixed_threshold : float or None
         The threshold of its score; None for a detector that learns it from healthy recordings.
     by_distance : bool
@@ -50,7 +48,6 @@ class Row:
     sentence: str
     module: str
     built_by: str
-    section: str | None = None
     fixed_threshold: float | None = None
     by_distance: bool = False
     by_templates: bool = False
@@ -86,7 +83,6 @@ _ROWS = (
         sentence="beats that agree on one place, against a threshold",
         module="capsule.detectors.diagonal",
         built_by="DiagonalDetector",
-        section="diagonal",
         drawn=("beats", "passing", "gut"),
         needs="a peristaltic wave on every sensor",
     ),
@@ -96,7 +92,6 @@ _ROWS = (
         sentence="a scorer taught by many simulated benches and adapted to this one",
         module="capsule.detectors.taught",
         built_by="TaughtDetector",
-        section="taught",
         by_features=True,
         drawn=("beats", "stretches"),
         needs="four sensors with a peristaltic wave on each",

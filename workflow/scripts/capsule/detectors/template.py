@@ -9,6 +9,7 @@ another operating point.
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -266,6 +267,8 @@ class TemplateMargin(NearestTemplate):
             comparison = SlidingComparison(archive.load(name))
             self._gains[row] = compare_templates(comparison, self._wholes[1:]).gains
             self._norms[row] = np.linalg.norm(comparison.matrix)
+        # In every fold, the same few recordings lie near the threshold.
+        self._near = lru_cache(maxsize=128)(lambda name: SlidingComparison(archive.load(name)))
 
     def without(self, left_out: Sequence[str]) -> TemplateMarginModel:
         """Learn from all labelled recordings except those left out."""
@@ -299,7 +302,7 @@ class TemplateMargin(NearestTemplate):
         near = known & (margins + reach >= lowest) & (margins - reach <= highest)
         if changed:
             for row in np.flatnonzero(near):
-                comparison = SlidingComparison(self._archive.load(self._healthy[teaches[row]]))
+                comparison = self._near(self._healthy[teaches[row]])
                 for index, fold in changed.items():
                     gains[row, index], _ = comparison.gain_of(fold)
         return rank_threshold(_margins(gains)[known], places[known], specificity)
