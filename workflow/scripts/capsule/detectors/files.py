@@ -61,10 +61,8 @@ def read_training_archive(
         The files of the recordings.
     rows : mapping of str to mapping
         The rows of recordings.csv, for all recordings that are judged or that teach.
-    templates, particles
+    templates, particles, settings
         The arguments of `TrainingArchive` with these names.
-    settings : mapping
-        Sections of the configuration.
     """
     return TrainingArchive(
         sizes_of(rows),

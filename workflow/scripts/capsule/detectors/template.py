@@ -137,7 +137,7 @@ def lag_of_first_peak(sample: float, first_peak: int, length: int) -> int:
 
 @dataclass(frozen=True)
 class _TemplateModel(ABC):
-    """What both models do: compare a recording with the templates of a fold.
+    """The model of both rules, which compares a recording with the templates of its fold.
 
     Attributes
     ----------

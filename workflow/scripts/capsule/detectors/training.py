@@ -92,9 +92,9 @@ class TrainingArchive:
 
     def place_numbers(self, names: Sequence[str]) -> IntArray:
         """Return the place of each recording as a number, (n,); passes over one place share it."""
-        numbers: dict[str, int] = {}
         of_each = [self.places.get(name, name) for name in names]
-        return np.array([numbers.setdefault(place, len(numbers)) for place in of_each], dtype=int)
+        numbers: IntArray = np.unique(of_each, return_inverse=True)[1]
+        return numbers
 
     def recording(self, name: str) -> "ArchivedRecording":
         """Return a recording of the archive for the detectors."""
