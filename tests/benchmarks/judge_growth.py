@@ -46,7 +46,6 @@ def judged(
                 whole,
                 sizes_mm={name: size_mm(name) for name in names},
                 no_verdict={name: whole.no_verdict[name] for name in names},
-                _made={},
             )
             rows[runs].append(judge_unseen.judge(part, "taught"))
     means = []

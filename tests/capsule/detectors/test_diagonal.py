@@ -127,7 +127,7 @@ def test_no_verdict_moves_when_another_pass_of_its_place_is_replaced():
         left_out = [other for other, place in places.items() if place == places[name]]
         passages = {**archive.passages, sibling: passage(9.0, 9.0)}
         verdicts = [
-            DiagonalDetector(replace(archive, passages=each, places=places, _made={}))
+            DiagonalDetector(replace(archive, passages=each, places=places))
             .without(left_out)
             .verdict(archive.recording(name))
             for each in (archive.passages, passages)
@@ -143,7 +143,7 @@ def test_passes_over_one_place_raise_the_threshold_no_more_than_one_pass():
     many = archive_of_passages(
         passages | dict.fromkeys(again, passage(1.8)), sizes | again, **LEARNING
     )
-    one_place = replace(many, places=dict.fromkeys(again, "0mm/r18"), _made={})
+    one_place = replace(many, places=dict.fromkeys(again, "0mm/r18"))
     expected = DiagonalDetector(few).without([]).threshold
     assert DiagonalDetector(one_place).without([]).threshold == expected
     assert DiagonalDetector(many).without([]).threshold > expected

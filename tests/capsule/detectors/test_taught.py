@@ -132,7 +132,7 @@ def test_no_verdict_moves_when_another_pass_of_its_place_is_replaced(archive):
             numbers.normal(size=8).astype(np.float32),
         )
         verdicts = [
-            TaughtDetector(replace(archive, features=each, places=places, _made={}))
+            TaughtDetector(replace(archive, features=each, places=places))
             .without(left_out)
             .verdict(archive.recording(name))
             for each in (archive.features, features)
@@ -150,6 +150,6 @@ def test_the_threshold_is_learned_from_scores_that_the_place_did_not_teach(archi
     once = TaughtDetector(archive).without([]).threshold
     settings = {**SETTINGS, "taught": {**TAUGHT, "penalty": 2 * TAUGHT["penalty"]}}
     twice = archive_of(doubled, features)
-    twice = replace(twice, settings=settings, places=places, _made={})
+    twice = replace(twice, settings=settings, places=places)
     # Each recording twice with twice the penalty is the same regression.
     assert TaughtDetector(twice).without([]).threshold == pytest.approx(once)

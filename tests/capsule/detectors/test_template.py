@@ -92,7 +92,7 @@ def test_the_folds_threshold_equals_that_of_all_margins_computed_anew(archive, p
     sizes, particles, matrices, templates = archive
     places = {name: f"{name[:3]}/{run // passes}" for run, name in enumerate(sizes)}
     taught = archive_of_matrices(matrices, sizes, templates, particles, 0.8)
-    taught = replace(taught, places=places, _made={})
+    taught = replace(taught, places=places)
     detector = TemplateMargin(taught)
     healthy = [name for name, size in sizes.items() if size == 0]
     for left_out in (["1mm/r2"], ["0mm/r3"], ["1mm/r0", "3mm/r1", "0mm/r0"]):

@@ -297,7 +297,7 @@ def test_an_unlabelled_recording_is_judged_by_all_that_teach(archive):
     passages = {**archive.passages, "unlabelled/p": passage(9.0)}
     matrices = {name: archive.load(name) for name in SIZES_MM}
     matrices["unlabelled/p"] = matrices["2mm/b"]
-    detectors = Detectors(replace(archive, passages=passages, load=matrices.__getitem__, _made={}))
+    detectors = Detectors(replace(archive, passages=passages, load=matrices.__getitem__))
     rows = {name: row() for name in (*SIZES_MM, "unlabelled/p")}
     found = judge_unlabelled(detectors, ["unlabelled/p"], rows, ["0mm/c"])
     assert str(found) == str(list(detectors.rows(["unlabelled/p"], ["0mm/c"])))
@@ -309,7 +309,7 @@ def test_a_learning_curve_is_drawn_of_what_learns_a_threshold_without_templates(
 
 def test_what_cannot_be_judged_says_why_and_teaches_nothing(archive, detectors):
     reasons = {"0mm/c": "no wave on sensor_1"}
-    without = Detectors(replace(archive, no_verdict=reasons, _made={}))
+    without = Detectors(replace(archive, no_verdict=reasons))
     for each in without.rows(["0mm/c"], []):
         assert each["no_verdict"] == "no wave on sensor_1"
         assert np.isnan([each["predicted_mm"], each["score"], each["threshold"]]).all()

@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from importlib import import_module
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -16,8 +16,6 @@ from capsule.detectors.verdicts import Verdict
 from capsule.kinds import Settings
 from capsule.particles import Particle
 from capsule.templates import TemplateSet
-
-Shared = TypeVar("Shared")
 
 
 class JudgedRecording(Protocol):
@@ -77,18 +75,10 @@ class TrainingArchive:
     features: Mapping[str, Features] = field(default_factory=dict)
     no_verdict: Mapping[str, str] = field(default_factory=dict)
     places: Mapping[str, str] = field(default_factory=dict)
-    _made: dict[Callable[["TrainingArchive"], Any], Any] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         judged = {n: size for n, size in self.sizes_mm.items() if not self.no_verdict.get(n)}
         object.__setattr__(self, "sizes_mm", judged)
-
-    def shared(self, make: Callable[["TrainingArchive"], Shared]) -> Shared:
-        """Return `make(archive)`, which is called once for all detectors that use it."""
-        if make not in self._made:
-            self._made[make] = make(self)
-        made: Shared = self._made[make]
-        return made
 
     def place_numbers(self, names: Sequence[str]) -> IntArray:
         """Return the place of each recording as a number, (n,); passes over one place share it."""
