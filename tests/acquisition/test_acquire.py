@@ -3,8 +3,10 @@
 import contextlib
 import errno
 import io
+import time
 from pathlib import Path
 from types import SimpleNamespace
+from typing import ClassVar
 
 import pytest
 import serial
@@ -16,7 +18,6 @@ from acquisition import bench_errors, boards, line, options, survey_options
 from acquisition.bench_errors import (
     AcquisitionError,
     BoardNotFoundError,
-    NoAnswerError,
     NoPermissionError,
     PortBusyError,
     WrongBoardError,
@@ -173,57 +174,120 @@ def test_a_logger_that_does_not_say_what_it_is_is_refused(key, value, complaint)
         boards.identify(talking, "logger")
 
 
-def usb_port(device, vid=0x2341):
-    return SimpleNamespace(device=device, vid=vid)
+MEGA, CH340 = (0x2341, 0x42), (0x1A86, 0x7523)
+
+
+def usb_port(device, ids=MEGA):
+    vid, pid = ids
+    return SimpleNamespace(device=device, vid=vid, pid=pid, product=None, description=f"a {device}")
+
+
+class Port:
+    """A port with a device that says something by itself, and answers questions."""
+
+    opened: ClassVar[dict[str, "Port"]] = {}
+    devices: ClassVar[dict[str, object]] = {}
+
+    def __init__(self, port, baud):
+        self.port, self.baud, self.asked_s = port, baud, []
+        self.says = self.devices[port]
+        if isinstance(self.says, AcquisitionError):
+            raise self.says
+        self.opened_s = time.monotonic()
+        self.bytes_read, self.first_bytes, self.closed = 0, b"", False
+        self.opened[port] = self
+
+    def receive(self, timeout_s):
+        """Return an identity after the opening, or only to a question."""
+        kind, at_once = self.says if isinstance(self.says, tuple) else ("", False)
+        if isinstance(self.says, bytes):
+            self.first_bytes, self.bytes_read = self.says, len(self.says)
+        if kind and (at_once or self.asked_s):
+            self.bytes_read = 100
+            return [line.Arrival(Identity(kind, ENTRIES), 0.0)]
+        return []
+
+    def send(self, payload):
+        """Note when something was written."""
+        self.asked_s.append(time.monotonic() - self.opened_s)
+
+    def put_back(self, arrivals):
+        """Take what came beside the identity."""
+
+    def close(self):
+        """Note that it was closed."""
+        self.closed = True
 
 
 @pytest.fixture
-def bench_of_boards(monkeypatch):
-    """Return a function that pretends to plug in boards and returns the list of opened ports."""
-    opened = []
+def devices(monkeypatch):
+    """Return a function that plugs in devices by port, and returns the ports as they are opened."""
 
     def plug(**behind):
-        def connect(port, baud, wanted):
-            opened.append(port)
-            answer = behind[port]
-            if isinstance(answer, AcquisitionError):
-                raise answer
-            return SimpleNamespace(port=port, close=lambda: None), Identity(answer, {})
-
-        monkeypatch.setattr(boards, "connect", connect)
-        return opened
+        monkeypatch.setattr(Port, "opened", {})
+        monkeypatch.setattr(Port, "devices", behind)
+        monkeypatch.setattr(boards, "Line", Port)
+        return Port.opened
 
     return plug
 
 
-def test_the_board_is_found_among_others(bench_of_boards):
-    opened = bench_of_boards(B="logger", C=WrongBoardError("C is the peristalsis board"))
-    ports = [usb_port("C"), usb_port("B"), usb_port("A", vid=None), usb_port("D")]
-    found, _ = boards.find("logger", 115200, lambda text: None, ports, skip=["D"])
+def find(*ports, skip=()):
+    return boards.find("logger", 115200, lambda text: None, ports, skip=skip)
+
+
+def test_the_board_is_found_among_others_without_a_question(devices):
+    opened = devices(B=("logger", True), C=("peristalsis", True))
+    ports = [usb_port("C"), usb_port("B"), usb_port("A", ids=(None, None)), usb_port("D")]
+    found, _ = find(*ports, skip=["D"])
     assert found.port == "B"
-    assert opened == ["B", "C"]  # neither the built-in port nor the one to be left alone
+    assert sorted(opened) == ["B", "C"]  # neither the built-in port nor the one to be left alone
+    assert not any(port.asked_s for port in opened.values())
+    assert opened["C"].closed
 
 
-def test_two_boards_are_not_guessed_between(bench_of_boards):
-    bench_of_boards(A="logger", B="logger")
+def test_a_lab_pump_is_not_even_opened_and_the_user_is_told_what_to_name(devices):
+    opened = devices(B=("peristalsis", True))
+    with pytest.raises(BoardNotFoundError) as reason:
+        find(usb_port("B"), usb_port("ttyUSB0", ids=CH340))
+    assert list(opened) == ["B"]
+    assert "is the peristalsis board" in str(reason.value)
+    assert "not opened" in str(reason.value) and "--port" in str(reason.value)
+    assert "ttyUSB0 (a ttyUSB0, 1A86:7523)" in str(reason.value)
+
+
+def test_the_search_listens_for_three_seconds_before_it_asks(devices):
+    opened = devices(A=("logger", False), B=b"temperature: 21.5 degrees\r\n")
+    found, _ = find(usb_port("A"), usb_port("B"))
+    assert found.port == "A"
+    assert opened["A"].asked_s[0] >= 3.0
+    # What sends other text than frames is no board of this bench.
+    assert opened["B"].asked_s == []
+
+
+def test_two_boards_are_not_guessed_between(devices):
+    opened = devices(A=("logger", True), B=("logger", True))
     with pytest.raises(
         BoardNotFoundError, match=r"found 2 boards of the kind logger: A, B; .*--port"
     ):
-        boards.find("logger", 115200, lambda text: None, [usb_port("A"), usb_port("B")])
+        find(usb_port("A"), usb_port("B"))
+    assert all(port.closed for port in opened.values())
 
 
-def test_no_board_says_what_each_port_answered(bench_of_boards):
-    bench_of_boards(A=NoAnswerError("A is silent"), B=PortBusyError("B is in use"))
+def test_no_board_says_what_each_port_answered(devices):
+    devices(A=b"", B=PortBusyError("B is in use"))
     with pytest.raises(BoardNotFoundError) as reason:
-        boards.find("logger", 115200, lambda text: None, [usb_port("A"), usb_port("B")])
-    assert "A is silent" in str(reason.value)
+        find(usb_port("A"), usb_port("B"))
+    assert "nothing answers at A" in str(reason.value)
     assert "B is in use" in str(reason.value)
     with pytest.raises(BoardNotFoundError, match="plug it in"):
-        boards.find("logger", 115200, lambda text: None, [])
+        find()
 
 
-def plugged(device, serial_number, vid=0x2341):
-    return SimpleNamespace(device=device, vid=vid, pid=0x42, serial_number=serial_number)
+def plugged(device, serial_number, location=None, vid=0x2341):
+    return SimpleNamespace(
+        device=device, vid=vid, pid=0x42, serial_number=serial_number, location=location
+    )
 
 
 def test_a_board_is_known_again_under_another_name():
@@ -240,6 +304,17 @@ def test_boards_that_look_the_same_are_not_mixed_up():
     port = UsbPort("ttyUSB0", [first, second])
     assert port.current_name([first, second]) == "ttyUSB0"
     assert UsbPort("socket://there:1", [first]).current_name([first]) == "socket://there:1"
+
+
+@pytest.mark.parametrize("serial_number", [None, "1"], ids=["no number", "the same number"])
+def test_an_unplugged_clone_does_not_take_the_port_of_the_other(serial_number):
+    first = plugged("ttyUSB0", serial_number, "1-1.2")
+    second = plugged("ttyUSB1", serial_number, "1-1.3")
+    port = UsbPort("ttyUSB0", [first, second])
+    assert port.current_name([second]) == "ttyUSB0"
+    assert port.current_name([first, second]) == "ttyUSB0"
+    # The socket tells it again, under whatever name.
+    assert port.current_name([plugged("ttyUSB2", serial_number, "1-1.2"), second]) == "ttyUSB2"
 
 
 def test_a_broken_configuration_is_explained(tmp_path):

@@ -1,5 +1,6 @@
 """Find and identify the boards at the serial ports, and send them commands."""
 
+import os
 import re
 import time
 from collections.abc import Callable, Iterable
@@ -26,6 +27,17 @@ ASK_EVERY_S = 0.1
 ANSWER_S = 4.0  # 40 questions: with 1 % of bytes damaged, one answer in four is whole
 GARBLED_S = 1.0  # after so long without an answer, silence or a wrong baud rate is certain
 CONFIRM_S = 0.25
+# A search only listens for so long, before it asks: a board that the opening has restarted says by
+# itself who it is.
+LISTEN_S = 3.0
+LOOK_EVERY_S = 0.02
+# USB numbers (vendor, product) of Arduino's own Mega 2560 and UNO. Clones have the numbers of a
+# general USB serial chip, which lab devices have too; the user names their ports.
+USB_IDS = {
+    (vendor, product)
+    for vendor in (0x2341, 0x2A03)
+    for product in (0x0001, 0x0010, 0x0042, 0x0043, 0x0242, 0x0243)
+}
 # Entries that a logger must report, with their smallest and largest values.
 _NUMBERS = {
     "rate_hz": (1, 10_000),
@@ -73,11 +85,15 @@ class Introduction:
         A line that has just been opened.
     wanted : str
         The expected board.
+    listen_s : float
+        Time in which nothing is sent, whatever the board says.
     """
 
-    def __init__(self, line: Line, wanted: str) -> None:
+    def __init__(self, line: Line, wanted: str, listen_s: float = 0.0) -> None:
         self._line, self._wanted = line, wanted
-        self._quiet_until = time.monotonic() + QUIET_S
+        self._opened_s = time.monotonic()
+        self._listen_until = self._opened_s + listen_s
+        self._quiet_until = self._opened_s + max(QUIET_S, listen_s)
         self._asked_from: float | None = None
         self._ask_at = 0.0
         self._frames = 0
@@ -104,7 +120,13 @@ class Introduction:
             return identity
         now_s = time.monotonic()
         if self._asked_from is None:
-            if not line.bytes_read and now_s <= self._quiet_until:
+            # What sends text without frames is no board of this bench, so it is not even asked.
+            foreign = line.bytes_read >= 20 and b"$" not in line.first_bytes
+            if foreign and now_s >= self._listen_until > self._opened_s:
+                _check_baud(line, self._frames)
+                raise _explain_silence(line, self._frames)
+            silent = not line.bytes_read
+            if now_s < self._listen_until or (silent and now_s <= self._quiet_until):
                 return None
             self._asked_from = self._ask_at = now_s
         asked_s = now_s - self._asked_from
@@ -243,8 +265,13 @@ def find(
     tell: Callable[[str], None],
     ports: Iterable[ListPortInfo] | None = None,
     skip: Iterable[str] = (),
+    stopped: Callable[[], bool] = lambda: False,
 ) -> tuple[Line, Identity]:
     """Find a board at the USB ports.
+
+    Opening a port restarts many devices, and a command can do anything to a device that is no board
+    of this bench. So only ports with the USB numbers of the boards are opened. For three seconds
+    the search only listens to them, before it asks.
 
     Parameters
     ----------
@@ -258,26 +285,30 @@ def find(
         Ports to search; all ports of this computer if left out.
     skip : iterable of str
         Ports not to open.
+    stopped : callable
+        Function that returns whether the user has ended the search.
 
     Raises
     ------
     BoardNotFoundError
-        No board fits, or more than one; the text says what each port answered.
+        No board fits, or more than one; the text says what each port answered, and which ports
+        were left alone.
+    KeyboardInterrupt
+        The user has ended the search.
     """
     ports = list_ports.comports() if ports is None else ports
+    left = {os.path.realpath(port) for port in skip}
     # Built-in ports and Bluetooth have no USB vendor number, so they are no Arduino.
-    candidates = sorted(
-        port.device for port in ports if port.vid is not None and port.device not in skip
+    there = sorted(
+        (port for port in ports if port.vid is not None),
+        key=lambda port: str(port.device),
     )
+    there = [port for port in there if os.path.realpath(port.device) not in left]
+    candidates = [port.device for port in there if (port.vid, port.pid) in USB_IDS]
+    foreign = [_description(port) for port in there if (port.vid, port.pid) not in USB_IDS]
     if len(candidates) > 1:
         tell(f"looking for the {wanted} at {', '.join(candidates)}")
-    boards: list[tuple[Line, Identity]] = []
-    answers = []
-    for device in candidates:
-        try:
-            boards.append(connect(device, baud, wanted))
-        except AcquisitionError as reason:
-            answers.append(str(reason))
+    boards, answers = _introduced(candidates, baud, wanted, stopped)
     if len(boards) == 1:
         return boards[0]
     for line, _ in boards:
@@ -287,10 +318,60 @@ def find(
         raise BoardNotFoundError(
             f"found {len(boards)} boards of the kind {wanted}: {names}; choose one with --port"
         )
+    raise BoardNotFoundError(_nothing_found(wanted, answers, foreign))
+
+
+def _description(port: ListPortInfo) -> str:
+    name = getattr(port, "product", None) or getattr(port, "description", None) or "USB serial"
+    return f"{port.device} ({name}, {port.vid:04X}:{port.pid:04X})"
+
+
+def _nothing_found(wanted: str, answers: list[str], foreign: list[str]) -> str:
+    """Return why no board was found, and which ports the user could name."""
     if len(answers) == 1:
-        raise BoardNotFoundError(f"no {wanted} found: {answers[0]}")
-    listed = "".join(f"\n  {answer}" for answer in answers)
-    raise BoardNotFoundError(
-        f"no {wanted} found at any USB port{':' if listed else ''}{listed}"
-        + ("" if listed else "; plug it in, or name its port with --port")
-    )
+        text = f"no {wanted} found: {answers[0]}"
+    else:
+        listed = "".join(f"\n  {answer}" for answer in answers)
+        text = f"no {wanted} found at any USB port of an Arduino{':' if listed else ''}{listed}"
+    if foreign:
+        return (
+            f"{text}\nnot opened, since they can be other devices: {', '.join(foreign)}; if one "
+            f"of them is the {wanted} (a clone of an Arduino), name it with --port"
+        )
+    return text if answers else f"{text}; plug it in, or name its port with --port"
+
+
+def _introduced(
+    candidates: Iterable[str], baud: int, wanted: str, stopped: Callable[[], bool]
+) -> tuple[list[tuple[Line, Identity]], list[str]]:
+    """Identify the boards at these ports together; return the fitting ones and others' answers."""
+    boards: list[tuple[Line, Identity]] = []
+    answers: list[str] = []
+    strangers: list[tuple[Line, Introduction]] = []
+    for device in candidates:
+        try:
+            line = Line(device, baud)
+        except AcquisitionError as reason:
+            answers.append(str(reason))
+            continue
+        strangers.append((line, Introduction(line, wanted, LISTEN_S)))
+    while strangers:
+        if stopped():
+            for line in [line for line, _ in [*strangers, *boards]]:
+                line.close()
+            raise KeyboardInterrupt
+        time.sleep(LOOK_EVERY_S)
+        waiting = []
+        for line, introduction in strangers:
+            try:
+                identity = introduction.step(line.receive(0))
+            except (AcquisitionError, LineLostError) as reason:
+                line.close()
+                answers.append(str(reason))
+                continue
+            if identity:
+                boards.append((line, identity))
+            else:
+                waiting.append((line, introduction))
+        strangers = waiting
+    return boards, answers
