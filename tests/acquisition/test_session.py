@@ -2,9 +2,9 @@
 
 import pytest
 
-from acquisition import session
 from acquisition.bench_errors import BoardLostError, LineLostError
 from acquisition.protocol import Identity, encode
+from acquisition.reconnection import Reconnection
 from support.bench.scripted import ENTRIES, ScriptedBench, identity_frame, sample_frame
 
 
@@ -135,13 +135,12 @@ def plug_in_later(bench, monkeypatch, *boards):
     """Let these boards answer, one per attempt, when the recorder searches for its own."""
     answers = iter(boards)
 
-    def connect(port, baud, wanted):
+    def step(returning, timeout_s):
         bench.now_s += 1.0
         entries = ENTRIES | {key: str(value) for key, value in next(answers).items()}
         return bench, Identity("logger", entries)
 
-    monkeypatch.setattr(session, "connect", connect)
-    monkeypatch.setattr(session.time, "sleep", lambda seconds: None)
+    monkeypatch.setattr(Reconnection, "step", step)
 
 
 OTHER = {"adc_bits": 12, "vref_mv": 3300, "rate_hz": 50}

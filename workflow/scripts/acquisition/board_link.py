@@ -1,15 +1,13 @@
 """The link to one of several boards; it reconnects an unplugged board while the others run."""
 
-import time
 from collections.abc import Callable
 
 from acquisition.bench_errors import AcquisitionError, BoardNotFoundError, LineLostError
-from acquisition.boards import Introduction, connect
+from acquisition.boards import connect
 from acquisition.line import BAUD, Arrival, Line
 from acquisition.protocol import Identity
+from acquisition.reconnection import Reconnection
 from acquisition.usb import UsbPort
-
-KNOCK_EVERY_S = 0.2
 
 
 class BoardLink:
@@ -34,10 +32,8 @@ class BoardLink:
 
     def __init__(self, line: Line, identity: Identity, tell: Callable[[str], None]) -> None:
         self._line: Line | None = line
-        self._port, self._baud = UsbPort(line.port), line.baud
+        self._return = Reconnection(UsbPort(line.port), line.baud, identity.device)
         self._tell = tell
-        self._introduction: Introduction | None = None
-        self._knocked_s = 0.0
         self._told = ""
         self.port = line.port
         self.identity = identity
@@ -46,12 +42,12 @@ class BoardLink:
     @property
     def connected(self) -> bool:
         """Return whether the board is connected and identified."""
-        return self._line is not None and self._introduction is None
+        return self._line is not None
 
     @property
     def line(self) -> Line:
         """The open line; raises `LineLostError` if the board is not connected."""
-        if self._line is None or self._introduction is not None:
+        if self._line is None:
             raise LineLostError(f"{self.port} is not connected")
         return self._line
 
@@ -61,14 +57,10 @@ class BoardLink:
         If the board is not connected, try to connect it.
         """
         try:
-            if self._line is None:
-                self._knock(timeout_s)
-                return []
-            arrivals = self._line.receive(timeout_s)
-            if self._introduction is None:
-                return arrivals
-            if identity := self._introduction.step(arrivals):
-                self._welcome(identity, self._line.port)
+            if self._line is not None:
+                return self._line.receive(timeout_s)
+            if found := self._return.step(timeout_s):
+                self._welcome(*found)
         except LineLostError:
             self._lose()
         except AcquisitionError as reason:
@@ -77,7 +69,7 @@ class BoardLink:
 
     def send(self, payload: str) -> None:
         """Send a command, if the board is connected."""
-        if self._line is None or self._introduction is not None:
+        if self._line is None:
             return
         try:
             self._line.send(payload)
@@ -88,34 +80,24 @@ class BoardLink:
         """Close the port."""
         if self._line is not None:
             self._line.close()
-        self._line = self._introduction = None
+        self._line = None
+        self._return.close()
 
     def _lose(self) -> None:
-        if self.connected:
-            self._tell(
-                f"the {self.identity.device} board at {self.port} was unplugged; plug it back in"
-            )
-            self._told = ""
+        self._tell(
+            f"the {self.identity.device} board at {self.port} was unplugged; plug it back in"
+        )
+        self._told = ""
         self.close()
 
-    def _knock(self, timeout_s: float) -> None:
-        """Try to open the port, at most every `KNOCK_EVERY_S` seconds."""
-        if time.monotonic() - self._knocked_s < KNOCK_EVERY_S:
-            time.sleep(timeout_s)
-            return
-        self._knocked_s = time.monotonic()
-        self._line = Line(self._port.current_name(), self._baud)
-        self._introduction = Introduction(self._line, self.identity.device)
-
-    def _welcome(self, identity: Identity, port: str) -> None:
-        self._introduction = None
-        self.identity, self.port = identity, port
+    def _welcome(self, line: Line, identity: Identity) -> None:
+        self._line = line
+        self.identity, self.port = identity, line.port
         self.connections += 1
         self._tell(f"the {identity.device} board is back")
 
     def _keep_waiting(self, reason: AcquisitionError) -> None:
-        """Close the port, and show the user once why its board cannot be used."""
-        self.close()
+        """Show the user once why the board cannot be used."""
         if not isinstance(reason, BoardNotFoundError) and str(reason) != self._told:
             self._told = str(reason)
             self._tell(f"still waiting: {reason}")

@@ -13,13 +13,13 @@ from acquisition.bench_errors import (
     BoardNotFoundError,
     LineLostError,
 )
-from acquisition.boards import connect
 from acquisition.clock import AWAKE, elapsed_s
 from acquisition.frame_log import FrameLog
 from acquisition.intake import Intake
 from acquisition.limits import Limits, StopRequest
 from acquisition.line import Line
 from acquisition.protocol import Acknowledgement, Identity
+from acquisition.reconnection import Reconnection
 from acquisition.terminal import Progress, Terminal
 from acquisition.usb import UsbPort
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 LAST_FRAMES_S = 0.5
 RATE_OVER_S = 5.0
-KNOCK_EVERY_S = 0.2
+LOOK_EVERY_S = 0.05
 
 
 class Session:
@@ -66,7 +66,7 @@ class Session:
         watch: Callable[[Progress, list[tuple[float, ...] | None]], None],
     ) -> None:
         self._line = line
-        self._port = UsbPort(line.port)
+        self._return = Reconnection(UsbPort(line.port), line.baud, "logger")
         self._part = part
         self._log = log
         self._terminal = terminal
@@ -150,33 +150,34 @@ class Session:
             f"{patience_s:.0f} s (--patience), or end the recording with Ctrl-C"
         )
         told = ""
-        while True:
-            self._part.sync()
-            self._watch(self.progress, self._intake.samples)
-            if self._stop.reason:
-                self.ended = self._stop.reason
-                return
-            try:
-                self._line, identity = connect(self._port.current_name(), self._line.baud, "logger")
-            except AcquisitionError as reason:
-                if not isinstance(reason, BoardNotFoundError) and str(reason) != told:
-                    told = str(reason)
-                    self._tell(f"still waiting: {told}")
-                self._wait_a_little()
-                continue
-            if self._attendance.is_foreign(identity, self._line.port):
-                self._close_line()
-                self._wait_a_little()
-                continue
-            self._tell("the board is back; the recording continues in the same file")
-            self._attendance.came_back()
-            self._attendance.take_identity(identity, elapsed_s(), self._line.port, fresh=True)
-            return
+        try:
+            while not self._stop.reason:
+                self._part.sync()
+                self._watch(self.progress, self._intake.samples)
+                self._check_patience(AWAKE.now_s(), "did not come back within")
+                try:
+                    found = self._return.step(LOOK_EVERY_S)
+                except AcquisitionError as reason:
+                    if not isinstance(reason, BoardNotFoundError) and str(reason) != told:
+                        told = str(reason)
+                        self._tell(f"still waiting: {told}")
+                    continue
+                if found and self._is_ours(*found):
+                    return
+            self.ended = self._stop.reason
+        finally:
+            self._return.close()
 
-    def _wait_a_little(self) -> None:
-        self._check_patience(AWAKE.now_s(), "did not come back within")
-        time.sleep(KNOCK_EVERY_S)
-        AWAKE.now_s()  # read often: the clock counts a long pause as a stopped program
+    def _is_ours(self, line: Line, identity: Identity) -> bool:
+        """Continue on the line of a board that has come back; close that of another board."""
+        if self._attendance.is_foreign(identity, line.port):
+            self._return.reject(line)
+            return False
+        self._line = line
+        self._tell("the board is back; the recording continues in the same file")
+        self._attendance.came_back()
+        self._attendance.take_identity(identity, elapsed_s(), line.port, fresh=True)
+        return True
 
     def _pause(self) -> None:
         """Pause the board, and keep the samples that it sends until it confirms."""
