@@ -8,7 +8,15 @@ from capsule.kinds import Settings
 from capsule.survey import cycle as cycles
 from capsule.survey.cycle import Cycle
 from capsule.survey.sensing import Sensing
-from capsule.survey.survey_log import FOLDED, FOLDING, UNFOLDED, UNKNOWN_FOLD, Event, Readings
+from capsule.survey.survey_log import (
+    FOLDED,
+    FOLDING,
+    UNFOLDED,
+    UNFOLDING,
+    UNKNOWN_FOLD,
+    Event,
+    Readings,
+)
 from capsule.survey.survey_settings import SurveySettings
 from capsule.survey.suspects import Suspects
 from capsule.survey.way_back import Leg, WayBack
@@ -61,6 +69,8 @@ class Pilot:
         self._targets_mm = list(targets_mm)
         self._way_back = WayBack(float(detector["wavelength_mm"]), self.sensing.period_s)
         self._since_s = self._now_s = 0.0
+        # Whether the origami has begun to fold in the present state.
+        self._folds = False
         self._leg: Leg
 
     def tick(self, readings: Readings) -> tuple[str, ...]:
@@ -135,6 +145,10 @@ class Pilot:
         if fold == FOLDED:
             self._leg.begun_s = self._now_s
             return self._happen("folded", f"for {self._leg.planned_s:.0f} s")
+        # A board that was reset, or found a fault, lets the origami go.
+        if fold == UNFOLDING or (self._folds and fold == UNFOLDED):
+            return self._happen("let_go", f"the origami is {fold}")
+        self._folds |= fold == FOLDING
         if self.sensing.resting and self.sensing.follow():
             self._since_s, self._leg = self._now_s, self._next_leg()
         if not self._too_late:
@@ -291,7 +305,7 @@ class Pilot:
         before = self.cycle.state
         self.cycle, commands = cycles.after(self.cycle, event)
         if self.cycle.state != before:
-            self._since_s = self._now_s
+            self._since_s, self._folds = self._now_s, False
         if self.cycle.state in ("closing", "ended"):
             self.suspects.close("undecided")
         position_mm = float(np.round(self.sensing.position_mm, 3))
