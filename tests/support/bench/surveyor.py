@@ -56,6 +56,13 @@ class SteppedCable(TerminalCable):
         received, self._inbox = self._inbox + super()._read(), b""
         return received
 
+    def _is_opened(self) -> bool:
+        opened = super()._is_opened()
+        if not opened:
+            # The last bytes of a program must not reach the boot loader when the next one opens it.
+            self._read()
+        return opened
+
     def _write(self, content: bytes) -> bool:
         self._written += len(content)
         return super()._write(content)

@@ -8,9 +8,12 @@ import numpy as np
 from acquisition.bench_errors import AcquisitionError, SurveyFaultError
 from acquisition.board_link import BoardLink, linked
 from acquisition.boards import find
+from acquisition.clock import PauseWatch
 from acquisition.drive import Wave
 from acquisition.fold_board import FoldBoard
 from acquisition.frame_log import FrameLog
+from acquisition.lease import LEASE_S
+from acquisition.limits import StopRequest
 from acquisition.line import BAUD
 from acquisition.logger_feed import LoggerFeed
 from acquisition.wave_drive import WaveDrive
@@ -48,6 +51,8 @@ class BoardBench:
     ----------
     logger, drive, fold
         The boards.
+    stop : StopRequest
+        Request to stop, by Ctrl-C.
     patience_s : float
         Longest time in seconds without a board.
     begin_s : float
@@ -59,14 +64,16 @@ class BoardBench:
         logger: LoggerFeed,
         drive: WaveDrive,
         fold: FoldBoard,
+        stop: StopRequest,
         *,
         patience_s: float,
         begin_s: float = 0.0,
     ) -> None:
-        self._logger, self._drive, self._fold = logger, drive, fold
+        self._logger, self._drive, self._fold, self._stop = logger, drive, fold, stop
         self._patience_s, self._begin_s = patience_s, begin_s
         self._read = 0
         self._left = False
+        self._pauses = PauseWatch()
 
     @property
     def at_end(self) -> bool:
@@ -90,12 +97,43 @@ class BoardBench:
         """Send the boards a command, and return at once."""
         if command == cycles.STOP_WAVE:
             self._drive.stop()
-        else:
+        elif command != cycles.FOLD or not self._stop.reason:
             self._fold.command(command)
 
+    def _look_whether_it_goes_on(self) -> None:
+        """Stop the wave at a request to stop; raise an error after a long pause.
+
+        Raises
+        ------
+        AcquisitionError
+            The program was stopped for so long that the boards' leases have ended.
+        """
+        if paused_s := self._pauses.paused_s():
+            self._drive.note_pause()
+            if paused_s > LEASE_S:
+                raise AcquisitionError(
+                    f"this program was stopped for {paused_s:.0f} s, and the boards have stopped "
+                    "the wave and unfolded the origami by themselves; look at the bench, then "
+                    "continue the session: survey.py --resume"
+                )
+        if self._stop.reason:
+            self._drive.stop()
+
     def read(self, samples: int) -> Readings:
-        """Wait for the next samples; a late sample is missing."""
+        """Wait for the next samples; a late sample is missing.
+
+        Raises
+        ------
+        KeyboardInterrupt
+            Ctrl-C came before the first sample.
+        AcquisitionError
+            The first sample did not arrive, or the program was stopped for longer than the leases.
+        """
+        self._look_whether_it_goes_on()
         while (taken := self._logger.take(samples)) is None:
+            self._look_whether_it_goes_on()
+            if self._read == 0 and self._stop.reason:
+                raise KeyboardInterrupt
             self._fold.serve()
             self._drive.serve()
             self._logger.serve(LOOK_EVERY_S)
@@ -118,23 +156,31 @@ class BoardBench:
             The origami does not unfold.
         AcquisitionError
             The wave does not start.
+        KeyboardInterrupt
+            Ctrl-C came before the wave was started.
         """
         if warning := self._fold.leave_unfolded():
             raise SurveyFaultError(warning.removeprefix("warning: "))
+        if self._stop.reason:
+            raise KeyboardInterrupt
         self._drive.start()
+        self._pauses = PauseWatch()
 
     def leave(self) -> list[str]:
-        """Unfold the origami, stop the wave and close the ports; return warnings."""
+        """Stop the wave, unfold the origami and close the ports; return warnings."""
         if self._left:
             return []
         self._left = True
-        warnings = [self._fold.leave_unfolded(), self._drive.leave_stopped()]
+        # Unfolding takes 12 s if the thread is stuck; the wave must not run on meanwhile.
+        warnings = [self._drive.leave_stopped(), self._fold.leave_unfolded()]
         self._fold.close()
         self._logger.close()
         return [warning for warning in warnings if warning]
 
 
-def board_links(ports: Ports, tell: Callable[[str], None]) -> dict[str, BoardLink]:
+def board_links(
+    ports: Ports, tell: Callable[[str], None], stop: StopRequest
+) -> dict[str, BoardLink]:
     """Open all ports, and check which boards are behind them.
 
     Returns
@@ -146,17 +192,22 @@ def board_links(ports: Ports, tell: Callable[[str], None]) -> dict[str, BoardLin
     ------
     AcquisitionError
         A board is missing, or another one answers.
+    KeyboardInterrupt
+        Ctrl-C came before all boards were found.
     """
     links: dict[str, BoardLink] = {}
     try:
         links["fold"] = linked(ports.fold, "fold", tell, ports.baud)
         links["peristalsis"] = linked(ports.drive, "peristalsis", tell, ports.baud)
         if ports.logger is None:
-            line = find("logger", ports.baud, tell, skip=[ports.drive, ports.fold])
+            skip = [ports.drive, ports.fold]
+            line = find("logger", ports.baud, tell, skip=skip, stopped=lambda: bool(stop.reason))
             links["logger"] = BoardLink(*line, tell)
         else:
             links["logger"] = linked(ports.logger, "logger", tell, ports.baud)
-    except AcquisitionError:
+        if stop.reason:
+            raise KeyboardInterrupt
+    except (AcquisitionError, KeyboardInterrupt):
         for link in links.values():
             link.close()
         raise
@@ -168,6 +219,7 @@ def board_bench(
     wave: Wave,
     log: FrameLog,
     tell: Callable[[str], None],
+    stop: StopRequest,
     *,
     patience_s: float,
     begin_s: float = 0.0,
@@ -179,6 +231,7 @@ def board_bench(
         LoggerFeed(links["logger"], log, tell),
         drive,
         FoldBoard(links["fold"], log, tell),
+        stop,
         patience_s=patience_s,
         begin_s=begin_s,
     )

@@ -3,6 +3,8 @@
 import time
 
 LONGEST_STEP_S = 0.25
+# A longer pause than this is no slow disk: the program was stopped.
+LONGEST_STOP_S = 1.0
 
 
 def elapsed_s() -> float:
@@ -35,3 +37,16 @@ class AwakeClock:
 
 
 AWAKE = AwakeClock()
+
+
+class PauseWatch:
+    """A watch that notices how long this program was stopped (Ctrl-Z, a suspended computer)."""
+
+    def __init__(self) -> None:
+        self._looked_s = elapsed_s()
+
+    def paused_s(self) -> float:
+        """Return the seconds since the last call; 0 if the program has not been stopped."""
+        now_s = elapsed_s()
+        passed_s, self._looked_s = now_s - self._looked_s, now_s
+        return passed_s if passed_s > LONGEST_STOP_S else 0.0

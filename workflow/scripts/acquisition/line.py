@@ -3,6 +3,8 @@
 import contextlib
 import errno
 import os
+import threading
+import time
 from dataclasses import dataclass
 
 import serial
@@ -48,6 +50,11 @@ class Line:
     baud : int
         Bits per second.
 
+    Attributes
+    ----------
+    sent_s : float
+        Time of the last command, by `time.monotonic`.
+
     Raises
     ------
     AcquisitionError
@@ -61,6 +68,9 @@ class Line:
         self.first_bytes = b""
         self._parser = FrameParser()
         self._put_back: list[Arrival] = []
+        # A lease is renewed by a thread of its own, so two threads can send.
+        self._sending = threading.Lock()
+        self.sent_s = time.monotonic()
         try:
             self._serial = serial.serial_for_url(port, do_not_open=True)
             self._serial.baudrate = baud
@@ -107,14 +117,16 @@ class Line:
         LineLostError
             The port disappeared.
         """
-        try:
-            self._serial.write(encode(payload))
-        except _FAULTS as fault:
-            raise LineLostError(str(fault)) from fault
+        with self._sending:
+            try:
+                self._serial.write(encode(payload))
+            except _FAULTS as fault:
+                raise LineLostError(str(fault)) from fault
+            self.sent_s = time.monotonic()
 
     def close(self) -> list[Damaged]:
         """Close the port; return the rest of an unfinished frame."""
-        with contextlib.suppress(*_FAULTS):  # the port may have disappeared
+        with self._sending, contextlib.suppress(*_FAULTS):  # the port may have disappeared
             self._serial.close()
         return self._parser.drop_pending("cut off: the line was closed")
 

@@ -97,8 +97,6 @@ def record(options: argparse.Namespace, origin: Mapping[str, str] | None = None)
 
             outlet = SampleOutlet(options.stream_out, header, sensors, f"{folder}/{name}")
             watchers = watched_and_sent(watchers, outlet)
-        if drive:
-            drive.start()
         stop = StopRequest()
         log = FrameLog(options.logs / folder / f"{name}.log", terminal.note)
         part = archive.PartFile(final, header, sensors, terminal.note)
@@ -107,10 +105,12 @@ def record(options: argparse.Namespace, origin: Mapping[str, str] | None = None)
         limits = Limits(limit, options.patience, length + 1)
         terminal.note(f"recording {final} from {line.port}; Ctrl-C ends it")
         session = Session(line, identity, part, log, terminal, limits, stop, watchers)
-        _run(session, part, terminal, log)
+        # Last of all: from here on, Ctrl-C ends the run in order, and samples are on the disk.
+        if drive and not stop.reason:
+            _start(drive, part, log)
+        _run(session, part, terminal, log, drive)
     finally:
-        if drive and (warning := drive.stop()):
-            print(warning, file=sys.stderr)
+        _stop(drive)
     if drive:
         session.progress.wave = drive.summary()
     checked = _tell_outcome(session, terminal, part.final, log.path, settings)
@@ -237,11 +237,35 @@ def _watchers(
     return watch
 
 
-def _run(session: Session, part: archive.PartFile, terminal: Terminal, log: FrameLog) -> None:
+def _start(drive: Drive, part: archive.PartFile, log: FrameLog) -> None:
+    """Start the wave; leave no file if the board refuses."""
+    try:
+        drive.start()
+    except AcquisitionError:
+        part.discard()
+        log.close()
+        raise
+
+
+def _stop(drive: Drive | None) -> None:
+    if drive and (warning := drive.stop()):
+        print(warning, file=sys.stderr)
+
+
+def _run(
+    session: Session,
+    part: archive.PartFile,
+    terminal: Terminal,
+    log: FrameLog,
+    drive: Drive | None,
+) -> None:
     """Record, and archive the samples, even if the board was lost."""
     lost = None
     try:
-        session.run()
+        try:
+            session.run()
+        finally:
+            _stop(drive)  # before the files: a disk can be slow
     except BoardLostError as reason:
         session.ended, lost = str(reason), reason
     except AcquisitionError as reason:

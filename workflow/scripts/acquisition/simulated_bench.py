@@ -91,9 +91,9 @@ class SimulatedBench:
         )
 
     def leave(self) -> list[str]:
-        """Unfold the origami and stop the wave; return no warnings."""
-        self._let_go()
+        """Stop the wave and unfold the origami; return no warnings."""
         self._journey.stop_wave()
+        self._let_go()
         return []
 
     def _let_go(self) -> None:

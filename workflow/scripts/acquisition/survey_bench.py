@@ -45,7 +45,7 @@ class SurveyBench(Protocol):
         """
 
     def leave(self) -> list[str]:
-        """Unfold the origami, stop the wave and close the ports; return warnings.
+        """Stop the wave, unfold the origami and close the ports; return warnings.
 
         It can be called at any time, also more than once.
         """

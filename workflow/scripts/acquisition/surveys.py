@@ -152,7 +152,7 @@ def _on_boards(
     # A board can have another port than in the killed session.
     given = {name: port for name, port in _ports(options).items() if port is not None}
     ports = Ports(**(about["boards"] | given), baud=options.baud)
-    links = {} if resumed else board_links(ports, _tell)
+    links = {} if resumed else board_links(ports, _tell, stop)
     try:
         if not resumed:
             about |= _begun(links, settings, wave, folder)
@@ -179,7 +179,7 @@ def _on_boards(
             if resumed:
                 run.repeat(read_stored(folder, sensors, rate_hz, pilot.every))
             if not pilot.cycle.over:
-                links = links or board_links(ports, _tell)
+                links = links or board_links(ports, _tell, stop)
                 _lead(run, links, wave, about, folder, options.patience, stop)
             disk.finish()
         except BaseException:
@@ -203,13 +203,14 @@ def _lead(
     patience_s: float,
     stop: StopRequest,
 ) -> None:
-    """Run the survey; always unfold the origami and stop the wave at its end."""
+    """Run the survey; always stop the wave and unfold the origami at its end."""
     log = FrameLog(folder / BOARDS_LOG, _tell)
     bench = board_bench(
         links,
         wave,
         log,
         _tell,
+        stop,
         patience_s=patience_s,
         begin_s=run.next_s,
         index_mm=about[INDEX],
@@ -218,6 +219,9 @@ def _lead(
         bench.start()
         begun = datetime.fromisoformat(about["begun"]) if run.begun else None
         run.go_on(bench, stop, begun)
+    except KeyboardInterrupt:
+        print("ended by Ctrl-C before the first sample; nothing new is kept", file=sys.stderr)
+        raise
     finally:
         for warning in bench.leave():
             print(warning, file=sys.stderr)

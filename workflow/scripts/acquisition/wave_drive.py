@@ -4,19 +4,18 @@ from collections.abc import Callable
 
 import numpy as np
 
-from acquisition.bench_errors import AcquisitionError, BoardLostError, LineLostError, RefusedError
+from acquisition.bench_errors import AcquisitionError, BoardLostError, LineLostError
 from acquisition.board_link import BoardLink
 from acquisition.boards import request
 from acquisition.clock import AWAKE
 from acquisition.drive import Wave
 from acquisition.errands import Errands
 from acquisition.frame_log import FrameLog
+from acquisition.lease import LEASE_S, LeaseKeeper, take_lease
 from acquisition.protocol import Damaged, Position
 from acquisition.wave_phase import RUNNING, WavePhase
 
 ASK_EVERY_S = 0.2
-# The board stops the wave if the computer sends nothing for so long.
-LEASE_S = 5
 # A steep stop leaves the capsule where it is; docs/protocol.md states the limit.
 STEEPEST_MM_S2 = 100
 
@@ -54,7 +53,10 @@ class WaveDrive:
         self._settings = (*wave.commands, f"lease,{LEASE_S}")
         self._errands = Errands(link.send, self._note_refusal)
         self._connections = link.connections
+        self._keeper = LeaseKeeper(lambda: link.line)
         self._wanted = True
+        # Whether the program was stopped, and has not seen the wave since.
+        self._unseen = False
         self._asked_s = 0.0
         self._heard_s = self._known_s = AWAKE.now_s()
         self._phase = WavePhase(
@@ -79,22 +81,29 @@ class WaveDrive:
             The board refuses, with its reason, or was disconnected.
         """
         try:
-            for setting in self._settings:
-                try:
-                    request(self._link.line, setting)
-                except RefusedError as reason:
-                    if not setting.startswith("lease"):
-                        raise
-                    self._tell(f"warning: the wave will not stop if this computer fails: {reason}")
+            for setting in self._wave.commands:
+                request(self._link.line, setting)
+            take_lease(self._link.line, self._tell)
             request(self._link.line, "start")
         except LineLostError as fault:
             raise AcquisitionError(
                 f"the peristalsis board at {self._link.port} was disconnected: {fault}"
             ) from fault
+        self._keeper.start()
         self._heard_s = self._known_s = AWAKE.now_s()
 
+    def note_pause(self) -> None:
+        """Note that the program was stopped for a moment: the wave may have stopped meanwhile."""
+        self._unseen = True
+
     def serve(self) -> None:
-        """Read the board's frames, and ask for the position of the wave."""
+        """Read the board's frames, and ask for the position of the wave.
+
+        Raises
+        ------
+        AcquisitionError
+            The program was stopped for a moment, and no wave runs any more.
+        """
         for arrival in self._link.receive():
             self._errands.note(arrival.event)
             match arrival.event:
@@ -105,6 +114,7 @@ class WaveDrive:
         if self._link.connections > self._connections:
             self._connections = self._link.connections
             self._phase.begin_anew()
+            self._check_seen()
             self._run_again()
         self._errands.serve()
         now_s = AWAKE.now_s()
@@ -118,7 +128,10 @@ class WaveDrive:
 
     def stop(self) -> None:
         """Command the board to stop the wave, and return at once."""
+        if not self._wanted:
+            return
         self._wanted = False
+        self._keeper.end()
         self._errands.want(f"ramp,{STEEPEST_MM_S2}", "stop")
 
     def trouble(self, patience_s: float) -> AcquisitionError | None:
@@ -138,6 +151,8 @@ class WaveDrive:
 
     def leave_stopped(self) -> str:
         """Stop the wave, wait, and close the port; return a warning if the wave does not stop."""
+        self._wanted = False
+        self._keeper.end()
         try:
             if self._link.connected:
                 request(self._link.line, "stop")
@@ -154,13 +169,25 @@ class WaveDrive:
         continues = self._phase.note(position, arrived_s)
         if self._phase.known:
             self._known_s = self._heard_s
-        if self._wanted and not self._errands.open and position.state != RUNNING:
+        runs = position.state == RUNNING
+        if not runs:
+            self._check_seen()
+        self._unseen = False
+        if self._wanted and not self._errands.open and not runs:
             self._tell(
                 "the peristalsis board "
                 + ("had stopped the wave" if continues else "was reset")
                 + ", so the survey starts it again"
             )
             self._run_again()
+
+    def _check_seen(self) -> None:
+        """Raise an error if the wave has stopped while nobody watched: a person must start it."""
+        if self._wanted and self._unseen:
+            raise AcquisitionError(
+                "this program was stopped for a moment, and no wave runs any more; look at the "
+                "bench, then continue the session: survey.py --resume"
+            )
 
     def _run_again(self) -> None:
         if self._wanted:

@@ -53,7 +53,7 @@ _TABLE: dict[tuple[str, str], Step] = {
     ("returning", "let_go"): Step("unfolding", (UNFOLD,)),
     ("folding", "let_go"): Step("unfolding", (UNFOLD,)),
     ("unfolding", "unfolded"): Step("finding"),
-    ("unfolding", "late"): Step("closing", (UNFOLD,)),
+    ("unfolding", "late"): Step("closing", (STOP_WAVE, UNFOLD)),
     ("finding", "placed"): Step("passing"),
     ("finding", "short"): Step("folding", (FOLD,)),
     ("finding", "not_back"): Step("folding", (FOLD,)),
@@ -80,7 +80,7 @@ _TABLE: dict[tuple[str, str], Step] = {
     ("closing", "tick"): Step("closing", (UNFOLD,)),
     ("closing", "late"): Step("ended"),
 }
-# In any state, these events unfold the origami, and nothing folds it again.
+# In any state, these events stop the wave and unfold the origami, and nothing folds it again.
 _ENDINGS = {"stopped", "gut_ended", "fault", "cannot_arrive"}
 EVENTS = sorted({event for _, event in _TABLE} | _ENDINGS)
 
@@ -134,7 +134,8 @@ def after(cycle: Cycle, event: str) -> tuple[Cycle, tuple[str, ...]]:
     if event in _ENDINGS:
         if cycle.state in ("closing", "ended"):
             return cycle, ()
-        return replace(cycle, state="closing"), (UNFOLD,)
+        # The wave first: unfolding takes seconds, and with a stuck thread many.
+        return replace(cycle, state="closing"), (STOP_WAVE, UNFOLD)
     step = _TABLE.get((cycle.state, event))
     if step is None:
         return cycle, ()
