@@ -20,6 +20,8 @@ examples:
                                    on the bench, until the end stop or Ctrl-C
   %(prog)s --resume sessions/tuesday --fold /dev/ttyACM3
                                    continue it; the fold board has another port now
+  %(prog)s --fold /dev/ttyACM2 --fold-set-up
+                                   tell a new fold board that the origami is unfolded
 
 Nobody has measured the folding: docs/survey.md.
 
@@ -64,11 +66,19 @@ def parse(arguments: list[str] | None = None) -> argparse.Namespace:
     add("--results", type=Path, default=Path("results"), metavar="FOLDER", help=results)
     add_board_options(parser)
     add_wave_options(parser)
-    parser.add_argument_group("the fold board").add_argument(
-        "--fold", metavar="PORT", help="fold and unfold the origami at this port"
+    fold = parser.add_argument_group("the fold board")
+    fold.add_argument("--fold", metavar="PORT", help="fold and unfold the origami at this port")
+    fold.add_argument(
+        "--fold-set-up",
+        action="store_true",
+        help="only set up a fold board that is new or has lost what it knew of its thread: asks "
+        "you to look at the origami, and to confirm that it is unfolded",
     )
     options = parser.parse_args(arguments)
-    if options.resume is None:
+    if options.fold_set_up:
+        if not options.fold:
+            parser.error("--fold-set-up needs the port of the fold board: --fold PORT")
+    elif options.resume is None:
         _check_new(options, parser)
     return options
 

@@ -12,6 +12,7 @@ from acquisition.bench_errors import AcquisitionError, CannotArriveError, Survey
 from acquisition.board_bench import Ports, board_bench, board_links
 from acquisition.board_link import BoardLink
 from acquisition.drive import Wave
+from acquisition.fold_set_up import set_up_fold
 from acquisition.frame_log import FrameLog
 from acquisition.limits import StopRequest
 from acquisition.logger_board import check_fits, header_of
@@ -37,7 +38,7 @@ from capsule.survey.suspected_place import STATUSES
 
 
 def survey(options: argparse.Namespace) -> None:
-    """Survey a gut, or go to targets in it.
+    """Survey a gut, go to targets in it, or set up the fold board.
 
     Raises
     ------
@@ -48,6 +49,9 @@ def survey(options: argparse.Namespace) -> None:
     AcquisitionError
         A board is missing, refuses or was lost.
     """
+    if options.fold_set_up:
+        set_up_fold(options.fold, options.baud)
+        return
     resumed = options.resume is not None
     folder = options.resume if resumed else options.out
     if resumed:
