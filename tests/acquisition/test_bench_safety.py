@@ -210,6 +210,18 @@ def test_ctrl_c_stops_the_wave_before_the_origami_unfolds(rig, stuck):
         assert bench.at_rest()
 
 
+def test_ctrl_c_while_a_survey_waits_for_its_boards_ends_it_at_once(rig):
+    bench = rig("wave", "fold")
+    bench.cables.fold.spoil = lambda frame: b""
+    surveyor = bench.survey(*BACK_SOON)
+    surveyor.run(lambda: bench.cables.fold.opened)
+    surveyor.send_signal()
+    pressed_s = bench.now_s
+    surveyor.expect(130)
+    assert bench.now_s - pressed_s < 0.5
+    assert not (bench.folder / "tuesday").exists()
+
+
 def test_ctrl_c_before_the_first_sample_ends_a_survey_at_once(rig):
     bench = rig("wave", "fold")
     bench.cables.logger.spoil = lambda frame: b"" if b"$D," in frame else frame

@@ -1,6 +1,7 @@
 """survey.py on boards that fail: the origami is unfolded, and missing samples give no verdict."""
 
 import itertools
+import json
 
 import numpy as np
 import pytest
@@ -17,6 +18,11 @@ SOON = "--patience", 15
 def folded(bench):
     """Return a function that returns whether the origami is folded."""
     return lambda: bench.fold.folded == 1.0
+
+
+def happened_so_far(bench):
+    lines = (bench.folder / "tuesday" / "events.jsonl.part").read_text().splitlines()
+    return [json.loads(line)["event"] for line in lines]
 
 
 def happened(bench):
@@ -96,6 +102,22 @@ def test_a_thread_that_is_stuck_halfway_ends_the_survey(rig):
     assert "folding" in {row[-1] for row in bench.stream()}
     # It was told to unfold to the last.
     assert bench.fold.said[-1] in ("unfolding", "fault")
+
+
+def test_a_fold_board_that_is_reset_while_it_folds_is_noticed_at_once(rig):
+    bench = rig()
+    surveyor = bench.survey(*THERE_AND_BACK)
+    surveyor.run(lambda: bench.fold.folded > 0.3)
+    bench.cables.fold.press_reset()
+    reset_s = bench.now_s
+    surveyor.run(lambda: "let_go" in happened_so_far(bench))
+    # The boot loader takes a second, a judgement 0.8 s.
+    assert bench.now_s - reset_s < 3
+    surveyor.expect(0)
+    check_ended(bench)
+    assert "let_go" in happened(bench)
+    assert "late" not in happened(bench)
+    assert bench.gut.head_mm == pytest.approx(12.0, abs=5)
 
 
 def test_a_motor_that_has_to_rest_is_waited_for_and_is_no_fault(rig):

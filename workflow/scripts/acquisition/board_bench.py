@@ -196,20 +196,27 @@ def board_links(
         Ctrl-C came before all boards were found.
     """
     links: dict[str, BoardLink] = {}
+
+    def stopped() -> bool:
+        return bool(stop.reason)
+
+    def link(port: str, wanted: str) -> BoardLink:
+        return linked(port, wanted, tell, ports.baud, stopped)
+
     try:
-        links["fold"] = linked(ports.fold, "fold", tell, ports.baud)
-        links["peristalsis"] = linked(ports.drive, "peristalsis", tell, ports.baud)
+        links["fold"] = link(ports.fold, "fold")
+        links["peristalsis"] = link(ports.drive, "peristalsis")
         if ports.logger is None:
             skip = [ports.drive, ports.fold]
-            line = find("logger", ports.baud, tell, skip=skip, stopped=lambda: bool(stop.reason))
-            links["logger"] = BoardLink(*line, tell)
+            found = find("logger", ports.baud, tell, skip=skip, stopped=stopped)
+            links["logger"] = BoardLink(*found, tell)
         else:
-            links["logger"] = linked(ports.logger, "logger", tell, ports.baud)
+            links["logger"] = link(ports.logger, "logger")
         if stop.reason:
             raise KeyboardInterrupt
     except (AcquisitionError, KeyboardInterrupt):
-        for link in links.values():
-            link.close()
+        for each in links.values():
+            each.close()
         raise
     return links
 

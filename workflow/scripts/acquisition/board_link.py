@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from acquisition.bench_errors import AcquisitionError, BoardNotFoundError, LineLostError
 from acquisition.boards import connect
-from acquisition.line import BAUD, Arrival, Line
+from acquisition.line import Arrival, Line
 from acquisition.protocol import Identity
 from acquisition.reconnection import Reconnection
 from acquisition.usb import UsbPort
@@ -103,6 +103,8 @@ class BoardLink:
             self._tell(f"still waiting: {reason}")
 
 
-def linked(port: str, wanted: str, tell: Callable[[str], None], baud: int = BAUD) -> BoardLink:
-    """Open a port and check which board is behind it; raise `AcquisitionError` if it is wrong."""
-    return BoardLink(*connect(port, baud, wanted), tell)
+def linked(
+    port: str, wanted: str, tell: Callable[[str], None], baud: int, stopped: Callable[[], bool]
+) -> BoardLink:
+    """Open a port and check which board is behind it; parameters as in `boards.connect`."""
+    return BoardLink(*connect(port, baud, wanted, stopped), tell)

@@ -53,7 +53,11 @@ PURPOSES = {
 }
 
 
-def identify(line: Line, wanted: str) -> Identity:
+def _never() -> bool:
+    return False
+
+
+def identify(line: Line, wanted: str, stopped: Callable[[], bool] = _never) -> Identity:
     """Ask a board for its identity, and check it.
 
     Parameters
@@ -62,6 +66,8 @@ def identify(line: Line, wanted: str) -> Identity:
         An open line.
     wanted : {"logger", "peristalsis", "fold"}
         The expected board.
+    stopped : callable
+        Function that returns whether the user has ended the program.
 
     Raises
     ------
@@ -69,11 +75,15 @@ def identify(line: Line, wanted: str) -> Identity:
         Another board or none answers, or the baud rate is wrong.
     LineLostError
         The port disappeared.
+    KeyboardInterrupt
+        The user has ended the program.
     """
     introduction = Introduction(line, wanted)
     while True:
         if identity := introduction.step(line.receive()):
             return identity
+        if stopped():
+            raise KeyboardInterrupt
 
 
 class Introduction:
@@ -244,17 +254,19 @@ def request(line: Line, command: str, tries: int = 12) -> str:
     )
 
 
-def connect(port: str, baud: int, wanted: str) -> tuple[Line, Identity]:
+def connect(
+    port: str, baud: int, wanted: str, stopped: Callable[[], bool] = _never
+) -> tuple[Line, Identity]:
     """Open a port and check which board is behind it; raise `AcquisitionError` if it is wrong."""
     line = Line(port, baud)
     try:
-        return line, identify(line, wanted)
+        return line, identify(line, wanted, stopped)
     except LineLostError as fault:
         line.close()
         raise NoAnswerError(
             f"the board at {port} was disconnected before it identified itself: {fault}"
         ) from fault
-    except AcquisitionError:
+    except (AcquisitionError, KeyboardInterrupt):
         line.close()
         raise
 
@@ -265,7 +277,7 @@ def find(
     tell: Callable[[str], None],
     ports: Iterable[ListPortInfo] | None = None,
     skip: Iterable[str] = (),
-    stopped: Callable[[], bool] = lambda: False,
+    stopped: Callable[[], bool] = _never,
 ) -> tuple[Line, Identity]:
     """Find a board at the USB ports.
 

@@ -16,7 +16,7 @@ LOOK_EVERY_S = 0.25
 
 
 def take_lease(line: Line, tell: Callable[[str], None]) -> None:
-    """Tell the peristalsis board its lease; warn if its firmware is too old to know leases.
+    """Send the peristalsis board its lease; warn if its firmware is too old to know leases.
 
     Raises
     ------
