@@ -10,9 +10,10 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from acquisition import archive, session
+from acquisition import archive
 from acquisition.bench_errors import BoardLostError, LineLostError
 from acquisition.protocol import encode
+from acquisition.reconnection import Reconnection
 from support.bench.scripted import ScriptedBench, identity_frame, sample_frame
 
 pytestmark = pytest.mark.takes(0.3)
@@ -130,13 +131,12 @@ def test_a_stop_is_obeyed_in_the_midst_of_anything(tmp_path, monkeypatch):
 
 def test_a_line_that_is_lost_at_once_ends_by_patience(tmp_path, monkeypatch):
     bench = ScriptedBench(tmp_path, monkeypatch)
-    monkeypatch.setattr(session.time, "sleep", lambda seconds: None)
 
-    def lost(port, baud, wanted):
+    def lost(returning, timeout_s):
         bench.now_s += 0.5
         raise BoardLostError("nobody there")
 
-    monkeypatch.setattr(session, "connect", lost)
+    monkeypatch.setattr(Reconnection, "step", lost)
     with pytest.raises(BoardLostError, match=r"did not come back within [56] s \(--patience\)"):
         bench.run([(0.0, sample_frame(0)), (0.1, LineLostError())])
     assert bench.numbers() == [0]
