@@ -230,6 +230,46 @@ def test_a_lease_that_nobody_renews_stops_the_wave(motor):
     assert position(motor).state == "running"
 
 
+def test_a_board_that_hears_nothing_stops_after_a_minute(motor):
+    motor.say("start")
+    motor.wait(59)
+    assert motor.board.coils
+    motor.wait(3)
+    assert motor.board.coils == 0
+
+
+@pytest.mark.parametrize("interrupts", [True, False])
+def test_a_program_that_hangs_stops_the_motor_by_the_watchdog(motor, interrupts):
+    motor.say("lease,0")
+    motor.say("start")
+    motor.wait(2)
+    motor.board.hang(interrupts)
+    motor.wait(0.6)
+    assert motor.board.watchdog_resets == 1
+    assert motor.board.coils == 0
+    motor.wait(3)  # it restarts once, and at rest the watchdog is fed
+    assert motor.board.watchdog_resets == 1
+
+
+def test_a_timer_that_fails_restarts_the_board(motor):
+    motor.say("start")
+    motor.wait(2)
+    motor.board.stop_timer()
+    motor.wait(0.6)
+    assert (motor.board.watchdog_resets, motor.board.coils) == (1, 0)
+
+
+def test_the_lease_ends_though_the_main_program_hangs_and_feeds_the_watchdog(motor):
+    motor.say("lease,2")
+    motor.say("start")
+    motor.wait(1)
+    motor.board.hang(interrupts=True, feeds_watchdog=True)
+    motor.wait(0.8)
+    assert motor.board.coils
+    motor.wait(1.5)
+    assert (motor.board.watchdog_resets, motor.board.coils) == (0, 0)
+
+
 INDEX_AT, INDEX_CLOSED = 300.3, 120.0  # half-steps: where the cam closes its switch, how long
 HALF_STEPS_PER_WAVE = 80 * HALF_STEPS_PER_MM
 

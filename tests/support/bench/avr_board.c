@@ -270,11 +270,17 @@ void board_set_cam(board_t *board, double turn, double index, double closed) {
     turn_cam(board);
 }
 
-/* Let the program hang in the loop behind main, with its interrupts or without. */
-int board_hang(board_t *board, int interrupts) {
+/* Let the program hang in the loop behind main, with its interrupts or without. If it feeds the
+ * watchdog, the two instructions there, cli and rjmp, become wdr and rjmp to it. */
+int board_hang(board_t *board, int interrupts, int feeds) {
     avr_t *avr = board->avr;
     for (avr_flashaddr_t pc = 0; pc + 1 < avr->codeend; pc += 2) {
         if (avr->flash[pc] == 0xFF && avr->flash[pc + 1] == 0xCF) { /* rjmp to itself */
+            if (feeds) {
+                static const unsigned char loop[] = {0xA8, 0x95, 0xFE, 0xCF};
+                pc -= 2;
+                memcpy(avr->flash + pc, loop, sizeof loop);
+            }
             avr->pc = pc;
             avr->state = cpu_Running;
             avr->sreg[S_I] = interrupts;

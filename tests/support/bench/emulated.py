@@ -74,7 +74,7 @@ def _library() -> ctypes.CDLL:
         ("set_voltage", None, (board, number, real, real)),
         ("set_switch", None, (board, number, number)),
         ("set_cam", None, (board, real, real, real)),
-        ("hang", number, (board, number)),
+        ("hang", number, (board, number, number)),
         ("stop_timer", None, (board,)),
         ("take_sent", number, (board, board, number)),
         ("deliver", number, (board, text, number)),
@@ -179,9 +179,9 @@ class EmulatedBoard:
         """
         self._library.board_set_cam(self._board, turn, index, closed)
 
-    def hang(self, interrupts: bool) -> None:
-        """Put the program into an endless loop, with or without interrupts."""
-        if not self._library.board_hang(self._board, int(interrupts)):
+    def hang(self, interrupts: bool, feeds_watchdog: bool = False) -> None:
+        """Put the program into an endless loop, with or without interrupts and watchdog."""
+        if not self._library.board_hang(self._board, int(interrupts), int(feeds_watchdog)):
             raise RuntimeError("the firmware has no endless loop behind main")
 
     def stop_timer(self) -> None:

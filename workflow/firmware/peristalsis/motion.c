@@ -21,6 +21,8 @@ static volatile int32_t half_steps;
 static volatile int32_t last_index; /* half-steps at the last passage of the cam shaft's index */
 static volatile bool has_index;
 static volatile uint32_t overflows; /* of Timer1: 0.262 s each */
+static volatile uint32_t lease;      /* in ticks; 0: the wave never stops by itself */
+static volatile uint32_t lease_left; /* the interrupt that steps counts it down */
 static uint32_t remainder_ticks;    /* of step_ticks(), so that its errors do not add up */
 
 static int32_t set_speed_um_s = DEFAULT_SPEED_UM_S;
@@ -102,6 +104,11 @@ ISR(TIMER1_COMPA_vect) {
     motor_hold((uint8_t)half_steps);
     watch_index(forward);
     uint16_t ticks = step_ticks((uint32_t)labs(rate));
+    if (lease_left > ticks) {
+        lease_left -= ticks;
+    } else if (lease) {
+        wanted = 0; /* here, so that a main program that hangs cannot keep the motor running */
+    }
     rate = ramped(rate, wanted, ticks);
     if (rate == 0) {
         TIMSK1 &= (uint8_t) ~(1 << OCIE1A);
@@ -190,6 +197,32 @@ void motion_set_backward(bool backward) {
     if (wanted != 0) {
         lead_to_set_speed();
     }
+}
+
+void motion_set_lease(uint32_t lease_ms) {
+    cli();
+    lease = lease_left = lease_ms * (TICK_HZ / 1000);
+    sei();
+}
+
+void motion_renew_lease(void) {
+    cli();
+    lease_left = lease;
+    sei();
+}
+
+bool motion_goes_on(void) {
+    static int32_t last_half_steps;
+    static uint32_t last_overflows;
+    cli();
+    int32_t steps = half_steps;
+    uint32_t elapsed = overflows;
+    bool turns = rate != 0;
+    sei();
+    bool goes_on = turns ? steps != last_half_steps : elapsed != last_overflows;
+    last_half_steps = steps;
+    last_overflows = elapsed;
+    return goes_on;
 }
 
 void motion_start(void) {

@@ -48,6 +48,13 @@ int32_t motion_max_speed_um_s(void);
 
 void motion_set_speed(int32_t speed_um_s); /* within MIN_SPEED_UM_S .. motion_max_speed_um_s() */
 void motion_set_ramp(int32_t ramp_um_s2);  /* within MIN_RAMP_UM_S2 .. MAX_RAMP_UM_S2 */
+/* Stop the wave this long after the last renewal; 0: never. The time at rest does not count. */
+void motion_set_lease(uint32_t lease_ms);
+void motion_renew_lease(void);
+
+/* Return whether the interrupts have come since the last call: a step, or at rest an overflow. */
+bool motion_goes_on(void);
+
 void motion_set_backward(bool backward);
 void motion_start(void);
 void motion_stop(void);

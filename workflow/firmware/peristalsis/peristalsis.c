@@ -1,13 +1,16 @@
 /* Peristalsis board: turns the cam shafts of the phantom, on an Arduino UNO.
  *
  * A 28BYJ-48 motor behind a ULN2003 drives a wave of 80 mm along the walls at a set speed. The
- * interrupt of Timer1 makes every step (motion.c). This file receives commands and sleeps.
+ * interrupt of Timer1 makes every step and checks the lease (motion.c). This file receives commands and sleeps.
+ * It resets the watchdog only while that interrupt comes.
  * Commands and frames: docs/protocol.md; wiring, cam and gearing: docs/bench.md. */
 #if !__has_include(<capsule_frame.h>)
 #error "Arduino IDE: set File > Preferences > Sketchbook location to workflow/firmware"
 #endif
 #include <avr/interrupt.h>
+#include <avr/io.h>
 #include <avr/sleep.h>
+#include <avr/wdt.h>
 #include <capsule_commands.h>
 #include <capsule_frame.h>
 #include <capsule_serial.h>
@@ -15,15 +18,12 @@
 
 #include "motion.h"
 
-#define FIRMWARE_VERSION "1.1"
+#define FIRMWARE_VERSION "1.2"
 #define MIN_LEASE_MS 1000
 #define MAX_LEASE_MS 60000
+#define DEFAULT_LEASE_MS 60000 /* a computer that died lets the motor run no longer */
 
 static const char *const STATE_NAMES[] = {"stopped", "running", "stopping"};
-
-/* After so long without a command, the wave stops by itself; 0: never. */
-static int32_t lease_ms;
-static uint32_t heard_ms; /* time of the last command */
 
 static void send_identity(void) {
     motion_t motion = motion_read();
@@ -136,7 +136,7 @@ static bool set_lease(const char *argument) {
         refuse_range("lease", MIN_LEASE_MS, MAX_LEASE_MS, " s, or 0 for none");
         return false;
     }
-    lease_ms = wanted_ms;
+    motion_set_lease((uint32_t)wanted_ms);
     return true;
 }
 
@@ -172,32 +172,27 @@ static const command_t COMMANDS[] = {
 };
 
 static void obey(char *command) {
-    heard_ms = motion_read().uptime_ms;
+    motion_renew_lease();
     obey_one_of(
         COMMANDS, sizeof COMMANDS / sizeof *COMMANDS, command,
         "unknown; peristalsis knows identify position start stop speed direction ramp lease");
 }
 
-/* Timer1 wakes the processor at each half-step, and at least every 0.26 s. */
-static void stop_without_lease(void) {
-    if (!lease_ms) {
-        return;
-    }
-    motion_t motion = motion_read();
-    if (motion.state == RUNNING && motion.uptime_ms - heard_ms > (uint32_t)lease_ms) {
-        motion_stop();
-    }
-}
-
 int main(void) {
+    MCUSR = 0; /* else the watchdog would keep its shortest time after it restarted the board */
+    wdt_enable(WDTO_500MS); /* at rest the processor wakes every 0.26 s */
+    wdt_reset(); /* the new time counts from here, also after a restart by the watchdog */
     set_sleep_mode(SLEEP_MODE_IDLE);
     serial_begin();
     motion_begin();
+    motion_set_lease(DEFAULT_LEASE_MS);
     sei();
     send_identity();
     for (;;) {
         receive_commands(obey, send_identity);
-        stop_without_lease();
+        if (motion_goes_on()) {
+            wdt_reset();
+        }
         serial_sleep(NULL);
     }
 }
