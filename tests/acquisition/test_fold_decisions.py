@@ -95,6 +95,42 @@ def test_the_wait_that_is_told_is_no_longer_than_needed_and_enough():
         bench.wait(3)
 
 
+def test_restarts_with_a_dead_switch_let_out_no_more_than_two_moves():
+    bench = Bench(900)
+    bench.stick(0, STUCK_OPEN)
+    on = looks = 0
+    for _ in range(110):  # ten minutes
+        bench.reset(0)
+        for _ in range(54):
+            bench.wait(0.1)
+            on += bench.coils()
+            looks += 1
+        bench.command("unfold")
+    assert 900 - bench.wound() <= 8000
+    assert on / looks < 0.1
+
+
+def test_a_fold_and_its_unfolding_wear_the_memory_little():
+    bench = Bench()
+    bench.wait(1)
+    before = bench.writes()
+    bench.command("fold")
+    bench.wait(4.9)
+    bench.command("unfold")
+    bench.wait(70)
+    # Two slots of 100,000 writes each: 40,000 folds.
+    assert bench.writes() - before <= 5
+
+
+def test_an_emptied_board_moves_only_after_it_is_set_up():
+    bench = Bench()
+    bench.reset(1)
+    bench.wait(2)
+    assert (bench.name(), bench.command("fold"), bench.command("unfold")) == ("fault", False, False)
+    assert bench.command("setup")
+    assert bench.command("fold")
+
+
 class AnyOrder(RuleBasedStateMachine):
     """A sequence of any commands and faults, in any order and at any time."""
 

@@ -1,7 +1,9 @@
 """The fold board's firmware in the emulator: its moves of the thread, and its faults."""
 
+import binascii
 import math
 import re
+import struct
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +18,7 @@ pytestmark = [pytest.mark.boards, emulated.needed]
 
 HALF_STEPS_PER_S = 400
 HALF_STEPS_PER_TURN = 64 * (32 / 9) * (22 / 11) * (26 / 9) * (31 / 10)  # of a 28BYJ-48
+LET_OUT = 8000  # half-steps that moves after restarts may let out
 RELEASE, SLACK = 500, 250  # half-steps, as docs/protocol.md has them
 DEBOUNCED = 6  # half-steps that the motor makes until a switch counts
 
@@ -73,6 +76,17 @@ def faults(events):
     return [event.reason for event in events if isinstance(event, Refusal)]
 
 
+def newest(talk):
+    """Return half-steps and ticks on of the newest record in the memory."""
+    slots = [talk.board.eeprom[at : at + 12] for at in (0, 16)]
+    read = [struct.unpack("<IiH", slot[:10]) for slot in slots if is_whole(slot)]
+    return max(read)[1:]
+
+
+def is_whole(slot):
+    return binascii.crc_hqx(slot[:10], 0xFFFF) == int.from_bytes(slot[10:], "little")
+
+
 def is_at_rest(talk):
     """Return whether the coils are off and the motor does not turn for 1 s."""
     before = talk.board.half_steps
@@ -112,10 +126,11 @@ def test_says_where_it_is_five_times_a_second_and_once_at_rest(fold):
         "fold",
         {
             "protocol": "1",
-            "firmware": "1.0",
+            "firmware": "1.1",
             "lease_ms": "5000",
             "longest_ms": "10000",
             "state": "unfolded",
+            "setup": "yes",
             "uptime_ms": "12",
         },
     )
@@ -126,7 +141,7 @@ def test_says_where_it_is_five_times_a_second_and_once_at_rest(fold):
     assert np.diff([report.device_ms for report in busy]).max() <= 203
     # What the board believes is what the thread did.
     fold.wait(0.3)
-    last = reports(fold.say("state", seconds=0.005) + fold.wait(0.005))[-1]
+    last = reports(fold.say("state", seconds=0.01))[-1]
     assert last.half_steps == pytest.approx(fold.world.wound, abs=DEBOUNCED)
 
 
@@ -395,6 +410,98 @@ def test_the_motor_is_on_for_a_quarter_of_each_minute_at_most(fold):
     most = (minute_later - np.arange(steps_s.size)).max()
     assert most + 4 * SWITCH_TRAVEL > 2 * TRAVEL
     assert most / HALF_STEPS_PER_S <= 15
+
+
+def test_restarts_with_a_dead_switch_let_out_no_more_than_two_moves():
+    talk = start(900)
+    talk.world.stuck["unfolded"] = False
+    before, on, looks = talk.board.half_steps, 0, 0
+    for _ in range(11):  # in a minute, as a computer that opens the port again and again
+        talk.board.reset()
+        for _ in range(54):
+            talk.wait(0.1)
+            on += talk.board.coils != 0
+            looks += 1
+        talk.say("unfold")
+    assert before - talk.board.half_steps <= LET_OUT
+    assert on / looks < 0.4
+    talk.wait(130)  # undisturbed, it may use up what is left, and no more
+    talk.say("unfold")
+    talk.wait(11)
+    assert before - talk.board.half_steps <= LET_OUT + 8
+    assert "too much thread let out" in reason(talk, "unfold")
+
+
+def test_a_power_cut_in_a_move_finds_the_whole_move_in_the_memory(fold):
+    fold.say("fold")
+    fold.wait(2)
+    assert newest(fold) == (0, 4000)  # the motor may yet be on for 10 s
+    fold.board.reset()
+    heard = fold.wait(0.05)
+    assert states(heard) == ["unfolding"]  # told at once
+    fold.wait(0.15)
+    assert newest(fold) == (-4000, 8000)
+    fold.wait(4)
+    assert is_unfolded(fold)
+    half_steps, on = newest(fold)
+    assert half_steps <= 0
+    assert 4000 < on < 6000
+    assert "the motor has to rest" in reason(fold, "fold")
+    fold.wait(62)
+    assert newest(fold)[1] == 0
+    assert answer(fold, "fold") == Acknowledgement("fold", "")
+
+
+def test_no_step_before_the_move_is_in_the_memory(fold):
+    before = fold.board.eeprom
+    fold.say("fold", seconds=0.005)
+    while fold.board.coils == 0:
+        fold.wait(0.005)
+    assert fold.board.eeprom != before
+    assert newest(fold)[1] == 4000
+    assert fold.board.half_steps == 0
+
+
+def test_a_damaged_slot_leaves_the_one_before(fold):
+    fold.say("fold", seconds=0.06)
+    assert newest(fold) == (0, 4000)
+    fold.board.write_eeprom(16, b"\xff" * 5)  # as if the power had failed during this write
+    fold.board.reset()
+    heard = fold.wait(0.05)
+    (greeting,) = [event for event in heard if isinstance(event, Identity)]
+    assert (greeting.entries["setup"], newest(fold)) == ("yes", (0, 0))
+
+
+def test_a_board_with_an_empty_memory_does_not_move_until_it_is_set_up(fold):
+    fold.board.write_eeprom(0, b"\xff" * 32)
+    fold.board.reset()
+    heard = fold.wait(0.1)
+    (greeting,) = [event for event in heard if isinstance(event, Identity)]
+    assert greeting.entries["setup"] == "no"
+    assert states(heard) == ["fault"]
+    assert faults(heard) == ["not set up"]
+    assert reason(fold, "fold") == reason(fold, "unfold") == "not set up"
+    fold.world.stuck["unfolded"] = False
+    fold.wait(2)
+    assert faults(fold.say("setup,unfolded")) == ["the switch unfolded alone must be closed"]
+    assert fold.board.half_steps == 0
+    fold.world.stuck.clear()
+    fold.wait(0.1)
+    assert "wants unfolded" in fold.say("setup,now")[0].reason
+    assert fold.say("setup,unfolded")[0] == Acknowledgement("setup", "unfolded")
+    fold.wait(0.1)
+    fold.board.reset()
+    fold.wait(0.1)
+    assert state(fold) == ("unfolded", "unfolded")
+    assert answer(fold, "fold") == Acknowledgement("fold", "")
+
+
+def test_a_broken_wire_reads_as_closed_and_does_not_pull(fold):
+    fold.board.set_switch(emulated.PIN_3, True)  # its contact open for good
+    fold.world.stuck["folded"] = True
+    fold.wait(0.1)
+    assert "both end switches are closed" in reason(fold, "fold")
+    assert fold.board.half_steps == 0
 
 
 def test_the_pages_have_the_firmwares_numbers():

@@ -5,6 +5,7 @@
  * cam that it may turn.
  * Built as a shared library and called from emulated.py. */
 #include <simavr/avr_adc.h>
+#include <simavr/avr_eeprom.h>
 #include <simavr/avr_extint.h>
 #include <simavr/avr_ioport.h>
 #include <simavr/avr_uart.h>
@@ -288,6 +289,17 @@ int board_hang(board_t *board, int interrupts, int feeds) {
         }
     }
     return 0;
+}
+
+void board_read_eeprom(board_t *board, unsigned char *out, int size) {
+    avr_eeprom_desc_t at = {.ee = out, .offset = 0, .size = (uint32_t)size};
+    avr_ioctl(board->avr, AVR_IOCTL_EEPROM_GET, &at);
+}
+
+void board_write_eeprom(board_t *board, int offset, const char *bytes, int size) {
+    avr_eeprom_desc_t at = {
+        .ee = (uint8_t *)bytes, .offset = (uint16_t)offset, .size = (uint32_t)size};
+    avr_ioctl(board->avr, AVR_IOCTL_EEPROM_SET, &at);
 }
 
 /* Let Timer1 no longer interrupt, as a flipped bit would. */

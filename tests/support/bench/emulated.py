@@ -1,9 +1,11 @@
 """Run the boards' real firmware in the emulator libsimavr."""
 
 import atexit
+import binascii
 import ctypes
 import functools
 import shutil
+import struct
 import subprocess
 import tempfile
 from pathlib import Path
@@ -43,6 +45,12 @@ def temporary_folder() -> Path:
     return folder
 
 
+def fold_record(sequence: int, half_steps: int, on_ticks: int) -> bytes:
+    """Return a record of the fold board's memory: `record_t` of origami.h."""
+    content = struct.pack("<IiH", sequence, half_steps, on_ticks)
+    return content + struct.pack("<H", binascii.crc_hqx(content, 0xFFFF))
+
+
 @functools.cache
 def build_folder() -> Path:
     """Build the firmware and the emulator's library once, and return their folder."""
@@ -76,6 +84,8 @@ def _library() -> ctypes.CDLL:
         ("set_cam", None, (board, real, real, real)),
         ("hang", number, (board, number, number)),
         ("stop_timer", None, (board,)),
+        ("read_eeprom", None, (board, board, number)),
+        ("write_eeprom", None, (board, number, text, number)),
         ("take_sent", number, (board, board, number)),
         ("deliver", number, (board, text, number)),
         ("baud", ctypes.c_long, (board,)),
@@ -102,16 +112,26 @@ class EmulatedBoard:
         `LOGGER`, `PERISTALSIS` or `FOLD`: names of the firmware and the processor.
     image : Path, optional
         Another build of the firmware.
+    set_up : bool, optional
+        Whether the memory of a fold board holds its first record.
     """
 
-    def __init__(self, board: tuple[str, str], image: Path | None = None) -> None:
+    def __init__(
+        self, board: tuple[str, str], image: Path | None = None, *, set_up: bool = True
+    ) -> None:
         name, mcu = board
+        self._normally_closed = board == FOLD
         image = image or build_folder() / f"{name}.elf"
         self._library = _library()
         self._board = self._library.board_new(mcu.encode(), str(image).encode())
         if not self._board:
             raise RuntimeError(f"libsimavr cannot load {image} as {mcu}")
         self._buffer = ctypes.create_string_buffer(65536)
+        if board == FOLD:
+            for switch in (PIN_2, PIN_3):
+                self.set_switch(switch, False)
+            if set_up:
+                self.write_eeprom(0, fold_record(1, 0, 0))
 
     @property
     def baud(self) -> int:
@@ -166,8 +186,22 @@ class EmulatedBoard:
         self.set_switch(END_STOP, closed)
 
     def set_switch(self, switch: int, closed: bool) -> None:
-        """Close or open a switch: `END_STOP` of the logger, `PIN_2` or `PIN_3` of an UNO."""
-        self._library.board_set_switch(self._board, switch, int(closed))
+        """Press or release a switch: `END_STOP` of the logger, `PIN_2` or `PIN_3` of an UNO.
+
+        The contacts of the fold board's switches are closed until they are pressed.
+        """
+        self._library.board_set_switch(self._board, switch, int(closed != self._normally_closed))
+
+    @property
+    def eeprom(self) -> bytes:
+        """The bytes of the fold board's two slots."""
+        content = ctypes.create_string_buffer(32)
+        self._library.board_read_eeprom(self._board, content, 32)
+        return content.raw
+
+    def write_eeprom(self, address: int, content: bytes) -> None:
+        """Write into the EEPROM, whatever the firmware does."""
+        self._library.board_write_eeprom(self._board, address, content, len(content))
 
     def set_cam(self, turn: float, index: float, closed: float) -> None:
         """Attach a cam to the motor; its index closes the switch at digital pin 3.

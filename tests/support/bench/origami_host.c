@@ -19,6 +19,8 @@ typedef struct {
 bench_t *bench_new(int wound) {
     bench_t *bench = calloc(1, sizeof *bench);
     bench->wound = wound;
+    record_t empty = {0};
+    origami_begin(&bench->origami, &empty);
     return bench;
 }
 
@@ -33,6 +35,7 @@ static void tick(bench_t *bench) {
     int unfolded = is_closed(bench->stuck[0], bench->wound < SWITCH_TRAVEL);
     int folded = is_closed(bench->stuck[1], bench->wound > TRAVEL - SWITCH_TRAVEL);
     unsigned char rotor = origami->rotor;
+    origami->stored = origami->record.sequence; /* the memory is quick here */
     origami_tick(origami, (unfolded ? UNFOLDED_CLOSED : NONE_CLOSED) |
                               (folded ? FOLDED_CLOSED : NONE_CLOSED));
     int turned = (signed char)(origami->rotor - rotor);
@@ -66,6 +69,7 @@ int bench_say(bench_t *bench, char command) {
     origami_t *origami = &bench->origami;
     const char *reason = command == 'f'   ? origami_fold(origami)
                          : command == 'h' ? origami_hold(origami)
+                         : command == 's' ? origami_set_up(origami)
                                           : origami_unfold(origami);
     if (!reason && command != 'u') {
         bench->unheard_ticks = 0;
@@ -73,6 +77,15 @@ int bench_say(bench_t *bench, char command) {
     return !reason;
 }
 
+/* Restart the board; the memory holds the last record, or none. */
+void bench_reset(bench_t *bench, int emptied) {
+    record_t record = bench->origami.record;
+    unsigned char rotor = bench->origami.rotor;
+    origami_begin(&bench->origami, emptied ? NULL : &record);
+    bench->origami.rotor = rotor;
+}
+
+int bench_writes(const bench_t *bench) { return (int)bench->origami.record.sequence; }
 void bench_stick(bench_t *bench, int number, int how) { bench->stuck[number] = how; }
 void bench_stall(bench_t *bench, int stalled) { bench->stalled = stalled; }
 int bench_wound(const bench_t *bench) { return bench->wound; }

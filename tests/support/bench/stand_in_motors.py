@@ -171,7 +171,12 @@ class StandInFold(StandIn):
 
     def entries(self) -> dict[str, object]:
         """Return the entries of the board's identity."""
-        return {"lease_ms": 5000, "longest_ms": 10000, "state": self._state}
+        return {
+            "lease_ms": 5000,
+            "longest_ms": 10000,
+            "state": self._state,
+            "setup": "yes",
+        }
 
     def advance(self, until_us: int) -> None:
         """Run until a point in time."""

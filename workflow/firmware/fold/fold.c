@@ -19,12 +19,19 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "memory.h"
 #include "origami.h"
 
-#define FIRMWARE_VERSION "1.0"
+#define FIRMWARE_VERSION "1.1"
 
-#define UNFOLDED_PIN PD2 /* digital pins 2 and 3: a closed switch connects them to ground */
+#define UNFOLDED_PIN PD2 /* digital pins 2 and 3 */
 #define FOLDED_PIN PD3
+
+/* 1: a switch connects its pin to ground until it is pressed. A broken wire then reads as pressed,
+ * which the protocol calls closed, and the motor does not pull. 0: normally open. */
+#ifndef NORMALLY_CLOSED
+#define NORMALLY_CLOSED 1
+#endif
 
 #define REPORT_MS 1000      /* while the origami is unfolded */
 #define REPORT_OFTEN_MS 200 /* in all other states */
@@ -51,14 +58,20 @@ typedef struct {
     origami_state_t state;
     const char *reason;
     bool known;
+    bool set_up;
 } report_t;
+
+static bool is_pressed(uint8_t pin) {
+    bool high = PIND & 1 << pin;
+    return high == NORMALLY_CLOSED;
+}
 
 ISR(TIMER1_COMPA_vect) {
     static bool odd;
     odd = !odd;
     uptime_ms += odd ? 2 : 3; /* ticks of 2.5 ms */
-    origami_tick(&origami, (PIND & 1 << UNFOLDED_PIN ? 0 : UNFOLDED_CLOSED) |
-                               (PIND & 1 << FOLDED_PIN ? 0 : FOLDED_CLOSED));
+    origami_tick(&origami, (is_pressed(UNFOLDED_PIN) ? UNFOLDED_CLOSED : 0) |
+                               (is_pressed(FOLDED_PIN) ? FOLDED_CLOSED : 0));
     if (origami.coils) {
         motor_hold(origami.rotor);
     } else {
@@ -84,6 +97,7 @@ static report_t look(void) {
         .state = origami.state,
         .reason = origami.reason,
         .known = origami.known,
+        .set_up = origami.set_up,
     };
     sei();
     return report;
@@ -99,6 +113,8 @@ static void send_identity(void) {
     frame_add_count(&frame, LONGEST_MS);
     frame_add_key(&frame, "state");
     frame_append(&frame, STATE_NAMES[report.state]);
+    frame_add_key(&frame, "setup");
+    frame_append(&frame, report.set_up ? "yes" : "no");
     frame_add_key(&frame, "uptime_ms");
     frame_add_count(&frame, report.uptime_ms);
     serial_send(&frame);
@@ -171,6 +187,14 @@ static bool unfold(const char *argument) {
     return answer("unfold", origami_unfold);
 }
 
+static bool set_up(const char *argument) {
+    if (strcmp(argument, "unfolded") != 0) {
+        refuse("setup", "wants unfolded");
+        return false;
+    }
+    return answer("setup", origami_set_up);
+}
+
 static bool state(const char *argument) {
     (void)argument;
     report_t report = look();
@@ -187,11 +211,25 @@ static bool identify(const char *argument) {
 static const command_t COMMANDS[] = {
     {"identify", false, identify}, {"state", false, state},   {"fold", false, fold},
     {"hold", false, hold},         {"unfold", false, unfold},
+    {"setup", true, set_up},
 };
 
 static void obey(char *command) {
     obey_one_of(COMMANDS, sizeof COMMANDS / sizeof *COMMANDS, command,
-                "unknown; fold knows identify state fold hold unfold");
+                "unknown; fold knows identify state fold hold unfold setup");
+}
+
+/* Store the record of a move before it starts, and of its end; the motor waits meanwhile. */
+static void store(void) {
+    cli();
+    record_t record = origami.record;
+    bool stored = record.sequence == origami.stored || !origami.set_up;
+    sei();
+    if (!stored && memory_write(&record)) {
+        cli();
+        origami.stored = record.sequence;
+        sei();
+    }
 }
 
 /* The watchdog restarts the board if the main program hangs or the interrupt stops. */
@@ -209,12 +247,15 @@ int main(void) {
     wdt_enable(WDTO_250MS);
     set_sleep_mode(SLEEP_MODE_IDLE);
     serial_begin();
+    record_t record;
+    origami_begin(&origami, memory_read(&record) ? &record : NULL);
     begin_ticks();
     sei();
     for (;;) {
         feed_watchdog();
         report_changes();
         receive_commands(obey, send_identity);
+        store();
         serial_sleep(NULL);
     }
 }

@@ -9,13 +9,57 @@
 #define SECOND TICKS(1000)
 
 const char MOTOR_HAS_TO_REST[] = "the motor has to rest";
+static const char NOT_SET_UP[] = "not set up";
+static const char LET_OUT[] = "too much thread let out; look at the switch unfolded";
 static const char BOTH[] = "both end switches are closed";
+
+static uint16_t on_ticks(const origami_t *origami) {
+    uint16_t on = 0;
+    for (uint8_t i = 0; i <= DUTY_S; i++) {
+        on += origami->on[i];
+    }
+    return on;
+}
+
+static void keep(origami_t *origami, int32_t half_steps, uint16_t on) {
+    if (half_steps == origami->record.half_steps && on == origami->record.on) {
+        return; /* restarts at rest do not wear the memory */
+    }
+    origami->record.half_steps = half_steps;
+    origami->record.on = on;
+    origami->record.sequence++;
+}
+
+static int32_t lowest(const origami_t *origami) {
+    if (!origami->recovering) {
+        return -SLACK_HALF_STEPS;
+    }
+    return origami->in_doubt ? -LET_OUT_HALF_STEPS : INT32_MIN;
+}
+
+/* Before the first step of a move, keep all that it may use; turn_motor() waits until it is stored.
+ * At its end, keep what it did. */
+static void keep_account(origami_t *origami) {
+    int32_t half_steps = origami->half_steps;
+    uint16_t on = on_ticks(origami);
+    if (origami->state == FOLDING || origami->state == UNFOLDING) {
+        on += TICKS(LONGEST_MS);
+    }
+    if (origami->state == UNFOLDING) {
+        int32_t end = half_steps - (int32_t)TICKS(LONGEST_MS);
+        end = end > lowest(origami) ? end : lowest(origami);
+        half_steps = end < half_steps ? end : half_steps;
+    }
+    keep(origami, half_steps, on);
+}
 
 static void enter(origami_t *origami, origami_state_t state) {
     origami->state = state;
     origami->ticks = 0;
     origami->moved = 0;
+    origami->aligned = 0;
     origami->recovering = false;
+    keep_account(origami);
 }
 
 static void fail(origami_t *origami, const char *reason, bool attempt) {
@@ -28,6 +72,27 @@ static void recover(origami_t *origami) {
     enter(origami, UNFOLDING);
     origami->recovering = true;
     origami->attempt = false;
+    keep_account(origami);
+}
+
+static bool may_recover(const origami_t *origami) {
+    return !origami->in_doubt || origami->half_steps > -LET_OUT_HALF_STEPS;
+}
+
+/* After a restart: unfold, but not beyond what the motor and the thread may have left. */
+static void restart(origami_t *origami) {
+    if (!origami->set_up) {
+        fail(origami, NOT_SET_UP, false);
+    } else if (origami->switches == UNFOLDED_CLOSED && origami->half_steps <= 0) {
+        enter(origami, UNFOLDED);
+    } else if (!may_recover(origami)) {
+        fail(origami, LET_OUT, false);
+    } else if (on_ticks(origami) > TICKS(DUTY_ON_MS) - TICKS(MOVE_MS)) {
+        origami->rests = true;
+        fail(origami, MOTOR_HAS_TO_REST, true);
+    } else {
+        recover(origami);
+    }
 }
 
 static void settle_switches(origami_t *origami, switches_t read) {
@@ -39,13 +104,16 @@ static void settle_switches(origami_t *origami, switches_t read) {
         origami->alike++;
         return;
     }
-    if ((read & UNFOLDED_CLOSED) && !(origami->switches & UNFOLDED_CLOSED)) {
+    /* At a restart, a switch that is closed although thread was wound is stuck. */
+    bool closes = (read & UNFOLDED_CLOSED) && !(origami->switches & UNFOLDED_CLOSED);
+    if (closes && (origami->known || origami->half_steps < 0)) {
         origami->half_steps = 0;
+        origami->in_doubt = false;
     }
     origami->switches = read;
     if (!origami->known) {
         origami->known = true;
-        recover(origami); /* the position of the thread is unknown */
+        restart(origami); /* the position of the thread is unknown */
     }
 }
 
@@ -54,6 +122,10 @@ static void count_duty(origami_t *origami) {
         origami->second_ticks = 0;
         origami->second = (origami->second + 1) % (DUTY_S + 1);
         origami->on[origami->second] = 0;
+        bool moves = origami->state == FOLDING || origami->state == UNFOLDING;
+        if (origami->known && origami->record.on && !moves && !on_ticks(origami)) {
+            keep_account(origami); /* once it is cool, so that a later restart need not rest */
+        }
     }
     origami->on[origami->second] += origami->coils;
 }
@@ -108,7 +180,9 @@ static void while_unfolding(origami_t *origami) {
     } else if (origami->ticks >= TICKS(LONGEST_MS)) {
         fail(origami, "the switch unfolded did not close within 10 s", false);
     } else if (origami->recovering) {
-        return;
+        if (!may_recover(origami)) {
+            fail(origami, LET_OUT, false);
+        }
     } else if (!leaves(origami, FOLDED_CLOSED)) {
         fail(origami, "the switch folded did not open or closed again", true);
     } else if (origami->half_steps <= -SLACK_HALF_STEPS) {
@@ -117,25 +191,42 @@ static void while_unfolding(origami_t *origami) {
 }
 
 static void while_fault(origami_t *origami) {
-    if (origami->ticks < FAULT_PAUSE || origami->switches == BOTH_CLOSED) {
+    if (origami->ticks < FAULT_PAUSE || origami->switches == BOTH_CLOSED || !origami->set_up) {
         return;
     }
+    origami->rests = origami->rests && on_ticks(origami) > TICKS(DUTY_ON_MS) - TICKS(MOVE_MS);
     if (is_unfolded(origami)) {
         enter(origami, UNFOLDED);
-    } else if (origami->attempt) {
+    } else if (origami->attempt && !origami->rests && may_recover(origami)) {
         recover(origami);
     }
 }
 
 static void turn_motor(origami_t *origami) {
-    origami->coils = origami->state == FOLDING || origami->state == UNFOLDING;
-    if (!origami->coils || origami->ticks < ALIGN) {
+    bool moves = origami->state == FOLDING || origami->state == UNFOLDING;
+    origami->coils = moves && origami->stored == origami->record.sequence;
+    if (!origami->coils) {
+        return;
+    }
+    if (origami->aligned < ALIGN) {
+        origami->aligned++;
         return;
     }
     int8_t turn = origami->state == FOLDING ? 1 : -1;
     origami->rotor += turn;
     origami->half_steps += turn;
     origami->moved++;
+}
+
+void origami_begin(origami_t *origami, const record_t *record) {
+    *origami = (origami_t){.set_up = record != NULL};
+    if (record) {
+        origami->record = *record;
+        origami->stored = record->sequence;
+        origami->half_steps = record->half_steps;
+        origami->in_doubt = record->half_steps < 0;
+        origami->on[0] = record->on; /* when it was on is not known: just now, at worst */
+    }
 }
 
 void origami_tick(origami_t *origami, switches_t read) {
@@ -160,10 +251,7 @@ void origami_tick(origami_t *origami, switches_t read) {
 
 uint8_t origami_wait_s(const origami_t *origami) {
     const uint16_t spare = TICKS(DUTY_ON_MS) - 2 * TICKS(MOVE_MS);
-    uint16_t on = 0;
-    for (uint8_t i = 0; i <= DUTY_S; i++) {
-        on += origami->on[i];
-    }
+    uint16_t on = on_ticks(origami);
     uint8_t wait_s = 0;
     uint8_t oldest = origami->second;
     while (on > spare) {
@@ -213,9 +301,30 @@ const char *origami_unfold(origami_t *origami) {
         if (origami->switches == BOTH_CLOSED) {
             return BOTH;
         }
+        if (!origami->set_up || origami->rests) {
+            return origami->reason;
+        }
+        if (!may_recover(origami)) {
+            return LET_OUT;
+        }
         recover(origami);
     } else if (origami->state == FOLDING || origami->state == FOLDED) {
         enter(origami, UNFOLDING);
     }
+    return NULL;
+}
+
+const char *origami_set_up(origami_t *origami) {
+    if (origami->switches != UNFOLDED_CLOSED) {
+        return "the switch unfolded alone must be closed";
+    }
+    if (origami->state != FAULT && origami->state != UNFOLDED) {
+        return "the origami moves or is folded";
+    }
+    origami->set_up = true;
+    origami->in_doubt = false;
+    origami->half_steps = 0;
+    enter(origami, UNFOLDED);
+    origami->record.sequence++; /* an empty memory needs its first record, whatever it says */
     return NULL;
 }

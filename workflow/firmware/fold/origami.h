@@ -18,6 +18,10 @@
 #define LONGEST_MS 10000 /* longest move */
 #define MOVE_MS 5000     /* usual move */
 
+/* Moves after restarts together let out no more than this: two of the longest, 1.96
+ * turns of the three spare ones on the spool. The switch "unfolded" begins the count anew. */
+#define LET_OUT_HALF_STEPS 8000
+
 #define RELEASE_HALF_STEPS 500 /* within these, a move must open the switch that it leaves */
 #define SLACK_HALF_STEPS 250   /* the motor may unwind so much more than it has wound */
 
@@ -31,6 +35,14 @@ typedef enum { NONE_CLOSED, UNFOLDED_CLOSED, FOLDED_CLOSED, BOTH_CLOSED } switch
  * read. */
 typedef enum { UNFOLDING, UNFOLDED, FOLDING, FOLDED, FAULT } origami_state_t;
 
+/* What survives a reset. Before a move it holds what the whole move may use, after it what it did. */
+typedef struct {
+    uint32_t sequence;
+    int32_t half_steps; /* at least so many are wound */
+    uint16_t on;        /* ticks for which the coils were on in the last DUTY_S, at most */
+    uint16_t check;     /* CRC of the bytes before, made by memory.c */
+} record_t;
+
 typedef struct {
     origami_state_t state;
     switches_t switches; /* without the bouncing of the contacts */
@@ -42,6 +54,12 @@ typedef struct {
 
     switches_t read; /* at the last tick */
     uint8_t alike;   /* ticks since `read` changed */
+    record_t record; /* to be stored; its sequence counts up with each change */
+    uint32_t stored; /* sequence of the record that is in the memory */
+    bool set_up;     /* the memory held a record, or a person has set the board up */
+    uint8_t aligned; /* ticks for which the coils have aligned the rotor in this move */
+    bool in_doubt;   /* restarted with thread let out: LET_OUT_HALF_STEPS bounds all moves */
+    bool rests;      /* restarted: no move until the motor has rested from what it may have done */
     uint16_t ticks;  /* ticks in this state; stays at its limit */
     uint16_t moved;  /* half-steps of this move */
     uint16_t lease;  /* remaining ticks of the lease */
@@ -52,6 +70,9 @@ typedef struct {
     uint16_t on[DUTY_S + 1]; /* ticks for which the coils were on, second by second */
 } origami_t;
 
+/* Begin with what the memory holds; NULL if it holds no valid record. */
+void origami_begin(origami_t *origami, const record_t *record);
+
 /* Process one tick: check the switches, decide, and turn the motor by at most one half-step. */
 void origami_tick(origami_t *origami, switches_t read);
 
@@ -61,6 +82,7 @@ extern const char MOTOR_HAS_TO_REST[];
 const char *origami_fold(origami_t *origami);
 const char *origami_hold(origami_t *origami);
 const char *origami_unfold(origami_t *origami);
+const char *origami_set_up(origami_t *origami); /* a person has seen it unfolded and slack */
 
 /* Return the seconds that the motor must rest before it can fold and unfold again. */
 uint8_t origami_wait_s(const origami_t *origami);

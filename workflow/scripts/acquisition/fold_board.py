@@ -19,6 +19,8 @@ FAULT_LASTS_S = 30.0
 _FAULT = "fault"
 # The start of the refusal by which the board protects its motor from heat; seconds follow.
 HAS_TO_REST = "the motor has to rest"
+# The fault of a board whose memory is new, emptied or damaged.
+NOT_SET_UP = "not set up"
 LOOK_EVERY_S = 0.02
 # At the end of a survey, the origami should be unfolded within this time.
 UNFOLDS_WITHIN_S = 12.0
@@ -84,7 +86,7 @@ class FoldBoard:
                     self._log.damaged(piece)
                 case Refusal(command=command, reason=reason):
                     self._log.note(f"the fold board at {command!r}: {reason}")
-                    if command == cycles.FOLD:
+                    if command == cycles.FOLD or reason == NOT_SET_UP:
                         self._note_reason(reason)
         self._errands.serve()
         now_s = AWAKE.now_s()
@@ -101,6 +103,12 @@ class FoldBoard:
                 "(--patience); it unfolds the origami by itself when its lease ends"
             )
         faulty = self.last is not None and self.last.state == _FAULT
+        if faulty and self._told == NOT_SET_UP:
+            return SurveyFaultError(
+                f"the fold board at {self._link.port} is not set up: its memory is new, emptied or "
+                "damaged, so it does not move; see that the origami is unfolded and its thread "
+                "slack, then set it up with survey.py --fold-set-up"
+            )
         if faulty and now_s - self._sound_s > FAULT_LASTS_S:
             reason = f" ({self._told})" if self._told else ""
             return SurveyFaultError(
