@@ -5,10 +5,12 @@ import math
 import re
 import struct
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from acquisition.fold_board import FoldBoard
 from acquisition.protocol import Acknowledgement, FoldState, Identity, Refusal
 from support.bench import emulated
 from support.bench.folding import SWITCH_TRAVEL, TRAVEL, FoldingOrigami
@@ -496,12 +498,36 @@ def test_a_board_with_an_empty_memory_does_not_move_until_it_is_set_up(fold):
     assert answer(fold, "fold") == Acknowledgement("fold", "")
 
 
+def test_a_survey_tells_the_user_to_set_the_board_up(fold):
+    fold.board.write_eeprom(0, b"\xff" * 32)
+    fold.board.reset()
+    heard = [SimpleNamespace(event=event) for event in fold.wait(0.1)]
+    link = SimpleNamespace(
+        port="/dev/fold", receive=lambda timeout_s: heard, send=lambda text: None
+    )
+    log = SimpleNamespace(note=lambda text: None)
+    survey = FoldBoard(link, log, lambda text: None)
+    survey.serve()
+    error = survey.trouble(patience_s=60)
+    assert "/dev/fold is not set up" in str(error)
+    assert "--fold-set-up" in str(error)
+
+
 def test_a_broken_wire_reads_as_closed_and_does_not_pull(fold):
-    fold.board.set_switch(emulated.PIN_3, True)  # its contact open for good
-    fold.world.stuck["folded"] = True
+    fold.board.break_wire(emulated.PIN_3)
     fold.wait(0.1)
     assert "both end switches are closed" in reason(fold, "fold")
     assert fold.board.half_steps == 0
+
+
+def test_a_wire_that_breaks_in_a_move_stops_the_motor(fold):
+    fold.say("fold")
+    fold.wait(2)
+    fold.board.break_wire(emulated.PIN_3)
+    before = fold.board.half_steps
+    fold.wait(0.1)
+    assert fold.board.half_steps - before <= DEBOUNCED
+    assert is_at_rest(fold)
 
 
 def test_the_pages_have_the_firmwares_numbers():

@@ -121,6 +121,7 @@ class EmulatedBoard:
     ) -> None:
         name, mcu = board
         self._normally_closed = board == FOLD
+        self._broken: set[int] = set()
         image = image or build_folder() / f"{name}.elf"
         self._library = _library()
         self._board = self._library.board_new(mcu.encode(), str(image).encode())
@@ -190,7 +191,13 @@ class EmulatedBoard:
 
         The contacts of the fold board's switches are closed until they are pressed.
         """
-        self._library.board_set_switch(self._board, switch, int(closed != self._normally_closed))
+        contact = closed != self._normally_closed and switch not in self._broken
+        self._library.board_set_switch(self._board, switch, int(contact))
+
+    def break_wire(self, switch: int) -> None:
+        """Break the wire of a switch: its pin is open from now on."""
+        self._broken.add(switch)
+        self._library.board_set_switch(self._board, switch, 0)
 
     @property
     def eeprom(self) -> bytes:
