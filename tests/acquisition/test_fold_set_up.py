@@ -7,6 +7,7 @@ import sys
 import pytest
 
 from acquisition.workbench import Workbench
+from support.bench import emulated
 from support.bench.cable import TerminalCable
 from support.bench.stand_in_motors import StandInFold
 from support.marks import needs_terminals
@@ -49,7 +50,7 @@ def board():
 def set_up(tmp_path, board):
     """Return a function that runs the command, types an answer, and returns status and output."""
 
-    def run(answer, *, on_terminal=True):
+    def run(answer, board=board, *, on_terminal=True):
         cable = TerminalCable(board, tmp_path / "ttyACM0", sticks=False)
         command = [sys.executable, SURVEY, "--fold", cable.port, "--fold-set-up"]
         keyboard, screen = os.openpty()
@@ -106,5 +107,15 @@ def test_a_board_whose_switch_disagrees_refuses(set_up, board):
 def test_a_board_that_is_set_up_is_not_asked_about(set_up, board):
     board.set_up = True
     status, output = set_up("")
+    assert status == 0
+    assert "nothing is to be done" in output
+
+
+@emulated.needed
+def test_the_firmware_itself_is_set_up_and_remembers_it(set_up):
+    board = emulated.EmulatedBoard(emulated.FOLD, set_up=False)
+    board.set_switch(emulated.PIN_2, True)
+    assert set_up("unfolded", board)[0] == 0
+    status, output = set_up("", board)
     assert status == 0
     assert "nothing is to be done" in output
