@@ -566,3 +566,15 @@ def test_the_pages_have_the_firmwares_numbers():
     ):
         assert statement in protocol, statement
     assert longest_s * per_s / HALF_STEPS_PER_TURN < 1  # "almost a turn"
+
+
+def test_normally_open_switches_take_another_build(tmp_path):
+    emulated.build_firmware(tmp_path, "-DNORMALLY_CLOSED=0")
+    talk = Talk(emulated.FOLD, FoldingOrigami, image=tmp_path / "fold.elf", normally_closed=False)
+    assert state(talk) == ("unfolded", "unfolded")
+    assert answer(talk, "fold") == Acknowledgement("fold", "")
+    talk.wait(6)
+    assert is_unfolded(talk) is False
+    talk.say("unfold")
+    talk.wait(6)
+    assert state(talk) == ("unfolded", "unfolded")

@@ -55,12 +55,17 @@ def fold_record(sequence: int, half_steps: int, on_ticks: int) -> bytes:
 def build_folder() -> Path:
     """Build the firmware and the emulator's library once, and return their folder."""
     folder = temporary_folder()
-    _run("make", "-s", "-C", FIRMWARE, f"BUILD={folder}")
+    build_firmware(folder)
     library = folder / "libavrboard.so"
     warnings = ("-Wall", "-Wextra", "-Werror")
     source = HERE / "avr_board.c"
     _run("gcc", "-O2", *warnings, "-shared", "-fPIC", source, "-o", library, "-lsimavr", "-lm")
     return folder
+
+
+def build_firmware(folder: Path, defines: str = "") -> None:
+    """Build the firmware of all boards into a folder, with further options of the compiler."""
+    _run("make", "-s", "-C", FIRMWARE, f"BUILD={folder}", f"DEFINES={defines}")
 
 
 def _run(*command: str | Path) -> None:
@@ -114,13 +119,20 @@ class EmulatedBoard:
         Another build of the firmware.
     set_up : bool, optional
         Whether the memory of a fold board holds its first record.
+    normally_closed : bool, optional
+        Whether the contacts of a fold board's switches are closed until they are pressed.
     """
 
     def __init__(
-        self, board: tuple[str, str], image: Path | None = None, *, set_up: bool = True
+        self,
+        board: tuple[str, str],
+        image: Path | None = None,
+        *,
+        set_up: bool = True,
+        normally_closed: bool = True,
     ) -> None:
         name, mcu = board
-        self._normally_closed = board == FOLD
+        self._normally_closed = board == FOLD and normally_closed
         self._broken: set[int] = set()
         image = image or build_folder() / f"{name}.elf"
         self._library = _library()

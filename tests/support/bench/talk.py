@@ -18,6 +18,8 @@ class Talk:
         The board, in the form for `EmulatedBoard`.
     world : callable, optional
         Function that makes the world around the board.
+    **options
+        Further options of `EmulatedBoard`.
 
     Attributes
     ----------
@@ -28,9 +30,12 @@ class Talk:
     """
 
     def __init__(
-        self, board: tuple[str, str], world: Callable[[EmulatedBoard], World] | None = None
+        self,
+        board: tuple[str, str],
+        world: Callable[[EmulatedBoard], World] | None = None,
+        **options: object,
     ) -> None:
-        self.board = EmulatedBoard(board)
+        self.board = EmulatedBoard(board, **options)
         self.world = world(self.board) if world else None
         self.now_us = 0
         self.greeting = self.wait(0.05)
