@@ -17,6 +17,13 @@ pytestmark = [pytest.mark.boards, needs_terminals]
 SURVEY = ROOT / "workflow" / "scripts" / "survey.py"
 
 
+class LeftCable(TerminalCable):
+    """A cable that is unplugged after its program has ended: nobody reads the last bytes."""
+
+    def wait_until_read(self, limit_s=5.0):
+        """Do not wait."""
+
+
 class NewFold(StandInFold):
     """A fold board that does not know its thread, as docs/protocol.md describes it."""
 
@@ -51,7 +58,7 @@ def set_up(tmp_path, board):
     """Return a function that runs the command, types an answer, and returns status and output."""
 
     def run(answer, board=board, *, on_terminal=True):
-        cable = TerminalCable(board, tmp_path / "ttyACM0", sticks=False)
+        cable = LeftCable(board, tmp_path / "ttyACM0", sticks=False)
         command = [sys.executable, SURVEY, "--fold", cable.port, "--fold-set-up"]
         keyboard, screen = os.openpty()
         process = subprocess.Popen(
