@@ -4,6 +4,7 @@ import pytest
 
 from acquisition.cable import SocketCable
 from acquisition.stand_in import StandInLogger
+from support.bench.emulated_rig import EmulatedRig
 from support.bench.rig import Rig
 from support.bench.surveyor import Surveyor
 
@@ -18,13 +19,12 @@ def cable():
         made.unplug()
 
 
-@pytest.fixture
-def rig(tmp_path):
-    """Return a function that makes a bench of boards; unplug the cables at the end."""
+def benches(kind, folder):
+    """Yield a function that makes a bench of boards; unplug the cables at the end."""
     made = []
 
-    def make(**settings):
-        made.append(Rig(tmp_path, **settings))
+    def make(*real, **settings):
+        made.append(kind(folder, *real, **settings))
         return made[-1]
 
     yield make
@@ -32,3 +32,15 @@ def rig(tmp_path):
     for each in made:
         assert not each.cables.logger.boot_loader_stuck
         each.end()
+
+
+@pytest.fixture
+def rig(tmp_path):
+    """Return a function that makes a bench of stand-ins."""
+    yield from benches(Rig, tmp_path)
+
+
+@pytest.fixture
+def emulated_rig(tmp_path):
+    """Return a function that makes a bench with the real firmware of the boards that it names."""
+    yield from benches(EmulatedRig, tmp_path)

@@ -9,9 +9,7 @@ import pytest
 from acquisition.workbench import Workbench
 from support.bench import emulated
 from support.bench.cable import TerminalCable
-from support.bench.emulated_rig import EmulatedRig
 from support.bench.recorder import Recorder, count_samples
-from support.bench.surveyor import Surveyor
 from support.bench.world import Clock
 
 pytestmark = [pytest.mark.boards, pytest.mark.takes, emulated.needed]
@@ -63,20 +61,6 @@ class DrivenBench:
 def driven(tmp_path):
     yield DrivenBench(tmp_path)
     Recorder.end_all()
-
-
-@pytest.fixture
-def rig(tmp_path):
-    made = []
-
-    def make(*real):
-        made.append(EmulatedRig(tmp_path, *real))
-        return made[-1]
-
-    yield make
-    Surveyor.end_all()
-    for each in made:
-        each.end()
 
 
 RECORDING = {
@@ -177,8 +161,8 @@ SURVEY = {
 
 
 @pytest.mark.parametrize("step", SURVEY)
-def test_a_survey_that_is_killed_leaves_no_motor_running(rig, step):
-    bench = rig("wave", "fold")
+def test_a_survey_that_is_killed_leaves_no_motor_running(emulated_rig, step):
+    bench = emulated_rig("wave", "fold")
     bench.has_said = lambda name, frame: any(
         said.startswith(frame) for said in getattr(bench.cables, name).whole
     )
@@ -194,8 +178,8 @@ def test_a_survey_that_is_killed_leaves_no_motor_running(rig, step):
 
 
 @pytest.mark.parametrize("stuck", [False, True], ids=["free thread", "stuck thread"])
-def test_ctrl_c_stops_the_wave_before_the_origami_unfolds(rig, stuck):
-    bench = rig("wave", "fold")
+def test_ctrl_c_stops_the_wave_before_the_origami_unfolds(emulated_rig, stuck):
+    bench = emulated_rig("wave", "fold")
     surveyor = bench.survey(*BACK_SOON)
     surveyor.run(lambda: bench.fold.folded == 1.0)
     bench.fold.origami.stalled = stuck
@@ -210,8 +194,8 @@ def test_ctrl_c_stops_the_wave_before_the_origami_unfolds(rig, stuck):
         assert bench.at_rest()
 
 
-def test_ctrl_c_while_a_survey_waits_for_its_boards_ends_it_at_once(rig):
-    bench = rig("wave", "fold")
+def test_ctrl_c_while_a_survey_waits_for_its_boards_ends_it_at_once(emulated_rig):
+    bench = emulated_rig("wave", "fold")
     bench.cables.fold.spoil = lambda frame: b""
     surveyor = bench.survey(*BACK_SOON)
     surveyor.run(lambda: bench.cables.fold.opened)
@@ -222,8 +206,8 @@ def test_ctrl_c_while_a_survey_waits_for_its_boards_ends_it_at_once(rig):
     assert not (bench.folder / "tuesday").exists()
 
 
-def test_ctrl_c_before_the_first_sample_ends_a_survey_at_once(rig):
-    bench = rig("wave", "fold")
+def test_ctrl_c_before_the_first_sample_ends_a_survey_at_once(emulated_rig):
+    bench = emulated_rig("wave", "fold")
     bench.cables.logger.spoil = lambda frame: b"" if b"$D," in frame else frame
     surveyor = bench.survey(*BACK_SOON)
     surveyor.run(lambda: bench.wave_board.half_steps > 500)
@@ -235,8 +219,8 @@ def test_ctrl_c_before_the_first_sample_ends_a_survey_at_once(rig):
     assert not (bench.folder / "tuesday").exists()
 
 
-def test_a_survey_that_was_stopped_starts_nothing_itself_and_is_resumed_by_the_user(rig):
-    bench = rig("wave", "fold")
+def test_a_survey_that_was_stopped_starts_nothing_itself_and_is_resumed_by_the_user(emulated_rig):
+    bench = emulated_rig("wave", "fold")
     surveyor = bench.survey(*BACK_SOON)
     surveyor.run(lambda: bench.fold.folded == 1.0)
     # Ctrl-Z. A pseudo-terminal that nobody reads is soon full, so the logger is quiet meanwhile.
@@ -252,8 +236,8 @@ def test_a_survey_that_was_stopped_starts_nothing_itself_and_is_resumed_by_the_u
     assert bench.at_rest()
 
 
-def test_a_survey_that_was_stopped_for_a_moment_goes_on(rig):
-    bench = rig("wave", "fold")
+def test_a_survey_that_was_stopped_for_a_moment_goes_on(emulated_rig):
+    bench = emulated_rig("wave", "fold")
     surveyor = bench.survey(*BACK_SOON)
     surveyor.run(lambda: bench.gut.head_mm > 5)
     bench.pass_by(3)
@@ -261,8 +245,8 @@ def test_a_survey_that_was_stopped_for_a_moment_goes_on(rig):
     assert bench.at_rest()
 
 
-def test_a_fold_board_whose_identity_does_not_arrive_is_rarely_reset(rig):
-    bench = rig("fold")
+def test_a_fold_board_whose_identity_does_not_arrive_is_rarely_reset(emulated_rig):
+    bench = emulated_rig("fold")
     resets = []
     reset = bench.fold_board.reset
     bench.fold_board.reset = lambda: (resets.append(bench.now_s), reset())

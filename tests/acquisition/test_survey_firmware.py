@@ -3,30 +3,14 @@
 import pytest
 
 from support.bench import emulated
-from support.bench.emulated_rig import EmulatedRig
-from support.bench.surveyor import Surveyor
 
 pytestmark = [pytest.mark.boards, emulated.needed]
 # The first target is reached as soon as the wave is felt.
 BACK_SOON = "--goto", 11, 3
 
 
-@pytest.fixture
-def rig(tmp_path):
-    made = []
-
-    def make(*real):
-        made.append(EmulatedRig(tmp_path, *real))
-        return made[-1]
-
-    yield make
-    Surveyor.end_all()
-    for each in made:
-        each.end()
-
-
-def test_a_computer_that_dies_leaves_all_at_rest_and_the_next_one_goes_on(rig):
-    bench = rig("wave", "fold")
+def test_a_computer_that_dies_leaves_all_at_rest_and_the_next_one_goes_on(emulated_rig):
+    bench = emulated_rig("wave", "fold")
     surveyor = bench.survey(*BACK_SOON)
     surveyor.run(lambda: bench.fold.folded == 1.0)
     surveyor.kill()
@@ -46,8 +30,8 @@ def test_a_computer_that_dies_leaves_all_at_rest_and_the_next_one_goes_on(rig):
     assert found["position_mm"] == pytest.approx(head_mm, abs=4)
 
 
-def test_a_peristalsis_board_that_is_reset_is_started_again_and_its_phase_found(rig):
-    bench = rig("wave")
+def test_a_peristalsis_board_that_is_reset_is_started_again_and_its_phase_found(emulated_rig):
+    bench = emulated_rig("wave")
     surveyor = bench.survey("--goto", 22)
     surveyor.run(lambda: bench.gut.head_mm > 12)
     bench.cables.wave.press_reset()
@@ -56,24 +40,24 @@ def test_a_peristalsis_board_that_is_reset_is_started_again_and_its_phase_found(
     assert bench.gut.head_mm == pytest.approx(22.0, abs=5)
 
 
-def test_an_end_switch_that_never_says_folded_is_given_up_after_three_tries(rig):
-    bench = rig("fold")
+def test_an_end_switch_that_never_says_folded_is_given_up_after_three_tries(emulated_rig):
+    bench = emulated_rig("fold")
     bench.fold.origami.stuck["folded"] = False
     bench.survey(*BACK_SOON).expect(13, "reports a fault", "cannot go back")
     assert bench.at_rest()
     assert "folded" not in {row[-1] for row in bench.stream()}
 
 
-def test_a_fold_motor_that_hums_is_given_up_after_three_tries(rig):
-    bench = rig("fold")
+def test_a_fold_motor_that_hums_is_given_up_after_three_tries(emulated_rig):
+    bench = emulated_rig("fold")
     bench.fold.origami.stalled = True
     bench.survey(*BACK_SOON).expect(13, "reports a fault", "cannot go back")
     assert bench.at_rest()
     assert bench.fold.origami.wound == 0
 
 
-def test_an_end_switch_that_never_says_unfolded_ends_the_survey(rig):
-    bench = rig("fold")
+def test_an_end_switch_that_never_says_unfolded_ends_the_survey(emulated_rig):
+    bench = emulated_rig("fold")
     surveyor = bench.survey(*BACK_SOON)
     surveyor.run(lambda: bench.fold.folded == 1.0)
     bench.fold.origami.stuck["unfolded"] = False
