@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from acquisition.judged_file import JudgedFile, as_plain_values, judge_file, tau
 from acquisition.judged_picture_file import write_picture
 from acquisition.verdict import FinalVerdict
 from capsule.configuration_files import read_config_file
+from capsule.detectors.familiar import Familiarity
 from capsule.detectors.verdicts import NO_VERDICT, Verdict
 from capsule.files import write_csv
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
@@ -25,6 +27,7 @@ CONFIGURATION = read_config_file(PROJECT / "config/config.yaml")
 # Of these the reason lies in one file alone, and in no other one and no folder.
 ONE_FILE = [case for case in (*UNREADABLE, *UNUSABLE) if "the same" not in case.what]
 SCRIPT = PROJECT / "workflow/scripts/judge_file.py"
+FAMILIAR_FILE = Familiarity(True)
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +70,10 @@ def test_the_command_tells_verdicts_place_and_what_is_wrong_with_a_file(results)
     assert (done.returncode, done.stderr) == (1, "")
     *accepted, cut, missing = done.stdout.splitlines()
     assert accepted[0].endswith("simulated phantom, version 5, seed 1")
-    assert [line.split()[0] for line in accepted[8:12]] == CONFIGURATION["detectors"]
+    assert accepted[7].startswith(
+        "whether it is like the recordings that teach is not known: only "
+    )
+    assert [line.split()[0] for line in accepted[9:13]] == CONFIGURATION["detectors"]
     assert cut.startswith(f"{files[1]}: rejected: line 1: the column 'sensor_2' is missing")
     assert missing == f"{files[2]}: rejected: it cannot be read: No such file or directory"
 
@@ -97,6 +103,35 @@ def test_without_results_the_command_says_how_to_make_them(results, tmp_path):
 def test_a_picture_that_cannot_be_drawn_is_refused_at_once(results, words, reason):
     done = call(results, *words)
     assert done.returncode == 2 and reason in done.stderr
+
+
+def test_a_strange_file_says_so_before_the_verdicts_and_shows_no_probability():
+    because = (
+        "the time from wave to wave is 6.40 s, but 3.20 to 3.30 s in the recordings that teach"
+    )
+    verdicts = {
+        "one": replace(verdict_at(50.0), probability=0.987),
+        "two": Verdict(0.0, 0, 1, 0.123),
+    }
+    usual = shown(verdicts, 60)
+    assert sum(" %" in line for line in usual if line.startswith(("one", "two"))) == 2
+    strange = shown(verdicts, 60, familiarity=Familiarity(False, because))
+    head = strange.index(f"unlike the recordings that teach: {because}")
+    assert strange[head + 1].startswith("detector")
+    one, two = strange[head + 2 : head + 4]
+    assert one.startswith("one") and "nodule" in one and "3.0 mm" in one
+    assert "98.7" not in one and "12.3" not in two and "not given" in one and "not given" in two
+
+
+def test_the_values_of_a_strange_file_hold_no_probability(judged):
+    judged = replace(judged, verdicts={"one": replace(verdict_at(50.0), probability=0.987)})
+    assert as_plain_values(judged, 10.0)["familiar"] is None
+    known = as_plain_values(replace(judged, familiarity=FAMILIAR_FILE), 10.0)
+    assert (known["familiar"], known["verdicts"]["one"]["probability"]) == (True, 0.987)
+    strange = as_plain_values(replace(judged, familiarity=Familiarity(False, "noise")), 10.0)
+    assert (strange["familiar"], strange["unfamiliar_because"]) == (False, "noise")
+    assert strange["verdicts"]["one"]["probability"] is None
+    assert strange["verdicts"]["one"]["predicted_mm"] == 3.0
 
 
 def test_values_are_those_of_the_verdicts(judged, final):
@@ -138,19 +173,19 @@ def test_a_recording_that_taught_the_detectors_is_named(results, judged, tmp_pat
     write_csv(tmp_path / "recordings.csv", list(rows[0]), rows)
     taught = taught_recordings(tmp_path / "recordings.csv")
     assert taught == {sha: "4mm/r01"}
-    known = JudgedFile(judged.file, judged.check, judged.values, judged.verdicts, "4mm/r01")
+    known = replace(judged, taught_as="4mm/r01")
     *_, note = judged_view.judged_lines(known, CONFIGURATION, 80)
     assert note.startswith("note: the detectors have learned from this very recording (4mm/r01)")
     assert "note" not in "".join(judged_view.judged_lines(judged, CONFIGURATION, 80))
     assert taught_recordings(tmp_path / "none.csv") == {}
 
 
-def shown(verdicts, width, *, plain=False):
+def shown(verdicts, width, *, plain=False, familiarity=FAMILIAR_FILE):
     """Return the lines for a ramp of 100 samples with a gap, with these verdicts."""
     values = np.tile(np.arange(100.0), (2, 1))
     values[1, 50:] = np.nan
     check = {"status": "accepted", "header": {}, "samples": 100, "duration_s": 9.9}
-    judged = JudgedFile("a.csv", check | {"no_verdict": ""}, values, verdicts, "")
+    judged = JudgedFile("a.csv", check | {"no_verdict": ""}, values, verdicts, familiarity, "")
     return judged_view.judged_lines(judged, CONFIGURATION, width, plain=plain)
 
 

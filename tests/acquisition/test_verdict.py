@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,6 +12,8 @@ from acquisition.verdict import FinalVerdict, RunningVerdict
 from acquisition.verdict_table import verdict_table
 from capsule.configuration_files import read_config_file
 from capsule.detectors.diagonal import DiagonalDetector, DiagonalModel
+from capsule.detectors.familiar import FAMILIAR, LEAST_PLACES, FamiliarTeacher
+from capsule.detectors.wave_traits import wave_traits
 from capsule.errors import CapsuleError
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import simulate_run
@@ -53,22 +56,23 @@ def test_a_run_is_judged_as_if_it_ended_now(running, tmp_path, configuration):
     for count in (200, len(samples)):
         title, *table = running.judge(samples[:count], HEADER)
         assert title == "if the run ended now:"
-        verdicts = final.verdicts(np.array(samples[:count], float).T)
-        assert table == verdict_table(verdicts, configuration)
-        assert [line.split()[0] for line in table[1:]] == configuration["detectors"]
+        values = np.array(samples[:count], float).T
+        verdicts = final.verdicts(values)
+        assert table == verdict_table(verdicts, configuration, final.familiarity(values))
+        assert [line.split()[0] for line in table[2:]] == configuration["detectors"]
 
 
 def test_the_verdict_of_the_papers_detector_follows_the_run(running):
-    line = running.judge(run_of_waves(bumps=True), HEADER)[2]
+    line = running.judge(run_of_waves(bumps=True), HEADER)[3]
     assert re.fullmatch(r"template +nodule +3\.0 mm +not given +[\d.]+ s", line)
-    line = running.judge(run_of_waves(bumps=False), HEADER)[2]
+    line = running.judge(run_of_waves(bumps=False), HEADER)[3]
     assert re.fullmatch(r"template +no nodule +not given", line)
 
 
 def test_verdict_passes_over_missing_samples(running):
     samples = run_of_waves(bumps=True)
     samples[300:310] = [None] * 10
-    assert running.judge(samples, HEADER)[2].split()[:4] == ["template", "nodule", "3.0", "mm"]
+    assert running.judge(samples, HEADER)[3].split()[:4] == ["template", "nodule", "3.0", "mm"]
 
 
 def test_noise_has_no_verdict(running):
@@ -118,7 +122,8 @@ def test_every_detector_judges_a_whole_run(templates, tmp_path, configuration):
     final = final_verdict(tmp_path, configuration, taught_by())
     # Over 5 mm the capsule may be held until the run is stopped by hand.
     run = simulate_run(read_phantom(DEFAULT_TABLE, []), 4.0, 1, "4mm/r01")
-    by_rule, by_threshold, by_diagonal, by_taught = final.judge(run.counts.astype(float))
+    unknown, by_rule, by_threshold, by_diagonal, by_taught = final.judge(run.counts.astype(float))
+    assert unknown.startswith("whether it is like the recordings that teach is not known: only ")
     assert by_taught.startswith("verdict of taught: ")
     assert by_rule.startswith("verdict of template: n")
     assert by_threshold.startswith("verdict of template_threshold: n")
@@ -135,13 +140,37 @@ def test_every_detector_judges_a_whole_run(templates, tmp_path, configuration):
 def test_the_final_verdict_says_why_there_is_none(templates, tmp_path, configuration):
     final = final_verdict(tmp_path, configuration, taught_by(healthy_scores=()))
     noise = np.random.default_rng(1).normal(500, 2, (4, 700))
-    _, by_threshold, by_diagonal, by_taught = final.judge(noise)
+    _, _, by_threshold, by_diagonal, by_taught = final.judge(noise)
     assert by_taught.startswith("verdict of taught: none (no score")
     assert by_threshold == (
         "verdict of template_threshold: none "
         "(no threshold: labelled recordings to learn it from are missing)"
     )
     assert by_diagonal.startswith("verdict of diagonal: none (no threshold")
+
+
+def test_a_run_of_another_kind_is_told_before_the_verdicts(templates, tmp_path, configuration):
+    phantom = read_phantom(DEFAULT_TABLE, [])
+    runs = [simulate_run(phantom, 0.0, 1, f"0mm/{number}") for number in range(LEAST_PLACES)]
+    traits = {
+        f"0mm/t{number}": wave_traits(run.counts.astype(float), 10.0, configuration["diagonal"])
+        for number, run in enumerate(runs)
+    }
+    archive = replace(taught_by(), sizes_mm=dict.fromkeys(traits, 0.0), traits=traits)
+    kind = FamiliarTeacher(archive).without([]).stored()
+    write_learned(tmp_path, configuration, taught_by())
+    path = tmp_path / "detectors.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {FAMILIAR: kind}))
+    final = FinalVerdict(tmp_path / "templates.npz", path, configuration)
+    run = simulate_run(phantom, 4.0, 2, "4mm/r01").counts.astype(float)
+    lines = final.judge(run)
+    assert len(lines) == 4
+    assert any("probability" in line for line in lines)
+    slow = np.repeat(run, 2, axis=1)[:, :900]
+    first, *verdicts = final.judge(slow)
+    assert first.startswith("unlike the recordings that teach: ")
+    assert len(verdicts) == 4
+    assert not any("probability" in line for line in verdicts)
 
 
 def test_what_was_learned_elsewhere_is_refused_with_the_remedy(templates, tmp_path, configuration):

@@ -6,6 +6,7 @@ import sys
 import numpy as np
 
 from capsule.detectors.diagonal import DiagonalDetector
+from capsule.detectors.familiar import FAMILIAR, FamiliarTeacher
 from capsule.detectors.search import Passage
 from capsule.detectors.taught import TaughtDetector
 from capsule.files import fingerprint
@@ -33,7 +34,7 @@ def stored_of(archive):
     learned = {"margin_threshold": margin}
     for detector in (DiagonalDetector, TaughtDetector):
         learned |= detector(archive).without([]).stored()
-    return learned
+    return learned | {FAMILIAR: FamiliarTeacher(archive).without([]).stored()}
 
 
 def write_templates(folder):

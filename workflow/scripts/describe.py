@@ -1,4 +1,4 @@
-"""Describe each usable recording of a batch: its best candidate for a nodule, features, plot data.
+"""Describe each usable recording of a batch: best candidate for a nodule, traits, features, plot.
 
 Nothing here depends on a fit or on other recordings.
 """
@@ -13,6 +13,7 @@ from capsule import files
 from capsule.detectors.described import read_scorer, write_best_places, write_features
 from capsule.detectors.network import score_stretches, series_of
 from capsule.detectors.search import UNKNOWN, passage_of
+from capsule.detectors.wave_traits import wave_traits
 from capsule.page.plot_data import plot_data, write_plot_data
 from capsule.project import WEIGHTS
 from capsule.results import Results
@@ -31,25 +32,25 @@ def main() -> None:
     parser.add_argument("--plot-data", type=Path, required=True, help="output: plot data, .json")
     arguments = parser.parse_args()
     settings, rate_hz = arguments.settings, arguments.settings["recording"]["rate_hz"]
-    results = Results(
-        arguments.results, arguments.recordings, arguments.batch_size, arguments.batch
-    )
-    checks, scorer = results.checks(arguments.recordings), read_scorer(WEIGHTS)
-    best_places, features, drawn = {}, {}, {}
-    for name in arguments.recordings:
+    names, size = arguments.recordings, arguments.batch_size
+    results = Results(arguments.results, names, size, arguments.batch)
+    checks, scorer = results.checks(names), read_scorer(WEIGHTS)
+    best_places, traits, features, drawn = {}, {}, {}, {}
+    for name in names:
         values = results.signal(name)
         # A copy of another recording is described too: only the rule list finds and rejects it.
         if np.isnan(values).all():
             print(f"{name}: rejected, not described")
             continue
         best_places[name] = passage_of(values, rate_hz, settings["diagonal"])
+        traits[name] = wave_traits(values, rate_hz, settings["diagonal"])
         series = series_of(values, rate_hz, settings["diagonal"])
         features[name] = scorer.features(series)
         stretches = score_stretches(scorer, series)
         drawn[name] = plot_data(name, values, checks[name], stretches, rate_hz, settings)
         if best_places[name] is UNKNOWN or np.isnan(features[name].score):
             print(f"{name}: no peristaltic wave was found on every sensor")
-    write_best_places(arguments.best_places, best_places)
+    write_best_places(arguments.best_places, best_places, traits)
     write_features(arguments.features, features)
     write_plot_data(arguments.plot_data, drawn)
     print(f"{len(best_places)} recordings described")

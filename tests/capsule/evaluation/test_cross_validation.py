@@ -8,8 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from capsule.detectors.familiar import LEAST_PLACES
 from capsule.detectors.search import Passage
 from capsule.detectors.training import TrainingArchive
+from capsule.detectors.wave_traits import WaveTraits
 from capsule.evaluation.cross_validation import (
     HELD_OUT,
     LEAVE_ONE_OUT,
@@ -317,3 +319,28 @@ def test_what_cannot_be_judged_says_why_and_teaches_nothing(archive, detectors):
     judged = zip(without.rows(["0mm/a"], []), detectors.rows(["0mm/a"], ["0mm/c"]), strict=True)
     for taught_without, left_out in judged:
         assert taught_without["threshold"] == left_out["threshold"]
+
+
+def test_what_is_familiar_is_taught_by_the_others_and_told_of_what_is_judged(archive, detectors):
+    (first, *_) = detectors.rows(["0mm/a"], [])
+    assert first["familiar"] == ""
+    assert first["unfamiliar_because"] == "only 0 places teach what is familiar; 49 are needed"
+    usual = WaveTraits(3.2, 0.25, 0.02, 0.005, 0.95, 0.1)
+    strange = replace(usual, period_s=9.0)
+    names = [f"0mm/n{number}" for number in range(LEAST_PLACES)]
+    passages = dict(zip([*names, "0mm/x"], map(passage, range(60)), strict=False))
+    many = replace(
+        archive,
+        sizes_mm=dict.fromkeys(passages, 0.0),
+        passages=passages,
+        traits=dict.fromkeys(names, usual) | {"0mm/x": strange},
+        load=lambda _: archive.load("0mm/a"),
+        no_verdict={"0mm/n0": "no wave on sensor_1"},
+    )
+    told = Detectors(replace(many, no_verdict={}))
+    for left_out, answer in (([], "yes"), (["0mm/x"], "no"), (["0mm/x", "0mm/n1"], "")):
+        assert {row["familiar"] for row in told.rows(["0mm/x"], left_out)} == {answer}
+    assert {row["familiar"] for row in told.rows(["0mm/n1"], [])} == {"yes"}
+    # Nobody tells of a recording that no detector judges.
+    unjudged = list(Detectors(many).rows(["0mm/n0"], []))
+    assert {(row["familiar"], row["unfamiliar_because"]) for row in unjudged} == {("", "")}

@@ -169,3 +169,29 @@ def test_verdicts_are_sorted_by_detector_label_and_the_place_that_the_recordings
     # The mean of the scores 2 and 3; the rule's own threshold is 0, the other is a healthy score.
     assert (by_rule["score"], by_rule["threshold"], by_threshold["threshold"]) == (2.5, 0.0, 1.0)
     assert (by_rule["estimate_low_mm"], by_rule["estimate_high_mm"]) == (1.5, 2.25)
+
+
+def test_a_place_is_strange_if_a_pass_is_and_says_which():
+    blank = dict.fromkeys(("estimate_mm", "location_mm", "estimate_low_mm", "estimate_high_mm"), "")
+    kinds = {
+        "unlabelled/a": ("yes", ""),
+        "unlabelled/b": ("no", "noise"),
+        "unlabelled/c": ("yes", ""),
+        "unlabelled/d": ("yes", ""),
+        "unlabelled/e": ("", "only 3 places teach"),
+        "unlabelled/f": ("", "only 3 places teach"),
+    }
+    sites = dict(zip(kinds, "ppqqrr", strict=True))
+    predictions = [
+        {"recording": name, "detector": "template", "score": "1.0", **blank}
+        | {"familiar": answer, "unfamiliar_because": because}
+        for name, (answer, because) in kinds.items()
+    ]
+    found = {row["site"]: row for row in site_rows(predictions, sites, 0.9)}
+    assert {site: row["familiar"] for site, row in found.items()} == {
+        "p": "no",
+        "q": "yes",
+        "r": "",
+    }
+    assert found["p"]["unfamiliar_because"] == "unlabelled/b: noise"
+    assert found["q"]["unfamiliar_because"] == found["r"]["unfamiliar_because"] == ""

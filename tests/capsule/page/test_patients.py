@@ -34,11 +34,11 @@ def accepted(*names, site=UNKNOWN):
     return [[name, UNKNOWN, "accepted", UNKNOWN, site] for name in names]
 
 
-def values(index, detections, sites=(), columns=DETECTED):
+def values(index, detections, sites=(), columns=DETECTED, site_columns=SITE):
     return patients.page_values(
         pd.DataFrame(index, columns=INDEX),
         pd.DataFrame(detections, columns=columns),
-        pd.DataFrame(sites, columns=SITE),
+        pd.DataFrame(sites, columns=site_columns),
         "diagonal",
         quality,
         5.0,
@@ -116,6 +116,58 @@ def test_nodules_come_first_and_the_likelier_ones_before_the_others():
     assert page["rows"][4]["size"] == "n/a"
 
 
+BECAUSE = "the time from wave to wave is 6.40 s, but 3.20 to 3.30 s in the recordings that teach"
+
+
+def test_a_strange_patient_is_told_before_the_verdict_and_has_no_probability():
+    names = [f"unlabelled/{name}" for name in "abc"]
+    kinds = [["no", BECAUSE], ["no", BECAUSE], ["yes", UNKNOWN]]
+    verdicts = [
+        nodule(names[0], "diagonal", 0.999),
+        healthy(names[1], "diagonal", 0.01),
+        nodule(names[2], "diagonal", 0.5),
+    ]
+    page = values(
+        accepted(*names),
+        [[*verdict, *kind] for verdict, kind in zip(verdicts, kinds, strict=True)],
+        columns=[*DETECTED, "familiar", "unfamiliar_because"],
+    )
+    rows = {row["patient"]: row for row in page["rows"]}
+    said = f"unlike the recordings that teach: {BECAUSE}"
+    for name in "ab":
+        assert rows[name]["unlike"] == said
+        assert rows[name]["probability"] == "not given"
+        assert dict(page["sentences"])[name].startswith(f"{said}. If it is judged all the same: ")
+        assert "probability" not in dict(page["sentences"])[name]
+    assert (rows["a"]["kind"], rows["b"]["kind"]) == ("nodule", "no nodule")
+    assert (rows["c"]["unlike"], rows["c"]["probability"]) == ("", "50 %")
+    assert page["counts"].endswith(" 2 of them are unlike the recordings that teach.")
+    assert page["unknown_kind"] == ""
+
+
+def test_the_page_says_why_nobody_can_tell_who_is_strange():
+    reason = "only 20 places teach what is familiar; 49 are needed"
+    page = values(
+        accepted("unlabelled/a"),
+        [[*nodule("unlabelled/a", "diagonal", 0.9), UNKNOWN, reason]],
+        columns=[*DETECTED, "familiar", "unfamiliar_because"],
+    )
+    assert page["unknown_kind"] == reason
+    assert page["rows"][0]["probability"] == "90 %"
+
+
+def test_a_strange_pass_makes_a_place_strange():
+    site = ["s", UNKNOWN, 2, "diagonal", "True", 2.7, 6.1, 1.8, 3.6, 2, 12.0, 8.0]
+    page = values(
+        accepted("unlabelled/a", "unlabelled/b", site="s"),
+        [nodule(f"unlabelled/{name}", "diagonal", 0.9) for name in "ab"],
+        [[*site, "no", f"unlabelled/b: {BECAUSE}"]],
+        site_columns=[*SITE, "familiar", "unfamiliar_because"],
+    )
+    (row,) = page["rows"]
+    assert row["unlike"] == f"unlike the recordings that teach: unlabelled/b: {BECAUSE}"
+
+
 def test_no_verdict_stands_with_its_reason_where_the_table_has_one():
     reason = [*silent("unlabelled/a", "diagonal"), "no wave on sensor 2"]
     other = [*nodule("unlabelled/a", "template", UNKNOWN), UNKNOWN]
@@ -182,4 +234,6 @@ def test_of_hundreds_of_patients_twenty_stand_open():
 
 def test_without_an_unlabelled_recording_there_is_no_row():
     index = [["0mm/r01", 0.0, "accepted", UNKNOWN, UNKNOWN]]
-    assert values(index, []) == {"rows": [], "folded": [], "counts": "", "sentences": []}
+    page = values(index, [])
+    assert (page["rows"], page["folded"], page["sentences"]) == ([], [], [])
+    assert page["counts"] == page["unknown_kind"] == ""

@@ -10,6 +10,7 @@ import numpy as np
 
 from acquisition.verdict import FinalVerdict
 from capsule.checking import check_recording
+from capsule.detectors.familiar import Familiarity
 from capsule.detectors.verdicts import Verdict, why_unknown
 from capsule.files import read_csv, read_limited
 from capsule.kinds import Settings
@@ -33,6 +34,8 @@ class JudgedFile:
         The readings; NaN for a rejected file.
     verdicts : dict of str to Verdict
         Verdicts by the detector's name; empty if no detector can judge the file.
+    familiarity : Familiarity
+        Whether the file is of the kind that taught the detectors.
     taught_as : str
         Labelled recording with the same readings, such as ``3mm/r07``, from which the detectors
         have learned; empty if there is none.
@@ -42,6 +45,7 @@ class JudgedFile:
     check: dict[str, Any]
     values: np.ndarray
     verdicts: dict[str, Verdict]
+    familiarity: Familiarity
     taught_as: str
 
     @property
@@ -80,12 +84,13 @@ def judge_file(
         content = read_limited(path, max_bytes)
     except OSError as error:
         check = {"status": "rejected", "reason": f"it cannot be read: {error.strerror}"}
-        return JudgedFile(str(path), check, np.empty((0, 0)), {}, "")
+        return JudgedFile(str(path), check, np.empty((0, 0)), {}, Familiarity(None), "")
     check, values, _ = check_recording(_NAME, content, max_bytes, settings)
     judged = check["status"] == "accepted" and not check["no_verdict"]
     verdicts = final.verdicts(values) if judged else {}
+    familiarity = final.familiarity(values) if judged else Familiarity(None)
     taught_as = taught.get(check["readings_sha256"], "")
-    return JudgedFile(str(path), check, values, verdicts, taught_as)
+    return JudgedFile(str(path), check, values, verdicts, familiarity, taught_as)
 
 
 def as_plain_values(judged: JudgedFile, rate_hz: float) -> dict[str, Any]:
@@ -101,14 +106,19 @@ def as_plain_values(judged: JudgedFile, rate_hz: float) -> dict[str, Any]:
         "sha256": check.get("sha256"),
         "source": source_of(check.get("header", {})),
         "taught_as": judged.taught_as,
+        "familiar": judged.familiarity.familiar,
+        "unfamiliar_because": judged.familiarity.because,
         "verdicts": {
-            name: _verdict_values(verdict, rate_hz) for name, verdict in judged.verdicts.items()
+            name: _verdict_values(verdict, rate_hz, stated=judged.familiarity.familiar is not False)
+            for name, verdict in judged.verdicts.items()
         },
     }
 
 
-def _verdict_values(verdict: Verdict, rate_hz: float) -> dict[str, Any]:
+def _verdict_values(verdict: Verdict, rate_hz: float, *, stated: bool) -> dict[str, Any]:
     values = dict(vars(verdict)) | {"reason": why_unknown(verdict)}
+    if not stated:
+        values["probability"] = None
     # The same unit as in results/detections.csv.
     values["location_s"] = values.pop("location_samples") / rate_hz
     values["distances"] = [_known(each) for each in verdict.distances or ()]

@@ -17,10 +17,11 @@ def write_picture(judged: JudgedFile, settings: Settings, path: Path) -> None:
     shape, rate_hz = settings["preprocessing"], settings["recording"]["rate_hz"]
     simulated = is_simulated(judged.check["header"].get("source", ""))
     name = f"{Path(judged.file).name}{', simulated' if simulated else ''}"
+    unlike = [words.UNLIKE] if judged.familiarity.familiar is False else []
     said = [f"{detector}: {_in_short(each)}" for detector, each in judged.verdicts.items()]
     run = preprocess_run(
         judged.file,
-        "\n".join([name, "; ".join(said)]),
+        "\n".join([name, *unlike, "; ".join(said)]),
         judged.values,
         rate_hz=rate_hz,
         window=shape["window"],

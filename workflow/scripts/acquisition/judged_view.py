@@ -43,7 +43,7 @@ def judged_lines(
     lines = [title, *_plot(judged.values, places, rate_hz, width, plain=plain)]
     if check["no_verdict"]:
         return [*lines, f"no detector can judge it: {check['no_verdict']}"]
-    lines += verdict_table(judged.verdicts, settings)
+    lines += verdict_table(judged.verdicts, settings, judged.familiarity)
     prevalence = words.percent(settings["evaluation"]["prevalence"])
     lines.append(
         "place: time and distance at which sensor 1 passes the nodule; probability: of a nodule, "

@@ -8,7 +8,9 @@ import numpy as np
 
 from capsule.detectors.base import ScoredModel
 from capsule.detectors.diagonal import DiagonalModel, size_features
+from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarKind
 from capsule.detectors.search import passage_of
+from capsule.detectors.wave_traits import wave_traits
 from capsule.files import read_json
 from capsule.kinds import Settings
 
@@ -23,6 +25,8 @@ class PassSizes:
     ----------
     model : ScoredModel or None
         The detector's learned model.
+    familiar : FamiliarKind or None
+        What recordings like those that teach are like.
     detector : mapping
         Section ``diagonal`` of the configuration.
     rate_hz : float
@@ -30,6 +34,7 @@ class PassSizes:
     """
 
     model: ScoredModel | None
+    familiar: FamiliarKind | None
     detector: Settings
     rate_hz: float
 
@@ -52,16 +57,30 @@ class PassSizes:
         size_mm = float(np.mean(self.model.sizes.estimate(features)))
         return size_mm, *self.model.sizes.interval(size_mm)
 
+    def familiarity(self, passes: Sequence[np.ndarray]) -> Familiarity:
+        """Return whether all passes over a place are familiar; else why the first is not."""
+        if self.familiar is None:
+            return Familiarity(None)
+        found = [
+            self.familiar.judge(wave_traits(values, self.rate_hz, self.detector))
+            for values in passes
+        ]
+        # False comes first, then None.
+        order = [False, None, True]
+        return min(found, key=lambda each: order.index(each.familiar), default=Familiarity(None))
+
 
 def pass_sizes(results: Path, detector: Settings, rate_hz: float) -> PassSizes:
     """Read the model that the workflow has learned, if there is one; parameters as in `PassSizes`.
 
     A model that was learned with other settings is not used.
     """
-    path, model = results / "detectors.json", None
+    path, model, familiar = results / "detectors.json", None, None
     if path.exists():
         content = read_json(path)
         # A model learned with other settings does not fit the features of these passes.
-        if content.get("settings", {}).get("diagonal") == dict(detector):
+        same = content.get("settings", {}).get("diagonal") == dict(detector)
+        if same and FAMILIAR in content:
             model = DiagonalModel.restored(content)
-    return PassSizes(model, detector, rate_hz)
+            familiar = FamiliarKind.restored(content[FAMILIAR])
+    return PassSizes(model, familiar, detector, rate_hz)

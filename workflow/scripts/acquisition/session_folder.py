@@ -40,6 +40,8 @@ PLACE_COLUMNS = (
     "height",
     "threshold",
     "recordings",
+    "familiar",
+    "unfamiliar_because",
 )
 
 

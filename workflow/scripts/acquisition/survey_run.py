@@ -255,13 +255,17 @@ class SurveyRun:
 
     def _row(self, place: Place) -> dict[str, Any]:
         passes = self._passes.get(place.number, [])
+        kind = self._sizes.familiarity([values for _, values in passes])
         size = (float("nan"), float("nan"), float("nan"))
         if place.status == "confirmed":
             size = self._sizes.of([values for _, values in passes])
             names = ("estimate_mm", "estimate_low_mm", "estimate_high_mm")
             estimate = dict(zip(names, size, strict=True))
             if words.is_known(size[0]):
-                self._size_words[place.number] = words.estimated_size(estimate)
+                said = words.estimated_size(estimate)
+                if kind.familiar is False:
+                    said = f"{words.UNLIKE} ({kind.because}); {said}"
+                self._size_words[place.number] = said
         heights = [height for height in place.heights if not np.isnan(height)]
         return {
             "place": place.number,
@@ -273,4 +277,5 @@ class SurveyRun:
             "height": float(np.mean(heights)) if heights else float("nan"),
             "threshold": place.threshold,
             "recordings": " ".join(name for name, _ in passes),
+            **kind.cells,
         }

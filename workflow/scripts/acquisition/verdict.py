@@ -14,11 +14,13 @@ from capsule import words
 from capsule.arrays import FloatArray
 from capsule.checking import readings_of
 from capsule.detectors.described import read_scorer
+from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarKind
 from capsule.detectors.files import read_template_set
 from capsule.detectors.network import Features, Scorer, features_of
 from capsule.detectors.search import Passage, passage_of
 from capsule.detectors.training import detector_class
 from capsule.detectors.verdicts import Verdict, why_unknown
+from capsule.detectors.wave_traits import wave_traits
 from capsule.errors import RecordingError
 from capsule.files import fingerprint, read_json
 from capsule.kinds import Settings
@@ -108,6 +110,7 @@ class FinalVerdict:
                 name: detector_class(name).Model.restored(content, known)
                 for name in settings["detectors"]
             }
+            self._familiar = FamiliarKind.restored(content[FAMILIAR])
         except (KeyError, TypeError, ValueError):
             same = False
         if not same:
@@ -132,6 +135,11 @@ class FinalVerdict:
         recording = NewRecording(values, self._settings, self._scorer)
         return {name: model.verdict(recording) for name, model in self._models.items()}
 
+    def familiarity(self, values: np.ndarray) -> Familiarity:
+        """Return whether readings, as in `verdicts`, are of the kind that taught the detectors."""
+        rate_hz = self._settings["recording"]["rate_hz"]
+        return self._familiar.judge(wave_traits(values, rate_hz, self._settings["diagonal"]))
+
     def judge(self, values: np.ndarray) -> list[str]:
         """Return the verdicts of all configured detectors in words.
 
@@ -143,11 +151,16 @@ class FinalVerdict:
         Returns
         -------
         list of str
-            One line per detector.
+            One line per detector, after a line about a recording that is not familiar.
         """
-        return [self._line(name, verdict) for name, verdict in self.verdicts(values).items()]
+        familiarity = self.familiarity(values)
+        # A probability holds for recordings like those that teach.
+        stated = familiarity.familiar is not False
+        verdicts = self.verdicts(values).items()
+        lines = [self._line(name, verdict, stated=stated) for name, verdict in verdicts]
+        return [familiarity.sentence, *lines] if familiarity.sentence else lines
 
-    def _line(self, detector: str, verdict: Verdict) -> str:
+    def _line(self, detector: str, verdict: Verdict, *, stated: bool) -> str:
         recording = self._settings["recording"]
         if np.isnan(verdict.predicted_mm):
             return f"verdict of {detector}: none ({why_unknown(verdict)})"
@@ -160,7 +173,7 @@ class FinalVerdict:
                 f"nodule of {words.estimated_size(vars(verdict))}",
                 f"sensor 1 passes the nodule: {where}",
             ]
-        if not np.isnan(verdict.probability):
+        if stated and not np.isnan(verdict.probability):
             prevalence = words.percent(self._settings["evaluation"]["prevalence"])
             parts.append(
                 f"probability of a nodule {words.percent(verdict.probability)} at a prevalence "
@@ -210,5 +223,7 @@ class RunningVerdict:
             no_verdict = str(reason)
         if no_verdict:
             return [f"if the run ended now, no verdict: {no_verdict}"]
-        table = verdict_table(self._final.verdicts(readings), self._settings)
+        table = verdict_table(
+            self._final.verdicts(readings), self._settings, self._final.familiarity(readings)
+        )
         return ["if the run ended now:", *table]

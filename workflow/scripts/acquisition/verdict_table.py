@@ -3,13 +3,16 @@
 from collections.abc import Mapping, Sequence
 
 from capsule import words
+from capsule.detectors.familiar import Familiarity
 from capsule.detectors.verdicts import Verdict, why_unknown
 from capsule.kinds import Settings
 
 _GAP = "  "
 
 
-def verdict_table(verdicts: Mapping[str, Verdict], settings: Settings) -> list[str]:
+def verdict_table(
+    verdicts: Mapping[str, Verdict], settings: Settings, familiarity: Familiarity
+) -> list[str]:
     """Return a table with one line per detector.
 
     Parameters
@@ -18,28 +21,34 @@ def verdict_table(verdicts: Mapping[str, Verdict], settings: Settings) -> list[s
         Verdicts by the detector's name.
     settings : mapping
         Sections ``recording`` and ``evaluation`` of the configuration.
+    familiarity : Familiarity
+        Whether the recording is familiar. If it is not, no probability is stated.
 
     Returns
     -------
     list of str
-        The lines of the table; the first one names the columns.
+        A line about a recording that is not familiar, and the lines of the table; the first of
+        these names the columns.
     """
     confidence = words.percent(settings["evaluation"]["size_confidence"])
     head = ["detector", "verdict", f"size ({confidence} interval)", "probability", "place"]
     rate_hz = settings["recording"]["rate_hz"]
-    return _aligned([head, *(_cells(name, each, rate_hz) for name, each in verdicts.items())])
+    stated = familiarity.familiar is not False
+    rows = [_cells(name, each, rate_hz, stated=stated) for name, each in verdicts.items()]
+    return [*filter(None, [familiarity.sentence]), *_aligned([head, *rows])]
 
 
-def _cells(detector: str, verdict: Verdict, rate_hz: float) -> list[str]:
+def _cells(detector: str, verdict: Verdict, rate_hz: float, *, stated: bool) -> list[str]:
+    probability = words.probability(verdict.probability if stated else None)
     if not words.is_known(verdict.predicted_mm):
         return [detector, f"none: {why_unknown(verdict)}"]
     if verdict.predicted_mm == 0:
-        return [detector, "no nodule", "", words.probability(verdict.probability)]
+        return [detector, "no nodule", "", probability]
     return [
         detector,
         "nodule",
         words.estimated_size(vars(verdict)),
-        words.probability(verdict.probability),
+        probability,
         words.place(verdict.location_samples / rate_hz, verdict.location_mm),
     ]
 

@@ -13,6 +13,7 @@ from capsule.kinds import Row
 UNKNOWN = "not known"
 NOT_GIVEN = "not given"
 NOT_APPLICABLE = "n/a"
+UNLIKE = "unlike the recordings that teach"
 MINUS = "\u2212"
 Cell = TypeVar("Cell")
 _SCHEMES = {
@@ -85,6 +86,22 @@ def verdict(row: Row) -> str:
         return size(row["predicted_mm"])
     reason = row.get("no_verdict")
     return f"no verdict: {reason}" if is_known(reason) and reason else "no verdict"
+
+
+def unlike(row: Row) -> str:
+    """Return that and why a recording is not of the kind that taught the detectors; else empty.
+
+    Parameters
+    ----------
+    row : mapping
+        ``familiar`` and ``unfamiliar_because``, as in results/detections.csv.
+    """
+    return f"{UNLIKE}: {row['unfamiliar_because']}" if row.get("familiar") == "no" else ""
+
+
+def stated_probability(row: Row) -> float | None:
+    """Return a verdict's probability, which holds only for recordings like those that teach."""
+    return None if row.get("familiar") == "no" else row.get("probability")
 
 
 def estimated_size(verdict: Mapping[str, float], largest_mm: float | None = None) -> str:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from capsule.arrays import FloatArray
-from capsule.detectors.described import read_best_places, read_features
+from capsule.detectors.described import read_best_places, read_features, read_wave_traits
 from capsule.detectors.training import TrainingArchive
 from capsule.fits import by_size
 from capsule.kinds import Settings
@@ -74,4 +74,5 @@ def read_training_archive(
         results.described(FEATURES, rows, read_features),
         {name: row["no_verdict"] for name, row in rows.items()},
         places_of(rows),
+        results.described(BEST_PLACES, rows, read_wave_traits),
     )

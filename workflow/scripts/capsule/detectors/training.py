@@ -13,6 +13,7 @@ from capsule.detectors.network import Features
 from capsule.detectors.registry import detector_row
 from capsule.detectors.search import Passage
 from capsule.detectors.verdicts import Verdict
+from capsule.detectors.wave_traits import WaveTraits
 from capsule.kinds import Settings
 from capsule.particles import Particle
 from capsule.templates import TemplateSet
@@ -64,6 +65,8 @@ class TrainingArchive:
     places : mapping of str to str
         The place of each recording, from `capsule.places.places_of`; one that is absent is a place
         of its own.
+    traits : mapping of str to WaveTraits
+        The traits of each recording's wave; empty if nobody asks which recordings are familiar.
     """
 
     sizes_mm: Mapping[str, float]
@@ -75,6 +78,7 @@ class TrainingArchive:
     features: Mapping[str, Features] = field(default_factory=dict)
     no_verdict: Mapping[str, str] = field(default_factory=dict)
     places: Mapping[str, str] = field(default_factory=dict)
+    traits: Mapping[str, WaveTraits] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         judged = {n: size for n, size in self.sizes_mm.items() if not self.no_verdict.get(n)}

@@ -9,9 +9,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import ceil
 
+from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarTeacher
 from capsule.detectors.registry import detector_row
 from capsule.detectors.training import Detector, TrainingArchive, detector_class
 from capsule.detectors.verdicts import NO_VERDICT, Verdict, why_unknown
+from capsule.detectors.wave_traits import UNKNOWN_TRAITS
 from capsule.held_out import teaching
 from capsule.kinds import Cells, Settings, Spread
 from capsule.naming import size_label, size_mm
@@ -38,6 +40,8 @@ _COLUMNS = (
     "location_s",
     "location_mm",
     "no_verdict",
+    "familiar",
+    "unfamiliar_because",
 )
 Rows = Mapping[str, Mapping[str, str]]
 # The recordings that are judged, and those that teach nothing.
@@ -222,7 +226,9 @@ class Detectors:
     columns : list of str
         The columns of a row besides recording and detector: the verdict, the distance to each
         template, and the other results. A detector that does not use distances has None there.
-        ``no_verdict`` is the reason for no verdict.
+        ``no_verdict`` is the reason for no verdict. ``familiar`` and ``unfamiliar_because`` tell
+        whether the recording is of the kind that teaches; they are empty for one that no detector
+        judges.
 
     Raises
     ------
@@ -234,6 +240,7 @@ class Detectors:
         self.names = list(archive.settings["detectors"])
         self._archive = archive
         self._detectors = {name: detector_class(name)(archive) for name in self.names}
+        self._familiar = FamiliarTeacher(archive)
         self._distances = [f"rmse_{size_label(size)}" for size in archive.templates.sizes_mm]
         self.columns = ["predicted_mm", *self._distances, *_COLUMNS]
 
@@ -241,15 +248,18 @@ class Detectors:
         """Yield each detector's verdict on some recordings; those left out teach nothing."""
         left_out = sorted(left_out)
         models = {name: each.without(left_out) for name, each in self._detectors.items()}
+        familiar = self._familiar.without(left_out)
         for name in names:
             recording, reason = self._archive.recording(name), self._archive.no_verdict.get(name)
+            traits = self._archive.traits.get(name, UNKNOWN_TRAITS)
+            kind = Familiarity(None) if reason else familiar.judge(traits)
             for detector, model in models.items():
                 verdict = NO_VERDICT if reason else model.verdict(recording)
                 cells = verdict_cells(verdict, self._archive.settings["recording"]["rate_hz"])
                 distances = verdict.distances or [None] * len(self._distances)
                 cells |= zip(self._distances, distances, strict=True)
                 cells["no_verdict"] = reason or why_unknown(verdict)
-                yield {"recording": name, "detector": detector, **cells}
+                yield {"recording": name, "detector": detector, **cells, **kind.cells}
 
     def learners(self) -> dict[str, Detector]:
         """Return by name the detectors that learn a threshold and can learn it anew quickly."""
@@ -265,6 +275,7 @@ class Detectors:
         content: Cells = {"recordings": len(self._archive.sizes_mm.keys() - set(left_out))}
         for detector in self._detectors.values():
             content |= detector.without(left_out).stored()
+        content[FAMILIAR] = self._familiar.without(left_out).stored()
         return content
 
 

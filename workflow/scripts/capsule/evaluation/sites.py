@@ -76,7 +76,15 @@ class SiteVerdict:
     estimate_high_mm: float
 
 
-COLUMNS = ("site", "size_mm", "recordings", "detector", *SiteVerdict.__annotations__)
+_FAMILIAR = ("familiar", "unfamiliar_because")
+COLUMNS = (
+    "site",
+    "size_mm",
+    "recordings",
+    "detector",
+    *SiteVerdict.__annotations__,
+    *_FAMILIAR,
+)
 
 
 def site_rows(
@@ -99,6 +107,8 @@ def site_rows(
     list of dict
         One row for each detector and site, with the columns `COLUMNS`.
     """
+    predictions = list(predictions)
+    unfamiliar = _unfamiliar_passes(predictions, sites)
     rows = []
     for detector, by_site in passes_by_site(predictions, sites).items():
         fixed = detector_row(detector).fixed_threshold
@@ -107,8 +117,22 @@ def site_rows(
             passes = by_site[site]
             row = {"site": site.partition("\n")[0], "size_mm": passes.size_mm}
             row |= {"recordings": passes.score.size, "detector": detector}
-            rows.append(row | vars(verdict))
+            because = unfamiliar.get(str(row["site"]))
+            known = "" if because is None else "no" if because else "yes"
+            kind = {"familiar": known, "unfamiliar_because": because or ""}
+            rows.append(row | vars(verdict) | kind)
     return rows
+
+
+def _unfamiliar_passes(predictions: Iterable[Row], sites: Mapping[str, str]) -> dict[str, str]:
+    """Return of each site with a pass that is familiar or not which pass is not, and why."""
+    unfamiliar: dict[str, str] = {}
+    for row in predictions:
+        site, answer = sites[row["recording"]], row.get("familiar")
+        if answer in ("yes", "no") and not unfamiliar.get(site):
+            because = f"{row['recording']}: {row['unfamiliar_because']}" if answer == "no" else ""
+            unfamiliar[site] = because
+    return unfamiliar
 
 
 def passes_by_site(

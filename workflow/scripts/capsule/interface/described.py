@@ -13,6 +13,7 @@ from capsule.arrays import BoolArray
 from capsule.detectors.described import read_scorer
 from capsule.detectors.network import Features, Scorer, features_of
 from capsule.detectors.search import Passage, passage_of
+from capsule.detectors.wave_traits import WaveTraits, wave_traits
 from capsule.fitting import Fit, fit_recording
 from capsule.kinds import Cells, Settings
 from capsule.preprocessing import preprocess
@@ -68,6 +69,11 @@ class DescribedRecording:
     def features(self) -> Features:
         """The taught scorer's features of the recording."""
         return _features(self._key("recording", "diagonal"))
+
+    @property
+    def traits(self) -> WaveTraits:
+        """The traits of the recording's wave."""
+        return _traits(self._key("recording", "diagonal"))
 
     @property
     def fit(self) -> Fit:
@@ -147,6 +153,11 @@ def _no_wave(key: _Key) -> str:
 @lru_cache(maxsize=_KEPT)
 def _passage(key: _Key) -> Passage:
     return passage_of(key.values, key.settings["recording"]["rate_hz"], key.settings["diagonal"])
+
+
+@lru_cache(maxsize=_KEPT)
+def _traits(key: _Key) -> WaveTraits:
+    return wave_traits(key.values, key.settings["recording"]["rate_hz"], key.settings["diagonal"])
 
 
 @lru_cache(maxsize=_KEPT)

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from capsule.arrays import FloatArray
+from capsule.detectors.familiar import Familiarity, FamiliarTeacher
 from capsule.detectors.registry import detector_row
 from capsule.detectors.training import TrainingArchive, detector_class
 from capsule.detectors.verdicts import NO_VERDICT, Verdict
@@ -113,6 +114,7 @@ class _DetectorEstimator(_OfReadings):
         # The stored values are all that a verdict needs, and they can be pickled.
         learned = detector(archive).without([]).stored()
         self.model_ = detector.Model.restored(learned, archive.templates)
+        self.familiar_ = FamiliarTeacher(archive).without([])
         return self
 
     def predict(self, X: object) -> np.ndarray:
@@ -140,6 +142,19 @@ class _DetectorEstimator(_OfReadings):
         check_is_fitted(self)
         return [
             NO_VERDICT if each.no_verdict else self.model_.verdict(each)
+            for each in self._described(self._validated(X, reset=False))
+        ]
+
+    def familiar(self, X: object) -> list[Familiarity]:
+        """Return whether each recording is of the kind that taught the detector.
+
+        Nobody can tell of a recording without a verdict.
+        """
+        check_is_fitted(self)
+        return [
+            Familiarity(None, each.no_verdict)
+            if each.no_verdict
+            else self.familiar_.judge(each.traits)
             for each in self._described(self._validated(X, reset=False))
         ]
 
@@ -172,6 +187,7 @@ class _DetectorEstimator(_OfReadings):
             lambda name: named[name].matrix,
             settings,
             features,
+            traits={name: each.traits for name, each in named.items()},
         )
 
 

@@ -204,6 +204,7 @@ class LoadedArchive:
             {name: described[name].features for name in judged} if by_features else {},
             {name: self._rows[name]["no_verdict"] for name in names},
             places_of(self.index(names)),
+            {name: described[name].traits for name in judged},
         )
 
     @cached_property

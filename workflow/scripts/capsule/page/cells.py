@@ -169,8 +169,8 @@ def detection_rows(detections: pd.DataFrame, largest_mm: float) -> Cells:
     Returns
     -------
     dict
-        ``sizes`` of the templates, and ``rows``, one per recording, with ``distances`` and
-        ``verdicts`` of all detectors.
+        ``sizes`` of the templates, and ``rows``, one per recording, with ``unlike`` (why it is not
+        of the kind that teaches), ``distances`` and ``verdicts`` of all detectors.
     """
     labels = [name for name in detections.columns if name.startswith("rmse_")]
     rows = []
@@ -182,6 +182,7 @@ def detection_rows(detections: pd.DataFrame, largest_mm: float) -> Cells:
         rows.append(
             {
                 "recording": name,
+                "unlike": words.unlike(first),
                 "verdicts": [
                     _verdict_words(row, largest_mm) for row in of_recording.to_dict("records")
                 ],
@@ -205,7 +206,7 @@ def _verdict_words(row: Row, largest_mm: float) -> Cells:
         "detector": row["detector"],
         "verdict": words.verdict(row),
         "estimate": words.estimated_size(row, largest_mm),
-        "probability": words.probability(row["probability"]),
+        "probability": words.probability(words.stated_probability(row)),
         "place": words.place(row["location_s"], row["location_mm"]),
     }
 

@@ -32,6 +32,8 @@ class Found:
         The probability as a number to sort by; 0 if there is none.
     sentence : str
         All of it in one sentence.
+    unlike : str
+        That and why the patient is unlike the recordings that teach; else empty.
     """
 
     kind: str
@@ -41,6 +43,7 @@ class Found:
     reason: str = ""
     chance: float = 0.0
     sentence: str = "no verdict."
+    unlike: str = ""
 
     def text(self) -> str:
         """Return the kind of verdict, with the reason if there is one."""
@@ -72,9 +75,10 @@ def page_values(
     -------
     dict
         ``rows`` and ``folded``, nodules first, with ``patient``, ``site``, ``passes``,
-        ``recordings``, ``kind``, ``verdict``, ``size``, ``place``, ``probability``, ``quality`` and
-        ``others``; ``counts``, one or two sentences on many patients; and ``sentences``, pairs of a
-        patient and the verdict, for few. There is no row if no recording is unlabelled.
+        ``recordings``, ``unlike``, ``kind``, ``verdict``, ``size``, ``place``, ``probability``,
+        ``quality`` and ``others``; ``unknown_kind``, why nobody can tell who is unlike;
+        ``counts``, one or two sentences on many patients; and ``sentences``, pairs of a patient and
+        the verdict, for few. There is no row if no recording is unlabelled.
     """
     rows = [*_site_rows(index, sites, lead, quality, largest_mm)]
     of_sites = {each["name"] for row in rows for each in row["recordings"]}
@@ -84,6 +88,7 @@ def page_values(
     return {
         "rows": rows[:SHOWN],
         "folded": rows[SHOWN:],
+        "unknown_kind": _unknown_kind(detections),
         "counts": _counts(rows, lead, sites=bool(of_sites)) if len(rows) > 1 else "",
         "sentences": [(row["patient"], row["sentence"]) for row in rows] if few else [],
     }
@@ -147,8 +152,9 @@ def _row(
         "passes": len(names),
         "recordings": [{"name": name, "label": _label(name)} for name in names],
         "kind": verdict.kind,
+        "unlike": verdict.unlike,
         "verdict": verdict.text(),
-        "sentence": verdict.sentence,
+        "sentence": _after(verdict.unlike, verdict.sentence),
         "size": verdict.size,
         "place": verdict.place,
         "probability": verdict.probability,
@@ -167,17 +173,19 @@ def of_recording(row: Row, largest_mm: float) -> Found:
     """Return the verdict in a row of results/detections.csv."""
     if not words.is_known(row["predicted_mm"]):
         return _none(row)
-    chance = row["probability"]
-    probability, chance = words.probability(chance), _or_zero(chance)
-    given = [f"probability {probability}"] if words.is_known(row["probability"]) else []
+    stated, unlike = words.stated_probability(row), words.unlike(row)
+    probability, chance = words.probability(stated), _or_zero(stated)
+    given = [f"probability {probability}"] if words.is_known(stated) else []
     score = _score_words(row, "its score")
     if row["predicted_mm"] == 0:
         of_nodule = f"; probability of a nodule {probability}" if given else ""
         sentence = f"no nodule found{score}{of_nodule}."
-        return Found("no nodule", probability=probability, chance=chance, sentence=sentence)
+        return Found(
+            "no nodule", probability=probability, chance=chance, sentence=sentence, unlike=unlike
+        )
     size, place = _size(row, largest_mm), words.place(row["location_s"], row["location_mm"])
     sentence = _nodule_words(size, row, given, score)
-    return Found("nodule", size, place, probability=probability, chance=chance, sentence=sentence)
+    return Found("nodule", size, place, probability, "", chance, sentence, unlike)
 
 
 def of_site(row: Row, largest_mm: float) -> Found:
@@ -188,11 +196,13 @@ def of_site(row: Row, largest_mm: float) -> Found:
         row, f"the mean score of {words.plural(int(row['passes']), 'pass', 'passes')}"
     )
     if str(row["detected"]) != "True":
-        return Found("no nodule", sentence=f"no nodule found{score}.")
+        sentence = f"no nodule found{score}."
+        return Found("no nodule", sentence=sentence, unlike=words.unlike(row))
     where = row["location_mm"]
     place = f"{words.number(where, 1)} mm" if words.is_known(where) else words.NOT_GIVEN
     size = _size(row, largest_mm)
-    return Found("nodule", size, place, sentence=_nodule_words(size, row, [], score))
+    sentence = _nodule_words(size, row, [], score)
+    return Found("nodule", size, place, sentence=sentence, unlike=words.unlike(row))
 
 
 def _none(row: Row) -> Found:
@@ -256,7 +266,22 @@ def _counts(rows: Sequence[Row], lead: str, *, sites: bool) -> str:
     names = (f"{kind} or site", f"{kind}s and sites") if sites else (kind, f"{kind}s")
     what = words.plural(len(rows), *names)
     sentence = f"Of {what}, {lead} finds a nodule in {several[0]} and none in {several[2]}."
-    return sentence + (f" On {several[1]} it gives no verdict." if several[1] else "")
+    sentence += f" On {several[1]} it gives no verdict." if several[1] else ""
+    unlike = sum(bool(row["unlike"]) for row in rows)
+    verb = "is" if unlike == 1 else "are"
+    return sentence + (f" {unlike} of them {verb} {words.UNLIKE}." if unlike else "")
+
+
+def _unknown_kind(detections: pd.DataFrame) -> str:
+    """Return why nobody can tell which recordings are of the kind that teaches, if so."""
+    told = detections.reindex(columns=["familiar", "unfamiliar_because"])
+    unknown = told.loc[told["familiar"].isna(), "unfamiliar_because"].dropna()
+    return str(unknown.iloc[0]) if len(unknown) else ""
+
+
+def _after(unlike: str, sentence: str) -> str:
+    """Return a verdict after the warning that it is on a recording of another kind, if it is."""
+    return f"{unlike}. If it is judged all the same: {sentence}" if unlike else sentence
 
 
 def _size(row: Row, largest_mm: float) -> str:
@@ -266,5 +291,5 @@ def _size(row: Row, largest_mm: float) -> str:
     return f"{size}, no interval" if known and not bounded else size
 
 
-def _or_zero(value: float) -> float:
+def _or_zero(value: float | None) -> float:
     return float(value) if words.is_known(value) else 0.0

@@ -177,14 +177,16 @@ def _details(row: Row, largest_mm: float | None) -> str:
     if not words.is_known(row["predicted_mm"]):
         reason = row.get("no_verdict")
         return str(reason) if words.is_known(reason) else ""
-    parts, location_s = [], row.get("location_s")
+    unlike = words.unlike(row)
+    parts, location_s = [unlike] if unlike else [], row.get("location_s")
     if words.is_known(row.get("estimate_mm")):
         parts.append(f"estimated {words.estimated_size(row, largest_mm)}")
-    if words.is_known(row.get("probability")):
-        parts.append(f"probability {words.probability(row['probability'])}")
+    probability = words.stated_probability(row)
+    if words.is_known(probability):
+        parts.append(f"probability {words.probability(probability)}")
     if words.is_known(location_s):
         parts.append(f"place {words.place(location_s, row.get('location_mm'))}")
-    return ", ".join(parts)
+    return "; ".join(parts) if unlike else ", ".join(parts)
 
 
 def seven_digits(value: float | None) -> float | None:

@@ -66,13 +66,16 @@ def _place(place: StoredPlace, pin: Pin) -> Cells:
     names = ("size_mm", "size_low_mm", "size_high_mm")
     size = {f"estimate_{name.removeprefix('size_')}": getattr(place, name) for name in names}
     confirmed = place.status == "confirmed"
+    said = words.estimated_size(size) if confirmed else words.NOT_APPLICABLE
+    if place.unfamiliar_because:
+        said = f"{words.UNLIKE} ({place.unfamiliar_because}); {said}"
     return {
         "number": place.number,
         "status": place.status,
         "place_mm": place.place_mm,
         "where": f"{words.number(place.place_mm, 1)} mm",
         "passes": place.passes,
-        "size": words.estimated_size(size) if confirmed else words.NOT_APPLICABLE,
+        "size": said,
         "height": words.number(place.height, 2),
         "suspected_s": pin.suspected_s,
         "decided_s": pin.decided_s,

@@ -47,6 +47,8 @@ class StoredPlace:
         Mean evidence in units of the usual evidence.
     threshold : float
         Threshold above which the first pass was suspicious.
+    unfamiliar_because : str
+        Why a pass is unlike the recordings that teach the size; empty if none is.
     """
 
     number: int
@@ -58,6 +60,7 @@ class StoredPlace:
     size_high_mm: float
     height: float
     threshold: float
+    unfamiliar_because: str = ""
 
 
 @dataclass(frozen=True)
@@ -242,5 +245,9 @@ def _parse_places(text: str) -> list[StoredPlace]:
         if cells["status"] not in STATUSES or math.isnan(sum(counts)):
             raise SessionError(f"{PLACES}: line {line} is not a place with a verdict")
         number, passes = map(int, counts)
-        places.append(StoredPlace(number, passes, cells["status"], **numbers))
+        # A survey of an earlier version does not say which places are familiar.
+        because = cells.get("unfamiliar_because", "") if cells.get("familiar") == "no" else ""
+        places.append(
+            StoredPlace(number, passes, cells["status"], **numbers, unfamiliar_because=because)
+        )
     return places

@@ -1,0 +1,200 @@
+"""A recording is unfamiliar if hardly any that teaches deviates as far."""
+
+import json
+from dataclasses import astuple, replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import stats
+
+from capsule.detectors.familiar import (
+    LEAST_PLACES,
+    NOMINAL_RATE,
+    FamiliarKind,
+    FamiliarTeacher,
+    learn_familiar,
+)
+from capsule.detectors.training import TrainingArchive
+from capsule.detectors.wave_traits import UNKNOWN_TRAITS, WaveTraits
+from capsule.seeding import generator
+from support.training import NO_TEMPLATES
+
+USUAL = WaveTraits(3.2, 0.25, 0.02, 0.005, 0.95, 0.1)
+
+
+def traits_like(numbers, count, spread=1.0):
+    """Return traits (n, 6) that scatter around the usual ones, by far more than what matters."""
+    factors = numbers.normal(0, spread, (count, 6)) * [0.1, 0.1, 1.0, 1.0, 0.0, 0.5]
+    traits = np.array(astuple(USUAL)) * np.exp(factors)
+    odds = np.log(0.95 / 0.05) + spread * numbers.normal(0, 2.0, count)
+    traits[:, 4] = 1 / (1 + np.exp(-odds))
+    return traits
+
+
+def kind_of(count=120, name="kind", places=None):
+    traits = traits_like(generator(1, name), count)
+    return learn_familiar(traits, np.arange(count) if places is None else places)
+
+
+def literal_answer(traits, places, own):
+    """Return whether a recording is familiar, with the cross-conformal p-value written out."""
+
+    def scaled(row):
+        period, step, spread, unsteadiness, share, noise = row
+        share = min(max(share, 0.001), 0.999)
+        logit = np.log(share / (1 - share))
+        times = np.log(period), step / period, np.log(spread / period + 0.003)
+        return np.array([*times, np.log(unsteadiness + 0.002), logit, np.log(noise)])
+
+    order, rows = list(dict.fromkeys(places)), np.array([scaled(row) for row in traits])
+    part = np.array([order.index(place) % 10 for place in places])
+    total, typical = 1.0, []
+    for number in range(10):
+        others = rows[part != number]
+        centre = others.mean(axis=0)
+        spread = np.maximum(others.std(axis=0, ddof=1), [0.03, 0.003, 0.4, 0.35, 1.0, 0.2])
+        own_deviations = np.abs(scaled(own) - centre) / spread
+        typical.append(own_deviations)
+        for index in np.flatnonzero(part == number):
+            if (np.abs(rows[index] - centre) / spread).max() >= own_deviations.max():
+                total += 1 / list(places).count(places[index])
+    typical = np.median(typical, axis=0).max()
+    return bool(total / (1 + len(order)) > NOMINAL_RATE or typical <= 3)
+
+
+@settings(deadline=None)
+@given(st.integers(0, 1000), st.integers(1, 3))
+def test_the_answer_is_that_of_the_formula_written_out(seed, passes):
+    numbers = np.random.default_rng(seed)
+    places = np.repeat(np.arange(55), passes)
+    traits = traits_like(numbers, places.size)
+    own = traits_like(numbers, 1, spread=2.5)[0]
+    answer = learn_familiar(traits, places).judge(WaveTraits(*own)).familiar
+    assert answer is literal_answer(traits, places, own)
+
+
+def test_recordings_of_the_kind_are_rarely_unfamiliar():
+    numbers, unfamiliar, judged = generator(1, "rate"), 0, 0
+    for _ in range(40):
+        kind = learn_familiar(traits_like(numbers, 100), np.arange(100))
+        answers = [kind.judge(WaveTraits(*row)).familiar for row in traits_like(numbers, 50)]
+        unfamiliar += answers.count(False)
+        judged += len(answers)
+    # The recordings of one archive share a kind, so they scatter more than a binomial count.
+    assert unfamiliar <= stats.binom.ppf(0.999, judged, NOMINAL_RATE) * 1.5
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"period_s": 6.4}, "the time from wave to wave is 6.40 s, but "),
+        ({"step_s": -0.25}, "the wave takes \u22120.250 s from sensor to sensor, but "),
+        ({"step_spread_s": 1.5}, "the wave's times from sensor to sensor differ by 1.50 s, but "),
+        ({"unsteadiness": 0.9}, "the time from wave to wave varies by 90.0 % of it, but "),
+        ({"wave_share": 0.01}, "the wave makes 1.00 % of what a sensor feels, but "),
+        ({"noise": 5.0}, "from sample to sample a reading bends by 500 % of a wave's depth, but "),
+    ],
+)
+def test_another_trait_is_named_with_its_number_and_the_range(changed, said):
+    kind = kind_of()
+    assert kind.judge(USUAL).familiar is True
+    answer = kind.judge(replace(USUAL, **changed))
+    assert answer.familiar is False
+    assert answer.because.startswith(said)
+    assert " in the recordings that teach" in answer.because
+    assert answer.cells == {"familiar": "no", "unfamiliar_because": answer.because}
+    assert answer.sentence == f"unlike the recordings that teach: {answer.because}"
+
+
+def test_the_range_is_that_of_the_recordings_that_teach():
+    traits = traits_like(generator(1, "range"), 60)
+    because = learn_familiar(traits, np.arange(60)).judge(replace(USUAL, noise=9.0)).because
+    low, high = 100 * traits[:, 5].min(), 100 * traits[:, 5].max()
+    assert f"{low:.3g} to {high:.3g} % in the recordings that teach" in because
+
+
+def test_further_traits_are_counted():
+    other = replace(USUAL, period_s=9.0, noise=5.0, step_s=-1.0)
+    assert kind_of().judge(other).because.endswith("; 2 other traits deviate too")
+
+
+def test_a_small_difference_does_not_matter_though_no_recording_that_teaches_has_it():
+    same = np.tile(astuple(USUAL), (60, 1))
+    same[:, 0] += np.linspace(0, 1e-6, 60)
+    kind = learn_familiar(same, np.arange(60))
+    assert kind.judge(replace(USUAL, period_s=3.3)).familiar is True
+    assert kind.judge(replace(USUAL, period_s=3.6)).familiar is False
+
+
+def test_fewer_places_than_the_rate_needs_can_tell_nothing():
+    assert LEAST_PLACES == 49
+    far = replace(USUAL, period_s=30.0)
+    assert kind_of(49).judge(far).familiar is False
+    few = kind_of(48).judge(far)
+    assert few.familiar is None
+    assert few.because == "only 48 places teach what is familiar; 49 are needed"
+    assert few.cells["familiar"] == ""
+    # Passes over one place are one voice.
+    passes = kind_of(98, places=np.repeat(np.arange(49), 2))
+    assert passes.judge(far).familiar is False
+    assert kind_of(96, places=np.repeat(np.arange(48), 2)).judge(far).familiar is None
+
+
+def test_a_recording_without_traits_cannot_be_told():
+    answer = kind_of().judge(UNKNOWN_TRAITS)
+    assert (answer.familiar, answer.because) == (None, "the recording shows no wave to compare")
+    assert answer.sentence == (
+        "whether it is like the recordings that teach is not known: the recording shows no wave to "
+        "compare"
+    )
+
+
+def test_a_single_sensor_is_judged_by_the_other_traits():
+    traits = traits_like(generator(1, "single"), 60)
+    traits[:, 1:3] = np.nan
+    kind = learn_familiar(traits, np.arange(60))
+    alone = replace(USUAL, step_s=float("nan"), step_spread_s=float("nan"))
+    assert kind.judge(alone).familiar is True
+    assert kind.judge(replace(alone, noise=5.0)).familiar is False
+
+
+@pytest.mark.parametrize("sensors", [1, 4])
+def test_what_is_stored_judges_as_what_was_learned(sensors):
+    traits = traits_like(generator(1, "stored"), 60)
+    if sensors == 1:
+        traits[:, 1:3] = np.nan
+    kind = learn_familiar(traits, np.arange(60))
+    text = json.dumps(kind.stored(), allow_nan=False)
+    restored = FamiliarKind.restored(json.loads(text))
+    for row in traits_like(generator(1, "judged"), 40, spread=2.0):
+        own = WaveTraits(*row)
+        assert restored.judge(own) == kind.judge(own)
+    few = FamiliarKind.restored(json.loads(json.dumps(kind_of(3).stored())))
+    assert few.judge(USUAL).familiar is None
+
+
+def archive_of(traits, places=None):
+    sizes = dict.fromkeys(traits, 0.0)
+    return TrainingArchive(
+        sizes, NO_TEMPLATES, {}, {}, {}.__getitem__, {}, places=places or {}, traits=traits
+    )
+
+
+def test_recordings_that_are_left_out_teach_nothing():
+    rows = traits_like(generator(1, "left out"), 60)
+    traits = {f"0mm/{number}": WaveTraits(*row) for number, row in enumerate(rows)}
+    strange = replace(USUAL, period_s=30.0)
+    apart = {f"0mm/s{number}": strange for number in range(9)}
+    with_strange = FamiliarTeacher(archive_of(traits | apart))
+    assert with_strange.without([]).judge(strange).familiar is True
+    left_out = with_strange.without(list(apart))
+    assert left_out.judge(strange).familiar is False
+    alone = FamiliarTeacher(archive_of(traits)).without([])
+    np.testing.assert_equal(left_out.stored(), alone.stored())
+
+
+def test_an_archive_without_traits_tells_nothing():
+    archive = archive_of({})
+    assert FamiliarTeacher(archive).without([]).judge(USUAL).because.startswith("only 0 places")

@@ -1,0 +1,107 @@
+"""The shipped archive tells foreign readings from recordings of its own bench."""
+
+from dataclasses import astuple
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+import capsule
+from capsule.detectors.familiar import learn_familiar
+from capsule.detectors.wave_traits import WaveTraits, wave_traits
+from capsule.held_out import teaching
+from capsule.naming import size_mm
+from capsule.seeding import generator
+from capsule.wave_check import missing_wave
+from support.fabricslide import FOLDER
+from support.project import ROOT
+
+pytestmark = pytest.mark.takes(8)
+
+
+@pytest.fixture(scope="module")
+def archive():
+    return capsule.load(ROOT / "raw")
+
+
+def traits_of(values, settings):
+    """Return the traits of a recording that the detectors would judge, else None."""
+    rules, bench = settings["recording"], settings["diagonal"]
+    if missing_wave(values, rules["rate_hz"], bench, rules["wave_false_rate"]):
+        return None
+    return wave_traits(values, rules["rate_hz"], bench)
+
+
+@pytest.fixture(scope="module")
+def shipped(archive):
+    """Return the traits of the recordings that teach, and of those that are held out."""
+    index = archive.index(archive.labelled)
+    teach = teaching(index, archive.settings["evaluation"]["held_out"])
+    traits = {name: traits_of(archive.readings[name], archive.settings) for name in index}
+    return (
+        {name: traits[name] for name in teach},
+        {name: each for name, each in traits.items() if name not in teach},
+    )
+
+
+def kind_of(traits):
+    rows = np.array([astuple(each) for each in traits])
+    return learn_familiar(rows, np.arange(len(rows)))
+
+
+def test_held_out_recordings_of_other_set_ups_are_familiar(shipped):
+    teach, held_out = shipped
+    answers = [kind_of(teach.values()).judge(each).familiar for each in held_out.values()]
+    assert len(answers) == 90
+    assert answers.count(False) <= 0.05 * len(answers)
+
+
+def test_larger_nodules_than_those_that_teach_are_familiar(shipped):
+    teach, held_out = shipped
+    small = kind_of(each for name, each in teach.items() if size_mm(name) < 4)
+    largest = [each for name, each in (teach | held_out).items() if size_mm(name) == 5]
+    unlike = [small.judge(each).familiar is False for each in largest]
+    assert len(unlike) == 26
+    assert sum(unlike) <= 0.05 * len(unlike)
+
+
+def shared_noise(numbers):
+    """Return slow noise that neighbouring sensors share in part."""
+    rows = lfilter([1], [1, -numbers.uniform(0.5, 0.99)], numbers.normal(0, 8, (4, 800)), axis=1)
+    shared = numbers.uniform(0.2, 0.8) ** np.abs(np.subtract.outer(np.arange(4), np.arange(4)))
+    return 500 + (shared @ rows)[:, 200:]
+
+
+def travelling_noise(numbers):
+    """Return slow noise that reaches one sensor after the other."""
+    recursion, delay = [1, -numbers.uniform(0.5, 0.99)], int(numbers.integers(1, 8))
+    row = lfilter([1], recursion, numbers.normal(0, 8, 900))[200:]
+    return 500 + np.stack([row[sensor * delay :][:600] for sensor in range(4)])
+
+
+def ridges(numbers):
+    """Return four neighbouring channels of a finger on a board of ridges, at some speed."""
+    path = numbers.choice(sorted(FOLDER.glob("*.csv")))
+    channels = np.loadtxt(path, delimiter=",", skiprows=1)[:, 3:].T
+    first, speed = int(numbers.integers(13)), float(numbers.choice([1.0, 1.2, 1.5]))
+    at = np.arange(0, channels.shape[1] - 1, speed)
+    every = np.arange(channels.shape[1])
+    return np.stack([np.interp(at, every, row) for row in channels[first : first + 4]])
+
+
+@pytest.mark.parametrize(
+    ("foreign", "runs"), [(shared_noise, 400), (travelling_noise, 60), (ridges, 120)]
+)
+def test_foreign_readings_that_would_get_a_verdict_are_unlike(archive, shipped, foreign, runs):
+    kind = kind_of(shipped[0].values())
+    made = [foreign(generator(1, "foreign", foreign.__name__, str(run))) for run in range(runs)]
+    judged = [each for each in (traits_of(v, archive.settings) for v in made) if each]
+    answers = [kind.judge(each) for each in judged]
+    assert len(judged) >= 5
+    assert sum(each.familiar is not False for each in answers) <= 0.05 * len(answers)
+    assert all(each.because for each in answers if each.familiar is False)
+
+
+def test_the_traits_of_one_recording_are_finite(shipped):
+    assert np.isfinite([astuple(each) for part in shipped for each in part.values()]).all()
+    assert all(isinstance(each, WaveTraits) for part in shipped for each in part.values())

@@ -1,0 +1,97 @@
+"""The traits of a wave are those with which it was made."""
+
+from dataclasses import astuple
+
+import numpy as np
+import pytest
+
+from capsule.detectors.wave_traits import UNKNOWN_TRAITS, wave_traits
+from capsule.seeding import generator
+
+BENCH = {
+    "wave_speed_mm_s": 25,
+    "wavelength_mm": 80,
+    # Readings beyond the full scale do not come from a divider, and stay as they are.
+    "full_scale": 1,
+    "pressing_lowers_reading": False,
+}
+RATE_HZ = 10.0
+
+
+def readings(period_s=3.2, step_s=0.25, noise=0.02, sensors=4, samples=600, shape=0.3):
+    """Return a wave that reaches each sensor `step_s` before the one in front of it."""
+    time_s = np.arange(samples) / RATE_HZ + step_s * np.arange(sensors)[:, np.newaxis]
+    turn = 2 * np.pi * time_s / period_s
+    numbers = generator(1, "traits", f"{period_s} {step_s} {noise} {sensors}")
+    return np.cos(turn) + shape * np.cos(2 * turn) + numbers.normal(0, noise, turn.shape)
+
+
+def traits_of(values):
+    return wave_traits(values, RATE_HZ, BENCH)
+
+
+@pytest.mark.parametrize("period_s", [2.5, 3.2, 4.0])
+@pytest.mark.parametrize("step_s", [-0.3, 0.0, 0.25, 0.6])
+def test_period_and_steps_are_found(period_s, step_s):
+    traits = traits_of(readings(period_s, step_s))
+    assert traits.period_s == pytest.approx(period_s, rel=0.01)
+    assert traits.step_s == pytest.approx(step_s, abs=0.01)
+    assert traits.step_spread_s < 0.02
+    assert traits.unsteadiness < 0.01
+    assert traits.wave_share > 0.98
+
+
+def test_a_sensor_out_of_turn_spreads_the_steps():
+    values = readings()
+    swapped = traits_of(values[[0, 2, 1, 3]])
+    # The steps are 0.5, -0.25 and 0.5 s in place of 0.25 s.
+    assert swapped.step_spread_s == pytest.approx(0.5, abs=0.02)
+    assert swapped.step_s == pytest.approx(0.25, abs=0.01)
+
+
+def test_noise_lowers_the_share_of_the_wave_and_bends_the_readings():
+    quiet, loud = traits_of(readings(noise=0.02)), traits_of(readings(noise=0.5))
+    assert loud.wave_share < quiet.wave_share - 0.1
+    assert loud.noise > 5 * quiet.noise
+
+
+def test_noise_is_the_mean_second_difference_in_depths():
+    values = readings(noise=0.3, shape=0.0)
+    bends = np.abs(values[:, 2:] - 2 * values[:, 1:-1] + values[:, :-2])
+    # A cosine of amplitude 1 has a depth of 1.
+    assert traits_of(values).noise == pytest.approx(np.median(bends.mean(axis=1)), rel=0.02)
+
+
+def test_a_wave_that_comes_irregularly_is_unsteady():
+    time_s = np.arange(600) / RATE_HZ
+    wandering = 0.5 * np.sin(2 * np.pi * time_s / 25)
+    turn = 2 * np.pi * (time_s + 0.25 * np.arange(4)[:, np.newaxis]) / 3.2 + wandering
+    # From one wave to the next, the wandering phase changes by 2 sin(pi 3.2 / 25) times itself.
+    expected = 0.5 / np.sqrt(2) * 2 * np.sin(np.pi * 3.2 / 25) / (2 * np.pi)
+    assert traits_of(np.cos(turn)).unsteadiness == pytest.approx(expected, rel=0.15)
+
+
+def test_gain_and_offset_of_each_sensor_do_not_matter():
+    values = readings()
+    changed = values * [[3.0], [0.1], [7.0], [1.0]] + [[-9.0], [2.0], [0.0], [100.0]]
+    np.testing.assert_allclose(astuple(traits_of(changed)), astuple(traits_of(values)), rtol=1e-6)
+
+
+def test_missing_samples_change_little():
+    values = readings(noise=0.1)
+    gap = values.copy()
+    gap[:, 200:206] = np.nan
+    np.testing.assert_allclose(astuple(traits_of(gap)), astuple(traits_of(values)), rtol=0.3)
+
+
+def test_a_single_sensor_has_no_steps():
+    traits = traits_of(readings(sensors=1))
+    assert np.isnan([traits.step_s, traits.step_spread_s]).all()
+    assert traits.period_s == pytest.approx(3.2, rel=0.01)
+
+
+def test_fewer_than_four_waves_and_a_dead_sensor_have_none():
+    assert traits_of(readings(samples=100)) == UNKNOWN_TRAITS
+    dead = readings()
+    dead[2] = 5.0
+    assert traits_of(dead) == UNKNOWN_TRAITS

@@ -1,0 +1,270 @@
+"""Distinguish recordings of the kind that taught the detectors from others.
+
+The recordings that teach the detectors also teach what is familiar: how far each of them deviates,
+in its `WaveTraits`, from the recordings at the other places. A recording is unfamiliar if hardly
+any of them deviates as far as it does.
+"""
+
+from collections.abc import Sequence
+from dataclasses import astuple, dataclass, fields
+from math import ceil
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from capsule import words
+from capsule.arrays import BoolArray, FloatArray, IntArray, RealArray
+from capsule.detectors.training import TrainingArchive
+from capsule.detectors.wave_traits import UNKNOWN_TRAITS, WaveTraits
+from capsule.kinds import Settings
+
+# The nominal rate at which recordings of the familiar kind are called unfamiliar, and the number of
+# places from which on a rank can show so small a rate.
+NOMINAL_RATE = 0.02
+LEAST_PLACES = ceil(1 / NOMINAL_RATE) - 1
+# A smaller deviation does not matter, however rare it is: a larger nodule than those that teach
+# moves the traits a little. In spreads of the recordings that teach.
+_LEAST_DEVIATION = 3.0
+# Parts into which the places are divided; each is compared with the recordings of the others.
+_PARTS = 10
+_PERCENT = 100.0
+# The key of what is familiar in results/detectors.json.
+FAMILIAR = "familiar"
+
+
+class _Trait(NamedTuple):
+    """The words for a trait, with a placeholder, and its unit.
+
+    ``least_spread`` is the smallest spread that matters, on the scale of `_scaled`.
+    """
+
+    sentence: str
+    unit: str
+    factor: float
+    least_spread: float
+
+
+# In the order of `WaveTraits`. The smallest spreads come from seven simulated benches and two
+# others: nodules of 4 and 5 mm move the traits by less than three of them.
+_TRAITS = (
+    _Trait("the time from wave to wave is {}", "s", 1.0, 0.03),
+    _Trait("the wave takes {} from sensor to sensor", "s", 1.0, 0.003),
+    _Trait("the wave's times from sensor to sensor differ by {}", "s", 1.0, 0.4),
+    _Trait("the time from wave to wave varies by {} of it", "%", _PERCENT, 0.35),
+    _Trait("the wave makes {} of what a sensor feels", "%", _PERCENT, 1.0),
+    _Trait("from sample to sample a reading bends by {} of a wave's depth", "%", _PERCENT, 0.2),
+)
+
+
+@dataclass(frozen=True)
+class Familiarity:
+    """The answer whether a recording is familiar.
+
+    Attributes
+    ----------
+    familiar : bool or None
+        None if nobody can tell.
+    because : str
+        Why it is not familiar, or why nobody can tell; else empty.
+    """
+
+    familiar: bool | None
+    because: str = ""
+
+    @property
+    def sentence(self) -> str:
+        """The answer in words, to stand before a verdict; empty for a familiar recording."""
+        if self.familiar is None:
+            return f"whether it is like the recordings that teach is not known: {self.because}"
+        return words.unlike(self.cells)
+
+    @property
+    def cells(self) -> dict[str, str]:
+        """The columns ``familiar`` and ``unfamiliar_because`` of a table of verdicts."""
+        answer = {True: "yes", False: "no", None: ""}[self.familiar]
+        return {"familiar": answer, "unfamiliar_because": self.because}
+
+
+@dataclass(frozen=True)
+class FamiliarKind:
+    """The traits of familiar recordings.
+
+    Attributes
+    ----------
+    places : int
+        Number of places that teach.
+    centre, spread : (K, T) array
+        Mean, and standard deviation or smallest spread, of each trait over the recordings outside
+        each part of the archive, on the scale of `_scaled`.
+    part : (n,) array of int
+        The part of each recording that teaches.
+    deviation : (n,) array
+        Its largest deviation from the recordings outside its part, in spreads.
+    weight : (n,) array
+        One divided by the number of recordings at its place.
+    least, most : (T,) array
+        Range of each trait over the recordings that teach; NaN for one that they do not have.
+    """
+
+    places: int
+    centre: FloatArray
+    spread: FloatArray
+    part: IntArray
+    deviation: FloatArray
+    weight: FloatArray
+    least: FloatArray
+    most: FloatArray
+
+    def judge(self, traits: WaveTraits) -> Familiarity:
+        """Judge a recording by its traits.
+
+        Its chance is a cross-conformal p-value with a weight for each place (Vovk 2015; Lee, Barber
+        and Willett 2023): ``p = (1 + sum of weights of recordings that deviate as far) /
+        (1 + places)``. Each recording is compared with what the places outside its part teach.
+        """
+        if self.places < LEAST_PLACES:
+            taught = words.plural(self.places, "place teaches", "places teach")
+            return Familiarity(None, f"only {taught} what is familiar; {LEAST_PLACES} are needed")
+        own = np.array(astuple(traits))
+        known = ~np.isnan(self.least)
+        if np.isnan(own[known]).any():
+            return Familiarity(None, "the recording shows no wave to compare")
+        deviations = np.abs(_scaled(own[np.newaxis])[0] - self.centre) / self.spread
+        largest = deviations[:, known].max(axis=1)
+        as_far = self.deviation >= largest[self.part]
+        chance = (1 + self.weight[as_far].sum()) / (1 + self.places)
+        typical = np.where(known, np.median(deviations, axis=0), -np.inf)
+        if chance > NOMINAL_RATE + 1e-9 or typical.max() <= _LEAST_DEVIATION:
+            return Familiarity(True)
+        return Familiarity(False, self._words(own, typical))
+
+    def _words(self, own: FloatArray, typical: FloatArray) -> str:
+        """Return the trait that deviates most, with the range of the recordings that teach."""
+        number = int(typical.argmax())
+        trait = _TRAITS[number]
+        value, least, most = (
+            words.significant(trait.factor * each)
+            for each in (own[number], self.least[number], self.most[number])
+        )
+        said = trait.sentence.format(f"{value} {trait.unit}")
+        others = int((typical > _LEAST_DEVIATION).sum()) - 1
+        more = f"; {words.plural(others, 'other trait deviates', 'other traits deviate')} too"
+        taught = f"{least} to {most} {trait.unit} in the recordings that teach"
+        return f"{said}, but {taught}{more if others > 0 else ''}"
+
+    def stored(self) -> dict[str, Any]:
+        """Return the values in a form that JSON can store; NaN becomes None."""
+        return {field.name: _plain(getattr(self, field.name)) for field in fields(self)}
+
+    @classmethod
+    def restored(cls, stored: Settings) -> "FamiliarKind":
+        """Return what `stored` has returned."""
+        names = [field.name for field in fields(cls) if field.name != "places"]
+        arrays: dict[str, Any] = {
+            name: np.array(stored[name], dtype=np.intp if name == "part" else np.float64)
+            for name in names
+        }
+        return cls(int(stored["places"]), **arrays)
+
+
+class FamiliarTeacher:
+    """The traits of an archive's recordings, of which some can be left out.
+
+    Parameters
+    ----------
+    archive : TrainingArchive
+        The archive whose labelled recordings teach.
+    """
+
+    def __init__(self, archive: TrainingArchive) -> None:
+        traits = {name: archive.traits.get(name, UNKNOWN_TRAITS) for name in archive.sizes_mm}
+        self._names = [name for name, each in traits.items() if not np.isnan(each.period_s)]
+        rows = [astuple(traits[name]) for name in self._names]
+        self._traits = np.array(rows).reshape(-1, len(_TRAITS))
+        self._places = archive.place_numbers(self._names)
+
+    def without(self, left_out: Sequence[str]) -> FamiliarKind:
+        """Learn from all recordings except those left out."""
+        apart = frozenset(left_out)
+        teaches = np.array([name not in apart for name in self._names], dtype=bool)
+        return learn_familiar(self._traits[teaches], self._places[teaches])
+
+
+def learn_familiar(traits: FloatArray, places: IntArray) -> FamiliarKind:
+    """Learn what is familiar.
+
+    Parameters
+    ----------
+    traits : (n, T) array
+        The fields of `WaveTraits` of each recording that teaches.
+    places : (n,) array of int
+        The place of each; passes over one place share it.
+
+    Returns
+    -------
+    FamiliarKind
+        From fewer than `LEAST_PLACES` places, one that can tell of no recording.
+    """
+    _, first, place = np.unique(places, return_index=True, return_inverse=True)
+    if first.size < LEAST_PLACES:
+        none = np.empty(0)
+        return FamiliarKind(first.size, none, none, none.astype(int), none, none, none, none)
+    # Parts follow the order of the recordings, which comes from their content and not their names.
+    part = np.argsort(np.argsort(first))[place] % _PARTS
+    missing = np.isnan(traits).any(axis=0)
+    scaled = np.where(missing, 0.0, _scaled(traits))
+    centre, spread = _without_each(scaled, part == np.arange(_PARTS)[:, np.newaxis])
+    deviations = np.abs(scaled - centre[part]) / spread[part]
+    return FamiliarKind(
+        first.size,
+        centre,
+        spread,
+        part,
+        deviations[:, ~missing].max(axis=1),
+        1 / np.bincount(place)[place],
+        np.where(missing, np.nan, traits.min(axis=0)),
+        np.where(missing, np.nan, traits.max(axis=0)),
+    )
+
+
+def _without_each(scaled: FloatArray, member: BoolArray) -> tuple[FloatArray, FloatArray]:
+    """Return mean and spread of the traits over the recordings outside each part, (K, T)."""
+    middle = scaled.mean(axis=0)
+    off = scaled - middle
+    others = (~member).astype(float)
+    count = others.sum(axis=1, keepdims=True)
+    mean = others @ off / count
+    variance = (others @ off**2 - count * mean**2) / (count - 1)
+    spread = np.sqrt(np.maximum(variance, 0.0))
+    return middle + mean, np.maximum(spread, [trait.least_spread for trait in _TRAITS])
+
+
+def _scaled(traits: FloatArray) -> FloatArray:
+    """Return traits (n, T) on scales on which their deviations are alike in both directions.
+
+    Times from sensor to sensor count in periods. What cannot fall below 0 is a logarithm, the share
+    is a logit; a small number added to a spread keeps the logarithm of one near 0 finite.
+    """
+    period, step, step_spread, unsteadiness, share, noise = traits.T
+    bounded = np.clip(share, 0.001, 0.999)
+    scaled: FloatArray = np.stack(
+        [
+            np.log(period),
+            step / period,
+            np.log(step_spread / period + 0.003),
+            np.log(unsteadiness + 0.002),
+            np.log(bounded / (1 - bounded)),
+            np.log(np.maximum(noise, 1e-6)),
+        ],
+        axis=1,
+    )
+    return scaled
+
+
+def _plain(value: int | RealArray | IntArray) -> object:
+    """Return an attribute for JSON."""
+    if isinstance(value, int):
+        return value
+    plain = value.astype(object)
+    plain[np.isnan(value)] = None
+    return plain.tolist()

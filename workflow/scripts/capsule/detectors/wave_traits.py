@@ -1,0 +1,126 @@
+"""Plain traits of the wave in a recording. A recording of another kind differs in them.
+
+A nodule hardly moves these traits: most of them come from the phase of the wave, and the nodule
+lies under a sensor for a part of the run only.
+"""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from capsule.arrays import FloatArray
+from capsule.divider import pressed_and_period
+from capsule.kinds import Settings
+from capsule.sensed_wave import cut_into_waves, wave_phase
+
+# In units of the wave's own frequency: the harmonics that count as the wave, how far from each, and
+# the band to which their power is compared (0.1 to 2 Hz for the paper's wave).
+_HARMONICS = (1, 2, 3)
+_NEAR = 0.1
+_BAND = (0.3, 6.4)
+
+
+@dataclass(frozen=True)
+class WaveTraits:
+    """The traits of the wave in one recording; NaN if unknown.
+
+    Attributes
+    ----------
+    period_s : float
+        Time from wave to wave.
+    step_s : float
+        Mean time by which the wave reaches each sensor before the sensor in front of it.
+    step_spread_s : float
+        Largest deviation of one of these times from their mean.
+    unsteadiness : float
+        Standard deviation of the time from one wave to the next, in periods.
+    wave_share : float
+        Share of a sensor's power in the band of 0.3 to 6.4 times the wave's frequency that lies
+        near the wave and its first two overtones; that of the sensor with the least.
+    noise : float
+        Mean absolute second difference of a sensor's readings, in depths of its wave; the median
+        over the sensors.
+    """
+
+    period_s: float
+    step_s: float
+    step_spread_s: float
+    unsteadiness: float
+    wave_share: float
+    noise: float
+
+
+UNKNOWN_TRAITS = WaveTraits(*[float("nan")] * len(fields(WaveTraits)))
+
+
+def wave_traits(values: FloatArray, rate_hz: float, settings: Settings) -> WaveTraits:
+    """Return the traits of the wave in one recording.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings on an even grid in time; NaN where a sample is missing.
+    rate_hz : float
+        Sampling rate.
+    settings : mapping
+        Section ``diagonal`` of the configuration.
+
+    Returns
+    -------
+    WaveTraits
+        `UNKNOWN_TRAITS` for a recording of fewer than four waves, or with a sensor without any
+        wave; a single sensor has neither `step_s` nor `step_spread_s`.
+    """
+    pressed, configured = pressed_and_period(values, rate_hz, settings)
+    waves = cut_into_waves(pressed, configured)
+    if waves is None:
+        return UNKNOWN_TRAITS
+    irregular, offset = wave_phase(waves.values, waves.period)
+    time = np.arange(waves.steady.shape[1])
+    phase = irregular + 2 * np.pi / waves.period * time + offset[:, np.newaxis]
+    depth = 2 * np.abs((waves.steady * np.exp(-1j * phase)).mean(axis=1))
+    if not (depth > 0).all():
+        return UNKNOWN_TRAITS
+    period_s = waves.period * waves.stride / rate_hz
+    # A single sensor has no neighbour.
+    steps = np.angle(np.exp(1j * np.diff(offset))) if len(offset) > 1 else np.array([np.nan])
+    steps_s = steps * period_s / (2 * np.pi)
+    change = irregular[waves.window :] - irregular[: -waves.window]
+    return WaveTraits(
+        period_s=period_s,
+        step_s=float(steps_s.mean()),
+        step_spread_s=float(np.abs(steps_s - steps_s.mean()).max()),
+        unsteadiness=float(change.std()) / (2 * np.pi),
+        wave_share=_wave_share(_power(waves.steady), waves.period),
+        noise=float(np.median(_mean_second_difference(pressed) / depth)),
+    )
+
+
+def _power(steady: FloatArray) -> FloatArray:
+    """Return the power of each sensor at the lines of its spectrum, (S, K // 2 + 1)."""
+    count = steady.shape[1]
+    centred = steady - steady.mean(axis=1, keepdims=True)
+    power: FloatArray = np.abs(np.fft.rfft(centred * np.hanning(count + 2)[1:-1], axis=1)) ** 2
+    return power
+
+
+def _wave_share(power: FloatArray, period: float) -> float:
+    """Return the share of the power near the wave and its overtones, of the least sensor."""
+    count = 2 * (power.shape[1] - 1)
+    line = period / count
+    frequency = np.arange(power.shape[1]) * line
+    # A taper spreads a pure tone over two lines on each side.
+    near = [np.abs(frequency - harmonic) < _NEAR + 2 * line for harmonic in _HARMONICS]
+    band = (frequency > _BAND[0]) & (frequency < _BAND[1])
+    inside = power[:, np.any(near, axis=0) & band].sum(axis=1)
+    return float((inside / power[:, band].sum(axis=1)).min())
+
+
+def _mean_second_difference(pressed: FloatArray) -> FloatArray:
+    """Return each sensor's mean absolute second difference, (S,); samples are missing in some."""
+    difference = np.abs(np.diff(pressed, n=2, axis=1))
+    known = ~np.isnan(difference)
+    mean: FloatArray = np.where(known, difference, 0.0).sum(axis=1) / np.maximum(
+        known.sum(axis=1), 1
+    )
+    return mean
