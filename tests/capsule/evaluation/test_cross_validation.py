@@ -335,12 +335,12 @@ def test_what_is_familiar_is_taught_by_the_others_and_told_of_what_is_judged(arc
         passages=passages,
         traits=dict.fromkeys(names, usual) | {"0mm/x": strange},
         load=lambda _: archive.load("0mm/a"),
-        no_verdict={"0mm/n0": "no wave on sensor_1"},
     )
-    told = Detectors(replace(many, no_verdict={}))
+    told = Detectors(many)
     for left_out, answer in (([], "yes"), (["0mm/x"], "no"), (["0mm/x", "0mm/n1"], "")):
         assert {row["familiar"] for row in told.rows(["0mm/x"], left_out)} == {answer}
     assert {row["familiar"] for row in told.rows(["0mm/n1"], [])} == {"yes"}
     # Nobody tells of a recording that no detector judges.
-    unjudged = list(Detectors(many).rows(["0mm/n0"], []))
+    silent = Detectors(replace(many, no_verdict={"0mm/n0": "no wave on sensor_1"}))
+    unjudged = list(silent.rows(["0mm/n0"], []))
     assert {(row["familiar"], row["unfamiliar_because"]) for row in unjudged} == {("", "")}

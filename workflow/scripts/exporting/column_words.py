@@ -15,6 +15,8 @@ _WORDS = {
     "sha256": "SHA-256 of the file",
     "readings_sha256": "SHA-256 of the accepted readings",
     "no_verdict": "reason why no detector judges the recording",
+    "familiar": "whether the recording is of the kind that taught the detectors",
+    "unfamiliar_because": "reason why it is not, or why that is not known",
     "near_copies": "recordings that are nearly the same",
     "nodule_at": "place of the nodule according to the header",
     "reading_unit": "unit of the exported readings",
