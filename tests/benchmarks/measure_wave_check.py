@@ -10,10 +10,10 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from scipy.signal import lfilter
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "workflow" / "scripts"))
 
+from foreign_readings import COUPLED, INDEPENDENT, SAMPLES, hum
 from judge_report import table
 from judge_unseen import USUAL, simulated, stored
 
@@ -23,45 +23,6 @@ from capsule.phantom.files import BENCHES
 from capsule.project import CONFIG
 from capsule.seeding import generator
 from capsule.wave_check import missing_wave
-
-SAMPLES = 420
-
-
-def white(numbers: np.random.Generator) -> np.ndarray:
-    """Return white noise of four sensors, (4, K), of any strength."""
-    return numbers.normal(500, numbers.uniform(0.5, 60), (4, SAMPLES)).round()
-
-
-def last_bit(numbers: np.random.Generator) -> np.ndarray:
-    """Return sensors of which only the last bit toggles."""
-    return 500.0 + (numbers.random((4, SAMPLES)) < 0.5)
-
-
-def walk(numbers: np.random.Generator) -> np.ndarray:
-    """Return sensors that drift at random."""
-    steps = numbers.normal(0, numbers.uniform(0.3, 6), (4, SAMPLES))
-    return np.clip(500 + steps.cumsum(axis=1), 0, 1023).round()
-
-
-def slow(numbers: np.random.Generator) -> np.ndarray:
-    """Return noise whose neighbouring samples are alike."""
-    alike = numbers.uniform(0.5, 0.99)
-    noise = lfilter([1], [1, -alike], numbers.normal(0, 8, (4, 200 + SAMPLES)), axis=1)
-    return (500 + noise[:, 200:]).round()
-
-
-def hum(numbers: np.random.Generator) -> np.ndarray:
-    """Return slow noise that all channels share, such as that of the supply."""
-    return (slow(numbers)[:1] + numbers.normal(0, 1, (4, SAMPLES))).round()
-
-
-NOISE = {
-    "white noise": white,
-    "a toggling last bit": last_bit,
-    "a random walk": walk,
-    "slow noise": slow,
-    "slow noise that all channels share": hum,
-}
 
 
 def main() -> None:
@@ -79,12 +40,12 @@ def main() -> None:
 
     usual = list(next(simulated(USUAL, 1)).values())
     rows = []
-    for what, noise in NOISE.items():
+    for what, noise in (INDEPENDENT | COUPLED).items():
         made = [noise(generator(1, what, str(run))) for run in range(arguments.runs)]
         alone = [passes(values) for values in made]
         row = {"readings": f"{what}, on all sensors", "recordings": str(len(made))}
         rows.append(row | {"judged": f"{100 * np.mean(alone):.1f} %"})
-        if noise is hum:
+        if noise is hum or what in COUPLED:
             continue
         beside = []
         for run, values in enumerate(made):

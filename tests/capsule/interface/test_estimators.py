@@ -10,6 +10,8 @@ from sklearn.pipeline import make_pipeline
 from sklearn.utils.estimator_checks import check_estimator
 
 import capsule
+from capsule.detectors.familiar import LEAST_PLACES
+from capsule.seeding import generator
 
 DETECTORS = [
     capsule.TemplateEstimator,
@@ -134,3 +136,21 @@ def test_matrices_are_those_of_the_archive(archive):
     made = capsule.MatrixTransformer(archive.settings).fit_transform(archive.X)
     for row, name in zip(made, archive.labelled, strict=True):
         np.testing.assert_array_equal(row.reshape(4, 1000), archive.matrices[name])
+
+
+def test_it_tells_whether_a_recording_is_like_those_that_taught_it(archive, fitted):
+    few = fitted.familiar(archive.X[:2])
+    assert [each.familiar for each in few] == [None, None]
+    assert few[0].because.endswith(f"places teach what is familiar; {LEAST_PLACES} are needed")
+    rows = np.concatenate([archive.X] * 5)
+    numbers = generator(1, "familiar")
+    changed = (rows + numbers.normal(0, 0.3, rows.shape)).round(6)
+    many = clone(fitted).fit(changed, np.concatenate([archive.y] * 5))
+    assert [each.familiar for each in many.familiar(archive.X[:3])] == [True] * 3
+    # Half as fast, and the sensors in another order.
+    values = archive.X[0].reshape(-1, 4)
+    slow = np.full_like(values, np.nan)
+    slow[:800] = np.repeat(values[:400, [2, 0, 3, 1]], 2, axis=0)
+    (strange,) = many.familiar(slow.reshape(1, -1))
+    assert strange.familiar is False
+    assert " in the recordings that teach" in strange.because

@@ -135,13 +135,14 @@ def test_a_strange_patient_is_told_before_the_verdict_and_has_no_probability():
     rows = {row["patient"]: row for row in page["rows"]}
     said = f"unlike the recordings that teach: {BECAUSE}"
     for name in "ab":
-        assert rows[name]["unlike"] == said
+        assert rows[name]["unlike"] == BECAUSE
+        assert rows[name]["quality"] == f"{BECAUSE}; no gap, no loose sensor"
         assert rows[name]["probability"] == "not given"
         assert dict(page["sentences"])[name].startswith(f"{said}. If it is judged all the same: ")
         assert "probability" not in dict(page["sentences"])[name]
     assert (rows["a"]["kind"], rows["b"]["kind"]) == ("nodule", "no nodule")
     assert (rows["c"]["unlike"], rows["c"]["probability"]) == ("", "50 %")
-    assert page["counts"].endswith(" 2 of them are unlike the recordings that teach.")
+    assert page["counts"].endswith(" Unlike the recordings that teach: 2 of 3.")
     assert page["unknown_kind"] == ""
 
 
@@ -165,7 +166,7 @@ def test_a_strange_pass_makes_a_place_strange():
         site_columns=[*SITE, "familiar", "unfamiliar_because"],
     )
     (row,) = page["rows"]
-    assert row["unlike"] == f"unlike the recordings that teach: unlabelled/b: {BECAUSE}"
+    assert row["unlike"] == f"unlabelled/b: {BECAUSE}"
 
 
 def test_no_verdict_stands_with_its_reason_where_the_table_has_one():

@@ -89,14 +89,20 @@ def verdict(row: Row) -> str:
 
 
 def unlike(row: Row) -> str:
-    """Return that and why a recording is not of the kind that taught the detectors; else empty.
+    """Return that a recording is not of the kind that taught the detectors, and why; else empty.
 
     Parameters
     ----------
     row : mapping
         ``familiar`` and ``unfamiliar_because``, as in results/detections.csv.
     """
-    return f"{UNLIKE}: {row['unfamiliar_because']}" if row.get("familiar") == "no" else ""
+    because = unlike_because(row)
+    return f"{UNLIKE}: {because}" if because else ""
+
+
+def unlike_because(row: Row) -> str:
+    """Return why a recording is not of the kind that taught the detectors; empty if it is."""
+    return str(row["unfamiliar_because"]) if row.get("familiar") == "no" else ""
 
 
 def stated_probability(row: Row) -> float | None:

@@ -33,7 +33,7 @@ class Found:
     sentence : str
         All of it in one sentence.
     unlike : str
-        That and why the patient is unlike the recordings that teach; else empty.
+        Why the patient is unlike the recordings that teach; else empty.
     """
 
     kind: str
@@ -159,7 +159,7 @@ def _row(
         "place": verdict.place,
         "probability": verdict.probability,
         "chance": verdict.chance,
-        "quality": quality,
+        "quality": f"{verdict.unlike}; {quality}" if verdict.unlike else quality,
         "others": others_words(verdict, {n: v for n, v in verdicts.items() if n != lead}),
     }
 
@@ -173,7 +173,7 @@ def of_recording(row: Row, largest_mm: float) -> Found:
     """Return the verdict in a row of results/detections.csv."""
     if not words.is_known(row["predicted_mm"]):
         return _none(row)
-    stated, unlike = words.stated_probability(row), words.unlike(row)
+    stated, unlike = words.stated_probability(row), words.unlike_because(row)
     probability, chance = words.probability(stated), _or_zero(stated)
     given = [f"probability {probability}"] if words.is_known(stated) else []
     score = _score_words(row, "its score")
@@ -197,12 +197,12 @@ def of_site(row: Row, largest_mm: float) -> Found:
     )
     if str(row["detected"]) != "True":
         sentence = f"no nodule found{score}."
-        return Found("no nodule", sentence=sentence, unlike=words.unlike(row))
+        return Found("no nodule", sentence=sentence, unlike=words.unlike_because(row))
     where = row["location_mm"]
     place = f"{words.number(where, 1)} mm" if words.is_known(where) else words.NOT_GIVEN
     size = _size(row, largest_mm)
     sentence = _nodule_words(size, row, [], score)
-    return Found("nodule", size, place, sentence=sentence, unlike=words.unlike(row))
+    return Found("nodule", size, place, sentence=sentence, unlike=words.unlike_because(row))
 
 
 def _none(row: Row) -> Found:
@@ -268,8 +268,8 @@ def _counts(rows: Sequence[Row], lead: str, *, sites: bool) -> str:
     sentence = f"Of {what}, {lead} finds a nodule in {several[0]} and none in {several[2]}."
     sentence += f" On {several[1]} it gives no verdict." if several[1] else ""
     unlike = sum(bool(row["unlike"]) for row in rows)
-    verb = "is" if unlike == 1 else "are"
-    return sentence + (f" {unlike} of them {verb} {words.UNLIKE}." if unlike else "")
+    told = f" {words.UNLIKE.capitalize()}: {words.count_of(unlike, len(rows))}."
+    return sentence + (told if unlike else "")
 
 
 def _unknown_kind(detections: pd.DataFrame) -> str:
@@ -281,7 +281,8 @@ def _unknown_kind(detections: pd.DataFrame) -> str:
 
 def _after(unlike: str, sentence: str) -> str:
     """Return a verdict after the warning that it is on a recording of another kind, if it is."""
-    return f"{unlike}. If it is judged all the same: {sentence}" if unlike else sentence
+    told = f"{words.UNLIKE}: {unlike}. If it is judged all the same: {sentence}"
+    return told if unlike else sentence
 
 
 def _size(row: Row, largest_mm: float) -> str:
