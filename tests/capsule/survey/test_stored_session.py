@@ -28,6 +28,18 @@ def test_everything_that_the_files_hold_is_read():
     assert session.source == "simulated survey"
 
 
+def test_a_place_says_why_it_is_unlike_what_taught_and_one_of_an_earlier_version_does_not():
+    contents = session_contents()
+    assert [place.unfamiliar_because for place in parse_session("demo", contents).places] == [
+        "",
+        "",
+    ]
+    head, first, second, *_ = contents["places.csv"].decode().split("\n")
+    rows = f"{head},familiar,unfamiliar_because\n{first},no,noise\n{second},,only 3 places teach\n"
+    places = parse_session("demo", contents | {"places.csv": rows.encode()}).places
+    assert [place.unfamiliar_because for place in places] == ["noise", ""]
+
+
 @pytest.mark.parametrize(
     ("file", "before", "after", "said"),
     [
