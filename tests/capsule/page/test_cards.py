@@ -38,6 +38,18 @@ def test_held_out_recordings_are_counted_and_called_so():
     )
 
 
+def test_rates_over_recordings_unlike_those_that_teach_say_so():
+    evaluation = evaluated(archive(60, 3, 2), (0.0, 2.0), ("diagonal",), "held_out")
+    familiar = ["no" if number < 7 else "yes" for number in range(80)]
+    because = ["noise" if each == "no" else UNKNOWN for each in familiar]
+    predictions = evaluation.predictions.assign(familiar=familiar, unfamiliar_because=because)
+    rates = rates_of(replace(evaluation, predictions=predictions))
+    ours = detector_sections.answers_of(rates, "diagonal", "held_out")
+    assert cards.summary("simulated", ours, "diagonal").endswith(
+        " Unlike the recordings that teach: 7 of 80; the rates include them."
+    )
+
+
 def test_a_specificity_that_the_threshold_sets_is_never_told_as_measured():
     rates = rates_of(evaluated(archive(), (0.0, 2.0), ("template", "diagonal")))
     ours = detector_sections.answers_of(rates, "diagonal", "leave_one_out")

@@ -77,7 +77,6 @@ def test_a_strange_place_says_so_before_its_size(session):
     assert first["size"] == "unlike the recordings that teach (noise); 3.1 mm (2.4 to 3.9)"
 
 
-
 def test_of_a_way_to_targets_the_page_says_where_to():
     session = replace(parse_session("there", session_contents(goto=[500.0, 140.5])), places=[])
     values = survey_values(session, track_of(session), pins_of(session))

@@ -9,6 +9,7 @@ from math import ceil
 
 import pandas as pd
 
+from capsule import words
 from capsule.evaluation.intervals import (
     ONE_SIDED,
     mean_interval,
@@ -140,6 +141,8 @@ class Answers:
         Share of the recordings of nodules whose size is right within the tolerance.
     size_error_mm : Estimate
         From `mean_size_error`.
+    unlike : int
+        Number of these recordings that are unlike those that teach.
     """
 
     scheme: str
@@ -156,6 +159,7 @@ class Answers:
     tolerance_mm: float
     within: Estimate
     size_error_mm: Estimate
+    unlike: int = 0
 
     @property
     def judged(self) -> bool:
@@ -254,6 +258,7 @@ def our_answers(
             confidence,
         ),
         size_error_mm=mean_size_error(predictions, confidence),
+        unlike=sum(map(bool, map(words.unlike_because, predictions.to_dict("records")))),
     )
 
 

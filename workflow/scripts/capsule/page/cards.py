@@ -132,6 +132,11 @@ def summary(origin: str, ours: Answers, detector: str) -> str:
             "How often it reports a nodule where there is none is not measured: its threshold is "
             f"{_aim(ours.set_specificity)[0]} {words.percent(1 - ours.set_specificity.wanted)}."
         )
+    if ours.unlike:
+        sentences.append(
+            f"{words.UNLIKE.capitalize()}: {words.count_of(ours.unlike, healthy + nodules)}; the "
+            "rates include them."
+        )
     return " ".join(sentences)
 
 
