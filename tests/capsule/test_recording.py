@@ -7,7 +7,14 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from capsule.errors import RecordingError
-from capsule.recording import Recording, format_recording, format_sample, read_recording, source_of
+from capsule.recording import (
+    Recording,
+    format_recording,
+    format_sample,
+    rate_of,
+    read_recording,
+    source_of,
+)
 from support.synthetic import make_recording
 
 BARE = b"time_s,sensor_1,sensor_2\n0,512,500\n0.1,513,501\n"
@@ -149,6 +156,27 @@ def test_a_simulated_recording_says_which_version_and_seed_made_it():
     assert source_of(header) == "simulated phantom, version 2, seed 1"
     assert source_of({"source": "bench 2"}) == "bench 2"
     assert source_of({}) == ""
+
+
+@pytest.mark.parametrize(
+    ("header", "rate"),
+    [
+        ({}, ""),
+        ({"rate_hz": "10.0"}, "10"),
+        ({"rate_hz": "ten"}, "ten"),
+        ({"import_resampled": "from 99.87 Hz to 10 Hz, spline of degree 3"}, "100"),
+        ({"rate_hz": "10", "import_resampled": "from 36.4 Hz to 10 Hz, spline"}, "36"),
+        (
+            {
+                "rate_hz": "10",
+                "import_resampled": "from 100, 50 Hz to 10 Hz and to the same instants",
+            },
+            "10",
+        ),
+    ],
+)
+def test_the_sampling_rate_is_that_of_the_header_before_an_import_changed_it(header, rate):
+    assert rate_of(header) == rate
 
 
 def test_counts_are_written_as_whole_numbers():

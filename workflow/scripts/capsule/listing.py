@@ -15,10 +15,10 @@ from capsule.naming import (
     sort_key,
 )
 from capsule.near_copies import near_copies
-from capsule.recording import source_of
+from capsule.recording import rate_of, source_of
 
 # Header lines that have a column of their own.
-FROM_HEADER = ["site", "session", "setup", "nodule_at_mm"]
+FROM_HEADER = ["site", "session", "setup", "unit", "rate_hz", "nodule_at_mm"]
 COLUMNS = ["recording", "size_mm", "samples", "duration_s", "status", "reason", "no_verdict"]
 COLUMNS += ["sha256", "readings_sha256", "source", *FROM_HEADER]
 NEAR_COPIES = "near_copies"
@@ -90,6 +90,7 @@ def list_rows(archive: Archive, checks: Mapping[str, Row]) -> Iterator[Cells]:
         check = dict(checks[name])
         check |= {key: as_cell(check["header"].get(key, "")) for key in FROM_HEADER}
         check["source"] = as_cell(source_of(check["header"]))
+        check["rate_hz"] = as_cell(rate_of(check["header"]))
         if name in copies:
             check |= {"status": "rejected", "reason": copies[name]}
         yield {column: check[column] for column in COLUMNS}

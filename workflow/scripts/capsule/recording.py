@@ -57,6 +57,18 @@ def source_of(header: Mapping[str, str]) -> str:
     return ", ".join(part for part in named if part)
 
 
+def rate_of(header: Mapping[str, str]) -> str:
+    """Return the sampling rate in Hz that the header states; empty if it states none.
+
+    If a recording was resampled at its import, it is the rate before, rounded to two digits.
+    """
+    stated = header.get("rate_hz", "").strip()
+    before = re.match(rf"from ({_NUMBER.pattern}) Hz", header.get("import_resampled", ""))
+    if before:
+        stated = f"{float(before[1]):.2g}"
+    return f"{float(stated):g}" if _NUMBER.fullmatch(stated) else stated
+
+
 def column_names(sensors: int) -> list[str]:
     """Return the required columns of a recording with this many sensors."""
     return ["time_s", *(f"sensor_{s}" for s in range(1, sensors + 1))]

@@ -19,6 +19,7 @@ _WORDS = {
     "unfamiliar_because": "reason why it is not, or why that is not known",
     "near_copies": "recordings that are nearly the same",
     "nodule_at": "place of the nodule according to the header",
+    "rate_hz": "sampling rate according to the header",
     "reading_unit": "unit of the exported readings",
     "key": "key of a header line",
     "value": "value of a header line",

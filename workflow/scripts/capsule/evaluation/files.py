@@ -12,8 +12,8 @@ from capsule.kinds import Settings
 
 # Columns of text that people have written: in these, 01 is not a number and NA is a name.
 TEXT = {"recording", "status", "reason", "sha256", "readings_sha256", "source", "near_copies"}
-TEXT |= {"path", "site", "session", "setup", "detector", "scheme", "familiar"}
-TEXT |= {"unfamiliar_because"}
+TEXT |= {"path", "site", "session", "setup", "unit", "rate_hz", "detector", "scheme"}
+TEXT |= {"familiar", "unfamiliar_because"}
 
 
 def read_table(path: Path) -> pd.DataFrame:
