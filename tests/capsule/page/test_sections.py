@@ -2,6 +2,7 @@
 
 import datetime
 import json
+import re
 
 import pandas as pd
 import pytest
@@ -146,6 +147,37 @@ def test_the_page_of_a_large_archive_tells_where_its_evidence_is_and_holds_none(
     (patient,) = page["patients"]["rows"]
     assert patient["quality"] == "one gap, no loose sensor"
     assert filled(page).count("one gap, no loose sensor") == 1
+
+
+def test_fabric_as_healthy_and_simulated_nodules_are_warned_of_before_any_rate():
+    archive = [(f"{size}mm/{n}", float(size), float(size)) for size in (0, 1) for n in range(60)]
+    pages = {}
+    for healthy in ("phantom", f"fabric {EVIL}"):
+        rows = [
+            [name, size, "accepted", UNKNOWN, "phantom" if size else healthy, name, 70.0]
+            for name, size, _ in archive
+        ]
+        rows.append(["unlabelled/a", UNKNOWN, "accepted", UNKNOWN, "phantom", "zz", 70.0])
+        pages[healthy] = filled(values(archive, (0.0, 1.0), *rows))
+    sound, confounded = pages.values()
+    assert 'id="confounded"' not in sound and "reliably found" in sound
+    warning = confounded.partition('id="confounded"')[2].partition("</div>\n</div>")[0]
+    told = "whether there is a nodule follows from the source."
+    assert f"Among the recordings that teach, {told}" in warning
+    assert "finds 60 of 60 nodules, and calls 60 of 60 healthy places healthy." in warning
+    cells = re.findall(r"<t[hd]\b[^>]*>(.*?)</t[hd]>", warning)
+    escaped = EVIL.replace("<", "&lt;").replace(">", "&gt;")
+    assert cells[:4] == ["Header", "Value", "no nodule", "1 mm"]
+    assert [cells[4:8], cells[8:]] == [
+        ["source", f"fabric {escaped}", "60", "0"],
+        ["phantom", "0", "60"],
+    ]
+    # It stands in the page's head, before the verdicts and all rates.
+    assert confounded.index('id="confounded"') < confounded.index("</header>")
+    assert f"cannot show how far to trust a verdict: among those that teach, {told}" in confounded
+    # Only the configuration has the word: it says what the key reliable_rate is.
+    text = re.sub(r"(?s)<style>.*?</style>|<script.*?</script>", "", confounded)
+    assert re.findall(r"(?i)\S*reliab\S* \S+", text.partition('id="made"')[0]) == []
 
 
 def test_of_an_empty_archive_the_page_says_so():

@@ -4,7 +4,7 @@
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil
 
 import pandas as pd
@@ -143,6 +143,9 @@ class Answers:
         From `mean_size_error`.
     unlike : int
         Number of these recordings that are unlike those that teach.
+    confounded : str
+        What follows from the header in the recordings that teach, from
+        `capsule.evaluation.confounded.in_words`. If anything does, nothing is reliably found.
     """
 
     scheme: str
@@ -160,6 +163,13 @@ class Answers:
     within: Estimate
     size_error_mm: Estimate
     unlike: int = 0
+    confounded: str = ""
+
+    def if_confounded(self, what: str) -> "Answers":
+        """Return the answers that stay if `what` follows from the header; all, if nothing does."""
+        if not what:
+            return self
+        return replace(self, confounded=what, smallest_mm=None, healthy_wanting=False, meaning=None)
 
     @property
     def judged(self) -> bool:

@@ -20,6 +20,8 @@ from capsule.page.answers import (
 )
 
 NO_INTERVAL = "no interval: fewer than three places"
+NOT_SHOWN = "not shown"
+_SEE_TOP = "The recordings do not show what it has learned; see the top of the page."
 
 
 def answer_cards(
@@ -59,12 +61,12 @@ def answer_cards(
         },
         {
             "id": "found",
-            "question": "Nodules reliably found (sensitivity)",
+            "question": f"Nodules {'' if ours.confounded else 'reliably '}found (sensitivity)",
             "answer": _smallest_words(ours),
             "value": ours.smallest_mm,
             "lines": _found_lines(ours),
             "detail": _reliable_words(ours),
-            "paper": _paper_smallest_words(paper),
+            "paper": "not compared" if ours.confounded else _paper_smallest_words(paper),
         },
         {
             "id": "meaning",
@@ -89,6 +91,8 @@ def answer_cards(
     for card in cards:
         said = [(title, _briefly(card["id"], each)) for title, each in others if each]
         card["beside"] = [(title, text) for title, text in said if text]
+        if ours.confounded:
+            card |= {"answer": NOT_SHOWN, "value": None}
     return cards
 
 
@@ -136,6 +140,11 @@ def summary(origin: str, ours: Answers, detector: str) -> str:
         sentences.append(
             f"{words.UNLIKE.capitalize()}: {words.count_of(ours.unlike, healthy + nodules)}; the "
             "rates include them."
+        )
+    if ours.confounded:
+        sentences.append(
+            "This does not show what it has learned: among the recordings that teach, "
+            f"{ours.confounded}."
         )
     return " ".join(sentences)
 
@@ -256,6 +265,8 @@ def _specificity_words(ours: Answers) -> str:
 def _smallest_words(ours: Answers) -> str:
     if ours.smallest_mm is not None:
         return f"{words.size(ours.smallest_mm)} and larger"
+    if ours.confounded:
+        return NOT_SHOWN
     return "none shown" if ours.judged and not ours.healthy_wanting else words.UNKNOWN
 
 
@@ -272,6 +283,8 @@ def _reliable_words(ours: Answers) -> str:
         return "There is no recording of a nodule."
     level = words.percent(ours.reliable_rate)
     said = f"Rates {ours.nodules.text()}."
+    if ours.confounded:
+        return f"{said} {_SEE_TOP}"
     said += (
         f" Reliably found: sensitivity and specificity are at least {level}, by their one-sided "
         f"{words.percent(ONE_SIDED)} lower bounds, at this size and every larger one."
@@ -307,6 +320,8 @@ def _meaning_lines(meaning: Meaning | None) -> list[str]:
 
 def _meaning_words(ours: Answers) -> str:
     meaning = ours.meaning
+    if ours.confounded:
+        return _SEE_TOP
     if meaning is None:
         return "This needs recordings with a nodule and without one."
     said = (

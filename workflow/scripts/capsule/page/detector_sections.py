@@ -2,11 +2,13 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import pandas as pd
 
 from capsule import words
 from capsule.detectors.registry import PAPER, detector_row
+from capsule.evaluation.confounded import Confounded, confounded_keys, in_words
 from capsule.evaluation.cross_validation import LEAVE_ONE_OUT
 from capsule.evaluation.lead import Lead, headline_confidence
 from capsule.evaluation.measures import predictive, summary
@@ -51,6 +53,11 @@ class Rates:
         """Return the schemes of the page; the first is shown first."""
         configured = self.settings["evaluation"]["schemes"]
         return schemes.shown_schemes(self.evaluation.predictions, configured)
+
+    @cached_property
+    def confounded(self) -> list[Confounded]:
+        """Return the keys of the header from which nodules or their sizes follow."""
+        return confounded_keys(_rows_of(self.index), self.held_out)
 
     def recordings(self, scheme: str) -> tuple[pd.DataFrame, pd.DataFrame]:
         """Return the rows of the index that a scheme judges, and those that teach."""
@@ -227,7 +234,8 @@ def answers_of(
     if level != rules["confidence"]:
         tables = rates.at(detector, scheme, level)
     verdicts = rates.verdicts(detector, scheme)
-    return answers.our_answers(tables, verdicts, rates.settings, level, scheme, scopes, set_by)
+    ours = answers.our_answers(tables, verdicts, rates.settings, level, scheme, scopes, set_by)
+    return ours.if_confounded(in_words(rates.confounded))
 
 
 def healthy_places(teaching: pd.DataFrame) -> int:

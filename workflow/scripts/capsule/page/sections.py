@@ -14,6 +14,7 @@ from capsule.page import (
     benches,
     cells,
     comparison,
+    confounded_table,
     detector_sections,
     methods,
     more_recordings,
@@ -117,8 +118,11 @@ def page_values(
     return {
         **overview.overview(tables.index, tables.passed_over, rates.held_out),
         **of_detectors,
+        "confounded": confounded_table.page_values(rates.confounded),
         "patients": told,
-        "trust": trust.of_rows(
+        "trust": of_detectors["trust"]
+        if rates.confounded
+        else trust.of_rows(
             [*told["rows"], *told["folded"]],
             of_detectors["trust"],
             tables.judgements["retest"].query("detector == @lead.detector"),

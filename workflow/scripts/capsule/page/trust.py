@@ -29,6 +29,11 @@ def trust_words(ours: Answers) -> str:
     ours : Answers
         The detector's results on labelled recordings, each a single pass.
     """
+    if ours.confounded:
+        return (
+            "These recordings cannot show how far to trust a verdict: among those that teach, "
+            f"{ours.confounded}."
+        )
     clauses = []
     if ours.found:
         sizes_mm = [each.size_mm for each in ours.found]
