@@ -125,6 +125,21 @@ def test_the_end_of_a_run_lists_what_was_rejected_alike_and_passed_over(capsys):
     ]
 
 
+def test_the_end_of_a_run_says_that_the_nodule_follows_from_the_source(capsys):
+    names = [f"{size}mm/r{run}" for size in (0, 3) for run in range(4)]
+    sources = {name: "finger on fabric" if name.startswith("0") else "phantom" for name in names}
+    rows = [{"recording": name, "status": "accepted", "source": sources[name]} for name in names]
+    table = Path("results/recordings.csv")
+    files.write_csv(table, [*COLUMNS, "source"], [dict.fromkeys(COLUMNS, "") | row for row in rows])
+    files.write_csv(Path("results/passed_over.csv"), ["path", "reason"], [])
+    run_of(names).succeed(KEY)
+    assert capsys.readouterr().err.splitlines() == [
+        "8 recordings accepted, 0 rejected.",
+        "  confounded: among the recordings that teach, whether there is a nodule follows from the "
+        "source",
+    ]
+
+
 def test_results_of_recordings_that_are_gone_are_counted(capsys):
     for name in ("r01", "r02", "r03"):
         files.write_json(Path(f"results/checks/3mm/{name}.json"), {})

@@ -1,5 +1,7 @@
 """Any estimator of scikit-learn, judged on the workflow's folds."""
 
+import shutil
+
 import numpy as np
 import pytest
 from sklearn.base import BaseEstimator
@@ -157,3 +159,23 @@ def test_an_archive_without_nodules_cannot_be_judged(archive):
     healthy = archive.select([name for name in archive.labelled if name.startswith("0mm")])
     with pytest.raises(capsule.CapsuleError, match="no recording of a nodule can be used"):
         capsule.judge(healthy)
+
+
+def test_a_judgement_counts_by_source_the_recordings_whose_nodule_follows_from_it(
+    raw, archive, tmp_path
+):
+    judged = capsule.judge(archive, on_matrices(archive, Ridge(10.0)))
+    assert judged.confounded.empty
+    shutil.copytree(raw, tmp_path / "raw")
+    for path in (tmp_path / "raw/0mm").iterdir():
+        text = path.read_text(encoding="utf-8").replace("simulated phantom", "finger on fabric")
+        path.write_text(text.replace("# simulator_", "# former_"), encoding="utf-8")
+    other = capsule.load(tmp_path / "raw")
+    judged = capsule.judge(other, on_matrices(other, Ridge(10.0)))
+    phantom = "simulated phantom, version 5"
+    assert judged.confounded.to_numpy().tolist() == [
+        ["source", phantom, 1.5, 4],
+        ["source", phantom, 3.0, 4],
+        ["source", "finger on fabric", 0.0, 4],
+    ]
+    assert list(judged.confounded) == ["key", "value", "size_mm", "recordings"]

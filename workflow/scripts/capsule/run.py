@@ -14,6 +14,7 @@ from typing import IO
 from capsule import files
 from capsule.batches import batch_size
 from capsule.errors import CapsuleError
+from capsule.evaluation.confounded import confounded_keys, in_words
 from capsule.held_out import unknown_sessions
 from capsule.kinds import Settings
 from capsule.locks import RUN_LOCK, hold_run_lock
@@ -144,6 +145,9 @@ class Run:
                 _tell(f"  nearly the same as {alike}: {self.raw}/{row['recording']}")
         for session in unknown_sessions(rows, self.config["evaluation"]["held_out"]):
             _tell(f"  evaluation.held_out: no labelled recording names the session {session!r}")
+        by_name = {row["recording"]: row for row in rows}
+        if said := in_words(confounded_keys(by_name, self.config["evaluation"]["held_out"])):
+            _tell(f"  confounded: among the recordings that teach, {said}")
         for row in files.read_csv(others):
             _tell(f"  passed over: {self.raw}/{row['path']}: {row['reason']}")
 

@@ -7,6 +7,7 @@ import pandas as pd
 
 from capsule.detectors.registry import DETECTORS
 from capsule.errors import CapsuleError
+from capsule.evaluation.confounded import confounded_keys
 from capsule.evaluation.cross_validation import LEAVE_ONE_OUT, Detectors, judge_unlabelled
 from capsule.evaluation.whole_evaluation import KEY, by_name, evaluate_archive, rated
 from capsule.held_out import teaching
@@ -30,11 +31,16 @@ class Judgement:
         tables of ``results/evaluation/``.
     detections : DataFrame
         Verdicts on the unlabelled recordings, as ``results/detections.csv``.
+    confounded : DataFrame
+        Empty, unless nodules or their sizes follow from a key of the header of the recordings that
+        teach. A detector may then have learned this instead. The table has the number of
+        ``recordings`` by ``key``, ``value`` and ``size_mm``.
     """
 
     predictions: pd.DataFrame
     tables: dict[str, pd.DataFrame]
     detections: pd.DataFrame
+    confounded: pd.DataFrame
 
     def __repr__(self) -> str:
         detectors = ", ".join(self.predictions["detector"].unique())
@@ -89,9 +95,8 @@ def judge(
     tables = rated(predictions, sizes_mm, archive.index(archive.labelled), rules)
     verdicts = list(unlabelled_rows(archive, estimator, called))
     seen = ["recording", "detector"]
-    return _judgement(
-        predictions, tables, pd.DataFrame(verdicts, columns=None if verdicts else seen)
-    )
+    detections = pd.DataFrame(verdicts, columns=None if verdicts else seen)
+    return _judgement(archive, predictions, tables, detections)
 
 
 def _judge_configured(archive: LoadedArchive) -> Judgement:
@@ -109,14 +114,25 @@ def _judge_configured(archive: LoadedArchive) -> Judgement:
     apart = sorted(rows.keys() - teaching(rows, archive.settings["evaluation"]["held_out"]).keys())
     verdicts = judge_unlabelled(detectors, unlabelled, rows, apart)
     columns = ["recording", "detector", *detectors.columns]
-    return _judgement(predictions, tables, pd.DataFrame(verdicts, columns=columns))
+    return _judgement(archive, predictions, tables, pd.DataFrame(verdicts, columns=columns))
 
 
 def _judgement(
-    predictions: pd.DataFrame, tables: Mapping[str, pd.DataFrame], detections: pd.DataFrame
+    archive: LoadedArchive,
+    predictions: pd.DataFrame,
+    tables: Mapping[str, pd.DataFrame],
+    detections: pd.DataFrame,
 ) -> Judgement:
     predictions, detections, *made = (
         frame(list(table), table.to_dict("records"))
         for table in (predictions, detections, *tables.values())
     )
-    return Judgement(predictions, dict(zip(tables, made, strict=True)), detections)
+    held_out = archive.settings["evaluation"]["held_out"]
+    counted = [
+        {"key": found.key, "value": value, "size_mm": size, "recordings": count}
+        for found in confounded_keys(archive.index(archive.labelled), held_out)
+        for value, of_value in found.counts.items()
+        for size, count in sorted(of_value.items())
+    ]
+    confounded = pd.DataFrame(counted, columns=["key", "value", "size_mm", "recordings"])
+    return Judgement(predictions, dict(zip(tables, made, strict=True)), detections, confounded)
