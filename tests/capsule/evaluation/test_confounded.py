@@ -158,7 +158,6 @@ def test_chance_is_fishers_exact_test(found, passed):
     assert Told(found, 9, passed, 12).chance() == pytest.approx(expected, rel=1e-9)
 
 
-@pytest.mark.takes(5)
 @pytest.mark.parametrize(
     ("counts", "values", "most"),
     [((20, 100), 5, 0.01), ((20, 100), 40, 0.01), ((8, 40), 6, 0.03), ((6, 6), 2, 0.03)],
