@@ -256,16 +256,15 @@ class SurveyRun:
     def _row(self, place: Place) -> dict[str, Any]:
         passes = self._passes.get(place.number, [])
         kind = self._sizes.familiarity([values for _, values in passes])
+        said = [kind.sentence] if kind.familiar is False else []
         size = (float("nan"), float("nan"), float("nan"))
         if place.status == "confirmed":
             size = self._sizes.of([values for _, values in passes])
             names = ("estimate_mm", "estimate_low_mm", "estimate_high_mm")
             estimate = dict(zip(names, size, strict=True))
             if words.is_known(size[0]):
-                said = words.estimated_size(estimate)
-                if kind.familiar is False:
-                    said = f"{words.UNLIKE} ({kind.because}); {said}"
-                self._size_words[place.number] = said
+                said.append(words.estimated_size(estimate))
+        self._size_words[place.number] = "; ".join(said)
         heights = [height for height in place.heights if not np.isnan(height)]
         return {
             "place": place.number,
