@@ -18,7 +18,7 @@ from capsule.detectors.calibrate import place_weights, rank_threshold
 # Probability of the range of thresholds behind `MoreHealthy.low` and `MoreHealthy.high`.
 RANGE = 0.9
 # Equally likely values that stand for the deviation, and as many for the mean.
-_VALUES = 40
+_VALUES = 20
 # As in `capsule.detectors.calibrate.upper_quantile`, for products such as 20 x 0.95.
 _ROUNDING = 1e-9
 
