@@ -167,7 +167,7 @@ def main() -> None:
     usual = next(iter(simulated("usual", 1, FIRST_SEED)))
     print(f"\ntraits of one recording: {1000 * _seconds_each(usual):.1f} ms")
     if arguments.page:
-        page = filled_page(arguments.page.read_text(encoding="utf-8"), blocks)
+        page = filled_page(arguments.page.read_text(encoding="utf-8"), blocks, "judge_familiar")
         arguments.page.write_text(page, encoding="utf-8")
 
 
