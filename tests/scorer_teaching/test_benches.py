@@ -5,15 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from capsule.detectors.beats import SERIES, beat_series
-from capsule.divider import relative_resistance
+from capsule.configuration_files import read_config_file
+from capsule.detectors.beats import SERIES, series_of
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from scorer_teaching import episodes
 from scorer_teaching.bench_family import WAVE_FORMS, draw_bench
 from scorer_teaching.bench_recordings import simulate_bench
 from scorer_teaching.random_numbers import Streams, followed, jumps, smooth_noise
 from scorer_teaching.random_phantoms import draw_phantom
+from support.project import ROOT
 
+SETTINGS = read_config_file(ROOT / "config" / "config.yaml")["diagonal"]
 SIZES_MM = np.array([0.0, 1.0, 3.0, 5.0])
 
 
@@ -82,8 +84,8 @@ def test_a_high_nodule_makes_the_beats_deeper():
     depth = SERIES.index("depth")
     deepest = []
     for counts in simulate_bench(high, sizes_mm, streams(0)):
-        resistance = relative_resistance(counts.astype(float), 1024, True)
-        deepest.append(beat_series(-resistance, period=32.0)[:, depth].max(axis=1).mean())
+        series = series_of(counts.astype(float), 10, SETTINGS)
+        deepest.append(series[:, depth].max(axis=1).mean())
     assert np.median(deepest[12:]) > np.median(deepest[:12])
 
 
@@ -123,8 +125,7 @@ def test_an_episode_holds_the_beats_of_each_recording():
     assert series.shape == (5, 4, len(SERIES), episodes.LENGTH)
     assert series.dtype == np.float16
     assert filled[-1] == 0
-    resistance = relative_resistance(counts[0].astype(float), 1024, True)
-    beats = beat_series(-resistance, period=32.0)
+    beats = series_of(counts[0].astype(float), 10, SETTINGS)
     assert filled[0] == beats.shape[-1]
     assert series[0, ..., : filled[0]] == pytest.approx(beats, rel=1e-3, abs=1e-3)
     assert not series[0, ..., filled[0] :].any()

@@ -4,17 +4,16 @@ import numpy as np
 import pytest
 
 from capsule.configuration_files import read_config_file
-from capsule.detectors.beats import beat_series
+from capsule.detectors.beats import series_of
 from capsule.detectors.network import (
     _SERIES,
+    FOLDED,
     STEP,
     WIDTH,
     Scorer,
     features_of,
     score_stretches,
-    series_of,
     standardised,
-    unprojected,
 )
 from capsule.detectors.search import along_gut
 from capsule.evaluation.roc import auc
@@ -23,6 +22,8 @@ from capsule.seeding import generator
 from support.project import ROOT
 
 SETTINGS = read_config_file(ROOT / "config" / "config.yaml")["diagonal"]
+# Readings above the full scale are used as they are.
+LINEAR = SETTINGS | {"full_scale": 100}
 
 
 @pytest.fixture(scope="module")
@@ -35,6 +36,12 @@ def weights():
 @pytest.fixture(scope="module")
 def scorer(weights):
     return Scorer(weights)
+
+
+@pytest.fixture(scope="module")
+def unprojected(weights):
+    """Return the scorer that only folds its gradients."""
+    return Scorer(weights | {"projection": np.eye(FOLDED)})
 
 
 @pytest.fixture(scope="module")
@@ -70,29 +77,27 @@ def test_the_gradient_is_that_of_the_score(weights, series):
     assert np.isfinite(score)
 
 
-def test_folding_keeps_products_of_gradients(weights):
+def test_folding_keeps_products_of_gradients(weights, unprojected):
     numbers = generator(1, "many")
-    scorer = unprojected(weights)
     many = [0.3 * numbers.normal(size=(4, 5, 30)).cumsum(axis=2) for _ in range(12)]
-    whole = np.array([scorer.score_and_gradient(standardised(each))[2] for each in many])
+    whole = np.array([unprojected.score_and_gradient(standardised(each))[2] for each in many])
     whole /= float(weights["gradient_scale"])
-    folded = np.array([scorer.features(each).gradient for each in many])
+    folded = np.array([unprojected.features(each).gradient for each in many])
     products, wanted = folded @ folded.T, whole @ whole.T
     assert np.abs(products - wanted).max() < 0.15 * np.diag(wanted).max()
 
 
-def test_the_gradient_is_folded_and_then_projected(weights, series):
-    folded = unprojected(weights).features(series)
-    projected = Scorer(weights).features(series)
+def test_the_gradient_is_folded_and_then_projected(weights, scorer, unprojected, series):
+    folded, projected = unprojected.features(series), scorer.features(series)
     expected = [sum(folded.gradient * column) for column in weights["projection"].T]
     np.testing.assert_allclose(projected.gradient, expected, rtol=1e-3, atol=1e-5)
     assert projected.score == folded.score
 
 
 def test_the_score_does_not_depend_on_gain_or_rest(weights):
-    scorer, linear = Scorer(weights), SETTINGS | {"full_scale": 100}
-    plain = features_of(readings(deeper=1.0), 10, linear, scorer)
-    other = features_of(300 + 1.7 * readings(deeper=1.0), 10, linear, scorer)
+    scorer = Scorer(weights)
+    plain = features_of(readings(deeper=1.0), 10, LINEAR, scorer)
+    other = features_of(300 + 1.7 * readings(deeper=1.0), 10, LINEAR, scorer)
     assert other.score == pytest.approx(plain.score, abs=1e-6)
 
 
@@ -119,7 +124,7 @@ def test_what_has_no_wave_or_other_sensors_has_no_score(weights):
 
 
 def test_the_series_of_a_steady_wave_is_flat():
-    series = beat_series(-readings(), period=32.0)
+    series = series_of(readings(), 10, LINEAR)
     assert series.shape[:2] == (4, 5)
     # A wave every 8 windows' worth of a quarter: 800 samples less one wave.
     assert series.shape[2] == pytest.approx((800 - 32) / 8, abs=2)
@@ -127,7 +132,7 @@ def test_the_series_of_a_steady_wave_is_flat():
 
 
 def test_a_deeper_beat_stands_where_the_sensor_meets_the_nodule():
-    series = beat_series(-readings(deeper=1.0), period=32.0)
+    series = series_of(readings(deeper=1.0), 10, LINEAR)
     highest = series[:, 1].argmax(axis=1) * 8 + 16
     np.testing.assert_allclose(highest, 150 + 150 * np.arange(4), atol=24)
 

@@ -5,7 +5,7 @@ import pytest
 
 from capsule.configuration_files import read_config_file
 from capsule.detectors.beats import Beats
-from capsule.detectors.search import along_gut, find_passage, passage_of, standardised_beats
+from capsule.detectors.search import along_gut, passage_of, search_beats, standardised_beats
 from capsule.seeding import generator
 from support.project import ROOT
 from support.waves import wave_readings
@@ -37,6 +37,11 @@ def passing(height, place_mm=7.0, speed=0.045, sensors=(0, 1, 2, 3), irregular=0
             -0.5 * ((head_mm - 6.0 * sensor - place_mm) / 1.5) ** 2
         )
     return Beats(channels, centre, irregular_mm)
+
+
+def find_passage(beats, settings):
+    """Return the best candidate alone."""
+    return search_beats(beats, settings)[0]
 
 
 def test_a_nodule_is_found_where_it_lies():

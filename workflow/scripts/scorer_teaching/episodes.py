@@ -6,8 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from capsule.detectors.beats import SERIES, beat_series
-from capsule.divider import relative_resistance
+from capsule.detectors.beats import SERIES, series_of
 from capsule.phantom.parameters import Phantom
 from scorer_teaching.bench_family import draw_bench
 from scorer_teaching.bench_recordings import simulate_bench
@@ -24,7 +23,13 @@ BENCHES_A_PHANTOM = 10
 # A run of 990 samples gives at most 120 windows of beats.
 LENGTH = 128
 # Values of the paper's bench, as in config/config.yaml.
-_FULL_SCALE, _PERIOD = 1024, 32.0
+_RATE_HZ = 10.0
+_BENCH = {
+    "full_scale": 1024,
+    "pressing_lowers_reading": True,
+    "wavelength_mm": 80.0,
+    "wave_speed_mm_s": 25.0,
+}
 
 
 @dataclass(frozen=True)
@@ -34,7 +39,7 @@ class Episodes:
     Attributes
     ----------
     series : (B, n, 4, 5, `LENGTH`) array of float16
-        Beats from `capsule.detectors.beats.beat_series`; zeros after the end.
+        Beats from `capsule.detectors.beats.series_of`; zeros after the end.
     counts : (B, n) array of int64
         Number of filled windows; 0 for a recording without beats.
     """
@@ -66,8 +71,7 @@ def episode(recordings: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
     series = np.zeros((len(recordings), SENSORS, len(SERIES), LENGTH), np.float16)
     counts = np.zeros(len(recordings), np.int64)
     for place, counted in enumerate(recordings):
-        resistance = relative_resistance(counted.astype(float), _FULL_SCALE, True)
-        beats = beat_series(-resistance, period=_PERIOD)
+        beats = series_of(counted.astype(float), _RATE_HZ, _BENCH)
         if beats is not None:
             counts[place] = min(beats.shape[-1], LENGTH)
             series[place, ..., : counts[place]] = beats[..., :LENGTH]

@@ -62,7 +62,7 @@ def gradients_of(
     makers : sequence of callable
         Functions that simulate the recordings of one bench.
     scorer : Scorer
-        From `capsule.detectors.network.unprojected`.
+        From `scorer_teaching.weights.unprojected`.
     tell : callable
         Function that is called with the number of finished benches and a text.
 

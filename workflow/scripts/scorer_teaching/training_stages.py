@@ -2,14 +2,13 @@
 
 import numpy as np
 
-from capsule.detectors.network import unprojected
 from capsule.kinds import Settings
 from capsule.phantom.parameters import Phantom
 from scorer_teaching.episodes import episodes_of, held_out_benches, random_benches
 from scorer_teaching.lesson import teach
 from scorer_teaching.progress import Progress
 from scorer_teaching.projection import gradients_of, teach_projection
-from scorer_teaching.weights import checked_weights
+from scorer_teaching.weights import checked_weights, unprojected
 
 _HELD_OUT = 40
 # Penalties that are tried in each episode.

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from capsule.detectors.network import standardised, unprojected
+from capsule.detectors.network import FOLDED, Scorer, standardised
 from capsule.errors import CapsuleError
 from scorer_teaching.episodes import Episodes
 from scorer_teaching.network import Network
@@ -10,6 +10,11 @@ from scorer_teaching.network import Network
 _TOLERANCE = 1e-6
 # Number of recordings of each held-out bench for the comparison of network and detector.
 _COMPARED = 2
+
+
+def unprojected(weights: dict[str, np.ndarray]) -> Scorer:
+    """Return the scorer of some weights, whose gradients are folded but not projected."""
+    return Scorer({**weights, "projection": np.eye(FOLDED)})
 
 
 def checked_weights(network: Network, held_out: Episodes) -> dict[str, np.ndarray]:

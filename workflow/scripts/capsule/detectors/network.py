@@ -20,8 +20,7 @@ from typing import NamedTuple
 import numpy as np
 
 from capsule.arrays import BoolArray, FloatArray, IntArray, RealArray
-from capsule.detectors.beats import beat_series
-from capsule.divider import pressed_and_period
+from capsule.detectors.beats import series_of
 from capsule.kinds import Settings
 from capsule.seeding import generator
 
@@ -120,7 +119,7 @@ class Scorer:
         Parameters
         ----------
         series : (4, 5, N) array, or None
-            From `capsule.detectors.beats.beat_series`.
+            From `capsule.detectors.beats.series_of`.
 
         Returns
         -------
@@ -226,30 +225,9 @@ def score_stretches(scorer: Scorer, series: FloatArray | None) -> Stretches | No
     return Stretches(whole, (WIDTH - 1) / 2, float(STEP), loss)
 
 
-def unprojected(weights: Mapping[str, RealArray]) -> Scorer:
-    """Return the scorer of some weights, whose gradients are folded but not projected."""
-    return Scorer({**weights, "projection": np.eye(FOLDED)})
-
-
 def features_of(values: FloatArray, rate_hz: float, settings: Settings, scorer: Scorer) -> Features:
     """Return the features of one recording; for the other parameters see `series_of`."""
     return scorer.features(series_of(values, rate_hz, settings))
-
-
-def series_of(values: FloatArray, rate_hz: float, settings: Settings) -> FloatArray | None:
-    """Return the series of a recording for `Scorer.features`; None as in `beat_series`.
-
-    Parameters
-    ----------
-    values : (S, K) array
-        Readings on an even grid in time; NaN where a sample is missing.
-    rate_hz : float
-        Sampling rate.
-    settings : mapping
-        Section ``diagonal`` of the configuration, which describes wave and sensors.
-    """
-    pressed, period = pressed_and_period(values, rate_hz, settings)
-    return beat_series(pressed, period=period)
 
 
 def standardised(series: FloatArray) -> FloatArray:
@@ -258,7 +236,7 @@ def standardised(series: FloatArray) -> FloatArray:
     Parameters
     ----------
     series : (S, 5, N) array
-        From `capsule.detectors.beats.beat_series`.
+        From `capsule.detectors.beats.series_of`.
 
     Returns
     -------

@@ -10,9 +10,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from capsule.arrays import FloatArray, RealArray
-from capsule.detectors.beats import CHANNELS, Beats, find_beats, quantile
-from capsule.divider import pressed_and_period
+from capsule.arrays import FloatArray, IntArray, RealArray
+from capsule.detectors.beats import CHANNELS, Beats, beats_of, quantile
 from capsule.kinds import Settings
 
 # Candidates that are tried at a time, so that the arrays fit into the processor's cache.
@@ -87,24 +86,12 @@ class AlongGut:
 
 
 def passage_of(values: FloatArray, rate_hz: float, settings: Settings) -> Passage:
-    """Return the best candidate for a nodule in one recording.
+    """Return the best candidate for a nodule; `UNKNOWN` if a sensor shows no peristaltic wave.
 
-    Parameters
-    ----------
-    values : (S, K) array
-        Readings on an even grid in time; NaN where a sample is missing.
-    rate_hz : float
-        Sampling rate.
-    settings : mapping
-        Section ``diagonal`` of the configuration.
-
-    Returns
-    -------
-    Passage
-        `UNKNOWN` if a sensor shows no peristaltic wave.
+    The parameters are as in `beats_of`.
     """
     beats = beats_of(values, rate_hz, settings)
-    return UNKNOWN if beats is None else find_passage(beats, settings)
+    return UNKNOWN if beats is None else search_beats(beats, settings)[0]
 
 
 def along_gut(values: FloatArray, rate_hz: float, settings: Settings) -> AlongGut | None:
@@ -113,85 +100,15 @@ def along_gut(values: FloatArray, rate_hz: float, settings: Settings) -> AlongGu
     Parameters and None are as in `beats_of`.
     """
     beats = beats_of(values, rate_hz, settings)
-    if beats is None:
-        return None
-    tried = _try_candidates(beats, settings)
-    step_mm = settings["step_mm"]
-    number = np.rint(tried.place_mm / step_mm).astype(int)
-    evidence = np.full(number.max() + 1, -np.inf)
-    np.maximum.at(evidence, number, tried.evidence)
-    beyond_mm = np.abs(tried.beyond_mm - tried.behind_mm[:, np.newaxis])
-    passed = beats.centre[beyond_mm.argmin(axis=1)]
-    return AlongGut(
-        first=float(beats.centre[0]),
-        step=beats.step,
-        depth=1.0 + beats.channels[CHANNELS.index("depth")],
-        step_mm=step_mm,
-        evidence=evidence,
-        passed=np.where(beyond_mm.min(axis=1) <= settings["width_mm"], passed, np.nan),
-    )
+    return None if beats is None else search_beats(beats, settings)[1]
 
 
-def beats_of(values: FloatArray, rate_hz: float, settings: Settings) -> Beats | None:
-    """Return the beats of a recording; parameters as in `passage_of`, None as in `find_beats`."""
-    pressed, period = pressed_and_period(values, rate_hz, settings)
-    return find_beats(pressed, period=period, wavelength_mm=settings["wavelength_mm"])
-
-
-def find_passage(beats: Beats, settings: Settings) -> Passage:
-    """Return the candidate with the most evidence."""
-    tried = _try_candidates(beats, settings)
-    unit_mm = unit_of_place(settings)
-    channels = np.concatenate([tried.weighted[np.newaxis], beats.channels])
-    beyond = tried.beyond_mm[np.newaxis] / unit_mm
-    means = averages(channels, beyond, tried.behind_mm / unit_mm, tried.dwell)
-    evidence, level, depth, shape = means[:, 0].tolist()
-    return Passage(
-        evidence,
-        level,
-        depth,
-        shape,
-        float(tried.place_mm[tried.evidence.argmax()]),
-        float(beats.centre[np.abs(tried.beyond_mm).argmin()]),
-        tried.lag_samples,
-        *beats.channels.std(axis=2).mean(axis=1).tolist(),
-    )
-
-
-@dataclass(frozen=True)
-class _Tried:
-    """All candidates, and the best of them.
-
-    Attributes
-    ----------
-    place_mm, evidence : (G,) array
-        Each candidate's place and its evidence, with an error of about a millionth.
-    beyond_mm : (N,) array
-        How far the first sensor is beyond the best candidate's place at each moment.
-    lag_samples : float
-        Mean time from sensor to sensor at the best candidate's speed.
-    weighted : (S, N) array
-        From `standardised_beats`.
-    behind_mm : (S,) array
-        Distance of each sensor behind the first.
-    dwell : float
-        As in `averages`.
-    """
-
-    place_mm: FloatArray
-    evidence: RealArray
-    beyond_mm: FloatArray
-    lag_samples: float
-    weighted: FloatArray
-    behind_mm: RealArray
-    dwell: float
-
-
-def _try_candidates(beats: Beats, settings: Settings) -> _Tried:
-    """Search all places and mean speeds."""
+def search_beats(beats: Beats, settings: Settings) -> tuple[Passage, AlongGut]:
+    """Return the candidate with the most evidence, and the evidence along the gut."""
     weighted = standardised_beats(beats, settings)
-    pitch_mm, step_mm = settings["pitch_mm"], settings["step_mm"]
-    behind_mm = pitch_mm * np.arange(weighted.shape[0])
+    pitch_mm, step_mm, unit_mm = settings["pitch_mm"], settings["step_mm"], unit_of_place(settings)
+    behind_mm = pitch_mm * np.arange(len(weighted))
+    behind = behind_mm / unit_mm
     dwell = max(settings["dwell"] / beats.step, _LEAST_DWELL)
     shortest, longest = settings["lag_range"]
     speeds = np.linspace(pitch_mm / longest, pitch_mm / shortest, settings["lags"])
@@ -200,35 +117,62 @@ def _try_candidates(beats: Beats, settings: Settings) -> _Tried:
     farthest_mm = head_mm.max(axis=1) - behind_mm[behind_mm.size // 2]
     places = np.ceil(np.maximum(farthest_mm, 0.0) / step_mm + 0.5).astype(int)
     speed = np.repeat(np.arange(places.size), places)
-    before = np.repeat(np.cumsum(places) - places, places)
-    place_mm = step_mm * (np.arange(speed.size) - before)
-    # Single precision is enough to choose a candidate, and takes half the time.
-    unit_mm = unit_of_place(settings)
-    channels, head, behind, place = (
-        each.astype(np.float32)
-        for each in (
-            weighted[np.newaxis],
-            head_mm / unit_mm,
-            behind_mm / unit_mm,
-            place_mm / unit_mm,
-        )
+    place = np.concatenate([np.arange(count) for count in places])
+    place_mm = step_mm * place
+    tried = _evidence(weighted, head_mm / unit_mm, speed, place_mm / unit_mm, behind, dwell)
+    best = tried.argmax()
+    beyond_mm = head_mm[speed[best]] - place_mm[best]
+    channels = np.concatenate([weighted[np.newaxis], beats.channels])
+    means = averages(channels, beyond_mm[np.newaxis] / unit_mm, behind, dwell)
+    evidence, level, depth, shape = means[:, 0].tolist()
+    passage = Passage(
+        evidence,
+        level,
+        depth,
+        shape,
+        float(place_mm[best]),
+        float(beats.centre[np.abs(beyond_mm).argmin()]),
+        float(pitch_mm / speeds[speed[best]]),
+        *beats.channels.std(axis=2).mean(axis=1).tolist(),
     )
-    evidence = np.empty(place.size, dtype=np.float32)
-    for start in range(0, place.size, _BLOCK):
+    along = np.full(places.max(), -np.inf)
+    np.maximum.at(along, place, tried)
+    off_mm = np.abs(beyond_mm - behind_mm[:, np.newaxis])
+    passed = beats.centre[off_mm.argmin(axis=1)]
+    return passage, AlongGut(
+        first=float(beats.centre[0]),
+        step=beats.step,
+        depth=1.0 + beats.channels[CHANNELS.index("depth")],
+        step_mm=step_mm,
+        evidence=along,
+        passed=np.where(off_mm.min(axis=1) <= settings["width_mm"], passed, np.nan),
+    )
+
+
+def _evidence(
+    weighted: FloatArray,
+    heads: FloatArray,
+    speed: IntArray,
+    places: FloatArray,
+    behind: FloatArray,
+    dwell: float,
+) -> RealArray:
+    """Return the evidence of G candidates, (G,), with an error of about a millionth.
+
+    A candidate is a row of `heads`, the first sensor's way at one `speed`, and one of `places`,
+    both in `unit_of_place`. The other parameters are as in `averages`.
+    """
+    evidence = np.empty(places.size, dtype=np.float32)
+    # Single precision is enough to choose a candidate, and takes half the time.
+    channels, head, place, behind_each = (
+        each.astype(np.float32) for each in (weighted[np.newaxis], heads, places, behind)
+    )
+    for start in range(0, places.size, _BLOCK):
         some = slice(start, start + _BLOCK)
         beyond = head.take(speed[some], axis=0)
         beyond -= place[some, np.newaxis]
-        evidence[some] = averages(channels, beyond, behind, dwell)[0]
-    best = int(evidence.argmax())
-    return _Tried(
-        place_mm,
-        evidence,
-        head_mm[speed[best]] - place_mm[best],
-        float(pitch_mm / speeds[speed[best]]),
-        weighted,
-        behind_mm,
-        dwell,
-    )
+        evidence[some] = averages(channels, beyond, behind_each, dwell)[0]
+    return evidence
 
 
 def standardised_beats(beats: Beats, settings: Settings) -> FloatArray:
