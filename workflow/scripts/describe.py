@@ -12,10 +12,10 @@ import numpy as np
 from capsule import files
 from capsule.detectors.beats import series_of
 from capsule.detectors.described import read_scorer, write_best_places, write_features
-from capsule.detectors.network import score_stretches
 from capsule.detectors.search import UNKNOWN, passage_of
 from capsule.detectors.wave_traits import wave_traits
 from capsule.page.plot_data import plot_data, write_plot_data
+from capsule.page.stretches import score_stretches
 from capsule.project import WEIGHTS
 from capsule.results import Results
 

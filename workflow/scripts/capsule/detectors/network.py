@@ -1,4 +1,4 @@
-"""The taught scorer: a small convolutional network over the beats, its gradient and its occlusion.
+"""The taught scorer: a small convolutional network over the beats, and its gradient.
 
 Simulated recordings of many random benches taught it beforehand (docs/detection.md). An archive
 then adapts it. To first order, a change of the weights changes the score by the gradient times that
@@ -7,10 +7,6 @@ kernel, Jacot, Gabriel and Hongler 2018). The long gradients are folded to 1024 
 products are nearly the same (the count sketch, Charikar, Chen and Farach-Colton 2002). An archive
 is too small to learn from so many numbers. So a taught projection keeps the directions in which the
 score should change from bench to bench.
-
-Occlusion tells which stretches of a recording raise the score (Zeiler and Fergus 2014): one stretch
-after another is replaced by usual beats, on all sensors at once, and the recording is scored again.
-These scores come from the scorer as taught beforehand, because every training fold adapts its own.
 """
 
 from collections.abc import Mapping
@@ -29,12 +25,9 @@ SENSORS = 4
 _DILATIONS = (1, 2, 4, 8, 4)
 # Numbers of a folded gradient.
 FOLDED = 1024
-# In beats; a wave has four. A stretch is two waves long and starts half a wave after the last one.
-WIDTH = 8
-STEP = 2
 # The first rows from `standardised`: the series, which are 0 in a usual beat. The rows after them
 # hold the spreads over the whole recording and stay unchanged.
-_SERIES = 13
+SERIES_ROWS = 13
 
 
 @dataclass(frozen=True)
@@ -54,26 +47,6 @@ class Features:
     score: float
     embedding: RealArray
     gradient: RealArray
-
-
-@dataclass(frozen=True)
-class Stretches:
-    """The loss of score without each stretch of a recording.
-
-    Attributes
-    ----------
-    score : float
-        Score of the whole recording, by the scorer as taught beforehand.
-    first, step : float
-        Centre of the first stretch, and the distance from centre to centre, in beats.
-    loss : (M,) array
-        The score minus the score without the stretch; above 0 if the stretch indicates a nodule.
-    """
-
-    score: float
-    first: float
-    step: float
-    loss: FloatArray
 
 
 class _Seen(NamedTuple):
@@ -195,34 +168,6 @@ class Scorer:
         return _Seen(
             seen_own, own, first, blocks, h, pooled, share, best, squeezed, embedding, score
         )
-
-
-def score_stretches(scorer: Scorer, series: FloatArray | None) -> Stretches | None:
-    """Return the loss of score without each stretch of a recording.
-
-    Parameters
-    ----------
-    scorer : Scorer
-        The taught scorer.
-    series : (4, 5, N) array, or None
-        As in `Scorer.features`.
-
-    Returns
-    -------
-    Stretches or None
-        None if the scorer gives no score.
-    """
-    if series is None or series.shape[0] != SENSORS:
-        return None
-    x = standardised(series)
-    whole = scorer.score(x)
-    starts = range(0, max(x.shape[-1] - WIDTH, 0) + 1, STEP)
-    loss = np.empty(len(starts))
-    for number, start in enumerate(starts):
-        without = x.copy()
-        without[:, :_SERIES, start : start + WIDTH] = 0.0
-        loss[number] = whole - scorer.score(without)
-    return Stretches(whole, (WIDTH - 1) / 2, float(STEP), loss)
 
 
 def features_of(values: FloatArray, rate_hz: float, settings: Settings, scorer: Scorer) -> Features:
