@@ -56,7 +56,6 @@ class NewRecording:
     values: FloatArray
     settings: Settings
     scorer: Scorer
-    name: str = "new"
 
     @cached_property
     def matrix(self) -> FloatArray:

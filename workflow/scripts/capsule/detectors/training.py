@@ -23,10 +23,6 @@ class JudgedRecording(Protocol):
     """The interface of a recording for the detectors."""
 
     @property
-    def name(self) -> str:
-        """Name of the recording, unique within an archive."""
-
-    @property
     def matrix(self) -> FloatArray:
         """Matrix V, (S, L)."""
 
