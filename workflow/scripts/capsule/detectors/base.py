@@ -134,7 +134,7 @@ class ScoredModel(ABC):
         names = ("threshold", "learned", "probability", "sizes")
         threshold, learned, probability, sizes = (stored[cls.name][name] for name in names)
         return cls(
-            _UNKNOWN if threshold is None else float(threshold),
+            _UNKNOWN if threshold is None else threshold,
             learned and Regression.restored(learned),
             probability and Probability(**probability),
             sizes and SizeModel.restored(sizes),
@@ -144,11 +144,7 @@ class ScoredModel(ABC):
 class ScoredDetector:
     """A detector that an archive teaches, and that can leave recordings out.
 
-    Parameters
-    ----------
-    archive : TrainingArchive
-        The archive whose labelled recordings teach; one that the detector sees nothing of teaches
-        nothing.
+    A recording of the archive that the detector sees nothing of teaches nothing.
     """
 
     Model: type[ScoredModel]

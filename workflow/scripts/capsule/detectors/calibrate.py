@@ -160,11 +160,7 @@ class Regression:
     @classmethod
     def restored(cls, stored: Settings) -> "Regression":
         """Return the model from its stored values."""
-        return cls(
-            np.array(stored["mean"], dtype=np.float64),
-            np.array(stored["coefficients"], dtype=np.float64),
-            float(stored["intercept"]),
-        )
+        return cls(np.array(stored["mean"]), np.array(stored["coefficients"]), stored["intercept"])
 
 
 def fit_ridge(
@@ -255,7 +251,7 @@ class SizeModel:
         half_width = stored["half_width_mm"]
         return cls(
             Regression.restored(stored["regression"]),
-            float("inf") if half_width is None else float(half_width),
+            float("inf") if half_width is None else half_width,
             tuple(stored["known_mm"]),
         )
 

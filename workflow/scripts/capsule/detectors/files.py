@@ -26,16 +26,10 @@ def read_templates(path: Path) -> dict[float, FloatArray]:
 def read_template_set(
     path: Path, first_peak: int, particles: Mapping[str, Particle] | None = None
 ) -> TemplateSet:
-    """Read the templates that are made from all recordings.
+    """Read templates.npz as the templates that are made from all recordings.
 
-    Parameters
-    ----------
-    path : Path
-        templates.npz.
-    first_peak : int
-        u, the column of the first peak.
-    particles : mapping of str to Particle, optional
-        The fits behind the templates; needed only to leave recordings out later.
+    `first_peak` is u, the column of the first peak. `particles` are the fits behind the templates,
+    which are needed only to leave recordings out later.
     """
     rendered = read_templates(path)
     totals: tuple[ParticleTotal, ...] = ()

@@ -87,17 +87,9 @@ class Scorer:
         self._sign = numbers.choice([-1.0, 1.0], size=count)
 
     def features(self, series: FloatArray | None) -> Features:
-        """Return the features of one recording.
+        """Return the features of a recording, all NaN if there is no series of four sensors.
 
-        Parameters
-        ----------
-        series : (4, 5, N) array, or None
-            From `capsule.detectors.beats.series_of`.
-
-        Returns
-        -------
-        Features
-            All NaN if there is no series of four sensors.
+        `series` is an array (4, 5, N) or None, from `capsule.detectors.beats.series_of`.
         """
         dimensions = self._weights["embed_bias"].size
         if series is None or series.shape[0] != SENSORS:
@@ -176,18 +168,10 @@ def features_of(values: FloatArray, rate_hz: float, settings: Settings, scorer: 
 
 
 def standardised(series: FloatArray) -> FloatArray:
-    """Return the input of the network for the beats of a recording.
+    """Return the input of the network, (S, 17, N), for the series of a recording, (S, 5, N).
 
-    Parameters
-    ----------
-    series : (S, 5, N) array
-        From `capsule.detectors.beats.series_of`.
-
-    Returns
-    -------
-    (S, 17, N) array
-        The series in units of their own spread; their inverse hyperbolic sine; their difference
-        from the mean of the other sensors; the logarithms of the spreads; and ones.
+    Its rows are the series in units of their own spread; their inverse hyperbolic sine; their
+    difference from the mean of the other sensors; the logarithms of the spreads; and ones.
     """
     count = series.shape[-1]
     ordered = np.sort(series, axis=-1)

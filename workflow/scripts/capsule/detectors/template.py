@@ -43,7 +43,7 @@ def template_distances(matrix: FloatArray, templates: Iterable[FloatArray]) -> F
 
 
 def nearest_size(distances: FloatArray, sizes_mm: Sequence[float]) -> float:
-    """Return the size of the nearest template.
+    """Return the size of the nearest template in mm, NaN if no distance is known.
 
     Parameters
     ----------
@@ -51,11 +51,6 @@ def nearest_size(distances: FloatArray, sizes_mm: Sequence[float]) -> float:
         From `template_distances`.
     sizes_mm : sequence of B floats
         The templates' sizes in mm; 0 is no nodule. Of equal distances the smaller size wins.
-
-    Returns
-    -------
-    float
-        Size in mm, 0 for no nodule, NaN if no distance is known.
     """
     nearest = place_of_largest(-distances)
     return _UNKNOWN if nearest is None else float(sizes_mm[nearest])

@@ -140,13 +140,7 @@ class Detector(Protocol):
 
 
 def detector_class(name: str) -> type[Detector]:
-    """Import and return the class of a detector.
-
-    Raises
-    ------
-    CapsuleError
-        There is no such detector.
-    """
+    """Import and return the class of a detector; raise `CapsuleError` if there is none."""
     row = detector_row(name)
     detector: type[Detector] = getattr(import_module(row.module), row.built_by)
     return detector
