@@ -47,16 +47,10 @@ def read_training_archive(
     particles: Mapping[str, Particle],
     settings: Settings,
 ) -> TrainingArchive:
-    """Read the recordings and templates that the detectors learn from.
+    """Read the recordings that the detectors learn from; other parameters as in `TrainingArchive`.
 
-    Parameters
-    ----------
-    results : Results
-        The files of the recordings.
-    rows : mapping of str to mapping
-        The rows of recordings.csv, for all recordings that are judged or that teach.
-    templates, particles, settings
-        The arguments of `TrainingArchive` with these names.
+    `results` are the files of the recordings, and `rows` the rows of recordings.csv for all
+    recordings that are judged or that teach.
     """
     return TrainingArchive(
         sizes_of(rows),

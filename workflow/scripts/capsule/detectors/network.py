@@ -9,13 +9,12 @@ is too small to learn from so many numbers. So a taught projection keeps the dir
 score should change from bench to bench.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
-from capsule.arrays import BoolArray, FloatArray, IntArray, RealArray
+from capsule.arrays import FloatArray, IntArray, RealArray
 from capsule.detectors.beats import series_of
 from capsule.kinds import Settings
 from capsule.seeding import generator
@@ -47,22 +46,6 @@ class Features:
     score: float
     embedding: RealArray
     gradient: RealArray
-
-
-class _Seen(NamedTuple):
-    """The values of all layers for one recording, which the backward pass needs."""
-
-    taps: FloatArray
-    own: FloatArray
-    first: FloatArray
-    blocks: list[tuple[FloatArray, BoolArray]]
-    hidden: FloatArray
-    pooled: FloatArray
-    share: FloatArray
-    best: IntArray
-    squeezed: FloatArray
-    embedding: FloatArray
-    score: float
 
 
 class Scorer:
@@ -101,65 +84,66 @@ class Scorer:
         return Features(score, embedding.astype(np.float32), projected.astype(np.float32))
 
     def score_and_gradient(self, x: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """Return score, embedding and the whole gradient, by a forward and a backward pass.
+        """Return score, embedding and the whole gradient; `x` is the result of `standardised`.
 
-        `x` is the result of `standardised`. The gradient has the order of the weights.
+        The gradient has the order of the weights.
         """
-        w, seen = self._weights, self._forward(x)
-        count, h, pooled = seen.hidden.shape[1], seen.hidden, seen.pooled
-        gradient = {"score_weight": seen.embedding, "score_bias": np.ones(1)}
-        gradient["embed_weight"] = np.outer(w["score_weight"], seen.squeezed)
-        gradient["embed_bias"] = w["score_weight"]
-        by_pooled = (w["score_weight"] @ w["embed_weight"]) / (1.0 + np.abs(pooled))
-        by_mean, by_top, by_soft = np.split(by_pooled, 3)
-        dp = seen.share * by_soft[:, np.newaxis] + by_mean[:, np.newaxis] / count
-        dp[np.arange(len(dp)), seen.best] += by_top
-        gradient["pool_weight"], gradient["pool_bias"] = dp @ h.T, dp.sum(axis=1)
-        dh = w["pool_weight"].T @ dp
-        for number in reversed(range(len(_DILATIONS))):
-            taps, active = seen.blocks[number]
-            weight, dilation = w[f"block_{number}_weight"], _DILATIONS[number]
-            turned = dh * active
-            gradient[f"block_{number}_weight"] = turned @ taps.T
-            gradient[f"block_{number}_bias"] = turned.sum(axis=1)
-            back = (_flat(weight).T @ turned).reshape(weight.shape[1], 3, count)
-            dh = dh + back[:, 1]
-            if dilation < count:
-                dh[:, :-dilation] += back[:, 0, dilation:]
-                dh[:, dilation:] += back[:, 2, :-dilation]
-        gradient["mix_weight"], gradient["mix_bias"] = dh @ seen.first.T, dh.sum(axis=1)
-        down = (w["mix_weight"].T @ dh).reshape(seen.own.shape) * (seen.own > 0)
-        gradient["own_weight"] = np.einsum("sot,sit->oi", down, seen.taps)
-        gradient["own_bias"] = down.sum(axis=(0, 2))
-        return seen.score, seen.embedding, np.concatenate([gradient[name].ravel() for name in w])
+        score, embedding, gradient = self._forward(x)
+        return score, embedding, gradient()
 
     def score(self, x: FloatArray) -> float:
         """Return the score alone; `x` is the result of `standardised`."""
-        return self._forward(x).score
+        return self._forward(x)[0]
 
-    def _forward(self, x: FloatArray) -> "_Seen":
+    def _forward(self, x: FloatArray) -> tuple[float, FloatArray, Callable[[], FloatArray]]:
+        """Return score, embedding, and the backward pass, which returns the gradient."""
         w = self._weights
-        taps = np.stack([_windows(row, 5, 1)[:, :, ::2] for row in x])
-        count = taps.shape[-1]
-        seen_own = taps.transpose(0, 2, 1, 3).reshape(len(x), -1, count)
-        own = _flat(w["own_weight"]) @ seen_own + w["own_bias"][:, np.newaxis]
+        windows = np.stack([_windows(row, 5, 1)[:, :, ::2] for row in x])
+        count = windows.shape[-1]
+        own_taps = windows.transpose(0, 2, 1, 3).reshape(len(x), -1, count)
+        own = _flat(w["own_weight"]) @ own_taps + w["own_bias"][:, np.newaxis]
         first = np.maximum(own, 0.0).reshape(-1, count)
         h = w["mix_weight"] @ first + w["mix_bias"][:, np.newaxis]
         blocks = []
         for number, dilation in enumerate(_DILATIONS):
-            seen = _windows(h, 3, dilation).transpose(1, 0, 2).reshape(-1, count)
+            taps = _windows(h, 3, dilation).transpose(1, 0, 2).reshape(-1, count)
             bias = w[f"block_{number}_bias"][:, np.newaxis]
-            turned = _flat(w[f"block_{number}_weight"]) @ seen + bias
-            blocks.append((seen, turned > 0))
+            turned = _flat(w[f"block_{number}_weight"]) @ taps + bias
+            blocks.append((taps, turned > 0))
             h = h + np.maximum(turned, 0.0)
-        p = w["pool_weight"] @ h + w["pool_bias"][:, np.newaxis]
-        pooled, share, best = _pool(p)
+        pooled, share, best = _pool(w["pool_weight"] @ h + w["pool_bias"][:, np.newaxis])
         squeezed = np.sign(pooled) * np.log1p(np.abs(pooled))
         embedding = w["embed_weight"] @ squeezed + w["embed_bias"]
         score = float(w["score_weight"] @ embedding + w["score_bias"][0])
-        return _Seen(
-            seen_own, own, first, blocks, h, pooled, share, best, squeezed, embedding, score
-        )
+
+        def backward() -> FloatArray:
+            gradient = {"score_weight": embedding, "score_bias": np.ones(1)}
+            gradient["embed_weight"] = np.outer(w["score_weight"], squeezed)
+            gradient["embed_bias"] = w["score_weight"]
+            by_pooled = (w["score_weight"] @ w["embed_weight"]) / (1.0 + np.abs(pooled))
+            by_mean, by_top, by_soft = np.split(by_pooled, 3)
+            dp = share * by_soft[:, np.newaxis] + by_mean[:, np.newaxis] / count
+            dp[np.arange(len(dp)), best] += by_top
+            gradient["pool_weight"], gradient["pool_bias"] = dp @ h.T, dp.sum(axis=1)
+            dh = w["pool_weight"].T @ dp
+            for number in reversed(range(len(_DILATIONS))):
+                taps, active = blocks[number]
+                weight, dilation = w[f"block_{number}_weight"], _DILATIONS[number]
+                turned = dh * active
+                gradient[f"block_{number}_weight"] = turned @ taps.T
+                gradient[f"block_{number}_bias"] = turned.sum(axis=1)
+                back = (_flat(weight).T @ turned).reshape(weight.shape[1], 3, count)
+                dh = dh + back[:, 1]
+                if dilation < count:
+                    dh[:, :-dilation] += back[:, 0, dilation:]
+                    dh[:, dilation:] += back[:, 2, :-dilation]
+            gradient["mix_weight"], gradient["mix_bias"] = dh @ first.T, dh.sum(axis=1)
+            down = (w["mix_weight"].T @ dh).reshape(own.shape) * (own > 0)
+            gradient["own_weight"] = np.einsum("sot,sit->oi", down, own_taps)
+            gradient["own_bias"] = down.sum(axis=(0, 2))
+            return np.concatenate([gradient[name].ravel() for name in w])
+
+        return score, embedding, backward
 
 
 def features_of(values: FloatArray, rate_hz: float, settings: Settings, scorer: Scorer) -> Features:

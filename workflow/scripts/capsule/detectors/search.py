@@ -224,12 +224,8 @@ def averages(channels: RealArray, beyond: RealArray, behind: RealArray, dwell: f
     """
     precision = beyond.dtype.type
     moments = np.ones(beyond.shape[1], dtype=precision)
-    presence = np.empty_like(beyond)
     total = np.zeros((channels.shape[0], beyond.shape[0]), dtype=precision)
-    for sensor in range(behind.size):
-        np.subtract(beyond, behind[sensor], out=presence)
-        np.square(presence, out=presence)
-        np.negative(presence, out=presence)
-        np.exp(presence, out=presence)
+    for sensor, distance in enumerate(behind):
+        presence = np.exp(-np.square(beyond - distance))
         total += channels[:, sensor] @ presence.T / (presence @ moments + precision(dwell))
     return total / behind.size
