@@ -10,7 +10,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from capsule.arrays import FloatArray, IntArray, RealArray
+from capsule.arrays import FloatArray, RealArray
 from capsule.detectors.beats import CHANNELS, Beats, beats_of, quantile
 from capsule.kinds import Settings
 
@@ -108,7 +108,6 @@ def search_beats(beats: Beats, settings: Settings) -> tuple[Passage, AlongGut]:
     weighted = standardised_beats(beats, settings)
     pitch_mm, step_mm, unit_mm = settings["pitch_mm"], settings["step_mm"], unit_of_place(settings)
     behind_mm = pitch_mm * np.arange(len(weighted))
-    behind = behind_mm / unit_mm
     dwell = max(settings["dwell"] / beats.step, _LEAST_DWELL)
     shortest, longest = settings["lag_range"]
     speeds = np.linspace(pitch_mm / longest, pitch_mm / shortest, settings["lags"])
@@ -119,11 +118,20 @@ def search_beats(beats: Beats, settings: Settings) -> tuple[Passage, AlongGut]:
     speed = np.repeat(np.arange(places.size), places)
     place = np.concatenate([np.arange(count) for count in places])
     place_mm = step_mm * place
-    tried = _evidence(weighted, head_mm / unit_mm, speed, place_mm / unit_mm, behind, dwell)
+    # Single precision is enough to choose a candidate, and takes half the time.
+    double = weighted[np.newaxis], head_mm / unit_mm, place_mm / unit_mm, behind_mm / unit_mm
+    values, head, at, behind = (each.astype(np.float32) for each in double)
+    blocks = [slice(start, start + _BLOCK) for start in range(0, place.size, _BLOCK)]
+    tried = np.concatenate(
+        [
+            averages(values, head[speed[some]] - at[some, np.newaxis], behind, dwell)[0]
+            for some in blocks
+        ]
+    )
     best = tried.argmax()
     beyond_mm = head_mm[speed[best]] - place_mm[best]
     channels = np.concatenate([weighted[np.newaxis], beats.channels])
-    means = averages(channels, beyond_mm[np.newaxis] / unit_mm, behind, dwell)
+    means = averages(channels, beyond_mm[np.newaxis] / unit_mm, behind_mm / unit_mm, dwell)
     evidence, level, depth, shape = means[:, 0].tolist()
     passage = Passage(
         evidence,
@@ -147,32 +155,6 @@ def search_beats(beats: Beats, settings: Settings) -> tuple[Passage, AlongGut]:
         evidence=along,
         passed=np.where(off_mm.min(axis=1) <= settings["width_mm"], passed, np.nan),
     )
-
-
-def _evidence(
-    weighted: FloatArray,
-    heads: FloatArray,
-    speed: IntArray,
-    places: FloatArray,
-    behind: FloatArray,
-    dwell: float,
-) -> RealArray:
-    """Return the evidence of G candidates, (G,), with an error of about a millionth.
-
-    A candidate is a row of `heads`, the first sensor's way at one `speed`, and one of `places`,
-    both in `unit_of_place`. The other parameters are as in `averages`.
-    """
-    evidence = np.empty(places.size, dtype=np.float32)
-    # Single precision is enough to choose a candidate, and takes half the time.
-    channels, head, place, behind_each = (
-        each.astype(np.float32) for each in (weighted[np.newaxis], heads, places, behind)
-    )
-    for start in range(0, places.size, _BLOCK):
-        some = slice(start, start + _BLOCK)
-        beyond = head.take(speed[some], axis=0)
-        beyond -= place[some, np.newaxis]
-        evidence[some] = averages(channels, beyond, behind_each, dwell)[0]
-    return evidence
 
 
 def standardised_beats(beats: Beats, settings: Settings) -> FloatArray:
