@@ -53,7 +53,7 @@ def test_the_papers_verdict_is_the_papers(archive):
     taught = archive_of_matrices(matrices, sizes, templates, particles, 0.9)
     detector = NearestTemplate(taught)
     for name, size in sizes.items():
-        left = templates.without(size, particles.get(name)) if size else templates.matrices
+        left = templates.without([(size, particles.get(name))])
         expected = template_distances(matrices[name], left)
         by_rule = detector.without([name]).verdict(taught.recording(name))
         np.testing.assert_array_equal(by_rule.distances, expected)
@@ -65,7 +65,7 @@ def test_a_fold_that_changes_every_template_judges_by_its_own_templates(archive)
     sizes, particles, matrices, templates = archive
     taught = archive_of_matrices(matrices, sizes, templates, particles, 0.9)
     left_out = ["1mm/r0", "3mm/r0", "0mm/r0"]
-    fold = templates.without_all([(sizes[name], particles.get(name)) for name in left_out])
+    fold = templates.without([(sizes[name], particles.get(name)) for name in left_out])
     model = NearestTemplate(taught).without(left_out)
     for name in left_out:
         expected = template_distances(matrices[name], fold)
@@ -93,7 +93,7 @@ def test_the_folds_threshold_equals_that_of_all_margins_computed_anew(archive, p
     detector = TemplateMargin(taught)
     healthy = [name for name, size in sizes.items() if size == 0]
     for left_out in (["1mm/r2"], ["0mm/r3"], ["1mm/r0", "3mm/r1", "0mm/r0"]):
-        fold = templates.without_all([(sizes[n], particles.get(n)) for n in left_out])
+        fold = templates.without([(sizes[n], particles.get(n)) for n in left_out])
         sought = [RepeatedParticle(template) for template in fold[1:]]
         margins = [
             np.nanmax(compare_templates(matrices[name], sought)[1])

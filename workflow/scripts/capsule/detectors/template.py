@@ -187,7 +187,7 @@ class NearestTemplate:
         sizes_mm, particles = self._archive.sizes_mm, self._archive.particles
         apart = set(left_out)
         # In the order of the archive, because rounding makes a sum depend on the order.
-        matrices = self._archive.templates.without_all(
+        matrices = self._archive.templates.without(
             (size_mm, particles.get(name)) for name, size_mm in sizes_mm.items() if name in apart
         )
         # Templates that stay are the same objects.
