@@ -51,7 +51,8 @@ def readings(samples=800, deeper=0.0):
 
 def test_the_gradient_is_that_of_the_score(weights, series):
     scorer = Scorer(weights)
-    score, _, gradient = scorer.score_and_gradient(standardised(series))
+    score, _, backward = scorer.forward(standardised(series))
+    gradient = backward()
     numbers = generator(1, "direction")
     names = [name for name in weights if name not in ("gradient_scale", "projection")]
     step = 1e-7  # so small that no unit switches
@@ -61,7 +62,7 @@ def test_the_gradient_is_that_of_the_score(weights, series):
             Scorer(weights | {n: weights[n] + sign * step * direction[n] for n in names})
             for sign in (1, -1)
         ]
-        ahead, behind = (each.score_and_gradient(standardised(series))[0] for each in moved)
+        ahead, behind = (each.forward(standardised(series))[0] for each in moved)
         slope = gradient @ np.concatenate([direction[name].ravel() for name in names])
         assert (ahead - behind) / (2 * step) == pytest.approx(slope, rel=1e-4)
     assert np.isfinite(score)
@@ -70,7 +71,7 @@ def test_the_gradient_is_that_of_the_score(weights, series):
 def test_folding_keeps_products_of_gradients(weights, unprojected):
     numbers = generator(1, "many")
     many = [0.3 * numbers.normal(size=(4, 5, 30)).cumsum(axis=2) for _ in range(12)]
-    whole = np.array([unprojected.score_and_gradient(standardised(each))[2] for each in many])
+    whole = np.array([unprojected.forward(standardised(each))[2]() for each in many])
     whole /= float(weights["gradient_scale"])
     folded = np.array([unprojected.features(each).gradient for each in many])
     products, wanted = folded @ folded.T, whole @ whole.T

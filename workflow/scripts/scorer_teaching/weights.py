@@ -43,11 +43,13 @@ def checked_weights(network: Network, held_out: Episodes) -> dict[str, np.ndarra
     mean_squares = []
     for bench in range(len(held_out.counts)):
         recordings = held_out.recordings(bench)
-        scored = [scorer.score_and_gradient(standardised(series)) for series in recordings]
-        for series, (score, _, gradient) in list(zip(recordings, scored, strict=True))[:_COMPARED]:
+        passes = [scorer.forward(standardised(series)) for series in recordings]
+        gradients = [backward() for _, _, backward in passes]
+        compared = list(zip(recordings, passes, gradients, strict=True))[:_COMPARED]
+        for series, (score, _, _), gradient in compared:
             _compare(exact, series, score, gradient)
-        if scored:
-            mean_squares.append(np.mean([gradient @ gradient for _, _, gradient in scored]))
+        if gradients:
+            mean_squares.append(np.mean([gradient @ gradient for gradient in gradients]))
     weights["gradient_scale"] = np.float32(np.sqrt(np.median(mean_squares)))
     return weights
 

@@ -78,25 +78,16 @@ class Scorer:
         if series is None or series.shape[0] != SENSORS:
             sizes = dimensions, self._projection.shape[1]
             return Features(float("nan"), *(np.full(size, np.nan, np.float32) for size in sizes))
-        score, embedding, gradient = self.score_and_gradient(standardised(series))
-        folded = np.bincount(self._bucket, self._sign * gradient, FOLDED)
+        score, embedding, backward = self.forward(standardised(series))
+        folded = np.bincount(self._bucket, self._sign * backward(), FOLDED)
         projected = folded @ self._projection
         return Features(score, embedding.astype(np.float32), projected.astype(np.float32))
 
-    def score_and_gradient(self, x: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """Return score, embedding and the whole gradient; `x` is the result of `standardised`.
+    def forward(self, x: FloatArray) -> tuple[float, FloatArray, Callable[[], FloatArray]]:
+        """Return score, embedding, and the backward pass; `x` is the result of `standardised`.
 
-        The gradient has the order of the weights.
+        The backward pass returns the gradient of the score by all weights, in their order.
         """
-        score, embedding, gradient = self._forward(x)
-        return score, embedding, gradient()
-
-    def score(self, x: FloatArray) -> float:
-        """Return the score alone; `x` is the result of `standardised`."""
-        return self._forward(x)[0]
-
-    def _forward(self, x: FloatArray) -> tuple[float, FloatArray, Callable[[], FloatArray]]:
-        """Return score, embedding, and the backward pass, which returns the gradient."""
         w = self._weights
         windows = np.stack([_windows(row, 5, 1)[:, :, ::2] for row in x])
         count = windows.shape[-1]

@@ -71,8 +71,8 @@ def compare_templates(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return distances, gains and lags of B templates on a recording's matrix (S, L), each (B,).
 
-    A distance is the smallest RMSE over all lags (eq. RMSEmin). A gain is the largest one, 0 for
-    T^0, and the lag is its tau in 1..2L. All three are NaN if the matrix or the template holds NaN.
+    A distance is the smallest RMSE over all lags (eq. RMSEmin). A gain is the largest over all
+    lags, 0 for T^0, at the lag tau in 1..2L. All three are NaN if matrix or template holds NaN.
     """
     distances, gains, lags = np.full((3, len(templates)), np.nan)
     if not np.isnan(matrix).any():

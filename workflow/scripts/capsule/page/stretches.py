@@ -52,11 +52,11 @@ def score_stretches(scorer: Scorer, series: FloatArray | None) -> Stretches | No
     if series is None or series.shape[0] != SENSORS:
         return None
     x = standardised(series)
-    whole = scorer.score(x)
+    whole = scorer.forward(x)[0]
     starts = range(0, max(x.shape[-1] - WIDTH, 0) + 1, STEP)
     loss = np.empty(len(starts))
     for number, start in enumerate(starts):
         without = x.copy()
         without[:, :SERIES_ROWS, start : start + WIDTH] = 0.0
-        loss[number] = whole - scorer.score(without)
+        loss[number] = whole - scorer.forward(without)[0]
     return Stretches(whole, loss)
