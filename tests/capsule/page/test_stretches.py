@@ -7,7 +7,7 @@ from capsule.configuration_files import read_config_file
 from capsule.detectors.beats import series_of
 from capsule.detectors.described import read_scorer
 from capsule.detectors.network import SERIES_ROWS, standardised
-from capsule.detectors.search import along_gut
+from capsule.page.along_gut import along_gut
 from capsule.page.stretches import FIRST, STEP, WIDTH, score_stretches
 from capsule.project import WEIGHTS
 from capsule.recording import read_recording

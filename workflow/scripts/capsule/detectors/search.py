@@ -57,34 +57,6 @@ class Passage:
 UNKNOWN = Passage(*[float("nan")] * len(fields(Passage)))
 
 
-@dataclass(frozen=True)
-class AlongGut:
-    """The beats of a recording, and the evidence for a nodule at each place along the gut.
-
-    Attributes
-    ----------
-    first, step : float
-        Centre of the first beat, and the distance from beat to beat, in samples.
-    depth : (S, N) array
-        Depth of each sensor's beats in units of its usual depth, which is 1.
-    step_mm : float
-        Distance from place to place, in mm; the first place is the recording's start.
-    evidence : (P,) array
-        The largest evidence over all mean speeds at each place. The detector's score is the
-        largest of these values.
-    passed : (S,) array
-        Time at which each sensor passes the place with the most evidence, in samples; NaN for a
-        sensor that stays farther from it than the extent of a place.
-    """
-
-    first: float
-    step: float
-    depth: FloatArray
-    step_mm: float
-    evidence: RealArray
-    passed: FloatArray
-
-
 def passage_of(values: FloatArray, rate_hz: float, settings: Settings) -> Passage:
     """Return the best candidate for a nodule; `UNKNOWN` if a sensor shows no peristaltic wave.
 
@@ -94,17 +66,18 @@ def passage_of(values: FloatArray, rate_hz: float, settings: Settings) -> Passag
     return UNKNOWN if beats is None else search_beats(beats, settings)[0]
 
 
-def along_gut(values: FloatArray, rate_hz: float, settings: Settings) -> AlongGut | None:
-    """Return what the report draws: beats, and the evidence from which `passage_of` chooses.
+def search_beats(beats: Beats, settings: Settings) -> tuple[Passage, FloatArray, FloatArray]:
+    """Search for the candidate with the most evidence.
 
-    Parameters and None are as in `beats_of`.
+    Returns
+    -------
+    Passage
+        That candidate.
+    evidence : (P,) array
+        The largest evidence over all mean speeds at each place, from the recording's start on.
+    beyond_mm : (N,) array
+        How far the first sensor is beyond the candidate's place at each beat.
     """
-    beats = beats_of(values, rate_hz, settings)
-    return None if beats is None else search_beats(beats, settings)[1]
-
-
-def search_beats(beats: Beats, settings: Settings) -> tuple[Passage, AlongGut]:
-    """Return the candidate with the most evidence, and the evidence along the gut."""
     weighted = standardised_beats(beats, settings)
     pitch_mm, step_mm, unit_mm = settings["pitch_mm"], settings["step_mm"], unit_of_place(settings)
     behind_mm = pitch_mm * np.arange(len(weighted))
@@ -145,16 +118,7 @@ def search_beats(beats: Beats, settings: Settings) -> tuple[Passage, AlongGut]:
     )
     along = np.full(places.max(), -np.inf)
     np.maximum.at(along, place, tried)
-    off_mm = np.abs(beyond_mm - behind_mm[:, np.newaxis])
-    passed = beats.centre[off_mm.argmin(axis=1)]
-    return passage, AlongGut(
-        first=float(beats.centre[0]),
-        step=beats.step,
-        depth=1.0 + beats.channels[CHANNELS.index("depth")],
-        step_mm=step_mm,
-        evidence=along,
-        passed=np.where(off_mm.min(axis=1) <= settings["width_mm"], passed, np.nan),
-    )
+    return passage, along, beyond_mm
 
 
 def standardised_beats(beats: Beats, settings: Settings) -> FloatArray:

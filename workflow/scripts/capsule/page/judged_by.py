@@ -3,8 +3,8 @@
 import numpy as np
 
 from capsule.detectors.beats import WINDOWS_A_WAVE
-from capsule.detectors.search import AlongGut
 from capsule.kinds import Cells, Settings
+from capsule.page.along_gut import AlongGut
 from capsule.page.packing import pack, rounded
 from capsule.page.stretches import FIRST, STEP, Stretches
 from capsule.particles import Particle, peak_positions
