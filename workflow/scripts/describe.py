@@ -46,8 +46,7 @@ def main() -> None:
         best_places[name] = passage_of(values, rate_hz, settings["diagonal"])
         traits[name] = wave_traits(values, rate_hz, settings["diagonal"])
         series = series_of(values, rate_hz, settings["diagonal"])
-        features[name] = scorer.features(series)
-        stretches = score_stretches(scorer, series)
+        features[name], stretches = scorer.features(series), score_stretches(scorer, series)
         drawn[name] = plot_data(name, values, checks[name], stretches, rate_hz, settings)
         if best_places[name] is UNKNOWN or np.isnan(features[name].score):
             print(f"{name}: no peristaltic wave was found on every sensor")
