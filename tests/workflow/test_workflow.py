@@ -141,8 +141,11 @@ def test_what_is_handed_on_judges_a_recording_as_the_workflow_did(finished):
     settings = read_config_file(finished.folder / "config/config.yaml")
     files = finished.results / "templates.npz", finished.results / "detectors.json"
     values = np.load(finished.results / "signals/unlabelled/patient.npy")
-    said = FinalVerdict(*files, settings).judge(values)
+    unknown, *said = FinalVerdict(*files, settings).judge(values)
     rows = finished.table("detections.csv")
+    # This archive is too small to teach what is familiar.
+    assert {row["familiar"] for row in rows} == {""}
+    assert unknown.endswith(f" is not known: {rows[0]['unfamiliar_because']}")
     for line, row in zip(said, rows, strict=True):
         sized = {name: float(row[name] or "nan") for name in row if name.startswith("estimate_")}
         verdict = f"nodule of {words.estimated_size(sized)}" if row["estimate_mm"] else "no"
