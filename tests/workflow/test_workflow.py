@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
 
-from acquisition.judged_file import as_plain_values, judge_file, taught_recordings
-from acquisition.verdict import FinalVerdict
 from capsule import judge, load, words
+from capsule.bench.judged_file import as_plain_values, judge_file, taught_recordings
+from capsule.bench.verdict import FinalVerdict
 from capsule.configuration_files import read_config_file
 from capsule.detectors.registry import DETECTORS, PAPER
 from capsule.figures.registry import FIGURES

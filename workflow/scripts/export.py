@@ -5,11 +5,11 @@ from functools import partial
 from capsule import files
 from capsule.configuration import check_configuration
 from capsule.configuration_files import read_config_file, read_schema
+from capsule.exporting.export_options import SCHEMA, read_arguments
+from capsule.exporting.export_provenance import outdated
+from capsule.exporting.export_writing import tell, write
+from capsule.exporting.gathering import gather
 from capsule.words import plural
-from exporting.export_options import SCHEMA, read_arguments
-from exporting.export_provenance import outdated
-from exporting.export_writing import tell, write
-from exporting.gathering import gather
 
 
 def main() -> None:
