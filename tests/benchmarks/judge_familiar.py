@@ -18,7 +18,8 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "workflow" / "scripts"))
+FOLDERS = [Path(__file__).parents[2] / "workflow" / each for each in ("scripts", "studies")]
+sys.path[:0] = map(str, FOLDERS)
 
 import foreign_readings as foreign
 from judge_report import table

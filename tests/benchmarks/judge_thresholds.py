@@ -16,7 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "workflow" / "scripts"))
+FOLDERS = [Path(__file__).parents[2] / "workflow" / each for each in ("scripts", "studies")]
+sys.path[:0] = map(str, FOLDERS)
 
 from healthy_pools import Pool, pool_of
 from judge_report import table

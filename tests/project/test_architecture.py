@@ -10,8 +10,9 @@ from support.project import ROOT
 
 SCRIPTS = ROOT / "workflow" / "scripts"
 MODULES = {
-    ".".join(path.relative_to(SCRIPTS).with_suffix("").parts): path
-    for path in sorted(SCRIPTS.rglob("*.py"))
+    ".".join(path.relative_to(folder).with_suffix("").parts): path
+    for folder in (SCRIPTS, SCRIPTS.with_name("studies"))
+    for path in sorted(folder.rglob("*.py"))
     if path.name != "__init__.py"
 }
 # Layers from the lowest to the highest; the longest name that fits gives a module's layer. Three

@@ -4,15 +4,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from capsule.files import read_csv
-from capsule.geometry.origami import sensor_offsets
-from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from phantom_study import simulated_archive
 from phantom_study.arguments import DEFAULT_CONFIG, read_detector
 from phantom_study.description import COLUMNS, describe, examples
 
-ROOT = Path(__file__).resolve().parents[2]
+from capsule.files import read_csv
+from capsule.geometry.origami import sensor_offsets
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+
+ROOT = Path(__file__).resolve().parents[3]
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
 
 

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-
-from capsule.phantom.files import DEFAULT_TABLE, read_phantom
-from capsule.phantom.parameters import value_of
 from phantom_study import sensitivity, simulated_archive
 from phantom_study.arguments import DEFAULT_CONFIG, read_detector, read_paper_table
 from phantom_study.sensitivity import Variation
+
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from capsule.phantom.parameters import value_of
 
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
 DETECTOR = simulated_archive.quick(read_detector(DEFAULT_CONFIG))

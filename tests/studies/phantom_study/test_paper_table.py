@@ -4,8 +4,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from capsule.files import read_csv
 from phantom_study.arguments import read_paper_table
 from phantom_study.paper_table import (
     PaperTable,
@@ -15,9 +13,11 @@ from phantom_study.paper_table import (
     motion,
     summary,
 )
+
+from capsule.files import read_csv
 from support.like_the_paper import LIKE_THE_PAPER
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 PAPER = read_paper_table()
 
 

@@ -5,10 +5,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
 from phantom_study.arguments import read_paper_table
 from phantom_study.calibration import Calibration, Finalist, Plan, winner
 from phantom_study.search import FreeParameter
+
 from support.like_the_paper import LIKE_THE_PAPER
 
 pytestmark = pytest.mark.slow

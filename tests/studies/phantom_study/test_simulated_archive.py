@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from phantom_study import simulated_archive
+from phantom_study.arguments import DEFAULT_CONFIG, read_detector, read_paper_table
 
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import with_values
-from phantom_study import simulated_archive
-from phantom_study.arguments import DEFAULT_CONFIG, read_detector, read_paper_table
 
 pytestmark = pytest.mark.takes(0.2)
 

@@ -4,17 +4,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from capsule.files import read_csv
-from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from phantom_study import trials
 from phantom_study.arguments import DEFAULT_CONFIG, read_detector, read_paper_table
 from phantom_study.simulated_archive import quick
+
+from capsule.files import read_csv
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from support.like_the_paper import LIKE_THE_PAPER
 
 pytestmark = pytest.mark.takes(0.5)
 
-LOG = Path(__file__).resolve().parents[2] / "docs/phantom-calibration.csv"
+LOG = Path(__file__).resolve().parents[3] / "docs/phantom-calibration.csv"
 PAPER = read_paper_table()
 
 

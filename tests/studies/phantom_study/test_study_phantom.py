@@ -3,14 +3,14 @@
 import sys
 
 import pytest
-import yaml
-
 import study_phantom
-from capsule.configuration_files import read_config_file
-from capsule.files import read_csv
+import yaml
 from phantom_study import sensitivity
 from phantom_study.arguments import DEFAULT_CONFIG
 from phantom_study.sensitivity import Variation
+
+from capsule.configuration_files import read_config_file
+from capsule.files import read_csv
 
 
 def run(monkeypatch, *arguments):

@@ -5,17 +5,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 import study_phantom
-from capsule.errors import CapsuleError
-from capsule.files import read_csv
-from capsule.phantom.files import DEFAULT_TABLE
 from phantom_study import trials
 from phantom_study.arguments import read_paper_table
 
+from capsule.errors import CapsuleError
+from capsule.files import read_csv
+from capsule.phantom.files import DEFAULT_TABLE
+
 pytestmark = pytest.mark.slow
 
-LOG = Path(__file__).resolve().parents[2] / "docs/phantom-calibration.csv"
+LOG = Path(__file__).resolve().parents[3] / "docs/phantom-calibration.csv"
 
 
 def run(monkeypatch, log, output, *options):

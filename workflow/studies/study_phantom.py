@@ -1,10 +1,15 @@
 """Study the phantom: find its parameters, compare it with the paper's table, draw its figures."""
 
 import argparse
+import sys
+from pathlib import Path
 
-from capsule import files
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "scripts"))
+
 from phantom_study import calibrate_phantom, draw_phantom, judge_phantom
 from phantom_study.arguments import detector_arguments
+
+from capsule import files
 
 STUDIES = {"calibrate": calibrate_phantom, "judge": judge_phantom, "draw": draw_phantom}
 

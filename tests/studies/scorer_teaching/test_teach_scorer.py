@@ -10,7 +10,7 @@ from support.project import ROOT
 
 pytestmark = pytest.mark.takes(1)
 
-FRONT = ROOT / "workflow" / "scripts" / "teach_scorer.py"
+FRONT = ROOT / "workflow" / "studies" / "teach_scorer.py"
 
 
 def test_without_torch_it_tells_what_to_install(tmp_path):
@@ -25,6 +25,6 @@ def test_without_torch_it_tells_what_to_install(tmp_path):
     assert done.returncode == 1
     assert done.stderr.splitlines() == [
         "error: the training needs torch; "
-        "run: pip install -r workflow/scripts/scorer_teaching/requirements.txt"
+        "run: pip install -r workflow/studies/scorer_teaching/requirements.txt"
     ]
-    assert (ROOT / "workflow" / "scripts" / "scorer_teaching" / "requirements.txt").exists()
+    assert (ROOT / "workflow" / "studies" / "scorer_teaching" / "requirements.txt").exists()

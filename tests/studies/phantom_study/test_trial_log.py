@@ -1,10 +1,10 @@
 """The log of trials: no trial is made twice, and the log of another search is refused."""
 
 import pytest
+from phantom_study.trial_log import TrialLog
 
 from capsule.errors import CapsuleError
 from capsule.files import read_csv
-from phantom_study.trial_log import TrialLog
 
 CANDIDATES = [{"part.size": 1.5}, {"part.size": 2.5}, {"part.size": 3.5}]
 SEEDS = [7, 8, 9]

@@ -5,11 +5,11 @@ import itertools
 import numpy as np
 import pytest
 import yaml
+from phantom_study.search import FreeParameter, evolve, free_parameters, values_at
 
 from capsule.errors import CapsuleError
 from capsule.phantom.files import DEFAULT_TABLE
 from capsule.phantom.parameters import phantom_from_table, rewritten, value_of
-from phantom_study.search import FreeParameter, evolve, free_parameters, values_at
 
 FREE = [FreeParameter("size", 0.01, 100.0, True), FreeParameter("share", 0.0, 1.0, False)]
 

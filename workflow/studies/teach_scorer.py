@@ -1,12 +1,15 @@
 """Train the scorer of the detector ``taught`` on simulated recordings of many random benches.
 
-Needs torch (workflow/scripts/scorer_teaching/requirements.txt). It reads no real recording.
+Needs torch (workflow/studies/scorer_teaching/requirements.txt). It reads no real recording.
 """
 
 import argparse
+import sys
 from pathlib import Path
 
 import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "scripts"))
 
 from capsule import files
 from capsule.configuration_files import read_config_file
@@ -45,12 +48,11 @@ def main() -> None:
     arguments = read_arguments()
     try:
         import torch
-
         from scorer_teaching.training_stages import network_weights, with_projection
     except ModuleNotFoundError as error:
         if error.name != "torch":
             raise
-        needs = "workflow/scripts/scorer_teaching/requirements.txt"
+        needs = "workflow/studies/scorer_teaching/requirements.txt"
         raise SystemExit(f"error: the training needs torch; run: pip install -r {needs}") from None
     torch.set_num_threads(1)
     seed, benches = arguments.seed, arguments.benches
