@@ -1,11 +1,15 @@
 """The intervals of rates, means, differences, over recordings that may share a place.
 
-Passes over one place succeed or fail together. They count as fewer recordings than they are. Each
-function takes the cluster of each recording, such as its place. Without clusters, and if every
+Passes over one place succeed or fail together. They count as fewer recordings than they are. So
+each function takes the cluster of each recording, such as its place. Without clusters, and if every
 cluster is of one recording, the recordings are independent.
+
+An interval is a value with its two ends. All three are NaN without a recording. The ends are NaN if
+there are too few recordings or clusters. The confidence is the level of the interval, such as 0.95.
 """
 
 import math
+from collections.abc import Callable
 from statistics import NormalDist
 from typing import TypeAlias
 
@@ -32,6 +36,22 @@ def normal_quantile(confidence: float) -> float:
     return NormalDist().inv_cdf(0.5 + confidence / 2)
 
 
+def _student_quantile(degrees: int, confidence: float) -> float:
+    """Return t, as `normal_quantile` for Student's distribution."""
+    # scipy is imported late: that takes longer than most jobs, and not every user needs it.
+    from scipy.special import stdtrit
+
+    return float(stdtrit(degrees, 0.5 + confidence / 2))
+
+
+def student_factor(clusters: int, confidence: float) -> float:
+    """Return (z / t)^2, with t of K - 1 degrees of freedom for K clusters.
+
+    By this factor, a number of recordings pays for a variance that K sums estimate.
+    """
+    return (normal_quantile(confidence) / _student_quantile(clusters - 1, confidence)) ** 2
+
+
 def effective_count(
     values: FloatArray | BoolArray,
     clusters: IntArray | None,
@@ -42,25 +62,20 @@ def effective_count(
 
     The variance of the mean follows from the sums of the K clusters. The design effect is this
     variance divided by that of n independent values, and at least 1. The effective number is n
-    divided by it (Rao and Scott, Biometrics 48, 1992). If the values do not differ, it is K. The
-    factor (z / t)^2, with Student's t of K - 1 degrees of freedom, pays for the design effect being
-    estimated from K sums.
+    divided by it (Rao and Scott, Biometrics 48, 1992). If the values do not differ, it is K. It is
+    multiplied by the `student_factor`.
 
     Parameters
     ----------
     values : (n,) array
         The values; for a rate, 1 for a hit and 0 for none.
     clusters : (n,) array of int, optional
-        The cluster of each value.
+        The cluster of each value. If no two values share one, the effective number is n. With fewer
+        than `FEWEST_CLUSTERS`, it is NaN.
     confidence : float
-        Level of the interval that is to be computed, such as 0.95.
+        Level of the interval that is to be computed.
     variance : float, optional
         Variance of a single value; by default p (1 - p) of their mean p, as of a rate.
-
-    Returns
-    -------
-    float
-        n if no two values share a cluster; NaN with fewer than `FEWEST_CLUSTERS` clusters.
     """
     count = values.size
     labels, cluster_of = np.unique([] if clusters is None else clusters, return_inverse=True)
@@ -76,36 +91,14 @@ def effective_count(
         sums = np.bincount(cluster_of, values - mean)
         of_mean = labels.size / (labels.size - 1) * float(sums @ sums) / count**2
         effective = min(variance / of_mean, count) if of_mean > 0 else count
-    return (
-        effective
-        * (normal_quantile(confidence) / student_quantile(labels.size - 1, confidence)) ** 2
-    )
-
-
-def student_quantile(degrees: int, confidence: float) -> float:
-    """Return t, as `normal_quantile` for Student's distribution."""
-    # Imported late: it takes longer than most jobs, and not every user of this module needs it.
-    from scipy.special import stdtrit
-
-    return float(stdtrit(degrees, 0.5 + confidence / 2))
+    return effective * student_factor(labels.size, confidence)
 
 
 def rate(hits: float, count: int, confidence: float, effective: float | None = None) -> Interval:
-    """Return a rate and its Wilson interval.
+    """Return a rate and its Wilson interval, of as many recordings as are effective.
 
-    Parameters
-    ----------
-    hits, count : float, int
-        How many of how many. Hits that are means of several verdicts need not be whole numbers.
-    confidence : float
-        Level of the interval, such as 0.95.
-    effective : float, optional
-        From `effective_count`; by default the count.
-
-    Returns
-    -------
-    value, low, high : float
-        All NaN if the count is 0; the ends are NaN if the effective count is.
+    Hits that are means of several verdicts need not be whole numbers. The effective number is that
+    of `effective_count`; by default the count.
     """
     if count == 0:
         return UNKNOWN
@@ -127,12 +120,7 @@ def rate_of(
 ) -> Interval:
     """Return the share of hits among recordings, and its Wilson interval over clusters.
 
-    Parameters
-    ----------
-    right : (n,) array
-        1 for a hit, 0 for none, or a share between.
-    clusters, confidence
-        As in `effective_count`.
+    Each recording of ``right`` is 1 for a hit, 0 for none, or a share between.
     """
     if right.size == 0:
         return UNKNOWN
@@ -148,6 +136,16 @@ def lower_bound(right: FloatArray | BoolArray, clusters: IntArray | None = None)
     return rate_of(right, clusters, 2 * ONE_SIDED - 1)[1]
 
 
+def last_outside(outside: Callable[[float], bool], out: float, inside: float) -> float:
+    """Return the last value outside an interval, by bisection from a value outside to one inside.
+
+    If the outer value is inside as well, the interval ends there.
+    """
+    while outside(out) and (middle := (out + inside) / 2) not in (out, inside):
+        out, inside = (middle, inside) if outside(middle) else (out, middle)
+    return out
+
+
 def ratio_interval(
     hits: float, count: float, other_hits: float, other_count: float, confidence: float
 ) -> tuple[float, float]:
@@ -157,51 +155,23 @@ def ratio_interval(
     1984). The test never rejects the measured ratio, so the interval always contains it, even if a
     rate is 0 or 1.
 
-    Parameters
-    ----------
-    hits, count : float
-        The first rate; the count is above 0. Effective counts need not be whole numbers.
-    other_hits, other_count : float
-        The second rate; the count is above 0.
-    confidence : float
-        Level of the interval.
-
-    Returns
-    -------
-    low, high : float
-        The upper end is infinite if the second rate is 0. Both ends are NaN if both rates are 0,
-        or if a count is NaN.
+    The counts are above 0. Effective counts need not be whole numbers. The upper end is infinite if
+    the second rate is 0. Both ends are NaN if both rates are 0, or if a count is NaN.
     """
     if hits == other_hits == 0 or math.isnan(count + other_count):
         return math.nan, math.nan
     z = normal_quantile(confidence)
-    counts = (hits, count, other_hits, other_count)
+    counts = hits, count, other_hits, other_count
     if hits == 0:
-        return 0.0, math.exp(_crossing(counts, -z, -_WIDEST))
-    if other_hits == 0:
-        return math.exp(_crossing(counts, z, _WIDEST)), math.inf
-    counted = math.log(hits / count) - math.log(other_hits / other_count)
-    low, high = (math.exp(_crossing(counts, level, counted)) for level in (z, -z))
-    return low, high
-
-
-def _crossing(counts: tuple[float, float, float, float], level: float, counted: float) -> float:
-    """Return the logarithm of the ratio at which the score reaches a level, by bisection.
-
-    The score falls as the ratio grows, and is 0 at the measured ratio. It reaches a positive level
-    below the measured ratio, and a negative level above it.
-    """
-    low, high = (-_WIDEST, counted) if level > 0 else (counted, _WIDEST)
-    for _ in range(200):
-        middle = (low + high) / 2
-        if middle in (low, high):
-            break
-        if _score(counts, math.exp(middle)) > level:
-            low = middle
-        else:
-            high = middle
-    # Of the two last values the outer one, so that the interval is not too narrow.
-    return low if level > 0 else high
+        measured = -_WIDEST
+    elif other_hits == 0:
+        measured = _WIDEST
+    else:
+        measured = math.log(hits / count) - math.log(other_hits / other_count)
+    # The score falls as the ratio grows, and is 0 at the measured ratio.
+    low = last_outside(lambda log: _score(counts, math.exp(log)) > z, -_WIDEST, measured)
+    high = last_outside(lambda log: _score(counts, math.exp(log)) <= -z, _WIDEST, measured)
+    return 0.0 if hits == 0 else math.exp(low), math.inf if other_hits == 0 else math.exp(high)
 
 
 def _score(counts: tuple[float, float, float, float], ratio: float) -> float:
@@ -224,23 +194,20 @@ def _score(counts: tuple[float, float, float, float], ratio: float) -> float:
 def mean_interval(
     values: FloatArray, confidence: float, clusters: IntArray | None = None
 ) -> Interval:
-    """Return a mean and its Student interval; NaN if there are too few values or clusters.
+    """Return a mean and its Student interval.
 
     With clusters, the standard error is that of `effective_count`, which already holds the factor
     of Student's t.
     """
     count = values.size
-    if count == 0:
-        return UNKNOWN
-    mean = float(values.mean())
-    if count == 1:
-        return mean, math.nan, math.nan
-    deviation = values.std(ddof=1)
-    effective = effective_count(values, clusters, confidence, float(deviation**2))
-    if effective == count:
-        reach = float(student_quantile(count - 1, confidence) * deviation / count**0.5)
-    else:
-        reach = float(normal_quantile(confidence) * deviation / effective**0.5)
+    if count < 2:
+        return (float(values[0]), math.nan, math.nan) if count else UNKNOWN
+    mean, deviation = float(values.mean()), values.std(ddof=1)
+    size = effective_count(values, clusters, confidence, float(deviation**2))
+    quantile = (
+        _student_quantile(count - 1, confidence) if size == count else normal_quantile(confidence)
+    )
+    reach = float(quantile * deviation / size**0.5)
     return mean, mean - reach, mean + reach
 
 
@@ -249,30 +216,30 @@ def median_interval(
 ) -> Interval:
     """Return a median and its interval, which holds for any distribution.
 
-    The ends are two of the values. They are unknown (NaN) if there are too few values for the
-    confidence. With clusters, they are the values between which the Wilson interval of a share of
-    one half lies, of as many recordings as the clusters are worth (Woodruff 1952).
+    The ends are two of the values. With clusters, they are the values between which the Wilson
+    interval of a share of one half lies, of as many recordings as the clusters are worth (Woodruff
+    1952).
     """
     if values.size == 0:
         return UNKNOWN
-    ordered = np.sort(values)
+    ordered, count = np.sort(values), values.size
     median = float(np.median(ordered))
     effective = effective_count(values < median, clusters, confidence)
-    if math.isnan(effective):
-        return median, math.nan, math.nan
-    if effective != values.size:
-        _, low, high = rate(0.5 * values.size, values.size, confidence, effective)
-        first, last = math.floor(low * values.size), math.ceil(high * values.size)
-        return median, float(ordered[max(first - 1, 0)]), float(ordered[min(last, values.size - 1)])
-    from scipy.special import bdtr
+    # The ends are the values of these ranks, counted from 1; a rank of 0 is none.
+    first = last = 0
+    if effective == count:
+        from scipy.special import bdtr
 
-    # For each k, the probability that at most k of the values lie below the true median.
-    at_most = bdtr(np.arange(ordered.size + 1), ordered.size, 0.5)
-    # The ends are the values of this rank from below and from above, counted from 1.
-    rank = int(np.searchsorted(at_most, (1 - confidence) / 2))
-    if rank == 0:
+        # For each k, the probability that at most k of the values lie below the true median.
+        at_most = bdtr(np.arange(count + 1), count, 0.5)
+        first = int(np.searchsorted(at_most, (1 - confidence) / 2))
+        last = count + 1 - first
+    elif not math.isnan(effective):
+        _, low, high = rate(0.5 * count, count, confidence, effective)
+        first, last = max(math.floor(low * count), 1), min(math.ceil(high * count) + 1, count)
+    if first == 0:
         return median, math.nan, math.nan
-    return median, float(ordered[rank - 1]), float(ordered[-rank])
+    return median, float(ordered[first - 1]), float(ordered[last - 1])
 
 
 def gain_interval(
@@ -288,19 +255,8 @@ def gain_interval(
     means over splits, whose differences lie between these two. With clusters, all recordings
     together weigh as many as `effective_count` says.
 
-    Parameters
-    ----------
-    before, after : (n,) array
-        Share of correct verdicts of each recording, 0 to 1; NaN if it was never judged.
-    confidence : float
-        Level of the interval.
-    clusters : (n,) array of int, optional
-        The cluster of each recording.
-
-    Returns
-    -------
-    value, low, high : float
-        All NaN if no recording was judged both times.
+    Before and after are shares of correct verdicts of each recording, 0 to 1. A recording with a
+    NaN, because it was not judged both times, does not count.
     """
     difference = np.asarray(after, dtype=np.float64) - before
     known = ~np.isnan(difference)
@@ -328,19 +284,7 @@ def new_specificity(healthy: int, specificity: float) -> tuple[float, float]:
     The threshold is the score of rank k = min(n, ceil((n + 1) specificity)) of n exchangeable
     healthy places. The specificity that it then has is distributed as Beta(k, n + 1 - k), whatever
     the scores are (Vovk, Asian Conference on Machine Learning 2012). It is approximate if the
-    scores are cross-validated.
-
-    Parameters
-    ----------
-    healthy : int
-        Number n of healthy places that taught the threshold.
-    specificity : float
-        The wanted specificity, such as 0.95.
-
-    Returns
-    -------
-    low, high : float
-        NaN without a healthy place.
+    scores are cross-validated. Both ends are NaN without a healthy place.
     """
     if healthy == 0:
         return math.nan, math.nan
@@ -354,25 +298,14 @@ def new_specificity(healthy: int, specificity: float) -> tuple[float, float]:
 
 
 def recordings_needed(rate: float, half_width: float, confidence: float) -> int:
-    """Return how many recordings give a Wilson interval no wider than wanted.
+    """Return how many recordings give a Wilson interval no wider than wanted, at least 1.
 
     Half the width of the Wilson interval of n recordings is
     ``z sqrt(p q n + z^2 / 4) / (n + z^2)``. It falls as n grows. With ``m = n + z^2``, it equals
     the wanted w at the greater root of ``w^2 m^2 - p q z^2 m - (1/4 - p q) z^4 = 0``.
 
-    Parameters
-    ----------
-    rate : float
-        The expected rate p, 0 to 1; q = 1 - p. The product n p need not be a whole number.
-    half_width : float
-        Half the wanted width w of the interval, such as 0.1 for +-10 points; above 0.
-    confidence : float
-        Level of the interval, such as 0.95.
-
-    Returns
-    -------
-    int
-        At least 1.
+    The expected rate is p, and q = 1 - p. The product n p need not be a whole number. The half
+    width w is above 0, such as 0.1 for +-10 points.
     """
     square = normal_quantile(confidence) ** 2
     spread = rate * (1 - rate)
@@ -385,16 +318,6 @@ def recordings_needed(rate: float, half_width: float, confidence: float) -> int:
 def recordings_needed_within(low: float, high: float, half_width: float, confidence: float) -> int:
     """Return how many recordings are enough for every rate between two ends.
 
-    Parameters
-    ----------
-    low, high : float
-        Smallest and largest possible rate, such as the ends of an interval measured so far.
-    half_width, confidence : float
-        As in `recordings_needed`.
-
-    Returns
-    -------
-    int
-        The number for the rate nearest to one half, where the interval is widest.
+    That is `recordings_needed` for the rate nearest to one half, where the interval is widest.
     """
     return recordings_needed(min(max(0.5, low), high), half_width, confidence)

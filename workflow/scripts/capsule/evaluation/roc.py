@@ -1,7 +1,6 @@
 """The receiver operating characteristic (ROC curve) of a score, and the area under it (AUC)."""
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 
@@ -10,31 +9,29 @@ from capsule.evaluation.intervals import (
     FEWEST_CLUSTERS,
     UNKNOWN,
     Interval,
+    last_outside,
     normal_quantile,
-    student_quantile,
+    student_factor,
 )
 
 
 def auc(healthy: FloatArray, nodule: FloatArray) -> float:
     """Return the area under the ROC curve: how often a nodule scores above a healthy recording.
 
-    Parameters
-    ----------
-    healthy, nodule : (m,), (n,) array
-        Scores; ties count half.
-
-    Returns
-    -------
-    float
-        NaN if one of the two is empty.
+    Ties count half. The area is NaN if there are no scores of a kind.
     """
     if healthy.size == 0 or nodule.size == 0:
         return math.nan
     # With both sorted, the search passes through memory in order, which is faster.
-    ordered, nodule = np.sort(healthy), np.sort(nodule)
-    below = ordered.searchsorted(nodule, side="left")
-    not_above = ordered.searchsorted(nodule, side="right")
-    return float((below.sum() + not_above.sum()) / nodule.size / (2 * healthy.size))
+    twice_below = _twice_below(healthy, np.sort(nodule))
+    return float(twice_below.sum() / nodule.size / (2 * healthy.size))
+
+
+def _twice_below(scores: FloatArray, others: FloatArray) -> IntArray:
+    """Return for each of the others twice the number of scores below it; equal ones count half."""
+    ordered = np.sort(scores)
+    twice: IntArray = ordered.searchsorted(others, "left") + ordered.searchsorted(others, "right")
+    return twice
 
 
 def height_at(healthy: FloatArray, nodule: FloatArray, grid: FloatArray) -> FloatArray:
@@ -65,23 +62,17 @@ def auc_interval(
     With clusters, m and n are divided by the design effect, which is at least 1. It is the variance
     of the area from sums of its components over clusters (Obuchowski, Biometrics 53, 1997), divided
     by that without clusters (DeLong 1988). For an area of 0 or 1, m and n are the numbers of
-    clusters. The factor (z / t)^2 is that of `effective_count`, with the smaller number of
-    clusters.
+    clusters. Both are multiplied by the `student_factor` of the smaller number of clusters.
 
     Parameters
     ----------
     healthy, nodule : (m,), (n,) array
-        Scores.
+        Scores. Without any of a kind, all values are NaN.
     confidence : float
         Level of the interval.
     healthy_clusters, nodule_clusters : (m,), (n,) array of int, optional
-        The cluster of each recording. A cluster may have recordings of both kinds.
-
-    Returns
-    -------
-    value, low, high : float
-        All NaN without recordings of a kind. The ends are NaN with fewer than `FEWEST_CLUSTERS`
-        clusters of a kind, if any has several recordings.
+        The cluster of each recording. A cluster may have recordings of both kinds. The ends are NaN
+        with fewer than `FEWEST_CLUSTERS` of a kind, if any cluster has several recordings.
     """
     area = auc(healthy, nodule)
     if math.isnan(area):
@@ -95,8 +86,8 @@ def auc_interval(
                 return area, math.nan, math.nan
             effect = _effect_on_area(healthy, nodule, joined)
             m, n = (m / effect, n / effect) if effect else (float(kinds[0]), float(kinds[1]))
-            factor = normal_quantile(confidence) / student_quantile(min(kinds) - 1, confidence)
-            m, n = m * factor**2, n * factor**2
+            factor = student_factor(min(kinds), confidence)
+            m, n = m * factor, n * factor
     z = normal_quantile(confidence)
 
     def outside(candidate: float) -> bool:
@@ -105,34 +96,19 @@ def auc_interval(
         spread += together * candidate / (1 + candidate)
         return (candidate - area) ** 2 > z**2 * candidate * (1 - candidate) * spread / (m * n)
 
-    return area, _turn(outside, 0.0, area), _turn(outside, 1.0, area)
-
-
-def _turn(outside: Callable[[float], bool], out: float, inside: float) -> float:
-    """Return the last value outside an interval, by bisection from a value outside to one inside.
-
-    If the outer value is inside as well, the interval ends there.
-    """
-    while outside(out) and (middle := (out + inside) / 2) not in (out, inside):
-        out, inside = (middle, inside) if outside(middle) else (out, middle)
-    return out
+    return area, last_outside(outside, 0.0, area), last_outside(outside, 1.0, area)
 
 
 def _effect_on_area(healthy: FloatArray, nodule: FloatArray, clusters: IntArray) -> float:
     """Return the design effect of an area, at least 1; 0 if its components do not differ.
 
-    Parameters
-    ----------
-    healthy, nodule : (m,), (n,) array
-        Scores.
-    clusters : (m + n,) array of int
-        The cluster of each, first of the healthy recordings.
+    The clusters, (m + n,), are first those of the healthy recordings.
     """
-    components = np.concatenate([1 - _share_below(nodule, healthy), _share_below(healthy, nodule)])
+    below = _twice_below(nodule, healthy) / (2 * nodule.size)
+    components = np.concatenate([1 - below, _twice_below(healthy, nodule) / (2 * healthy.size)])
     of_nodule = np.arange(components.size) >= healthy.size
-    independent = 0.0
     labels, cluster_of = np.unique(clusters, return_inverse=True)
-    sums = np.zeros(labels.size)
+    independent, sums = 0.0, np.zeros(labels.size)
     for kind in (of_nodule, ~of_nodule):
         centred = components[kind] - components[kind].mean()
         size, number = centred.size, np.unique(clusters[kind]).size
@@ -140,12 +116,4 @@ def _effect_on_area(healthy: FloatArray, nodule: FloatArray, clusters: IntArray)
         # Each kind has its own number of clusters.
         grown = math.sqrt(number / (number - 1)) / size
         sums += grown * np.bincount(cluster_of[kind], centred, minlength=labels.size)
-    of_mean = float(sums @ sums)
-    return max(of_mean / independent, 1.0) if independent > 0 else 0.0
-
-
-def _share_below(scores: FloatArray, others: FloatArray) -> FloatArray:
-    """Return for each of the others the share of scores below it; equal scores count half."""
-    ordered = np.sort(scores)
-    sides = [np.searchsorted(ordered, others, side=side) for side in ("left", "right")]
-    return (sides[0] + sides[1]) / (2 * scores.size)
+    return max(float(sums @ sums) / independent, 1.0) if independent > 0 else 0.0
