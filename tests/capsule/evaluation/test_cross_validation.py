@@ -12,6 +12,7 @@ from capsule.detectors.familiar import LEAST_PLACES
 from capsule.detectors.search import Passage
 from capsule.detectors.training import TrainingArchive
 from capsule.detectors.wave_traits import WaveTraits
+from capsule.evaluation import cross_validation
 from capsule.evaluation.cross_validation import (
     HELD_OUT,
     LEAVE_ONE_OUT,
@@ -256,24 +257,24 @@ def test_what_is_left_out_has_taught_nothing(detectors):
     assert without[0]["threshold"] < with_all[0]["threshold"]
 
 
-def test_what_is_handed_on_is_what_the_recordings_that_teach_have_taught(detectors):
-    stored = detectors.stored(["0mm/c"])
-    by_diagonal, by_threshold, _ = detectors.rows(["0mm/a"], ["0mm/c"])
+def test_what_is_handed_on_is_what_the_recordings_that_teach_have_taught(archive):
+    detectors = Detectors(replace(archive, no_verdict={"0mm/c": "no wave on sensor_1"}))
+    stored = detectors.stored()
+    by_diagonal, by_threshold, _ = detectors.rows(["0mm/a"], [])
     assert stored["recordings"] == len(SIZES_MM) - 1
     assert stored["diagonal"]["threshold"] == by_diagonal["threshold"]
     assert stored["margin_threshold"] == by_threshold["threshold"]
 
 
-def test_each_fold_is_judged_by_the_others_and_listed_by_detector_recording_and_scheme(detectors):
+def test_each_fold_is_judged_by_the_others_and_listed_by_detector_scheme_and_fold(detectors):
     folds = folds_of({name: row("x" if "b" in name else "") for name in SIZES_MM}, RULES)
     rows = cross_validate(detectors, folds)
     # The passes over the place x stand where its first pass does.
     order = ["0mm/a", "0mm/b", "2mm/b", "0mm/c", "2mm/a"]
-    assert [(each["detector"], each["recording"], each["scheme"]) for each in rows] == [
-        (detector, name, scheme)
-        for detector in SETTINGS["detectors"]
-        for name in order
-        for scheme in (LEAVE_ONE_OUT, RESUBSTITUTION)
+    of_each = [(LEAVE_ONE_OUT, name) for name in order]
+    of_each += [(RESUBSTITUTION, name) for name in SIZES_MM]
+    assert [(each["detector"], each["scheme"], each["recording"]) for each in rows] == [
+        (detector, *each) for detector in SETTINGS["detectors"] for each in of_each
     ]
     assert all(each["size_mm"] == SIZES_MM[each["recording"]] for each in rows)
     (expected,) = list(detectors.rows(["2mm/b"], ["0mm/b", "2mm/b"]))[2:]
@@ -284,6 +285,27 @@ def test_each_fold_is_judged_by_the_others_and_listed_by_detector_recording_and_
         == ("2mm/b", "template", LEAVE_ONE_OUT)
     ]
     assert found == expected | {"size_mm": 2.0, "scheme": LEAVE_ONE_OUT}
+
+
+def test_folds_that_differ_in_the_scheme_alone_are_judged_once_and_long_ones_in_parts(
+    detectors, monkeypatch
+):
+    monkeypatch.setattr(cross_validation, "_IN_TURN", 2)
+    judged = []
+
+    def counting(judge, parts):
+        parts = list(parts)
+        judged.extend(names for names, _ in parts)
+        return map(judge, parts)
+
+    folds = folds_of({name: row(session=name) for name in SIZES_MM}, RULES)
+    assert {fold.scheme for fold in folds} >= {LEAVE_ONE_OUT, RESUBSTITUTION}
+    rows = cross_validate(
+        detectors, [*folds, *(replace(each, scheme="again") for each in folds)], counting
+    )
+    names = list(SIZES_MM)
+    assert judged == [*((name,) for name in names), *(tuple(names[i : i + 2]) for i in (0, 2, 4))]
+    assert len(rows) == 2 * len(cross_validate(detectors, folds))
 
 
 def test_the_order_in_which_the_parts_are_judged_changes_nothing(detectors):

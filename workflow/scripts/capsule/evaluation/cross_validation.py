@@ -5,9 +5,10 @@ held-out session teach nothing under any scheme.
 """
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from math import ceil
+from typing import TypeVar
 
 from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarTeacher
 from capsule.detectors.registry import detector_row
@@ -28,8 +29,8 @@ _FEWEST_FOLDS = 50
 LEAST_GROUPS = 3
 # Without so many recordings of each kind, no detector learns what it needs.
 LEAST_HEALTHY, LEAST_NODULES = 3, 1
-# Recordings that one process judges in turn.
-_TOGETHER = 512
+# Most recordings of a fold that one process judges in turn.
+_IN_TURN = 512
 _COLUMNS = (
     "score",
     "threshold",
@@ -43,9 +44,9 @@ _COLUMNS = (
     "familiar",
     "unfamiliar_because",
 )
+# Rows of results/recordings.csv by recording.
 Rows = Mapping[str, Mapping[str, str]]
-# The recordings that are judged, and those that teach nothing.
-_Sides = tuple[tuple[str, ...], frozenset[str]]
+_Group = TypeVar("_Group", bound=Hashable)
 
 
 def group_scheme(key: str) -> str:
@@ -63,28 +64,17 @@ def choosing_scheme(schemes: Iterable[str]) -> str:
 
 
 def main_scheme(schemes: Iterable[str]) -> str:
-    """Return the scheme whose numbers are the main result: held-out sessions, if there are any.
-
-    Parameters
-    ----------
-    schemes : iterable of str
-        The schemes that were computed.
-    """
+    """Return the scheme whose numbers are the main result: held-out sessions, if there are any."""
     schemes = list(schemes)
     return HELD_OUT if HELD_OUT in schemes else choosing_scheme(schemes)
 
 
 @dataclass(frozen=True)
 class Fold:
-    """One training fold.
+    """One training fold of a scheme: the recordings that are judged, and those left out.
 
-    Attributes
-    ----------
-    scheme : str
-    judged : tuple of str
-        The recordings that are judged.
-    left_out : frozenset of str
-        The recordings that teach nothing, the judged ones among them unless under resubstitution.
+    What is left out teaches nothing. The judged recordings are left out, too, unless under
+    resubstitution.
     """
 
     scheme: str
@@ -92,9 +82,9 @@ class Fold:
     left_out: frozenset[str]
 
 
-def grouped(names: Iterable[str], group_of: Mapping[str, str]) -> dict[str, list[str]]:
+def grouped(names: Iterable[str], group_of: Mapping[str, _Group]) -> dict[_Group, list[str]]:
     """Return the recordings of each group; groups and recordings keep the order of the names."""
-    members: dict[str, list[str]] = {}
+    members: dict[_Group, list[str]] = {}
     for name in names:
         members.setdefault(group_of[name], []).append(name)
     return members
@@ -103,43 +93,33 @@ def grouped(names: Iterable[str], group_of: Mapping[str, str]) -> dict[str, list
 def folds_of(rows: Rows, rules: Settings) -> list[Fold]:
     """Return the training folds of all schemes that the archive allows.
 
+    Their order is that of the schemes: held-out sessions, leave-one-out, groups, resubstitution.
+
     Parameters
     ----------
     rows : mapping of str to mapping
-        The rows of the accepted labelled recordings, with ``site``, ``session``, ``setup``,
-        ``near_copies`` and ``no_verdict``.
+        The rows of the accepted labelled recordings.
     rules : mapping
-        Section ``evaluation`` of the configuration: ``schemes``, ``groups``, ``held_out`` and
-        ``most_folds``.
-
-    Returns
-    -------
-    list of Fold
-        In the order of the schemes: held-out sessions; the configured schemes but resubstitution;
-        groups; resubstitution.
+        Section ``evaluation`` of the configuration.
     """
     taught = teaching(rows, rules["held_out"])
     apart = [name for name in rows if name not in taught]
     place = places_of(rows)
-    members = grouped(rows, place)
-
-    def fold(scheme: str, judged: Iterable[str]) -> Fold:
-        """Leave out the places of the judged recordings, and all that is held out."""
-        judged = tuple(judged)
-        own = (other for name in judged for other in members[place[name]])
-        return Fold(scheme, judged, frozenset(apart).union(own))
-
-    # A held-out recording at a place that teaches, too, has a fold of its own.
-    shared = {place[name] for name in taught}
-    apart_with = {name: place[name] if place[name] in shared else "" for name in apart}
-    folds = [fold(HELD_OUT, judged) for judged in grouped(apart, apart_with).values()]
-    groups = {LEAVE_ONE_OUT: _together(taught, place, rules["most_folds"])}
+    members, shared = grouped(rows, place), {place[name] for name in taught}
+    together = _together(taught, place, rules["most_folds"])
+    groups = {
+        # A held-out recording at a place that teaches, too, has a fold of its own.
+        HELD_OUT: {name: place[name] if place[name] in shared else "" for name in apart},
+        LEAVE_ONE_OUT: together if LEAVE_ONE_OUT in rules["schemes"] else {},
+    }
     for key in rules["groups"]:
-        groups[group_scheme(key)] = _header_groups(key, taught, groups[LEAVE_ONE_OUT])
+        groups[group_scheme(key)] = _header_groups(key, taught, together)
+    folds = []
     for scheme, group_of in groups.items():
-        if scheme == LEAVE_ONE_OUT and scheme not in rules["schemes"]:
-            continue
-        folds += [fold(scheme, judged) for judged in grouped(group_of, group_of).values()]
+        for judged in grouped(group_of, group_of).values():
+            # The places of the judged recordings teach nothing, nor does what is held out.
+            own = (other for name in judged for other in members[place[name]])
+            folds.append(Fold(scheme, tuple(judged), frozenset(apart).union(own)))
     if RESUBSTITUTION in rules["schemes"] and taught:
         folds.append(Fold(RESUBSTITUTION, tuple(taught), frozenset(apart)))
     return folds
@@ -154,39 +134,28 @@ def _header_groups(key: str, rows: Rows, alone: Mapping[str, str]) -> dict[str, 
     group is left out with its place.
     """
     named = {name: row[key] for name, row in rows.items() if row.get(key)}
-    healthy = {name: group for name, group in named.items() if size_mm(name) == 0}
-    nodules = {name: group for name, group in named.items() if name not in healthy}
+    healthy, nodules = (
+        [name for name in rows if (size_mm(name) == 0) == kind] for kind in (True, False)
+    )
     for kind in [named] if key == "session" else [healthy, nodules]:
-        if len(set(kind.values())) < LEAST_GROUPS:
+        if len({named[name] for name in kind if name in named}) < LEAST_GROUPS:
             return {}
-    teaching_names = [name for name, row in rows.items() if not row.get("no_verdict")]
-    kinds = Counter(size_mm(name) == 0 for name in teaching_names)
-    of_group = Counter((named.get(name), size_mm(name) == 0) for name in teaching_names)
-    for group in set(named.values()):
-        if kinds[True] - of_group[group, True] < LEAST_HEALTHY:
-            return {}
-        if kinds[False] - of_group[group, False] < LEAST_NODULES:
+    for kind, least in ((healthy, LEAST_HEALTHY), (nodules, LEAST_NODULES)):
+        teach = Counter(named.get(name) for name in kind if not rows[name].get("no_verdict"))
+        total = teach.total()
+        if any(total - teach[group] < least for group in set(named.values())):
             return {}
     # No header holds a line feed, so no group has the name of a place.
     return {name: named.get(name, f"\n{alone[name]}") for name in rows}
 
 
 def number_of_folds(recordings: int, most: int) -> int:
-    """Return into how many folds an archive may be divided.
+    """Return into how many folds an archive may be divided, at most `most`.
 
     Each fold is some work on all recordings. So this work grows with the square of the archive up
     to `most` recordings. Beyond, fewer folds keep it the same, until 50 folds are left.
-
-    Parameters
-    ----------
-    recordings : int
-        Number of labelled recordings.
-    most : int
-        Largest number of folds.
     """
-    if recordings <= most:
-        return most
-    return max(most**2 // recordings, min(most, _FEWEST_FOLDS))
+    return max(most**2 // max(recordings, most), min(most, _FEWEST_FOLDS))
 
 
 def _together(rows: Rows, place: Mapping[str, str], most: int) -> dict[str, str]:
@@ -195,19 +164,19 @@ def _together(rows: Rows, place: Mapping[str, str], most: int) -> dict[str, str]
     With more places than `number_of_folds`, neighbouring places whose recordings have the same
     sizes are left out together, as few as possible. Then few templates change in a fold.
     """
-    sizes: dict[str, set[float]] = {}
-    for name in rows:
-        sizes.setdefault(place[name], set()).add(size_mm(name) or 0.0)
-    kind_of = {each: str(sorted(of_place)) for each, of_place in sizes.items()}
-    count = Counter(kind_of.values())
-    most, each = max(number_of_folds(len(rows), most), len(count)), 1
-    while sum(ceil(places / each) for places in count.values()) > most:
+    kind_of = {
+        each: str(sorted({size_mm(name) or 0.0 for name in names}))
+        for each, names in grouped(rows, place).items()
+    }
+    of_kind, each = grouped(kind_of, kind_of), 1
+    most = max(number_of_folds(len(rows), most), len(of_kind))
+    while sum(ceil(len(places) / each) for places in of_kind.values()) > most:
         each += 1
-    seen: Counter[str] = Counter()
-    group_of = {}
-    for of_place, kind in kind_of.items():
-        group_of[of_place] = f"{kind}:{seen[kind] // each}"
-        seen[kind] += 1
+    group_of = {
+        of_place: f"{kind}:{turn // each}"
+        for kind, places in of_kind.items()
+        for turn, of_place in enumerate(places)
+    }
     return {name: group_of[place[name]] for name in rows}
 
 
@@ -270,12 +239,12 @@ class Detectors:
             if row.fixed_threshold is None and not row.by_templates
         }
 
-    def stored(self, left_out: Sequence[str] = ()) -> Cells:
-        """Return the models that judge other recordings; those left out teach nothing."""
-        content: Cells = {"recordings": len(self._archive.sizes_mm.keys() - set(left_out))}
+    def stored(self) -> Cells:
+        """Return the models that judge other recordings."""
+        content: Cells = {"recordings": len(self._archive.sizes_mm)}
         for detector in self._detectors.values():
-            content |= detector.without(left_out).stored()
-        content[FAMILIAR] = self._familiar.without(left_out).stored()
+            content |= detector.without([]).stored()
+        content[FAMILIAR] = self._familiar.without([]).stored()
         return content
 
 
@@ -292,6 +261,9 @@ def cross_validate(
 ) -> list[Cells]:
     """Return the verdicts on labelled recordings, each from its own training fold.
 
+    The rows are those of `Detectors.rows` with ``size_mm`` and ``scheme``, in the order of the
+    detectors and of the folds.
+
     Parameters
     ----------
     detectors : Detectors
@@ -299,52 +271,26 @@ def cross_validate(
     folds : sequence of Fold
         From `folds_of`. Folds that differ in the scheme alone are judged once.
     spread : callable
-        Calls a function with each part of the work, like `map`. No part needs the results of
-        another.
-
-    Returns
-    -------
-    list of dict
-        One row for each detector, recording and scheme, in the order of the detectors, of the folds
-        and of the schemes: the rows of `Detectors.rows` with ``size_mm`` and ``scheme``.
+        Calls a function with each part of the work, like `map`.
     """
-    schemes: dict[_Sides, list[str]] = {}
-    for fold in folds:
-        for start in range(0, len(fold.judged), _TOGETHER):
-            judged = fold.judged[start : start + _TOGETHER]
-            schemes.setdefault((judged, fold.left_out), []).append(fold.scheme)
+    short = [
+        replace(fold, judged=fold.judged[start : start + _IN_TURN])
+        for fold in folds
+        for start in range(0, len(fold.judged), _IN_TURN)
+    ]
+    # No part needs the results of another.
+    parts = list(dict.fromkeys((fold.judged, fold.left_out) for fold in short))
 
-    def judge(part: Sequence[_Sides]) -> list[Cells]:
-        return [
-            row | {"size_mm": size_mm(row["recording"]), "scheme": scheme}
-            for judged, left_out in part
-            for row in detectors.rows(judged, left_out)
-            for scheme in schemes[judged, left_out]
-        ]
+    def judge(part: tuple[tuple[str, ...], frozenset[str]]) -> list[Cells]:
+        return [row | {"size_mm": size_mm(row["recording"])} for row in detectors.rows(*part)]
 
-    rows = [row for rows in spread(judge, _parts(list(schemes))) for row in rows]
-    orders = {
-        "detector": detectors.names,
-        "recording": dict.fromkeys(name for fold in folds for name in fold.judged),
-        "scheme": dict.fromkeys(fold.scheme for fold in folds),
-    }
-    turns = {
-        column: {cell: turn for turn, cell in enumerate(cells)} for column, cells in orders.items()
-    }
-    return sorted(rows, key=lambda row: [turn[row[column]] for column, turn in turns.items()])
-
-
-def _parts(folds: Sequence[_Sides]) -> list[list[_Sides]]:
-    """Divide folds into parts of about as many judged recordings; a fold stays whole."""
-    parts: list[list[_Sides]] = []
-    together = _TOGETHER
-    for fold in folds:
-        if together + len(fold[0]) > _TOGETHER:
-            parts.append([])
-            together = 0
-        parts[-1].append(fold)
-        together += len(fold[0])
-    return parts
+    judged = dict(zip(parts, spread(judge, parts), strict=True))
+    rows = [
+        row | {"scheme": fold.scheme}
+        for fold in short
+        for row in judged[fold.judged, fold.left_out]
+    ]
+    return sorted(rows, key=lambda row: detectors.names.index(row["detector"]))
 
 
 def judge_unlabelled(
@@ -353,22 +299,7 @@ def judge_unlabelled(
     """Return the verdicts on unlabelled recordings.
 
     All labelled recordings teach, except those of held-out sessions and those of the same place.
-
-    Parameters
-    ----------
-    detectors : Detectors
-        The detectors, taught by the labelled recordings.
-    names : sequence of str
-        The unlabelled recordings.
-    rows : mapping of str to mapping
-        The rows of all accepted recordings.
-    apart : sequence of str
-        The labelled recordings of held-out sessions.
-
-    Returns
-    -------
-    list of dict
-        The rows of `Detectors.rows`.
+    For the parameters see `unlabelled_folds`, for the verdicts `Detectors.rows`.
     """
     return [
         row
@@ -382,12 +313,10 @@ def unlabelled_folds(
 ) -> list[tuple[frozenset[str], list[str]]]:
     """Return the labelled recordings that do not teach, and the recordings judged without them.
 
-    For the parameters see `judge_unlabelled`.
+    Unlabelled recordings are named, and the rows are those of all accepted ones. The labelled
+    recordings of held-out sessions stand apart.
     """
     place = places_of(rows)
     labelled = grouped((name for name in rows if size_mm(name) is not None), place)
-    judged: dict[frozenset[str], list[str]] = {}
-    for name in names:
-        left_out = frozenset(apart).union(labelled.get(place[name], ()))
-        judged.setdefault(left_out, []).append(name)
-    return list(judged.items())
+    left_out = {name: frozenset(apart).union(labelled.get(place[name], ())) for name in names}
+    return list(grouped(names, left_out).items())
