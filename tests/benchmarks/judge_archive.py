@@ -22,7 +22,7 @@ from capsule.detectors.search import passage_of
 from capsule.detectors.training import Model, TrainingArchive, detector_class
 from capsule.detectors.verdicts import Verdict
 from capsule.evaluation import roc
-from capsule.evaluation.sites import Passes, detections_by_passes
+from capsule.evaluation.sites import COLUMNS, detections_by_passes, passes_by_site
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import Run, planned_runs, simulate_run
 from capsule.seeding import generator
@@ -164,23 +164,17 @@ def judge_passes(archive: Sequence[Recording], config: Mapping) -> dict[int, dic
         For each number of passes, the share of sites of each size where a nodule is detected.
     """
     searched, judged = search_archive(archive, config), config["evaluation"]
-    by_site: dict[str, list[Recording]] = {}
-    for recording in archive:
-        by_site.setdefault(recording.site, []).append(recording)
-    sites = {}
-    for site, passes in by_site.items():
-        passed = [searched.passages[recording.name] for recording in passes]
-        sites[site] = Passes(
-            passes[0].size_mm,
-            np.array([passage.evidence for passage in passed]),
-            np.full(len(passed), np.nan),
-            np.array([passage.location_mm for passage in passed]),
-            *[np.full(len(passed), np.nan)] * 2,
-        )
+    rows = [
+        dict.fromkeys(COLUMNS, np.nan)
+        | {"recording": recording.name, "size_mm": recording.size_mm}
+        | {"score": searched.passages[recording.name].evidence}
+        for recording in archive
+    ]
+    passes = passes_by_site(rows, {recording.name: recording.site for recording in archive})
     shares = {}
     for count in judged["passes"]:
-        true_mm, detected = detections_by_passes(sites, count, judged["specificity"])
-        shares[count] = {size: float(detected[true_mm == size].mean()) for size in SIZES_MM}
+        true_mm, found = detections_by_passes(passes, "diagonal", count, judged["specificity"])
+        shares[count] = {size: float(found[true_mm == size].mean()) for size in SIZES_MM}
     return shares
 
 

@@ -1,13 +1,10 @@
 """Several passes over one site: one verdict, with a threshold learned from other sites."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from capsule.evaluation.sites import (
     COLUMNS,
-    Passes,
     detections_by_passes,
     passes_by_site,
     site_rows,
@@ -16,12 +13,29 @@ from capsule.evaluation.sites import (
 from capsule.seeding import generator
 
 UNKNOWN = float("nan")
+OF_A_PASS = ("score", "estimate_mm", "location_mm", "estimate_low_mm", "estimate_high_mm")
 
 
 def passes(size_mm, *scores, estimates=None, locations=None, low=None, high=None):
     blank = [UNKNOWN] * len(scores)
     parts = (scores, estimates or blank, locations or blank, low or blank, high or blank)
-    return Passes(size_mm, *(np.array(part, dtype=np.float64) for part in parts))
+    arrays = (np.array(part, dtype=np.float64) for part in parts)
+    return size_mm, dict(zip(OF_A_PASS, arrays, strict=True))
+
+
+def by_site(sites):
+    """Return passes by site and size; a key may name the site with a mark that is cut off."""
+    return {(key.partition("#")[0], size_mm): each for key, (size_mm, each) in sites.items()}
+
+
+def verdicts_of(sites, specificity, detector="diagonal"):
+    """Return the verdicts by the key of the site."""
+    return dict(zip(sites, site_verdicts(by_site(sites), detector, specificity), strict=True))
+
+
+def detected_at(sites, count, detector="diagonal"):
+    """Return the sizes of the sites, and what is detected there by their first passes."""
+    return [each.tolist() for each in detections_by_passes(by_site(sites), detector, count, 0.9)]
 
 
 HEALTHY = {f"h{place}": passes(0.0, place, place + 0.2) for place in range(9)}
@@ -29,35 +43,42 @@ HEALTHY = {f"h{place}": passes(0.0, place, place + 0.2) for place in range(9)}
 
 def test_a_place_is_judged_by_the_mean_of_its_passes_against_means():
     sites = HEALTHY | {"single": passes(0.0, 100.0), "n": passes(2.0, 8.0, 10.0)}
-    verdicts = site_verdicts(sites, sites, 0.8)
+    verdicts = verdicts_of(sites, 0.8)
     # Of 10 healthy places the threshold is the mean of rank 9, that of h8.
-    assert verdicts["n"].threshold == 8.1
-    assert (verdicts["n"].score, verdicts["n"].detected) == (9.0, True)
+    assert verdicts["n"]["threshold"] == 8.1
+    assert (verdicts["n"]["score"], verdicts["n"]["detected"]) == (9.0, True)
     # The mean of a healthy site does not teach its own threshold: of the 9 others the rank is 8.
-    assert verdicts["h0"].threshold == 8.1
-    assert verdicts["h8"].threshold == 7.1
+    assert verdicts["h0"]["threshold"] == 8.1
+    assert verdicts["h8"]["threshold"] == 7.1
+
+
+def test_a_site_with_too_few_passes_is_not_judged_but_teaches():
+    sites = HEALTHY | {"single": passes(0.0, 100.0), "n": passes(2.0, 8.0, 10.0)}
+    judged = site_verdicts(by_site(sites), "diagonal", 0.95, fewest=2)
+    assert [each["site"] for each in judged] == [*HEALTHY, "n"]
+    assert judged[-1]["threshold"] == 100.0
 
 
 def test_the_threshold_is_of_as_many_passes_as_were_made():
     healthy = {f"h{place}": passes(0.0, 1.0 * place, 0.0, 0.0) for place in range(4)}
-    sites = healthy | {"two": passes(UNKNOWN, 1.0, 1.0), "three": passes(UNKNOWN, 1.0, 1.0, 1.0)}
-    verdicts = site_verdicts(sites, sites, 0.5)
-    assert verdicts["two"].threshold == 1.0  # (2 + 0) / 2
-    assert np.isclose(verdicts["three"].threshold, 2 / 3)
+    sites = healthy | {"two": passes(None, 1.0, 1.0), "three": passes(None, 1.0, 1.0, 1.0)}
+    verdicts = verdicts_of(sites, 0.5)
+    assert verdicts["two"]["threshold"] == 1.0  # (2 + 0) / 2
+    assert np.isclose(verdicts["three"]["threshold"], 2 / 3)
 
 
 def test_the_papers_threshold_stays_0():
     sites = {"a": passes(0.0, -1.0, 0.5), "b": passes(1.0, -1.0, 1.5)}
-    verdicts = site_verdicts(sites, sites, 0.9, fixed_threshold=0.0)
-    assert [verdicts[name].detected for name in "ab"] == [False, True]
+    verdicts = verdicts_of(sites, 0.9, "template")
+    assert [verdicts[name]["detected"] for name in "ab"] == [False, True]
 
 
 def test_size_and_place_are_those_of_the_passes_that_found_it():
     found = passes(3.0, 9.0, 0.0, 9.0, estimates=[3.0, UNKNOWN, 4.0], locations=[5.0, UNKNOWN, 7.0])
-    verdict = site_verdicts({"n": found}, HEALTHY, 0.5)["n"]
-    assert (verdict.estimate_mm, verdict.location_mm) == (3.5, 6.0)
+    verdict = verdicts_of(HEALTHY | {"n": found}, 0.5)["n"]
+    assert (verdict["estimate_mm"], verdict["location_mm"]) == (3.5, 6.0)
     # A detector that names a size of the archive gives no interval.
-    assert np.isnan([verdict.estimate_low_mm, verdict.estimate_high_mm]).all()
+    assert np.isnan([verdict["estimate_low_mm"], verdict["estimate_high_mm"]]).all()
 
 
 def test_the_interval_of_a_place_has_the_mean_ends_of_the_passes_that_found_it():
@@ -65,11 +86,12 @@ def test_the_interval_of_a_place_has_the_mean_ends_of_the_passes_that_found_it()
         3.0, 9.0, 0.0, 9.0, estimates=[3.0, UNKNOWN, 4.0],
         low=[2.0, UNKNOWN, 3.5], high=[3.5, UNKNOWN, 5.0],
     )  # fmt: skip
-    verdict = site_verdicts({"n": found}, HEALTHY, 0.5)["n"]
-    assert (verdict.estimate_low_mm, verdict.estimate_high_mm) == (2.75, 4.25)
-    overruled = site_verdicts({"n": replace(found, score=found.score - 9)}, HEALTHY, 0.5)["n"]
-    ends = [overruled.estimate_mm, overruled.estimate_low_mm, overruled.estimate_high_mm]
-    assert overruled.detected is False and np.isnan(ends).all()
+    verdict = verdicts_of(HEALTHY | {"n": found}, 0.5)["n"]
+    assert (verdict["estimate_low_mm"], verdict["estimate_high_mm"]) == (2.75, 4.25)
+    quiet = found[1] | {"score": found[1]["score"] - 9}
+    overruled = verdicts_of(HEALTHY | {"n": (3.0, quiet)}, 0.5)["n"]
+    ends = [overruled[name] for name in ("estimate_mm", "estimate_low_mm", "estimate_high_mm")]
+    assert overruled["detected"] is False and np.isnan(ends).all()
 
 
 @pytest.mark.parametrize("shared", [0.0, 0.7, 1.0])
@@ -85,8 +107,8 @@ def test_the_interval_of_a_place_holds_its_size_whatever_the_passes_share(shared
         )
         for place, each in enumerate(errors)
     }  # fmt: skip
-    verdicts = site_verdicts(sites, {}, 0.9, fixed_threshold=0.0).values()
-    held = [each.estimate_low_mm <= 3.0 <= each.estimate_high_mm for each in verdicts]
+    verdicts = site_verdicts(by_site(sites), "template", 0.9)
+    held = [each["estimate_low_mm"] <= 3.0 <= each["estimate_high_mm"] for each in verdicts]
     # The standard error is 0.005.
     assert np.mean(held) >= 0.88
     if shared == 1.0:
@@ -94,10 +116,10 @@ def test_the_interval_of_a_place_holds_its_size_whatever_the_passes_share(shared
 
 
 def test_what_cannot_be_said_is_not_said():
-    alone = site_verdicts({"n": passes(3.0, 9.0, 8.0)}, {}, 0.9)["n"]
-    assert alone.detected is None
-    silent = site_verdicts({"n": passes(3.0, UNKNOWN, UNKNOWN)}, HEALTHY, 0.5)["n"]
-    assert silent.detected is None and silent.passes == 0
+    alone = verdicts_of({"n": passes(3.0, 9.0, 8.0)}, 0.9)["n"]
+    assert alone["detected"] is None
+    silent = verdicts_of(HEALTHY | {"n": passes(3.0, UNKNOWN, UNKNOWN)}, 0.5)["n"]
+    assert silent["detected"] is None and silent["passes"] == 0
 
 
 def test_the_first_passes_over_every_place_are_judged_together():
@@ -107,46 +129,47 @@ def test_the_first_passes_over_every_place_are_judged_together():
         "h3": passes(0.0, 0.9),
         "n1": passes(1.0, 0.1, 0.9),
     }
-    true_mm, detected = detections_by_passes(sites, 2, 0.9)
-    assert true_mm.tolist() == [0, 0, 1]  # h3 was passed only once
-    assert detected.tolist() == [False, False, True]
+    # h3 was passed only once.
+    assert detected_at(sites, 2) == [[0, 0, 1], [False, False, True]]
     # If one pass has no verdict, the other one counts.
     partly = sites | {"h1": passes(0.0, UNKNOWN, 0.4)}
-    assert detections_by_passes(partly, 2, 0.9)[1].tolist() == [True, False, True]
-    shifted = {name: passes(each.size_mm, *(each.score - 0.15)) for name, each in sites.items()}
-    _, by_sign = detections_by_passes(shifted, 2, 0.9, fixed_threshold=0.0)
-    assert by_sign.tolist() == [True, True, True]
+    assert detected_at(partly, 2)[1] == [True, False, True]
+    shifted = {key: passes(size, *(each["score"] - 0.15)) for key, (size, each) in sites.items()}
+    assert detected_at(shifted, 2, "template")[1] == [True, True, True]
 
 
 def test_healthy_passes_over_the_judged_site_do_not_teach_its_threshold():
-    teaching = {f"h{place}\n0.0": passes(0.0, place, place) for place in range(3)}
-    sites = teaching | {"h2\n2.0": passes(2.0, 1.5, 1.5), "h2\n": passes(UNKNOWN, 1.5, 1.5)}
-    verdicts = site_verdicts(sites, sites, 0.95)
+    sites = {f"h{place}": passes(0.0, place, place) for place in range(3)}
+    sites |= {"h2#2": passes(2.0, 1.5, 1.5), "h2#?": passes(None, 1.5, 1.5)}
+    verdicts = verdicts_of(sites, 0.95)
     # Without the healthy passes over h2, the highest mean is that of h1.
-    assert [verdicts[name].threshold for name in ("h2\n0.0", "h2\n2.0", "h2\n")] == [1.0] * 3
-    assert verdicts["h0\n0.0"].threshold == 2.0
+    assert [verdicts[name]["threshold"] for name in ("h2", "h2#2", "h2#?")] == [1.0] * 3
+    assert verdicts["h0"]["threshold"] == 2.0
 
 
 def test_a_site_without_a_verdict_is_not_detected():
     sites = HEALTHY | {"n": passes(2.0, 30.0), "silent": passes(2.0, UNKNOWN)}
-    true_mm, detected = detections_by_passes(sites, 1, 0.9)
-    assert true_mm[-2:].tolist() == [2.0, 2.0]
-    assert detected[-2:].tolist() == [True, False]
+    true_mm, detected = detected_at(sites, 1)
+    assert (true_mm[-2:], detected[-2:]) == ([2.0, 2.0], [True, False])
     # No healthy site was passed three times: nothing can be judged by three passes.
     few = HEALTHY | {"n": passes(2.0, 30.0, 30.0, 30.0)}
-    assert [each.size for each in detections_by_passes(few, 3, 0.9)] == [0, 0]
+    assert detected_at(few, 3) == [[], []]
 
 
 @pytest.mark.parametrize("names", [["2mm/a", "2mm/b", "2mm/c"], ["2mm/z", "2mm/b", "2mm/a"]])
 def test_passes_come_in_the_order_of_the_sites_whatever_they_are_called(names):
-    blank = dict.fromkeys(("estimate_mm", "location_mm", "estimate_low_mm", "estimate_high_mm"), "")
-    predictions = [
-        {"recording": name, "detector": "template", "size_mm": "2.0", "score": str(score), **blank}
+    blank = dict.fromkeys(OF_A_PASS, "")
+    rows = [
+        {"recording": name, "size_mm": "2.0"} | blank | {"score": str(score)}
         for score, name in enumerate(names)
     ]
-    predictions.sort(key=lambda row: row["recording"])
-    by_site = passes_by_site(predictions, dict.fromkeys(names, "p"))["template"]
-    assert by_site["p\n2.0"].first(2).score.tolist() == [0.0, 1.0]
+    rows.sort(key=lambda row: row["recording"])
+    found = passes_by_site(rows, dict.fromkeys(names, "p"))
+    assert found["p", 2.0]["score"].tolist() == [0.0, 1.0, 2.0]
+
+
+def test_nothing_is_said_of_no_recording():
+    assert site_rows([], {}, 0.9) == []
 
 
 def test_verdicts_are_sorted_by_detector_label_and_the_place_that_the_recordings_name():
@@ -163,7 +186,7 @@ def test_verdicts_are_sorted_by_detector_label_and_the_place_that_the_recordings
     del unlabelled["size_mm"]
     # A site that was passed once is not listed either.
     by_rule, by_threshold = site_rows([*predictions, unlabelled], sites, 0.6)
-    assert list(by_rule) == list(COLUMNS)
+    assert by_rule.keys() == set(COLUMNS)
     assert (by_rule["detector"], by_threshold["detector"]) == ("template", "diagonal")
     assert (by_rule["site"], by_rule["size_mm"], by_rule["recordings"]) == ("p", 2.0, 2)
     # The mean of the scores 2 and 3; the rule's own threshold is 0, the other is a healthy score.

@@ -7,7 +7,6 @@ import numpy as np
 import pandas as pd
 
 from capsule.arrays import BoolArray, FloatArray, IntArray
-from capsule.detectors.registry import detector_row
 from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.cross_validation import LEAVE_ONE_OUT
 from capsule.evaluation.intervals import (
@@ -459,15 +458,11 @@ def retests(
     several passes. The parameters are those of `measure_tables`, for one detector.
     """
     sites = {name: row["site"] for name, row in index.items()}
-    verdicts = rows.reset_index(names="recording").assign(detector=detector)
-    by_site = passes_by_site(verdicts.to_dict("records"), sites)[detector]
-    several = any(passes.score.size > 1 for passes in by_site.values())
-    if not rules["passes"] or not several:
-        return
-    fixed = detector_row(detector).fixed_threshold
-    for count in rules["passes"]:
-        true_mm, detected = detections_by_passes(by_site, count, rules["specificity"], fixed)
-        for size_mm in np.unique(true_mm).tolist():
-            found = detected[true_mm == size_mm]
+    passes = passes_by_site(rows.reset_index(names="recording").to_dict("records"), sites)
+    several = any(of_site["score"].size > 1 for of_site in passes.values())
+    for count in rules["passes"] if several else ():
+        judged = detections_by_passes(passes, detector, count, rules["specificity"])
+        for size_mm in np.unique(judged[0]).tolist():
+            found = judged[1][judged[0] == size_mm]
             row = {"passes": count, "size_mm": size_mm, "sites": found.size}
             yield row | interval_columns("detected", rate_of(found, None, rules["confidence"]))
