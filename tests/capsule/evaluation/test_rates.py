@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.stats import binomtest
 
 from capsule.evaluation.intervals import lower_bound, rate, rate_of
-from capsule.evaluation.rates import COLUMNS, cluster_unit, of_each, rate_tables
+from capsule.evaluation.rates import COLUMNS, cluster_unit, is_right, of_each, rate_tables
 
 # A set of verdicts that gives every number the paper prints: none/1/2/3/4/5 mm per true size.
 PAPER_COUNTS = {
@@ -108,6 +108,11 @@ def test_a_recording_without_a_verdict_is_a_failure_in_every_rate_but_the_precis
     # A detector that is never silent has no row for it; one that always is has no rows.
     assert len(table("confusion", PAPER)) == 36
     assert rate_tables(predictions([(0.0, UNKNOWN)]), [0.0, 1.0], RULES)["specificity"].empty
+
+
+def test_no_verdict_is_never_right():
+    predicted, true = np.array([0.0, 1.0, UNKNOWN] * 2), np.repeat([0.0, 2.0], 3)
+    assert is_right(predicted, true).tolist() == [True, False, False, False, True, False]
 
 
 def index_of(names, **columns):

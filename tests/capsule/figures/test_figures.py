@@ -181,6 +181,7 @@ def test_without_a_healthy_recording_the_figure_says_so():
 
 PRINTED = {
     "recordings_per_size": 20,
+    "sizing_tolerance_mm": 1,
     "detection": [{"size_mm": 2.5, "recall_percent": 85, "precision_percent": 85}],
     "sizing": [{"size_mm": 2.5, "exact_percent": 30, "within_percent": 85, "one_sided": False}],
 }

@@ -7,22 +7,14 @@ import numpy as np
 import pandas as pd
 
 from capsule.evaluation.cross_validation import HELD_OUT, choosing_scheme
+from capsule.evaluation.rates import is_right
 
 
 @dataclass(frozen=True)
 class Lead:
-    """The leading detector.
+    """The leading detector, and whether the configuration names it.
 
-    Attributes
-    ----------
-    detector : str
-        Its name.
-    named : bool
-        True if the configuration names it.
-    balanced_accuracy : float
-        From `balanced_accuracy`; NaN if it is unknown.
-    compared : int
-        Number of detectors that were compared.
+    Its balanced accuracy is NaN if it is unknown. So many detectors were compared.
     """
 
     detector: str
@@ -37,16 +29,7 @@ def headline_confidence(lead: Lead, scheme: str, confidence: float) -> float:
     The best of several detectors looks better than it is. The intervals of all of them hold at once
     if each has the level ``1 - (1 - confidence) / number compared`` (Bonferroni 1936), so they also
     hold for the best one, whichever it is. A detector that the configuration names was not chosen
-    by its rates. Held-out recordings had no part in the choice.
-
-    Parameters
-    ----------
-    lead : Lead
-        From `leading`.
-    scheme : str
-        The scheme whose rates are shown.
-    confidence : float
-        Wanted level, such as 0.95.
+    by its rates. Under the scheme of held-out sessions, the recordings had no part in the choice.
     """
     if lead.named or scheme == HELD_OUT:
         return confidence
@@ -62,10 +45,9 @@ def leading(
     ----------
     predictions : DataFrame
         results/evaluation/predictions.csv.
-    detectors : sequence of str
-        The detectors, in the order of the configuration; of equally good ones, the first leads.
-    schemes : sequence of str
-        The schemes of the evaluation; `choosing_scheme` counts.
+    detectors, schemes : sequence of str
+        Those of the evaluation. Of equally good detectors, the first leads. The scheme is the
+        `choosing_scheme`.
     named : str
         The configured detector. Any other text selects the highest balanced accuracy.
     """
@@ -73,31 +55,22 @@ def leading(
     reached = {
         name: balanced_accuracy(of_scheme[of_scheme["detector"] == name]) for name in detectors
     }
-    known = {name: value for name, value in reached.items() if not np.isnan(value)}
-    if named in detectors:
-        detector = named
-    else:
-        # If several are equal, max returns the first.
-        detector = max(known, key=lambda name: known[name]) if known else detectors[0]
+    known = [name for name in detectors if not np.isnan(reached[name])]
+    # If several are equal, max returns the first.
+    best = max(known, key=lambda name: reached[name], default=detectors[0])
+    detector = named if named in detectors else best
     return Lead(detector, named in detectors, reached[detector], len(known))
 
 
 def balanced_accuracy(verdicts: pd.DataFrame) -> float:
     """Return the mean of sensitivity and specificity; no verdict counts as a wrong verdict.
 
-    Parameters
-    ----------
-    verdicts : DataFrame
-        ``size_mm`` and ``predicted_mm`` of one detector under one scheme.
-
-    Returns
-    -------
-    float
-        NaN if there is no recording with a nodule, or none without.
+    It is made from ``size_mm`` and ``predicted_mm`` of one detector under one scheme. It is NaN
+    without a recording over a nodule, or without a healthy one.
     """
-    true_mm, predicted_mm = verdicts["size_mm"].to_numpy(), verdicts["predicted_mm"].to_numpy()
-    nodule, healthy = true_mm > 0, true_mm == 0
-    if not nodule.any() or not healthy.any():
+    true_mm = verdicts["size_mm"].to_numpy()
+    right = is_right(verdicts["predicted_mm"].to_numpy(), true_mm)
+    nodules, healthy = right[true_mm > 0], right[true_mm == 0]
+    if not nodules.size or not healthy.size:
         return float("nan")
-    found, quiet = predicted_mm[nodule] > 0, predicted_mm[healthy] == 0
-    return float((found.mean() + quiet.mean()) / 2)
+    return float((nodules.mean() + healthy.mean()) / 2)

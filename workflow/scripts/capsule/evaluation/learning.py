@@ -287,6 +287,6 @@ def _rate_rows(
             "taught_of_size": sum(n for size, n in counts.items() if first <= size <= last),
             "judged": int(known.sum()),
             "clusters": np.unique(clusters[known]).size,
-            **interval_columns("rate", rate_of(each[known], clusters[known], confidence)),
-            **interval_columns("gain", gain_interval(each, later, confidence, clusters)),
+            **interval_columns(rate=rate_of(each[known], clusters[known], confidence)),
+            **interval_columns(gain=gain_interval(each, later, confidence, clusters)),
         }

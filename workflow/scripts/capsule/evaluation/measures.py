@@ -1,6 +1,7 @@
 """The measures that rate the detectors, as tables with detector and scheme in each row."""
 
-from collections.abc import Iterator, Mapping, Sequence
+import math
+from collections.abc import Iterator, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -8,7 +9,7 @@ import pandas as pd
 
 from capsule.arrays import BoolArray, FloatArray, IntArray
 from capsule.evaluation.columns import COLUMNS
-from capsule.evaluation.cross_validation import LEAVE_ONE_OUT
+from capsule.evaluation.cross_validation import LEAVE_ONE_OUT, Rows
 from capsule.evaluation.intervals import (
     UNKNOWN,
     Interval,
@@ -26,7 +27,7 @@ from capsule.evaluation.rates import (
     interval_columns,
     is_within,
     of_each,
-    rate_columns,
+    rate_over,
 )
 from capsule.evaluation.roc import auc_interval, height_at
 from capsule.evaluation.sites import detections_by_passes, number, passes_by_site
@@ -35,27 +36,15 @@ from capsule.kinds import Cells, Settings
 ALWAYS = "always_nodule"
 ANY = None  # In place of a size, this stands for any nodule.
 _GRID = np.linspace(0.0, 1.0, 21)
-# Measures of sizes in the summary, which the baseline does not name.
-_OF_SIZES = ("exact_rate", "within_rate", "mean_absolute_error_mm")
 
 
 def measure_tables(
-    predictions: pd.DataFrame, index: Mapping[str, Mapping[str, str]], rules: Settings
+    predictions: pd.DataFrame, index: Rows, rules: Settings
 ) -> dict[str, pd.DataFrame]:
     """Return all tables named in `COLUMNS`.
 
-    Parameters
-    ----------
-    predictions : DataFrame
-        One row for each detector, recording and scheme, as in results/evaluation/predictions.csv.
-    index : mapping of str to mapping
-        The row in results/recordings.csv of each recording.
-    rules : mapping
-        Section ``evaluation`` of the configuration.
-
-    Returns
-    -------
-    dict of str to DataFrame
+    Predictions and index are as in `capsule.evaluation.rates.of_each`. The rules are the section
+    ``evaluation`` of the configuration.
     """
     level, tolerance_mm, prevalence = (
         rules[key] for key in ("confidence", "tolerance_mm", "prevalence")
@@ -79,30 +68,32 @@ def measure_tables(
             made[name] += [key | row for row in table]
     for scheme, of_scheme in by_scheme.items():
         made["summary"] += summary(of_scheme, tolerance_mm, level)
-        for row in comparisons(of_scheme, tolerance_mm, level):
-            made["comparison"].append({"scheme": scheme, **row})
+        compared = comparisons(of_scheme, tolerance_mm, level)
+        made["comparison"] += [{"scheme": scheme, **row} for row in compared]
     return {
         name: pd.DataFrame(rows, columns=None if rows else COLUMNS[name])
         for name, rows in made.items()
     }
 
 
-def of_size(rows: pd.DataFrame, size_mm: float | None) -> pd.DataFrame:
-    """Return the recordings over a nodule of this size (0: none), or over `ANY` nodule."""
-    true_mm = rows["size_mm"]
-    return rows[true_mm > 0 if size_mm is ANY else true_mm == size_mm]
+def by_size(rows: pd.DataFrame) -> Iterator[tuple[float | None, pd.DataFrame]]:
+    """Yield `ANY` with all recordings over nodules, and each size with its recordings."""
+    nodules = rows[rows["size_mm"] > 0]
+    yield ANY, nodules
+    yield from nodules.groupby("size_mm")
 
 
-def each_size(rows: pd.DataFrame) -> list[float | None]:
-    """Return `ANY`, and the sizes of the nodules, ascending."""
-    return [ANY, *sorted({float(size) for size in rows["size_mm"] if size > 0})]
+def _healthy(rows: pd.DataFrame) -> pd.DataFrame:
+    return rows[rows["size_mm"] == 0]
 
 
-def is_right(rows: pd.DataFrame) -> BoolArray:
-    """Return which verdicts (nodule or none) are right; never true without a verdict."""
-    nodule, predicted_mm = rows["size_mm"].to_numpy() > 0, rows["predicted_mm"].to_numpy()
-    right: BoolArray = np.where(nodule, predicted_mm > 0, predicted_mm == 0)
-    return right
+def _known(rows: pd.DataFrame, column: str) -> pd.DataFrame:
+    """Return the recordings that have a verdict, and a value in a column."""
+    return rows[rows[column].notna() & rows["predicted_mm"].notna()]
+
+
+def _right_size(rows: pd.DataFrame, tolerance_mm: float) -> BoolArray:
+    return is_within(rows["predicted_mm"].to_numpy(), rows["size_mm"].to_numpy(), tolerance_mm)
 
 
 def summary(
@@ -110,58 +101,44 @@ def summary(
 ) -> Iterator[Cells]:
     """Yield each detector's rates over all recordings, and those of always predicting a nodule.
 
-    The interval of the balanced accuracy is computed from the intervals of sensitivity and
-    specificity (Zou and Donner 2008). A missed nodule has no size, so it is neither exact nor
-    within the tolerance. In the mean absolute error it counts as 0 mm, and so does a nodule without
-    a verdict.
+    A missed nodule has no size, so it is neither exact nor within the tolerance. In the mean
+    absolute error it counts as 0 mm, and so does a nodule without a verdict.
     """
     key, first = of_scheme[0]
-    always = first.assign(predicted_mm=np.inf)
+    always = first.assign(predicted_mm=np.inf, right=first["size_mm"] > 0)
     for label, rows in [*of_scheme, (key | {"detector": ALWAYS}, always)]:
-        nodules, healthy = of_size(rows, ANY), of_size(rows, 0.0)
-        row = label | {"recordings": len(rows)}
-        row |= rate_columns("accuracy", rows, is_right(rows), confidence)
-        row |= rate_columns("sensitivity", nodules, is_right(nodules), confidence)
-        row |= rate_columns("specificity", healthy, is_right(healthy), confidence)
-        of_kinds = (
-            [row[f"{name}{end}"] for end in ("", "_low", "_high")]
-            for name in ("sensitivity", "specificity")
+        nodules, healthy = rows[rows["size_mm"] > 0], _healthy(rows)
+        sensitivity, specificity = (
+            rate_over(kind, kind["right"], confidence) for kind in (nodules, healthy)
         )
-        row |= interval_columns("balanced_accuracy", _mean_of(*of_kinds))
-        if label["detector"] == ALWAYS:
-            for name in _OF_SIZES:
-                row |= interval_columns(name, UNKNOWN)
-        else:
-            row |= _size_rates(nodules, tolerance_mm, confidence)
-        yield row | {"clusters": cluster_count(rows)}
+        # The baseline names no size.
+        sized = nodules if label["detector"] != ALWAYS else nodules[:0]
+        error = sized["predicted_mm"].fillna(0.0) - sized["size_mm"]
+        values = interval_columns(
+            accuracy=rate_over(rows, rows["right"], confidence),
+            sensitivity=sensitivity,
+            specificity=specificity,
+            balanced_accuracy=_mean_of(sensitivity, specificity),
+            exact_rate=rate_over(sized, _right_size(sized, 0.0), confidence),
+            within_rate=rate_over(sized, _right_size(sized, tolerance_mm), confidence),
+            mean_absolute_error_mm=_absolute_error(error, sized, confidence),
+        )
+        yield label | {"recordings": len(rows)} | values | {"clusters": cluster_count(rows)}
 
 
-def _size_rates(nodules: pd.DataFrame, tolerance_mm: float, confidence: float) -> Cells:
-    """Return the measures `_OF_SIZES`, over all nodules."""
-    clusters = clusters_of(nodules)
-    predicted_mm = nodules["predicted_mm"].fillna(0.0).to_numpy()
-    error = np.abs(predicted_mm - nodules["size_mm"].to_numpy())
-    mean, low, high = mean_interval(error, confidence, clusters)
-    # NaN stays NaN as the first argument.
-    values = mean, max(low, 0.0), high
-    exact, within = (_right_size(nodules, allowed_mm) for allowed_mm in (0.0, tolerance_mm))
-    rates = (rate_of(right, clusters, confidence) for right in (exact, within))
-    row: Cells = {}
-    for name, interval in zip(_OF_SIZES, (*rates, values), strict=True):
-        row |= interval_columns(name, interval)
-    return row
-
-
-def _mean_of(first: Sequence[float], second: Sequence[float]) -> Interval:
-    """Return the mean of two independent estimates, with its interval."""
+def _mean_of(first: Interval, second: Interval) -> Interval:
+    """Return the mean of two independent rates, with the interval of Zou and Donner (2008)."""
     value = (first[0] + second[0]) / 2
-    reach = [np.hypot(first[0] - first[end], second[0] - second[end]) / 2 for end in (1, 2)]
+    low, high = (np.hypot(first[0] - first[end], second[0] - second[end]) / 2 for end in (1, 2))
     # NaN stays NaN as the first argument.
-    return value, float(max(value - reach[0], 0.0)), float(min(value + reach[1], 1.0))
+    return value, float(max(value - low, 0.0)), float(min(value + high, 1.0))
 
 
-def _right_size(rows: pd.DataFrame, tolerance_mm: float) -> BoolArray:
-    return is_within(rows["predicted_mm"].to_numpy(), rows["size_mm"].to_numpy(), tolerance_mm)
+def _absolute_error(error: pd.Series, rows: pd.DataFrame, confidence: float) -> Interval:
+    """Return the mean absolute error with its interval, which does not reach below 0."""
+    value, low, high = mean_interval(np.abs(error.to_numpy()), confidence, clusters_of(rows))
+    # NaN stays NaN as the first argument.
+    return value, max(low, 0.0), high
 
 
 def areas(rows: pd.DataFrame, confidence: float) -> Iterator[Cells]:
@@ -170,23 +147,12 @@ def areas(rows: pd.DataFrame, confidence: float) -> Iterator[Cells]:
     Only recordings with a verdict and a score have a place in the order of the scores.
     """
     for size_mm, healthy, nodules in _scored(rows):
-        kinds = healthy, nodules
-        unit = cluster_unit(*kinds)
-        clusters = [each[unit].to_numpy() for each in kinds]
-        area = auc_interval(
-            healthy["score"].to_numpy(), nodules["score"].to_numpy(), confidence, *clusters
-        )
-        row = {"size_mm": size_mm, **interval_columns("auc", area)}
-        yield row | {"clusters": np.unique(np.concatenate(clusters)).size}
-
-
-def _scored(rows: pd.DataFrame) -> Iterator[tuple[float | None, pd.DataFrame, pd.DataFrame]]:
-    """Yield for any nodule and for each size the healthy recordings and the nodules with scores."""
-    known = rows[rows["score"].notna() & rows["predicted_mm"].notna()]
-    for size_mm in each_size(rows):
-        healthy, nodules = of_size(known, 0.0), of_size(known, size_mm)
-        if len(healthy) and len(nodules):
-            yield size_mm, healthy, nodules
+        scores = healthy["score"].to_numpy(), nodules["score"].to_numpy()
+        unit = cluster_unit(healthy, nodules)
+        clusters = healthy[unit].to_numpy(), nodules[unit].to_numpy()
+        area = auc_interval(*scores, confidence, *clusters)
+        count = np.unique(np.concatenate(clusters)).size
+        yield {"size_mm": size_mm, **interval_columns(auc=area), "clusters": count}
 
 
 def curves(rows: pd.DataFrame) -> Iterator[Cells]:
@@ -198,6 +164,15 @@ def curves(rows: pd.DataFrame) -> Iterator[Cells]:
             yield {"size_mm": size_mm, **point}
 
 
+def _scored(rows: pd.DataFrame) -> Iterator[tuple[float | None, pd.DataFrame, pd.DataFrame]]:
+    """Yield for any nodule and for each size the healthy recordings and the nodules with scores."""
+    known = _known(rows, "score")
+    healthy = _healthy(known)
+    for size_mm, nodules in by_size(known):
+        if len(healthy) and len(nodules):
+            yield size_mm, healthy, nodules
+
+
 def predictive(rows: pd.DataFrame, prevalence: float, confidence: float) -> Iterator[Cells]:
     """Yield the predictive values at a stated prevalence, for any nodule and for each size.
 
@@ -205,75 +180,51 @@ def predictive(rows: pd.DataFrame, prevalence: float, confidence: float) -> Iter
     shares of verdicts by Bayes' rule, from `share_right`. A recording without a verdict is neither
     a positive nor a negative one.
     """
-    odds = prevalence / (1 - prevalence)
-    healthy = of_size(rows, 0.0)
-    alarms, quiet = healthy["predicted_mm"] > 0, healthy["predicted_mm"] == 0
-    for size_mm in each_size(rows):
-        nodules = of_size(rows, size_mm)
-        found, missed = nodules["predicted_mm"] > 0, nodules["predicted_mm"] == 0
-        row: Cells = {"size_mm": size_mm, "prevalence": prevalence}
-        row |= rate_columns("sensitivity", nodules, found, confidence)
-        positive = share_right(nodules, found, healthy, alarms, odds, confidence)
-        negative = share_right(healthy, quiet, nodules, missed, 1 / odds, confidence)
-        row |= interval_columns("ppv", positive) | interval_columns("npv", negative)
-        yield row | {"clusters": cluster_count(pd.concat([healthy, nodules]))}
+    odds, healthy = prevalence / (1 - prevalence), _healthy(rows)
+    for size_mm, nodules in by_size(rows):
+        values = interval_columns(
+            sensitivity=rate_over(nodules, nodules["found"], confidence),
+            ppv=share_right(nodules, healthy, "found", odds, confidence),
+            npv=share_right(healthy, nodules, "quiet", 1 / odds, confidence),
+        )
+        clusters = cluster_count(pd.concat([healthy, nodules]))
+        yield {"size_mm": size_mm, "prevalence": prevalence, **values, "clusters": clusters}
 
 
 def share_right(
-    right: pd.DataFrame,
-    given_right: pd.Series | BoolArray,
-    wrong: pd.DataFrame,
-    given_wrong: pd.Series | BoolArray,
-    odds: float,
-    confidence: float,
+    right: pd.DataFrame, wrong: pd.DataFrame, given: str, odds: float, confidence: float
 ) -> Interval:
     """Return the probability that a verdict is right, with its interval.
 
     The odds after the verdict are those before it times the ratio of two rates. The interval is
-    that of this ratio, from `ratio_interval`, with the effective counts of both rates.
+    that of this ratio, from `ratio_interval`, with the effective counts of both rates. All values
+    are NaN if the verdict was never given, or if there are no recordings of a kind.
 
     Parameters
     ----------
     right, wrong : DataFrame
         The recordings for which the verdict is right, and those for which it is wrong.
-    given_right, given_wrong : (n,), (m,) array of bool
-        For which of them the verdict was given.
+    given : str
+        The column that tells where the verdict was given.
     odds : float
         Odds, before the verdict, that it is right.
     confidence : float
         Level of the interval.
-
-    Returns
-    -------
-    value, low, high : float
-        All NaN if the verdict was never given, or if there are no recordings of a kind.
     """
-    hits, of_right = int(given_right.sum()), len(right)
-    errors, of_wrong = int(given_wrong.sum()), len(wrong)
-    if hits == errors == 0 or not of_right or not of_wrong:
+    hits, errors = int(right[given].sum()), int(wrong[given].sum())
+    if hits == errors == 0 or right.empty or wrong.empty:
         return UNKNOWN
-    ratio = hits * of_wrong / (of_right * errors) if errors else float("inf")
-    low, high = ratio_interval(
-        *_effective_counts(right, given_right, confidence),
-        *_effective_counts(wrong, given_wrong, confidence),
-        confidence=confidence,
+    counts = []
+    for rows, times in ((right, hits), (wrong, errors)):
+        count = effective_count(rows[given].to_numpy(), clusters_of(rows), confidence)
+        counts.append((times if count == len(rows) else times / len(rows) * count, count))
+    ratio = hits * len(wrong) / (len(right) * errors) if errors else math.inf
+    ends = ratio_interval(*counts[0], *counts[1], confidence)
+    value, low, high = (
+        1.0 if each == math.inf else each * odds / (1 + each * odds) for each in (ratio, *ends)
     )
-    value = _share(ratio * odds)
     # Rounding in the last digit must not move an end past the value.
-    return value, min(_share(low * odds), value), max(_share(high * odds), value)
-
-
-def _effective_counts(
-    rows: pd.DataFrame, given: pd.Series | BoolArray, confidence: float
-) -> tuple[float, float]:
-    """Return how often a verdict was given, and of how many, as independent recordings."""
-    count, hits = len(rows), int(given.sum())
-    effective = effective_count(np.asarray(given), clusters_of(rows), confidence)
-    return (hits if effective == count else hits / count * effective), effective
-
-
-def _share(odds: float) -> float:
-    return 1.0 if odds == float("inf") else odds / (1 + odds)
+    return value, min(low, value), max(high, value)
 
 
 def prevalence_weights(nodule: BoolArray, prevalence: float) -> FloatArray:
@@ -284,7 +235,7 @@ def prevalence_weights(nodule: BoolArray, prevalence: float) -> FloatArray:
     return np.where(nodule, prevalence / count, (1 - prevalence) / (nodule.size - count))
 
 
-def brier_score(probability: FloatArray, nodule: BoolArray, prevalence: float) -> float:
+def brier_score(probability: FloatArray | float, nodule: BoolArray, prevalence: float) -> float:
     """Return the mean squared error of the probability at the stated prevalence; 0 is best."""
     weights = prevalence_weights(nodule, prevalence)
     return float(np.sum(weights * (probability - nodule) ** 2))
@@ -292,14 +243,14 @@ def brier_score(probability: FloatArray, nodule: BoolArray, prevalence: float) -
 
 def brier(rows: pd.DataFrame, prevalence: float) -> Iterator[Cells]:
     """Yield the Brier score of a detector that states probabilities."""
-    known = rows[rows["probability"].notna() & rows["predicted_mm"].notna()]
-    probability, nodule = known["probability"].to_numpy(), known["size_mm"].to_numpy() > 0
-    if len(known):
+    known = _known(rows, "probability")
+    nodule = known["size_mm"].to_numpy() > 0
+    if nodule.size:
         yield {
             "recordings": nodule.size,
             "prevalence": prevalence,
-            "brier": brier_score(probability, nodule, prevalence),
-            "brier_uninformed": brier_score(np.full(nodule.size, prevalence), nodule, prevalence),
+            "brier": brier_score(known["probability"].to_numpy(), nodule, prevalence),
+            "brier_uninformed": brier_score(prevalence, nodule, prevalence),
         }
 
 
@@ -308,44 +259,27 @@ def calibration(
 ) -> Iterator[Cells]:
     """Yield the stated probability and the observed frequency of nodules in each bin.
 
-    A probability in a bin is treated as a verdict. The frequency of nodules in the bin is then a
-    predictive value with its interval: five nodules and no healthy recording do not prove 100 %.
-
-    Parameters
-    ----------
-    rows : DataFrame
-        From `of_each`; only recordings with a probability, at the prevalence, count.
-    prevalence : float
-        Prevalence to which the recordings are weighted.
-    bins : int
-        Number of equal intervals of the probability.
-    confidence : float
-        Level of the intervals.
-
-    Yields
-    ------
-    dict
-        One row for each bin: ``stated_low``, ``stated_high``, ``recordings``, ``stated`` (mean),
-        ``observed`` with ``_low`` and ``_high``, and ``clusters``; NaN if the bin is empty.
+    Both are weighted to the prevalence, and NaN if the bin is empty. A probability in a bin is
+    treated as a verdict. The frequency of nodules in the bin is then a predictive value with its
+    interval: five nodules and no healthy recording do not prove 100 %.
     """
-    known = rows[rows["probability"].notna() & rows["predicted_mm"].notna()]
-    if known.empty:
-        return
-    probability, nodule = known["probability"].to_numpy(), known["size_mm"].to_numpy() > 0
-    bin_of = np.minimum((probability * bins).astype(int), bins - 1)
-    weights, odds = prevalence_weights(nodule, prevalence), prevalence / (1 - prevalence)
-    kinds = known[nodule], known[~nodule]
-    for index in range(bins):
-        inside = bin_of == index
+    known = _known(rows, "probability")
+    nodule, stated = known["size_mm"] > 0, known["probability"].to_numpy()
+    bin_of = np.minimum((stated * bins).astype(int), bins - 1)
+    weights = prevalence_weights(nodule.to_numpy(), prevalence)
+    for turn in range(bins if len(known) else 0):
+        inside = bin_of == turn
+        binned, odds = known.assign(inside=inside), prevalence / (1 - prevalence)
+        observed = share_right(binned[nodule], binned[~nodule], "inside", odds, confidence)
         total = weights[inside].sum()
-        stated = (weights * probability)[inside].sum() / total if total > 0 else np.nan
-        observed = share_right(
-            kinds[0], inside[nodule], kinds[1], inside[~nodule], odds, confidence
-        )
-        row = {"stated_low": index / bins, "stated_high": (index + 1) / bins}
-        row |= {"recordings": int(inside.sum()), "stated": float(stated)}
-        row |= interval_columns("observed", observed)
-        yield row | {"clusters": cluster_count(known[inside])}
+        yield {
+            "stated_low": turn / bins,
+            "stated_high": (turn + 1) / bins,
+            "recordings": int(inside.sum()),
+            "stated": float((weights * stated)[inside].sum() / total) if total > 0 else np.nan,
+            **interval_columns(observed=observed),
+            "clusters": cluster_count(known[inside]),
+        }
 
 
 def size_errors(rows: pd.DataFrame, confidence: float) -> Iterator[Cells]:
@@ -353,36 +287,30 @@ def size_errors(rows: pd.DataFrame, confidence: float) -> Iterator[Cells]:
 
     Only recordings in which a nodule was detected have an estimate.
     """
-    for size_mm in each_size(rows):
-        nodules = of_size(rows, size_mm)
-        sized = nodules[nodules["estimate_mm"].notna() & nodules["predicted_mm"].notna()]
-        error = (sized["estimate_mm"] - sized["size_mm"]).to_numpy(dtype=np.float64)
-        row: Cells = {"size_mm": size_mm, "recordings": len(nodules), "detected": len(sized)}
-        for name, values in (("bias", error), ("absolute_error", np.abs(error))):
-            mean = mean_interval(values, confidence, clusters_of(sized))
-            ends = (f"{name}_mm", f"{name}_low_mm", f"{name}_high_mm")
-            row |= dict(zip(ends, mean, strict=True))
-        # NaN is not smaller than 0, so it stays NaN.
-        if row["absolute_error_low_mm"] < 0:
-            row["absolute_error_low_mm"] = 0.0
+    for size_mm, nodules in by_size(rows):
+        sized = _known(nodules, "estimate_mm")
+        error = sized["estimate_mm"] - sized["size_mm"]
+        errors = interval_columns(
+            bias=mean_interval(error.to_numpy(), confidence, clusters_of(sized)),
+            absolute_error=_absolute_error(error, sized, confidence),
+        )
+        row = {"size_mm": size_mm, "recordings": len(nodules), "detected": len(sized)}
+        row |= {f"{name}_mm": value for name, value in errors.items()}
         yield row | {"clusters": cluster_count(sized)}
 
 
-def localisation(
-    rows: pd.DataFrame, index: Mapping[str, Mapping[str, str]], confidence: float
-) -> Iterator[Cells]:
+def localisation(rows: pd.DataFrame, index: Rows, confidence: float) -> Iterator[Cells]:
     """Yield the error of the location, for recordings whose header has the nodule's position."""
     truth = [number(index[name]["nodule_at_mm"]) for name in rows.index]
     located = rows.assign(error=(rows["location_mm"] - truth).where(rows["predicted_mm"] > 0))
-    located = located[located["error"].notna()]
-    for size_mm in each_size(rows):
-        known = of_size(located, size_mm)
+    for size_mm, known in by_size(located[located["error"].notna()]):
         if len(known):
             error, clusters = known["error"].to_numpy(), clusters_of(known)
-            row: Cells = {"size_mm": size_mm, "recordings": len(known)}
-            median = median_interval(np.abs(error), confidence, clusters)
-            row |= interval_columns("median_absolute_error_mm", median)
-            row |= interval_columns("bias_mm", mean_interval(error, confidence, clusters))
+            errors = interval_columns(
+                median_absolute_error_mm=median_interval(np.abs(error), confidence, clusters),
+                bias_mm=mean_interval(error, confidence, clusters),
+            )
+            row = {"size_mm": size_mm, "recordings": len(known), **errors}
             yield row | {"clusters": cluster_count(known)}
 
 
@@ -395,44 +323,31 @@ def comparisons(
     correctly. ``difference`` is that of the rates, second minus first, from `gain_interval`.
     """
     for (one, first), (other, second) in combinations(of_scheme, 2):
-        names = first.index.intersection(second.index)
-        both = first.loc[names], second.loc[names]
-        for measure in ("detection", "size_within_tolerance"):
-            healthy = [0.0] if measure == "detection" else []
-            for size_mm in (ANY, *healthy, *each_size(first)[1:]):
-                chosen = [of_size(rows, size_mm) for rows in both]
-                one_right, other_right = (
-                    is_right(rows) if measure == "detection" else _right_size(rows, tolerance_mm)
-                    for rows in chosen
-                )
-                row = {"first": one["detector"], "second": other["detector"], "measure": measure}
-                row |= {"size_mm": size_mm, "recordings": len(chosen[0])}
-                row |= {"only_first": int(np.sum(one_right & ~other_right))}
-                row |= {"only_second": int(np.sum(other_right & ~one_right))}
-                clusters = clusters_of(chosen[0])
-                gain = gain_interval(one_right, other_right, confidence, clusters)
-                row |= interval_columns("difference", gain)
-                row["mcnemar_p"] = sign_test(one_right, other_right, clusters)
-                yield row | {"clusters": cluster_count(chosen[0])}
+        second = second.loc[first.index]
+        detected = first.assign(one=first["right"], other=second["right"])
+        sized = first.assign(
+            one=_right_size(first, tolerance_mm), other=_right_size(second, tolerance_mm)
+        )
+        whole, *sizes = by_size(detected)
+        kinds = [("detection", *kind) for kind in (whole, (0.0, _healthy(detected)), *sizes)]
+        kinds += [("size_within_tolerance", *kind) for kind in by_size(sized)]
+        for measure, size_mm, rows in kinds:
+            right = rows["one"].to_numpy(), rows["other"].to_numpy()
+            clusters = clusters_of(rows)
+            row = {"first": one["detector"], "second": other["detector"], "measure": measure}
+            row |= {"size_mm": size_mm, "recordings": len(rows)}
+            row |= {"only_first": int(np.sum(right[0] & ~right[1]))}
+            row |= {"only_second": int(np.sum(right[1] & ~right[0]))}
+            row |= interval_columns(difference=gain_interval(*right, confidence, clusters))
+            row["mcnemar_p"] = sign_test(*right, clusters)
+            yield row | {"clusters": cluster_count(rows)}
 
 
 def sign_test(first_right: BoolArray, second_right: BoolArray, clusters: IntArray) -> float:
     """Return the two-sided probability of wins this unequal if neither detector is better.
 
     Each cluster is won by the detector that judges more of its recordings correctly. If each
-    cluster is of one recording, this is McNemar's exact test.
-
-    Parameters
-    ----------
-    first_right, second_right : (n,) array of bool
-        Which recordings each detector judges correctly.
-    clusters : (n,) array of int
-        The cluster of each recording.
-
-    Returns
-    -------
-    float
-        NaN without a recording.
+    cluster is of one recording, this is McNemar's exact test. It is NaN without a recording.
     """
     if not clusters.size:
         return float("nan")
@@ -449,9 +364,7 @@ def sign_test(first_right: BoolArray, second_right: BoolArray, clusters: IntArra
     return chance
 
 
-def retests(
-    detector: str, rows: pd.DataFrame, index: Mapping[str, Mapping[str, str]], rules: Settings
-) -> Iterator[Cells]:
+def retests(detector: str, rows: pd.DataFrame, index: Rows, rules: Settings) -> Iterator[Cells]:
     """Yield the rates of detection if several passes over a site are judged together.
 
     Passes over one site with another label are another site. Nothing is yielded if no site has
@@ -465,4 +378,4 @@ def retests(
         for size_mm in np.unique(judged[0]).tolist():
             found = judged[1][judged[0] == size_mm]
             row = {"passes": count, "size_mm": size_mm, "sites": found.size}
-            yield row | interval_columns("detected", rate_of(found, None, rules["confidence"]))
+            yield row | interval_columns(detected=rate_of(found, None, rules["confidence"]))

@@ -6,16 +6,12 @@ from dataclasses import dataclass
 import pandas as pd
 
 from capsule.detectors.registry import PAPER
-from capsule.evaluation.intervals import ONE_SIDED, rate
-from capsule.evaluation.rates import COLUMNS, interval_columns
+from capsule.evaluation.intervals import rate
+from capsule.evaluation.rates import COLUMNS, interval_columns, rate_tables
 from capsule.kinds import Cells, Row, Settings
 
 NAME = "paper"
 TABLES = tuple(COLUMNS)
-POINT_COLUMNS = [
-    *("measure", "size_mm", "detector", "scheme"),
-    *("hits", "of", "rate", "low", "high", "one_sided"),
-]
 
 
 @dataclass(frozen=True)
@@ -54,16 +50,10 @@ class Evaluation:
 def template_sizes_mm(columns: Iterable[str]) -> list[float]:
     """Return the sizes that have a template, including 0, ascending.
 
-    Parameters
-    ----------
-    columns : iterable of str
-        Those of results/evaluation/predictions.csv, which has a column for each template.
+    They have a column each in results/evaluation/predictions.csv, whose columns are given.
     """
-    return sorted(
-        float(name.removeprefix("rmse_").removesuffix("mm"))
-        for name in columns
-        if name.startswith("rmse_") and name.endswith("mm")
-    )
+    named = [name.removeprefix("rmse_") for name in columns if name.startswith("rmse_")]
+    return sorted(float(name.removesuffix("mm")) for name in named if name.endswith("mm"))
 
 
 def printed_tables(printed: Settings, confidence: float) -> dict[str, list[Cells]]:
@@ -71,7 +61,11 @@ def printed_tables(printed: Settings, confidence: float) -> dict[str, list[Cells
 
     The paper prints percentages. The counts follow from the number of recordings of each size: TP
     from the recall, FP from the precision. Recordings without a nodule that are no FP of any size
-    are true negatives. They give the specificity, which the paper does not print.
+    are true negatives. They give the specificity, which the paper does not print. Our own tables of
+    as many verdicts give the intervals.
+
+    Each recording counts as a cluster, because the paper names no set-ups. Of ``confusion``, only
+    the rows for recordings without a nodule are known.
 
     Parameters
     ----------
@@ -79,104 +73,57 @@ def printed_tables(printed: Settings, confidence: float) -> dict[str, list[Cells
         Content of ``paper.yaml``.
     confidence : float
         Level of the Wilson intervals, such as 0.95.
-
-    Returns
-    -------
-    dict of str to list of dict
-        ``detection``, ``specificity``, ``sizing`` and ``confusion``. Rates are fractions. Each
-        recording counts as a cluster, because the paper names no set-ups. Of
-        ``confusion``, only the rows for recordings without a nodule are known.
     """
-    count = printed["recordings_per_size"]
-    key: Cells = {"detector": NAME, "scheme": NAME}
-    detection = [key | _detection_row(row, count, confidence) for row in printed["detection"]]
-    sizing = [key | _sizing_row(row, count, confidence) for row in printed["sizing"]]
-    negatives = count - sum(row["fp"] for row in detection)
-    specificity = key | {"healthy": count, "true_negatives": negatives}
-    specificity |= _bounded("specificity", negatives, count, confidence)
-    taken_for = {0.0: negatives} | {row["size_mm"]: row["fp"] for row in detection}
-    confusion = [
-        key
-        | {"size_mm": 0.0, "predicted_mm": size_mm, "count": hits}
-        | interval_columns("share", rate(hits, count, confidence))
-        for size_mm, hits in taken_for.items()
-    ]
-    return {
-        "detection": detection,
-        "specificity": [specificity],
-        "sizing": sizing,
-        "confusion": confusion,
-    }
-
-
-def _detection_row(row: Row, count: int, confidence: float) -> Cells:
-    true_positives = round(row["recall_percent"] / 100 * count)
-    positives = round(true_positives / (row["precision_percent"] / 100))
-    counts = {
-        "size_mm": float(row["size_mm"]),
-        "tp": true_positives,
-        "fp": positives - true_positives,
-        "fn": count - true_positives,
-    }
-    precision = _bounded("precision", true_positives, positives, confidence)
-    return counts | precision | _bounded("recall", true_positives, count, confidence)
+    count, verdicts = printed["recordings_per_size"], []
+    for row in printed["detection"]:
+        hits, size_mm = round(row["recall_percent"] / 100 * count), float(row["size_mm"])
+        alarms = round(hits / (row["precision_percent"] / 100)) - hits
+        verdicts += [(size_mm, size_mm)] * hits + [(size_mm, 0.0)] * (count - hits)
+        verdicts += [(0.0, size_mm)] * alarms
+    quiet = count - sum(true_mm == 0 for true_mm, _ in verdicts)
+    verdicts += [(0.0, 0.0)] * quiet
+    predictions = pd.DataFrame(verdicts, columns=["size_mm", "predicted_mm"])
+    predictions = predictions.assign(detector=NAME, scheme=NAME)
+    sizes_mm = [0.0, *(float(row["size_mm"]) for row in printed["detection"])]
+    rules = {"tolerance_mm": printed["sizing_tolerance_mm"], "confidence": confidence}
+    made = rate_tables(predictions, sizes_mm, rules)
+    made["confusion"] = made["confusion"].query("size_mm == 0")
+    sizing = [_sizing_row(row, count, confidence) for row in printed["sizing"]]
+    return {name: table.to_dict("records") for name, table in made.items()} | {"sizing": sizing}
 
 
 def _sizing_row(row: Row, count: int, confidence: float) -> Cells:
     exact, within = (round(row[f"{name}_percent"] / 100 * count) for name in ("exact", "within"))
-    return {
-        "size_mm": float(row["size_mm"]),
-        "recordings": count,
-        "exact": exact,
-        **interval_columns("exact_rate", rate(exact, count, confidence)),
-        "within": within,
-        **interval_columns("within_rate", rate(within, count, confidence)),
-        "one_sided": row["one_sided"],
-        "mean_absolute_error_mm": float("nan"),
-        "clusters": count,
-    }
-
-
-def _bounded(name: str, hits: int, count: int, confidence: float) -> Cells:
-    """Return the columns of a rate with its interval and its one-sided bound, and ``clusters``."""
-    bound = {f"{name}_at_least": rate(hits, count, 2 * ONE_SIDED - 1)[1]}
-    return interval_columns(name, rate(hits, count, confidence)) | bound | {"clusters": count}
+    rates = {"exact_rate": rate(exact, count, confidence)}
+    rates |= {"within_rate": rate(within, count, confidence)}
+    counts = {"size_mm": float(row["size_mm"]), "recordings": count, "clusters": count}
+    counts |= {"exact": exact, "within": within, "one_sided": row["one_sided"]}
+    known = {"detector": NAME, "scheme": NAME, **counts, **interval_columns(**rates)}
+    return known | {"mean_absolute_error_mm": float("nan")}
 
 
 def detection_points(detection: pd.DataFrame) -> pd.DataFrame:
     """Return precision and recall per size from the table of detection, ours and the paper's."""
-    detection = detection.assign(
+    counted = detection.assign(
         positives=detection["tp"] + detection["fp"], of_size=detection["tp"] + detection["fn"]
     )
-    frames = [
-        _points(detection, "precision", "tp", "positives"),
-        _points(detection, "recall", "tp", "of_size"),
-    ]
-    return pd.concat(frames, ignore_index=True)
+    precision = _points(counted, "precision", "tp", "positives")
+    return pd.concat([precision, _points(counted, "recall", "tp", "of_size")], ignore_index=True)
 
 
 def sizing_points(sizing: pd.DataFrame) -> pd.DataFrame:
     """Return the exact and the within-tolerance rate per size from the table of sizing."""
+    exact = _points(sizing, "exact_rate", "exact", "recordings")
     within = _points(sizing, "within_rate", "within", "recordings")
     within["one_sided"] = sizing["one_sided"].astype(bool).to_numpy()
-    return pd.concat(
-        [_points(sizing, "exact_rate", "exact", "recordings"), within], ignore_index=True
-    )
+    return pd.concat([exact, within], ignore_index=True)
 
 
 def negative_points(confusion: pd.DataFrame) -> pd.DataFrame:
-    """Return how the recordings without a nodule were classified.
+    """Return how the recordings without a nodule were classified, from the table of confusion.
 
-    Parameters
-    ----------
-    confusion : DataFrame
-        Counts and shares for each detector, scheme, true size and predicted size.
-
-    Returns
-    -------
-    DataFrame
-        ``size_mm`` is the predicted size; NaN for no verdict. A detector and scheme without such
-        recordings have no row.
+    ``size_mm`` is the predicted size; NaN for no verdict. A detector and scheme without such
+    recordings have no row.
     """
     healthy = confusion[confusion["size_mm"] == 0]
     healthy = healthy.assign(
@@ -188,13 +135,10 @@ def negative_points(confusion: pd.DataFrame) -> pd.DataFrame:
 
 
 def _points(table: pd.DataFrame, measure: str, hits: str, of: str) -> pd.DataFrame:
-    points = table[["size_mm", "detector", "scheme"]].assign(
-        measure=measure,
-        hits=table[hits],
-        of=table[of],
-        rate=table[measure],
-        low=table[f"{measure}_low"],
-        high=table[f"{measure}_high"],
-        one_sided=False,
-    )
-    return points[POINT_COLUMNS]
+    """Return a rate of each row, with its counts and the ends of its interval."""
+    columns = {"size_mm": "size_mm", "detector": "detector", "scheme": "scheme"}
+    columns |= {"hits": hits, "of": of, "rate": measure}
+    columns |= {"low": f"{measure}_low", "high": f"{measure}_high"}
+    points = pd.DataFrame({name: table[column] for name, column in columns.items()})
+    points.insert(0, "measure", measure)
+    return points.assign(one_sided=False)

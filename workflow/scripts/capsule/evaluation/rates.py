@@ -5,75 +5,74 @@ specificity and the rates of sizes. A precision is a share of given verdicts (Sc
 345, 2012). A detector that gives no verdict at all under a scheme has no rows.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 import pandas as pd
 
 from capsule.arrays import BoolArray, FloatArray, IntArray
-from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT, RESUBSTITUTION
-from capsule.evaluation.intervals import (
-    FEWEST_CLUSTERS,
-    Interval,
-    lower_bound,
-    rate_of,
-)
+from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT, RESUBSTITUTION, Rows
+from capsule.evaluation.intervals import FEWEST_CLUSTERS, Interval, lower_bound, rate_of
 from capsule.kinds import Cells, Settings
 from capsule.places import places_of
 
-_RATES = {
-    name: [name, f"{name}_low", f"{name}_high"]
-    for name in ("precision", "recall", "specificity", "exact_rate", "within_rate", "share")
-}
-_BOUND = {name: [*_RATES[name], f"{name}_at_least"] for name in _RATES}
-_KEY = ["detector", "scheme"]
+_KEY = ("detector", "scheme")
+
+
+def _with_ends(name: str, *further: str) -> list[str]:
+    return [name, f"{name}_low", f"{name}_high", *further]
+
+
 # The columns of every table; a table without rows has them too.
 COLUMNS = {
     "detection": [
         *(*_KEY, "size_mm", "tp", "fp", "fn"),
-        *(*_BOUND["precision"], *_BOUND["recall"], "clusters"),
+        *_with_ends("precision", "precision_at_least"),
+        *_with_ends("recall", "recall_at_least", "clusters"),
     ],
-    "specificity": [*_KEY, "healthy", "true_negatives", *_BOUND["specificity"], "clusters"],
+    "specificity": [
+        *(*_KEY, "healthy", "true_negatives"),
+        *_with_ends("specificity", "specificity_at_least", "clusters"),
+    ],
     "sizing": [
-        *(*_KEY, "size_mm", "recordings", "exact", *_RATES["exact_rate"]),
-        *("within", *_RATES["within_rate"], "one_sided", "mean_absolute_error_mm", "clusters"),
+        *(*_KEY, "size_mm", "recordings", "exact", *_with_ends("exact_rate"), "within"),
+        *_with_ends("within_rate", "one_sided", "mean_absolute_error_mm", "clusters"),
     ],
-    "confusion": [*_KEY, "size_mm", "predicted_mm", "count", *_RATES["share"]],
+    "confusion": [*_KEY, "size_mm", "predicted_mm", "count", *_with_ends("share")],
 }
 # Under these, the place is left out, or nothing; under any other one, whole set-ups may be.
 _OVER_PLACES = (LEAVE_ONE_OUT, RESUBSTITUTION)
 
 
-def interval_columns(name: str, values: Interval) -> dict[str, float]:
-    """Return a value and its interval's ends as ``name``, ``name_low`` and ``name_high``."""
-    return dict(zip((name, f"{name}_low", f"{name}_high"), values, strict=True))
+def interval_columns(**values: Interval) -> dict[str, float]:
+    """Return each value and its interval's ends as ``name``, ``name_low`` and ``name_high``."""
+    return {
+        column: end
+        for name, interval in values.items()
+        for column, end in zip(_with_ends(name), interval, strict=True)
+    }
 
 
-def rate_columns(
-    name: str, rows: pd.DataFrame, right: pd.Series | BoolArray, confidence: float
-) -> dict[str, float]:
+def rate_over(rows: pd.DataFrame, right: pd.Series | BoolArray, confidence: float) -> Interval:
     """Return the share of right verdicts and its Wilson interval over clusters.
 
-    Parameters
-    ----------
-    name : str
-        Names the columns, as in `interval_columns`.
-    rows : DataFrame
-        The n recordings, from `of_each`.
-    right : (n,) array of bool
-        Which are right; the others are failures.
-    confidence : float
-        Level of the interval.
+    The recordings are rows of `of_each`. Right ones are marked; the others are failures.
     """
-    return interval_columns(name, rate_of(np.asarray(right), clusters_of(rows), confidence))
+    return rate_of(np.asarray(right), clusters_of(rows), confidence)
 
 
-def bounded_columns(
-    name: str, rows: pd.DataFrame, right: pd.Series | BoolArray, confidence: float
+def _bounded(
+    name: str, rows: pd.DataFrame, right: pd.Series, confidence: float
 ) -> dict[str, float]:
-    """Return the columns of `rate_columns`, and `lower_bound` as ``name_at_least``."""
-    columns = rate_columns(name, rows, right, confidence)
-    return columns | {f"{name}_at_least": lower_bound(np.asarray(right), clusters_of(rows))}
+    """Return the columns of `rate_over`, and `lower_bound` as ``name_at_least``."""
+    columns = interval_columns(**{name: rate_over(rows, right, confidence)})
+    return columns | {f"{name}_at_least": lower_bound(right.to_numpy(), clusters_of(rows))}
+
+
+def is_right(predicted_mm: FloatArray, true_mm: FloatArray) -> BoolArray:
+    """Return which verdicts (nodule or none) are right; never true without a verdict."""
+    right: BoolArray = np.where(true_mm > 0, predicted_mm > 0, predicted_mm == 0)
+    return right
 
 
 def is_within(
@@ -85,49 +84,11 @@ def is_within(
     return (np.asarray(predicted_mm) > 0) & near
 
 
-def with_clusters(
-    predictions: pd.DataFrame, index: Mapping[str, Mapping[str, str]] | None
-) -> pd.DataFrame:
-    """Return predictions with the place and the set-up of each recording, in the index's order.
-
-    Parameters
-    ----------
-    predictions : DataFrame
-        results/evaluation/predictions.csv.
-    index : mapping of str to mapping, optional
-        Rows of results/recordings.csv. If not given, each recording is a place of its own.
-
-    Returns
-    -------
-    DataFrame
-        With ``place`` and ``setup``, whole numbers. The set-up is -1 if the header names none, or
-        if the scheme leaves out places at most.
-    """
-    if index is None:
-        of_scheme = predictions.groupby(_KEY, sort=False).cumcount()
-        return predictions.assign(place=of_scheme, setup=-1)
-    turn = {name: number for number, name in enumerate(index)}
-    places, setups = places_of(index), {name: row.get("setup") for name, row in index.items()}
-    numbers = {name: number for number, name in enumerate(dict.fromkeys(setups.values())) if name}
-    named = predictions["recording"]
-    joined = predictions.assign(
-        place=[turn[places[name]] for name in named],
-        setup=[numbers.get(setups[name] or "", -1) for name in named],
-    )
-    joined.loc[joined["scheme"].isin(_OVER_PLACES), "setup"] = -1
-    return joined.iloc[np.argsort([turn[name] for name in named], kind="stable")]
-
-
 def cluster_unit(*kinds: pd.DataFrame) -> str:
     """Return the column with the clusters of a measure: what the next archive draws anew.
 
     It is the set-up, if every recording has one and each kind has at least three. It is the place
-    otherwise.
-
-    Parameters
-    ----------
-    *kinds : DataFrame
-        The recordings of each rate that the measure is made of.
+    otherwise. A measure may be made of the rates of several kinds of recordings.
     """
     for rows in kinds:
         setups = rows["setup"].to_numpy()
@@ -148,38 +109,65 @@ def cluster_count(rows: pd.DataFrame) -> int:
 
 
 def of_each(
-    predictions: pd.DataFrame, index: Mapping[str, Mapping[str, str]] | None = None
+    predictions: pd.DataFrame, index: Rows | None = None
 ) -> Iterator[tuple[Cells, pd.DataFrame]]:
     """Yield the verdicts of each detector under each scheme, if it gave any.
 
     Parameters
     ----------
-    predictions, index
-        As in `with_clusters`.
+    predictions : DataFrame
+        results/evaluation/predictions.csv.
+    index : mapping of str to mapping, optional
+        Rows of results/recordings.csv. If not given, each recording is a place of its own, and
+        need not have a name.
 
     Yields
     ------
     key : dict of str to str
         ``detector`` and ``scheme``.
     rows : DataFrame
-        The columns of numbers, with ``place`` and ``setup``, by recording.
+        The columns of numbers by recording, in the index's order, and:
+
+        - ``found``, ``quiet``: whether a nodule was detected, or none; ``right``: whether the one
+          or the other is true. All are False without a verdict.
+        - ``place``, ``setup``: from `with_clusters`.
     """
     if predictions.empty:
         return
-    joined = with_clusters(predictions, index)
-    if "recording" in joined:
-        joined = joined.set_index("recording")
-    schemes = list(dict.fromkeys(predictions["scheme"]))
+    true_mm, predicted_mm = (predictions[f"{name}_mm"].to_numpy() for name in ("size", "predicted"))
+    found, quiet, right = predicted_mm > 0, predicted_mm == 0, is_right(predicted_mm, true_mm)
+    marked = with_clusters(predictions.assign(found=found, quiet=quiet, right=right), index)
+    if index is not None:
+        marked = marked.set_index("recording")
+    # What was held out comes first, what was learned last.
+    turn = {HELD_OUT: 0, LEAVE_ONE_OUT: 1, RESUBSTITUTION: 3}
+    schemes = sorted(predictions["scheme"].unique(), key=lambda scheme: turn.get(scheme, 2))
     for detector in predictions["detector"].unique():
-        for scheme in sorted(schemes, key=_turn_of):
-            rows = joined[(joined["detector"] == detector) & (joined["scheme"] == scheme)]
+        for scheme in schemes:
+            rows = marked[(marked["detector"] == detector) & (marked["scheme"] == scheme)]
             if rows["predicted_mm"].notna().any():
-                yield {"detector": detector, "scheme": scheme}, rows.select_dtypes("number")
+                key = {"detector": detector, "scheme": scheme}
+                yield key, rows.select_dtypes(["number", "bool"])
 
 
-def _turn_of(scheme: str) -> int:
-    """Return the turn of a scheme in a table: what was held out first, what was learned last."""
-    return {HELD_OUT: 0, LEAVE_ONE_OUT: 1, RESUBSTITUTION: 3}.get(scheme, 2)
+def with_clusters(predictions: pd.DataFrame, index: Rows | None) -> pd.DataFrame:
+    """Return predictions with the place and the set-up of each recording, in the index's order.
+
+    Both are whole numbers. The set-up is -1 if the header names none, or if the scheme leaves out
+    places at most. For the parameters see `of_each`.
+    """
+    if index is None:
+        number = predictions.groupby([*_KEY], sort=False).cumcount()
+        return predictions.assign(place=number, setup=-1)
+    turn = {name: number for number, name in enumerate(index)}
+    setups = pd.factorize(np.array([row.get("setup") or None for row in index.values()], object))[0]
+    named, over_places = predictions["recording"], predictions["scheme"].isin(_OVER_PLACES)
+    joined = predictions.assign(
+        turn=named.map(turn),
+        place=named.map(places_of(index)).map(turn),
+        setup=named.map(dict(zip(index, setups, strict=True))).mask(over_places, -1),
+    )
+    return joined.sort_values("turn", kind="stable")
 
 
 def detection_table(
@@ -191,24 +179,22 @@ def detection_table(
     detected. FN: recordings of size b in which none is detected. FP: recordings without a nodule
     whose predicted size is exactly b.
     """
-    true_mm, predicted_mm = rows["size_mm"], rows["predicted_mm"]
     for size_mm in sizes_mm:
-        of_size, detected = true_mm == size_mm, predicted_mm > 0
-        hit, alarm = of_size & detected, (true_mm == 0) & (predicted_mm == size_mm)
+        of_size = rows["size_mm"] == size_mm
+        hit = of_size & rows["found"]
+        alarm = (rows["size_mm"] == 0) & (rows["predicted_mm"] == size_mm)
         row: Cells = {"size_mm": size_mm, "tp": int(hit.sum()), "fp": int(alarm.sum())}
-        row["fn"] = int((of_size & ~detected).sum())
-        positive = hit | alarm
-        row |= bounded_columns("precision", rows[positive], hit[positive], confidence)
-        row |= bounded_columns("recall", rows[of_size], hit[of_size], confidence)
+        row["fn"] = int((of_size & ~hit).sum())
+        for name, counted in (("precision", hit | alarm), ("recall", of_size)):
+            row |= _bounded(name, rows[counted], hit[counted], confidence)
         yield row | {"clusters": cluster_count(rows[of_size])}
 
 
 def specificity_row(rows: pd.DataFrame, confidence: float) -> Cells:
     """Return the share of recordings without a nodule in which none is detected."""
     healthy = rows[rows["size_mm"] == 0]
-    right = healthy["predicted_mm"] == 0
-    row: Cells = {"healthy": len(healthy), "true_negatives": int(right.sum())}
-    row |= bounded_columns("specificity", healthy, right, confidence)
+    row: Cells = {"healthy": len(healthy), "true_negatives": int(healthy["quiet"].sum())}
+    row |= _bounded("specificity", healthy, healthy["quiet"], confidence)
     return row | {"clusters": cluster_count(healthy)}
 
 
@@ -220,30 +206,18 @@ def sizing_table(
     A recording in which no nodule is detected has no size, so it is never within the tolerance. In
     the mean absolute error it counts as 0 mm. So does a recording without a verdict. ``one_sided``
     marks the sizes whose tolerance reaches past the largest or the smallest template.
-
-    Parameters
-    ----------
-    rows : DataFrame
-        From `of_each`.
-    sizes_mm : sequence of float
-        The nodule sizes that have templates.
-    tolerance_mm : float
-        Allowed error of the size in mm.
-    confidence : float
-        Level of the intervals.
     """
     for size_mm in sizes_mm:
         of_size = rows[rows["size_mm"] == size_mm]
         predicted = of_size["predicted_mm"].fillna(0.0).to_numpy(dtype=np.float64)
         error = np.abs(predicted - size_mm)
-        row = {"size_mm": size_mm, "recordings": error.size}
+        row: Cells = {"size_mm": size_mm, "recordings": error.size}
         within = is_within(predicted, size_mm, tolerance_mm)
         for name, right in (("exact", error == 0), ("within", within)):
-            row[name] = int(right.sum())
-            row |= rate_columns(f"{name}_rate", of_size, right, confidence)
-        row["one_sided"] = bool(
-            size_mm + tolerance_mm > max(sizes_mm) or size_mm - tolerance_mm < min(sizes_mm)
-        )
+            rate = rate_over(of_size, right, confidence)
+            row |= {name: int(right.sum()), **interval_columns(**{f"{name}_rate": rate})}
+        ends = size_mm - tolerance_mm, size_mm + tolerance_mm
+        row["one_sided"] = bool(ends[0] < min(sizes_mm) or ends[1] > max(sizes_mm))
         row["mean_absolute_error_mm"] = float(error.mean()) if error.size else float("nan")
         yield row | {"clusters": cluster_count(of_size)}
 
@@ -255,41 +229,32 @@ def confusion_table(
 
     If any recording has no verdict, each size has a row for these, whose predicted size is NaN.
     """
-    unknown = rows["predicted_mm"].isna().any()
+    unknown = [float("nan")] if rows["predicted_mm"].isna().any() else []
     for actual in sizes_mm:
         of_size = rows[rows["size_mm"] == actual]
-        for predicted in [*sizes_mm, *([float("nan")] if unknown else [])]:
+        for predicted in [*sizes_mm, *unknown]:
             given = of_size["predicted_mm"]
             taken = given.isna() if np.isnan(predicted) else given == predicted
             row: Cells = {"size_mm": actual, "predicted_mm": predicted, "count": int(taken.sum())}
-            yield row | rate_columns("share", of_size, taken, confidence)
+            yield row | interval_columns(share=rate_over(of_size, taken, confidence))
 
 
 def rate_tables(
     predictions: pd.DataFrame,
     sizes_mm: Sequence[float],
     rules: Settings,
-    index: Mapping[str, Mapping[str, str]] | None = None,
+    index: Rows | None = None,
 ) -> dict[str, pd.DataFrame]:
-    """Return every table of rates, with detector and scheme in each row.
+    """Return the tables named in `COLUMNS`, with detector and scheme in each row.
 
     Parameters
     ----------
-    predictions : DataFrame
-        Rows with ``recording``, ``detector``, ``scheme``, ``size_mm`` and ``predicted_mm`` (NaN
-        without a verdict).
+    predictions, index
+        As in `of_each`. Of the verdict, ``predicted_mm`` is enough.
     sizes_mm : sequence of float
         Sizes that have a template, including 0.
     rules : mapping
-        ``tolerance_mm``, the allowed error of the size in mm, and ``confidence``, the level of the
-        intervals.
-    index : mapping of str to mapping, optional
-        As in `with_clusters`.
-
-    Returns
-    -------
-    dict of str to DataFrame
-        ``detection``, ``specificity``, ``sizing`` and ``confusion``.
+        ``tolerance_mm``, the allowed error of the size, and ``confidence``, the intervals' level.
     """
     nodules, confidence = [size for size in sizes_mm if size > 0], rules["confidence"]
     result: dict[str, list[Cells]] = {name: [] for name in COLUMNS}
