@@ -5,7 +5,7 @@ from itertools import chain
 import pytest
 
 from capsule.evaluation.cross_validation import Fold
-from capsule.evaluation.learning import Split, counts_in_folds, deal, draw_splits
+from capsule.evaluation.learning import counts_in_folds, deal, draw_splits, taught_counts
 from capsule.seeding import generator
 
 SIZES_MM = {f"{size}mm/{run}": float(size) for size in (0, 1, 2) for run in "ab"}
@@ -31,7 +31,8 @@ def test_a_split_holds_the_whole_archive_and_large_archives_are_split_less_often
     sizes_mm = {name: float(name[0]) for name in names}
     by_share = draw_splits(sizes_mm, 1, alone(sizes_mm))
     splits = [split for of_share in by_share.values() for split in of_share]
-    assert all(sorted([*each.taught, *each.judged]) == sorted(names) for each in splits)
+    assert all(len(set(judged)) == len(judged) for judged in splits)
+    assert all(set(judged) <= set(names) for judged in splits)
     assert list(by_share) == [0.25, 0.5, 0.75]
     of_half = by_share[0.5]
     assert {len(each) for each in by_share.values()} == {len(of_half)}
@@ -45,13 +46,7 @@ def test_splits_follow_from_the_order_of_the_recordings_and_the_seed_not_from_na
     called = {name: f"{99 - place}" for place, name in enumerate(SIZES_MM)}
     renamed = {called[name]: size_mm for name, size_mm in SIZES_MM.items()}
     assert draw_splits(renamed, 1, alone(renamed)) == {
-        share: [
-            Split(
-                tuple(called[name] for name in each.taught),
-                tuple(called[name] for name in each.judged),
-            )
-            for each in of_share
-        ]
+        share: [[called[name] for name in judged] for judged in of_share]
         for share, of_share in splits.items()
     }
     assert splits != draw_splits(SIZES_MM, 2, alone(SIZES_MM))
@@ -60,7 +55,7 @@ def test_splits_follow_from_the_order_of_the_recordings_and_the_seed_not_from_na
 def test_in_a_small_archive_every_recording_is_judged_equally_often_at_each_share():
     for share in (0.25, 0.5, 0.75):
         splits = draw_splits(SIZES_MM, 1, alone(SIZES_MM))[share]
-        times = [sum(name in each.judged for each in splits) for name in SIZES_MM]
+        times = [sum(name in judged for judged in splits) for name in SIZES_MM]
         assert times == [len(splits) * (1 - share)] * len(SIZES_MM)
 
 
@@ -69,12 +64,17 @@ def test_passes_over_one_place_and_near_copies_are_never_on_both_sides(seed):
     sizes_mm = {f"{size}mm/{run}": float(size) for size in (0, 1, 2) for run in range(12)}
     places = {name: f"{name[:3]}/{int(name[4:]) // 3}" for name in sizes_mm}
     places["1mm/0"] = places["2mm/0"]  # A place may be passed with and without a nodule.
-    for split in chain(*draw_splits(sizes_mm, seed, places).values()):
-        taught, judged = ({places[name] for name in each} for each in (split.taught, split.judged))
-        assert not taught & judged
-        assert sorted([*split.taught, *split.judged]) == sorted(sizes_mm)
+    for judged in chain(*draw_splits(sizes_mm, seed, places).values()):
+        taught = sizes_mm.keys() - set(judged)
+        assert taught and not {places[name] for name in taught} & {places[name] for name in judged}
     parts = deal(sizes_mm, generator(seed, "deal"), places)
     assert {sum(sizes_mm[name] == 0 for name in part) for part in parts} == {3}
+
+
+def test_the_counts_of_splits_are_means_over_the_splits():
+    sizes_mm = {"1mm/a": 1.0, "0mm/a": 0.0, "0mm/b": 0.0}
+    splits = [["0mm/a", "1mm/a"], ["0mm/a", "0mm/b"], ["0mm/b"]]
+    assert list(taught_counts(splits, sizes_mm).items()) == [(0.0, 2 / 3), (1.0, 2 / 3)]
 
 
 def test_the_counts_in_folds_are_means_over_the_recordings_that_are_judged():

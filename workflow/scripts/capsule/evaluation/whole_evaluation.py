@@ -1,13 +1,13 @@
 """The whole evaluation of an archive: every detector under every scheme, as tables."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 
 from capsule.detectors.training import TrainingArchive
 from capsule.evaluation import learning
-from capsule.evaluation.cross_validation import Detectors, cross_validate, folds_of
+from capsule.evaluation.cross_validation import Detectors, Rows, cross_validate, folds_of
 from capsule.evaluation.measures import measure_tables
 from capsule.evaluation.rates import rate_tables
 from capsule.kinds import Settings, Spread
@@ -18,29 +18,24 @@ KEY = ["recording", "size_mm", "detector", "scheme"]
 
 
 def evaluate_archive(
-    archive: TrainingArchive, index: Mapping[str, Mapping[str, str]], spread: Spread = map
+    archive: TrainingArchive, index: Rows, spread: Spread = map
 ) -> dict[str, pd.DataFrame]:
-    """Return all tables of the evaluation of an archive.
+    """Return all tables of the evaluation of an archive, as in results/evaluation/.
+
+    They are ``predictions``, ``learning`` and the tables of `rated`.
 
     Parameters
     ----------
-    archive : TrainingArchive
-        As in `capsule.evaluation.cross_validation.Detectors`.
+    archive, spread
+        As in `capsule.evaluation.cross_validation.Detectors` and `cross_validate`.
     index : mapping of str to mapping
         Row in results/recordings.csv of each accepted labelled recording, ordered by content.
-    spread : callable
-        As in `capsule.evaluation.cross_validation.cross_validate`.
-
-    Returns
-    -------
-    dict of str to DataFrame
-        ``predictions``, ``learning`` and the tables of `rated`, as in results/evaluation/.
     """
     rules, detectors = archive.settings["evaluation"], Detectors(archive)
     folds = folds_of(index, rules)
     rows = cross_validate(detectors, folds, spread)
-    learned = learning.learning_rows(detectors.learners(), archive, rows, folds, spread)
     predictions = pd.DataFrame(rows, columns=[*KEY, *detectors.columns])
+    learned = learning.learning_rows(detectors.learners(), archive, predictions, folds, spread)
     return {
         "predictions": by_name(predictions),
         "learning": pd.DataFrame(learned, columns=learning.COLUMNS),
@@ -58,26 +53,13 @@ def by_name(predictions: pd.DataFrame) -> pd.DataFrame:
 def rated(
     predictions: pd.DataFrame,
     sizes_mm: Sequence[float],
-    index: Mapping[str, Mapping[str, str]],
+    index: Rows,
     rules: Settings,
 ) -> dict[str, pd.DataFrame]:
     """Return all tables that rate the detectors, made from their predictions.
 
-    Parameters
-    ----------
-    predictions : DataFrame
-        One row for each detector, recording and scheme.
-    sizes_mm : sequence of float
-        Sizes that have a template, including 0.
-    index : mapping of str to mapping
-        As in `evaluate_archive`.
-    rules : mapping
-        Section ``evaluation`` of the configuration.
-
-    Returns
-    -------
-    dict of str to DataFrame
-        The tables of `capsule.evaluation.rates` and of `capsule.evaluation.measures`.
+    They are those of `capsule.evaluation.rates.rate_tables`, which explains the first three
+    parameters, and of `capsule.evaluation.measures.measure_tables`, which explains the rules.
     """
     rates = rate_tables(predictions, sizes_mm, rules, index)
     return rates | measure_tables(predictions, index, rules)
