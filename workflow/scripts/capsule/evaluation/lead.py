@@ -14,7 +14,7 @@ from capsule.evaluation.rates import is_right
 class Lead:
     """The leading detector, and whether the configuration names it.
 
-    Its balanced accuracy is NaN if it is unknown. So many detectors were compared.
+    ``balanced_accuracy`` is NaN if it is unknown. ``compared`` is a number of detectors.
     """
 
     detector: str

@@ -206,10 +206,8 @@ def share_right(
         The recordings for which the verdict is right, and those for which it is wrong.
     given : str
         The column that tells where the verdict was given.
-    odds : float
-        Odds, before the verdict, that it is right.
-    confidence : float
-        Level of the interval.
+    odds, confidence : float
+        Odds, before the verdict, that it is right; level of the interval.
     """
     hits, errors = int(right[given].sum()), int(wrong[given].sum())
     if hits == errors == 0 or right.empty or wrong.empty:
