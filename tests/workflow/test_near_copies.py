@@ -19,7 +19,7 @@ def verdicts(project, name, recording):
     rows = [row for row in project.table(name) if row["recording"] == recording]
     rows = [row for row in rows if row.get("scheme") != "resubstitution"]
     assert len(rows) == 4
-    texts = {"recording", "detector", "scheme"}
+    texts = {"recording", "detector", "scheme", "no_verdict", "familiar", "unfamiliar_because"}
     return np.array(
         [[float(row[key] or "nan") for key in row.keys() - texts] for row in rows], dtype=float
     )

@@ -17,6 +17,7 @@ import serial
 from capsule.bench.stand_in import StandInLogger
 from capsule.bench.workbench import Workbench
 from capsule.configuration_files import read_config_file
+from capsule.detectors.familiar import FAMILIAR, learn_familiar
 from capsule.files import fingerprint
 from capsule.project import PROJECT, WEIGHTS
 from capsule.seeding import generator
@@ -423,6 +424,7 @@ def test_running_verdict(logger_bench):
     unknown = {"threshold": None, "learned": None, "probability": None, "sizes": None}
     learned = {"recordings": 0, "margin_threshold": 5.0, "diagonal": unknown, "settings": {}}
     learned |= {"taught": unknown, "scorer": fingerprint(WEIGHTS, sys.maxsize)}
+    learned[FAMILIAR] = learn_familiar(np.empty((0, 6)), np.empty(0, dtype=int)).stored()
     (logger_bench.folder / "detectors.json").write_text(json.dumps(learned))
     # The bench counts moments; there is no wave in it, and none is asked for.
     settings = read_config_file(PROJECT / "config" / "config.yaml")
