@@ -25,8 +25,8 @@ FLOORS = (
     "capsule.configuration_files",
     "capsule.survey",
     "capsule.evaluation",
-    "capsule.interface",
     "capsule.figures",
+    "capsule.interface",
     "capsule.page",
     "capsule.importing",
     "capsule.project_state",
@@ -44,7 +44,7 @@ FRONTS |= {"capsule_command", "demo", "judge_file", "shell_completion"}
 # Only modules of these names, in any folder of the library, know files, folders and processes. All
 # others are functions on arrays.
 ON_FILES = {"files", "results", "project", "locks", "forks", "keys", "fits"}
-ON_FILES |= {"configuration_files", "settings", "library", "described"}
+ON_FILES |= {"configuration_files", "library", "described"}
 ON_FILES |= {"data_files", "held_out_files", "plot_data", "listed"}
 # These call git, Slurm or Snakemake, and look after its runs.
 ON_PROGRAMS = {"project_state", "run", "slurm_jobs", "verify", "workflow_call"}

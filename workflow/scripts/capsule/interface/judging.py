@@ -15,8 +15,7 @@ from capsule.evaluation.cross_validation import (
 )
 from capsule.evaluation.whole_evaluation import KEY, by_name, evaluate_archive, rated
 from capsule.held_out import teaching
-from capsule.interface.frames import frame
-from capsule.interface.loaded_archive import LoadedArchive
+from capsule.interface.loaded_archive import LoadedArchive, frame
 from capsule.interface.splits import folds_of_scheme
 from capsule.naming import sort_key
 

@@ -1,12 +1,18 @@
-"""Read an archive, for users of the library."""
+"""Read an archive, a recording and the configuration, for users of the library."""
 
 from pathlib import Path
+from typing import Any, BinaryIO
 
-from capsule import files
+from capsule import files, recording
 from capsule.checking import check_recording
+from capsule.configuration import check_configuration
+from capsule.configuration_files import read_config_file, read_schema
+from capsule.errors import CapsuleError
+from capsule.interface.arguments import refuse
 from capsule.interface.loaded_archive import LoadedArchive
-from capsule.interface.settings import read_settings
 from capsule.listing import full_list, refuse_rejected
+from capsule.project import CONFIG, SCHEMAS, require_project
+from capsule.recording import Recording
 
 
 def load(
@@ -49,3 +55,53 @@ def load(
     if settings["on_rejected"] == "fail":
         refuse_rejected(rows)
     return LoadedArchive(rows, checks, readings, archive.passed_over, settings)
+
+
+def read_recording(
+    stream: str | Path | BinaryIO, sensors: int, max_bytes: int = 16_000_000
+) -> Recording:
+    """Read a recording of `sensors` sensors from a path, or from a file that is open for reading.
+
+    Raises
+    ------
+    CapsuleError
+        The file cannot be read, is larger than `max_bytes`, or is no recording.
+    """
+    if isinstance(stream, str | Path):
+        try:
+            with Path(stream).open("rb") as opened:
+                return recording.read_recording(opened, sensors, max_bytes)
+        except OSError as error:
+            raise CapsuleError(f"{stream}: it cannot be read: {error.strerror}") from None
+    if not hasattr(stream, "read"):
+        raise refuse("stream", stream, "a path, or a file that is open for reading")
+    return recording.read_recording(stream, sensors, max_bytes)
+
+
+def read_settings(config: str | Path | None = None, **changes: object) -> dict[str, Any]:
+    """Read a configuration file, or the configuration that ships, and change keys of it.
+
+    Parameters
+    ----------
+    config : str or Path, optional
+        The file.
+    **changes
+        Other values for keys of the configuration, as in `capsule.load`.
+
+    Raises
+    ------
+    CapsuleError
+        A key or a value is not allowed; the message names the file, the key, the value and the
+        allowed values.
+    """
+    require_project()
+    path = CONFIG / "config.yaml" if config is None else Path(config)
+    content = read_config_file(path)
+    settings = dict(content)
+    for key, value in changes.items():
+        section = settings.get(key)
+        if isinstance(section, dict) and isinstance(value, dict):
+            value = section | value
+        settings[key] = value
+    sources = {str(path): content, "changes": changes}
+    return check_configuration(settings, read_schema(SCHEMAS / "config.schema.json"), sources)

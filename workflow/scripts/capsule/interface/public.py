@@ -3,11 +3,12 @@
 This module imports nothing heavy: a module is imported when a program uses one of its names.
 """
 
+from functools import cache
 from importlib import import_module
 
 _MODULES = {
     "capsule.errors": ("CapsuleError", "RecordingError"),
-    "capsule.recording": ("Recording", "format_recording", "read_recording"),
+    "capsule.recording": ("Recording", "format_recording"),
     "capsule.preprocessing": ("normalize", "preprocess", "rectify", "rms_envelope"),
     "capsule.particles": ("ParameterSpace", "Particle", "render"),
     "capsule.fitting": ("Fit", "fit_particle", "fit_recording"),
@@ -17,9 +18,9 @@ _MODULES = {
     "capsule.interface.loaded_archive": ("LoadedArchive",),
     "capsule.interface.splits": ("folds",),
     "capsule.interface.judging": ("Judgement", "judge"),
-    "capsule.interface.library": ("load",),
-    "capsule.interface.settings": ("read_settings",),
+    "capsule.interface.library": ("load", "read_recording", "read_settings"),
     "capsule.interface.estimators": (
+        "DetectorEstimator",
         "DiagonalEstimator",
         "MatrixTransformer",
         "TaughtEstimator",
@@ -36,15 +37,16 @@ def public_names() -> list[str]:
 
 
 def attribute(name: str) -> object:
-    """Import the object behind a public name, and return it.
-
-    Raises
-    ------
-    AttributeError
-        If there is no such name.
-    """
+    """Import the object behind a public name; raise AttributeError if there is no such name."""
     if name == "__all__":
         return public_names()
-    if name in _MODULE_OF:
-        return getattr(import_module(_MODULE_OF[name]), name)
-    raise AttributeError(f"module 'capsule' has no attribute {name!r}")
+    if name not in _MODULE_OF:
+        raise AttributeError(f"module 'capsule' has no attribute {name!r}")
+    return _imported(name)
+
+
+@cache
+def _imported(name: str) -> object:
+    found = getattr(import_module(_MODULE_OF[name]), name)
+    arguments = import_module("capsule.interface.arguments")
+    return arguments.checked(found) if name in arguments.CHECKS else found
