@@ -4,11 +4,11 @@ Each error names the argument, its value and what is allowed. The workflow calls
 themselves, and so is not slowed down.
 """
 
-import inspect
 from collections.abc import Callable, Iterable, Mapping
 from functools import wraps
+from inspect import signature
 from numbers import Integral, Real
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -16,7 +16,12 @@ from capsule.arrays import FloatArray
 from capsule.errors import CapsuleError
 from capsule.recording import Recording
 
-_Check = Callable[[str, Any], Any]
+_Result = TypeVar("_Result")
+
+# Arguments that may have any shape: they are used value by value.
+_ANY_SHAPE = {"envelope", "distances"}
+# Whole numbers that may be 0; all others are at least 1.
+_FROM_ZERO = {"seed", "iterations"}
 
 
 class ArgumentError(CapsuleError, ValueError):
@@ -25,7 +30,7 @@ class ArgumentError(CapsuleError, ValueError):
 
 def refuse(name: str, value: object, allowed: str) -> ArgumentError:
     """Return the error of an argument."""
-    shape = np.shape(value) if isinstance(value, np.ndarray) else ()
+    shape = value.shape if isinstance(value, np.ndarray) else ()
     shown = f"an array of shape {shape}" if shape else repr(value)
     return ArgumentError(f"{name}: {shown} is not allowed; allowed is {allowed}")
 
@@ -45,14 +50,13 @@ def sensor_rows(name: str, value: object) -> FloatArray:
         shown = rows if rows.ndim else value
         raise refuse(name, shown, "an array of numbers, one row per sensor")
     if rows.shape[0] > rows.shape[1]:
-        raise refuse(
-            name, rows, f"one row per sensor; transpose it: {name}.T has one row per sensor"
-        )
+        remedy = f"transpose it: {name}.T has one row per sensor"
+        raise refuse(name, rows, f"one row per sensor; {remedy}")
     return rows
 
 
-def _each_sensor_rows(name: str, value: Iterable[object]) -> list[FloatArray]:
-    return [sensor_rows(f"{name}[{place}]", each) for place, each in enumerate(value)]
+def _each_sensor_rows(name: str, values: Iterable[object]) -> list[FloatArray]:
+    return [sensor_rows(f"{name}[{place}]", each) for place, each in enumerate(values)]
 
 
 def _recording(name: str, value: Recording) -> Recording:
@@ -60,65 +64,43 @@ def _recording(name: str, value: Recording) -> Recording:
     return value
 
 
-def _at_least(least: int) -> _Check:
-    def check(name: str, value: object) -> int:
-        if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
-            raise refuse(name, value, f"a whole number of at least {least}")
-        return int(value)
-
-    return check
+def _whole_number(name: str, value: object) -> int:
+    least = 0 if name in _FROM_ZERO else 1
+    if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
+        raise refuse(name, value, f"a whole number of at least {least}")
+    return int(value)
 
 
-def _threshold(name: str, value: object) -> float:
+def _number(name: str, value: object) -> float:
     if not isinstance(value, Real) or isinstance(value, bool) or not 0 <= float(value) < np.inf:
         raise refuse(name, value, "a number of at least 0")
     return float(value)
 
 
-CHECKS: Mapping[str, Mapping[str, _Check]] = {
-    "normalize": {"values": sensor_rows},
-    "rms_envelope": {"normalized": sensor_rows, "window": _at_least(1)},
-    # It treats each value alone, so rows may be anything.
-    "rectify": {"threshold": _threshold},
-    "preprocess": {
-        "values": sensor_rows,
-        "window": _at_least(1),
-        "threshold": _threshold,
-        "length": _at_least(1),
-    },
-    "render": {"length": _at_least(1)},
-    "fit_generator": {"seed": _at_least(0), "values": sensor_rows},
-    "fit_particle": {
-        "matrix": sensor_rows,
-        "particles": _at_least(1),
-        "iterations": _at_least(0),
-        "first_peak": _at_least(1),
-    },
-    "fit_recording": {"matrix": sensor_rows, "values": sensor_rows},
-    "build_templates": {
-        "sensors": _at_least(1),
-        "first_peak": _at_least(1),
-        "length": _at_least(1),
-    },
-    "template_distances": {"matrix": sensor_rows, "templates": _each_sensor_rows},
-    "read_recording": {"sensors": _at_least(1), "max_bytes": _at_least(1)},
-    "format_recording": {"recording": _recording},
+# By the type in the function's signature.
+_CHECKS: Mapping[object, Callable[[str, Any], object]] = {
+    FloatArray: sensor_rows,
+    Iterable[FloatArray]: _each_sensor_rows,
+    Recording: _recording,
+    int: _whole_number,
+    float: _number,
 }
 
 
-def checked(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a public function that checks its arguments first."""
-    signature, checks = inspect.signature(function), CHECKS[function.__name__]
+def checked(function: Callable[..., _Result]) -> Callable[..., _Result]:
+    """Return a function of the library that checks its arguments first."""
+    shape = signature(function)
 
     @wraps(function)
-    def call(*args: object, **named: object) -> object:
-        bound = signature.bind(*args, **named)
+    def call(*args: object, **named: object) -> _Result:
+        bound = shape.bind(*args, **named)
         given = bound.arguments
-        for name, check in checks.items():
-            if name in given:
-                given[name] = check(name, given[name])
-        if "length" in given and "values" in given and given["values"].shape[1] > given["length"]:
-            samples = given["values"].shape[1]
+        for name, value in given.items():
+            check = _CHECKS.get(shape.parameters[name].annotation)
+            if check and name not in _ANY_SHAPE:
+                given[name] = check(name, value)
+        samples = given["values"].shape[1] if {"values", "length"} <= given.keys() else 0
+        if samples > given.get("length", samples):
             raise refuse("length", given["length"], f"{samples}, the number of samples, or more")
         try:
             return function(*bound.args, **bound.kwargs)

@@ -67,8 +67,8 @@ class _OfReadings(BaseEstimator):
         if columns == sensors and rows > 2 * window:
             raise ArgumentError(
                 f"X: {rows} rows of {sensors} readings are the samples of one recording; a row of "
-                "X holds a whole recording, as in archive.rows(names): transpose it (readings.T "
-                "has one row per sensor), or write the samples in a row (X.reshape(1, -1))"
+                "X holds a whole recording, sample after sample with NaN behind the last: "
+                "archive.rows(names) makes it"
             )
         checked: FloatArray = validate_data(
             self, X, dtype=np.float64, ensure_all_finite="allow-nan", **options

@@ -8,7 +8,7 @@ from capsule.checking import check_recording
 from capsule.configuration import check_configuration
 from capsule.configuration_files import read_config_file, read_schema
 from capsule.errors import CapsuleError
-from capsule.interface.arguments import refuse
+from capsule.interface.arguments import checked, refuse
 from capsule.interface.loaded_archive import LoadedArchive
 from capsule.listing import full_list, refuse_rejected
 from capsule.project import CONFIG, SCHEMAS, require_project
@@ -57,6 +57,7 @@ def load(
     return LoadedArchive(rows, checks, readings, archive.passed_over, settings)
 
 
+@checked
 def read_recording(
     stream: str | Path | BinaryIO, sensors: int, max_bytes: int = 16_000_000
 ) -> Recording:
