@@ -14,7 +14,7 @@ MODULES = {
     for path in sorted(SCRIPTS.rglob("*.py"))
     if path.name != "__init__.py"
 }
-# Layers from the lowest to the highest; the longest name that fits gives a module's layer. Three
+# Layers from the lowest to the highest; the longest name that fits gives a module's layer. Five
 # modules beside the folders of the library use what is in them.
 FLOORS = (
     "capsule",
@@ -23,6 +23,7 @@ FLOORS = (
     "capsule.parts",
     "capsule.detectors",
     "capsule.configuration_files",
+    "capsule.settings",
     "capsule.survey",
     "capsule.evaluation",
     "capsule.figures",
@@ -44,7 +45,7 @@ FRONTS |= {"capsule_command", "demo", "judge_file", "shell_completion"}
 # Only modules of these names, in any folder of the library, know files, folders and processes. All
 # others are functions on arrays.
 ON_FILES = {"files", "results", "project", "locks", "forks", "keys", "fits"}
-ON_FILES |= {"configuration_files", "library", "described"}
+ON_FILES |= {"configuration_files", "settings", "library", "described"}
 ON_FILES |= {"data_files", "held_out_files", "plot_data", "listed"}
 # These call git, Slurm or Snakemake, and look after its runs.
 ON_PROGRAMS = {"project_state", "run", "slurm_jobs", "verify", "workflow_call"}

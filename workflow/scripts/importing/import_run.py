@@ -10,8 +10,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 from capsule.checking import readings_of
-from capsule.configuration import BENCH, check_configuration
-from capsule.configuration_files import read_config_file, read_schema
+from capsule.configuration import BENCH
 from capsule.errors import CapsuleError, RecordingError
 from capsule.importing.guess_view import guess_lines, sample_lines
 from capsule.importing.lab_map import checked_map
@@ -20,15 +19,13 @@ from capsule.importing.reading_units import advice
 from capsule.importing.sensor_files import joined_run
 from capsule.importing.table_choice import choose_tables
 from capsule.naming import UNLABELLED, displayed
-from capsule.project import PROJECT
 from capsule.recording import Recording
+from capsule.settings import read_settings
 from importing.archiving import ArchivedRuns, run_name
 from importing.import_options import given_keys
 from importing.lab_files import keep_map, lab_schema, map_text, read_map
 from importing.origin import origin_lines
 from importing.source_files import Source, read_source
-
-_CONFIG_SCHEMA = PROJECT / "workflow" / "schemas" / "config.schema.json"
 
 
 class Importer:
@@ -52,9 +49,7 @@ class Importer:
     """
 
     def __init__(self, options: argparse.Namespace) -> None:
-        settings = read_config_file(options.config)
-        schema = read_schema(_CONFIG_SCHEMA)
-        settings = check_configuration(settings, schema, {str(options.config): settings})
+        settings = read_settings(options.config)
         bench = {key: settings["diagonal"][key] for key in BENCH}
         self._settings = settings | {"diagonal": bench}
         rules = settings["recording"]

@@ -27,8 +27,8 @@ from capsule.interface.described import (
     template_options,
     training_archive,
 )
-from capsule.interface.library import read_settings
 from capsule.kinds import Settings
+from capsule.settings import read_settings
 from capsule.templates import build_templates
 
 try:

@@ -1,18 +1,16 @@
-"""Read an archive, a recording and the configuration, for users of the library."""
+"""Read an archive or a recording, for users of the library."""
 
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import BinaryIO
 
 from capsule import files, recording
 from capsule.checking import check_recording
-from capsule.configuration import check_configuration
-from capsule.configuration_files import read_config_file, read_schema
 from capsule.errors import CapsuleError
 from capsule.interface.arguments import checked, refuse
 from capsule.interface.loaded_archive import LoadedArchive
 from capsule.listing import full_list, refuse_rejected
-from capsule.project import CONFIG, SCHEMAS, require_project
 from capsule.recording import Recording
+from capsule.settings import read_settings
 
 
 def load(
@@ -77,32 +75,3 @@ def read_recording(
     if not hasattr(stream, "read"):
         raise refuse("stream", stream, "a path, or a file that is open for reading")
     return recording.read_recording(stream, sensors, max_bytes)
-
-
-def read_settings(config: str | Path | None = None, **changes: object) -> dict[str, Any]:
-    """Read a configuration file, or the configuration that ships, and change keys of it.
-
-    Parameters
-    ----------
-    config : str or Path, optional
-        The file.
-    **changes
-        Other values for keys of the configuration, as in `capsule.load`.
-
-    Raises
-    ------
-    CapsuleError
-        A key or a value is not allowed; the message names the file, the key, the value and the
-        allowed values.
-    """
-    require_project()
-    path = CONFIG / "config.yaml" if config is None else Path(config)
-    content = read_config_file(path)
-    settings = dict(content)
-    for key, value in changes.items():
-        section = settings.get(key)
-        if isinstance(section, dict) and isinstance(value, dict):
-            value = section | value
-        settings[key] = value
-    sources = {str(path): content, "changes": changes}
-    return check_configuration(settings, read_schema(SCHEMAS / "config.schema.json"), sources)
