@@ -22,6 +22,7 @@ FLOORS = (
     "capsule.phantom",
     "capsule.parts",
     "capsule.detectors",
+    "capsule.described_recording",
     "capsule.configuration_files",
     "capsule.settings",
     "capsule.survey",

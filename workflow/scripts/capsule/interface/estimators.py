@@ -14,6 +14,12 @@ import numpy as np
 import pandas as pd
 
 from capsule.arrays import FloatArray
+from capsule.described_recording import (
+    DescribedRecording,
+    described,
+    template_options,
+    training_archive,
+)
 from capsule.detectors.familiar import Familiarity, FamiliarTeacher
 from capsule.detectors.registry import DETECTORS, detector_row
 from capsule.detectors.training import TrainingArchive, detector_class
@@ -21,12 +27,6 @@ from capsule.detectors.verdicts import NO_VERDICT, Verdict
 from capsule.errors import CapsuleError
 from capsule.evaluation.lead import balanced_accuracy
 from capsule.interface.arguments import ArgumentError, refuse
-from capsule.interface.described import (
-    DescribedRecording,
-    described,
-    template_options,
-    training_archive,
-)
 from capsule.kinds import Settings
 from capsule.settings import read_settings
 from capsule.templates import build_templates

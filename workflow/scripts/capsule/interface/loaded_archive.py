@@ -9,12 +9,12 @@ import numpy as np
 import pandas as pd
 
 from capsule import words
+from capsule.described_recording import described, template_options, training_archive
 from capsule.detectors.training import TrainingArchive
 from capsule.errors import CapsuleError
 from capsule.fits import by_size
 from capsule.fitting import Fit
 from capsule.held_out import teaching
-from capsule.interface.described import described, template_options, training_archive
 from capsule.kinds import Cells, Row, Settings
 from capsule.listing import COLUMNS, NEAR_COPIES
 from capsule.naming import folder_size_mm, size_mm, sizes_of

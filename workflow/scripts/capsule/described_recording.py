@@ -1,4 +1,4 @@
-"""Compute what the detectors need of a recording, and keep it for the next fold.
+"""Compute what the detectors need of a recording, when they ask for it.
 
 Estimators of scikit-learn are fitted again for every fold, and get readings without names. So
 `described` finds earlier results by the readings and the settings.
@@ -31,7 +31,15 @@ _KEPT = 4096
 
 
 class DescribedRecording:
-    """The detectors' view of readings (S, K); `name` is their checksum."""
+    """The detectors' view of a recording.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings on an even grid in time; NaN where a sample is missing. Their checksum is the name.
+    settings : mapping
+        The configuration.
+    """
 
     def __init__(self, values: FloatArray, settings: Settings) -> None:
         self.values, self._settings = values, settings
@@ -40,7 +48,7 @@ class DescribedRecording:
 
     @cached_property
     def matrix(self) -> FloatArray:
-        """V, (S, L)."""
+        """Matrix V, (S, L)."""
         matrix = preprocess(self.values, **self._settings["preprocessing"])
         # All callers share this array.
         matrix.flags.writeable = False
