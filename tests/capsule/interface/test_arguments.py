@@ -160,6 +160,17 @@ def test_an_argument_is_refused_with_its_name_its_value_and_what_is_allowed(valu
             ),
             "particles: 0 is",
         ),
+        (
+            lambda archive: capsule.fit_particle(
+                archive.matrices["3mm/r01"], 1, **archive.fit_options
+            ),
+            "generator: 1 is not allowed; allowed is a Generator",
+        ),
+        (lambda archive: capsule.render(None, 150, 10), "particle: None is not allowed"),
+        (lambda archive: capsule.format_recording("3mm/r01"), "recording: '3mm/r01' is"),
+        (lambda archive: capsule.load(3), "raw: 3 is not allowed; allowed is a path"),
+        (lambda archive: capsule.folds("raw"), "archive: 'raw' is not allowed; allowed is what"),
+        (lambda archive: capsule.judge("raw"), "archive: 'raw' is not allowed; allowed is what"),
         (lambda archive: capsule.DetectorEstimator("best").fit(archive.X, archive.y), "best"),
         (
             lambda archive: capsule.DetectorEstimator(settings={"fit": {}}).fit(

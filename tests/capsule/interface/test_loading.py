@@ -169,6 +169,11 @@ def test_a_table_has_a_row_for_each_sample(archive):
     assert list(nothing) == list(table) and nothing.empty
 
 
+def test_one_name_may_stand_alone(archive):
+    assert archive.select("3mm/r01").labelled == ["3mm/r01"]
+    np.testing.assert_array_equal(archive.rows("3mm/r01"), archive.rows(["3mm/r01"]))
+
+
 def test_a_recording_is_drawn_with_its_true_size_and_the_best_place(archive):
     figure = archive.plot("3mm/r01")
     signal, envelope, matrix = figure.axes[:3]

@@ -14,6 +14,7 @@ import numpy as np
 
 from capsule.arrays import FloatArray
 from capsule.errors import CapsuleError
+from capsule.particles import ParameterSpace, Particle
 from capsule.recording import Recording
 
 _Result = TypeVar("_Result")
@@ -59,7 +60,9 @@ def _each_sensor_rows(name: str, values: Iterable[object]) -> list[FloatArray]:
     return [sensor_rows(f"{name}[{place}]", each) for place, each in enumerate(values)]
 
 
-def _recording(name: str, value: Recording) -> Recording:
+def _recording(name: str, value: object) -> Recording:
+    if not isinstance(value, Recording):
+        raise refuse(name, value, "a Recording")
     sensor_rows(f"{name}.values", value.values)
     return value
 
@@ -86,6 +89,8 @@ _CHECKS: Mapping[object, Callable[[str, Any], object]] = {
     float: _number,
 }
 
+_CLASSES = {np.random.Generator, ParameterSpace, Particle}
+
 
 def checked(function: Callable[..., _Result]) -> Callable[..., _Result]:
     """Return a function of the library that checks its arguments first."""
@@ -96,9 +101,11 @@ def checked(function: Callable[..., _Result]) -> Callable[..., _Result]:
         bound = shape.bind(*args, **named)
         given = bound.arguments
         for name, value in given.items():
-            check = _CHECKS.get(shape.parameters[name].annotation)
-            if check and name not in _ANY_SHAPE:
-                given[name] = check(name, value)
+            kind = shape.parameters[name].annotation
+            if kind in _CHECKS and name not in _ANY_SHAPE:
+                given[name] = _CHECKS[kind](name, value)
+            elif kind in _CLASSES and not isinstance(value, kind):
+                raise refuse(name, value, f"a {kind.__name__}")
         samples = given["values"].shape[1] if {"values", "length"} <= given.keys() else 0
         if samples > given.get("length", samples):
             raise refuse("length", given["length"], f"{samples}, the number of samples, or more")

@@ -45,7 +45,8 @@ except ImportError:
 class _OfReadings(BaseEstimator):
     """Base class of all that takes readings, one recording per row."""
 
-    settings: Settings | None
+    def __init__(self, settings: Settings | None = None) -> None:
+        self.settings = settings
 
     def __sklearn_tags__(self) -> Tags:
         tags = super().__sklearn_tags__()
@@ -99,10 +100,8 @@ def _shipped_settings() -> Settings:
 
 def _readings(row: FloatArray, sensors: int) -> FloatArray:
     """Return the readings (S, K) in a row, which may end within a sample."""
-    samples = -(-row.size // sensors)
-    padded = np.full(samples * sensors, np.nan)
-    padded[: row.size] = row
-    values = padded.reshape(samples, sensors).T
+    padded = np.pad(row, (0, -row.size % sensors), constant_values=np.nan)
+    values = padded.reshape(-1, sensors).T
     known = np.flatnonzero(~np.isnan(values).all(axis=0))
     return np.ascontiguousarray(values[:, : known[-1] + 1 if known.size else 0])
 
@@ -129,8 +128,8 @@ class DetectorEstimator(_OfReadings):
     """
 
     def __init__(self, detector: str = "taught", settings: Settings | None = None) -> None:
+        super().__init__(settings)
         self.detector = detector
-        self.settings = settings
 
     def __sklearn_tags__(self) -> Tags:
         tags = super().__sklearn_tags__()
@@ -208,10 +207,8 @@ class DetectorEstimator(_OfReadings):
 
         The report shows the detector with the highest balanced accuracy first.
         """
-        size_mm = np.asarray(y, dtype=np.float64)
-        return balanced_accuracy(
-            pd.DataFrame({"size_mm": size_mm, "predicted_mm": self.predict(X)})
-        )
+        sizes_mm = {"size_mm": np.asarray(y, float), "predicted_mm": self.predict(X)}
+        return balanced_accuracy(pd.DataFrame(sizes_mm))
 
     def verdicts(self, X: object) -> list[Verdict]:
         """Return the detector's full verdict on each recording: size, interval, place, ..."""
@@ -268,9 +265,6 @@ class MatrixTransformer(TransformerMixin, _OfReadings):
     settings : mapping, optional
         As for `DetectorEstimator`.
     """
-
-    def __init__(self, settings: Settings | None = None) -> None:
-        self.settings = settings
 
     def fit(self, X: object, y: object = None) -> "MatrixTransformer":
         """Store the number of columns of X; nothing else is learned."""

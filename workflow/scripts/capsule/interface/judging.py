@@ -15,7 +15,7 @@ from capsule.evaluation.cross_validation import (
 )
 from capsule.evaluation.whole_evaluation import KEY, by_name, evaluate_archive, rated
 from capsule.held_out import teaching
-from capsule.interface.loaded_archive import LoadedArchive, frame
+from capsule.interface.loaded_archive import LoadedArchive, frame, require_archive
 from capsule.interface.splits import folds_of_scheme
 from capsule.naming import sort_key
 
@@ -85,6 +85,7 @@ def judge(
     CapsuleError
         If no recording can teach.
     """
+    require_archive(archive)
     rules, index = archive.settings["evaluation"], archive.index(archive.labelled)
     detectors: Detectors
     if estimator is None:

@@ -39,6 +39,8 @@ def load(
         The folder or the configuration cannot be used. A recording that cannot be used raises no
         error: it is listed with the reason.
     """
+    if not isinstance(raw, str | Path):
+        raise refuse("raw", raw, "a path to a folder of recordings")
     folder = Path(raw)
     beside = folder.resolve().parent / "config" / "config.yaml"
     chosen = Path(config) if config is not None else beside if beside.exists() else None

@@ -15,6 +15,7 @@ from capsule.errors import CapsuleError
 from capsule.fits import by_size
 from capsule.fitting import Fit
 from capsule.held_out import teaching
+from capsule.interface.arguments import refuse
 from capsule.kinds import Cells, Row, Settings
 from capsule.listing import COLUMNS, NEAR_COPIES
 from capsule.naming import folder_size_mm, size_mm, sizes_of
@@ -70,16 +71,10 @@ class LoadedArchive:
         The configuration, by sections.
     readings : dict of str to (S, K) array
         Readings of each accepted recording, on an even grid in time; NaN where a sample is missing.
-    matrices : dict of str to (S, L) array
-        V of each accepted recording (the paper's Eq. 6).
     headers : dict of str to dict
         The ``# key: value`` lines of each accepted recording.
     labelled, unlabelled : list of str
         The accepted recordings of known size, and the others.
-    X : (n, L S) array
-        `rows` of the labelled recordings, for estimators.
-    y : (n,) array
-        Their true sizes in mm, 0 for no nodule.
     """
 
     def __init__(
@@ -118,17 +113,17 @@ class LoadedArchive:
 
     @cached_property
     def matrices(self) -> ByRecording[np.ndarray]:
-        """V of each accepted recording, (S, L)."""
+        """V of each accepted recording, (S, L) (the paper's Eq. 6)."""
         return ByRecording({name: each.matrix for name, each in self._described.items()})
 
     @cached_property
     def X(self) -> np.ndarray:
-        """The readings of the labelled recordings as estimators take them, (n, L S)."""
+        """`rows` of the labelled recordings, for estimators, (n, L S)."""
         return self.rows(self.labelled)
 
     @property
     def y(self) -> np.ndarray:
-        """True sizes of the labelled recordings in mm, (n,)."""
+        """True sizes of the labelled recordings in mm, 0 for no nodule, (n,)."""
         return np.array([size_mm(name) for name in self.labelled], dtype=np.float64)
 
     @property
@@ -154,7 +149,7 @@ class LoadedArchive:
         A row is sample after sample as in the file, with NaN after the last. Missing samples at
         the very end of a recording are lost here.
         """
-        values = [self.readings[name].T.ravel() for name in names]
+        values = [self.readings[name].T.ravel() for name in _listed(names)]
         options = self.template_options
         rows = np.full((len(values), options["sensors"] * options["length"]), np.nan)
         for row, each in zip(rows, values, strict=True):
@@ -167,11 +162,10 @@ class LoadedArchive:
         The columns are ``recording``, ``size_mm`` (NaN if unknown), ``time_s`` and ``sensor_1`` to
         ``sensor_S``.
         """
-        chosen = self.readings if names is None else [names] if isinstance(names, str) else names
         sensors = column_names(self.settings["recording"]["sensors"])[1:]
         empty = pd.DataFrame(columns=["recording", "size_mm", "time_s", *sensors])
         parts = []
-        for name in chosen:
+        for name in self.readings if names is None else _listed(names):
             cells = dict(zip(sensors, self.readings[name], strict=True))
             size = float("nan") if (known := size_mm(name)) is None else known
             key = {"recording": name, "size_mm": size, "time_s": self.time_s(name)}
@@ -193,14 +187,8 @@ class LoadedArchive:
         row, seen = self._rows[name], self._described[name]
         shape, rate_hz = self.settings["preprocessing"], self.settings["recording"]["rate_hz"]
         title = f"{name}, true size: {words.size(size_mm(name))}"
-        run = preprocess_run(
-            name,
-            title,
-            self.readings[name],
-            rate_hz=rate_hz,
-            window=shape["window"],
-            threshold=shape["threshold"],
-        )
+        options = {key: shape[key] for key in ("window", "threshold")}
+        run = preprocess_run(name, title, self.readings[name], rate_hz=rate_hz, **options)
         place_s = float("nan") if row["no_verdict"] else seen.passage.location_samples / rate_hz
         places = {place_s: ["best candidate"]} if np.isfinite(place_s) else {}
         return draw_judged(run, shape["threshold"], places)
@@ -232,7 +220,7 @@ class LoadedArchive:
 
     def select(self, names: Iterable[str]) -> "LoadedArchive":
         """Return an archive of some of the recordings, such as ``archive.labelled[::5]``."""
-        wanted = {self._rows[name]["recording"] for name in names}
+        wanted = {self._rows[name]["recording"] for name in _listed(names)}
         rows = [dict(row) for name, row in self._rows.items() if name in wanted]
         for row in rows:
             others = [other for other in row[NEAR_COPIES].split() if other in wanted]
@@ -265,6 +253,16 @@ class LoadedArchive:
         index = teaching(index, self.settings["evaluation"]["held_out"])
         usable = [name for name, row in index.items() if not row["no_verdict"]]
         return {name: self._described[name].fit.particle for name in usable}
+
+
+def require_archive(archive: object) -> None:
+    """Refuse anything but an archive."""
+    if not isinstance(archive, LoadedArchive):
+        raise refuse("archive", archive, "what capsule.load returns")
+
+
+def _listed(names: Iterable[str]) -> Iterable[str]:
+    return [names] if isinstance(names, str) else names
 
 
 def frame(columns: Sequence[str], rows: Iterable[Row]) -> pd.DataFrame:

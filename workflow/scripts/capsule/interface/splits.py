@@ -13,7 +13,7 @@ from capsule.evaluation.cross_validation import (
     folds_of,
     group_scheme,
 )
-from capsule.interface.loaded_archive import LoadedArchive
+from capsule.interface.loaded_archive import LoadedArchive, require_archive
 
 Part = tuple[np.ndarray, np.ndarray]
 
@@ -61,6 +61,7 @@ def folds(archive: LoadedArchive, scheme: str = LEAVE_ONE_OUT) -> RecordingSplit
     CapsuleError
         If there is no such scheme, or the archive does not allow it.
     """
+    require_archive(archive)
     row = {name: number for number, name in enumerate(archive.labelled)}
     parts = [
         (teaching_rows(archive, fold.left_out), np.array([row[name] for name in fold.judged]))
