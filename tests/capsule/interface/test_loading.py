@@ -182,7 +182,7 @@ def test_a_recording_is_drawn_with_its_true_size_and_the_best_place(archive):
     assert len(lines) == 4
     np.testing.assert_array_equal(lines[0].get_xdata(), archive.time_s("3mm/r01"))
     (legend,) = signal.get_legend().get_texts()
-    assert legend.get_text().startswith("place by best candidate: ")
+    assert legend.get_text().startswith("place by the search for a nodule: ")
     place_s = archive._described["3mm/r01"].passage.location_samples / 10
     for axes in (signal, envelope, matrix):
         marked = [set(line.get_xdata()) for line in axes.get_lines()]

@@ -190,7 +190,7 @@ class LoadedArchive:
         options = {key: shape[key] for key in ("window", "threshold")}
         run = preprocess_run(name, title, self.readings[name], rate_hz=rate_hz, **options)
         place_s = float("nan") if row["no_verdict"] else seen.passage.location_samples / rate_hz
-        places = {place_s: ["best candidate"]} if np.isfinite(place_s) else {}
+        places = {place_s: ["the search for a nodule"]} if np.isfinite(place_s) else {}
         return draw_judged(run, shape["threshold"], places)
 
     def time_s(self, name: str) -> np.ndarray:
