@@ -8,7 +8,8 @@ from matplotlib import get_data_path
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent
-sys.path[:0] = [str(HERE / "_site"), str(ROOT / "workflow" / "scripts")]
+CODE = [ROOT / "workflow" / "scripts", ROOT / "workflow" / "studies"]
+sys.path[:0] = map(str, [HERE / "_site", *CODE])
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 

@@ -27,7 +27,12 @@ from script_parser import script_parser
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = ROOT / "workflow" / "scripts"
 # Scripts for people that are no words of the command `capsule`.
-OTHER_SCRIPTS = ("make_parts.py", "study_phantom.py", "teach_scorer.py")
+STUDIES = ROOT / "workflow" / "studies"
+OTHER_SCRIPTS = (
+    SCRIPTS / "make_parts.py",
+    STUDIES / "study_phantom.py",
+    STUDIES / "teach_scorer.py",
+)
 BOARDS = ("logger", "peristalsis", "fold")
 _FILLED = re.compile(r"<!-- filled: (.+?) -->")
 _SOURCE_ALONE = re.compile(r"<!-- source -->.*?<!-- /source -->\n?", re.DOTALL)
@@ -50,8 +55,8 @@ def options() -> str:
             parser.prog = f"capsule {word}"
             parts += [f"## capsule {word}", _as_text(parser.format_help())]
         for script in OTHER_SCRIPTS:
-            parser = script_parser(SCRIPTS / script)
-            parts += [f"## {script}", _as_text(parser.format_help())]
+            parser = script_parser(script)
+            parts += [f"## {script.name}", _as_text(parser.format_help())]
     return "\n\n".join(parts)
 
 

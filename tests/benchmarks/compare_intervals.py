@@ -15,7 +15,8 @@ from pathlib import Path
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "workflow" / "scripts"))
+FOLDERS = [Path(__file__).parents[2] / "workflow" / each for each in ("scripts", "studies")]
+sys.path[:0] = map(str, FOLDERS)
 
 from judge_report import table
 

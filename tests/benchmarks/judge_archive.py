@@ -10,6 +10,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from judge_rates import mean_or_unknown, rates
+from phantom_study.simulated_archive import (
+    SIZES_MM,
+    DetectorSettings,
+    archive_matrices,
+    average_fits,
+    fit_archive,
+)
 
 from capsule.detectors.search import passage_of
 from capsule.detectors.training import Model, TrainingArchive, detector_class
@@ -20,13 +27,6 @@ from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import Run, planned_runs, simulate_run
 from capsule.seeding import generator
 from capsule.templates import TemplateSet, no_nodule_template
-from phantom_study.simulated_archive import (
-    SIZES_MM,
-    DetectorSettings,
-    archive_matrices,
-    average_fits,
-    fit_archive,
-)
 
 RUNS = 20
 

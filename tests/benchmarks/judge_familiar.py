@@ -18,7 +18,8 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "workflow" / "scripts"))
+FOLDERS = [Path(__file__).parents[2] / "workflow" / each for each in ("scripts", "studies")]
+sys.path[:0] = map(str, FOLDERS)
 
 import foreign_readings as foreign
 from judge_report import table
@@ -167,7 +168,7 @@ def main() -> None:
     usual = next(iter(simulated("usual", 1, FIRST_SEED)))
     print(f"\ntraits of one recording: {1000 * _seconds_each(usual):.1f} ms")
     if arguments.page:
-        page = filled_page(arguments.page.read_text(encoding="utf-8"), blocks)
+        page = filled_page(arguments.page.read_text(encoding="utf-8"), blocks, "judge_familiar")
         arguments.page.write_text(page, encoding="utf-8")
 
 

@@ -13,7 +13,8 @@ import time
 from dataclasses import replace
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "workflow" / "scripts"))
+FOLDERS = [Path(__file__).parents[2] / "workflow" / each for each in ("scripts", "studies")]
+sys.path[:0] = map(str, FOLDERS)
 
 import judge_unseen
 from judge_rates import mean_row

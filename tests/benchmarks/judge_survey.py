@@ -17,11 +17,12 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "workflow" / "scripts"))
+FOLDERS = [Path(__file__).parents[2] / "workflow" / each for each in ("scripts", "studies")]
+sys.path[:0] = map(str, FOLDERS)
 
 from judge_report import table
 
-from acquisition.simulated_bench import SimulatedBench, bench_with
+from capsule.bench.simulated_bench import SimulatedBench, bench_with
 from capsule.configuration_files import read_config_file
 from capsule.number_arguments import natural
 from capsule.phantom.chance import Nodule

@@ -23,10 +23,12 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parents[2] / "workflow" / "scripts"))
+FOLDERS = [Path(__file__).parents[2] / "workflow" / each for each in ("scripts", "studies")]
+sys.path[:0] = map(str, FOLDERS)
 
 from judge_rates import rates
 from judged_only import BENCHES as JUDGED_ONLY_BENCHES
+from phantom_study.simulated_archive import DetectorSettings, average_fits, fit_archive
 from unseen_archives import (
     SIZES_MM,
     USUAL,
@@ -54,7 +56,6 @@ from capsule.number_arguments import natural
 from capsule.preprocessing import preprocess
 from capsule.project import CONFIG, WEIGHTS
 from capsule.templates import TemplateSet, no_nodule_template
-from phantom_study.simulated_archive import DetectorSettings, average_fits, fit_archive
 
 # Other benchmarks take these from here.
 __all__ = ["SIZES_MM", "USUAL", "bench_names", "judge", "simulated", "stored", "training_archive"]

@@ -7,7 +7,7 @@ detectors can be judged on the same archives.
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
 from itertools import islice
 from pathlib import Path
@@ -147,14 +147,18 @@ class Source:
 
 
 def simulated(
-    bench: str, archives: int, first_seed: int = FIRST_SEED, runs: int = RUNS
+    bench: str,
+    archives: int,
+    first_seed: int = FIRST_SEED,
+    runs: int = RUNS,
+    sizes_mm: Sequence[int] = SIZES_MM,
 ) -> Iterator[Readings]:
     """Simulate archives of a bench, one at a time, with some runs of each size."""
     phantom = _phantom(bench)
     for seed in range(first_seed, first_seed + archives):
         yield {
             run.name: _readings(phantom, bench, run.size_mm, seed, run.site)
-            for run in planned_runs(SIZES_MM, runs, 1)
+            for run in planned_runs(sizes_mm, runs, 1)
         }
 
 

@@ -215,13 +215,13 @@ def _shown(row: Mapping) -> dict:
     return {name: row[name] for name in ("bench", "detector", *SHOWN)}
 
 
-def filled_page(page: str, blocks: Mapping[str, str]) -> str:
+def filled_page(page: str, blocks: Mapping[str, str], program: str = "judge_unseen") -> str:
     """Return a document with each passage between its marks written anew.
 
-    The marks of a passage are ``<!-- judge_unseen: NAME -->`` and ``<!-- end: NAME -->``.
+    The marks of a passage are ``<!-- PROGRAM: NAME -->`` and ``<!-- end: NAME -->``.
     """
     for name, block in blocks.items():
-        begin, end = f"<!-- judge_unseen: {name} -->", f"<!-- end: {name} -->"
+        begin, end = f"<!-- {program}: {name} -->", f"<!-- end: {name} -->"
         between = re.compile(f"{re.escape(begin)}.*?{re.escape(end)}", re.DOTALL)
         marked = f"{begin}\n{block}\n{end}"
         page = between.sub(lambda _, text=marked: text, page)

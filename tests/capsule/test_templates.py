@@ -44,15 +44,15 @@ def test_templates_are_rendered_per_size_and_the_first_is_zero():
 def test_without_a_recording_only_its_own_size_changes():
     by_size = {1.0: particles(3, "a"), 2.0: particles(3, "b")}
     templates = build_templates(by_size, sensors=4, first_peak=150, length=1000)
-    left_out = templates.without(2.0, by_size[2.0][0])
+    left_out = templates.without([(2.0, by_size[2.0][0])])
     assert left_out[0] is templates.matrices[0]
     assert left_out[1] is templates.matrices[1]
     remaining = total(by_size[2.0][1:], 4).mean()
     np.testing.assert_allclose(left_out[2], render(remaining, 150, 1000), atol=1e-12)
-    assert templates.without(0.0, by_size[2.0][0]) is templates.matrices
+    assert templates.without([(0.0, by_size[2.0][0])]) is templates.matrices
 
 
 def test_the_only_recording_of_a_size_leaves_no_template_behind():
     by_size = {1.0: particles(1)}
     templates = build_templates(by_size, sensors=4, first_peak=150, length=1000)
-    assert np.isnan(templates.without(1.0, by_size[1.0][0])[1]).all()
+    assert np.isnan(templates.without([(1.0, by_size[1.0][0])])[1]).all()

@@ -10,8 +10,9 @@ from support.project import ROOT
 
 SCRIPTS = ROOT / "workflow" / "scripts"
 MODULES = {
-    ".".join(path.relative_to(SCRIPTS).with_suffix("").parts): path
-    for path in sorted(SCRIPTS.rglob("*.py"))
+    ".".join(path.relative_to(folder).with_suffix("").parts): path
+    for folder in (SCRIPTS, SCRIPTS.with_name("studies"))
+    for path in sorted(folder.rglob("*.py"))
     if path.name != "__init__.py"
 }
 # Layers from the lowest to the highest; the longest name that fits gives a module's layer. Five
@@ -30,15 +31,15 @@ FLOORS = (
     "capsule.figures",
     "capsule.interface",
     "capsule.page",
-    "capsule.importing",
+    "capsule.parts.part_options",
+    "capsule.parts.sheets",
     "capsule.project_state",
     "capsule.run",
-    "importing",
+    "capsule.importing",
+    "capsule.exporting",
+    "capsule.bench",
     "phantom_study",
     "scorer_teaching",
-    "part_making",
-    "exporting",
-    "acquisition",
     "scripts",
 )
 FRONTS = {"acquire", "simulate", "study_phantom", "survey", "teach_scorer"}
@@ -50,6 +51,14 @@ ON_FILES |= {"configuration_files", "settings", "library", "described"}
 ON_FILES |= {"data_files", "held_out_files", "plot_data", "listed"}
 # These call git, Slurm or Snakemake, and look after its runs.
 ON_PROGRAMS = {"project_state", "run", "slurm_jobs", "verify", "workflow_call"}
+# These folders are at work on files, boards and other programs as a whole; and one module reads the
+# options for parts.
+AT_WORK = (
+    "capsule.bench.",
+    "capsule.exporting.",
+    "capsule.importing.",
+    "capsule.parts.part_options",
+)
 SYSTEM = {"pathlib", "os", "shutil", "glob", "tempfile", "subprocess", "multiprocessing"}
 
 
@@ -94,15 +103,17 @@ def test_a_circle_would_be_seen():
         tuple(TopologicalSorter({"a": {"b"}, "b": {"a"}}).static_order())
 
 
-@pytest.mark.parametrize("module", [name for name in MODULES if name.startswith("capsule.")])
+LIBRARY = [name for name in MODULES if name.startswith("capsule.") and not name.startswith(AT_WORK)]
+
+
+@pytest.mark.parametrize("module", LIBRARY)
 def test_only_modules_that_say_so_in_their_name_know_files(module):
     if module.rpartition(".")[2] not in ON_FILES | ON_PROGRAMS:
         assert not SYSTEM & imported(MODULES[module])
 
 
 def test_the_list_of_those_modules_names_none_without_need():
-    library = [module for module in MODULES if module.startswith("capsule.")]
-    names = {each.rpartition(".")[2] for each in library if SYSTEM & imported(MODULES[each])}
+    names = {each.rpartition(".")[2] for each in LIBRARY if SYSTEM & imported(MODULES[each])}
     assert names == ON_FILES | ON_PROGRAMS
 
 

@@ -27,7 +27,7 @@ WITH_PYTHON = list(
 PLACEHOLDERS = {"NAME": "uneven-wall"}
 # What begins another command.
 AFTER = {"|", ";", "&&", ">", "2>&1"}
-COMMAND = re.compile(r"(?:^|[ ;&|(])python workflow/scripts/(\w+)\.py(.*)")
+COMMAND = re.compile(r"(?:^|[ ;&|(])python workflow/(?:scripts|studies)/(\w+)\.py(.*)")
 
 
 @pytest.fixture
@@ -81,7 +81,8 @@ def test_blocks_are_told_apart(tmp_path, monkeypatch):
 @cache
 def parser_of(script: str) -> argparse.ArgumentParser:
     """Return the parser of a script."""
-    return script_parser(SCRIPTS / f"{script}.py")
+    studies = SCRIPTS.with_name("studies") / f"{script}.py"
+    return script_parser(studies if studies.exists() else SCRIPTS / f"{script}.py")
 
 
 def options(parser: argparse.ArgumentParser) -> set[str]:

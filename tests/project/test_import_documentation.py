@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from capsule.importing.import_options import NO_OPTION, build_parser
+from capsule.importing.import_run import Importer
 from capsule.importing.lab_map import allowed
 from capsule.importing.resampling import STOP_DB
-from importing.import_options import NO_OPTION, build_parser
-from importing.import_run import Importer
 from support.lab_files import write_examples
 from support.project import ROOT
 

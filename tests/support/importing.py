@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from capsule.importing.import_options import build_parser
+from capsule.importing.import_run import Importer
 from capsule.recording import Recording, read_recording
-from importing.import_options import build_parser
-from importing.import_run import Importer
 from support.project import ROOT
 
 ODD = ROOT / "tests" / "data" / "odd"

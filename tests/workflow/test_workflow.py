@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
 
-from acquisition.judged_file import as_plain_values, judge_file, taught_recordings
-from acquisition.verdict import FinalVerdict
 from capsule import DetectorEstimator, judge, load, words
+from capsule.bench.judged_file import as_plain_values, judge_file, taught_recordings
+from capsule.bench.verdict import FinalVerdict
 from capsule.configuration_files import read_config_file
 from capsule.detectors.registry import DETECTORS, PAPER
 from capsule.figures.registry import FIGURES
@@ -140,8 +140,11 @@ def test_what_is_handed_on_judges_a_recording_as_the_workflow_did(finished):
     settings = read_config_file(finished.folder / "config/config.yaml")
     files = finished.results / "templates.npz", finished.results / "detectors.json"
     values = np.load(finished.results / "signals/unlabelled/patient.npy")
-    said = FinalVerdict(*files, settings).judge(values)
+    unknown, *said = FinalVerdict(*files, settings).judge(values)
     rows = finished.table("detections.csv")
+    # This archive is too small to teach what is familiar.
+    assert {row["familiar"] for row in rows} == {""}
+    assert unknown.endswith(f" is not known: {rows[0]['unfamiliar_because']}")
     for line, row in zip(said, rows, strict=True):
         sized = {name: float(row[name] or "nan") for name in row if name.startswith("estimate_")}
         verdict = f"nodule of {words.estimated_size(sized)}" if row["estimate_mm"] else "no"

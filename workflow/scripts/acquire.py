@@ -9,9 +9,9 @@ if __name__ == "__main__":
 
 import signal
 
-from acquisition import options, output, run
-from acquisition.bench_errors import INTERRUPTED, end_with_status
 from capsule import files
+from capsule.bench import options, output, run
+from capsule.bench.bench_errors import INTERRUPTED, end_with_status
 
 
 def main() -> None:

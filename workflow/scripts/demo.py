@@ -3,9 +3,9 @@
 import argparse
 from pathlib import Path
 
-from acquisition import demo_run, output
-from acquisition.bench_errors import INTERRUPTED, end_with_status
 from capsule import files
+from capsule.bench import demo_run, output
+from capsule.bench.bench_errors import INTERRUPTED, end_with_status
 from capsule.number_arguments import natural, number_within
 
 

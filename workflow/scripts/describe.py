@@ -10,11 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from capsule import files
+from capsule.detectors.beats import series_of
 from capsule.detectors.described import read_scorer, write_best_places, write_features
-from capsule.detectors.network import score_stretches, series_of
 from capsule.detectors.search import UNKNOWN, passage_of
 from capsule.detectors.wave_traits import wave_traits
 from capsule.page.plot_data import plot_data, write_plot_data
+from capsule.page.stretches import score_stretches
 from capsule.project import WEIGHTS
 from capsule.results import Results
 
@@ -45,8 +46,7 @@ def main() -> None:
         best_places[name] = passage_of(values, rate_hz, settings["diagonal"])
         traits[name] = wave_traits(values, rate_hz, settings["diagonal"])
         series = series_of(values, rate_hz, settings["diagonal"])
-        features[name] = scorer.features(series)
-        stretches = score_stretches(scorer, series)
+        features[name], stretches = scorer.features(series), score_stretches(scorer, series)
         drawn[name] = plot_data(name, values, checks[name], stretches, rate_hz, settings)
         if best_places[name] is UNKNOWN or np.isnan(features[name].score):
             print(f"{name}: no peristaltic wave was found on every sensor")

@@ -3,12 +3,12 @@
 from functools import partial
 
 from capsule import files
+from capsule.exporting.export_options import read_arguments
+from capsule.exporting.export_provenance import outdated
+from capsule.exporting.export_writing import tell, write
+from capsule.exporting.gathering import gather
 from capsule.settings import read_settings
 from capsule.words import plural
-from exporting.export_options import read_arguments
-from exporting.export_provenance import outdated
-from exporting.export_writing import tell, write
-from exporting.gathering import gather
 
 
 def main() -> None:

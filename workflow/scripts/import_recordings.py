@@ -3,8 +3,8 @@
 import sys
 
 from capsule import files
-from importing.import_options import build_parser
-from importing.import_run import Importer
+from capsule.importing.import_options import build_parser
+from capsule.importing.import_run import Importer
 
 
 def main() -> None:

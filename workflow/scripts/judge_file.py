@@ -6,9 +6,9 @@ import shutil
 import sys
 from pathlib import Path
 
-from acquisition import judged_file, judged_view
-from acquisition.verdict import FinalVerdict
 from capsule import files
+from capsule.bench import judged_file, judged_view
+from capsule.bench.verdict import FinalVerdict
 from capsule.configuration_files import read_config_file
 from capsule.workflow_call import data_config, data_folder
 
@@ -53,7 +53,7 @@ def main() -> None:
         for each in judged:
             print("\n".join(judged_view.judged_lines(each, settings, width, plain=plain)))
     if arguments.picture and judged[0].is_accepted:
-        from acquisition.judged_picture_file import write_picture  # matplotlib only if it is used
+        from capsule.bench.judged_picture_file import write_picture  # matplotlib only if it is used
 
         write_picture(judged[0], settings, arguments.picture)
     sys.exit(not all(each.is_accepted for each in judged))

@@ -5,12 +5,12 @@ STEP files (--step) also need Open CASCADE, which the extra [cad] installs.
 """
 
 from capsule import files
-from part_making.flat_files import dxf_text, svg_text
-from part_making.mesh_files import split_bodies, stl_bytes, threemf_bytes
-from part_making.part_lists import bill_of_materials, parts_table, title_lines
-from part_making.part_options import read_arguments, read_design, read_sensors, step_writer
-from part_making.print_profile import profile_text
-from part_making.sheets import sheet_files, sheets
+from capsule.parts.flat_files import dxf_text, svg_text
+from capsule.parts.mesh_files import split_bodies, stl_bytes, threemf_bytes
+from capsule.parts.part_lists import bill_of_materials, parts_table, title_lines
+from capsule.parts.part_options import read_arguments, read_design, read_sensors, step_writer
+from capsule.parts.print_profile import profile_text
+from capsule.parts.sheets import sheet_files, sheets
 
 try:
     from capsule.parts.all_parts import all_parts

@@ -1,8 +1,8 @@
 """Survey a gut: go back to each suspected nodule, and test it again."""
 
-from acquisition import output, survey_options, surveys
-from acquisition.bench_errors import end_with_status
 from capsule import files
+from capsule.bench import output, survey_options, surveys
+from capsule.bench.bench_errors import end_with_status
 
 
 def main() -> None:

@@ -1,11 +1,16 @@
 import numpy as np
 import pytest
 
-from capsule.detectors.beats import find_beats, quantile
+from capsule.detectors.beats import beats_of, quantile
 from capsule.seeding import generator
 from capsule.sensed_wave import fill_missing, wave_period, wave_phase
 
-WAVE = {"period": 32.0, "wavelength_mm": 80.0}
+
+def find_beats(values, period=32.0):
+    """Return the beats of readings that no divider gives and that a press raises."""
+    wave = {"wavelength_mm": 80.0, "wave_speed_mm_s": 10 * 80.0 / period}
+    divider = {"full_scale": np.inf, "pressing_lowers_reading": False}
+    return beats_of(values, 10, wave | divider)
 
 
 def readings(samples=700, period=32.0, position_mm=None, deeper=0.0, centre=350):
@@ -30,7 +35,7 @@ def test_missing_samples_are_bridged_by_straight_lines():
 
 
 def test_a_steady_wave_has_only_usual_beats():
-    beats = find_beats(readings(), **WAVE)
+    beats = find_beats(readings())
     assert np.abs(beats.channels).max() < 0.05
     assert np.abs(beats.irregular_mm).max() < 0.3
 
@@ -62,17 +67,17 @@ def test_beats_are_the_mean_and_the_harmonics_of_every_window_written_out(period
         every = np.array(channels)[:, :: wave // 4]
         medians = np.median(every, axis=1, keepdims=True)
         expected.append((every - medians) / np.median(channels[1]))
-    found = find_beats(values, period=16.0, wavelength_mm=80.0)
+    found = find_beats(values, period=16.0)
     np.testing.assert_allclose(found.channels, np.swapaxes(expected, 0, 1), atol=1e-10)
     np.testing.assert_array_equal(found.centre, centre[:: wave // 4])
 
 
 def test_beats_do_not_depend_on_how_quickly_a_recording_was_sampled():
     values = readings(samples=400, period=16.0, deeper=0.5)
-    slow = find_beats(values, period=16.0, wavelength_mm=80.0)
+    slow = find_beats(values, period=16.0)
     # The last three samples are too few to make another one.
     quick_values = np.concatenate([np.repeat(values, 10, axis=1), values[:, :3]], axis=1)
-    quick = find_beats(quick_values, period=160.0, wavelength_mm=80.0)
+    quick = find_beats(quick_values, period=160.0)
     np.testing.assert_allclose(quick.channels, slow.channels, atol=1e-10)
     np.testing.assert_allclose(quick.irregular_mm, slow.irregular_mm, atol=1e-10)
     np.testing.assert_allclose(quick.centre, 10 * slow.centre + 4.5)
@@ -87,7 +92,7 @@ def test_quantiles_are_those_of_numpy():
 
 
 def test_beats_that_press_more_are_deeper_at_their_time():
-    beats = find_beats(readings(deeper=0.5), **WAVE)
+    beats = find_beats(readings(deeper=0.5))
     level, depth, _ = beats.channels
     for channel in (level, depth):
         # A beat has one contact, which is within one wave of the strongest press.
@@ -97,22 +102,22 @@ def test_beats_that_press_more_are_deeper_at_their_time():
 
 def test_gain_offset_and_drift_of_a_sensor_hardly_matter():
     values = readings(deeper=0.5)
-    plain = find_beats(values, **WAVE).channels
-    scaled = find_beats(values * 0.004 + 1.5, **WAVE).channels
+    plain = find_beats(values).channels
+    scaled = find_beats(values * 0.004 + 1.5).channels
     np.testing.assert_allclose(scaled, plain, atol=1e-9)
     # A drift of five times the depth of the wave in one run.
-    drifting = find_beats(values + np.linspace(0, 100, values.shape[1]), **WAVE).channels
+    drifting = find_beats(values + np.linspace(0, 100, values.shape[1])).channels
     np.testing.assert_allclose(drifting[1:], plain[1:], atol=0.02)
 
 
 def test_the_phase_is_an_odometer():
     sample = np.arange(700)
     position_mm = 0.04 * sample + 4.0 / (1 + np.exp(-(sample - 350) / 20.0))
-    beats = find_beats(readings(position_mm=position_mm), **WAVE)
+    beats = find_beats(readings(position_mm=position_mm))
     true_mm = np.interp(beats.centre, sample, position_mm)
     steady = np.polyval(np.polyfit(beats.centre, true_mm, 1), beats.centre)
     assert np.abs(beats.irregular_mm - (true_mm - steady)).max() < 0.5
 
 
 def test_too_short_a_recording_holds_no_beats():
-    assert find_beats(readings(samples=60), **WAVE) is None
+    assert find_beats(readings(samples=60)) is None

@@ -1,28 +1,19 @@
-"""The taught scorer: gradient, gain of the sensors, and the loss without each stretch."""
+"""The taught scorer: its gradient, and what its score does and does not depend on."""
 
 import numpy as np
 import pytest
 
 from capsule.configuration_files import read_config_file
-from capsule.detectors.beats import beat_series
-from capsule.detectors.network import (
-    _SERIES,
-    STEP,
-    WIDTH,
-    Scorer,
-    features_of,
-    score_stretches,
-    series_of,
-    standardised,
-    unprojected,
-)
-from capsule.detectors.search import along_gut
+from capsule.detectors.beats import series_of
+from capsule.detectors.network import FOLDED, Scorer, features_of, standardised
 from capsule.evaluation.roc import auc
 from capsule.recording import read_recording
 from capsule.seeding import generator
 from support.project import ROOT
 
 SETTINGS = read_config_file(ROOT / "config" / "config.yaml")["diagonal"]
+# Readings above the full scale are used as they are.
+LINEAR = SETTINGS | {"full_scale": 100}
 
 
 @pytest.fixture(scope="module")
@@ -35,6 +26,12 @@ def weights():
 @pytest.fixture(scope="module")
 def scorer(weights):
     return Scorer(weights)
+
+
+@pytest.fixture(scope="module")
+def unprojected(weights):
+    """Return the scorer that only folds its gradients."""
+    return Scorer(weights | {"projection": np.eye(FOLDED)})
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +51,8 @@ def readings(samples=800, deeper=0.0):
 
 def test_the_gradient_is_that_of_the_score(weights, series):
     scorer = Scorer(weights)
-    score, _, gradient = scorer.score_and_gradient(standardised(series))
+    score, _, backward = scorer.forward(standardised(series))
+    gradient = backward()
     numbers = generator(1, "direction")
     names = [name for name in weights if name not in ("gradient_scale", "projection")]
     step = 1e-7  # so small that no unit switches
@@ -64,35 +62,33 @@ def test_the_gradient_is_that_of_the_score(weights, series):
             Scorer(weights | {n: weights[n] + sign * step * direction[n] for n in names})
             for sign in (1, -1)
         ]
-        ahead, behind = (each.score_and_gradient(standardised(series))[0] for each in moved)
+        ahead, behind = (each.forward(standardised(series))[0] for each in moved)
         slope = gradient @ np.concatenate([direction[name].ravel() for name in names])
         assert (ahead - behind) / (2 * step) == pytest.approx(slope, rel=1e-4)
     assert np.isfinite(score)
 
 
-def test_folding_keeps_products_of_gradients(weights):
+def test_folding_keeps_products_of_gradients(weights, unprojected):
     numbers = generator(1, "many")
-    scorer = unprojected(weights)
     many = [0.3 * numbers.normal(size=(4, 5, 30)).cumsum(axis=2) for _ in range(12)]
-    whole = np.array([scorer.score_and_gradient(standardised(each))[2] for each in many])
+    whole = np.array([unprojected.forward(standardised(each))[2]() for each in many])
     whole /= float(weights["gradient_scale"])
-    folded = np.array([scorer.features(each).gradient for each in many])
+    folded = np.array([unprojected.features(each).gradient for each in many])
     products, wanted = folded @ folded.T, whole @ whole.T
     assert np.abs(products - wanted).max() < 0.15 * np.diag(wanted).max()
 
 
-def test_the_gradient_is_folded_and_then_projected(weights, series):
-    folded = unprojected(weights).features(series)
-    projected = Scorer(weights).features(series)
+def test_the_gradient_is_folded_and_then_projected(weights, scorer, unprojected, series):
+    folded, projected = unprojected.features(series), scorer.features(series)
     expected = [sum(folded.gradient * column) for column in weights["projection"].T]
     np.testing.assert_allclose(projected.gradient, expected, rtol=1e-3, atol=1e-5)
     assert projected.score == folded.score
 
 
 def test_the_score_does_not_depend_on_gain_or_rest(weights):
-    scorer, linear = Scorer(weights), SETTINGS | {"full_scale": 100}
-    plain = features_of(readings(deeper=1.0), 10, linear, scorer)
-    other = features_of(300 + 1.7 * readings(deeper=1.0), 10, linear, scorer)
+    scorer = Scorer(weights)
+    plain = features_of(readings(deeper=1.0), 10, LINEAR, scorer)
+    other = features_of(300 + 1.7 * readings(deeper=1.0), 10, LINEAR, scorer)
     assert other.score == pytest.approx(plain.score, abs=1e-6)
 
 
@@ -119,7 +115,7 @@ def test_what_has_no_wave_or_other_sensors_has_no_score(weights):
 
 
 def test_the_series_of_a_steady_wave_is_flat():
-    series = beat_series(-readings(), period=32.0)
+    series = series_of(readings(), 10, LINEAR)
     assert series.shape[:2] == (4, 5)
     # A wave every 8 windows' worth of a quarter: 800 samples less one wave.
     assert series.shape[2] == pytest.approx((800 - 32) / 8, abs=2)
@@ -127,42 +123,6 @@ def test_the_series_of_a_steady_wave_is_flat():
 
 
 def test_a_deeper_beat_stands_where_the_sensor_meets_the_nodule():
-    series = beat_series(-readings(deeper=1.0), period=32.0)
+    series = series_of(readings(deeper=1.0), 10, LINEAR)
     highest = series[:, 1].argmax(axis=1) * 8 + 16
     np.testing.assert_allclose(highest, 150 + 150 * np.arange(4), atol=24)
-
-
-def test_usual_beats_are_zero_in_what_is_taken_out_and_nothing_is_lost_by_them(scorer):
-    series = np.zeros((4, 5, 40))
-    assert not standardised(series)[:, :_SERIES].any()
-    assert standardised(series)[:, _SERIES:].all()
-    scored = score_stretches(scorer, series)
-    assert scored.score == scorer.features(series).score
-    assert not scored.loss.any()
-
-
-def test_the_stretches_in_which_a_sensor_passes_the_nodule_raise_the_score(scorer):
-    near_it, elsewhere = [], []
-    for path in sorted((ROOT / "raw" / "3mm").glob("r0*.csv")):
-        with path.open("rb") as stream:
-            values = read_recording(stream, 4).values
-        along = along_gut(values, 10, SETTINGS)
-        scored = score_stretches(scorer, series_of(values, 10, SETTINGS))
-        # A beat is 8 samples, a quarter of a wave.
-        at = along.first + 8 * (scored.first + scored.step * np.arange(scored.loss.size))
-        near = np.nanmin(np.abs(at - along.passed[:, np.newaxis]), axis=0) < 40
-        near_it.append(scored.loss[near].mean())
-        elsewhere.append(scored.loss[~near].mean())
-    assert len(near_it) >= 5
-    assert np.mean(near_it) > 1.5 * np.mean(elsewhere) > 0
-
-
-@pytest.mark.parametrize("beats", [1, 7, 8, 9, 10])
-def test_the_stretches_of_a_short_recording_stay_within_it(scorer, beats):
-    scored = score_stretches(scorer, np.ones((4, 5, beats)))
-    assert scored.loss.size == max(beats - WIDTH, 0) // STEP + 1
-
-
-def test_what_cannot_be_scored_has_no_stretches(scorer):
-    assert score_stretches(scorer, None) is None
-    assert score_stretches(scorer, np.ones((3, 5, 40))) is None

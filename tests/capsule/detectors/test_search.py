@@ -1,14 +1,13 @@
-"""The search finds where the beats of all sensors agree, and draws what its verdict says."""
+"""The search finds where the beats of all sensors agree."""
 
 import numpy as np
 import pytest
 
 from capsule.configuration_files import read_config_file
 from capsule.detectors.beats import Beats
-from capsule.detectors.search import along_gut, find_passage, passage_of, standardised_beats
+from capsule.detectors.search import UNKNOWN, passage_of, search_beats, standardised_beats
 from capsule.seeding import generator
 from support.project import ROOT
-from support.waves import wave_readings
 
 SETTINGS = read_config_file(ROOT / "config" / "config.yaml")["diagonal"]
 SEARCH = {
@@ -37,6 +36,11 @@ def passing(height, place_mm=7.0, speed=0.045, sensors=(0, 1, 2, 3), irregular=0
             -0.5 * ((head_mm - 6.0 * sensor - place_mm) / 1.5) ** 2
         )
     return Beats(channels, centre, irregular_mm)
+
+
+def find_passage(beats, settings):
+    """Return the best candidate alone."""
+    return search_beats(beats, settings)[0]
 
 
 def test_a_nodule_is_found_where_it_lies():
@@ -131,29 +135,5 @@ def test_the_search_is_repeatable():
     assert find_passage(passing(0.3), SEARCH) == find_passage(passing(0.3), SEARCH)
 
 
-@pytest.mark.parametrize("deeper", [0.0, 0.8])
-def test_the_highest_score_along_the_gut_is_that_of_the_verdict(deeper):
-    values = wave_readings(deeper=deeper)
-    along, passage = along_gut(values, 10, SETTINGS), passage_of(values, 10, SETTINGS)
-    assert along.evidence.max() == pytest.approx(passage.evidence, abs=1e-5)
-    assert along.step_mm * along.evidence.argmax() == passage.location_mm
-    assert along.passed[0] == passage.location_samples
-
-
-def test_beats_are_drawn_in_usual_depths_and_deeper_where_a_sensor_passes_the_place():
-    along = along_gut(wave_readings(deeper=0.8), 10, SETTINGS)
-    assert np.median(along.depth, axis=1) == pytest.approx(np.ones(4))
-    deepest = along.first + along.step * along.depth.argmax(axis=1)
-    assert deepest == pytest.approx([150, 300, 450, 600], abs=16)
-    assert along.passed == pytest.approx([150, 300, 450, 600], abs=32)
-    assert along.depth.max(axis=1) == pytest.approx(np.full(4, 1.8), abs=0.3)
-
-
-def test_a_sensor_that_never_comes_to_the_place_passes_it_at_no_time():
-    # The run ends before the fourth sensor reaches the place where the first three were pressed.
-    along = along_gut(wave_readings(samples=520, deeper=1.5), 10, SETTINGS)
-    assert not np.isnan(along.passed[:3]).any() and np.isnan(along.passed[3])
-
-
-def test_without_a_wave_there_is_nothing_to_draw():
-    assert along_gut(np.ones((4, 300)), 10, SETTINGS) is None
+def test_without_a_wave_no_place_is_the_best():
+    assert passage_of(np.ones((4, 300)), 10, SETTINGS) is UNKNOWN

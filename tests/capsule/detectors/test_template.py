@@ -23,7 +23,7 @@ from capsule.detectors.template import (
 )
 from capsule.particles import Particle, render
 from capsule.seeding import generator
-from capsule.sliding import RepeatedParticle, SlidingComparison, rmse_at_lag
+from capsule.sliding import RepeatedParticle, rmse_at_lag
 from capsule.templates import build_templates
 from support import literal
 from support.paper_ranges import PAPER
@@ -53,7 +53,7 @@ def test_the_papers_verdict_is_the_papers(archive):
     taught = archive_of_matrices(matrices, sizes, templates, particles, 0.9)
     detector = NearestTemplate(taught)
     for name, size in sizes.items():
-        left = templates.without(size, particles.get(name)) if size else templates.matrices
+        left = templates.without([(size, particles.get(name))])
         expected = template_distances(matrices[name], left)
         by_rule = detector.without([name]).verdict(taught.recording(name))
         np.testing.assert_array_equal(by_rule.distances, expected)
@@ -65,7 +65,7 @@ def test_a_fold_that_changes_every_template_judges_by_its_own_templates(archive)
     sizes, particles, matrices, templates = archive
     taught = archive_of_matrices(matrices, sizes, templates, particles, 0.9)
     left_out = ["1mm/r0", "3mm/r0", "0mm/r0"]
-    fold = templates.without_all([(sizes[name], particles.get(name)) for name in left_out])
+    fold = templates.without([(sizes[name], particles.get(name)) for name in left_out])
     model = NearestTemplate(taught).without(left_out)
     for name in left_out:
         expected = template_distances(matrices[name], fold)
@@ -76,15 +76,12 @@ def test_a_margin_is_the_gain_over_no_template(archive):
     _, _, matrices, templates = archive
     matrix = matrices["3mm/r0"]
     sought = [RepeatedParticle(template) for template in templates.matrices[1:]]
-    compared = compare_templates(SlidingComparison(matrix), sought)
-    for template, gain, lag in zip(
-        templates.matrices[1:], compared.gains, compared.lags, strict=True
-    ):
+    _, gains, lags = compare_templates(matrix, sought)
+    for template, gain, lag in zip(templates.matrices[1:], gains, lags, strict=True):
         energy = (matrix**2).sum()
         rmse = rmse_at_lag(matrix, template, int(lag))
         assert rmse**2 * 4 * 3000 == pytest.approx(energy - gain)
-    unknown = compare_templates(SlidingComparison(np.full((4, 1000), np.nan)), sought)
-    assert np.isnan([unknown.distances, unknown.gains, unknown.lags]).all()
+    assert np.isnan(compare_templates(np.full((4, 1000), np.nan), sought)).all()
 
 
 @pytest.mark.parametrize("passes", [1, 3])
@@ -96,10 +93,10 @@ def test_the_folds_threshold_equals_that_of_all_margins_computed_anew(archive, p
     detector = TemplateMargin(taught)
     healthy = [name for name, size in sizes.items() if size == 0]
     for left_out in (["1mm/r2"], ["0mm/r3"], ["1mm/r0", "3mm/r1", "0mm/r0"]):
-        fold = templates.without_all([(sizes[n], particles.get(n)) for n in left_out])
+        fold = templates.without([(sizes[n], particles.get(n)) for n in left_out])
         sought = [RepeatedParticle(template) for template in fold[1:]]
         margins = [
-            np.nanmax(compare_templates(SlidingComparison(matrices[name]), sought).gains)
+            np.nanmax(compare_templates(matrices[name], sought)[1])
             for name in healthy
             if name not in left_out
         ]
@@ -172,8 +169,8 @@ def test_the_largest_value_is_found_among_those_that_are_known(values):
 def test_the_lag_tells_when_the_first_sensor_meets_the_nodule():
     particle = Particle(np.ones(4), np.full(4, 0.2), np.full(3, 120.0), np.full(4, 20.0))
     template = render(particle, 150, 1000)
-    rolled = SlidingComparison(np.roll(template, 33, axis=1))
-    lags = compare_templates(rolled, [RepeatedParticle(template)]).lags
+    rolled = np.roll(template, 33, axis=1)
+    _, _, lags = compare_templates(rolled, [RepeatedParticle(template)])
     assert first_peak_sample(lags[0], 150, 1000) == 150 - 1 + 33
 
 
@@ -186,8 +183,6 @@ def test_a_margin_changes_by_no_more_than_its_bound(drawn):
     for sensor, column in drawn:
         fold[sensor % 2, 5 * column : 5 * column + 5] *= 1 + numbers.normal()
     matrix = np.maximum(numbers.normal(0.3, 0.3, (2, 60)), 0.0)
-    gains = compare_templates(
-        SlidingComparison(matrix), [RepeatedParticle(whole), RepeatedParticle(fold)]
-    ).gains
-    reach = margin_reach(np.array([np.linalg.norm(matrix)]), whole, fold)[0]
+    _, gains, _ = compare_templates(matrix, [RepeatedParticle(whole), RepeatedParticle(fold)])
+    reach = margin_reach(np.linalg.norm(matrix), whole, fold)
     assert abs(gains[1] - gains[0]) <= reach + 1e-9

@@ -157,10 +157,10 @@ def test_no_scheme_but_resubstitution_is_taught_by_a_place_that_it_judges(rows, 
 @given(st.integers(1, 100_000), st.integers(100, 5000))
 def test_the_work_of_all_folds_stops_growing_with_the_square(recordings, most):
     folds = number_of_folds(recordings, most)
-    assert 100 <= folds <= most
+    assert 50 <= folds <= most
     if recordings > most:
         # The next fold would be too much work.
-        assert folds == 100 or recordings * folds <= most**2 < recordings * (folds + 1)
+        assert folds == 50 or recordings * folds <= most**2 < recordings * (folds + 1)
     else:
         assert folds == most
     assert number_of_folds(recordings + 1, most) <= folds

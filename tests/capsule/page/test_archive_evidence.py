@@ -6,7 +6,6 @@ import numpy as np
 
 from capsule.configuration_files import read_config_file
 from capsule.detectors.beats import WINDOWS_A_WAVE
-from capsule.detectors.network import STEP, Stretches
 from capsule.detectors.template import first_peak_sample
 from capsule.page.archive_evidence import (
     VERDICT_KEYS,
@@ -18,6 +17,7 @@ from capsule.page.beside import stands_beside
 from capsule.page.nearest_templates import NearestTemplate
 from capsule.page.packing import to_json
 from capsule.page.recording_evidence import RecordingResults, recording_evidence
+from capsule.page.stretches import STEP, Stretches
 from capsule.particles import Particle
 from support.project import ROOT
 from support.stored import StoredResults
@@ -40,7 +40,7 @@ def test_1200_recordings_of_full_length_stay_below_25_megabytes():
     schemes = ("leave_one_out", "resubstitution")
     nearest = {scheme: NearestTemplate(3.0, PARTICLE, 981) for scheme in schemes}
     beats = int(1000 / 32 * WINDOWS_A_WAVE)
-    stretches = Stretches(7.0, 3.5, STEP, np.linspace(0, 1, beats // STEP))
+    stretches = Stretches(7.0, np.linspace(0, 1, beats // STEP))
     check = {"header": {}, "sha256": "0" * 64}
     results = RecordingResults(values, check, stretches)
     alone = recording_evidence("3mm/r01", results, 10.0, SETTINGS)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from capsule.configuration_files import read_config_file
-from capsule.detectors.network import STEP, Stretches
 from capsule.page.recording_evidence import RecordingResults, peaks, recording_evidence
+from capsule.page.stretches import Stretches
 from support.packed import unpack
 from support.project import ROOT
 from support.synthetic import make_recording
@@ -43,7 +43,7 @@ def test_the_facts_are_those_of_the_file_and_its_header():
 
 def test_what_the_detectors_judged_by_goes_together():
     recording = make_recording(3, "3mm/r01", samples=600)
-    stretches = Stretches(7.0, 3.5, STEP, np.array([0.0, 1.0, 0.5]))
+    stretches = Stretches(7.0, np.array([0.0, 1.0, 0.5]))
     check = CHECK | {"header": recording.header}
     drawn = evidence_of(recording.values, check, stretches=stretches)
     assert drawn["unit"] == "counts"

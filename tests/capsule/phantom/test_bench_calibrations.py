@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 import study_phantom
+from phantom_study import trials
+
 from capsule.files import read_csv
 from capsule.phantom.contact import height_factor, stray_offset
 from capsule.phantom.files import BENCHES, DEFAULT_TABLE, bench_file, read_phantom
-from phantom_study import trials
 
 pytestmark = pytest.mark.slow
 

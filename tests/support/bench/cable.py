@@ -6,7 +6,7 @@ import select
 import time
 from pathlib import Path
 
-from acquisition.cable import Board, Cable
+from capsule.bench.cable import Board, Cable
 
 try:
     import fcntl

@@ -94,11 +94,11 @@ def serve(connection: socket.socket) -> None:
 if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).parents[3] / "workflow" / "scripts"))
     import survey
-    from acquisition import board_bench, fold_board, survey_run, surveys
-    from acquisition.clock import AWAKE
-    from acquisition.line import Line
-    from acquisition.protocol import encode
     from capsule import files
+    from capsule.bench import board_bench, fold_board, survey_run, surveys
+    from capsule.bench.clock import AWAKE
+    from capsule.bench.line import Line
+    from capsule.bench.protocol import encode
 
     with socket.socket(fileno=int(sys.argv[1])) as served:
         serve(served)

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from acquisition.cable import Cable
+from capsule.bench.cable import Cable
 from capsule.recording import Recording, read_recording
 from support.bench.world import taken_at_s
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
 
-from acquisition.stand_in import StandInLogger
-from acquisition.workbench import Workbench
+from capsule.bench.stand_in import StandInLogger
+from capsule.bench.workbench import Workbench
 from capsule.phantom.chance import Nodule
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import with_values

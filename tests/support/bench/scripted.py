@@ -4,14 +4,14 @@ from collections.abc import Iterable
 from pathlib import Path
 from types import SimpleNamespace
 
-from acquisition import attendance, clock, session
-from acquisition.archive import PartFile
-from acquisition.frame_log import FrameLog
-from acquisition.limits import Limits
-from acquisition.line import Arrival
-from acquisition.protocol import FrameParser, Identity, encode
-from acquisition.session import Session
-from acquisition.terminal import Progress
+from capsule.bench import attendance, clock, session
+from capsule.bench.archive import PartFile
+from capsule.bench.frame_log import FrameLog
+from capsule.bench.limits import Limits
+from capsule.bench.line import Arrival
+from capsule.bench.protocol import FrameParser, Identity, encode
+from capsule.bench.session import Session
+from capsule.bench.terminal import Progress
 
 ENTRIES = {
     "protocol": "1",

@@ -2,7 +2,7 @@
 
 from collections import deque
 
-from acquisition.stand_in import StandIn
+from capsule.bench.stand_in import StandIn
 from support.bench.closed_loop import HALF_STEPS_PER_MM
 from support.bench.folding import SWITCH_TRAVEL, TRAVEL
 

@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import ClassVar
 
-from acquisition.workbench import Workbench
+from capsule.bench.workbench import Workbench
 from support.bench.cable import TerminalCable
 from support.bench.clocked_survey import ANSWER, ASK, ENDED
 

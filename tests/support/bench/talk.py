@@ -2,8 +2,8 @@
 
 from collections.abc import Callable
 
-from acquisition.protocol import Event, decode, encode
-from acquisition.workbench import World
+from capsule.bench.protocol import Event, decode, encode
+from capsule.bench.workbench import World
 from support.bench.emulated import EmulatedBoard
 
 STRETCH_US = 5000

@@ -69,10 +69,6 @@ class Archive:
         """Return the recordings of a known condition, with or without a nodule."""
         return [name for name in self.recordings if size_mm(name) is not None]
 
-    def of_nodules(self) -> list[str]:
-        """Return the recordings over a nodule of known size."""
-        return [name for name in self.recordings if (size_mm(name) or 0.0) > 0.0]
-
     def unlabelled(self) -> list[str]:
         """Return the recordings of unknown size, which a detector is to judge."""
         return [name for name in self.recordings if size_mm(name) is None]

@@ -84,32 +84,14 @@ class TemplateSet:
     matrices: tuple[FloatArray, ...]
     first_peak: int
 
-    def without(self, size_mm: float, particle: Particle) -> tuple[FloatArray, ...]:
-        """Return the templates without one recording.
-
-        Parameters
-        ----------
-        size_mm : float
-            The recording's size; 0 changes nothing, because T^0 is not an average.
-        particle : Particle
-            Its optimal particle.
-
-        Returns
-        -------
-        tuple of B (S, L) arrays
-        """
-        return self.without_all([(size_mm, particle)])
-
-    def without_all(
-        self, left_out: Iterable[tuple[float, Particle | None]]
-    ) -> tuple[FloatArray, ...]:
-        """Return the templates without several recordings.
+    def without(self, left_out: Iterable[tuple[float, Particle | None]]) -> tuple[FloatArray, ...]:
+        """Return the templates without some recordings.
 
         Parameters
         ----------
         left_out : iterable of (float, Particle)
-            Size and optimal particle of each; entries of size 0 or without a particle change
-            nothing.
+            Size and optimal particle of each. Entries of size 0 change nothing, because T^0 is not
+            an average; nor do those without a particle.
 
         Returns
         -------

@@ -80,10 +80,8 @@ class ScoredModel(ABC):
         ----------
         seen : (n, F) array
             From `seen`, of the training recordings.
-        sizes_mm : (n,) array
-            Their true sizes in mm; 0 for none.
-        places : (n,) array of int
-            Their places.
+        sizes_mm, places : (n,) array
+            Their true sizes in mm, 0 for none, and the numbers of their places.
         settings : mapping
             The detector's section of the configuration.
 
@@ -136,7 +134,7 @@ class ScoredModel(ABC):
         names = ("threshold", "learned", "probability", "sizes")
         threshold, learned, probability, sizes = (stored[cls.name][name] for name in names)
         return cls(
-            _UNKNOWN if threshold is None else float(threshold),
+            _UNKNOWN if threshold is None else threshold,
             learned and Regression.restored(learned),
             probability and Probability(**probability),
             sizes and SizeModel.restored(sizes),
@@ -146,11 +144,7 @@ class ScoredModel(ABC):
 class ScoredDetector:
     """A detector that an archive teaches, and that can leave recordings out.
 
-    Parameters
-    ----------
-    archive : TrainingArchive
-        The archive whose labelled recordings teach; one that the detector sees nothing of teaches
-        nothing.
+    A recording of the archive that the detector sees nothing of teaches nothing.
     """
 
     Model: type[ScoredModel]
@@ -160,19 +154,17 @@ class ScoredDetector:
         self._rules = archive.settings["evaluation"]
         seen = {name: self.Model.seen(archive.recording(name)) for name in archive.sizes_mm}
         self._names = [name for name, row in seen.items() if not np.isnan(row[0])]
-        self._row = {name: row for row, name in enumerate(self._names)}
         self._seen = _table([seen[name] for name in self._names])
         self._sizes_mm = np.array([archive.sizes_mm[name] for name in self._names], dtype=float)
         self._places = archive.place_numbers(self._names)
-        nodules = [name for name in self._names if archive.sizes_mm[name] > 0]
         self._size_features = _table(
-            [self.Model.size_features(archive.recording(name)) for name in nodules]
+            [self.Model.size_features(archive.recording(name)) for name in self._names]
         )
 
     def without(self, left_out: Sequence[str]) -> ScoredModel:
         """Learn from all labelled recordings except those left out."""
-        teaches = np.ones(len(self._names), dtype=bool)
-        teaches[[self._row[name] for name in left_out if name in self._row]] = False
+        apart = set(left_out)
+        teaches = np.array([name not in apart for name in self._names], dtype=bool)
         sizes_mm, places = self._sizes_mm[teaches], self._places[teaches]
         learned, scores = self.Model.learn(self._seen[teaches], sizes_mm, places, self._settings)
         known = ~np.isnan(scores)
@@ -184,7 +176,7 @@ class ScoredDetector:
             learned,
             fit_probability(scores[known], nodule[known], places[known], prevalence),
             fit_sizes(
-                self._size_features[teaches[self._sizes_mm > 0]],
+                self._size_features[teaches][nodule],
                 sizes_mm[nodule],
                 places[nodule],
                 scores[nodule] > threshold,

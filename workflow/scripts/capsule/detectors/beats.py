@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.arrays import FloatArray
+from capsule.divider import pressed_and_period
+from capsule.kinds import Settings
 from capsule.sensed_wave import Wave, find_wave
 
 CHANNELS = ("level", "depth", "shape")
@@ -52,22 +54,24 @@ class Beats:
         return float(self.centre[1] - self.centre[0])
 
 
-def find_beats(values: FloatArray, *, period: float, wavelength_mm: float) -> Beats | None:
+def beats_of(values: FloatArray, rate_hz: float, settings: Settings) -> Beats | None:
     """Return the beats of a recording.
 
     Parameters
     ----------
-    values, period
-        As in `find_wave`.
-    wavelength_mm : float
-        Length of the wave in mm.
+    values : (S, K) array
+        Readings on an even grid in time; NaN where a sample is missing.
+    rate_hz : float
+        Sampling rate.
+    settings : mapping
+        Section ``diagonal`` of the configuration, which describes wave and sensors.
 
     Returns
     -------
     Beats or None
         None for a recording of fewer than four waves, or without a wave on some sensor.
     """
-    wave = find_wave(values, period)
+    wave = find_wave(*pressed_and_period(values, rate_hz, settings))
     if wave is None:
         return None
     turn = np.cos(wave.phase)
@@ -80,25 +84,18 @@ def find_beats(values: FloatArray, *, period: float, wavelength_mm: float) -> Be
     thinned_centre = windows + (wave.window - 1) / 2
     # A capsule ahead of steady motion meets the wave later, so the phase is behind.
     behind = np.interp(thinned_centre, np.arange(wave.irregular.size), -wave.irregular)
-    ahead = behind * wavelength_mm / (2 * np.pi)
+    ahead = behind * settings["wavelength_mm"] / (2 * np.pi)
     return Beats(channels, wave.centre(windows), _without_line(thinned_centre, ahead))
 
 
-def beat_series(values: FloatArray, *, period: float) -> FloatArray | None:
+def series_of(values: FloatArray, rate_hz: float, settings: Settings) -> FloatArray | None:
     """Return the beats of a recording at intervals of a quarter of the configured wave.
 
-    Parameters
-    ----------
-    values, period
-        As in `find_wave`.
-
-    Returns
-    -------
-    (S, 5, N) array, or None
-        `SERIES` of each sensor, in units of the sensor's usual depth as in `Beats`. None as in
-        `find_beats`.
+    Parameters and None are as in `beats_of`. The result is an array (S, 5, N) of the `SERIES` of
+    each sensor, in units of the sensor's usual depth as in `Beats`.
     """
-    wave = find_wave(values, period)
+    pressed, period = pressed_and_period(values, rate_hz, settings)
+    wave = find_wave(pressed, period)
     if wave is None:
         return None
     turn = np.exp(-1j * wave.phase)

@@ -1,7 +1,8 @@
 """Calibrate a detector: threshold, probability of a nodule, sizes and their intervals.
 
 The unit is the place. Passes over one place share its gut wall and its nodule, so each recording
-counts 1 / m for a place of m passes, and what leaves a recording out leaves its place out.
+counts 1 / m for a place of m passes, and what leaves a recording out leaves its place out. In all
+functions, `places` is the number of the place of each recording, (n,), from 0 on.
 """
 
 from dataclasses import dataclass
@@ -20,8 +21,7 @@ _PRIOR = 0.1
 
 def place_weights(places: IntArray) -> FloatArray:
     """Return 1 / m of each recording, where m recordings are of its place, (n,)."""
-    _, place_of, passes = np.unique(places, return_inverse=True, return_counts=True)
-    weights: FloatArray = 1.0 / passes[place_of]
+    weights: FloatArray = 1.0 / np.bincount(places)[places]
     return weights
 
 
@@ -35,17 +35,11 @@ def upper_quantile(values: FloatArray, places: IntArray, share: float) -> float:
 
     Parameters
     ----------
-    values : (n,) array
-        Values of recordings, such as scores of healthy ones.
-    places : (n,) array of int
-        The place of each recording.
+    values, places : (n,) array
+        Values of recordings, such as scores of healthy ones, and their places.
     share : float
-        Share of new values that should not exceed the result, such as 0.95.
-
-    Returns
-    -------
-    float
-        Infinite with fewer than share / (1 - share) places, which are too few.
+        Share of new values that should not exceed the result, such as 0.95. Fewer than
+        share / (1 - share) places are too few: the result is infinite.
     """
     order = np.argsort(values, kind="stable")
     weights = place_weights(places)[order]
@@ -58,20 +52,15 @@ def upper_quantile(values: FloatArray, places: IntArray, share: float) -> float:
 def rank_threshold(healthy_scores: FloatArray, places: IntArray, specificity: float) -> float:
     """Return the threshold that limits how often a new healthy recording causes a false alarm.
 
+    A score above the threshold means a nodule. It is the `upper_quantile` of the scores; with too
+    few places, it is the largest score, which guarantees less. NaN if there is no score.
+
     Parameters
     ----------
-    healthy_scores : (n,) array
+    healthy_scores, places : (n,) array
         Scores of recordings without a nodule, from a model that their places did not teach.
-    places : (n,) array of int
-        The place of each.
     specificity : float
         The wanted specificity, such as 0.95.
-
-    Returns
-    -------
-    float
-        From `upper_quantile`. A score above it means a nodule. With too few places, it is the
-        largest score, which guarantees less. NaN if there is no healthy recording.
     """
     if healthy_scores.size == 0:
         return float("nan")
@@ -107,24 +96,16 @@ def fit_probability(
     """Fit a logistic curve, with the recordings weighted to a stated prevalence.
 
     The healthy recordings standardize the score. A weak Gaussian prior on the slope keeps the curve
-    finite if the two kinds do not overlap.
+    finite if the two kinds do not overlap. There is no curve (None) with fewer than two healthy
+    recordings or no nodule, or if the healthy scores do not vary.
 
     Parameters
     ----------
-    scores : (n,) array
-        Scores of the training recordings, each from a model that its place did not teach.
-    nodule : (n,) array of bool
-        Which of them were made over a nodule.
-    places : (n,) array of int
-        The place of each.
+    scores, nodule, places : (n,) array
+        Scores of the training recordings, each from a model that its place did not teach; and
+        which of them were made over a nodule.
     prevalence : float
         Share of recordings with a nodule in the later use of the detector.
-
-    Returns
-    -------
-    Probability or None
-        None with fewer than two healthy recordings or no nodule, or if the healthy scores do not
-        vary.
     """
     healthy = ~nodule
     if np.count_nonzero(healthy) < 2 or not nodule.any():
@@ -179,11 +160,7 @@ class Regression:
     @classmethod
     def restored(cls, stored: Settings) -> "Regression":
         """Return the model from its stored values."""
-        return cls(
-            np.array(stored["mean"], dtype=np.float64),
-            np.array(stored["coefficients"], dtype=np.float64),
-            float(stored["intercept"]),
-        )
+        return cls(np.array(stored["mean"]), np.array(stored["coefficients"]), stored["intercept"])
 
 
 def fit_ridge(
@@ -201,10 +178,8 @@ def fit_ridge(
     ----------
     features : (n, F) array
         Features of at least one recording.
-    values : (n,) array
-        The values to predict.
-    places : (n,) array of int
-        The place of each recording.
+    values, places : (n,) array
+        The values to predict, and the places.
     penalties : float or (F,) array
         Penalty on each squared coefficient.
 
@@ -225,14 +200,11 @@ def fit_ridge(
     rest = 1 - 1 / values.size - np.vecdot(centred, influence)
     errors = np.full(values.size, np.nan)
     np.divide(residuals, rest, out=errors, where=rest > _LEAST_REST)
-    _, place_of, passes = np.unique(places, return_inverse=True, return_counts=True)
-    for place in np.flatnonzero(passes > 1):
-        some = np.flatnonzero(place_of == place)
+    for place in np.flatnonzero(np.bincount(places) > 1):
+        some = np.flatnonzero(places == place)
         rest_of = np.eye(some.size) - 1 / values.size - centred[some] @ influence[some].T
-        if np.linalg.eigvalsh((rest_of + rest_of.T) / 2)[0] > _LEAST_REST:
-            errors[some] = np.linalg.solve(rest_of, residuals[some])
-        else:
-            errors[some] = np.nan
+        known = np.linalg.eigvalsh((rest_of + rest_of.T) / 2)[0] > _LEAST_REST
+        errors[some] = np.linalg.solve(rest_of, residuals[some]) if known else np.nan
     return Regression(mean, coefficients, intercept), values - errors
 
 
@@ -256,16 +228,15 @@ class SizeModel:
 
     def estimate(self, features: RealArray) -> FloatArray:
         """Return the size in mm for each row of features (n, F), or for one, (F,)."""
-        sizes: FloatArray = np.clip(
-            self.regression.of(features), self.known_mm[0], self.known_mm[-1]
-        )
+        smallest, largest = self.known_mm[0], self.known_mm[-1]
+        sizes: FloatArray = np.clip(self.regression.of(features), smallest, largest)
         return sizes
 
     def interval(self, estimate_mm: float) -> tuple[float, float]:
         """Return the ends of the interval of an estimated size, in mm.
 
-        It starts at the archive's smallest size at the earliest. An interval that reaches the
-        largest size has no upper end (infinity), because no larger nodule has taught where it ends.
+        It starts at the archive's smallest size at the earliest. If it reaches the largest, it has
+        no upper end (infinity), because no larger nodule has taught where it ends.
         """
         low, high = estimate_mm - self.half_width_mm, estimate_mm + self.half_width_mm
         return max(low, self.known_mm[0]), high if high < self.known_mm[-1] else float("inf")
@@ -280,7 +251,7 @@ class SizeModel:
         half_width = stored["half_width_mm"]
         return cls(
             Regression.restored(stored["regression"]),
-            float("inf") if half_width is None else float(half_width),
+            float("inf") if half_width is None else half_width,
             tuple(stored["known_mm"]),
         )
 
@@ -294,7 +265,7 @@ def fit_sizes(
     ridge: float,
     confidence: float,
 ) -> SizeModel | None:
-    """Fit the size of nodules to features, and the width of its interval.
+    """Fit the size of nodules to features, and the width of its interval; None without a nodule.
 
     The interval holds the size of a detected nodule at a new place with the wanted probability: its
     half width is the `upper_quantile` of the errors of predictions from the other places (jackknife
@@ -306,21 +277,13 @@ def fit_sizes(
     ----------
     features : (n, F) array
         Features of the recordings of nodules.
-    sizes_mm : (n,) array
-        Their true sizes.
-    places : (n,) array of int
-        The place of each.
-    detected : (n,) array of bool
-        Which of them are detected by a model that their place did not teach.
+    sizes_mm, places, detected : (n,) array
+        Their true sizes, their places, and which of them are detected by a model that their place
+        did not teach.
     ridge : float
         Penalty on the squared coefficients of features that are scaled to a deviation of 1.
     confidence : float
         Share of the intervals that should hold the size, such as 0.9.
-
-    Returns
-    -------
-    SizeModel or None
-        None if there is no nodule.
     """
     if sizes_mm.size == 0:
         return None

@@ -26,16 +26,10 @@ def read_templates(path: Path) -> dict[float, FloatArray]:
 def read_template_set(
     path: Path, first_peak: int, particles: Mapping[str, Particle] | None = None
 ) -> TemplateSet:
-    """Read the templates that are made from all recordings.
+    """Read templates.npz as the templates that are made from all recordings.
 
-    Parameters
-    ----------
-    path : Path
-        templates.npz.
-    first_peak : int
-        u, the column of the first peak.
-    particles : mapping of str to Particle, optional
-        The fits behind the templates; needed only to leave recordings out later.
+    `first_peak` is u, the column of the first peak. `particles` are the fits behind the templates,
+    which are needed only to leave recordings out later.
     """
     rendered = read_templates(path)
     totals: tuple[ParticleTotal, ...] = ()
@@ -53,16 +47,10 @@ def read_training_archive(
     particles: Mapping[str, Particle],
     settings: Settings,
 ) -> TrainingArchive:
-    """Read the recordings and templates that the detectors learn from.
+    """Read the recordings that the detectors learn from; other parameters as in `TrainingArchive`.
 
-    Parameters
-    ----------
-    results : Results
-        The files of the recordings.
-    rows : mapping of str to mapping
-        The rows of recordings.csv, for all recordings that are judged or that teach.
-    templates, particles, settings
-        The arguments of `TrainingArchive` with these names.
+    `results` are the files of the recordings, and `rows` the rows of recordings.csv for all
+    recordings that are judged or that teach.
     """
     return TrainingArchive(
         sizes_of(rows),

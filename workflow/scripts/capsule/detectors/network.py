@@ -1,4 +1,4 @@
-"""The taught scorer: a small convolutional network over the beats, its gradient and its occlusion.
+"""The taught scorer: a small convolutional network over the beats, and its gradient.
 
 Simulated recordings of many random benches taught it beforehand (docs/detection.md). An archive
 then adapts it. To first order, a change of the weights changes the score by the gradient times that
@@ -7,21 +7,15 @@ kernel, Jacot, Gabriel and Hongler 2018). The long gradients are folded to 1024 
 products are nearly the same (the count sketch, Charikar, Chen and Farach-Colton 2002). An archive
 is too small to learn from so many numbers. So a taught projection keeps the directions in which the
 score should change from bench to bench.
-
-Occlusion tells which stretches of a recording raise the score (Zeiler and Fergus 2014): one stretch
-after another is replaced by usual beats, on all sensors at once, and the recording is scored again.
-These scores come from the scorer as taught beforehand, because every training fold adapts its own.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
-from capsule.arrays import BoolArray, FloatArray, IntArray, RealArray
-from capsule.detectors.beats import beat_series
-from capsule.divider import pressed_and_period
+from capsule.arrays import FloatArray, IntArray, RealArray
+from capsule.detectors.beats import series_of
 from capsule.kinds import Settings
 from capsule.seeding import generator
 
@@ -30,12 +24,9 @@ SENSORS = 4
 _DILATIONS = (1, 2, 4, 8, 4)
 # Numbers of a folded gradient.
 FOLDED = 1024
-# In beats; a wave has four. A stretch is two waves long and starts half a wave after the last one.
-WIDTH = 8
-STEP = 2
 # The first rows from `standardised`: the series, which are 0 in a usual beat. The rows after them
 # hold the spreads over the whole recording and stay unchanged.
-_SERIES = 13
+SERIES_ROWS = 13
 
 
 @dataclass(frozen=True)
@@ -55,42 +46,6 @@ class Features:
     score: float
     embedding: RealArray
     gradient: RealArray
-
-
-@dataclass(frozen=True)
-class Stretches:
-    """The loss of score without each stretch of a recording.
-
-    Attributes
-    ----------
-    score : float
-        Score of the whole recording, by the scorer as taught beforehand.
-    first, step : float
-        Centre of the first stretch, and the distance from centre to centre, in beats.
-    loss : (M,) array
-        The score minus the score without the stretch; above 0 if the stretch indicates a nodule.
-    """
-
-    score: float
-    first: float
-    step: float
-    loss: FloatArray
-
-
-class _Seen(NamedTuple):
-    """The values of all layers for one recording, which the backward pass needs."""
-
-    taps: FloatArray
-    own: FloatArray
-    first: FloatArray
-    blocks: list[tuple[FloatArray, BoolArray]]
-    hidden: FloatArray
-    pooled: FloatArray
-    share: FloatArray
-    best: IntArray
-    squeezed: FloatArray
-    embedding: FloatArray
-    score: float
 
 
 class Scorer:
@@ -115,120 +70,71 @@ class Scorer:
         self._sign = numbers.choice([-1.0, 1.0], size=count)
 
     def features(self, series: FloatArray | None) -> Features:
-        """Return the features of one recording.
+        """Return the features of a recording, all NaN if there is no series of four sensors.
 
-        Parameters
-        ----------
-        series : (4, 5, N) array, or None
-            From `capsule.detectors.beats.beat_series`.
-
-        Returns
-        -------
-        Features
-            All NaN if there is no series of four sensors.
+        `series` is an array (4, 5, N) or None, from `capsule.detectors.beats.series_of`.
         """
         dimensions = self._weights["embed_bias"].size
         if series is None or series.shape[0] != SENSORS:
             sizes = dimensions, self._projection.shape[1]
             return Features(float("nan"), *(np.full(size, np.nan, np.float32) for size in sizes))
-        score, embedding, gradient = self.score_and_gradient(standardised(series))
-        folded = np.bincount(self._bucket, self._sign * gradient, FOLDED)
+        score, embedding, backward = self.forward(standardised(series))
+        folded = np.bincount(self._bucket, self._sign * backward(), FOLDED)
         projected = folded @ self._projection
         return Features(score, embedding.astype(np.float32), projected.astype(np.float32))
 
-    def score_and_gradient(self, x: FloatArray) -> tuple[float, FloatArray, FloatArray]:
-        """Return score, embedding and the whole gradient, by a forward and a backward pass.
+    def forward(self, x: FloatArray) -> tuple[float, FloatArray, Callable[[], FloatArray]]:
+        """Return score, embedding, and the backward pass; `x` is the result of `standardised`.
 
-        `x` is the result of `standardised`. The gradient has the order of the weights.
+        The backward pass returns the gradient of the score by all weights, in their order.
         """
-        w, seen = self._weights, self._forward(x)
-        count, h, pooled = seen.hidden.shape[1], seen.hidden, seen.pooled
-        gradient = {"score_weight": seen.embedding, "score_bias": np.ones(1)}
-        gradient["embed_weight"] = np.outer(w["score_weight"], seen.squeezed)
-        gradient["embed_bias"] = w["score_weight"]
-        by_pooled = (w["score_weight"] @ w["embed_weight"]) / (1.0 + np.abs(pooled))
-        by_mean, by_top, by_soft = np.split(by_pooled, 3)
-        dp = seen.share * by_soft[:, np.newaxis] + by_mean[:, np.newaxis] / count
-        dp[np.arange(len(dp)), seen.best] += by_top
-        gradient["pool_weight"], gradient["pool_bias"] = dp @ h.T, dp.sum(axis=1)
-        dh = w["pool_weight"].T @ dp
-        for number in reversed(range(len(_DILATIONS))):
-            taps, active = seen.blocks[number]
-            weight, dilation = w[f"block_{number}_weight"], _DILATIONS[number]
-            turned = dh * active
-            gradient[f"block_{number}_weight"] = turned @ taps.T
-            gradient[f"block_{number}_bias"] = turned.sum(axis=1)
-            back = (_flat(weight).T @ turned).reshape(weight.shape[1], 3, count)
-            dh = dh + back[:, 1]
-            if dilation < count:
-                dh[:, :-dilation] += back[:, 0, dilation:]
-                dh[:, dilation:] += back[:, 2, :-dilation]
-        gradient["mix_weight"], gradient["mix_bias"] = dh @ seen.first.T, dh.sum(axis=1)
-        down = (w["mix_weight"].T @ dh).reshape(seen.own.shape) * (seen.own > 0)
-        gradient["own_weight"] = np.einsum("sot,sit->oi", down, seen.taps)
-        gradient["own_bias"] = down.sum(axis=(0, 2))
-        return seen.score, seen.embedding, np.concatenate([gradient[name].ravel() for name in w])
-
-    def score(self, x: FloatArray) -> float:
-        """Return the score alone; `x` is the result of `standardised`."""
-        return self._forward(x).score
-
-    def _forward(self, x: FloatArray) -> "_Seen":
         w = self._weights
-        taps = np.stack([_windows(row, 5, 1)[:, :, ::2] for row in x])
-        count = taps.shape[-1]
-        seen_own = taps.transpose(0, 2, 1, 3).reshape(len(x), -1, count)
-        own = _flat(w["own_weight"]) @ seen_own + w["own_bias"][:, np.newaxis]
+        windows = np.stack([_windows(row, 5, 1)[:, :, ::2] for row in x])
+        count = windows.shape[-1]
+        own_taps = windows.transpose(0, 2, 1, 3).reshape(len(x), -1, count)
+        own = _flat(w["own_weight"]) @ own_taps + w["own_bias"][:, np.newaxis]
         first = np.maximum(own, 0.0).reshape(-1, count)
         h = w["mix_weight"] @ first + w["mix_bias"][:, np.newaxis]
         blocks = []
         for number, dilation in enumerate(_DILATIONS):
-            seen = _windows(h, 3, dilation).transpose(1, 0, 2).reshape(-1, count)
+            taps = _windows(h, 3, dilation).transpose(1, 0, 2).reshape(-1, count)
             bias = w[f"block_{number}_bias"][:, np.newaxis]
-            turned = _flat(w[f"block_{number}_weight"]) @ seen + bias
-            blocks.append((seen, turned > 0))
+            turned = _flat(w[f"block_{number}_weight"]) @ taps + bias
+            blocks.append((taps, turned > 0))
             h = h + np.maximum(turned, 0.0)
-        p = w["pool_weight"] @ h + w["pool_bias"][:, np.newaxis]
-        pooled, share, best = _pool(p)
+        pooled, share, best = _pool(w["pool_weight"] @ h + w["pool_bias"][:, np.newaxis])
         squeezed = np.sign(pooled) * np.log1p(np.abs(pooled))
         embedding = w["embed_weight"] @ squeezed + w["embed_bias"]
         score = float(w["score_weight"] @ embedding + w["score_bias"][0])
-        return _Seen(
-            seen_own, own, first, blocks, h, pooled, share, best, squeezed, embedding, score
-        )
 
+        def backward() -> FloatArray:
+            gradient = {"score_weight": embedding, "score_bias": np.ones(1)}
+            gradient["embed_weight"] = np.outer(w["score_weight"], squeezed)
+            gradient["embed_bias"] = w["score_weight"]
+            by_pooled = (w["score_weight"] @ w["embed_weight"]) / (1.0 + np.abs(pooled))
+            by_mean, by_top, by_soft = np.split(by_pooled, 3)
+            dp = share * by_soft[:, np.newaxis] + by_mean[:, np.newaxis] / count
+            dp[np.arange(len(dp)), best] += by_top
+            gradient["pool_weight"], gradient["pool_bias"] = dp @ h.T, dp.sum(axis=1)
+            dh = w["pool_weight"].T @ dp
+            for number in reversed(range(len(_DILATIONS))):
+                taps, active = blocks[number]
+                weight, dilation = w[f"block_{number}_weight"], _DILATIONS[number]
+                turned = dh * active
+                gradient[f"block_{number}_weight"] = turned @ taps.T
+                gradient[f"block_{number}_bias"] = turned.sum(axis=1)
+                back = (_flat(weight).T @ turned).reshape(weight.shape[1], 3, count)
+                dh = dh + back[:, 1]
+                if dilation < count:
+                    dh[:, :-dilation] += back[:, 0, dilation:]
+                    dh[:, dilation:] += back[:, 2, :-dilation]
+            gradient["mix_weight"], gradient["mix_bias"] = dh @ first.T, dh.sum(axis=1)
+            down = (w["mix_weight"].T @ dh).reshape(own.shape) * (own > 0)
+            gradient["own_weight"] = np.einsum("sot,sit->oi", down, own_taps)
+            gradient["own_bias"] = down.sum(axis=(0, 2))
+            return np.concatenate([gradient[name].ravel() for name in w])
 
-def score_stretches(scorer: Scorer, series: FloatArray | None) -> Stretches | None:
-    """Return the loss of score without each stretch of a recording.
-
-    Parameters
-    ----------
-    scorer : Scorer
-        The taught scorer.
-    series : (4, 5, N) array, or None
-        As in `Scorer.features`.
-
-    Returns
-    -------
-    Stretches or None
-        None if the scorer gives no score.
-    """
-    if series is None or series.shape[0] != SENSORS:
-        return None
-    x = standardised(series)
-    whole = scorer.score(x)
-    starts = range(0, max(x.shape[-1] - WIDTH, 0) + 1, STEP)
-    loss = np.empty(len(starts))
-    for number, start in enumerate(starts):
-        without = x.copy()
-        without[:, :_SERIES, start : start + WIDTH] = 0.0
-        loss[number] = whole - scorer.score(without)
-    return Stretches(whole, (WIDTH - 1) / 2, float(STEP), loss)
-
-
-def unprojected(weights: Mapping[str, RealArray]) -> Scorer:
-    """Return the scorer of some weights, whose gradients are folded but not projected."""
-    return Scorer({**weights, "projection": np.eye(FOLDED)})
+        return score, embedding, backward
 
 
 def features_of(values: FloatArray, rate_hz: float, settings: Settings, scorer: Scorer) -> Features:
@@ -236,35 +142,11 @@ def features_of(values: FloatArray, rate_hz: float, settings: Settings, scorer: 
     return scorer.features(series_of(values, rate_hz, settings))
 
 
-def series_of(values: FloatArray, rate_hz: float, settings: Settings) -> FloatArray | None:
-    """Return the series of a recording for `Scorer.features`; None as in `beat_series`.
-
-    Parameters
-    ----------
-    values : (S, K) array
-        Readings on an even grid in time; NaN where a sample is missing.
-    rate_hz : float
-        Sampling rate.
-    settings : mapping
-        Section ``diagonal`` of the configuration, which describes wave and sensors.
-    """
-    pressed, period = pressed_and_period(values, rate_hz, settings)
-    return beat_series(pressed, period=period)
-
-
 def standardised(series: FloatArray) -> FloatArray:
-    """Return the input of the network for the beats of a recording.
+    """Return the input of the network, (S, 17, N), for the series of a recording, (S, 5, N).
 
-    Parameters
-    ----------
-    series : (S, 5, N) array
-        From `capsule.detectors.beats.beat_series`.
-
-    Returns
-    -------
-    (S, 17, N) array
-        The series in units of their own spread; their inverse hyperbolic sine; their difference
-        from the mean of the other sensors; the logarithms of the spreads; and ones.
+    Its rows are the series in units of their own spread; their inverse hyperbolic sine; their
+    difference from the mean of the other sensors; the logarithms of the spreads; and ones.
     """
     count = series.shape[-1]
     ordered = np.sort(series, axis=-1)

@@ -18,23 +18,17 @@ class Row:
 
     Attributes
     ----------
-    name : str
-        Its name in the configuration and in the tables.
-    summary : str
-        A short description for the documentation of the configuration.
-    sentence : str
-        Its way of deciding, for the report.
+    name, summary, sentence : str
+        Its name in the configuration and in the tables; a short description for the documentation
+        of the configuration; and its way of deciding, for the report.
     module, built_by : str
         The module and its class, a `capsule.detectors.training.Detector`.
     fixed_threshold : float or None
         The threshold of its score; None for a detector that learns it from healthy recordings.
-    by_distance : bool
-        True if its verdict is the shortest distance to a template.
-    by_templates : bool
-        True if it compares recordings with templates. To judge many recordings anew, each with
-        other templates, takes too long for every report.
-    by_features : bool
-        True if it judges by the taught scorer's features.
+    by_distance, by_templates, by_features : bool
+        True if its verdict is the shortest distance to a template; if it compares recordings with
+        templates; and if it judges by the taught scorer's features. To judge many recordings anew,
+        each with other templates, takes too long for every report.
     drawn : tuple of str
         Parts of its evidence that the report draws, besides score and threshold: ``template``,
         ``beats``, ``passing`` (when each sensor passes the place), ``gut`` and ``stretches``, as
@@ -101,13 +95,7 @@ DETECTORS = {row.name: row for row in _ROWS}
 
 
 def detector_row(name: str) -> Row:
-    """Return the properties of a detector.
-
-    Raises
-    ------
-    CapsuleError
-        There is no such detector; the text lists the existing ones.
-    """
+    """Return the properties of a detector; raise `CapsuleError` with the names if there is none."""
     if name not in DETECTORS:
         raise CapsuleError(f"there is no detector {name}; allowed are: {', '.join(DETECTORS)}")
     return DETECTORS[name]

@@ -11,8 +11,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from capsule.arrays import FloatArray, RealArray
-from capsule.detectors.beats import CHANNELS, Beats, find_beats, quantile
-from capsule.divider import pressed_and_period
+from capsule.detectors.beats import CHANNELS, Beats, beats_of, quantile
 from capsule.kinds import Settings
 
 # Candidates that are tried at a time, so that the arrays fit into the processor's cache.
@@ -58,140 +57,30 @@ class Passage:
 UNKNOWN = Passage(*[float("nan")] * len(fields(Passage)))
 
 
-@dataclass(frozen=True)
-class AlongGut:
-    """The beats of a recording, and the evidence for a nodule at each place along the gut.
-
-    Attributes
-    ----------
-    first, step : float
-        Centre of the first beat, and the distance from beat to beat, in samples.
-    depth : (S, N) array
-        Depth of each sensor's beats in units of its usual depth, which is 1.
-    step_mm : float
-        Distance from place to place, in mm; the first place is the recording's start.
-    evidence : (P,) array
-        The largest evidence over all mean speeds at each place. The detector's score is the
-        largest of these values.
-    passed : (S,) array
-        Time at which each sensor passes the place with the most evidence, in samples; NaN for a
-        sensor that stays farther from it than the extent of a place.
-    """
-
-    first: float
-    step: float
-    depth: FloatArray
-    step_mm: float
-    evidence: RealArray
-    passed: FloatArray
-
-
 def passage_of(values: FloatArray, rate_hz: float, settings: Settings) -> Passage:
-    """Return the best candidate for a nodule in one recording.
+    """Return the best candidate for a nodule; `UNKNOWN` if a sensor shows no peristaltic wave.
 
-    Parameters
-    ----------
-    values : (S, K) array
-        Readings on an even grid in time; NaN where a sample is missing.
-    rate_hz : float
-        Sampling rate.
-    settings : mapping
-        Section ``diagonal`` of the configuration.
+    The parameters are as in `beats_of`.
+    """
+    beats = beats_of(values, rate_hz, settings)
+    return UNKNOWN if beats is None else search_beats(beats, settings)[0]
+
+
+def search_beats(beats: Beats, settings: Settings) -> tuple[Passage, FloatArray, FloatArray]:
+    """Search for the candidate with the most evidence.
 
     Returns
     -------
     Passage
-        `UNKNOWN` if a sensor shows no peristaltic wave.
-    """
-    beats = beats_of(values, rate_hz, settings)
-    return UNKNOWN if beats is None else find_passage(beats, settings)
-
-
-def along_gut(values: FloatArray, rate_hz: float, settings: Settings) -> AlongGut | None:
-    """Return what the report draws: beats, and the evidence from which `passage_of` chooses.
-
-    Parameters and None are as in `beats_of`.
-    """
-    beats = beats_of(values, rate_hz, settings)
-    if beats is None:
-        return None
-    tried = _try_candidates(beats, settings)
-    step_mm = settings["step_mm"]
-    number = np.rint(tried.place_mm / step_mm).astype(int)
-    evidence = np.full(number.max() + 1, -np.inf)
-    np.maximum.at(evidence, number, tried.evidence)
-    beyond_mm = np.abs(tried.beyond_mm - tried.behind_mm[:, np.newaxis])
-    passed = beats.centre[beyond_mm.argmin(axis=1)]
-    return AlongGut(
-        first=float(beats.centre[0]),
-        step=beats.step,
-        depth=1.0 + beats.channels[CHANNELS.index("depth")],
-        step_mm=step_mm,
-        evidence=evidence,
-        passed=np.where(beyond_mm.min(axis=1) <= settings["width_mm"], passed, np.nan),
-    )
-
-
-def beats_of(values: FloatArray, rate_hz: float, settings: Settings) -> Beats | None:
-    """Return the beats of a recording; parameters as in `passage_of`, None as in `find_beats`."""
-    pressed, period = pressed_and_period(values, rate_hz, settings)
-    return find_beats(pressed, period=period, wavelength_mm=settings["wavelength_mm"])
-
-
-def find_passage(beats: Beats, settings: Settings) -> Passage:
-    """Return the candidate with the most evidence."""
-    tried = _try_candidates(beats, settings)
-    unit_mm = unit_of_place(settings)
-    channels = np.concatenate([tried.weighted[np.newaxis], beats.channels])
-    beyond = tried.beyond_mm[np.newaxis] / unit_mm
-    means = averages(channels, beyond, tried.behind_mm / unit_mm, tried.dwell)
-    evidence, level, depth, shape = means[:, 0].tolist()
-    return Passage(
-        evidence,
-        level,
-        depth,
-        shape,
-        float(tried.place_mm[tried.evidence.argmax()]),
-        float(beats.centre[np.abs(tried.beyond_mm).argmin()]),
-        tried.lag_samples,
-        *beats.channels.std(axis=2).mean(axis=1).tolist(),
-    )
-
-
-@dataclass(frozen=True)
-class _Tried:
-    """All candidates, and the best of them.
-
-    Attributes
-    ----------
-    place_mm, evidence : (G,) array
-        Each candidate's place and its evidence, with an error of about a millionth.
+        That candidate.
+    evidence : (P,) array
+        The largest evidence over all mean speeds at each place, from the recording's start on.
     beyond_mm : (N,) array
-        How far the first sensor is beyond the best candidate's place at each moment.
-    lag_samples : float
-        Mean time from sensor to sensor at the best candidate's speed.
-    weighted : (S, N) array
-        From `standardised_beats`.
-    behind_mm : (S,) array
-        Distance of each sensor behind the first.
-    dwell : float
-        As in `averages`.
+        How far the first sensor is beyond the candidate's place at each beat.
     """
-
-    place_mm: FloatArray
-    evidence: RealArray
-    beyond_mm: FloatArray
-    lag_samples: float
-    weighted: FloatArray
-    behind_mm: RealArray
-    dwell: float
-
-
-def _try_candidates(beats: Beats, settings: Settings) -> _Tried:
-    """Search all places and mean speeds."""
     weighted = standardised_beats(beats, settings)
-    pitch_mm, step_mm = settings["pitch_mm"], settings["step_mm"]
-    behind_mm = pitch_mm * np.arange(weighted.shape[0])
+    pitch_mm, step_mm, unit_mm = settings["pitch_mm"], settings["step_mm"], unit_of_place(settings)
+    behind_mm = pitch_mm * np.arange(len(weighted))
     dwell = max(settings["dwell"] / beats.step, _LEAST_DWELL)
     shortest, longest = settings["lag_range"]
     speeds = np.linspace(pitch_mm / longest, pitch_mm / shortest, settings["lags"])
@@ -200,35 +89,36 @@ def _try_candidates(beats: Beats, settings: Settings) -> _Tried:
     farthest_mm = head_mm.max(axis=1) - behind_mm[behind_mm.size // 2]
     places = np.ceil(np.maximum(farthest_mm, 0.0) / step_mm + 0.5).astype(int)
     speed = np.repeat(np.arange(places.size), places)
-    before = np.repeat(np.cumsum(places) - places, places)
-    place_mm = step_mm * (np.arange(speed.size) - before)
+    place = np.concatenate([np.arange(count) for count in places])
+    place_mm = step_mm * place
     # Single precision is enough to choose a candidate, and takes half the time.
-    unit_mm = unit_of_place(settings)
-    channels, head, behind, place = (
-        each.astype(np.float32)
-        for each in (
-            weighted[np.newaxis],
-            head_mm / unit_mm,
-            behind_mm / unit_mm,
-            place_mm / unit_mm,
-        )
+    double = weighted[np.newaxis], head_mm / unit_mm, place_mm / unit_mm, behind_mm / unit_mm
+    values, head, at, behind = (each.astype(np.float32) for each in double)
+    blocks = [slice(start, start + _BLOCK) for start in range(0, place.size, _BLOCK)]
+    tried = np.concatenate(
+        [
+            averages(values, head[speed[some]] - at[some, np.newaxis], behind, dwell)[0]
+            for some in blocks
+        ]
     )
-    evidence = np.empty(place.size, dtype=np.float32)
-    for start in range(0, place.size, _BLOCK):
-        some = slice(start, start + _BLOCK)
-        beyond = head.take(speed[some], axis=0)
-        beyond -= place[some, np.newaxis]
-        evidence[some] = averages(channels, beyond, behind, dwell)[0]
-    best = int(evidence.argmax())
-    return _Tried(
-        place_mm,
+    best = tried.argmax()
+    beyond_mm = head_mm[speed[best]] - place_mm[best]
+    channels = np.concatenate([weighted[np.newaxis], beats.channels])
+    means = averages(channels, beyond_mm[np.newaxis] / unit_mm, behind_mm / unit_mm, dwell)
+    evidence, level, depth, shape = means[:, 0].tolist()
+    passage = Passage(
         evidence,
-        head_mm[speed[best]] - place_mm[best],
+        level,
+        depth,
+        shape,
+        float(place_mm[best]),
+        float(beats.centre[np.abs(beyond_mm).argmin()]),
         float(pitch_mm / speeds[speed[best]]),
-        weighted,
-        behind_mm,
-        dwell,
+        *beats.channels.std(axis=2).mean(axis=1).tolist(),
     )
+    along = np.full(places.max(), -np.inf)
+    np.maximum.at(along, place, tried)
+    return passage, along, beyond_mm
 
 
 def standardised_beats(beats: Beats, settings: Settings) -> FloatArray:
@@ -280,12 +170,8 @@ def averages(channels: RealArray, beyond: RealArray, behind: RealArray, dwell: f
     """
     precision = beyond.dtype.type
     moments = np.ones(beyond.shape[1], dtype=precision)
-    presence = np.empty_like(beyond)
     total = np.zeros((channels.shape[0], beyond.shape[0]), dtype=precision)
-    for sensor in range(behind.size):
-        np.subtract(beyond, behind[sensor], out=presence)
-        np.square(presence, out=presence)
-        np.negative(presence, out=presence)
-        np.exp(presence, out=presence)
+    for sensor, distance in enumerate(behind):
+        presence = np.exp(-np.square(beyond - distance))
         total += channels[:, sensor] @ presence.T / (presence @ moments + precision(dwell))
     return total / behind.size

@@ -6,7 +6,6 @@ the largest gain of another template, the margin, is above 0. Any other threshol
 another operating point.
 """
 
-from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -40,12 +39,11 @@ def template_distances(matrix: FloatArray, templates: Iterable[FloatArray]) -> F
     (B,) array
         The smallest RMSE over all lags; NaN if the matrix or the template holds NaN.
     """
-    repeated = [RepeatedParticle(template) for template in templates]
-    return compare_templates(SlidingComparison(matrix), repeated).distances
+    return compare_templates(matrix, list(map(RepeatedParticle, templates)))[0]
 
 
 def nearest_size(distances: FloatArray, sizes_mm: Sequence[float]) -> float:
-    """Return the size of the nearest template.
+    """Return the size of the nearest template in mm, NaN if no distance is known.
 
     Parameters
     ----------
@@ -53,11 +51,6 @@ def nearest_size(distances: FloatArray, sizes_mm: Sequence[float]) -> float:
         From `template_distances`.
     sizes_mm : sequence of B floats
         The templates' sizes in mm; 0 is no nodule. Of equal distances the smaller size wins.
-
-    Returns
-    -------
-    float
-        Size in mm, 0 for no nodule, NaN if no distance is known.
     """
     nearest = place_of_largest(-distances)
     return _UNKNOWN if nearest is None else float(sizes_mm[nearest])
@@ -73,59 +66,29 @@ def place_of_largest(values: FloatArray) -> int | None:
     return max(known, key=listed.__getitem__, default=None)
 
 
-@dataclass(frozen=True)
-class Comparison:
-    """The comparison of a recording with templates.
-
-    Attributes
-    ----------
-    distances : (B,) array
-        The smallest RMSE (eq. RMSEmin) over all lags.
-    gains : (B,) array
-        Largest gain over all lags; that of T^0 is 0.
-    lags : (B,) array
-        tau in 1..2L of the largest gain. All three are NaN if the matrix or the template holds
-        NaN.
-    """
-
-    distances: FloatArray
-    gains: FloatArray
-    lags: FloatArray
-
-
 def compare_templates(
-    comparison: SlidingComparison, templates: Sequence[RepeatedParticle]
-) -> Comparison:
-    """Return distance, gain and lag of every template on a recording.
+    matrix: FloatArray, templates: Sequence[RepeatedParticle]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return distances, gains and lags of B templates on a recording's matrix (S, L), each (B,).
 
-    Parameters
-    ----------
-    comparison : SlidingComparison
-        The sliding comparison with the recording's matrix V, (S, L).
-    templates : sequence of B RepeatedParticle
-        The templates T^b.
+    A distance is the smallest RMSE over all lags (eq. RMSEmin). A gain is the largest over all
+    lags, 0 for T^0, at the lag tau in 1..2L. All three are NaN if matrix or template holds NaN.
     """
     distances, gains, lags = np.full((3, len(templates)), np.nan)
-    if not np.isnan(comparison.matrix).any():
+    if not np.isnan(matrix).any():
+        comparison = SlidingComparison(matrix)
         for index, template in enumerate(templates):
             if template.is_known:
                 gains[index], lag = comparison.gain_of(template)
                 lags[index] = lag
-                distances[index] = rmse_at_lag(comparison.matrix, template.values, lag)
-    return Comparison(distances, gains, lags)
+                distances[index] = rmse_at_lag(matrix, template.values, lag)
+    return distances, gains, lags
 
 
 def first_peak_sample(lag: float, first_peak: int, length: int) -> float:
     """Return when sensor 1 feels the template's first peak, in samples from the first reading.
 
-    Parameters
-    ----------
-    lag : float
-        tau; at L + 1 the template is not shifted relative to the recording.
-    first_peak : int
-        u, the column of the first peak, counted from 1.
-    length : int
-        Number of columns L.
+    `first_peak` is u, counted from 1. At a `lag` (tau) of L + 1, the template is not shifted.
     """
     return first_peak - 1 + lag - (length + 1)
 
@@ -136,8 +99,8 @@ def lag_of_first_peak(sample: float, first_peak: int, length: int) -> int:
 
 
 @dataclass(frozen=True)
-class _TemplateModel(ABC):
-    """The model of both rules, which compares a recording with the templates of its fold.
+class NearestTemplateModel:
+    """The paper's rule: the size of the nearest of the templates of a fold.
 
     Attributes
     ----------
@@ -153,38 +116,29 @@ class _TemplateModel(ABC):
     templates: tuple[RepeatedParticle, ...]
     threshold: float = 0.0
 
-    @abstractmethod
     def predicted_mm(self, distances: FloatArray, margin: float) -> float:
         """Return the size of a recording's nodule, 0 for none, NaN if unknown."""
+        return nearest_size(distances, self.whole.sizes_mm)
 
     def verdict(self, recording: JudgedRecording) -> Verdict:
         """Judge one recording."""
-        matrix = recording.matrix
-        compared = compare_templates(SlidingComparison(matrix), self.templates)
+        distances, gains, lags = compare_templates(recording.matrix, self.templates)
         # T^0 comes first and stands for no nodule.
-        best = place_of_largest(compared.gains[1:])
-        margin = _UNKNOWN if best is None else float(compared.gains[1 + best])
-        predicted_mm = self.predicted_mm(compared.distances, margin)
+        best = place_of_largest(gains[1:])
+        margin = _UNKNOWN if best is None else float(gains[1 + best])
+        predicted_mm = self.predicted_mm(distances, margin)
         size_mm = location = _UNKNOWN
         if best is not None and predicted_mm > 0:
-            size_mm, lag = predicted_mm, float(compared.lags[1 + best])
-            location = first_peak_sample(lag, self.whole.first_peak, matrix.shape[1])
+            size_mm, lag = predicted_mm, float(lags[1 + best])
+            location = first_peak_sample(lag, self.whole.first_peak, recording.matrix.shape[1])
         return Verdict(
             predicted_mm,
             margin,
             self.threshold,
             estimate_mm=size_mm,
             location_samples=location,
-            distances=tuple(compared.distances.tolist()),
+            distances=tuple(distances.tolist()),
         )
-
-
-class NearestTemplateModel(_TemplateModel):
-    """The paper's rule: the size of the nearest template."""
-
-    def predicted_mm(self, distances: FloatArray, margin: float) -> float:
-        """Return the size of the nearest template; the margin adds nothing to it."""
-        return nearest_size(distances, self.whole.sizes_mm)
 
     def stored(self) -> dict[str, Any]:
         """Return an empty dict, because the templates have a file of their own."""
@@ -196,7 +150,7 @@ class NearestTemplateModel(_TemplateModel):
         return cls(templates, _repeated(templates))
 
 
-class TemplateMarginModel(_TemplateModel):
+class TemplateMarginModel(NearestTemplateModel):
     """The comparison of the paper's margin with a threshold."""
 
     def predicted_mm(self, distances: FloatArray, margin: float) -> float:
@@ -222,27 +176,30 @@ class TemplateMarginModel(_TemplateModel):
 class NearestTemplate:
     """The detector ``template``: the paper's own."""
 
-    Model: ClassVar[type[_TemplateModel]] = NearestTemplateModel
+    Model: ClassVar[type[NearestTemplateModel]] = NearestTemplateModel
 
     def __init__(self, archive: TrainingArchive) -> None:
         self._archive = archive
         self._wholes = _repeated(archive.templates)
 
-    def without(self, left_out: Sequence[str]) -> _TemplateModel:
+    def without(self, left_out: Sequence[str]) -> NearestTemplateModel:
         """Learn from all labelled recordings except those left out."""
-        return NearestTemplateModel(self._archive.templates, self._templates(set(left_out)))
-
-    def _templates(self, left_out: set[str]) -> tuple[RepeatedParticle, ...]:
-        """Return the templates without some recordings; those that stay are the same objects."""
         sizes_mm, particles = self._archive.sizes_mm, self._archive.particles
+        apart = set(left_out)
         # In the order of the archive, because rounding makes a sum depend on the order.
-        matrices = self._archive.templates.without_all(
-            (size_mm, particles.get(name)) for name, size_mm in sizes_mm.items() if name in left_out
+        matrices = self._archive.templates.without(
+            (size_mm, particles.get(name)) for name, size_mm in sizes_mm.items() if name in apart
         )
-        return tuple(
+        # Templates that stay are the same objects.
+        templates = tuple(
             whole if matrix is whole.values else RepeatedParticle(matrix)
             for whole, matrix in zip(self._wholes, matrices, strict=True)
         )
+        return self.Model(self._archive.templates, templates, self._threshold(templates, apart))
+
+    def _threshold(self, templates: Sequence[RepeatedParticle], left_out: set[str]) -> float:
+        """Return the threshold of the margins in a fold; that of the paper's rule is fixed."""
+        return 0.0
 
 
 class TemplateMargin(NearestTemplate):
@@ -250,8 +207,7 @@ class TemplateMargin(NearestTemplate):
 
     The threshold comes from the margins of the healthy recordings that teach a fold. The templates
     of a fold differ little from those of all recordings, and so do the margins (`margin_reach`).
-    Only margins that may lie at the threshold are computed anew: of 200 healthy recordings, 10 on
-    average.
+    Only margins that may lie at the threshold are computed anew.
     """
 
     Model = TemplateMarginModel
@@ -260,79 +216,49 @@ class TemplateMargin(NearestTemplate):
         super().__init__(archive)
         self._healthy = [name for name, size_mm in archive.sizes_mm.items() if size_mm == 0]
         self._places = archive.place_numbers(self._healthy)
-        # T^0 has no gain.
         self._gains = np.empty((len(self._healthy), len(self._wholes) - 1))
-        self._norms = np.empty(len(self._healthy))
+        self._norm = 0.0
         for row, name in enumerate(self._healthy):
-            comparison = SlidingComparison(archive.load(name))
-            self._gains[row] = compare_templates(comparison, self._wholes[1:]).gains
-            self._norms[row] = np.linalg.norm(comparison.matrix)
+            matrix = archive.load(name)
+            # T^0 has no gain. An unknown gain counts as the least.
+            self._gains[row] = np.fmax(compare_templates(matrix, self._wholes[1:])[1], -np.inf)
+            self._norm = max(self._norm, float(np.linalg.norm(matrix)))
         # In every fold, the same few recordings lie near the threshold.
         self._near = lru_cache(maxsize=128)(lambda name: SlidingComparison(archive.load(name)))
 
-    def without(self, left_out: Sequence[str]) -> TemplateMarginModel:
-        """Learn from all labelled recordings except those left out."""
-        apart = set(left_out)
-        templates = self._templates(apart)
-        threshold = self._threshold(templates, apart)
-        return TemplateMarginModel(self._archive.templates, templates, threshold)
-
     def _threshold(self, templates: Sequence[RepeatedParticle], left_out: set[str]) -> float:
+        """Return the threshold from the margins of the healthy recordings that teach the fold."""
         teaches = [row for row, name in enumerate(self._healthy) if name not in left_out]
         gains, places = self._gains[teaches], self._places[teaches]
-        reach = np.zeros(len(teaches))
-        changed = {}
-        for index, (whole, fold) in enumerate(zip(self._wholes[1:], templates[1:], strict=True)):
-            if fold is whole:
-                continue
-            if fold.is_known:
-                changed[index] = fold
-                bound = margin_reach(self._norms[teaches], whole.values, fold.values)
-                reach = np.maximum(reach, bound)
-            else:
-                gains[:, index] = np.nan
         specificity = self._archive.settings["evaluation"]["specificity"]
-        margins = _margins(gains)
+        reach, changed = 0.0, {}
+        for index, (whole, fold) in enumerate(zip(self._wholes[1:], templates[1:], strict=True)):
+            if not fold.is_known:
+                gains[:, index] = -np.inf
+            elif fold is not whole:
+                changed[index] = fold
+                reach = max(reach, margin_reach(self._norm, whole.values, fold.values))
+        margins = gains.max(axis=1, initial=-np.inf)
         known = np.isfinite(margins)
-        lowest, highest = (
-            rank_threshold((margins + sign * reach)[known], places[known], specificity)
-            for sign in (-1, 1)
-        )
-        # The threshold lies between these two. Any other margin stays on its side of it.
-        near = known & (margins + reach >= lowest) & (margins - reach <= highest)
-        if changed:
-            for row in np.flatnonzero(near):
-                comparison = self._near(self._healthy[teaches[row]])
-                for index, fold in changed.items():
-                    gains[row, index], _ = comparison.gain_of(fold)
-        return rank_threshold(_margins(gains)[known], places[known], specificity)
+        threshold = rank_threshold(margins[known], places[known], specificity)
+        # Neither a margin nor the threshold moves farther than the reach. So every other margin
+        # stays on its side of the threshold.
+        for row in np.flatnonzero(np.abs(margins - threshold) <= 2 * reach):
+            comparison = self._near(self._healthy[teaches[row]])
+            for index, fold in changed.items():
+                gains[row, index], _ = comparison.gain_of(fold)
+        margins = gains.max(axis=1, initial=-np.inf)
+        return rank_threshold(margins[known], places[known], specificity)
 
 
-def margin_reach(norms: FloatArray, whole: FloatArray, fold: FloatArray) -> FloatArray:
-    """Return a bound on the change of a margin when T' replaces a template T.
+def margin_reach(norm: float, whole: FloatArray, fold: FloatArray) -> float:
+    """Return a bound on the change of a margin when T' replaces a template T, both (S, L).
 
-    At every lag, <V, T' - T> is at most |V| |T' - T| (Cauchy and Schwarz). The best gain
-    2 <V, T shifted> - |T|^2 therefore changes by at most 2 |V| |T' - T| + ||T'|^2 - |T|^2|.
-
-    Parameters
-    ----------
-    norms : (n,) array
-        |V| of each recording.
-    whole, fold : (S, L) array
-        T and T'.
-
-    Returns
-    -------
-    (n,) array
+    At every lag, <V, T' - T> is at most |V| |T' - T| (Cauchy and Schwarz). So the best gain
+    2 <V, T shifted> - |T|^2 changes by at most 2 |V| |T' - T| + ||T'|^2 - |T|^2|. `norm` is |V|.
     """
     energy = abs(float((fold**2).sum() - (whole**2).sum()))
-    return 2 * norms * np.linalg.norm(fold - whole) + energy
-
-
-def _margins(gains: FloatArray) -> FloatArray:
-    """Return each recording's largest known gain, (n, B) -> (n,); -infinity if none is known."""
-    margins: FloatArray = np.where(np.isnan(gains), -np.inf, gains).max(axis=1, initial=-np.inf)
-    return margins
+    return 2 * norm * float(np.linalg.norm(fold - whole)) + energy
 
 
 def _repeated(templates: TemplateSet) -> tuple[RepeatedParticle, ...]:

@@ -23,10 +23,6 @@ class JudgedRecording(Protocol):
     """The interface of a recording for the detectors."""
 
     @property
-    def name(self) -> str:
-        """Name of the recording, unique within an archive."""
-
-    @property
     def matrix(self) -> FloatArray:
         """Matrix V, (S, L)."""
 
@@ -144,13 +140,7 @@ class Detector(Protocol):
 
 
 def detector_class(name: str) -> type[Detector]:
-    """Import and return the class of a detector.
-
-    Raises
-    ------
-    CapsuleError
-        There is no such detector.
-    """
+    """Import and return the class of a detector; raise `CapsuleError` if there is none."""
     row = detector_row(name)
     detector: type[Detector] = getattr(import_module(row.module), row.built_by)
     return detector

@@ -23,7 +23,7 @@ HELD_OUT = "held_out"
 LEAVE_ONE_OUT = "leave_one_out"
 RESUBSTITUTION = "resubstitution"
 # Even the largest archive is divided into so many folds, so that nearly all of it teaches.
-_FEWEST_FOLDS = 100
+_FEWEST_FOLDS = 50
 # Fewer sessions, or set-ups of a kind, say nothing about a further one.
 LEAST_GROUPS = 3
 # Without so many recordings of each kind, no detector learns what it needs.
@@ -175,7 +175,7 @@ def number_of_folds(recordings: int, most: int) -> int:
     """Return into how many folds an archive may be divided.
 
     Each fold is some work on all recordings. So this work grows with the square of the archive up
-    to `most` recordings. Beyond, fewer folds keep it the same, until 100 folds are left.
+    to `most` recordings. Beyond, fewer folds keep it the same, until 50 folds are left.
 
     Parameters
     ----------

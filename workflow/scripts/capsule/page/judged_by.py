@@ -3,10 +3,10 @@
 import numpy as np
 
 from capsule.detectors.beats import WINDOWS_A_WAVE
-from capsule.detectors.network import Stretches
-from capsule.detectors.search import AlongGut
 from capsule.kinds import Cells, Settings
+from capsule.page.along_gut import AlongGut
 from capsule.page.packing import pack, rounded
+from capsule.page.stretches import FIRST, STEP, Stretches
 from capsule.particles import Particle, peak_positions
 
 
@@ -67,7 +67,7 @@ def stretches_evidence(
     Parameters
     ----------
     stretches : Stretches
-        The stretches; their centres are in beats from the first beat of `along`.
+        The stretches of the recording.
     along : AlongGut
         The evidence along the gut, of the same recording.
     rate_hz : float
@@ -79,7 +79,7 @@ def stretches_evidence(
     beat_s = wave_s / WINDOWS_A_WAVE
     return {
         "score": round(stretches.score, 4),
-        "first_s": round(along.first / rate_hz + stretches.first * beat_s, 4),
-        "step_s": round(stretches.step * beat_s, 4),
+        "first_s": round(along.first / rate_hz + FIRST * beat_s, 4),
+        "step_s": round(STEP * beat_s, 4),
         **pack(stretches.loss[np.newaxis], 8),
     }

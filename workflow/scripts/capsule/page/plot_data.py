@@ -6,11 +6,11 @@ from pathlib import Path
 
 from capsule import files
 from capsule.arrays import FloatArray
-from capsule.detectors.network import Stretches
 from capsule.kinds import Row, Settings
 from capsule.page.packing import deflated, to_json
 from capsule.page.quality import quality_words
 from capsule.page.recording_evidence import RecordingResults, recording_evidence
+from capsule.page.stretches import Stretches
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,11 @@ import numpy as np
 
 from capsule.arrays import FloatArray
 from capsule.converter import reading_unit
-from capsule.detectors.network import Stretches
-from capsule.detectors.search import along_gut
 from capsule.kinds import Cells, Row, Settings
 from capsule.page import judged_by
+from capsule.page.along_gut import along_gut
 from capsule.page.packing import pack
+from capsule.page.stretches import Stretches
 from capsule.stages import PreprocessedRun, preprocess_run
 
 # Envelopes and matrices are smooth over the window of the envelope, so more points add no detail.

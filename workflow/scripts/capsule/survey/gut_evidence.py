@@ -1,6 +1,6 @@
 """The diagonal detector's evidence at places along the gut, while the capsule travels.
 
-Beats, weights and averages are those of `capsule.detectors.search`. One thing differs: the
+Beats, weights and averages are those of `capsule.detectors`. One thing differs: the
 odometer measures the capsule's way, so no mean speeds are tried.
 """
 
@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.arrays import FloatArray, RealArray
-from capsule.detectors.search import averages, beats_of, standardised_beats, unit_of_place
+from capsule.detectors.beats import beats_of
+from capsule.detectors.search import averages, standardised_beats, unit_of_place
 from capsule.kinds import Settings
 
 # Half the width of the range that counts as the top of the evidence.

@@ -1,0 +1,142 @@
+"""The recorder's core against any bytes on the serial line."""
+
+import contextlib
+import itertools
+import tempfile
+import tracemalloc
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+
+from capsule.bench import archive
+from capsule.bench.bench_errors import BoardLostError, LineLostError
+from capsule.bench.protocol import Sample, decode, encode
+from capsule.bench.reconnection import Reconnection
+from capsule.bench.timeline import MisplacedSampleError, steps_between
+from support.bench.scripted import ScriptedBench, identity_frame, sample_frame
+
+pytestmark = pytest.mark.takes(0.3)
+
+U32 = st.integers(0, 2**32 - 1)
+PIECES = st.one_of(
+    st.binary(max_size=60),
+    st.integers(0, 300).map(sample_frame),
+    st.builds(sample_frame, st.integers(0, 300), U32, U32),
+    st.builds(
+        lambda uptime, bits, state: identity_frame(uptime_ms=uptime, adc_bits=bits, state=state),
+        U32,
+        st.sampled_from([10, 12]),
+        st.sampled_from(["running", "paused"]),
+    ),
+    st.text("DIAEP,=0123456789abc", max_size=40).map(lambda text: encode(f"D{text}")),
+)
+SCRIPTS = st.lists(st.tuples(st.floats(0, 30), PIECES), max_size=60)
+
+
+def ends(bench, script):
+    """Run a session on scripted bytes and times to an end that a session may have."""
+    now_s, timed = 0.0, []
+    for step_s, content in script:
+        now_s += step_s
+        timed.append((now_s, content))
+    try:
+        bench.run(timed)
+    except BoardLostError as reason:
+        return str(reason)
+    return bench.session.ended
+
+
+@settings(
+    deadline=None, max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(SCRIPTS)
+def test_any_bytes_end_with_every_accepted_sample_on_disk(monkeypatch, script):
+    monkeypatch.setattr(archive.os, "fsync", lambda descriptor: None)
+    with tempfile.TemporaryDirectory() as folder:
+        bench = ScriptedBench(Path(folder), monkeypatch)
+        accepted = []
+        add = bench.part.add
+        monkeypatch.setattr(
+            bench.part, "add", lambda time_s, counts: (accepted.append(counts), add(time_s, counts))
+        )
+        reason = ends(bench, script)
+        assert reason == "Ctrl-C" or reason.endswith(("(--patience)", "the end stop"))
+        cells = [row[1:] for row in bench.rows()]
+        assert cells == [[str(n) for n in counts] if counts else [""] * 4 for counts in accepted]
+        places = [round(float(row[0]) * 10) for row in bench.rows()]
+        assert places == list(range(len(places)))  # time never shifts and never runs back
+        # What is missing passed by the computer's clock; a false clock makes it no longer.
+        assert len(places) / 10 <= bench.now_s + 12
+
+
+def continue_each_other(frames):
+    """Return whether some of the frames are samples of which one can follow another."""
+    samples = [each for each in map(decode, frames) if isinstance(each, Sample)]
+    for earlier, later in itertools.permutations(samples, 2):
+        with contextlib.suppress(MisplacedSampleError):
+            return bool(steps_between(earlier, later, 100.0, passed_s=10.0))
+    return False
+
+
+@settings(
+    deadline=None, max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(st.lists(st.tuples(st.integers(0, 99), PIECES.filter(lambda piece: b"$I" not in piece))))
+def test_no_bytes_between_good_samples_cost_more_than_the_one_that_they_hit(monkeypatch, strange):
+    """Check that strange bytes between frames harm none of 100 good samples."""
+    # Two whole samples that continue each other are no noise: the recorder believes their clock.
+    assume(not continue_each_other({content.strip() for _, content in strange}))
+    monkeypatch.setattr(archive.os, "fsync", lambda descriptor: None)
+    script = [(number / 10, sample_frame(number)) for number in range(100)]
+    script += [(number / 10 + 0.05, content + b"\n") for number, content in strange]
+    with tempfile.TemporaryDirectory() as folder:
+        bench = ScriptedBench(Path(folder), monkeypatch)
+        bench.run(sorted(script, key=lambda step: step[0]))
+        strangers = {content for _, content in strange if content.startswith(b"$D")}
+        kept = bench.numbers()
+        # A stranger may look exactly like the next sample, and then takes its place.
+        assert len(set(range(100)) - set(kept)) <= len(strangers)
+
+
+def test_memory_is_bounded_whatever_comes(tmp_path, monkeypatch):
+    monkeypatch.setattr(archive.os, "fsync", lambda descriptor: None)
+    bench = ScriptedBench(tmp_path, monkeypatch, patience_s=1e9)
+    monkeypatch.setattr(bench.log, "damaged", lambda piece: None)
+    jumps = [sample_frame(5, (7919 * n) % 2**32, (104729 * n) % 2**32) for n in range(200)]
+    noise = b"\xff$D,1" * 300
+    script = [(n / 10, sample_frame(n)) for n in range(20)]
+    script += [(2 + n / 10, frame + noise) for n, frame in enumerate(jumps)]
+    tracemalloc.start()
+    bench.run(script)
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 20e6
+
+
+def test_a_stop_is_obeyed_in_the_midst_of_anything(tmp_path, monkeypatch):
+    bench = ScriptedBench(tmp_path, monkeypatch, patience_s=1e9)
+
+    def script():
+        for number in range(10_000):
+            if number == 100:
+                bench._stop.reason = "Ctrl-C"
+            yield number / 10, b"\xff\x00$D,1*" * 100
+
+    bench.run(script())
+    assert bench.session.ended == "Ctrl-C"
+    assert bench.now_s < 20
+
+
+def test_a_line_that_is_lost_at_once_ends_by_patience(tmp_path, monkeypatch):
+    bench = ScriptedBench(tmp_path, monkeypatch)
+
+    def lost(returning, timeout_s):
+        bench.now_s += 0.5
+        raise BoardLostError("nobody there")
+
+    monkeypatch.setattr(Reconnection, "step", lost)
+    with pytest.raises(BoardLostError, match=r"did not come back within [56] s \(--patience\)"):
+        bench.run([(0.0, sample_frame(0)), (0.1, LineLostError())])
+    assert bench.numbers() == [0]

@@ -1,0 +1,449 @@
+"""acquire.py against the real firmware in the emulator, with all faults that a lab fears."""
+
+import json
+import os
+import re
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import serial
+
+from capsule.bench.stand_in import StandInLogger
+from capsule.bench.workbench import Workbench
+from capsule.configuration_files import read_config_file
+from capsule.files import fingerprint
+from capsule.project import PROJECT, WEIGHTS
+from capsule.seeding import generator
+from support.bench import emulated
+from support.bench.cable import TerminalCable
+from support.bench.recorder import (
+    ACQUIRE,
+    Recorder,
+    check_complete,
+    check_times,
+    count_samples,
+)
+from support.bench.world import Clock
+
+pytestmark = [
+    pytest.mark.boards,
+    pytest.mark.takes,
+    emulated.needed,
+]
+
+
+# Across a restart of the board the computer's clock counts: exact to a sample, and to another one
+# where this machine is too busy to keep bench and recorder in step.
+GAP_TOLERANCE_S = 0.206
+
+
+class LoggerBench:
+    """A logger on its cable, and the recorder that a test starts."""
+
+    def __init__(self, folder, **cable_settings):
+        self.folder = folder
+        self.board = emulated.EmulatedBoard(emulated.LOGGER)
+        self.cable = TerminalCable(self.board, folder / "ttyACM0", **cable_settings)
+        self.bench = Workbench(self.cable, world=Clock(self.board))
+
+    def record(self, *options, size="3", **settings):
+        """Start acquire.py on the logger's port."""
+        return Recorder(
+            self.folder, "--port", self.cable.port, "--size", size, *options, **settings
+        )
+
+    def run_to_end(self, recorder):
+        """Run the bench until the recorder has ended."""
+        self.bench.run(recorder.done)
+
+    def slow_down(self):
+        """Run in real time until the recorder has noticed the change."""
+        self.bench.speed = 1
+        self.bench.run_for(0.5)
+
+    def run_until_samples(self, count, limit_s=30.0):
+        """Run the bench until this many samples have reached the recorder."""
+        self.bench.run(lambda: count_samples(self.cable.whole) >= count, limit_s)
+
+
+def wait_for(condition, limit_s=5.0):
+    deadline = time.monotonic() + limit_s
+    while not condition():
+        assert time.monotonic() < deadline, "waited in vain"
+        time.sleep(0.01)
+
+
+@pytest.fixture(autouse=True)
+def end_recorders():
+    yield
+    Recorder.end_all()
+
+
+@pytest.fixture
+def logger_bench(tmp_path):
+    made = LoggerBench(tmp_path)
+    yield made
+    assert not made.cable.boot_loader_stuck, "the boot loader heard a byte"
+
+
+def test_records_for_a_duration(logger_bench):
+    named = ("--session", "monday", "--site", "A", "--setup", "gut-2")
+    recorder = logger_bench.record("--duration", "30", *named)
+    logger_bench.run_to_end(recorder)
+    printed = recorder.expect(0, "300 samples", "no gap", "--duration is over")
+    assert "damaged" not in printed
+    # The bench counts moments, from whatever moment on; there is no wave in it.
+    assert printed.count("warning") == 1
+    assert "warning: no detector will judge this recording: no wave on sensor_" in printed
+    assert "00:30.0 of 00:30.0" in printed
+    recording = recorder.recording()
+    assert recording.time_s.size == 300
+    assert not np.isnan(recording.values).any()
+    check_times(recording)
+    check_complete(recording, logger_bench.cable, ended_early=True)
+    header = recording.header
+    expected = {"rate_hz": "10", "adc_bits": "10", "vref_v": "5", "series_ohm": "12000"}
+    assert expected.items() <= header.items()
+    assert header["source"].startswith("recorded by the logger board")
+    assert [header[key] for key in ("session", "site", "setup")] == ["monday", "A", "gut-2"]
+    (path,) = recorder.raw.rglob("*.csv")
+    assert path.parent.name == "3mm"
+    assert path.stem == header["started"].replace("-", "").replace(":", "")
+    assert recorder.parts() == []
+
+
+def test_ends_when_the_capsule_reaches_the_end_stop(logger_bench):
+    recorder = logger_bench.record(size="0")
+    logger_bench.run_until_samples(120)
+    logger_bench.board.set_end_stop(True)
+    logger_bench.run_to_end(recorder)
+    recorder.expect(0, "the capsule reached the end stop", "0mm")
+    recording = recorder.recording()
+    assert recording.time_s.size == pytest.approx(122, abs=1)
+    check_complete(recording, logger_bench.cable, ended_early=True)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["ctrl-c", "kill"])
+def test_ends_politely(logger_bench, number):
+    recorder = logger_bench.record()
+    logger_bench.run_until_samples(100)
+    recorder.process.send_signal(number)
+    logger_bench.run_to_end(recorder)
+    recorder.expect(0, "archived")
+    check_times(recorder.recording())
+    # The recorder lets the board finish: nothing that was under way is thrown away.
+    check_complete(recorder.recording(), logger_bench.cable)
+
+
+def test_noise_of_one_percent(tmp_path):
+    random = generator(1, "noise on the line")
+
+    def spoil(frame):
+        heard = bytearray()
+        for byte in frame:
+            kind = random.random()
+            if kind >= 0.01:
+                heard.append(byte)
+            elif kind >= 0.002:
+                heard.append(byte ^ 1 << int(random.integers(8)))
+            elif kind >= 0.001:
+                heard += bytes([byte, int(random.integers(256))])
+        return bytes(heard)
+
+    made = LoggerBench(tmp_path, spoil=spoil)
+    recorder = made.record("--duration", "95")
+    made.run_to_end(recorder)
+    recorder.expect(0, "damaged frames are kept in")
+    recording = recorder.recording()
+    assert recording.time_s.size > 900
+    check_times(recording)
+    check_complete(recording, made.cable, ended_early=True)
+    missing = int(np.isnan(recording.values[0]).sum())
+    assert 0.2 < missing / recording.time_s.size < 0.5
+    assert f"({missing} samples missing)" in recorder.output[0]
+    assert recorder.log().count(" damaged, ") >= missing
+
+
+def test_unplugged_and_plugged_back_in(logger_bench):
+    bench, cable = logger_bench.bench, logger_bench.cable
+    recorder = logger_bench.record("--duration", "25")
+    logger_bench.run_until_samples(100)
+    logger_bench.slow_down()
+    cable.unplug(after_bytes=b"$D,100,10100,12")
+    bench.run_for(1.0)
+    cable.plug()
+    logger_bench.run_until_samples(112)
+    bench.speed = None
+    logger_bench.run_to_end(recorder)
+    recorder.expect(0, "was unplugged", "is back", "1 gaps", "1 damaged", "recording.max_gap_s")
+    recording = recorder.recording()
+    assert recording.time_s.size == 250
+    check_complete(recording, cable, ended_early=True)
+    check_times(recording, tolerance_s=GAP_TOLERANCE_S)
+    assert 15 < np.isnan(recording.values[0]).sum() < 60
+    assert "by this computer's clock" in recorder.log()
+
+
+def test_unplugged_board_with_its_own_power_keeps_exact_time(tmp_path):
+    made = LoggerBench(tmp_path, resets=False)
+    recorder = made.record("--duration", "25")
+    made.run_until_samples(50)
+    made.cable.unplug()
+    made.bench.speed = 5
+    made.bench.run_for(3)
+    made.cable.plug()
+    made.run_until_samples(52)
+    made.bench.speed = None
+    made.run_to_end(recorder)
+    recorder.expect(0, "is back", "1 gaps")
+    check_times(recorder.recording())
+    check_complete(recorder.recording(), made.cable, ended_early=True)
+    assert "by the board's clock" in recorder.log()
+
+
+def test_board_that_stays_away(logger_bench):
+    recorder = logger_bench.record("--patience", "0.5")
+    logger_bench.run_until_samples(60)
+    logger_bench.cable.unplug()
+    logger_bench.run_to_end(recorder)
+    recorder.expect(11, "did not come back within", "archived in")
+    check_complete(recorder.recording(), logger_bench.cable)
+    check_times(recorder.recording())
+
+
+def test_reset_of_the_board(logger_bench):
+    bench, cable = logger_bench.bench, logger_bench.cable
+    recorder = logger_bench.record("--duration", "25")
+    logger_bench.run_until_samples(100)
+    logger_bench.slow_down()
+    cable.press_reset()
+    logger_bench.run_until_samples(112)
+    bench.speed = None
+    logger_bench.run_to_end(recorder)
+    recorder.expect(0, "the board was reset", "1 gaps")
+    recording = recorder.recording()
+    check_complete(recording, cable, ended_early=True)
+    check_times(recording, tolerance_s=GAP_TOLERANCE_S)
+    assert 8 < np.isnan(recording.values[0]).sum() < 20
+
+
+def test_reset_whose_announcement_is_lost(tmp_path):
+    made = LoggerBench(tmp_path)
+    recorder = made.record("--duration", "25")
+    made.run_until_samples(100)
+    made.slow_down()
+    made.cable.spoil = lambda frame: b"" if b"$I" in frame and b"uptime_ms=0" in frame else frame
+    made.cable.press_reset()
+    made.run_until_samples(112)
+    made.bench.speed = None
+    made.run_to_end(recorder)
+    recorder.expect(0, "the board was reset")
+    check_complete(recorder.recording(), made.cable, ended_early=True)
+    check_times(recorder.recording(), tolerance_s=GAP_TOLERANCE_S)
+    assert not made.cable.boot_loader_stuck
+
+
+def test_killed_recorder_is_recovered(logger_bench):
+    recorder = logger_bench.record("--name", "r01")
+    logger_bench.run_until_samples(150)
+    logger_bench.cable.wait_until_read()
+    (part,) = recorder.parts()
+    wait_for(lambda: part.read_text().count("\n") >= 150)  # on disk while it records
+    recover = Recorder(logger_bench.folder, "--recover")
+    recover.expect(1, "a recorder is writing", "r01.csv.part at this moment")
+    logger_bench.run_until_samples(170)
+    recorder.process.kill()
+    recorder.process.wait()
+    with part.open("ab") as stream:
+        stream.write(b"99.9,1,2")  # as a power cut leaves it
+    again = logger_bench.record("--name", "r01")
+    again.expect(10, "acquire.py --recover")
+    recover = Recorder(logger_bench.folder, "--recover")
+    recover.expect(0, "recovered", "8 bytes at its end left out: not a whole line")
+    recording = recorder.recording()
+    assert recording.time_s.size >= 150
+    check_times(recording)
+    check_complete(recording, logger_bench.cable, ended_early=True)
+    assert recorder.parts() == []
+    Recorder(logger_bench.folder, "--recover").expect(0, "nothing to recover")
+
+
+def test_wrong_baud_rate(logger_bench):
+    recorder = logger_bench.record("--baud", "57600")
+    logger_bench.run_to_end(recorder)
+    recorder.expect(7, "wrong baud rate", "57600", "115200")
+    assert not recorder.raw.exists()
+
+
+def test_the_other_board(tmp_path):
+    board = emulated.EmulatedBoard(emulated.PERISTALSIS)
+    cable = TerminalCable(board, tmp_path / "ttyACM0")
+    recorder = Recorder(tmp_path, "--port", cable.port, "--size", "1")
+    Workbench(cable).run(recorder.done)
+    recorder.expect(8, "is the peristalsis board, not the logger", "--drive")
+
+
+class Sketch(StandInLogger):
+    """A board with another program, which sends the same text every 0.1 s."""
+
+    def __init__(self, text):
+        super().__init__()
+        self._text = text
+
+    def reset(self):
+        """Restart without sending anything."""
+        super().reset()
+        self._sent = b""
+
+    def advance(self, until_us):
+        """Run to a point in time."""
+        super().advance(until_us)
+        self._sent = self._text if until_us % 100_000 == 0 else b""
+
+    def deliver(self, received):
+        """Ignore the bytes."""
+
+
+def test_boards_without_the_firmware(tmp_path):
+    texts = {"talks": b"temperature: 21.5\r\n", "silent": b""}
+    cables = {name: TerminalCable(Sketch(text), tmp_path / name) for name, text in texts.items()}
+    recorders = {
+        name: Recorder(tmp_path / f"{name}-run", "--port", cable.port, "--size", "1")
+        for name, cable in cables.items()
+    }
+    bench = Workbench(*cables.values(), speed=1)
+    bench.run(lambda: all(recorder.done() for recorder in recorders.values()))
+    recorders["talks"].expect(8, "runs another program", "temperature", "workflow/firmware")
+    recorders["silent"].expect(4, "nothing answers at", "workflow/firmware")
+
+
+def test_port_that_another_program_has(logger_bench):
+    with serial.Serial(logger_bench.cable.port, exclusive=True):
+        recorder = logger_bench.record()
+        recorder.expect(5, "is in use by another program")
+
+
+def test_port_that_is_not_there(tmp_path):
+    recorder = Recorder(tmp_path, "--port", tmp_path / "ttyACM7", "--size", "3")
+    recorder.expect(3, "there is no port", "ttyACM7", "--port")
+
+
+def test_port_without_permission(logger_bench):
+    Path(logger_bench.cable.port).chmod(0)
+    # Root may open anything, unless it gives that right away.
+    powers = "--bounding-set=-dac_override,-dac_read_search"
+    prefix = ["setpriv", powers] if os.geteuid() == 0 else []
+    options = ["--size", "3", "--port", logger_bench.cable.port]
+    command = [*prefix, sys.executable, str(ACQUIRE), *options]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=20)
+    assert done.returncode == 6, done.stderr
+    assert "you have no permission to open" in done.stderr
+    assert "dialout" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_full_disk(logger_bench):
+    limit = 3000  # bytes that a file may have, in place of a full disk
+
+    def fill_disk():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+    recorder = logger_bench.record("--duration", "95", "--name", "r01", preexec_fn=fill_disk)
+    logger_bench.run_to_end(recorder)
+    recorder.expect(9, "the disk is full", "--recover")
+    assert recorder.parts()[0].stat().st_size > limit - 40
+    Recorder(logger_bench.folder, "--recover").expect(0, "recovered")
+    recording = recorder.recording()
+    check_times(recording)
+    check_complete(recording, logger_bench.cable, ended_early=True)
+
+
+def test_a_name_that_exists(logger_bench):
+    taken = logger_bench.folder / "raw" / "3mm" / "r01.csv"
+    taken.parent.mkdir(parents=True)
+    taken.write_text("precious")
+    recorder = logger_bench.record("--name", "r01")
+    recorder.expect(10, "r01.csv exists", "never overwrites")
+    assert taken.read_text() == "precious"
+    assert not logger_bench.cable.opened
+
+
+def test_nothing_is_archived_without_a_sample(logger_bench):
+    recorder = logger_bench.record()
+    bench = logger_bench.bench
+    bench.run(lambda: bool(recorder.parts()))
+    recorder.press_ctrl_c()
+    recorder.process.wait(10)
+    recorder.expect(1, "before the first sample")
+    assert list(recorder.raw.rglob("*.*")) == []
+
+
+def test_drives_the_wave_for_the_length_of_the_run(tmp_path):
+    made = LoggerBench(tmp_path)
+    motor = emulated.EmulatedBoard(emulated.PERISTALSIS)
+    wave = TerminalCable(motor, tmp_path / "ttyACM1")
+    # No faster: the recorder has to renew the lease of the wave, 5 s of the bench.
+    bench = Workbench(made.cable, wave, world=Clock(made.board), speed=5)
+    recorder = made.record("--duration", "40", "--drive", wave.port, "--speed", "30")
+    bench.run(recorder.done)
+    recorder.expect(0, "wave ", "at 30.0 mm/s")
+    assert recorder.recording().header["wave_speed_mm_s"] == "30"
+    ended_s = bench.now_s
+    bench.speed = None
+    bench.run_for(5)
+    # 16.98 half-steps a mm, at 30 mm/s: for the 40 s of the run at least, and no longer than the
+    # recorder was there. While that one is slow, the bench goes on.
+    assert 40 * 30 * 0.98 <= motor.half_steps / 16.982 <= ended_s * 30 * 1.02
+    assert motor.coils == 0
+    standing = motor.half_steps
+    bench.run_for(2)
+    assert motor.half_steps == standing
+
+
+def test_a_wave_that_the_motor_cannot_make(tmp_path):
+    motor = emulated.EmulatedBoard(emulated.PERISTALSIS)
+    wave = TerminalCable(motor, tmp_path / "ttyACM1")
+    options = ("--size", "3", "--port", tmp_path / "ttyACM0", "--drive", wave.port)
+    recorder = Recorder(tmp_path, *options, "--speed", "60")
+    Workbench(wave).run(recorder.done)
+    recorder.expect(12, "60.000 mm/s needs 1019 half-steps/s; the motor follows 800")
+
+
+def test_running_verdict(logger_bench):
+    templates = logger_bench.folder / "templates.npz"
+    shape = np.zeros((4, 1000))
+    shape[:, 200:400] = 0.5
+    np.savez(templates, **{"0mm": np.zeros((4, 1000)), "4mm": shape})
+    unknown = {"threshold": None, "learned": None, "probability": None, "sizes": None}
+    learned = {"recordings": 0, "margin_threshold": 5.0, "diagonal": unknown, "settings": {}}
+    learned |= {"taught": unknown, "scorer": fingerprint(WEIGHTS, sys.maxsize)}
+    (logger_bench.folder / "detectors.json").write_text(json.dumps(learned))
+    # The bench counts moments; there is no wave in it, and none is asked for.
+    settings = read_config_file(PROJECT / "config" / "config.yaml")
+    settings["recording"]["wave_false_rate"] = 1
+    config = logger_bench.folder / "config.yaml"
+    config.write_text(json.dumps(settings))
+    judging = ("--detect", "--templates", templates, "--config", config)
+    recorder = logger_bench.record("--duration", "60", *judging)
+    logger_bench.run_to_end(recorder)
+    said = recorder.expect(0)
+    assert "verdict of template: n" in said and "verdict of template_threshold: n" in said
+    # What the bench counts depends on when the recorder begins: it has a score, or none.
+    assert re.search(r"verdict of diagonal: none \(no (threshold|score)", said)
+    assert "verdict of taught: none (no score" in said
+    assert said.index("archived") < said.index("verdict of template:")
+
+
+def test_detect_without_templates(logger_bench):
+    recorder = logger_bench.record("--detect", "--templates", logger_bench.folder / "none.npz")
+    recorder.expect(1, "none.npz", "snakemake")
+    np.savez(logger_bench.folder / "templates.npz", **{"0mm": np.zeros((4, 1000))})
+    templates = logger_bench.folder / "templates.npz"
+    recorder = logger_bench.record("--detect", "--templates", templates)
+    recorder.expect(1, "detectors.json", "snakemake")

@@ -1,0 +1,253 @@
+"""demo.py: a simulated run without a board, recorded by the recorder of acquire.py."""
+
+import argparse
+import contextlib
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from capsule import workflow_call
+from capsule.bench import demo_archive, demo_run, options
+from capsule.bench.bench_errors import AcquisitionError
+from capsule.bench.played_board import PlayedRun
+from capsule.bench.protocol import encode
+from capsule.bench.stand_in import StandInLogger
+from capsule.configuration_files import read_config_file
+from capsule.errors import CapsuleError
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from capsule.phantom.simulation import simulate_run
+from capsule.project import PROJECT
+from capsule.recording import read_recording
+from support.learned import taught_by, write_learned, write_templates
+
+pytestmark = pytest.mark.boards
+
+PHANTOM = read_phantom(DEFAULT_TABLE, [])
+CONFIGURATION = read_config_file(PROJECT / "config/config.yaml")
+
+
+@pytest.fixture
+def workflow(tmp_path, monkeypatch):
+    """Write the learned detectors and a report in place of Snakemake."""
+    calls = []
+
+    def call(folder, arguments):
+        calls.append(arguments)
+        results = folder / "results"
+        results.mkdir(exist_ok=True)
+        write_templates(results)
+        write_learned(results, CONFIGURATION, taught_by())
+        if demo_run.REPORT in arguments:
+            (folder / demo_run.REPORT).write_text("report")
+        return 0
+
+    monkeypatch.setattr(demo_run, "call_workflow", call)
+    monkeypatch.setattr(demo_run.webbrowser, "open", lambda address: calls.append(address))
+    return calls
+
+
+def chosen(folder, **changes):
+    values = {"out": folder, "speed": 50.0, "size": 3.0, "seed": None, "plot": False}
+    return argparse.Namespace(**(values | {"cores": "2", "open": False} | changes))
+
+
+def read(path):
+    with path.open("rb") as stream:
+        return read_recording(stream, 4)
+
+
+def test_the_demo_records_the_simulated_run_to_the_last_sample(workflow, tmp_path, capfd):
+    folder = tmp_path / "demo"
+    former = signal.getsignal(signal.SIGINT)
+    demo_run.demo(chosen(folder, open=True))
+    recording = read(folder / "raw/unlabelled/simulated-2.csv")
+    run = simulate_run(PHANTOM, 3.0, 2, "simulated-2")
+    np.testing.assert_array_equal(recording.values, run.counts)
+    assert recording.header["source"] == "simulated phantom, played by the demo"
+    assert recording.header["simulator_seed"] == "2"
+    assert workflow == [
+        ["--cores=2", "results/templates.npz", "results/detectors.json"],
+        ["--cores=2", "results/report.html"],
+        (folder / "results/report.html").as_uri(),
+    ]
+    said = capfd.readouterr().out
+    assert "ended: the capsule reached the end stop" in said
+    assert said.index("verdict of taught: ") < said.index("The truth: a nodule of 3 mm")
+    assert "The demo cannot open a browser" in said
+    # The workflow has to hear Ctrl-C again.
+    assert signal.getsignal(signal.SIGINT) is former
+
+
+def test_each_demo_plays_another_run_beside_those_before(workflow, tmp_path):
+    folder = tmp_path / "demo"
+    demo_run.demo(chosen(folder, size=0.0))
+    before = {path: path.stat().st_mtime_ns for path in folder.glob("raw/*mm/*.csv")}
+    assert len(before) == sum(demo_archive.LABELLED.values())
+    assert all("simulated" in read(path).header["source"] for path in before)
+    demo_run.demo(chosen(folder, size=0.0))
+    assert {path: path.stat().st_mtime_ns for path in before} == before
+    first, second = sorted((folder / "raw/unlabelled").iterdir())
+    assert (first.name, second.name) == ("simulated-2.csv", "simulated-3.csv")
+    assert first.read_bytes() != second.read_bytes()
+    (folder / "raw/unlabelled/simulated-4.csv.part").touch()
+    assert demo_archive.next_seed(folder) == 5
+
+
+@pytest.mark.parametrize("content", ["raw", "file"])
+def test_a_folder_of_somebody_is_left_alone(workflow, tmp_path, content):
+    folder = tmp_path / "mine"
+    if content == "raw":
+        (folder / "raw").mkdir(parents=True)
+    else:
+        folder.write_text("notes")
+    with pytest.raises(CapsuleError, match=r"mine exists and was not made by a demo; .* --out"):
+        demo_run.demo(chosen(folder))
+    assert not workflow
+    assert [path.name for path in tmp_path.rglob("*")] == (
+        ["mine", "raw"] if content == "raw" else ["mine"]
+    )
+
+
+def test_ctrl_c_ends_the_run_early_and_keeps_it(workflow, tmp_path):
+    folder = tmp_path / "demo"
+    part = folder / "raw/unlabelled/simulated-2.csv.part"
+
+    def press():
+        deadline = time.monotonic() + 20
+        while time.monotonic() < deadline:
+            if part.exists() and part.read_bytes().count(b"\n") > 100:
+                os.kill(os.getpid(), signal.SIGINT)
+                return
+            time.sleep(0.01)
+
+    threading.Thread(target=press, daemon=True).start()
+    demo_run.demo(chosen(folder, speed=5.0))
+    recording = read(folder / "raw/unlabelled/simulated-2.csv")
+    run = simulate_run(PHANTOM, 3.0, 2, "simulated-2")
+    count = recording.time_s.size
+    assert 80 < count < run.counts.shape[1]
+    np.testing.assert_array_equal(recording.values, run.counts[:, :count])
+
+
+@pytest.mark.parametrize(("status", "how"), [(1, "ended with status 1"), (130, "was interrupted")])
+def test_a_workflow_that_fails_ends_the_demo(tmp_path, monkeypatch, status, how):
+    monkeypatch.setattr(demo_run, "call_workflow", lambda folder, arguments: status)
+    kept = rf"the workflow {how}; the recordings are kept in .*demo/raw\. To continue, run the same"
+    with pytest.raises(CapsuleError, match=kept):
+        demo_run.demo(chosen(tmp_path / "demo"))
+
+
+def test_ctrl_c_waits_for_snakemake_to_end_its_jobs(tmp_path, monkeypatch):
+    class Snakemake(contextlib.nullcontext):
+        waited = 0
+
+        def __init__(self, command, cwd):
+            super().__init__(self)
+
+        def wait(self):
+            """End at the third question."""
+            Snakemake.waited += 1
+            if Snakemake.waited < 3:
+                raise KeyboardInterrupt
+            return 1
+
+    monkeypatch.setattr(workflow_call.subprocess, "Popen", Snakemake)
+    assert workflow_call.call_workflow(PROJECT, []) == workflow_call.INTERRUPTED
+    assert Snakemake.waited == 3
+
+
+def test_without_a_screen_the_terminal_shows_the_run(workflow, tmp_path, capfd, monkeypatch):
+    def no_screen():
+        raise AcquisitionError("--plot needs a screen")
+
+    monkeypatch.setattr("capsule.bench.window.check_screen", no_screen)
+    demo_run.demo(chosen(tmp_path / "demo", plot=True))
+    assert "note: --plot needs a screen; the terminal shows the run" in capfd.readouterr().out
+
+
+def test_the_end_stop_is_pressed_with_the_last_sample_and_not_before():
+    board = StandInLogger()
+    world = PlayedRun(board, np.arange(12).reshape(4, 3) + 100, PHANTOM.electronics)
+    board.take_sent()
+    board.deliver(encode("start"))
+    for step in range(20):
+        world(step * 0.02, (step + 1) * 0.02)
+        board.advance((step + 1) * 20_000)
+    samples = [line.split(b"*")[0].split(b",") for line in board.take_sent().splitlines()]
+    rows = [[int(cell) for cell in cells[3:]] for cells in samples if cells[0] == b"$D"]
+    assert rows[:3] == [
+        [100, 103, 106, 109, 0],
+        [101, 104, 107, 110, 0],
+        [102, 105, 108, 111, 1],
+    ]
+
+
+def test_the_workflow_reads_the_demos_folder_and_no_other(tmp_path):
+    folder = tmp_path / "demo"
+    demo_archive.prepare(folder, PHANTOM, 4)
+    demo, shipped = (read_config_file(each / "config/config.yaml") for each in (folder, PROJECT))
+    shipped["evaluation"]["held_out"] = []
+    assert demo == shipped, "the demo has none of the shipped recordings"
+    command = [sys.executable, "-c", CALL, str(folder)]
+    done = subprocess.run(
+        command, cwd=tmp_path, capture_output=True, text=True, check=False, encoding="utf-8"
+    )
+    assert done.returncode == 0, done.stderr
+    jobs = dict(re.findall(r"^ *(\w+) +(\d+) *$", done.stdout + done.stderr, re.MULTILINE))
+    assert int(jobs["preprocess"]) == sum(demo_archive.LABELLED.values())
+    assert jobs["report"] == "1"
+    assert not (tmp_path / "results").exists()
+
+
+CALL = f"""
+import sys
+from pathlib import Path
+sys.path.insert(0, {str(PROJECT / "workflow/scripts")!r})
+from capsule.workflow_call import call_workflow
+sys.exit(call_workflow(Path(sys.argv[1]), ["--cores=1", "results/report.html", "--dry-run"]))
+"""
+
+
+def test_what_is_missing_is_named_with_its_remedy(tmp_path, monkeypatch):
+    with pytest.raises(CapsuleError, match=r"holds no raw; run the command in a folder"):
+        workflow_call.check_workflow(tmp_path)
+    (tmp_path / "raw").mkdir()
+    with pytest.raises(CapsuleError, match=r"holds no config/config.yaml; .* a copy of"):
+        workflow_call.check_workflow(tmp_path)
+    monkeypatch.setattr(workflow_call, "PROJECT", tmp_path)
+    with pytest.raises(CapsuleError, match=r"holds no Snakefile"):
+        workflow_call.check_workflow(tmp_path)
+    nothing = SimpleNamespace(find_spec=lambda name: None)
+    monkeypatch.setattr(workflow_call.importlib, "util", nothing)
+    with pytest.raises(CapsuleError, match=r"pip install \"origami-capsule\[workflow\]\""):
+        workflow_call.check_workflow(tmp_path)
+
+
+def test_the_data_folder_is_the_working_directory_that_holds_data(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert workflow_call.data_folder() == PROJECT
+    assert workflow_call.data_config() == PROJECT / "config/config.yaml"
+    demo_archive.prepare(tmp_path / "demo", PHANTOM, 4)
+    monkeypatch.chdir(tmp_path / "demo")
+    assert workflow_call.data_folder() == tmp_path / "demo"
+    assert workflow_call.data_config() == tmp_path / "demo/config/config.yaml"
+    assert options.parse(["--size", "3"]).raw == tmp_path / "demo/raw"
+
+
+def test_a_project_installed_as_a_package_gets_no_recordings(tmp_path, monkeypatch):
+    installed, here = tmp_path / "capsule_project", tmp_path / "here"
+    (installed / "config").mkdir(parents=True)
+    here.mkdir()
+    monkeypatch.setattr(workflow_call, "PROJECT", installed)
+    monkeypatch.chdir(here)
+    assert workflow_call.data_folder() == here
+    assert workflow_call.data_config() == installed / "config/config.yaml"
+    assert options.parse(["--size", "3"]).raw == here / "raw"

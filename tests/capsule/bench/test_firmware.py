@@ -1,0 +1,433 @@
+"""The firmware on emulated boards: times of samples, sleep, and steps of the motor."""
+
+import re
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from capsule.bench.protocol import Acknowledgement, Position, Sample, encode
+from support.bench import emulated
+from support.bench.page import PAGE as PROTOCOL_PAGE
+from support.bench.page import board_of_the_page, conversation, hold
+from support.bench.talk import Talk
+from support.marks import missing_program, needs
+
+pytestmark = [pytest.mark.boards, emulated.needed]
+
+# docs/bench.md: 28BYJ-48 with its real gear, belted 60:20 to a cam shaft of one wave a turn.
+HALF_STEPS_PER_MM = 64 * (32 / 9) * (22 / 11) * (26 / 9) * (31 / 10) / (3 * 80)
+
+
+@pytest.fixture
+def logger():
+    return Talk(emulated.LOGGER)
+
+
+@pytest.fixture
+def motor():
+    return Talk(emulated.PERISTALSIS)
+
+
+def test_samples_at_exactly_ten_hertz_and_sleeps_between(logger):
+    logger.board.set_voltages([1000] * 4, [1000] * 4)
+    assert logger.say("start") == [Acknowledgement("start", "")]
+    samples = [event for event in logger.wait(60) if isinstance(event, Sample)]
+    intervals_us = np.diff(logger.board.sample_times_us())
+    assert len(samples) == 600
+    # To the processor's cycle, whatever else it does: the timer starts the conversion.
+    assert set(intervals_us) == {100_000.0}
+    assert [sample.device_ms for sample in samples] == list(range(100, 60_100, 100))
+    assert [sample.sequence for sample in samples] == list(range(600))
+    assert logger.board.fraction_asleep > 0.95
+
+
+def test_commands_do_not_move_a_sample(logger):
+    logger.say("start")
+    for _ in range(200):
+        logger.say("identify", seconds=0.0137)
+    intervals_us = np.diff(logger.board.sample_times_us())
+    # An interrupt of the line may be under way when the timer's comes: some microseconds.
+    assert np.abs(intervals_us - 100_000).max() < 20
+
+
+def test_counts_are_those_of_the_silicon(logger):
+    logger.board.set_voltages([0, 2500, 4999, 5100], [0, 2500, 4999, 5100])
+    logger.say("start")
+    (sample,) = [event for event in logger.wait(0.1) if isinstance(event, Sample)]
+    assert sample.counts == (0, 512, 1023, 1023)
+
+
+def test_time_runs_on_through_a_pause(logger):
+    logger.say("start")
+    before = [event for event in logger.wait(1) if isinstance(event, Sample)]
+    before += [event for event in logger.say("pause") if isinstance(event, Sample)]
+    assert not [event for event in logger.wait(2) if isinstance(event, Sample)]
+    logger.say("start")
+    after = [event for event in logger.wait(1) if isinstance(event, Sample)]
+    assert after[0].sequence == before[-1].sequence + 1
+    assert after[0].device_ms - before[-1].device_ms > 2000
+    assert after[0].device_ms % 100 == 0
+
+
+def test_end_stop_is_debounced(logger):
+    logger.say("start")
+    logger.board.set_end_stop(True)
+    first, second = [event for event in logger.wait(0.2) if isinstance(event, Sample)]
+    assert (first.at_end, second.at_end) == (False, True)
+    logger.board.set_end_stop(False)
+    assert not [event for event in logger.wait(0.2) if isinstance(event, Sample)][-1].at_end
+
+
+def position(talk):
+    (answer,) = [event for event in talk.say("position") if isinstance(event, Position)]
+    return answer
+
+
+def rates(talk, count):
+    """Return the last rates in half-steps per second."""
+    return 1e6 / np.diff(talk.board.step_times_us()[-count:])
+
+
+def test_default_speed_moves_the_wave_25_mm_a_second(motor):
+    motor.say("start")
+    motor.wait(5)
+    first = position(motor)
+    motor.wait(32)
+    second = position(motor)
+    elapsed_s = (second.device_ms - first.device_ms) / 1000
+    assert (second.position_mm - first.position_mm) / elapsed_s == pytest.approx(25, rel=1e-4)
+    # What the board believes is what the rotor did.
+    assert motor.board.illegal_steps == 0
+    assert second.half_steps == pytest.approx(motor.board.half_steps, abs=20)
+    assert second.position_mm == pytest.approx(second.half_steps / HALF_STEPS_PER_MM, abs=0.001)
+
+
+def test_steps_are_even_and_exact_in_the_long_run(motor):
+    motor.say("start")
+    motor.wait(12)
+    steady = rates(motor, 2000)
+    assert steady.mean() == pytest.approx(25 * HALF_STEPS_PER_MM, rel=1e-4)
+    # Two ticks of the timer and an interrupt that has to wait, of 2355 us.
+    assert steady.max() / steady.min() < 1.01
+
+
+def test_ramp(motor):
+    motor.say("ramp,10")
+    motor.say("start")
+    motor.wait(6)
+    times_us = motor.board.step_times_us()
+    assert len(times_us) < 8192
+    speeds = 1e6 / np.diff(times_us) / HALF_STEPS_PER_MM
+    moments_s = (times_us[1:] - times_us[0]) / 1e6
+    rising = (speeds > 5) & (speeds < 24)
+    slope = np.polyfit(moments_s[rising], speeds[rising], 1)[0]
+    assert slope == pytest.approx(10, rel=0.05)
+    assert speeds[0] < 4
+    assert speeds.max() < 25.3
+
+
+def test_stop_ramps_down_and_lets_the_coils_cool(motor):
+    motor.say("start")
+    motor.wait(3)
+    motor.say("stop", seconds=0.1)
+    assert position(motor).state == "stopping"
+    motor.wait(2)
+    stopped = position(motor)
+    assert (stopped.state, stopped.speed_mm_s) == ("stopped", 0)
+    assert motor.board.coils == 0
+    assert stopped.half_steps == motor.board.half_steps
+    motor.say("start")
+    motor.wait(1)
+    assert motor.board.half_steps > stopped.half_steps
+    assert motor.board.illegal_steps == 0
+
+
+def test_turning_round_passes_through_rest(motor):
+    motor.say("start")
+    motor.wait(2)
+    forward = motor.board.half_steps
+    motor.say("direction,backward")
+    motor.wait(4)
+    backward = position(motor)
+    assert backward.speed_mm_s == pytest.approx(-25, abs=0.01)
+    assert motor.board.half_steps < forward
+    assert motor.board.illegal_steps == 0
+    assert rates(motor, 8000).max() < 25.3 * HALF_STEPS_PER_MM
+
+
+@pytest.mark.parametrize("speed", ["0.5", "3.125", "47.1"])
+def test_whole_range_of_speeds(motor, speed):
+    assert motor.say(f"speed,{speed}") == [Acknowledgement("speed", speed)]
+    motor.say("start")
+    motor.wait(12)
+    assert rates(motor, 50).mean() == pytest.approx(float(speed) * HALF_STEPS_PER_MM, rel=1e-3)
+    assert motor.board.illegal_steps == 0
+
+
+@pytest.mark.parametrize(
+    ("command", "reason"),
+    [
+        ("speed,47.2", r"47\.200 mm/s needs 802 half-steps/s; the motor follows 800"),
+        ("speed,99999", r"99999\.000 mm/s needs 16982\d\d half-steps/s; .*follows 800"),
+        ("speed,0.4", r"wants 0\.500 to 47\.107 mm/s"),
+        ("speed,-5", "wants"),
+        ("speed,", "wants"),
+        ("speed,1e3", "wants"),
+        ("speed,5.", "wants"),
+        ("speed,5.0001", "wants"),
+        ("speed,123456789", "wants"),
+        ("ramp,0.5", r"wants 1\.000 to 100\.000 mm/s\^2"),
+        ("ramp,101", "wants"),
+        ("direction,up", "wants forward or backward"),
+        ("lease,0.999", r"wants 1\.000 to 60\.000 s, or 0 for none"),
+        ("lease,60.001", "wants"),
+        ("lease,-1", "wants"),
+        ("start,now", "takes no argument"),
+        ("dance", "unknown; peristalsis knows"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_a_reason(motor, command, reason):
+    motor.say("speed,10")
+    (answer,) = motor.say(command, seconds=0.05)
+    assert answer.command == command.partition(",")[0]
+    assert re.search(reason, answer.reason), answer.reason
+    motor.say("start")
+    motor.wait(3)
+    assert position(motor).speed_mm_s == pytest.approx(10, abs=0.01)
+
+
+def test_without_a_lease_the_wave_runs_on(motor):
+    motor.say("lease,2")
+    motor.say("lease,0")
+    motor.say("start")
+    motor.wait(10)
+    assert position(motor).state == "running"
+
+
+def test_a_lease_that_nobody_renews_stops_the_wave(motor):
+    assert motor.say("lease,2") == [Acknowledgement("lease", "2")]
+    motor.say("ramp,50")
+    motor.say("start")
+    renewing = ["position", "identify", "speed,20", "speed,99", "start"]  # even where it is refused
+    for command in renewing:
+        motor.wait(1.8)
+        assert position(motor).state == "running"
+        motor.wait(1.8)
+        motor.say(command)
+    motor.wait(1.8)
+    motor.board.deliver(encode("position").replace(b"n*", b"m*"))  # damaged, it renews nothing
+    motor.wait(0.3)
+    assert position(motor).state == "stopping"
+    motor.wait(2)
+    stopped = position(motor)
+    assert (stopped.state, motor.board.coils) == ("stopped", 0)
+    motor.wait(5)
+    assert position(motor).half_steps == stopped.half_steps
+    motor.say("start")
+    motor.wait(1)
+    assert position(motor).state == "running"
+
+
+def test_a_board_that_hears_nothing_stops_after_a_minute(motor):
+    motor.say("start")
+    motor.wait(59)
+    assert motor.board.coils
+    motor.wait(3)
+    assert motor.board.coils == 0
+
+
+@pytest.mark.parametrize("interrupts", [True, False])
+def test_a_program_that_hangs_stops_the_motor_by_the_watchdog(motor, interrupts):
+    motor.say("lease,0")
+    motor.say("start")
+    motor.wait(2)
+    motor.board.hang(interrupts)
+    motor.wait(0.6)
+    assert motor.board.watchdog_resets == 1
+    assert motor.board.coils == 0
+    motor.wait(3)  # it restarts once, and at rest the watchdog is fed
+    assert motor.board.watchdog_resets == 1
+
+
+def test_a_timer_that_fails_restarts_the_board(motor):
+    motor.say("start")
+    motor.wait(2)
+    motor.board.stop_timer()
+    motor.wait(0.6)
+    assert (motor.board.watchdog_resets, motor.board.coils) == (1, 0)
+
+
+def test_the_lease_ends_though_the_main_program_hangs_and_feeds_the_watchdog(motor):
+    motor.say("lease,2")
+    motor.say("start")
+    motor.wait(1)
+    motor.board.hang(interrupts=True, feeds_watchdog=True)
+    motor.wait(0.8)
+    assert motor.board.coils
+    motor.wait(1.5)
+    assert (motor.board.watchdog_resets, motor.board.coils) == (0, 0)
+
+
+INDEX_AT, INDEX_CLOSED = 300.3, 120.0  # half-steps: where the cam closes its switch, how long
+HALF_STEPS_PER_WAVE = 80 * HALF_STEPS_PER_MM
+
+
+def phase_error(talk, where):
+    """Return the error of the phase that the index tells, in half-steps."""
+    told = (where.half_steps - where.index_half_steps) % HALF_STEPS_PER_WAVE
+    true = (talk.board.half_steps - INDEX_AT) % HALF_STEPS_PER_WAVE
+    return (told - true + HALF_STEPS_PER_WAVE / 2) % HALF_STEPS_PER_WAVE - HALF_STEPS_PER_WAVE / 2
+
+
+def stand_still(talk):
+    """Stop the wave, and return its position."""
+    talk.say("stop")
+    talk.wait(1.5)
+    where = position(talk)
+    assert where.state == "stopped"
+    return where
+
+
+def test_the_index_tells_the_phase_again_after_a_reset(motor):
+    motor.board.set_cam(HALF_STEPS_PER_WAVE, INDEX_AT, INDEX_CLOSED)
+    assert position(motor).index_half_steps is None
+    motor.say("start")
+    motor.wait(8)
+    before = stand_still(motor)
+    assert before.index_half_steps > HALF_STEPS_PER_WAVE
+    assert abs(phase_error(motor, before)) <= 1
+    motor.board.reset()
+    (identity,) = motor.wait(0.05)
+    assert identity.entries["index"] == "none"
+    assert (position(motor).half_steps, position(motor).index_half_steps) == (0, None)
+    motor.say("start")
+    motor.wait(4)
+    after = stand_still(motor)
+    assert abs(phase_error(motor, after)) <= 1
+    (identity,) = motor.say("identify")
+    assert identity.entries["index"] == str(after.index_half_steps)
+    # Backward, the same edge of the cam counts.
+    motor.say("direction,backward")
+    motor.say("start")
+    motor.wait(6)
+    backward = stand_still(motor)
+    assert backward.index_half_steps < 0
+    assert abs(phase_error(motor, backward)) <= 1
+    assert motor.board.illegal_steps == 0
+
+
+def test_a_board_that_starts_on_its_index_has_not_passed_it(motor):
+    motor.board.set_cam(HALF_STEPS_PER_WAVE, -20, INDEX_CLOSED)
+    motor.say("start")
+    motor.wait(2)
+    assert position(motor).index_half_steps is None
+    motor.wait(2)
+    assert position(motor).index_half_steps == pytest.approx(HALF_STEPS_PER_WAVE - 20, abs=1)
+
+
+def test_the_index_is_where_a_bouncing_switch_first_closed(motor):
+    motor.say("start")
+    motor.wait(2)
+    motor.board.set_switch(emulated.PIN_3, True)  # a spike
+    motor.wait(0.004)
+    motor.board.set_switch(emulated.PIN_3, False)
+    motor.wait(0.2)
+    assert position(motor).index_half_steps is None
+    closed_at = motor.board.half_steps
+    for closed in (True, False, True, False, True):
+        motor.board.set_switch(emulated.PIN_3, closed)
+        motor.wait(0.005)
+    motor.wait(0.3)
+    for closed in (False, True, False, True, False):
+        motor.board.set_switch(emulated.PIN_3, closed)
+        motor.wait(0.005)
+    assert position(motor).index_half_steps == pytest.approx(closed_at, abs=1)
+
+
+def test_a_damaged_command_is_not_obeyed(motor):
+    damaged = encode("start").replace(b"a", b"o")
+    motor.board.deliver(damaged)
+    (answer,) = motor.wait(0.03)
+    assert (answer.command, answer.reason) == ("line", "failed its check")
+    motor.wait(1)
+    assert motor.board.half_steps == 0
+
+
+ARDUINO = Path("/usr/share/arduino/hardware")
+BOARDS = {
+    "logger": "arduino:avr:mega:cpu=atmega2560",
+    "peristalsis": "arduino:avr:uno",
+    "fold": "arduino:avr:uno",
+}
+
+
+def build_with_arduino(name, folder, *options):
+    """Build a sketch as the Arduino IDE does; return the builder's output and status."""
+    folder.mkdir()
+    settings = {
+        "runtime.tools.avr-gcc.path": "/usr",
+        "tools.ctags.cmd.path": "/usr/bin/arduino-ctags",
+        # Debian's compiler lacks this constant, which the Arduino core's String uses.
+        "compiler.cpp.extra_flags": "-DDECIMAL_DIG=17",
+    }
+    command = ["arduino-builder", "-compile", "-fqbn", BOARDS[name], "-tools", "/usr/bin"]
+    for hardware in (ARDUINO, ARDUINO.parents[1] / "arduino-builder"):
+        command += ["-hardware", str(hardware)]
+    command += [f"-prefs={key}={value}" for key, value in settings.items()]
+    sketch = emulated.FIRMWARE / name / f"{name}.ino"
+    command += [*options, "-build-path", str(folder), str(sketch)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def missing_arduino():
+    if missing := missing_program("arduino-builder", packages="arduino-builder"):
+        return missing
+    return "" if ARDUINO.exists() else "no boards of Arduino (Debian: arduino-core-avr)"
+
+
+needs_arduino = needs(missing_arduino())
+
+
+@needs_arduino
+@pytest.mark.parametrize("board", emulated.BOARDS, ids=lambda board: board[0])
+def test_the_arduino_ide_builds_the_same_behaviour(board, tmp_path):
+    name = board[0]
+    libraries = str(emulated.FIRMWARE / "libraries")
+    built = build_with_arduino(name, tmp_path / "build", "-libraries", libraries)
+    assert built.returncode == 0, built.stderr
+    firmware = board_of_the_page(board, tmp_path / "build" / f"{name}.ino.elf")
+    assert hold(firmware, conversation(name)) == conversation(name)
+
+
+@needs_arduino
+def test_the_arduino_ide_is_told_where_the_library_lies(tmp_path):
+    built = build_with_arduino("logger", tmp_path / "build")
+    assert built.returncode != 0
+    assert "Sketchbook location to workflow/firmware" in built.stderr
+
+
+def test_the_page_on_the_bench_has_the_firmwares_numbers():
+    page = (Path(__file__).parents[3] / "docs" / "bench.md").read_text(encoding="utf-8")
+    header = (emulated.FIRMWARE / "peristalsis" / "motion.h").read_text(encoding="utf-8")
+    values = dict(re.findall(r"#define (\w+) \(?([\dL* ]+)\)?", header))
+    number = {name: eval(text.replace("L", ""), {}) for name, text in values.items()}
+    per_turn = number["HALF_STEPS_PER_TURN_NUMERATOR"] / number["HALF_STEPS_PER_TURN_DENOMINATOR"]
+    wavelength_mm = number["WAVELENGTH_UM"] / 1000
+    per_mm = per_turn / (number["WAVES_PER_MOTOR_TURN"] * wavelength_mm)
+    assert per_mm == pytest.approx(HALF_STEPS_PER_MM)
+    for statement in (
+        f"| half-steps a turn of the motor's shaft | {per_turn:.2f} |",
+        f"{number['WAVES_PER_MOTOR_TURN']} turns of the cam shaft a turn of the motor",
+        f"| cam shaft | {wavelength_mm:g} mm a turn |",
+        f"| half-steps a mm of the wave | {per_mm:.2f} |",
+        f"| half-steps a second at 25 mm/s | {25 * per_mm:.0f} |",
+        f"| half-steps a second at most | {number['MAX_RATE']} |",
+        f"{number['MAX_RATE'] / per_mm:.1f} mm/s; a faster wave is refused",
+        f"have to make {25 / wavelength_mm * per_turn:.0f} half-steps/s",
+        f"{number['MAX_RATE'] / per_turn * wavelength_mm:.1f} mm/s)",
+        f"| ramp | {number['DEFAULT_RAMP_UM_S2'] / 1000:g} mm/s² |",
+    ):
+        assert statement in page, statement
+    assert f"half-steps of a wave ({per_mm * wavelength_mm:.2f})" in PROTOCOL_PAGE

@@ -1,0 +1,580 @@
+"""The fold board's firmware in the emulator: its moves of the thread, and its faults."""
+
+import binascii
+import math
+import re
+import struct
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from capsule.bench.fold_board import FoldBoard
+from capsule.bench.protocol import Acknowledgement, FoldState, Identity, Refusal
+from support.bench import emulated
+from support.bench.folding import SWITCH_TRAVEL, TRAVEL, FoldingOrigami
+from support.bench.talk import Talk
+
+pytestmark = [pytest.mark.boards, emulated.needed]
+
+HALF_STEPS_PER_S = 400
+HALF_STEPS_PER_TURN = 64 * (32 / 9) * (22 / 11) * (26 / 9) * (31 / 10)  # of a 28BYJ-48
+LET_OUT = 8000  # half-steps that moves after restarts may let out
+RELEASE, SLACK = 500, 250  # half-steps, as docs/protocol.md has them
+DEBOUNCED = 6  # half-steps that the motor makes until a switch counts
+
+
+def start(wound=0):
+    """Start a board whose thread is wound by this many half-steps."""
+    return Talk(emulated.FOLD, lambda board: FoldingOrigami(board, wound))
+
+
+@pytest.fixture
+def fold():
+    return start()
+
+
+@pytest.fixture
+def folded():
+    """Start a board and fold the origami; 4 s of its lease of 5 s remain."""
+    talk = start()
+    assert talk.say("fold")[0] == Acknowledgement("fold", "")
+    talk.wait(4)
+    talk.say("hold", seconds=1)
+    assert state(talk) == ("folded", "folded")
+    return talk
+
+
+def reports(events):
+    return [event for event in events if isinstance(event, FoldState)]
+
+
+def states(events):
+    """Return the successive states in the frames of a board."""
+    names = [report.state for report in reports(events)]
+    return [name for name, before in zip(names, [None, *names], strict=False) if name != before]
+
+
+def answer(talk, command):
+    """Send a command, and return the answer."""
+    (answered,) = [event for event in talk.say(command) if getattr(event, "command", "") == command]
+    return answered
+
+
+def reason(talk, command):
+    refusal = answer(talk, command)
+    assert isinstance(refusal, Refusal), refusal
+    return refusal.reason
+
+
+def state(talk):
+    report = reports(talk.say("state"))[-1]
+    return report.state, report.switches
+
+
+def faults(events):
+    """Return the reasons of the faults in the frames of a board."""
+    return [event.reason for event in events if isinstance(event, Refusal)]
+
+
+def newest(talk):
+    """Return half-steps and ticks on of the newest record in the memory."""
+    slots = [talk.board.eeprom[at : at + 12] for at in (0, 16)]
+    read = [struct.unpack("<IiH", slot[:10]) for slot in slots if is_whole(slot)]
+    return max(read)[1:]
+
+
+def is_whole(slot):
+    return binascii.crc_hqx(slot[:10], 0xFFFF) == int.from_bytes(slot[10:], "little")
+
+
+def is_at_rest(talk):
+    """Return whether the coils are off and the motor does not turn for 1 s."""
+    before = talk.board.half_steps
+    talk.wait(1)
+    return talk.board.coils == 0 and talk.board.half_steps == before
+
+
+def is_unfolded(talk):
+    return talk.world.wound < SWITCH_TRAVEL and is_at_rest(talk)
+
+
+def test_folds_holds_and_unfolds(fold):
+    told_us = fold.now_us
+    heard = fold.say("fold")
+    for _ in range(5):
+        heard += fold.wait(4) + fold.say("hold")
+    assert fold.world.wound == pytest.approx(TRAVEL - SWITCH_TRAVEL, abs=2 * DEBOUNCED)
+    assert is_at_rest(fold)
+    heard += fold.say("unfold") + fold.wait(7)
+    assert is_unfolded(fold)
+    assert states(heard) == ["folding", "folded", "unfolding", "unfolded"]
+    seen = {(report.state, report.switches) for report in reports(heard)}
+    assert {("folding", "none"), ("folded", "folded"), ("unfolded", "unfolded")} <= seen
+    assert not faults(heard)
+    assert fold.board.illegal_steps == 0
+    # The coils first pull the rotor into its place.
+    assert fold.board.step_times_us()[0] - told_us > 50_000
+    within_moves_us = np.diff(fold.board.step_times_us())
+    within_moves_us = within_moves_us[within_moves_us < 100_000]
+    assert np.abs(within_moves_us - 1e6 / HALF_STEPS_PER_S).max() < 50
+    assert fold.board.watchdog_resets == 0
+
+
+def test_says_where_it_is_five_times_a_second_and_once_at_rest(fold):
+    (greeting, first) = fold.greeting
+    assert greeting == Identity(
+        "fold",
+        {
+            "protocol": "1",
+            "firmware": "1.1",
+            "lease_ms": "5000",
+            "longest_ms": "10000",
+            "state": "unfolded",
+            "setup": "yes",
+            "uptime_ms": "12",
+        },
+    )
+    assert (first.switches, first.state, first.half_steps) == ("unfolded", "unfolded", 0)
+    quiet_ms = np.diff([report.device_ms for report in reports(fold.wait(5))])
+    assert set(quiet_ms) == {1000}
+    busy = reports(fold.say("fold") + fold.wait(4))
+    assert np.diff([report.device_ms for report in busy]).max() <= 203
+    # What the board believes is what the thread did.
+    fold.wait(0.3)
+    last = reports(fold.say("state", seconds=0.01))[-1]
+    assert last.half_steps == pytest.approx(fold.world.wound, abs=DEBOUNCED)
+
+
+@pytest.mark.parametrize("seconds_held", [0, 2, 8])
+def test_a_lease_that_nobody_renews_unfolds(fold, seconds_held):
+    fold.say("fold")
+    for _ in range(seconds_held // 2):
+        fold.wait(2)
+        assert answer(fold, "hold") == Acknowledgement("hold", "")
+    heard = fold.wait(5.1)
+    turned = next(report for report in reports(heard) if report.state == "unfolding")
+    assert turned.device_ms == pytest.approx(1000 * seconds_held + 5050, abs=200)
+    fold.wait(6)
+    assert is_unfolded(fold)
+    assert state(fold) == ("unfolded", "unfolded")
+
+
+def test_a_lease_runs_out_in_the_middle_of_a_fold(fold):
+    fold.say("fold")
+    fold.wait(2)
+    fold.world.stalled = True
+    fold.wait(2.5)
+    assert state(fold) == ("folding", "none")
+    fold.world.stalled = False
+    heard = fold.wait(8)
+    assert states(heard)[-2:] == ["unfolding", "unfolded"]
+    assert is_unfolded(fold)
+
+
+def test_what_it_refuses_and_what_changes_nothing(fold):
+    assert "nothing is folded" in reason(fold, "hold")
+    assert answer(fold, "unfold") == Acknowledgement("unfold", "")
+    assert is_at_rest(fold)
+    fold.say("fold")
+    fold.wait(1)
+    assert answer(fold, "fold") == Acknowledgement("fold", "")
+    assert state(fold) == ("folding", "none")
+    assert answer(fold, "unfold") == Acknowledgement("unfold", "")
+    assert answer(fold, "unfold") == Acknowledgement("unfold", "")
+    assert "wait until the origami is unfolded" in reason(fold, "fold")
+    assert "nothing is folded" in reason(fold, "hold")
+    assert "takes no argument" in fold.say("fold,now")[0].reason
+    assert "fold knows identify state fold hold unfold" in reason(fold, "tuck")
+    fold.wait(1.5)
+    assert is_unfolded(fold)
+
+
+def reset(talk):
+    talk.board.reset()
+
+
+def hang(talk):
+    talk.board.hang(interrupts=False)
+
+
+def hang_in_the_main_program(talk):
+    talk.board.hang(interrupts=True)
+
+
+def stop_the_timer(talk):
+    talk.board.stop_timer()
+
+
+@pytest.mark.parametrize("wound", [900, TRAVEL])
+@pytest.mark.parametrize("mishap", [reset, hang, hang_in_the_main_program, stop_the_timer])
+def test_a_board_that_starts_anew_unfolds(mishap, wound):
+    talk = start(wound)
+    talk.wait(0.03)
+    (greeting, first) = talk.greeting
+    assert greeting.entries["state"] == first.state == "unfolding"
+    talk.wait(0.5)
+    mishap(talk)
+    heard = talk.wait(0.35)  # the watchdog takes 0.25 s
+    (greeting,) = [event for event in heard if isinstance(event, Identity)]
+    assert greeting.entries["state"] == "unfolding"
+    assert int(greeting.entries["uptime_ms"]) < 20
+    assert talk.board.watchdog_resets == (mishap is not reset)
+    talk.wait(6)
+    assert is_unfolded(talk)
+    assert state(talk) == ("unfolded", "unfolded")
+
+
+@pytest.mark.parametrize("mishap", [hang, hang_in_the_main_program, stop_the_timer])
+def test_a_folded_board_that_hangs_unfolds(folded, mishap):
+    mishap(folded)
+    folded.board.deliver(b"?\n" * 30_000)  # neither do questions keep it from starting anew
+    folded.wait(6)
+    assert folded.board.watchdog_resets == 1
+    assert is_unfolded(folded)
+
+
+def test_a_flood_of_questions_keeps_it_from_nothing(fold):
+    fold.say("fold")
+    fold.board.deliver(b"?\n" * 10_000)
+    heard = fold.wait(2)
+    assert len([event for event in heard if isinstance(event, Identity)]) > 100
+    assert fold.board.watchdog_resets == 0
+    assert states(heard) == ["folding"]
+    moments_ms = [report.device_ms for report in reports(heard)]
+    assert np.diff(moments_ms).max() < 300
+
+
+def test_no_move_with_both_switches_closed(fold):
+    fold.world.stuck["folded"] = True
+    fold.wait(0.1)
+    assert state(fold) == ("fault", "both")
+    assert "both end switches are closed" in reason(fold, "fold")
+    assert "both end switches are closed" in reason(fold, "unfold")
+    fold.wait(3)
+    assert fold.board.half_steps == 0
+    assert is_at_rest(fold)
+    fold.world.stuck.clear()
+    fold.wait(0.1)
+    assert state(fold) == ("unfolded", "unfolded")
+    assert answer(fold, "fold") == Acknowledgement("fold", "")
+
+
+def test_both_switches_closed_in_a_move_stop_it_until_one_opens(fold):
+    fold.say("fold")
+    fold.wait(2)
+    fold.world.stuck = {"unfolded": True, "folded": True}
+    before = fold.board.half_steps
+    heard = fold.wait(2)
+    assert fold.board.half_steps - before <= DEBOUNCED
+    assert states(heard) == ["fault"]
+    assert faults(heard) == ["both end switches are closed"]
+    assert is_at_rest(fold)
+    fold.world.stuck.clear()
+    heard = fold.wait(5)
+    assert states(heard)[-2:] == ["unfolding", "unfolded"]
+    assert is_unfolded(fold)
+
+
+def test_a_switch_that_does_not_open_is_a_fault_and_what_was_wound_is_let_out(fold):
+    fold.world.stuck["unfolded"] = True
+    heard = fold.say("fold") + fold.wait(4)
+    assert states(heard) == ["folding", "fault", "unfolding", "unfolded"]
+    assert faults(heard) == ["the switch unfolded did not open or closed again"]
+    assert np.ptp([report.half_steps for report in reports(heard)]) <= RELEASE + 1
+    assert fold.world.wound == pytest.approx(0, abs=1)
+    assert is_at_rest(fold)
+
+
+def test_a_fold_that_does_not_arrive_ends_after_ten_seconds(fold):
+    fold.world.stuck["folded"] = False
+    heard = fold.say("fold")
+    for _ in range(2):
+        heard += fold.wait(4) + fold.say("hold")
+    heard += fold.wait(2.2)
+    moments_ms = {report.state: report.device_ms for report in reversed(reports(heard))}
+    assert moments_ms["fault"] - moments_ms["folding"] == pytest.approx(10_000, abs=10)
+    assert "the switch folded did not close within 10 s" in faults(heard)
+    assert "the switch folded did not close within 10 s" in reason(fold, "fold")
+    heard = fold.wait(7)
+    assert states(heard)[-2:] == ["unfolding", "unfolded"]
+    assert is_unfolded(fold)
+
+
+def test_a_switch_that_does_not_tell_the_end_lets_out_little_more_than_was_wound(folded):
+    folded.world.stuck["unfolded"] = False
+    heard = folded.say("unfold") + folded.wait(8)
+    assert states(heard) == ["unfolding", "fault"]
+    assert faults(heard) == ["the switch unfolded did not close where it should"]
+    assert -SLACK - DEBOUNCED <= folded.world.wound < 0
+    assert is_at_rest(folded)
+    assert "did not close where it should" in reason(folded, "fold")
+    assert "did not close where it should" in reason(folded, "hold")
+    folded.world.stuck.clear()
+    folded.wait(0.1)
+    assert state(folded) == ("unfolded", "unfolded")
+
+
+def test_a_folded_switch_that_does_not_open_does_not_keep_it_folded(folded):
+    folded.world.stuck["folded"] = True
+    heard = folded.say("unfold") + folded.wait(8)
+    assert states(heard) == ["unfolding", "fault", "unfolding", "fault"]
+    assert faults(heard) == [
+        "the switch folded did not open or closed again",
+        "both end switches are closed",
+    ]
+    assert is_unfolded(folded)
+
+
+def test_a_motor_that_stalls_while_it_folds(fold):
+    fold.world.stalled = True
+    heard = fold.say("fold") + fold.wait(4)
+    assert faults(heard) == ["the switch unfolded did not open or closed again"]
+    assert is_unfolded(fold)
+
+
+def test_a_motor_that_stalls_while_it_unfolds(folded):
+    folded.say("unfold")
+    folded.wait(2)
+    folded.world.stalled = True
+    heard = folded.wait(6)
+    assert states(heard)[-1] == "fault"
+    assert is_at_rest(folded)
+    assert folded.world.folded > 0.5
+    # Still stalled, another try ends by itself after ten seconds.
+    assert answer(folded, "unfold") == Acknowledgement("unfold", "")
+    heard = folded.wait(10.2)
+    assert faults(heard) == ["the switch unfolded did not close within 10 s"]
+    assert is_at_rest(folded)
+    folded.world.stalled = False
+    folded.say("unfold")
+    folded.wait(5)
+    assert is_unfolded(folded)
+    assert state(folded) == ("unfolded", "unfolded")
+
+
+def test_a_thread_that_breaks(folded):
+    folded.world.broken = True
+    heard = folded.wait(3)
+    assert states(heard) == ["folded", "fault", "unfolded"]
+    assert faults(heard) == ["the switch folded opened at rest"]
+    assert is_at_rest(folded)
+    folded.wait(60)
+    folded.say("fold")
+    heard = folded.wait(4)
+    assert faults(heard) == ["the switch unfolded did not open or closed again"]
+    assert states(heard)[-1] == "unfolded"
+
+
+def test_switches_that_bounce_or_open_for_a_moment_are_no_fault(folded):
+    for is_closed in 10 * (False, True):
+        folded.world.stuck["folded"] = is_closed
+        folded.wait(0.005)
+    folded.world.stuck["folded"] = False
+    folded.wait(0.8)
+    folded.world.stuck.clear()
+    folded.say("hold")
+    folded.wait(2)
+    assert state(folded) == ("folded", "folded")
+
+
+def test_an_origami_that_is_pushed_away_from_its_end_is_not_called_unfolded(fold):
+    fold.world.stuck["unfolded"] = False
+    heard = fold.wait(0.5)
+    assert reports(heard)[-1].switches == "none"
+    assert "the switch unfolded is open" in reason(fold, "fold")
+    heard = fold.wait(1)
+    assert faults(heard) == ["the switch unfolded opened at rest"]
+    assert is_at_rest(fold)
+    fold.world.stuck.clear()
+    fold.wait(0.1)
+    assert state(fold) == ("unfolded", "unfolded")
+
+
+def test_the_motor_is_on_for_a_quarter_of_each_minute_at_most(fold):
+    for already_folded in (False, True, True, True):
+        refused = []
+        while not isinstance(answer(fold, "fold"), Acknowledgement):
+            refused.append(reason(fold, "fold"))
+            (wait_s,) = re.fullmatch(r"the motor has to rest for (\d+) s", refused[-1]).groups()
+            assert answer(fold, "unfold") == Acknowledgement("unfold", "")
+            fold.wait(int(wait_s))
+        assert len(refused) == already_folded  # the seconds that it tells are enough
+        fold.wait(4.9)
+        assert state(fold)[0] == "folded"
+        assert answer(fold, "unfold") == Acknowledgement("unfold", "")
+        fold.wait(5)
+        assert state(fold)[0] == "unfolded"
+    steps_s = fold.board.step_times_us() / 1e6
+    assert steps_s.size > 3 * TRAVEL
+    minute_later = np.searchsorted(steps_s, steps_s + 60, side="right")
+    most = (minute_later - np.arange(steps_s.size)).max()
+    assert most + 4 * SWITCH_TRAVEL > 2 * TRAVEL
+    assert most / HALF_STEPS_PER_S <= 15
+
+
+def test_restarts_with_a_dead_switch_let_out_no_more_than_two_moves():
+    talk = start(900)
+    talk.world.stuck["unfolded"] = False
+    before, on, looks = talk.board.half_steps, 0, 0
+    for _ in range(11):  # in a minute, as a computer that opens the port again and again
+        talk.board.reset()
+        for _ in range(54):
+            talk.wait(0.1)
+            on += talk.board.coils != 0
+            looks += 1
+        talk.say("unfold")
+    assert before - talk.board.half_steps <= LET_OUT
+    assert on / looks < 0.4
+    talk.wait(130)  # undisturbed, it may use up what is left, and no more
+    talk.say("unfold")
+    talk.wait(11)
+    assert before - talk.board.half_steps <= LET_OUT + 8
+    assert "too much thread let out" in reason(talk, "unfold")
+
+
+def test_a_power_cut_in_a_move_finds_the_whole_move_in_the_memory(fold):
+    fold.say("fold")
+    fold.wait(2)
+    assert newest(fold) == (0, 4000)  # the motor may yet be on for 10 s
+    fold.board.reset()
+    heard = fold.wait(0.05)
+    assert states(heard) == ["unfolding"]  # told at once
+    fold.wait(0.15)
+    assert newest(fold) == (-4000, 8000)
+    fold.wait(4)
+    assert is_unfolded(fold)
+    half_steps, on = newest(fold)
+    assert half_steps <= 0
+    assert 4000 < on < 6000
+    assert "the motor has to rest" in reason(fold, "fold")
+    fold.wait(62)
+    assert newest(fold)[1] == 0
+    assert answer(fold, "fold") == Acknowledgement("fold", "")
+
+
+def test_no_step_before_the_move_is_in_the_memory(fold):
+    before = fold.board.eeprom
+    fold.say("fold", seconds=0.005)
+    while fold.board.coils == 0:
+        fold.wait(0.005)
+    assert fold.board.eeprom != before
+    assert newest(fold)[1] == 4000
+    assert fold.board.half_steps == 0
+
+
+def test_a_damaged_slot_leaves_the_one_before(fold):
+    fold.say("fold", seconds=0.06)
+    assert newest(fold) == (0, 4000)
+    fold.board.write_eeprom(16, b"\xff" * 5)  # as if the power had failed during this write
+    fold.board.reset()
+    heard = fold.wait(0.05)
+    (greeting,) = [event for event in heard if isinstance(event, Identity)]
+    assert (greeting.entries["setup"], newest(fold)) == ("yes", (0, 0))
+
+
+def test_a_board_with_an_empty_memory_does_not_move_until_it_is_set_up(fold):
+    fold.board.write_eeprom(0, b"\xff" * 32)
+    fold.board.reset()
+    heard = fold.wait(0.1)
+    (greeting,) = [event for event in heard if isinstance(event, Identity)]
+    assert greeting.entries["setup"] == "no"
+    assert states(heard) == ["fault"]
+    assert faults(heard) == ["not set up"]
+    assert reason(fold, "fold") == reason(fold, "unfold") == "not set up"
+    fold.world.stuck["unfolded"] = False
+    fold.wait(2)
+    assert faults(fold.say("setup,unfolded")) == ["the switch unfolded alone must be closed"]
+    assert fold.board.half_steps == 0
+    fold.world.stuck.clear()
+    fold.wait(0.1)
+    assert "wants unfolded" in fold.say("setup,now")[0].reason
+    assert fold.say("setup,unfolded")[0] == Acknowledgement("setup", "unfolded")
+    fold.wait(0.1)
+    fold.board.reset()
+    fold.wait(0.1)
+    assert state(fold) == ("unfolded", "unfolded")
+    assert answer(fold, "fold") == Acknowledgement("fold", "")
+
+
+def test_a_survey_tells_the_user_to_set_the_board_up(fold):
+    fold.board.write_eeprom(0, b"\xff" * 32)
+    fold.board.reset()
+    heard = [SimpleNamespace(event=event) for event in fold.wait(0.1)]
+    link = SimpleNamespace(
+        port="/dev/fold", receive=lambda timeout_s: heard, send=lambda text: None
+    )
+    log = SimpleNamespace(note=lambda text: None)
+    survey = FoldBoard(link, log, lambda text: None)
+    survey.serve()
+    error = survey.trouble(patience_s=60)
+    assert "/dev/fold is not set up" in str(error)
+    assert "--fold-set-up" in str(error)
+
+
+def test_a_broken_wire_reads_as_closed_and_does_not_pull(fold):
+    fold.board.break_wire(emulated.PIN_3)
+    fold.wait(0.1)
+    assert "both end switches are closed" in reason(fold, "fold")
+    assert fold.board.half_steps == 0
+
+
+def test_a_wire_that_breaks_in_a_move_stops_the_motor(fold):
+    fold.say("fold")
+    fold.wait(2)
+    fold.board.break_wire(emulated.PIN_3)
+    before = fold.board.half_steps
+    fold.wait(0.1)
+    assert fold.board.half_steps - before <= DEBOUNCED
+    assert is_at_rest(fold)
+
+
+def test_the_pages_have_the_firmwares_numbers():
+    docs = Path(__file__).parents[3] / "docs"
+    bench, protocol = (
+        (docs / name).read_text(encoding="utf-8") for name in ("bench.md", "protocol.md")
+    )
+    header = (emulated.FIRMWARE / "fold" / "origami.h").read_text(encoding="utf-8")
+    number = {name: int(value) for name, value in re.findall(r"#define (\w+) (\d+)\b", header)}
+    per_s = 1e6 / number["TICK_US"]
+    mm = math.pi * 10 / HALF_STEPS_PER_TURN  # of thread on the spool, a half-step
+    move_s, longest_s = number["MOVE_MS"] / 1000, number["LONGEST_MS"] / 1000
+    on_s, window_s = number["DUTY_ON_MS"] / 1000, number["DUTY_S"]
+    release, slack = number["RELEASE_HALF_STEPS"], number["SLACK_HALF_STEPS"]
+    assert (per_s, release, slack) == (HALF_STEPS_PER_S, RELEASE, SLACK)
+    for statement in (
+        f"| speed | {per_s:g} half-steps/s |",
+        f"| {move_s * per_s * mm:.1f} mm of thread in {move_s:g} s,",
+        f"with at most {34 / 5:.1f} N |",
+        f"| longest move | {longest_s:g} s | {longest_s * per_s * mm:.1f} mm of thread |",
+        f"| {release} half-steps | {release * mm:.1f} mm of thread |",
+        f"more than {release * mm:.1f} mm of it",
+        f"| {slack} half-steps | {slack * mm:.1f} mm of thread |",
+        f"| duty | {on_s:g} s in {window_s} s | {on_s / window_s:.0%}".replace("%", " %"),
+        f"of {move_s:g} s each must fit in",
+        f"| lease | {number['LEASE_MS'] / 1000:g} s |",
+    ):
+        assert statement in bench, statement
+    for statement in (
+        f"renews the lease for {number['LEASE_MS'] / 1000:g} s",
+        f"within {release} half-steps",
+        f"does not close its switch within {longest_s:g} s",
+        f"{slack} half-steps more are let out",
+        f"in the last {window_s} s",
+        f"unfolding of {move_s:g} s each would make it more than {on_s:g} s",
+    ):
+        assert statement in protocol, statement
+    assert longest_s * per_s / HALF_STEPS_PER_TURN < 1  # "almost a turn"
+
+
+def test_normally_open_switches_take_another_build(tmp_path):
+    emulated.build_firmware(tmp_path, "-DNORMALLY_CLOSED=0")
+    talk = Talk(emulated.FOLD, FoldingOrigami, image=tmp_path / "fold.elf", normally_closed=False)
+    assert state(talk) == ("unfolded", "unfolded")
+    assert answer(talk, "fold") == Acknowledgement("fold", "")
+    talk.wait(6)
+    assert is_unfolded(talk) is False
+    talk.say("unfold")
+    talk.wait(6)
+    assert state(talk) == ("unfolded", "unfolded")

@@ -1,0 +1,249 @@
+"""judge_file.py: any file judged, in words, as JSON and as a picture."""
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from capsule.bench import judged_view
+from capsule.bench.judged_file import JudgedFile, as_plain_values, judge_file, taught_recordings
+from capsule.bench.judged_picture_file import write_picture
+from capsule.bench.verdict import FinalVerdict
+from capsule.configuration_files import read_config_file
+from capsule.detectors.familiar import Familiarity
+from capsule.detectors.verdicts import NO_VERDICT, Verdict
+from capsule.files import write_csv
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from capsule.phantom.simulation import recording_of, simulate_run
+from capsule.project import PROJECT
+from capsule.recording import format_recording
+from support.bad_recordings import NO_FILES, UNREADABLE, UNUSABLE
+from support.learned import taught_by, write_learned, write_templates
+
+CONFIGURATION = read_config_file(PROJECT / "config/config.yaml")
+# Of these the reason lies in one file alone, and in no other one and no folder.
+ONE_FILE = [case for case in (*UNREADABLE, *UNUSABLE) if "the same" not in case.what]
+SCRIPT = PROJECT / "workflow/scripts/judge_file.py"
+FAMILIAR_FILE = Familiarity(True)
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    """Make the results that judging needs, and a recording."""
+    folder = tmp_path_factory.mktemp("results")
+    write_templates(folder)
+    write_learned(folder, CONFIGURATION, taught_by())
+    phantom = read_phantom(DEFAULT_TABLE, [])
+    run = simulate_run(phantom, 4.0, 1, "4mm/r01")
+    (folder / "run.csv").write_bytes(format_recording(recording_of(run, phantom, 1, "4mm/r01")))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def final(results):
+    files = results / "templates.npz", results / "detectors.json"
+    return FinalVerdict(*files, CONFIGURATION)
+
+
+@pytest.fixture(scope="module")
+def judged(results, final):
+    return judge_file(results / "run.csv", final, CONFIGURATION, {})
+
+
+def call(results, *words):
+    return subprocess.run(
+        [sys.executable, SCRIPT, "--results", results, *words],
+        capture_output=True,
+        text=True,
+        encoding="utf-8",
+        check=False,
+    )
+
+
+def test_the_command_tells_verdicts_place_and_what_is_wrong_with_a_file(results):
+    (results / "cut.csv").write_text("time_s,sensor_1\n0,1\n")
+    files = [results / name for name in ("run.csv", "cut.csv", "none.csv")]
+    done = call(results, *files)
+    assert (done.returncode, done.stderr) == (1, "")
+    *accepted, cut, missing = done.stdout.splitlines()
+    assert accepted[0].endswith("simulated phantom, version 5, seed 1")
+    assert accepted[7].startswith(
+        "whether it is like the recordings that teach is not known: only "
+    )
+    assert [line.split()[0] for line in accepted[9:13]] == CONFIGURATION["detectors"]
+    assert cut.startswith(f"{files[1]}: rejected: line 1: the column 'sensor_2' is missing")
+    assert missing == f"{files[2]}: rejected: it cannot be read: No such file or directory"
+
+
+def test_the_command_prints_nothing_but_json_where_json_is_asked_for(results, judged):
+    done = call(results, results / "run.csv", "--json")
+    assert done.returncode == 0
+    assert json.loads(done.stdout) == [as_plain_values(judged, 10.0)]
+
+
+def test_without_results_the_command_says_how_to_make_them(results, tmp_path):
+    done = call(tmp_path, results / "run.csv")
+    assert done.returncode == 1
+    assert done.stderr == (
+        f"error: a verdict needs {tmp_path}/templates.npz; make it first: snakemake -c2 "
+        "results/templates.npz, or with the whole report: capsule report\n"
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (["a.csv", "b.csv", "--picture", "p.png"], "--picture draws one recording: give one FILE"),
+        (["a.csv", "--picture", "p.pdf"], "the name must end in .png or .svg"),
+    ],
+)
+def test_a_picture_that_cannot_be_drawn_is_refused_at_once(results, words, reason):
+    done = call(results, *words)
+    assert done.returncode == 2 and reason in done.stderr
+
+
+def test_a_strange_file_says_so_before_the_verdicts_and_shows_no_probability():
+    because = (
+        "the time from wave to wave is 6.40 s, but 3.20 to 3.30 s in the recordings that teach"
+    )
+    verdicts = {
+        "one": replace(verdict_at(50.0), probability=0.987),
+        "two": Verdict(0.0, 0, 1, 0.123),
+    }
+    usual = shown(verdicts, 60)
+    assert sum(" %" in line for line in usual if line.startswith(("one", "two"))) == 2
+    strange = shown(verdicts, 60, familiarity=Familiarity(False, because))
+    head = strange.index(f"unlike the recordings that teach: {because}")
+    assert strange[head + 1].startswith("detector")
+    one, two = strange[head + 2 : head + 4]
+    assert one.startswith("one") and "nodule" in one and "3.0 mm" in one
+    assert "98.7" not in one and "12.3" not in two and "not given" in one and "not given" in two
+
+
+def test_the_values_of_a_strange_file_hold_no_probability(judged):
+    judged = replace(judged, verdicts={"one": replace(verdict_at(50.0), probability=0.987)})
+    assert as_plain_values(judged, 10.0)["familiar"] is None
+    known = as_plain_values(replace(judged, familiarity=FAMILIAR_FILE), 10.0)
+    assert (known["familiar"], known["verdicts"]["one"]["probability"]) == (True, 0.987)
+    strange = as_plain_values(replace(judged, familiarity=Familiarity(False, "noise")), 10.0)
+    assert (strange["familiar"], strange["unfamiliar_because"]) == (False, "noise")
+    assert strange["verdicts"]["one"]["probability"] is None
+    assert strange["verdicts"]["one"]["predicted_mm"] == 3.0
+
+
+def test_values_are_those_of_the_verdicts(judged, final):
+    values = as_plain_values(judged, 10.0)
+    assert (values["status"], values["samples"]) == ("accepted", judged.values.shape[1])
+    verdict = final.verdicts(judged.values)["diagonal"]
+    said = values["verdicts"]["diagonal"]
+    assert said["estimate_mm"] == verdict.estimate_mm
+    assert said["location_s"] == verdict.location_samples / 10
+    assert (said["distances"], said["reason"]) == ([], "")
+    assert values["verdicts"]["template"]["probability"] is None
+    json.dumps(values, allow_nan=False)
+
+
+def rejected_line(case, tmp_path, final):
+    path = tmp_path / "file.csv"
+    case.make(path)
+    judged = judge_file(path, final, CONFIGURATION, {})
+    (line,) = judged_view.judged_lines(judged, CONFIGURATION, 80)
+    return line.removeprefix(f"{path}: rejected: ")
+
+
+@pytest.mark.parametrize("case", ONE_FILE, ids=lambda case: case.what)
+def test_a_rejected_file_tells_the_workflows_own_reason(case, tmp_path, final):
+    assert rejected_line(case, tmp_path, final) == case.reason
+
+
+@pytest.mark.parametrize("case", NO_FILES[:5], ids=lambda case: case.what)
+def test_what_is_no_file_is_not_waited_for(case, tmp_path, final):
+    assert rejected_line(case, tmp_path, final).startswith("it cannot be read: ")
+
+
+def test_a_recording_that_taught_the_detectors_is_named(results, judged, tmp_path):
+    sha = judged.check["readings_sha256"]
+    rows = [
+        {"recording": "4mm/r01", "size_mm": 4.0, "readings_sha256": sha},
+        {"recording": "unlabelled/x", "size_mm": None, "readings_sha256": "other"},
+    ]
+    write_csv(tmp_path / "recordings.csv", list(rows[0]), rows)
+    taught = taught_recordings(tmp_path / "recordings.csv")
+    assert taught == {sha: "4mm/r01"}
+    known = replace(judged, taught_as="4mm/r01")
+    *_, note = judged_view.judged_lines(known, CONFIGURATION, 80)
+    assert note.startswith("note: the detectors have learned from this very recording (4mm/r01)")
+    assert "note" not in "".join(judged_view.judged_lines(judged, CONFIGURATION, 80))
+    assert taught_recordings(tmp_path / "none.csv") == {}
+
+
+def shown(verdicts, width, *, plain=False, familiarity=FAMILIAR_FILE):
+    """Return the lines for a ramp of 100 samples with a gap, with these verdicts."""
+    values = np.tile(np.arange(100.0), (2, 1))
+    values[1, 50:] = np.nan
+    check = {"status": "accepted", "header": {}, "samples": 100, "duration_s": 9.9}
+    judged = JudgedFile("a.csv", check | {"no_verdict": ""}, values, verdicts, familiarity, "")
+    return judged_view.judged_lines(judged, CONFIGURATION, width, plain=plain)
+
+
+def verdict_at(samples):
+    return Verdict(3.0, 2.0, 1.0, estimate_mm=3.0, location_samples=samples)
+
+
+def test_the_plot_marks_each_place_below_the_sensors():
+    verdicts = {"one": verdict_at(50.0), "two": verdict_at(90.0), "three": verdict_at(50.0)}
+    title, first, second, marks, named, *_ = shown(verdicts, 9 + 20)
+    assert title == "a.csv: 100 samples, 9.9 s, source not given"
+    assert first.removeprefix("sensor 1 ") == "▁▁▁▂▂▂▃▃▃▄▄▅▅▅▆▆▆▇▇█"
+    assert second.removeprefix("sensor 2 ") == "▁▁▂▃▄▄▅▆▇█"
+    assert marks.removeprefix("place    ") == " " * 10 + "a" + " " * 7 + "b"
+    assert named.strip() == "a: one and three, b: two"
+
+
+def test_a_place_before_the_start_and_no_verdict_are_said_in_words():
+    lines = shown({"early": verdict_at(-3.0), "none": NO_VERDICT}, 60, plain=True)
+    assert all(line.isascii() for line in lines)
+    assert not any(line.startswith("place  ") for line in lines)
+    table = [line.split(maxsplit=1) for line in lines[3:6]]
+    assert table[1][0] == "early" and table[1][1].endswith("before the start")
+    assert table[2][1].startswith("none: no score: a wave, a sensor or labelled recordings")
+
+
+def test_noise_is_accepted_and_has_no_verdict(tmp_path, final):
+    noise = np.random.default_rng(1).normal(500, 20, (4, 300)).round()
+    rows = [f"{n / 10},{','.join(f'{v:g}' for v in column)}" for n, column in enumerate(noise.T)]
+    path = tmp_path / "noise.csv"
+    path.write_text("\n".join(["time_s,sensor_1,sensor_2,sensor_3,sensor_4", *rows, ""]))
+    judged = judge_file(path, final, CONFIGURATION, {})
+    *_, last = judged_view.judged_lines(judged, CONFIGURATION, 80)
+    assert last.startswith("no detector can judge it: no wave on sensor_1")
+    assert judged.is_accepted and not judged.verdicts
+
+
+def test_the_picture_holds_a_mark_at_each_place(judged, tmp_path, monkeypatch):
+    drawn = []
+    monkeypatch.setattr(
+        "capsule.bench.judged_picture_file.picture_bytes",
+        lambda figure, kind, name: drawn.append((figure, kind, name)) or b"picture",
+    )
+    write_picture(judged, CONFIGURATION, tmp_path / "run.svg")
+    ((figure, kind, name),) = drawn
+    assert (kind, name) == ("svg", "run.csv, simulated")
+    places = judged_view.places_s(judged.verdicts, 10.0)
+    signal, envelope, matrix = figure.axes[:3]
+    for axes in (signal, envelope, matrix):
+        marks = [line.get_xdata() for line in axes.lines if len(line.get_xdata()) == 2]
+        assert [each[0] for each in marks if each[0] == each[1]] == list(places)
+    named = [text.get_text() for text in signal.get_legend().get_texts()]
+    assert named == [
+        f"place by {' and '.join(names)}: {place:.1f} s" for place, names in places.items()
+    ]
+
+
+@pytest.mark.parametrize(("kind", "begins"), [("svg", b"<?xml"), ("png", b"\x89PNG")])
+def test_a_picture_is_a_file_of_its_kind(judged, tmp_path, kind, begins):
+    write_picture(judged, CONFIGURATION, tmp_path / f"run.{kind}")
+    assert (tmp_path / f"run.{kind}").read_bytes().startswith(begins)

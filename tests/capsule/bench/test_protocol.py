@@ -1,0 +1,195 @@
+"""The serial protocol: docs/protocol.md, the computer's program and the firmware agree."""
+
+import re
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from capsule.bench.protocol import (
+    LONGEST_FRAME,
+    Acknowledgement,
+    Damaged,
+    FoldState,
+    FrameParser,
+    Identity,
+    Position,
+    Refusal,
+    Sample,
+    checksum,
+    decode,
+    encode,
+)
+from capsule.bench.stand_in import StandInLogger
+from support.bench import emulated
+from support.bench.page import PAGE, VOLTAGES_MV, board_of_the_page, conversation, hold
+
+CHECKSUMS = re.findall(r"^\| `([^`]+)` \| `([0-9A-F]{4})` \| `([^`]+)` \|$", PAGE, re.MULTILINE)
+
+
+def test_checksums_of_the_page():
+    assert len(CHECKSUMS) > 10
+    for payload, crc, frame in CHECKSUMS:
+        assert f"{checksum(payload.encode()):04X}" == crc
+        assert encode(payload) == frame.encode() + b"\n"
+
+
+@emulated.needed
+def test_firmware_accepts_the_frames_of_the_page_and_no_others():
+    logger = emulated.EmulatedBoard(emulated.LOGGER)
+    logger.advance(20_000)
+    logger.take_sent()
+    for number, (payload, crc, frame) in enumerate(CHECKSUMS):
+        logger.deliver(f"{frame}\n".encode())
+        logger.advance(20_000 + 40_000 * number + 20_000)
+        answers = [decode(line) for line in logger.take_sent().splitlines()]
+        assert answers
+        assert Refusal("line", "failed its check") not in answers
+        wrong = f"{int(crc, 16) ^ 1:04X}"
+        logger.deliver(f"${payload}*{wrong}\n".encode())
+        logger.advance(20_000 + 40_000 * number + 40_000)
+        answers = [decode(line) for line in logger.take_sent().splitlines()]
+        assert Refusal("line", "failed its check") in answers
+
+
+@emulated.needed
+@pytest.mark.parametrize("board", emulated.BOARDS, ids=lambda board: board[0])
+def test_firmware_holds_the_conversation_of_the_page(board):
+    lines = conversation(board[0])
+    assert hold(board_of_the_page(board), lines) == lines
+
+
+def test_stand_in_holds_the_conversation_of_the_page():
+    lines = conversation("logger")
+    board = StandInLogger()
+    board.set_voltages(VOLTAGES_MV, VOLTAGES_MV)
+    assert hold(board, lines) == lines
+
+
+def test_host_understands_every_answer_of_the_page():
+    names = {name for name, _ in emulated.BOARDS}
+    answers = [line for name in names for line in conversation(name)]
+    events = [decode(line.encode()) for _, direction, line in answers if direction == "<"]
+    assert not [event for event in events if isinstance(event, Damaged)]
+    assert Sample(0, 100, (204, 512, 819, 1023), at_end=False) in events
+    assert Refusal("direction", "wants forward or backward") in events
+    assert Position(172, 0, 0, 0, "stopped", None) in events
+    assert FoldState(190, 8, "unfolded", "unfolding") in events
+    assert {event.device for event in events if isinstance(event, Identity)} == names
+
+
+def test_events():
+    assert decode(encode("D,7,800,1,2,3,4,1")[:-1]) == Sample(7, 800, (1, 2, 3, 4), at_end=True)
+    assert decode(encode("A,speed,25")[:-1]) == Acknowledgement("speed", "25")
+    assert decode(encode("E,speed,too fast, sorry")[:-1]) == Refusal("speed", "too fast, sorry")
+    assert decode(encode("P,402,-2,-0.117,-3.87,running")[:-1]) == Position(
+        402, -2, -0.117, -3.87, "running"
+    )
+    assert decode(encode("P,402,-2,-0.117,-3.87,running,")[:-1]) == Position(
+        402, -2, -0.117, -3.87, "running", None
+    )
+    assert decode(encode("P,402,-2,-0.117,-3.87,running,-1359")[:-1]) == Position(
+        402, -2, -0.117, -3.87, "running", -1359
+    )
+    assert decode(encode("F,5310,-4,none,unfolding")[:-1]) == FoldState(
+        5310, -4, "none", "unfolding"
+    )
+    assert decode(encode("I,logger,protocol=1,state=paused")[:-1]) == Identity(
+        "logger", {"protocol": "1", "state": "paused"}
+    )
+
+
+@pytest.mark.parametrize(
+    "payload",
+    [
+        *("", "X", "D", "D,1,2", "D,1,2,3,-4,0", "D,1,2,3,4.5,0", "D,1,2,3,4,2", "D,1,2,0x1,4,0"),
+        *("D,1,2,99999999999,4,0", "P,1,2,3,4", "P,1.5,2,3,4,x", "I", "I,logger,running", "A"),
+        *("E,x", "P,1,2,3,4,x,5.5", "P,1,2,3,4,x,5,6", "F,1,2,none", "F,1,2,none,folded,0"),
+        *("F,-1,2,none,folded", "F,1,2.5,none,folded", "F,1,2,open,folded", "F,1,2,none,lost"),
+    ],
+)
+def test_a_checked_frame_of_unknown_form_is_not_used(payload):
+    content = payload.encode()
+    event = decode(b"$%s*%04X" % (content, checksum(content)))
+    assert isinstance(event, Damaged)
+
+
+def test_what_cannot_be_sent_is_refused():
+    for payload in ("", "a$b", "a\nb", "é"):
+        with pytest.raises(ValueError, match="cannot be sent"):
+            encode(payload)
+
+
+def test_a_frame_cut_off_by_a_reset_does_not_take_the_next_with_it():
+    events = FrameParser().feed(b"$D,7,800,1,2" + encode("D,0,100,1,2,3,4,0"))
+    assert events == [
+        Damaged(b"$D,7,800,1,2", "cut off by the next frame"),
+        Sample(0, 100, (1, 2, 3, 4), at_end=False),
+    ]
+
+
+def test_a_line_that_never_ends_is_given_up():
+    parser = FrameParser()
+    events = [event for _ in range(100) for event in parser.feed(b"x" * 100)]
+    assert all(isinstance(event, Damaged) for event in events)
+    assert sum(len(event.content) for event in events) > 9_500
+    assert len(parser.drop_pending()[0].content) <= LONGEST_FRAME
+
+
+@settings(deadline=None)  # a busy machine is no fault
+@given(st.lists(st.binary(max_size=60), max_size=20))
+def test_any_bytes_are_welcome_and_none_goes_missing(chunks):
+    parser = FrameParser()
+    events = [event for chunk in chunks for event in parser.feed(chunk)]
+    events += parser.drop_pending()
+    # Nothing valid comes of noise, and the log could rebuild it all, apart from the line feeds.
+    assert all(isinstance(event, Damaged) for event in events)
+    kept = b"".join(event.content for event in events)
+    assert kept == b"".join(chunks).replace(b"\n", b"")
+
+
+samples = st.builds(
+    Sample,
+    st.integers(0, 2**32 - 1),
+    st.integers(0, 2**32 - 1),
+    st.tuples(*[st.integers(0, 1023)] * 4),
+    st.booleans(),
+)
+
+
+def frame_of(sample: Sample) -> bytes:
+    cells = [sample.sequence, sample.device_ms, *sample.counts, int(sample.at_end)]
+    return encode("D," + ",".join(map(str, cells)))
+
+
+@settings(deadline=None)  # a busy machine is no fault
+@given(st.lists(samples, max_size=8), st.lists(st.integers(1, 50), min_size=1))
+def test_samples_survive_any_cutting_of_the_stream(sent, lengths):
+    stream = b"".join(map(frame_of, sent))
+    parser = FrameParser()
+    events = []
+    while stream:
+        length = lengths[len(stream) % len(lengths)]
+        events += parser.feed(stream[:length])
+        stream = stream[length:]
+    assert events == sent
+
+
+@settings(deadline=None)  # a busy machine is no fault
+@given(samples, samples, st.binary(max_size=30).filter(lambda noise: b"\n" not in noise))
+def test_a_whole_frame_survives_noise_on_either_side(first, second, noise):
+    events = FrameParser().feed(frame_of(first) + noise + frame_of(second))
+    assert [event for event in events if not isinstance(event, Damaged)] == [first, second]
+
+
+@settings(deadline=None)  # a busy machine is no fault
+@given(samples, st.data())
+def test_no_damage_of_up_to_sixteen_bits_in_a_row_passes(sample, data):
+    frame = frame_of(sample)
+    bits = int.from_bytes(frame, "big")
+    burst = data.draw(st.integers(1, 2**16 - 1))
+    shift = data.draw(st.integers(0, 8 * len(frame) - 16))
+    damaged = (bits ^ burst << shift).to_bytes(len(frame), "big")
+    events = FrameParser().feed(damaged + b"\n")
+    assert sample not in events or damaged.rstrip(b"\n") == frame.rstrip(b"\n")
+    assert not [event for event in events if isinstance(event, Sample) and event != sample]

@@ -1,0 +1,193 @@
+"""A recording against a scripted serial line: all samples that arrive are kept."""
+
+import pytest
+
+from capsule.bench.bench_errors import BoardLostError, LineLostError
+from capsule.bench.protocol import Identity, encode
+from capsule.bench.reconnection import Reconnection
+from support.bench.scripted import ENTRIES, ScriptedBench, identity_frame, sample_frame
+
+
+def samples(first, last):
+    """Return samples with these numbers, each with its time."""
+    return [(number / 10, sample_frame(number)) for number in range(first, last)]
+
+
+@pytest.fixture
+def bench(tmp_path, monkeypatch):
+    return ScriptedBench(tmp_path, monkeypatch)
+
+
+def test_after_a_stop_what_lies_in_the_port_is_read_first(bench):
+    unread = b"".join(sample_frame(number) for number in range(30, 110))
+    bench.run([*samples(0, 30), (11.0, unread), *samples(110, 130)])
+    assert bench.numbers() == list(range(130))
+    assert bench.session.progress.missing == 0
+
+
+def test_the_time_in_which_the_recorder_was_stopped_is_no_silence(bench):
+    # Nothing lay in the port: the board was lost meanwhile, and may still come back.
+    bench.run([*samples(0, 30), (11.0, b""), (11.1, b""), *samples(112, 120)])
+    assert bench.numbers() == [*range(30), *range(112, 120)]
+
+
+@pytest.mark.parametrize(
+    "nonsense",
+    [b"\xff\x00 static\n", encode("P,100,2,3.0,4.0,running") + encode("A,pause")],
+    ids=["garbage", "another board"],
+)
+def test_nonsense_for_ever_ends_by_patience(bench, nonsense):
+    script = [*samples(0, 30), *((3 + tick / 10, nonsense) for tick in range(600))]
+    with pytest.raises(BoardLostError, match=r"sent no sample for 5 s \(--patience\)"):
+        bench.run(script)
+    assert bench.now_s < 9
+    assert bench.numbers() == list(range(30))
+
+
+def test_nonsense_for_ever_ends_by_duration(tmp_path, monkeypatch):
+    bench = ScriptedBench(tmp_path, monkeypatch, duration=60, patience_s=1000)
+    script = [*samples(0, 30), *((3 + tick / 10, b"static\n") for tick in range(600))]
+    with pytest.raises(BoardLostError, match="--duration is over"):
+        bench.run(script)
+    assert bench.now_s < 7
+    assert bench.numbers() == list(range(30))
+
+
+def test_a_duration_that_passes_while_the_recorder_is_stopped_is_filled_from_the_port(
+    tmp_path, monkeypatch
+):
+    bench = ScriptedBench(tmp_path, monkeypatch, duration=60)
+    unread = b"".join(sample_frame(number) for number in range(30, 80))
+    bench.run([*samples(0, 30), (20.0, unread)])
+    assert bench.numbers() == list(range(60))
+    assert bench.session.ended == "--duration is over"
+
+
+@pytest.mark.parametrize("ahead_ms", [300, 5000, 20_000, 600_000, 2**31, 9_999_999_999])
+@pytest.mark.parametrize("numbered", ["next", "as far ahead", "anyhow"])
+@pytest.mark.parametrize("at", [0, 1, 30])
+def test_a_false_frame_that_passed_its_check_harms_nothing(bench, ahead_ms, numbered, at):
+    device_ms = min(100 * at + ahead_ms, 9_999_999_999)
+    further = {"next": 0, "as far ahead": ahead_ms // 100, "anyhow": 1_234_567_890}
+    sequence = at + further[numbered]
+    false = sample_frame(999, device_ms, sequence)
+    bench.run([*samples(0, at), (at / 10, false), *samples(at, 60)])
+    assert bench.numbers() == list(range(60))
+    assert len(bench.rows()) == 60
+
+
+def test_a_false_frame_costs_no_sample_after_lost_ones(bench):
+    false = sample_frame(999, 20_000, 200)
+    bench.run([*samples(0, 30), *samples(33, 34), (3.35, false), *samples(34, 60)])
+    assert bench.numbers() == [*range(30), *range(33, 60)]
+    assert len(bench.rows()) == 60
+
+
+def test_a_clock_that_jumped_for_good_is_not_believed_but_its_samples_are(bench):
+    later = [(number / 10, sample_frame(number, 100 * number + 10**9)) for number in range(30, 80)]
+    bench.run([*samples(0, 30), *later])
+    assert bench.numbers() == list(range(80))
+    assert len(bench.rows()) == 80
+    assert "identify" in bench.sent
+
+
+def test_the_boards_clock_may_pass_its_end(bench):
+    begin_ms = 2**32 - 3000
+    script = []
+    for number in range(60):
+        device_ms = (begin_ms + 100 * number) % 2**32
+        if number not in (29, 30, 31):  # a gap just there
+            script.append((number / 10, sample_frame(number, device_ms)))
+    bench.run(script)
+    assert bench.numbers() == [*range(29), *range(32, 60)]
+    assert len(bench.rows()) == 60
+
+
+def test_a_gap_of_days_is_written_in_pieces(bench, monkeypatch):
+    most = [0]
+    flush = bench.part.flush
+
+    def watched():
+        most[0] = max(most[0], len(bench.part._pending))
+        flush()
+
+    monkeypatch.setattr(bench.part, "flush", watched)
+    bench.session._limits = bench.session._limits.__class__(None, 1e9, 1001)
+    later = [(number / 10, sample_frame(number)) for number in range(30_000, 30_010)]
+    bench.run([*samples(0, 30), *later])
+    assert len(bench.rows()) == 30_010
+    assert most[0] <= 1001
+    assert len(bench.session._intake.samples) == 1001
+
+
+def test_samples_in_doubt_are_kept_when_the_recording_ends(bench):
+    bench.run([*samples(0, 30), *samples(33, 34)])
+    assert bench.numbers() == [*range(30), 33]
+
+
+def test_a_false_frame_after_a_gap_costs_nothing_either(bench):
+    false = sample_frame(999, 6000, 55)  # as far as anybody can tell, it may follow number 29
+    bench.run([*samples(0, 30), *samples(33, 34), (3.35, false), *samples(34, 60)])
+    assert bench.numbers() == [*range(30), *range(33, 60)]
+
+
+def plug_in_later(bench, monkeypatch, *boards):
+    """Let these boards answer, one per attempt, when the recorder searches for its own."""
+    answers = iter(boards)
+
+    def step(returning, timeout_s):
+        bench.now_s += 1.0
+        entries = ENTRIES | {key: str(value) for key, value in next(answers).items()}
+        return bench, Identity("logger", entries)
+
+    monkeypatch.setattr(Reconnection, "step", step)
+
+
+OTHER = {"adc_bits": 12, "vref_mv": 3300, "rate_hz": 50}
+
+
+def test_another_board_after_a_replug_is_refused(bench, monkeypatch):
+    plug_in_later(bench, monkeypatch, OTHER, OTHER, {"uptime_ms": 5900})
+    bench.run([*samples(0, 30), (3.0, LineLostError()), *samples(60, 90)])
+    assert bench.numbers() == [*range(30), *range(60, 90)]
+    (told,) = [text for text in bench.told if "another one" in text]
+    assert "rate_hz=50 instead of 10, adc_bits=12 instead of 10, vref_mv=3300" in told
+
+
+def test_another_board_behind_the_same_line_is_refused(bench):
+    strangers = [(3 + n / 50, sample_frame(30 + n, 3000 + 20 * n)) for n in range(100)]
+    script = [*samples(0, 30), (3.0, identity_frame(**OTHER)), *strangers]
+    bench.run([*script, (5.9, identity_frame(uptime_ms=5900)), *samples(60, 90)])
+    assert bench.numbers() == [*range(30), *range(60, 90)]
+    assert "identify" in bench.sent
+
+
+@pytest.mark.parametrize("uptime_ms", [581_000 + 3000, 0, 2500], ids=["ahead", "new", "behind"])
+def test_a_gap_is_measured_by_the_computer_where_the_boards_clock_began_elsewhere(
+    bench, monkeypatch, uptime_ms
+):
+    plug_in_later(bench, monkeypatch, {"uptime_ms": uptime_ms})
+    began = uptime_ms // 100
+    later = [(22 + n / 10, sample_frame(n, 100 * (began + n), began + n)) for n in range(1, 30)]
+    bench.session._limits = bench.session._limits.__class__(None, 1000, 1001)
+    silence = [(3.0 + n / 10, b"") for n in range(180)]
+    bench.run([*samples(0, 30), *silence, (21.0, LineLostError()), *later])
+    assert [row[0] for row in bench.rows() if row[1]][30:33] == ["22.1", "22.2", "22.3"]
+    assert bench.numbers() == [*range(30), *range(1, 30)]
+    assert any("its clock started again" in text for text in bench.told)
+
+
+@pytest.mark.parametrize("uptime", ["soon", "-1", ""])
+def test_nonsense_in_an_identity_ends_nothing(bench, uptime):
+    bench.run([*samples(0, 30), (3.0, identity_frame(uptime_ms=uptime)), *samples(30, 60)])
+    assert bench.numbers() == list(range(60))
+
+
+def test_nonsense_for_days_does_not_fill_the_disk(bench, monkeypatch):
+    monkeypatch.setattr(bench.log, "_room", 5000)
+    noise = [(number / 10 + 0.05, b"static" * 20 + b"\n") for number in range(60)]
+    bench.run(sorted([*samples(0, 60), *noise]))
+    assert bench.numbers() == list(range(60))
+    assert bench.log.path.stat().st_size < 5300
+    assert bench.session.progress.damaged == 60
+    assert sum("continues without its log" in text for text in bench.told) == 1

@@ -1,0 +1,56 @@
+"""The files of a survey on a disk that is full."""
+
+import errno
+import os
+
+import pytest
+
+from capsule.bench import session_folder
+from capsule.bench.bench_errors import AcquisitionError, DiskFullError
+from capsule.bench.session_folder import SessionFolder
+
+
+def no_room(path, *_):
+    raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), path)
+
+
+def test_a_full_disk_at_the_beginning_leaves_no_folder_in_the_way(tmp_path, monkeypatch):
+    folder = tmp_path / "tuesday"
+
+    def make_only_the_folder(path, _):
+        path.parent.mkdir()
+        no_room(path)
+
+    monkeypatch.setattr(session_folder, "write_json", make_only_the_folder)
+    with pytest.raises(DiskFullError, match=r"session\.json.*run: the same command again"):
+        SessionFolder(folder, {}, 4, resumed=False)
+    assert not folder.exists()
+
+
+@pytest.mark.parametrize(
+    ("writer", "act"),
+    [
+        ("write_csv", lambda disk: disk.write_places([])),
+        ("write_json", lambda disk: disk.note(session_folder.INDEX, 1.0)),
+        ("write_json", lambda disk: disk.leave_out(session_folder.ORIGIN)),
+    ],
+)
+def test_a_disk_that_gets_full_is_named_with_the_way_to_go_on(tmp_path, monkeypatch, writer, act):
+    disk = SessionFolder(tmp_path / "tuesday", {}, 4, resumed=False)
+    monkeypatch.setattr(session_folder, writer, no_room)
+    with pytest.raises(DiskFullError, match=r"the disk is full at .*survey\.py --resume"):
+        act(disk)
+    disk.discard()
+
+
+def test_another_fault_of_the_disk_is_told_as_it_is(tmp_path, monkeypatch):
+    disk = SessionFolder(tmp_path / "tuesday", {}, 4, resumed=False)
+
+    def refuse(*_):
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr(session_folder, "write_csv", refuse)
+    with pytest.raises(AcquisitionError, match="cannot be written: Permission denied") as refused:
+        disk.write_places([])
+    assert not isinstance(refused.value, DiskFullError)
+    disk.discard()

@@ -1,0 +1,269 @@
+"""Samples from and to streams of the Lab Streaming Layer, over real streams on this computer."""
+
+import math
+import subprocess
+import sys
+import uuid
+from datetime import UTC, datetime
+
+import numpy as np
+import pylsl
+import pytest
+
+from capsule.bench import lsl
+from capsule.bench.bench_errors import AcquisitionError, BoardNotFoundError
+from capsule.bench.logger_board import moment_text
+from capsule.bench.options import parse
+from capsule.bench.protocol import Acknowledgement, Damaged
+from capsule.bench.stamp_grid import StampGrid
+from capsule.bench.stream_choice import ChosenStream, choose, find_stream
+from capsule.bench.stream_line import StreamLine
+from capsule.bench.workbench import Workbench
+from support.bench.recorder import ACQUIRE, Recorder
+from support.bench.streams import Source, describe, environment, readings_of, wait_for_lines
+from support.bench.waiting import wait_until
+from support.bench.world import Clock
+
+pytestmark = pytest.mark.boards
+
+STARTED = datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC)
+RULES = {"sensors": 4, "rate_hz": 10}
+
+
+@pytest.fixture
+def name():
+    """Return a name that no other stream has."""
+    return f"stream-{uuid.uuid4().hex}"
+
+
+@pytest.fixture
+def record(tmp_path):
+    """Return a function that starts acquire.py so that it receives the streams of this test."""
+    yield lambda *options: Recorder(tmp_path, "--unlabelled", *options, env=environment(tmp_path))
+    Recorder.end_all()
+
+
+def check_rows(recording, lost, last):
+    """Check that each sample is in its place, and that lost samples are missing."""
+    np.testing.assert_allclose(np.diff(recording.time_s), 0.1, atol=1e-9)
+    expected = np.array([readings_of(number) for number in range(last + 1)]).T
+    expected[:, list(lost)] = np.nan
+    np.testing.assert_array_equal(recording.values, expected)
+
+
+def test_records_a_stream_and_marks_what_is_lost(tmp_path, name, record):
+    source = Source(name, source_id=name)
+    recorder = record("--stream-in", name, "--site", "a")
+    source.wait_for_listener()
+    lost = {30, 31, 57}
+    source.send([number for number in range(100) if number not in lost])
+    # On the disk while the recording goes on.
+    wait_for_lines(tmp_path, 100)
+    recorder.press_ctrl_c()
+    recorder.expect(0, "recording", name, "2 gaps (3 samples missing)", "ended: Ctrl-C")
+    assert recorder.parts() == []
+    check_rows(recorder.recording(), lost, 99)
+    header = recorder.recording().header
+    assert header["source"].startswith(f"recorded from the LSL stream '{name}' (type Tactile")
+    assert (header["unit"], header["rate_hz"], header["site"]) == ("counts", "10", "a")
+    assert header["stream_channels"] == "sensor_1, sensor_2, sensor_3, sensor_4"
+    assert "adc_bits" not in header and "corrected" in header["stream_time"]
+
+
+@pytest.mark.waits
+@pytest.mark.parametrize("source_id", ["one and the same", ""], ids=["own recovery", "no recovery"])
+def test_a_stream_that_ends_and_begins_again_leaves_a_gap(tmp_path, name, record, source_id):
+    source = Source(name, source_id=source_id and name)
+    recorder = record("--stream-in", name, "--duration", "8")
+    source.wait_for_listener()
+    source.send(range(30))
+    wait_for_lines(tmp_path, 30)
+    source.end()
+    source.begin()
+    source.wait_for_listener()
+    source.send(range(45, 81))
+    wait_until(recorder.done, "ends of the recorder")
+    recorder.expect(0, "1 gaps (15 samples missing)", "--duration is over")
+    check_rows(recorder.recording(), range(30, 45), 79)
+
+
+@pytest.mark.waits
+def test_a_stream_that_does_not_come_back_ends_the_recording(tmp_path, name, record):
+    source = Source(name)
+    recorder = record("--stream-in", name, "--patience", "1", "--name", "r")
+    source.wait_for_listener()
+    source.send(range(40))
+    wait_for_lines(tmp_path, 40)
+    source.end()
+    wait_until(recorder.done, "ends of the recorder")
+    recorder.expect(11, "has ended", "--patience", "archived in")
+    check_rows(recorder.recording(), [], 39)
+
+
+def test_a_killed_recorder_leaves_each_sample(tmp_path, name, record):
+    source = Source(name)
+    recorder = record("--stream-in", name, "--name", "r")
+    source.wait_for_listener()
+    source.send(range(25))
+    wait_for_lines(tmp_path, 25)
+    recorder.process.kill()
+    recorder.process.wait()
+    (part,) = recorder.parts()
+    text = part.read_text(encoding="utf-8").splitlines()
+    assert text[-1] == "2.4,24,24.5,3,976"
+
+
+def test_what_a_board_sends_goes_out_as_a_stream(tmp_path, name, record, cable):
+    bench = Workbench(cable, world=Clock(cable.board), speed=10)
+    recorder = record("--port", cable.port, "--duration", "20", "--stream-out", name)
+    # It listens all the time: on a busy computer, an answer may come late.
+    resolver = pylsl.ContinuousResolver("name", name)
+    bench.run(resolver.results)
+    inlet = pylsl.StreamInlet(resolver.results()[0])
+    info = inlet.info(10.0)
+    inlet.open_stream(10.0)
+    samples, stamps = [], []
+
+    def listen():
+        try:
+            for sample, stamp in zip(*inlet.pull_chunk(0.0), strict=True):
+                samples.append(sample)
+                stamps.append(stamp)
+        except pylsl.util.LostError:
+            pass  # the recorder has ended
+        return recorder.done()
+
+    bench.run(listen)
+    recorder.expect(0, "200 samples", "no gap")
+    assert (info.nominal_srate(), info.type()) == (10.0, "Tactile")
+    assert info.get_channel_labels() == [f"sensor_{n}" for n in range(1, 5)]
+    assert info.get_channel_units() == ["counts"] * 4
+    told = ChosenStream(info, (0, 1, 2, 3), "counts").board()
+    header = recorder.recording().header
+    assert told == {key: header[key] for key in ("adc_bits", "vref_v", "series_ohm", "source")}
+    # Who listens later hears less; what is heard is what the file holds, one after the other.
+    rows = recorder.recording().values.T.tolist()
+    begin = rows.index(samples[0])
+    assert samples == rows[begin : begin + len(samples)]
+    assert len(samples) > 50
+
+
+def test_our_own_stream_is_recorded_with_what_it_tells_of_its_board(name):
+    board = {"adc_bits": "12", "vref_v": "3.3", "source": "recorded by the logger board"}
+    chosen = choose(describe(name, board=board), None, RULES)
+    assert chosen.identity().entries["adc_bits"] == "12"
+    assert chosen.full_scale == 4095
+    header = chosen.header(STARTED, None)
+    assert (header["adc_bits"], header["vref_v"]) == ("12", "3.3")
+    assert header["source"].startswith("recorded by the logger board; recorded from the LSL")
+    assert header["started"] == moment_text(STARTED) == "2026-01-02T03:04:05Z"
+
+
+@pytest.mark.parametrize(
+    ("wanted", "channels"),
+    [("b,c,d,a", (1, 2, 3, 0)), ("6,5,4,3", (5, 4, 3, 2)), ("2, f, 1, e", (1, 5, 0, 4))],
+)
+def test_channels_are_chosen_by_label_or_number(wanted, channels):
+    info = describe("x", 6, labels=list("abcdef"))
+    assert choose(info, wanted, RULES).channels == channels
+
+
+@pytest.mark.parametrize(
+    ("settings", "wanted", "words"),
+    [
+        ({"channels": 6}, None, r"6 channels \(1 sensor_1, .*recording\.sensors is 4.*--stream-ch"),
+        ({"channels": 6}, "1,2,3,9", r"has no channel '9'.*it has 1 sensor_1"),
+        ({"channels": 6, "labels": list("aabcde")}, "a,b,c,d", "no channel 'a', or several"),
+        ({}, "1,2,3,3", "names 3 different channels; recording.sensors is 4"),
+        ({"rate_hz": 250.0}, None, r"rate of 250 Hz, .*configured for 10 Hz.*LabRecorder"),
+        ({"rate_hz": 0.0}, None, "has no nominal rate.*LabRecorder"),
+        ({"kind": pylsl.cf_string}, None, "sends text, not numbers"),
+        ({"units": ["microvolts"] * 4}, None, "in microvolts; all channels .*counts, V"),
+        ({"units": ["V", "V", "counts", "V"]}, None, "in V, counts; all channels .*the same unit"),
+    ],
+)
+def test_a_stream_that_does_not_fit_is_refused_by_name(settings, wanted, words):
+    with pytest.raises(AcquisitionError, match=words) as refusal:
+        choose(describe("left hand", **settings), wanted, RULES)
+    assert "'left hand'" in str(refusal.value) or "--stream-channels" in str(refusal.value)
+
+
+def test_no_stream_and_two_of_one_name_are_told_apart(name):
+    with pytest.raises(BoardNotFoundError, match=rf"there is no LSL stream '{name}'; start its"):
+        find_stream(pylsl, name, 0.1)
+    first, second = Source(name, source_id="first"), Source(name, source_id=f"second {name}")
+    wait_until(lambda: len(pylsl.resolve_byprop("name", name, 2, 1.0)) == 2, "two streams")
+    with pytest.raises(BoardNotFoundError, match=r"2 LSL streams .*'first' .* the source id to"):
+        find_stream(pylsl, name, 10.0)
+    assert find_stream(pylsl, f"second {name}", 10.0).source_id() == f"second {name}"
+    first.end()
+    second.end()
+
+
+def test_a_reading_that_is_no_number_is_kept_in_the_log_and_its_sample_is_missing(name):
+    source = Source(name, labels=["a", "b", "c", "d"])
+    line = StreamLine(name, "d,c,b,a", RULES)
+    source.wait_for_listener()
+    source.send([0, 1, 2], lambda n: [n, 1, 2, math.nan if n == 1 else 3])
+    events = []
+    wait_until(lambda: events.extend(line.receive()) or len(events) == 3, "three samples")
+    first, odd, last = (arrival.event for arrival in events)
+    assert first.counts == (3, 2, 1, 0) and last.counts == (3, 2, 1, 2)
+    assert (first.sequence, last.sequence, last.device_ms) == (0, 2, 200)
+    assert isinstance(odd, Damaged) and b"nan" in odd.content
+    line.send("pause")
+    assert [each.event for each in line.receive()] == [Acknowledgement("pause", "")]
+    line.close()
+
+
+@pytest.mark.parametrize("drift", [-0.003, 0.0, 0.003])
+def test_the_grid_follows_a_drifting_clock_and_keeps_gaps(drift):
+    generator = np.random.default_rng(3)
+    numbers = np.delete(np.arange(5000), [20, 21, 22, 3000])
+    stamps = 7e5 + numbers * 0.1 * (1 + drift) + generator.uniform(-0.03, 0.03, numbers.size)
+    grid = StampGrid(0.1)
+    assert [grid.number(stamp) for stamp in stamps] == numbers.tolist()
+
+
+def test_a_stamp_that_is_far_off_moves_none_after_it():
+    grid = StampGrid(0.1)
+    assert [grid.number(stamp) for stamp in (5.0, 5.1, 1e6, 5.2, 5.3)] == [0, 1, 9999950, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ("--stream-in a --port /dev/x", "give one of the two"),
+        ("--stream-channels 1,2,3,4", "--stream-in NAME, which is not given"),
+        ("--stream-in a --stream-out a", "both name 'a'"),
+        ("--stream-in a'b", "not allowed as a stream's name"),
+    ],
+)
+def test_options_that_contradict_each_other_are_refused(options, words, capsys):
+    with pytest.raises(SystemExit) as end:
+        parse(["--unlabelled", *options.split()])
+    assert end.value.code == 2
+    assert words in capsys.readouterr().err
+
+
+def test_without_pylsl_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pylsl", None)
+    with pytest.raises(
+        AcquisitionError, match=r'--stream-in needs pylsl.*"origami-capsule\[lsl\]"'
+    ):
+        lsl.import_pylsl("--stream-in")
+
+
+def test_nothing_of_streams_is_imported_for_those_who_ask_for_none(tmp_path):
+    options = ["acquire.py", "--unlabelled", "--port", "no-port", "--raw", str(tmp_path)]
+    code = f"""if True:
+        import runpy, sys
+        sys.path.insert(0, {str(ACQUIRE.parent)!r})
+        sys.argv = {options!r}
+        try:
+            runpy.run_path({str(ACQUIRE)!r}, run_name="__main__")
+        except SystemExit as end:
+            print(end.code, "capsule.bench.run" in sys.modules, "pylsl" in sys.modules)
+    """
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "3 True False\n"

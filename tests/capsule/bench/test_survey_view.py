@@ -1,0 +1,117 @@
+"""The display of a survey: a few lines redrawn in place, or a line for each event."""
+
+import io
+from types import SimpleNamespace
+
+import pytest
+
+from capsule.bench.survey_view import SurveyState, SurveyView, state_lines
+from capsule.survey.cycle import Cycle
+from capsule.survey.survey_log import Event
+from capsule.survey.suspected_place import Place
+
+NAN = float("nan")
+STATE = SurveyState(
+    title="demo, simulated",
+    time_s=1290.4,
+    head_mm=250.0,
+    known=True,
+    state="exploring",
+    score=0.075,
+    threshold=0.15,
+    length_mm=1000.0,
+    places=[(1, "dismissed", 100.0, ""), (2, "confirmed", 200.0, "3.1 mm (2.4 to 3.8)")],
+)
+
+
+def test_the_lines_say_where_the_head_is_what_it_does_and_what_was_found():
+    first, gut, score, *places = state_lines(STATE, 100)
+    assert first == "demo, simulated  21 min 30 s  head at 250.0 mm: explores"
+    assert gut.startswith("0 ━") and gut.endswith("─ 1000 mm")
+    bar = gut[2:-8]
+    assert len(gut) == 100
+    for mark, share in (("○", 0.1), ("●", 0.2), ("▶", 0.25)):
+        assert bar.index(mark) == int(share * len(bar))
+    # The threshold stands at a third, and half of it is filled.
+    bar = score[len("score 0.075 ") : -len(" threshold 0.150")]
+    assert bar.count("█") == pytest.approx(bar.index("│") / 2, abs=0.5)
+    assert places == [
+        "● place 2 at 200 mm: confirmed, 3.1 mm (2.4 to 3.8)",
+        "○ place 1 at 100 mm: dismissed",
+    ]
+
+
+@pytest.mark.parametrize("width", [40, 80, 300])
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {"head_mm": NAN, "known": False, "score": NAN, "places": [], "state": "starting"},
+        {"length_mm": float("inf"), "head_mm": 1720.0, "score": 9.0},
+        {"places": [(n, "", 10.0 * n, "") for n in range(1, 12)], "known": False, "score": -0.1},
+    ],
+)
+def test_no_line_is_wider_than_the_terminal(width, changes):
+    lines = state_lines(SurveyState(**{**vars(STATE), **changes}), width)
+    assert all(len(line) <= width for line in lines)
+    assert len(lines) <= 10
+    plain = state_lines(SurveyState(**{**vars(STATE), **changes}), width, plain=True)
+    assert all(line.isascii() for line in plain)
+
+
+def test_folded_the_head_points_back_and_its_position_is_the_last_known_one():
+    state = SurveyState(**{**vars(STATE), "state": "returning", "known": False})
+    first, gut, *_ = state_lines(state, 100)
+    assert "head last at 250.0 mm: is folded; the waves push it back" in first
+    assert "◀" in gut and "▶" not in gut
+
+
+class Screen(io.StringIO):
+    """A terminal that can redraw."""
+
+    encoding = "utf-8"
+
+    def isatty(self):
+        """Return True, as a terminal does."""
+        return True
+
+
+def pilot_at(head_mm):
+    place = Place(1, 90.0, 0.12, status="confirmed")
+    return SimpleNamespace(
+        cycle=Cycle(state="exploring"),
+        sensing=SimpleNamespace(head_mm=head_mm),
+        suspects=SimpleNamespace(
+            newest_score=0.1, threshold=SimpleNamespace(threshold=0.12), places=[place]
+        ),
+    )
+
+
+def test_a_terminal_is_drawn_on_seldom_and_in_its_place():
+    screen = Screen()
+    view = SurveyView(screen, "demo", 500.0)
+    event = Event(8.0, "starting", "placed", "exploring", "the wave is felt", 4.0)
+    view.tell(event)
+    assert screen.getvalue() == ""
+    # Far faster than an eye can follow.
+    for step in range(1000):
+        view.show(0.8 * step, pilot_at(100.0 + step / 10), {1: "2.0 mm"})
+    drawn = screen.getvalue()
+    assert drawn.count("head at") < 10
+    view.end(800.0, pilot_at(NAN), {1: "2.0 mm"})
+    last = screen.getvalue()[len(drawn) :]
+    assert last.startswith("\x1b[4A\x1b[Jdemo  13 min 20 s  head last at 199.9 mm")
+    assert "● place 1 at 90 mm: confirmed, 2.0 mm" in last
+    # What follows does not wipe it away.
+    ended = screen.getvalue()
+    view.end(800.0, pilot_at(NAN), {})
+    assert "\x1b" not in screen.getvalue()[len(ended) :]
+
+
+def test_a_log_file_gets_a_line_for_each_event_and_no_drawing():
+    stream = io.StringIO()
+    view = SurveyView(stream, "demo", 500.0)
+    view.tell(Event(8.0, "starting", "placed", "exploring", "the wave is felt", 4.0))
+    view.show(8.0, pilot_at(4.0), {})
+    view.end(8.0, pilot_at(4.0), {})
+    assert stream.getvalue() == "     8.0 s     4.0 mm  exploring   the wave is felt\n"

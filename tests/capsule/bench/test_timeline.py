@@ -1,0 +1,89 @@
+"""Places of samples: gaps become missing samples, and later samples keep their times."""
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from capsule.bench.protocol import Sample
+from capsule.bench.timeline import MisplacedSampleError, Place, Timeline
+
+
+def sample(sequence, device_ms):
+    return Sample(sequence, device_ms, (1, 2, 3, 4), at_end=False)
+
+
+def test_the_first_sample_begins_the_recording():
+    timeline = Timeline(10)
+    # A board that ran before is welcome: its numbers need not begin at 0.
+    assert timeline.place(sample(4711, 500_000), 3.0) == Place(0, 0, by_computer_clock=False)
+    assert timeline.samples == 1
+
+
+def test_lost_frames_are_missing_samples():
+    timeline = Timeline(10)
+    timeline.place(sample(0, 100), 1.0)
+    assert timeline.place(sample(4, 500), 1.4) == Place(4, 3, by_computer_clock=False)
+
+
+def test_a_pause_is_missing_samples_too():
+    timeline = Timeline(10)
+    timeline.place(sample(0, 100), 1.0)
+    assert timeline.place(sample(1, 1100), 2.0) == Place(10, 9, by_computer_clock=False)
+
+
+@pytest.mark.parametrize(
+    "strange",
+    [sample(5, 600), sample(4, 500), sample(9, 700), sample(6, 630), sample(0, 100)],
+    ids=["again", "earlier", "more numbers than time", "off the grid", "restart unannounced"],
+)
+def test_a_sample_that_contradicts_the_last_is_not_used(strange):
+    timeline = Timeline(10)
+    timeline.place(sample(0, 100), 1.0)
+    timeline.place(sample(5, 600), 1.5)
+    with pytest.raises(MisplacedSampleError, match="cannot follow"):
+        timeline.place(strange, 1.6)
+    assert timeline.place(sample(6, 700), 1.6) == Place(6, 0, by_computer_clock=False)
+
+
+def test_after_a_restart_the_computers_clock_counts():
+    timeline = Timeline(10)
+    for number in range(20):
+        # The line delays by 5 ms, now and then by more: the least delay tells the time.
+        delay = 0.005 + 0.06 * (number % 3 == 1)
+        timeline.place(sample(number, 100 + 100 * number), 50.0 + 0.1 * number + delay)
+    assert timeline.note_identity(uptime_ms=0, running=False)
+    place = timeline.place(sample(0, 100), 50.0 + 0.1 * 57 + 0.005)
+    assert place == Place(57, 37, by_computer_clock=True)
+    assert timeline.place(sample(1, 200), 55.9) == Place(58, 0, by_computer_clock=False)
+
+
+def test_a_board_that_kept_running_is_not_taken_for_restarted():
+    timeline = Timeline(10)
+    timeline.place(sample(0, 100), 1.0)
+    assert not timeline.note_identity(uptime_ms=4321, running=True)
+    # The board's own clock counts, however late the sample arrives.
+    assert timeline.place(sample(50, 5100), 99.0) == Place(50, 49, by_computer_clock=False)
+
+
+def test_a_restarted_board_that_has_been_up_for_longer_than_the_run_is_noticed():
+    timeline = Timeline(10)
+    timeline.place(sample(0, 100), 1.0)
+    assert timeline.note_identity(uptime_ms=9000, running=False)
+
+
+def test_before_the_first_sample_nothing_can_have_restarted():
+    assert not Timeline(10).note_identity(uptime_ms=0, running=False)
+
+
+@settings(deadline=None)  # a busy machine is no fault
+@given(st.lists(st.tuples(st.integers(1, 40), st.booleans()), min_size=1, max_size=60))
+def test_places_follow_the_boards_clock(steps):
+    """Check that a sample's place follows from its time, whichever frames are lost."""
+    timeline = Timeline(10)
+    period = 0
+    timeline.place(sample(0, 0), 0.0)
+    for step, lost in steps:
+        period += step
+        if not lost:
+            place = timeline.place(sample(period, 100 * period), 0.1 * period)
+            assert place.index == period

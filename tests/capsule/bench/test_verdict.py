@@ -1,0 +1,197 @@
+"""acquire.py --detect: the running verdicts, and the verdicts of all detectors at the end."""
+
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from capsule.bench.bench_errors import AcquisitionError
+from capsule.bench.verdict import FinalVerdict, RunningVerdict
+from capsule.bench.verdict_table import verdict_table
+from capsule.configuration_files import read_config_file
+from capsule.detectors.diagonal import DiagonalDetector, DiagonalModel
+from capsule.detectors.familiar import FAMILIAR, LEAST_PLACES, FamiliarTeacher
+from capsule.detectors.wave_traits import wave_traits
+from capsule.errors import CapsuleError
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from capsule.phantom.simulation import simulate_run
+from capsule.project import PROJECT
+from support.learned import taught_by, write_learned, write_templates
+
+HEADER = {"adc_bits": "10"}
+
+
+@pytest.fixture
+def templates(tmp_path):
+    """Make templates of one size, 3 mm."""
+    write_templates(tmp_path)
+
+
+@pytest.fixture
+def running(tmp_path, templates, configuration):
+    """Make a running verdict whose detectors have learned from a few passages."""
+    final = final_verdict(tmp_path, configuration, taught_by())
+    return RunningVerdict(final, configuration)
+
+
+def run_of_waves(bumps):
+    random = np.random.default_rng(1)
+    phase = np.arange(700) / 32 - 6.3 / 80 * np.arange(4)[:, np.newaxis]
+    values = random.normal(500, 2, (4, 700)) + 3 * np.sin(2 * np.pi * phase)
+    for sensor in range(4 if bumps else 0):
+        values[sensor, 150 + 100 * sensor : 250 + 100 * sensor] += random.normal(0, 60, 100)
+    return [tuple(sample) for sample in values.round().astype(int).T.tolist()]
+
+
+def simulated_run(size_mm):
+    run = simulate_run(read_phantom(DEFAULT_TABLE, []), size_mm, 1, f"{size_mm:g}mm/r01")
+    return run, [tuple(sample) for sample in run.counts.T.tolist()]
+
+
+def test_a_run_is_judged_as_if_it_ended_now(running, tmp_path, configuration):
+    _, samples = simulated_run(4.0)
+    final = final_verdict(tmp_path, configuration, taught_by())
+    for count in (200, len(samples)):
+        title, *table = running.judge(samples[:count], HEADER)
+        assert title == "if the run ended now:"
+        values = np.array(samples[:count], float).T
+        verdicts = final.verdicts(values)
+        assert table == verdict_table(verdicts, configuration, final.familiarity(values))
+        assert [line.split()[0] for line in table[2:]] == configuration["detectors"]
+
+
+def test_the_verdict_of_the_papers_detector_follows_the_run(running):
+    line = running.judge(run_of_waves(bumps=True), HEADER)[3]
+    assert re.fullmatch(r"template +nodule +3\.0 mm +not given +[\d.]+ s", line)
+    line = running.judge(run_of_waves(bumps=False), HEADER)[3]
+    assert re.fullmatch(r"template +no nodule +not given", line)
+
+
+def test_verdict_passes_over_missing_samples(running):
+    samples = run_of_waves(bumps=True)
+    samples[300:310] = [None] * 10
+    assert running.judge(samples, HEADER)[3].split()[:4] == ["template", "nodule", "3.0", "mm"]
+
+
+def test_noise_has_no_verdict(running):
+    noise = np.random.default_rng(2).normal(500, 20, (4, 700)).round().astype(int)
+    (said,) = running.judge([tuple(sample) for sample in noise.T.tolist()], HEADER)
+    assert said.startswith("if the run ended now, no verdict: no wave on sensor_1 and ")
+
+
+def test_no_verdict_without_reason(running, tmp_path, configuration):
+    run = run_of_waves(bumps=True)
+
+    def reason(samples):
+        (said,) = running.judge(samples, HEADER)
+        return said.removeprefix("if the run ended now, no verdict: ")
+
+    assert reason([]) == "a recording needs at least 2 samples; this one has 0"
+    assert reason(run[:83]).startswith("83 samples are fewer than the window of 84")
+    assert "preprocessing.length" in reason(run * 2)
+    assert reason([(5, *sample[1:]) for sample in run]).startswith("sensor_1 reads 5 in all sampl")
+    assert "missing for 10 s" in reason([*run[:200], *[None] * 100, *run[200:]])
+    assert "missing for 10 s" in reason([None] * 100)
+    with pytest.raises(AcquisitionError, match="snakemake"):
+        FinalVerdict(tmp_path / "none.npz", tmp_path / "detectors.json", configuration)
+
+
+def test_what_is_learned_survives_the_file():
+    for archive in (taught_by(), taught_by(healthy_scores=())):
+        model = DiagonalDetector(archive).without([])
+        content = json.loads(json.dumps(model.stored(), allow_nan=False))
+        read = DiagonalModel.restored(content, archive.templates)
+        assert read.stored() == model.stored()
+        recording = archive.recording("unlabelled/n")
+        np.testing.assert_equal(vars(read.verdict(recording)), vars(model.verdict(recording)))
+
+
+@pytest.fixture
+def configuration():
+    return read_config_file(PROJECT / "config/config.yaml")
+
+
+def final_verdict(tmp_path, configuration, archive, **changes):
+    write_learned(tmp_path, configuration, archive, **changes)
+    return FinalVerdict(tmp_path / "templates.npz", tmp_path / "detectors.json", configuration)
+
+
+def test_every_detector_judges_a_whole_run(templates, tmp_path, configuration):
+    final = final_verdict(tmp_path, configuration, taught_by())
+    # Over 5 mm the capsule may be held until the run is stopped by hand.
+    run = simulate_run(read_phantom(DEFAULT_TABLE, []), 4.0, 1, "4mm/r01")
+    unknown, by_rule, by_threshold, by_diagonal, by_taught = final.judge(run.counts.astype(float))
+    assert unknown.startswith("whether it is like the recordings that teach is not known: only ")
+    assert by_taught.startswith("verdict of taught: ")
+    assert by_rule.startswith("verdict of template: n")
+    assert by_threshold.startswith("verdict of template_threshold: n")
+    found = re.fullmatch(
+        r"verdict of diagonal: nodule of (\d\.\d) mm \((\d\.\d) mm or more\), "
+        r"sensor 1 passes the nodule: ([\d.]+) s, ([\d.]+) mm, "
+        r"probability of a nodule ([\d.]+) % at a prevalence of 10 %",
+        by_diagonal,
+    )
+    assert float(found[2]) <= float(found[1])
+    assert float(found[4]) == pytest.approx(run.nodule_at_mm, abs=4)
+
+
+def test_the_final_verdict_says_why_there_is_none(templates, tmp_path, configuration):
+    final = final_verdict(tmp_path, configuration, taught_by(healthy_scores=()))
+    noise = np.random.default_rng(1).normal(500, 2, (4, 700))
+    _, _, by_threshold, by_diagonal, by_taught = final.judge(noise)
+    assert by_taught.startswith("verdict of taught: none (no score")
+    assert by_threshold == (
+        "verdict of template_threshold: none "
+        "(no threshold: labelled recordings to learn it from are missing)"
+    )
+    assert by_diagonal.startswith("verdict of diagonal: none (no threshold")
+
+
+def test_a_run_of_another_kind_is_told_before_the_verdicts(templates, tmp_path, configuration):
+    phantom = read_phantom(DEFAULT_TABLE, [])
+    runs = [simulate_run(phantom, 0.0, 1, f"0mm/{number}") for number in range(LEAST_PLACES)]
+    traits = {
+        f"0mm/t{number}": wave_traits(run.counts.astype(float), 10.0, configuration["diagonal"])
+        for number, run in enumerate(runs)
+    }
+    archive = replace(taught_by(), sizes_mm=dict.fromkeys(traits, 0.0), traits=traits)
+    kind = FamiliarTeacher(archive).without([]).stored()
+    write_learned(tmp_path, configuration, taught_by())
+    path = tmp_path / "detectors.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {FAMILIAR: kind}))
+    final = FinalVerdict(tmp_path / "templates.npz", path, configuration)
+    run = simulate_run(phantom, 4.0, 2, "4mm/r01").counts.astype(float)
+    lines = final.judge(run)
+    assert len(lines) == 4
+    assert any("probability" in line for line in lines)
+    slow = np.repeat(run, 2, axis=1)[:, :900]
+    first, *verdicts = final.judge(slow)
+    assert first.startswith("unlike the recordings that teach: ")
+    assert len(verdicts) == 4
+    assert not any("probability" in line for line in verdicts)
+
+
+def test_what_was_learned_elsewhere_is_refused_with_the_remedy(templates, tmp_path, configuration):
+    with pytest.raises(AcquisitionError, match=r"detectors\.json; make it first: snakemake"):
+        FinalVerdict(tmp_path / "templates.npz", tmp_path / "detectors.json", configuration)
+    with pytest.raises(AcquisitionError, match=r"another configuration .* snakemake -c2"):
+        final_verdict(tmp_path, configuration, taught_by(), dwell=99)
+    (tmp_path / "detectors.json").write_text("{}")
+    with pytest.raises(AcquisitionError, match="or version"):
+        FinalVerdict(tmp_path / "templates.npz", tmp_path / "detectors.json", configuration)
+
+
+def test_what_another_scorer_was_adapted_by_is_refused(templates, tmp_path, configuration):
+    write_learned(tmp_path, configuration, taught_by())
+    path = tmp_path / "detectors.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"scorer": "0" * 64}))
+    with pytest.raises(AcquisitionError, match=r"or version; make it again: snakemake -c2"):
+        FinalVerdict(tmp_path / "templates.npz", path, configuration)
+
+
+def test_an_unknown_detector_is_refused_with_the_known_ones(templates, tmp_path, configuration):
+    unknown = configuration | {"detectors": ["template", "nearest"]}
+    with pytest.raises(CapsuleError, match="no detector nearest; allowed are: template, "):
+        final_verdict(tmp_path, unknown, taught_by())

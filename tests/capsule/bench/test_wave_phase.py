@@ -1,0 +1,152 @@
+"""The position of the wave from the peristalsis board's frames, after resets and lost steps."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from capsule.bench.protocol import Position
+from capsule.bench.wave_phase import WavePhase
+from support.bench.closed_loop import HALF_STEPS_PER_MM
+
+WAVELENGTH_MM = 80.0
+SPEED_MM_S = 25.0
+EVERY_S = 0.2
+
+
+class Board:
+    """A simulated peristalsis board with the true position of its cams."""
+
+    def __init__(self, *, sign=1, index_at_mm=17.0, indexed=True, cam_mm=3.0):
+        self.sign, self.index_at_mm, self.indexed = sign, index_at_mm, indexed
+        self.cam_mm, self.now_s = cam_mm, 100.0
+        self.reset()
+
+    def reset(self):
+        """Press the reset button."""
+        self.started_s, self.counted_mm, self.index_mm = self.now_s, 0.0, None
+
+    def run(self, phase, seconds, *, delay_s=0.01, stalled=False, state="running"):
+        """Run the wave, and pass its frames to the wave phase."""
+        for _ in range(round(seconds / EVERY_S)):
+            way_mm = SPEED_MM_S * EVERY_S if state == "running" else 0.0
+            self.now_s += EVERY_S
+            self.counted_mm += way_mm
+            if not stalled:
+                before = (self.cam_mm - self.index_at_mm) // WAVELENGTH_MM
+                self.cam_mm += way_mm
+                beyond_mm = (self.cam_mm - self.index_at_mm) % WAVELENGTH_MM
+                if self.indexed and (self.cam_mm - self.index_at_mm) // WAVELENGTH_MM > before:
+                    self.index_mm = self.counted_mm - beyond_mm
+            phase.note(self.frame(way_mm, state), self.now_s + delay_s)
+
+    def frame(self, way_mm, state):
+        """Return a frame as it comes from the serial line."""
+        device_ms = round(1000 * (self.now_s - self.started_s))
+        half_steps = self.sign * round(self.counted_mm * HALF_STEPS_PER_MM)
+        position_mm = round(self.sign * self.counted_mm, 3)
+        index = None
+        if self.index_mm is not None:
+            index = self.sign * round(self.index_mm * HALF_STEPS_PER_MM)
+        return Position(
+            device_ms, half_steps, position_mm, self.sign * way_mm / EVERY_S, state, index
+        )
+
+
+def phase_of(board, **options):
+    return WavePhase(WAVELENGTH_MM, forward=board.sign > 0, **options)
+
+
+def off_mm(phase, board, origin_mm):
+    """Return the error of the phase against the cams, modulo a wavelength."""
+    (wave_mm,) = phase.at(np.array([board.now_s + 0.01]))
+    return (wave_mm - (board.cam_mm - origin_mm) + 40) % WAVELENGTH_MM - 40
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_way_is_that_of_the_cams_at_any_moment(sign):
+    board = Board(sign=sign)
+    phase = phase_of(board)
+    board.run(phase, 10.0)
+    moments_s = board.now_s + 0.01 - np.array([5.0, 2.03, 0.5, 0.1, 0.0, -0.3])
+    expected_mm = board.cam_mm - 3.0 - SPEED_MM_S * (board.now_s + 0.01 - moments_s)
+    np.testing.assert_allclose(phase.at(moments_s), expected_mm, atol=0.1)
+
+
+def test_where_nobody_knows_it_is_nan():
+    board = Board()
+    phase = phase_of(board)
+    assert np.isnan(phase.at(np.array([1.0]))).all()
+    board.run(phase, 4.0)
+    silent_from_s = board.now_s
+    board.run(WavePhase(WAVELENGTH_MM, forward=True), 3.0)
+    board.run(phase, 4.0)
+    moments_s = np.array([silent_from_s - 1, silent_from_s + 1.5, board.now_s, board.now_s + 2])
+    assert np.isnan(phase.at(moments_s)).tolist() == [False, True, False, True]
+    board.run(phase, 1.0, state="stopped")
+    assert not phase.known
+
+
+@given(
+    before_s=st.floats(7, 20),
+    resets=st.lists(st.tuples(st.floats(7, 20), st.floats(0, 0.05)), max_size=3),
+    cam_mm=st.floats(0, 80),
+)
+def test_after_any_resets_the_index_tells_the_same_phase(before_s, resets, cam_mm):
+    board = Board(cam_mm=cam_mm)
+    phase = phase_of(board)
+    board.run(phase, before_s)
+    assert off_mm(phase, board, cam_mm) == pytest.approx(0.0, abs=0.3)
+    for runs_s, delay_s in resets:
+        board.now_s += 1.0
+        board.reset()
+        board.run(phase, 0.2, state="stopped")
+        assert not phase.known
+        board.run(phase, runs_s, delay_s=delay_s)
+        assert phase.known
+        assert off_mm(phase, board, cam_mm) == pytest.approx(0.0, abs=0.6 + 25 * delay_s)
+
+
+def test_a_session_that_is_taken_up_again_goes_on_with_the_phase_of_the_one_before():
+    board = Board()
+    phase = phase_of(board)
+    board.run(phase, 8.0)
+    board.now_s += 1000.0
+    board.reset()
+    later = phase_of(board, index_mm=phase.index_mm)
+    later.begin_anew()
+    board.run(later, 0.2)
+    assert not later.known
+    board.run(later, 7.0)
+    assert off_mm(later, board, 3.0) == pytest.approx(0.0, abs=0.3)
+
+
+def test_without_an_index_a_reset_loses_the_phase_for_good():
+    board = Board(indexed=False)
+    phase = phase_of(board)
+    board.run(phase, 8.0)
+    assert off_mm(phase, board, 3.0) == pytest.approx(0.0, abs=0.3)
+    board.reset()
+    board.run(phase, 20.0)
+    assert not phase.known
+
+
+def test_a_reset_before_the_first_index_loses_the_phase_although_there_is_one():
+    board = Board(index_at_mm=79.0, cam_mm=0.0)
+    phase = phase_of(board)
+    board.run(phase, 1.0)
+    board.reset()
+    board.run(phase, 20.0)
+    assert phase.index_mm is None
+    assert not phase.known
+
+
+def test_lost_steps_are_noticed_and_made_good_at_the_next_index():
+    board = Board()
+    phase = phase_of(board)
+    board.run(phase, 8.0)
+    board.run(phase, 5.0, stalled=True)
+    assert not phase.known
+    board.run(phase, 7.0)
+    assert phase.known
+    assert off_mm(phase, board, 3.0) == pytest.approx(0.0, abs=0.3)

@@ -1,0 +1,486 @@
+"""The library of each format reads the exported values, units and provenance."""
+
+import hashlib
+import io
+import json
+import os
+import shutil
+import sys
+from datetime import UTC, datetime
+
+import numpy as np
+import openpyxl
+import pynwb
+import pytest
+import scipy.io
+import xarray
+from openpyxl.utils import get_column_letter
+from pyarrow import parquet
+
+import export
+from capsule.batches import batches
+from capsule.configuration_files import read_config_file
+from capsule.errors import CapsuleError
+from capsule.exporting import export_writing, gathering, xlsx_export
+from capsule.exporting.column_words import describe
+from capsule.exporting.export_provenance import outdated, provenance_of
+from capsule.exporting.exported import long_table
+from capsule.exporting.legal_names import legal_names
+from capsule.exporting.session_dates import NO_DATE
+from capsule.files import read_csv, read_json, write_csv
+from capsule.results import CHECKS, FITS, MATRICES, SIGNALS, pattern, write_arrays, write_contents
+from support.project import ROOT
+from support.small_results import AWKWARD, FORMULA, RECORDINGS, REJECTED, make_results
+from support.synthetic import write_archive
+
+pytestmark = pytest.mark.takes(0.3)
+
+CONFIG = ROOT / "config/config.yaml"
+
+
+def make_in_batches(results, size=1):
+    """Make the results with so many recordings in a batch, and return the readings and matrices."""
+    made = make_results(results)
+    for kind in (SIGNALS, MATRICES, CHECKS, FITS):
+        alone = {
+            path.relative_to(results / kind).with_suffix("").as_posix(): path
+            for path in sorted((results / kind).glob("*/*"))
+        }
+        for batch, names in batches(alone, size).items():
+            path = results / pattern(kind, size).format(batch=batch)
+            if kind in (SIGNALS, MATRICES):
+                write_arrays(path, {name: np.load(alone[name]) for name in names})
+            else:
+                contents = {name: read_json(alone[name]) | {"recording": name} for name in names}
+                write_contents(path, contents, batch)
+            for name in names if size > 1 else []:
+                alone[name].unlink()
+    return made
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """Make a folder of results, and return it with the readings and the matrices in it."""
+    results = tmp_path_factory.mktemp("project") / "results"
+    return results, *make_in_batches(results)
+
+
+@pytest.fixture(scope="module")
+def exported(made):
+    settings = read_config_file(CONFIG)
+    return gathering.gather(made[0], CONFIG, settings, "all", lambda done, of: None)
+
+
+@pytest.fixture(scope="module")
+def files(exported, tmp_path_factory):
+    """Export everything in each format, and return the folder."""
+    folder = tmp_path_factory.mktemp("out")
+    for kind in ("mat", "xlsx", "parquet", "netcdf", "nwb"):
+        export_writing.write(exported, kind, folder / kind, force=False)
+    return folder
+
+
+def same(read, written):
+    """Check that a column was read exactly as it was written, with its unknown values."""
+    if written.dtype == object:
+        # Empty text comes back as None from some, and as an empty array from MATLAB's format.
+        texts = ["" if value is None or np.size(value) == 0 else str(value) for value in read]
+        assert texts == list(written)
+    else:
+        # What is unknown may come back as None.
+        numbers = np.array([np.nan if value is None else value for value in read], dtype=float)
+        assert numbers.tobytes() == np.asarray(written, dtype=float).tobytes()
+
+
+def test_what_is_gathered_is_what_the_results_hold(made, exported):
+    results, signals, matrices = made
+    readings, matrix, template = exported.matrices
+    for name in RECORDINGS:
+        assert readings.values[name].tobytes() == signals[name].tobytes()
+        assert matrix.values[name].tobytes() == matrices[name].tobytes()
+    assert readings.values[REJECTED].shape == (4, 0)
+    assert readings.coordinate[:3].tolist() == [0, 0.1, 0.2]
+    assert matrix.coordinate[0] == template.coordinate[0] == 1
+    cells = read_csv(results / "evaluation/predictions.csv")[0]
+    predictions = exported.table("predictions")
+    assert [float(cells["score"])] == predictions.values("score") == [AWKWARD[3]]
+    assert np.isinf(predictions.values("rmse_3mm"))
+    recordings = exported.table("recordings")
+    assert list(recordings.values("site"))[:2] == ["007", "007"]
+    units = dict(
+        zip(recordings.values("recording"), recordings.values("reading_unit"), strict=True)
+    )
+    assert units == {"0mm/r01": "counts", "3mm/r07": "counts", "2.5mm/a-1": "V"} | {
+        "2.5mm/a_1": "counts",
+        "unlabelled/p": "V",
+        REJECTED: "",
+    }
+    fits = exported.table("fits")
+    assert sorted(fits.values("recording")) == ["2.5mm/a-1", "2.5mm/a_1", "3mm/r07"]
+    assert exported.table("detection").values("one_sided").dtype == bool
+
+
+def test_the_provenance_tells_recordings_configuration_and_code(made, exported):
+    told = exported.provenance
+    assert told["origin"] == "mixed"
+    assert json.loads(told["configuration"]) == read_config_file(CONFIG)
+    assert (told["recordings_accepted"], told["recordings_rejected"]) == ("5", "1")
+    assert told["project"].startswith("origami-capsule ") and told["numpy"] == np.__version__
+    read = exported.table("files")
+    assert "results/signals/3mm/r07.npy" in read.values("path")
+    assert {len(checksum) for checksum in read.values("sha256")} == {64}
+
+
+def test_the_provenance_of_a_large_archive_stays_short(made):
+    row = {"recording": "3mm/r", "status": "accepted", "sha256": "0"}
+    rows = [row | {"recording": f"3mm/r{n}", "source": f"bench {n}"} for n in range(5000)]
+    told = provenance_of(made[0], CONFIG, read_config_file(CONFIG), rows, [])
+    assert told["sources"].endswith("; and 4980 more")
+    # HDF5 keeps no larger attribute.
+    assert max(map(len, told.values())) < 64_000
+
+
+@pytest.mark.parametrize("what", gathering.CHOICES)
+def test_each_part_is_exported_alone(made, what):
+    settings = read_config_file(CONFIG)
+    part = gathering.gather(made[0], CONFIG, settings, what, lambda done, of: None)
+    matrices = {"recordings": ["readings"], "matrices": ["matrix"], "fits": ["template"]}
+    everything = [name for names in matrices.values() for name in names]
+    names = [each.name for each in part.matrices]
+    assert names == (everything if what == "all" else matrices.get(what, []))
+    assert (part.table("fits") is not None) == (what in ("fits", "all"))
+    assert (part.table("sizing") is not None) == (what in ("evaluation", "all"))
+    assert part.table("recordings").rows == len(RECORDINGS) + 1
+
+
+@pytest.mark.parametrize("as_record", [True, False])
+def test_matlab_reads_named_structures(files, exported, made, as_record):
+    read = scipy.io.loadmat(
+        files / "mat/all.mat", struct_as_record=as_record, squeeze_me=True, chars_as_strings=True
+    )
+
+    def field(struct, name):
+        return struct[name].item() if as_record else getattr(struct, name)
+
+    for legal, name in (("x3mm_r07", "3mm/r07"), ("x2_5mm_a_1_1", "2.5mm/a_1")):
+        recording = field(read["recordings"], legal)
+        assert str(field(recording, "name")) == name
+        assert field(recording, "readings").tobytes() == made[1][name].tobytes()
+        assert field(recording, "matrix").tobytes() == made[2][name].tobytes()
+        assert str(field(recording, "readings_unit")) == "counts"
+        assert str(field(recording, "time_unit")) == "s"
+    header = field(field(read["recordings"], "x3mm_r07"), "header")
+    assert str(field(header, "waveSpeed")) == "25"
+    for table in exported.tables:
+        units, columns = field(read["units"], table.name), field(read["tables"], table.name)
+        for column in table.columns:
+            same(np.atleast_1d(field(columns, column.name)), column.values)
+            assert str(field(units, column.name) if column.unit else "") == column.unit
+    for key, text in exported.provenance.items():
+        assert str(field(read["provenance"], key)) == text
+
+
+def test_matlabs_names_are_legal_and_none_occurs_twice():
+    legal = legal_names(["3mm/r07", "a-b", "a_b", "a+b", "_x", "wave speed", "end", "\u03b1"])
+    assert list(legal.values()) == [
+        "x3mm_r07",
+        "a_b",
+        "a_b_1",
+        "a_b_2",
+        "x_x",
+        "waveSpeed",
+        "xEnd",
+        "x_",
+    ]
+    assert list(legal_names(["r" * 80, "r" * 81]).values()) == ["r" * 63, "r" * 61 + "_1"]
+
+
+def test_excel_shows_each_table_and_computes_nothing(files, exported, made):
+    book = openpyxl.load_workbook(files / "xlsx/all.xlsx")
+    cells = [cell for sheet in book for row in sheet.iter_rows() for cell in row]
+    assert {cell.data_type for cell in cells} == {"s", "n", "b"}
+    texts = [cell.value for cell in cells if cell.data_type == "s" and cell.value]
+    # A sign before digits alone is a number, as scripts know it, and no formula.
+    assert not [text for text in texts if text[0] in "=+-@"]
+    assert f" {FORMULA}" in texts
+    for table in exported.tables:
+        rows = list(book[table.name].iter_rows(values_only=True))
+        assert list(rows[0]) == [xlsx_export.head(column) for column in table.columns]
+        for index, column in enumerate(table.columns):
+            read = [row[index] for row in rows[1:]]
+            if column.name not in ("rmse_3mm", "source", "value"):
+                same(read, column.values)
+    assert book["recordings"]["D1"].value == "duration_s [s]"
+    assert book["predictions"][f"{get_column_letter(7)}2"].value == "inf"
+    rows = {tuple(row[:3]): row[3:] for row in book["readings"].iter_rows(values_only=True)}
+    for name, matrix in made[1].items():
+        for sensor, expected in enumerate(matrix, start=1):
+            same(
+                rows[name, "counts" if "mm/r" in name or name[-2:] == "_1" else "V", sensor][
+                    : matrix.shape[1]
+                ],
+                expected,
+            )
+    assert dict(book["provenance"].iter_rows(min_row=2, values_only=True)) == exported.provenance
+
+
+def test_a_sheet_that_is_too_long_is_continued_on_the_next(monkeypatch):
+    monkeypatch.setattr(xlsx_export, "MOST_ROWS", 2)
+    book = openpyxl.Workbook(write_only=True)
+    xlsx_export.fill(book, "few", ["a"], [[1], [2], [3], [4], [5]])
+    xlsx_export.fill(book, "none", ["a"], [])
+    stream = io.BytesIO()
+    book.save(stream)
+    sheets = {sheet.title: list(sheet.values) for sheet in openpyxl.load_workbook(stream)}
+    assert sheets == {
+        "few": [("a",), (1,), (2,)],
+        "few_2": [("a",), (3,), (4,)],
+        "few_3": [("a",), (5,)],
+        "none": [("a",)],
+    }
+
+
+def test_parquet_holds_each_table_with_its_units(files, exported, made):
+    tables = [*exported.tables, *map(long_table, exported.matrices)]
+    assert {path.stem for path in (files / "parquet").iterdir()} == {each.name for each in tables}
+    for table in tables:
+        read = parquet.read_table(files / "parquet" / f"{table.name}.parquet")
+        assert json.loads(read.schema.metadata[b"provenance"]) == exported.provenance
+        for column in table.columns:
+            same(read[column.name].to_pylist(), column.values)
+            metadata = read.schema.field(column.name).metadata
+            assert metadata[b"unit"].decode() == column.unit
+            assert metadata[b"long_name"].decode() == column.long_name
+    readings = parquet.read_table(files / "parquet/readings.parquet").to_pandas()
+    one = readings[readings["recording"] == "3mm/r07"]
+    same(one["sensor_2"], made[1]["3mm/r07"][1])
+
+
+def test_netcdf_holds_recordings_along_named_axes(files, exported, made):
+    path = files / "netcdf/all.nc"
+    with xarray.open_dataset(path, engine="h5netcdf") as read:
+        assert read["readings"].dims == ("recording", "sensor", "time")
+        assert read["matrix"].dims == ("recording", "sensor", "column")
+        assert read["template"].dims == ("size", "sensor", "size_column")
+        assert read["time"].attrs["units"] == "s"
+        assert read["readings"].attrs["units"] == "V or counts"
+        assert read["readings"].encoding["zlib"] and read["matrix"].encoding["zlib"]
+        for name, signal in made[1].items():
+            of_one = read["readings"].sel(recording=name)
+            filled = int(read["readings_columns"].sel(recording=name))
+            assert of_one.values[:, :filled].tobytes() == signal.tobytes()
+            assert np.isnan(of_one.values[:, filled:]).all()
+            assert read["matrix"].sel(recording=name).values.tobytes() == made[2][name].tobytes()
+        assert np.isnan(read["readings"].sel(recording=REJECTED)).all()
+        for key, text in exported.provenance.items():
+            assert read.attrs[key] == text
+        check_variables(read, exported.table("recordings"))
+    for table in exported.tables:
+        if table.name != "recordings":
+            with xarray.open_dataset(path, group=table.name, engine="h5netcdf") as read:
+                check_variables(read, table)
+
+
+def check_variables(read, table):
+    for column in table.columns:
+        same(read[column.name].values, column.values)
+        assert read[column.name].attrs.get("units", "") == column.unit
+        assert read[column.name].attrs["long_name"] == column.long_name
+
+
+def test_nwb_holds_a_valid_file_for_each_recording(files, exported, made):
+    legal = legal_names([*RECORDINGS, REJECTED])
+    names = {f"{legal[name]}.nwb" for name in RECORDINGS}
+    assert {path.name for path in (files / "nwb").iterdir()} == {*names, "tables.nwb"}
+    for name, (_, header) in RECORDINGS.items():
+        path = files / "nwb" / f"{legal[name]}.nwb"
+        assert pynwb.validate(path=path) == []
+        with pynwb.NWBHDF5IO(path, "r") as opened:
+            read = opened.read()
+            series = read.acquisition["readings"]
+            assert series.data[:].T.tobytes() == made[1][name].tobytes()
+            assert (series.unit, series.rate) == ("counts" if "adc_bits" in header else "V", 10.0)
+            matrix = read.processing["preprocessing"]["matrix"]
+            assert matrix.data[:].T.tobytes() == made[2][name].tobytes()
+            assert (read.session_id, json.loads(read.notes)) == (name, exported.provenance)
+            known = header.get("started", "").startswith("2024")
+            assert ("is not known" in read.session_description) == (not known)
+            expected = datetime(2024, 6, 3, 10, tzinfo=UTC) if known else NO_DATE
+            assert read.session_start_time == expected
+
+
+def test_nwb_holds_the_tables(files, exported):
+    path = files / "nwb/tables.nwb"
+    assert pynwb.validate(path=path) == []
+    with pynwb.NWBHDF5IO(path, "r") as opened:
+        tables = opened.read().processing["tables"]
+        for table in exported.tables:
+            for column in table.columns:
+                read = tables[table.name][column.name]
+                same(read.data[:], column.values)
+                assert f"[{column.unit}]" in read.description or not column.unit
+
+
+def test_the_lines_for_python_run(files, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    (tmp_path / "export").mkdir()
+    for path in files.glob("*/*"):
+        (tmp_path / "export" / path.name).symlink_to(path)
+    text = (ROOT / "docs/export.md").read_text(encoding="utf-8")
+    section = text.partition("## Python\n")[2].partition("\n## ")[0]
+    lines = [line[4:] for line in section.splitlines() if line.startswith("    ")]
+    values = {}
+    exec("\n".join(lines), values)
+    values["archive"].close()
+    assert values["readings"].shape == (30, 4)
+    assert list(values["detection"]["tp"]) == [17, 3]
+
+
+def test_the_command_writes_once_and_again_only_if_told_to(made, tmp_path, monkeypatch, capsys):
+    call = ["export.py", "--format", "mat", "--what", "fits", "--out", str(tmp_path / "out")]
+    call += ["--results", str(made[0])]
+    monkeypatch.setattr(sys, "argv", call)
+    export.main()
+    assert "1 file, " in capsys.readouterr().out
+    path = tmp_path / "out/fits.mat"
+    path.write_bytes(b"mine")
+    with pytest.raises(CapsuleError, match=r"fits\.mat exists; nothing was written.*--force"):
+        export.main()
+    assert path.read_bytes() == b"mine"
+    monkeypatch.setattr(sys, "argv", [*call, "--force"])
+    export.main()
+    assert "fits" in scipy.io.loadmat(path)["tables"].dtype.names
+
+
+@pytest.mark.parametrize("size", [16, 160])
+def test_an_archive_in_batches_is_exported_as_one_with_a_job_for_each(exported, tmp_path, size):
+    make_in_batches(tmp_path / "results", size)
+    assert (tmp_path / "results/signals/3mm/batch.npz").exists()
+    assert not (tmp_path / "results/signals/3mm/r07.npy").exists()
+    settings = read_config_file(CONFIG)
+    whole = gathering.gather(tmp_path / "results", CONFIG, settings, "all", lambda done, of: None)
+    for one, other in zip(whole.tables, exported.tables, strict=True):
+        if one.name == "files":
+            paths = list(one.values("path"))
+            assert "results/signals/3mm/batch.npz" in paths
+            assert len(set(paths)) == len(paths)
+        else:
+            # Tables of text and numbers; an unknown number is NaN on both sides.
+            np.testing.assert_equal(
+                [vars(column) for column in one.columns], [vars(column) for column in other.columns]
+            )
+    for one, other in zip(whole.matrices, exported.matrices, strict=True):
+        assert list(one.values) == list(other.values)
+        for name, values in one.values.items():
+            assert values.tobytes() == other.values[name].tobytes()
+    assert whole.headers == exported.headers
+
+
+@pytest.fixture
+def project(tmp_path):
+    """Make results that fit to the recordings in raw/, and return the folder of both."""
+    names = ["3mm/r07", "3mm/r08", "0mm/r01"]
+    write_archive(tmp_path / "raw", names, samples=50)
+    rows = [{"recording": name, "sha256": checksum(tmp_path, name)} for name in names]
+    # A folder that is named like a file cannot be read, so nothing is known of its content.
+    (tmp_path / "raw/3mm/folder.csv").mkdir()
+    rows.append({"recording": "3mm/folder", "sha256": ""})
+    write_csv(tmp_path / "results/recordings.csv", ["recording", "sha256"], rows)
+    return tmp_path
+
+
+def checksum(folder, name):
+    return hashlib.sha256((folder / f"raw/{name}.csv").read_bytes()).hexdigest()
+
+
+def test_results_are_out_of_date_when_recordings_came_went_or_changed(project):
+    settings = read_config_file(CONFIG)
+    assert outdated(project / "results", settings) == []
+    with (project / "raw/3mm/r07.csv").open("a") as stream:
+        stream.write("# a comment")
+    (project / "raw/3mm/r08.csv").unlink()
+    write_archive(project / "raw", ["2mm/new"], samples=50)
+    (project / "raw/notes.txt").touch()
+    assert outdated(project / "results", settings) == [
+        "raw/2mm/new.csv",
+        "raw/3mm/r07.csv",
+        "raw/3mm/r08.csv",
+    ]
+
+
+def test_the_date_of_a_recording_does_not_count_and_without_recordings_nothing_is_known(project):
+    settings = read_config_file(CONFIG)
+    os.utime(project / "raw/3mm/r07.csv", (1, 1))
+    assert outdated(project / "results", settings) == []
+    shutil.rmtree(project / "raw")
+    assert outdated(project / "results", settings) == []
+
+
+def test_results_that_no_longer_fit_are_told(tmp_path, monkeypatch, capsys):
+    results = tmp_path / "results"
+    make_in_batches(results)
+    rows = read_csv(results / "recordings.csv")
+    write_archive(tmp_path / "raw", [row["recording"] for row in rows], samples=50)
+    for row in rows:
+        row["sha256"] = checksum(tmp_path, row["recording"])
+    write_csv(results / "recordings.csv", list(rows[0]), rows)
+    (tmp_path / "raw/3mm/r07.csv").write_text("another")
+    call = ["export.py", "--format", "parquet", "--what", "fits", "--results", str(results)]
+    monkeypatch.setattr(sys, "argv", [*call, "--out", str(tmp_path / "out")])
+    export.main()
+    printed = capsys.readouterr().out
+    assert "1 recording came, went or changed since " in printed
+    assert "was made, such as raw/3mm/r07.csv; make it again" in printed
+    stored = parquet.read_schema(tmp_path / "out/fits.parquet").metadata[b"provenance"]
+    assert json.loads(stored)["results_out_of_date"] == "raw/3mm/r07.csv"
+
+
+@pytest.mark.parametrize("kind", ["mat", "xlsx", "parquet", "netcdf", "nwb"])
+def test_an_archive_without_an_accepted_recording_is_exported_too(tmp_path, kind):
+    results = tmp_path / "results"
+    make_in_batches(results)
+    index = results / "recordings.csv"
+    index.write_text(index.read_text().replace(",accepted,", ",rejected,"))
+    settings = read_config_file(CONFIG)
+    none = gathering.gather(results, CONFIG, settings, "recordings", lambda done, of: None)
+    assert none.matrices[0].coordinate.size == 0
+    count, _ = export_writing.write(none, kind, tmp_path / "out", force=False)
+    assert count == len(list((tmp_path / "out").iterdir()))
+
+
+def test_what_is_missing_is_named_with_how_to_make_it(tmp_path):
+    settings = read_config_file(CONFIG)
+    make_in_batches(tmp_path / "results")
+    (tmp_path / "results/fits/3mm/r07.json").unlink()
+    with pytest.raises(CapsuleError, match=r"r07\.json does not exist; .*snakemake -c2"):
+        gathering.gather(tmp_path / "results", CONFIG, settings, "fits", lambda done, of: None)
+    (tmp_path / "results/evaluation/auc.csv").unlink()
+    with pytest.raises(CapsuleError, match=r"auc\.csv does not exist; .*snakemake -c2"):
+        gathering.gather(
+            tmp_path / "results", CONFIG, settings, "evaluation", lambda done, of: None
+        )
+    (tmp_path / "results/signals/3mm/r07.npy").write_bytes(b"cut off")
+    with pytest.raises(CapsuleError, match=r"r07\.npy is damaged .*; delete it"):
+        gathering.gather(tmp_path / "results", CONFIG, settings, "all", lambda done, of: None)
+
+
+def test_a_format_whose_package_is_missing_names_the_extra(exported, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(CapsuleError, match=r'parquet needs pyarrow.*"origami-capsule\[export\]"'):
+        export_writing.write(exported, "parquet", tmp_path, force=False)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "words"),
+    [
+        ("rmse_2.5mm", "1", "root mean square error beside the template of 2.5mm"),
+        ("bias_mm_low", "mm", "lower end of the interval of bias"),
+        ("location_s", "s", "time at which the nodule is located"),
+        ("peak_spacing_2", "samples", "sensor 2"),
+    ],
+)
+def test_a_columns_name_tells_its_unit(name, unit, words):
+    told = describe(name)
+    assert told[0] == unit and told[1].endswith(words)

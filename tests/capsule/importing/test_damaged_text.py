@@ -1,0 +1,40 @@
+"""A damaged text file is read, or refused with an error of one line."""
+
+import io
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from capsule.errors import CapsuleError
+from capsule.importing.lab_files import lab_schema
+from capsule.importing.lab_map import checked_map
+from capsule.importing.mapped_runs import Bench, guess_table, runs_of
+from capsule.importing.text_files import read_text
+from capsule.recording import format_recording, read_recording
+from support.importing import ODD
+
+BENCH = Bench(sensors=4, rate_hz=10.0, rate_tolerance=0.05, full_scale=1024.0)
+FILES = [path.read_bytes() for path in sorted(ODD.iterdir())]
+SAID = [{}, {"unit": "V"}, {"rate": 10.0, "time": "none"}, {"run_gap_s": 0.5}, {"time": 1}]
+PIECES = [b"nan", b"inf", b"1e400", b"-", b'"', b"\n\n", b"\x00", b"\xff", b",,", b"00:00:00"]
+damage = st.tuples(
+    st.integers(0, 400), st.integers(0, 20), st.sampled_from(PIECES) | st.binary(max_size=4)
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.sampled_from(FILES), st.lists(damage, max_size=5), st.sampled_from(SAID))
+def test_a_damaged_file_is_read_or_refused_in_a_line(content, damages, said):
+    for at, length, piece in damages:
+        content = content[:at] + piece + content[at + length :]
+    keys = checked_map(said, lab_schema(), BENCH.sensors)
+    try:
+        (table,) = read_text(content, keys, BENCH.sensors)
+        runs = runs_of(guess_table(table, keys, BENCH), keys, BENCH)
+    except CapsuleError as refusal:
+        assert "\n" not in str(refusal)
+        return
+    for run in runs:
+        back = read_recording(io.BytesIO(format_recording(run.recording)), BENCH.sensors)
+        np.testing.assert_array_equal(back.values, run.recording.values)

@@ -1,0 +1,281 @@
+"""Every choice gives valid parts, or an error with its limit."""
+
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from capsule.errors import CapsuleError
+from capsule.geometry.distances import gap
+from capsule.geometry.substructure import folded, outline, spacing, top_mm, wall_area
+from capsule.parts.all_parts import all_parts
+from capsule.parts.capsule_parts import assembly, substructure
+from capsule.parts.design import design_of, entries
+from capsule.parts.files import read_parts_table
+from capsule.parts.part import volume
+from capsule.parts.part_options import read_design
+from capsule.parts.refusals import check_design
+from capsule.phantom.contact import compression
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from capsule.phantom.parameters import value_of, with_values
+from support.measured import measured_substructure, section
+from support.project import ROOT
+
+pytestmark = pytest.mark.takes(0.1)
+
+TABLE, PHANTOM = read_parts_table(), read_phantom(DEFAULT_TABLE, [])
+ROWS = dict(entries(TABLE))
+SENSORS = 4
+BULB_OF_2 = ["origami.tip_radius_mm=2"]
+REFUSAL = re.compile(
+    r"^[a-z]+\.[a-z_]+ is .+; (it must be (at least|at most) -?\d|it must be a multiple of|"
+    r"allowed (is|are) |no value from .+; change several of them together$)"
+)
+
+
+def judged(part):
+    return trimesh.Trimesh(part.vertices, part.triangles, process=False)
+
+
+def is_sound(part):
+    mesh = judged(part)
+    assert mesh.is_watertight, part.name
+    assert mesh.is_winding_consistent, part.name
+    assert volume(part) > 0, part.name
+    assert np.isfinite(part.vertices).all(), part.name
+
+
+def designed(texts):
+    """Return the design with changed values, without reading the tables again."""
+    own = {n: t if "allowed" in ROWS[n] else float(t) for n, t in texts.items() if n in ROWS}
+    theirs = {name: float(text) for name, text in texts.items() if name not in ROWS}
+    design = design_of(TABLE, own, with_values(PHANTOM, theirs), PHANTOM)
+    check_design(design)
+    return design
+
+
+@pytest.mark.parametrize(
+    ("changes", "pitch_mm"),
+    [
+        ([], 6.27),
+        (["choice.fold_side=tail"], 5.38),
+        (["choice.corners=outside"], 5.77),
+        (["choice.tip=curl"], 6.27),
+        (["choice.tip=round"], 6.27),
+        (["choice.lower_corner_mm=3"], 6.36),
+        (["choice.folding=eyelets"], 6.27),
+        (["choice.current=halves"], 6.27),
+        (["choice.cut=head"], 6.27),
+        (["origami.fold_angle_deg=40"], 5.31),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_every_choice_gives_a_sound_capsule(changes, pitch_mm):
+    design = designed(dict(change.split("=") for change in changes))
+    part, row = substructure(design, SENSORS), assembly(design, SENSORS)
+    is_sound(part)
+    is_sound(row)
+    assert row.sizes["pitch_mm"] == pytest.approx(pitch_mm, abs=0.005)
+    low, high = part.vertices.min(axis=0), part.vertices.max(axis=0)
+    np.testing.assert_allclose([low[1], high[1], low[2], high[2]], [-10, 10, 0, 5], atol=1e-6)
+    if design.parts.choice.folding == "none":
+        assert volume(part) == pytest.approx(5.0 * wall_area(design.shape), rel=1e-3)
+    else:
+        # Two bores through both flats.
+        less = 2 * 2 * np.pi * 0.4**2 * 0.5
+        assert volume(part) == pytest.approx(5.0 * wall_area(design.shape) - less, rel=1e-3)
+
+
+@pytest.mark.parametrize(("beta", "alpha"), [(40.0, 5.0), (45.0, 8.0), (52.5, 2.0)])
+def test_changed_angles_are_measured_back_from_the_mesh(beta, alpha):
+    changes = {"origami.fold_angle_deg": beta, "origami.awn_tilt_deg": alpha}
+    part = substructure(designed(changes), SENSORS)
+    edges = section(part.vertices[part.triangles], 2.5)
+    corners, measured_alpha, measured_beta, walls = measured_substructure(edges)
+    assert (measured_alpha, measured_beta) == pytest.approx((alpha, beta), abs=0.05)
+    for name, point in corners.items():
+        expected = [part.sizes[f"{name}_{axis}_mm"] for axis in "xy"]
+        np.testing.assert_allclose(point, expected, atol=0.01)
+    assert list(walls.values()) == pytest.approx([0.5] * 4, abs=0.01)
+
+
+def test_the_two_readings_of_the_wiring_give_the_plastic_four_times_the_resistivity():
+    loop, halves = designed({}), designed({"choice.current": "halves"})
+    assert loop.resistivity_ohm_m == pytest.approx(0.9, abs=0.01)
+    assert halves.resistivity_ohm_m == pytest.approx(3.6, abs=0.05)
+
+
+def test_the_neighbours_do_not_meet_at_the_phantoms_largest_compression():
+    design = designed({})
+    contact, wall = design.phantom.contact, design.phantom.wall
+    # However hard the wave and the largest nodule press, the fold stops them.
+    pressed = compression(contact, wall, np.array([wall.amplitude_mm + 5.0]), 10.0)
+    assert pressed <= contact.fold_limit_mm
+    for squeeze in (0.0, float(pressed[0]), contact.fold_limit_mm):
+        shape = folded(design.shape, top_mm(design.shape) - squeeze)
+        outer, _ = outline(shape)
+        beside = [spacing(shape, design.phantom.origami.adhesive_mm), 0.0]
+        assert gap(outer, outer - np.array(beside)) > 0
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        (["origami.wall_thickness_mm=0.3"], "must be at least 0.4, so that no wall is thinner"),
+        (["print.nozzle_mm=0.6"], "wall_thickness_mm is 0.5; it must be at least 0.6"),
+        (["origami.fold_angle_deg=10"], "fold_angle_deg is 10; it must be at least 11."),
+        (["origami.tip_radius_mm=2"], "tip_radius_mm is 2; it must be at most 1.25"),
+        (
+            [
+                "origami.fold_angle_deg=16",
+                "origami.shoulder_to_tip_mm=8",
+                "origami.tip_radius_mm=2",
+            ],
+            "tips and walls stay out of the neighbour",
+        ),
+        (["bench.length_mm=200"], "bench.length_mm is 200; it must be at most 160"),
+        (["bench.length_mm=100"], "multiple of wall.wavelength_mm (80), at most 160"),
+        (["wall.amplitude_mm=5"], "amplitude_mm is 5; it must be at most 4.634"),
+        (["choice.tip=square"], "choice.tip is square; allowed are bulb, round, curl"),
+        (["bench.cam_teeth=20.5"], "bench.cam_teeth is 20.5; allowed are whole numbers"),
+        (["origami.height_mm=nan"], "origami.height_mm is nan; allowed is 1 to 20"),
+        (["bench.frame_mm=90"], "bench.frame_mm is 90.0; allowed is 2 to 10"),
+        (["origami.fold_angel_deg=40"], "did you mean origami.fold_angle_deg?"),
+        (["origami.fold_angle_deg=wide"], "write part.name=number"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_what_cannot_be_made_is_refused_in_one_line(changes, told):
+    with pytest.raises(CapsuleError, match=re.escape(told)) as error:
+        read_design(changes)
+    assert "\n" not in str(error.value)
+
+
+def made_without(module, *options):
+    """Run the script as if a module were not installed."""
+    script = ROOT / "workflow/scripts/make_parts.py"
+    without = f"""
+import runpy, sys
+sys.modules[{module!r}] = None
+sys.path.insert(0, {str(script.parent)!r})
+sys.argv = ["make_parts.py", *{options!r}]
+runpy.run_path({str(script)!r}, run_name="__main__")
+"""
+    return subprocess.run([sys.executable, "-c", without], capture_output=True, text=True)
+
+
+def test_without_manifold3d_one_line_says_what_to_install():
+    run = made_without("manifold3d")
+    assert run.returncode == 1
+    assert run.stderr == "error: the parts need manifold3d; run: pip install manifold3d\n"
+
+
+def test_without_open_cascade_one_line_names_the_extra(tmp_path):
+    run = made_without("OCP", "--step", "--out", str(tmp_path / "parts"))
+    assert run.returncode == 1
+    assert run.stderr == (
+        'error: --step needs the extra [cad]; run: pip install "cadquery-ocp-novtk>=8.0,<9"\n'
+    )
+    assert not (tmp_path / "parts").exists()
+
+
+def numbers(name):
+    low, high = TABLE["limits"].get(name) or ROWS[name]["range"]
+    return st.floats(low, high).map(lambda value: f"{name}={value:.3f}")
+
+
+def words(name):
+    return st.sampled_from(ROWS[name]["allowed"]).map(lambda value: f"{name}={value}")
+
+
+ORIGAMI = [name for name in TABLE["limits"] if name.startswith("origami.")]
+CAPSULE = st.tuples(
+    *(st.none() | numbers(name) for name in [*ORIGAMI, "choice.lower_corner_mm"]),
+    *(words(name) for name in ROWS if "allowed" in ROWS[name]),
+)
+BENCH = st.tuples(
+    *(
+        st.none() | numbers(name)
+        for name in ROWS
+        if name.startswith("bench.") and not name.endswith(("teeth", "length_mm", "follower_mm"))
+    ),
+    st.none() | numbers("wall.lumen_mm"),
+    st.none() | numbers("wall.amplitude_mm"),
+)
+
+
+def design_or_limit(changes):
+    """Return the design, or None after an error that names value and limit."""
+    try:
+        return designed(dict(change.split("=") for change in changes if change))
+    except CapsuleError as error:
+        assert REFUSAL.match(str(error)), error
+        assert "\n" not in str(error)
+        return None
+
+
+@settings(max_examples=25, deadline=None)
+@given(CAPSULE)
+def test_random_dimensions_give_a_valid_capsule_or_name_the_limit(changes):
+    design = design_or_limit(changes)
+    assume(design is not None)
+    part, row = substructure(design, SENSORS), assembly(design, 2)
+    is_sound(part)
+    height = design.phantom.origami.height_mm
+    if design.parts.choice.folding == "none":
+        assert volume(part) == pytest.approx(height * wall_area(design.shape), rel=1e-3)
+    # Two bodies that do not meet share no volume.
+    assert volume(row) == pytest.approx(2 * volume(part), rel=1e-6)
+
+
+@settings(max_examples=4, deadline=None)
+@given(BENCH)
+def test_random_dimensions_give_a_valid_bench_or_name_the_limit(changes):
+    design = design_or_limit(changes)
+    assume(design is not None)
+    for part in all_parts(design, SENSORS):
+        is_sound(part)
+
+
+@pytest.mark.parametrize("end", [0, 1], ids=["smallest", "largest"])
+@pytest.mark.parametrize("name", ORIGAMI)
+def test_who_follows_the_limits_that_refusals_name_gets_a_design(name, end):
+    values = {name: TABLE["limits"][name][end]}
+    for _ in range(4):
+        try:
+            designed(values)
+            return
+        except CapsuleError as error:
+            told = re.match(r"([a-z._]+) is .+ (?:at least|at most) ([\d.]+), so", str(error))
+            assert told, error
+            values[told[1]] = told[2]
+    pytest.fail(f"after four limits there is still no design: {values}")
+
+
+def test_every_choice_is_explained_with_its_default():
+    page = (ROOT / "docs/making.md").read_text(encoding="utf-8")
+    for name, entry in ROWS.items():
+        value = entry["value"]
+        shown = (
+            f"{value}" if isinstance(value, str) else f"{value:g} {entry.get('unit', '')}".strip()
+        )
+        allowed = (
+            ", ".join(entry["allowed"])
+            if "allowed" in entry
+            else f"{entry['range'][0]:g} to {entry['range'][1]:g}"
+        )
+        row = f"| `{name}` | {shown} | {allowed} | {entry['source']} | {entry['meaning']} |"
+        assert row in page
+    explained = set(re.findall(r"^\| `([a-z]+\.[a-z_0-9]+)` \|", page, re.MULTILINE))
+    assert explained - {"parts.json", "bom.csv"} == ROWS.keys() | TABLE["limits"].keys()
+
+
+def test_the_limits_of_the_simulators_dimensions_are_explained():
+    page = (ROOT / "docs/making.md").read_text(encoding="utf-8")
+    for name, (low, high) in TABLE["limits"].items():
+        assert f"| `{name}` | {value_of(PHANTOM, name):g} | {low:g} to {high:g} |" in page

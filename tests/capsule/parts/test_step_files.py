@@ -1,0 +1,182 @@
+"""Open CASCADE reads the STEP files, and they fit the meshes of the same run.
+
+These tests run only if the extra `cad` is installed (conftest.py).
+"""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from OCP.Bnd import Bnd_Box
+from OCP.BRep import BRep_Tool
+from OCP.BRepAdaptor import BRepAdaptor_Surface
+from OCP.BRepBndLib import BRepBndLib
+from OCP.BRepCheck import BRepCheck_Analyzer
+from OCP.BRepGProp import BRepGProp
+from OCP.GeomAbs import GeomAbs_SurfaceType
+from OCP.GProp import GProp_GProps
+from OCP.IFSelect import IFSelect_ReturnStatus
+from OCP.STEPControl import STEPControl_Reader
+from OCP.TopAbs import TopAbs_ShapeEnum
+from OCP.TopExp import TopExp_Explorer
+from OCP.TopoDS import TopoDS
+
+from capsule.geometry.stand import bore
+from capsule.geometry.substructure import outline
+from capsule.parts.capsule_parts import substructure
+from capsule.parts.files import shipped_design
+from capsule.parts.part import volume as parts_volume
+from capsule.parts.part_options import read_design
+from capsule.parts.step_files import step_bytes
+from support.measured import read_stl
+from support.parts import make_into
+from support.project import ROOT
+
+pytestmark = pytest.mark.cad
+CAM = shipped_design().cam
+PLANE = GeomAbs_SurfaceType.GeomAbs_Plane
+
+
+def pieces(shape, kind):
+    """Return the parts of a shape that have a kind; a part shared by two faces comes twice."""
+    explorer = TopExp_Explorer(shape, kind)
+    given = []
+    while explorer.More():
+        given.append(explorer.Current())
+        explorer.Next()
+    return given
+
+
+def read_step(path):
+    reader = STEPControl_Reader()
+    assert reader.ReadFile(str(path)) == IFSelect_ReturnStatus.IFSelect_RetDone
+    assert reader.TransferRoots() == 1
+    return reader.OneShape()
+
+
+def surfaces(shape):
+    faces = pieces(shape, TopAbs_ShapeEnum.TopAbs_FACE)
+    return [BRepAdaptor_Surface(TopoDS.Face(face)) for face in faces]
+
+
+def box(shape):
+    """Return the lowest and the highest corner."""
+    bounds = Bnd_Box()
+    BRepBndLib.AddOptimal_s(shape, bounds, False, False)
+    low, high = bounds.CornerMin(), bounds.CornerMax()
+    return np.array([[corner.X(), corner.Y(), corner.Z()] for corner in (low, high)])
+
+
+def volume(shape):
+    properties = GProp_GProps()
+    BRepGProp.VolumeProperties_s(shape, properties, 1e-6)
+    return properties.Mass()
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    return make_into(tmp_path_factory.mktemp("parts"), "--step", drawings=False)
+
+
+@pytest.fixture(scope="module")
+def listed(made):
+    return json.loads((made / "parts.json").read_text(encoding="utf-8"))["parts"]
+
+
+@pytest.fixture(scope="module")
+def shapes(made, listed):
+    assert {path.stem for path in made.glob("*.step")} == listed.keys()
+    return {name: read_step(made / f"{name}.step") for name in listed}
+
+
+def test_every_part_is_one_valid_solid_and_the_assembly_four(shapes, listed):
+    for name, shape in shapes.items():
+        solids = pieces(shape, TopAbs_ShapeEnum.TopAbs_SOLID)
+        assert len(solids) == listed[name]["bodies"] == (4 if name == "assembly" else 1), name
+        for solid in solids:
+            assert BRepCheck_Analyzer(solid).IsValid(), name
+            (shell,) = pieces(solid, TopAbs_ShapeEnum.TopAbs_SHELL)
+            assert BRep_Tool.IsClosed_s(shell), name
+
+
+def test_volume_and_box_are_those_of_the_mesh(made, shapes, listed):
+    for name, shape in shapes.items():
+        corners = read_stl(made / f"{name}.stl")[0].reshape(-1, 3)
+        # A volume that faces inwards would be negative.
+        assert volume(shape) == pytest.approx(listed[name]["volume_mm3"], rel=1e-3), name
+        np.testing.assert_allclose(
+            box(shape), [corners.min(axis=0), corners.max(axis=0)], atol=0.01, err_msg=name
+        )
+
+
+def test_a_solid_of_plane_faces_has_exactly_the_meshs_volume(shapes, listed):
+    for name, shape in shapes.items():
+        if not name.startswith("cam-"):
+            assert {each.GetType() for each in surfaces(shape)} == {PLANE}, name
+            # parts.json holds three digits.
+            assert volume(shape) == pytest.approx(listed[name]["volume_mm3"], abs=6e-4), name
+
+
+def test_a_prism_has_a_face_for_each_side_of_its_outline(shapes):
+    design = shipped_design()
+    corners = np.vstack(outline(design.shape))
+    vertices = pieces(shapes["substructure"], TopAbs_ShapeEnum.TopAbs_VERTEX)
+    points = [BRep_Tool.Pnt_s(TopoDS.Vertex(vertex)) for vertex in vertices]
+    points = np.array([[point.X(), point.Y(), point.Z()] for point in points])
+    away = np.linalg.norm(points[:, np.newaxis, :2] - corners, axis=2)
+    assert away.min(axis=1).max() < 1e-6
+    assert away.min(axis=0).max() < 1e-6
+    assert set(points[:, 2].round(9)) == {0.0, design.phantom.origami.height_mm}
+    assert len(surfaces(shapes["substructure"])) == len(corners) + 2
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_the_cams_flank_is_the_spiral(shapes, side):
+    (flank,) = [each for each in surfaces(shapes[f"cam-{side}"]) if each.GetType() != PLANE]
+    around = np.linspace(flank.FirstUParameter(), flank.LastUParameter(), 101)
+    upwards = np.linspace(flank.FirstVParameter(), flank.LastVParameter(), 101)
+    points = [flank.Value(u, v) for u in around for v in upwards]
+    x, y, z = np.array([[point.X(), point.Y(), point.Z()] for point in points]).T
+    lag = 2 * np.pi * z / CAM.lead_mm
+    distance = np.hypot(
+        x - CAM.eccentricity_mm * np.cos(lag), y + CAM.eccentricity_mm * np.sin(lag)
+    )
+    np.testing.assert_allclose(distance, CAM.radius_mm, atol=1e-3)
+    assert (z.min(), z.max()) == pytest.approx((0.0, CAM.lead_mm), abs=1e-6)
+
+
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_the_cam_has_the_volume_of_its_circle_less_the_bore(shapes, side):
+    # Every section across the shaft is the same circle, and so is the hole in it.
+    x, y = bore(shipped_design().parts.bench).T
+    hole = (x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
+    expected = (np.pi * CAM.radius_mm**2 - hole) * CAM.lead_mm
+    assert volume(shapes[f"cam-{side}"]) == pytest.approx(expected, rel=1e-5)
+
+
+def test_a_variant_with_eyelets_is_one_valid_solid(tmp_path):
+    design = read_design(["choice.folding=eyelets", "choice.tip=curl", "choice.corners=outside"])
+    unit = substructure(design, 4)
+    (tmp_path / "unit.step").write_bytes(step_bytes(unit))
+    shape = read_step(tmp_path / "unit.step")
+    assert len(pieces(shape, TopAbs_ShapeEnum.TopAbs_SOLID)) == 1
+    assert BRepCheck_Analyzer(shape).IsValid()
+    assert volume(shape) == pytest.approx(parts_volume(unit), rel=1e-6)
+
+
+def test_the_same_input_gives_the_same_bytes_in_another_process(made, listed, tmp_path):
+    command = [sys.executable, str(ROOT / "workflow/scripts/make_parts.py"), "--out", str(tmp_path)]
+    run = subprocess.run([*command, "--step"], check=True, capture_output=True, text=True)
+    # Open CASCADE does not talk in between.
+    assert [line.split()[0] for line in run.stdout.splitlines()] == [str(len(listed)), "finished"]
+    ours = {path.name: path.read_bytes() for path in made.glob("*.step")}
+    theirs = {path.name: path.read_bytes() for path in tmp_path.glob("*.step")}
+    assert ours.keys() == theirs.keys()
+    assert [name for name in ours if ours[name] != theirs[name]] == []
+    # Neither a time of writing nor a count of what was written before.
+    for name, content in ours.items():
+        part = name.removesuffix(".step").encode()
+        assert b"FILE_NAME('%b','1980-01-01T00:00:00'" % part in content
+        assert b"= PRODUCT('%b','%b',''" % (part, part) in content

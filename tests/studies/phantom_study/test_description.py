@@ -1,0 +1,71 @@
+"""The documentation describes the simulated signals correctly."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from phantom_study import simulated_archive
+from phantom_study.arguments import DEFAULT_CONFIG, read_detector
+from phantom_study.description import COLUMNS, describe, examples
+
+from capsule.files import read_csv
+from capsule.geometry.origami import sensor_offsets
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+
+ROOT = Path(__file__).resolve().parents[3]
+PHANTOM = read_phantom(DEFAULT_TABLE, [])
+
+
+@pytest.fixture(scope="module")
+def described():
+    detector = simulated_archive.quick(read_detector(DEFAULT_CONFIG))
+    archive = simulated_archive.simulate_archive(PHANTOM, 3, 4)
+    matrices = simulated_archive.archive_matrices(archive, detector)
+    templates = simulated_archive.learn(matrices, detector)
+    return archive, matrices, describe(archive, matrices, templates, PHANTOM)
+
+
+def test_every_size_has_a_row_and_only_nodules_a_template(described):
+    _, _, rows = described
+    assert [row["size_mm"] for row in rows] == ["0", "1", "2", "3", "4", "5"]
+    assert all(tuple(row) == COLUMNS for row in rows)
+    assert rows[0]["template_peak_spacing_samples"] == ""
+    assert all("-" in row["template_peak_spacing_samples"] for row in rows[1:])
+
+
+def test_a_row_tells_lengths_heights_and_passing_times(described):
+    archive, matrices, rows = described
+    names = [f"3mm/r{number:02d}" for number in range(1, 5)]
+    lengths = [archive[name].time_s.size for name in names]
+    behind_mm = sensor_offsets(PHANTOM.origami, 4)
+    passing = []
+    for name in names:
+        run = archive[name]
+        moments = [np.argmax(run.head_mm >= run.nodule_at_mm + way) for way in behind_mm]
+        passing += list(np.diff(moments))
+    row = rows[3]
+    assert (row["shortest_samples"], row["longest_samples"]) == (min(lengths), max(lengths))
+    assert row["stopped_by_hand"] == 0
+    assert row["highest"] == round(max(float(matrices[name].max()) for name in names), 2)
+    assert row["passing_high_samples"] == round(np.percentile(passing, 95))
+
+
+def test_an_example_is_the_run_with_the_middling_matrix(described):
+    archive, matrices, _ = described
+    (healthy, example) = examples(archive, matrices, (0, 3), window=84)
+    assert healthy.title.startswith("0mm/")
+    assert healthy.title.endswith("(no nodule)")
+    sums = {name: matrices[name].sum() for name in matrices if name.startswith("3mm/")}
+    assert sorted(sums.values())[2] == sums[example.title]
+    assert example.run is archive[example.title]
+    assert example.matrix is matrices[example.title]
+    # The matrix is the envelope above the threshold, here of every tenth sample.
+    high = example.envelope[:, ::10] > 1.0
+    columns = high.shape[1]
+    np.testing.assert_array_equal(example.matrix[:, :columns] > 0, high)
+
+
+def test_the_documentation_shows_the_signals_that_were_described():
+    text = (ROOT / "docs/phantom.md").read_text(encoding="utf-8")
+    for row in read_csv(ROOT / "docs/phantom-signals.csv"):
+        assert "| " + " | ".join(row.values()) + " |" in text

@@ -1,0 +1,133 @@
+"""The paper's cells are right, and a table can reproduce them."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from phantom_study.arguments import read_paper_table
+from phantom_study.paper_table import (
+    PaperTable,
+    cells,
+    distance,
+    mean_difference,
+    motion,
+    summary,
+)
+
+from capsule.files import read_csv
+from support.like_the_paper import LIKE_THE_PAPER
+
+ROOT = Path(__file__).resolve().parents[3]
+PAPER = read_paper_table()
+
+
+def test_the_papers_numbers_come_from_one_table_of_120_runs():
+    assert LIKE_THE_PAPER.sum(axis=1).tolist() == [PAPER.runs] * 6
+    rates = cells(LIKE_THE_PAPER, PAPER)
+    assert rates == PAPER.cells
+    assert distance(rates | PAPER.motion, PAPER) == 0
+
+
+def test_the_cells_are_those_that_the_paper_prints():
+    kinds = [name.partition(" mm")[0].rpartition(" ")[0] for name in PAPER.cells]
+    assert kinds[:18] == 5 * ["precision"] + 5 * ["recall"] + 4 * ["exact"] + 4 * ["within"]
+    # The pie has slices of none, 1 mm and 2 mm.
+    assert list(PAPER.cells)[18:] == [
+        "specificity",
+        "no nodule as none",
+        "no nodule as 1 mm",
+        "no nodule as 2 mm",
+    ]
+    # Rates of whole runs: 57.7 % is 15 of 26.
+    assert PAPER.cells["precision 1 mm"] == 100 * 15 / 26
+
+
+def test_another_print_gives_other_cells():
+    """The printed sizes, tolerance and range also determine the names."""
+    printed = {
+        "recordings_per_size": 10,
+        "detection": [{"size_mm": 2.5, "precision_percent": 90, "recall_percent": 90}],
+        "sizing_tolerance_mm": 0.5,
+        "sizing": [{"size_mm": 2.5, "exact_percent": 40, "within_percent": 60, "one_sided": True}],
+        "settings": {"fit.peak_spacing_range": {"value": [80, 120]}},
+    }
+    paper = PaperTable.from_printed(printed)
+    assert paper.cells == {
+        "precision 2.5 mm": 90,
+        "recall 2.5 mm": 90,
+        "exact 2.5 mm": 40,
+        "within 0.5 mm of 2.5 mm": 60,
+        "specificity": 90,
+        "no nodule as none": 90,
+        "no nodule as 2.5 mm": 10,
+    }
+    assert list(paper.motion) == ["reaches the far side", "Delta mu 80 to 120"]
+    assert paper.runs == 10
+
+
+def test_the_motion_counts_like_cells():
+    arrived = np.array([True, True, True, False])
+    rates = motion(arrived, np.array([99, 100, 250, 250.5]), PAPER)
+    assert list(rates.values()) == [75, 50]
+    # By Laplace's rule 15 and 10 of 20 runs make 16/22 and 11/22 likely.
+    spreads = [np.sqrt(p * (1 - p) / 20) for p in (16 / 22, 11 / 22)]
+    wanted = np.sqrt(((0.25 / spreads[0]) ** 2 + (0.5 / spreads[1]) ** 2) / 24)
+    assert distance(cells(LIKE_THE_PAPER, PAPER) | rates, PAPER) == pytest.approx(wanted)
+
+
+def test_a_rate_that_hardly_varies_is_sooner_far_off():
+    like_the_paper = PAPER.cells | PAPER.motion
+    sure = distance(like_the_paper | {"recall 2 mm": 100.0}, PAPER)
+    unsure = distance(like_the_paper | {"exact 3 mm": 40.0}, PAPER)
+    # Both are off by 15 points.
+    assert sure > 2 * unsure
+
+
+def test_cells_are_the_rates_counted_in_the_table():
+    confusion = np.random.default_rng(1).multinomial(20, np.full(6, 1 / 6), size=6)
+    rates = cells(confusion, PAPER)
+    detected = confusion[:, 1:].sum(axis=1)
+    for size in range(1, 6):
+        taken_for = detected[size] + confusion[0, size]
+        assert rates[f"precision {size} mm"] == pytest.approx(100 * detected[size] / taken_for)
+        assert rates[f"recall {size} mm"] == pytest.approx(5 * detected[size])
+    for size in range(2, 6):
+        near = confusion[size, size - 1 : size + 2].sum()
+        assert rates[f"exact {size} mm"] == pytest.approx(5 * confusion[size, size])
+        assert rates[f"within 1 mm of {size} mm"] == pytest.approx(5 * near)
+    assert rates["specificity"] == rates["no nodule as none"] == pytest.approx(5 * confusion[0, 0])
+    for size in (1, 2):
+        assert rates[f"no nodule as {size} mm"] == pytest.approx(5 * confusion[0, size])
+
+
+def test_a_precision_of_nothing_found_is_missing_and_far_off():
+    nothing = np.zeros((6, 6), dtype=int)
+    nothing[:, 0] = 20
+    rates = cells(nothing, PAPER)
+    assert np.isnan(rates["precision 5 mm"])
+    assert distance(rates | PAPER.motion, PAPER) > 10
+
+
+def test_summary_says_whether_the_paper_lies_in_the_central_range():
+    like_the_paper = cells(LIKE_THE_PAPER, PAPER)
+    archives = [like_the_paper | {"exact 5 mm": value} for value in np.arange(20.0, 60.0)]
+    rows = {row["cell"]: row for row in summary(archives, PAPER)}
+    assert rows["exact 4 mm"]["inside"]
+    assert not rows["exact 5 mm"]["inside"]
+    assert rows["exact 5 mm"]["low"] == pytest.approx(20.975)
+    assert mean_difference(list(rows.values())) == pytest.approx((39.5 - 15) / len(PAPER.cells))
+
+
+def test_the_documentation_shows_the_table_that_was_measured():
+    text = (ROOT / "docs/phantom.md").read_text(encoding="utf-8")
+    rows = read_csv(ROOT / "docs/phantom-table.csv")
+    assert [row["cell"] for row in rows] == list(PAPER.cells)
+    for row in rows:
+        paper, mean, low, high = (float(row[key]) for key in ("paper", "mean", "low", "high"))
+        inside = "yes" if row["inside"] == "True" else "no"
+        assert (
+            f"| {row['cell']} | {paper:.1f} | {mean:.1f} | {low:.1f}-{high:.1f} | {inside} |"
+            in text
+        )
+    difference = np.mean([abs(float(row["mean"]) - float(row["paper"])) for row in rows])
+    assert f"differ from the paper by {difference:.1f} points on average" in text

@@ -1,0 +1,142 @@
+"""A seed determines the random benches, and runs differ only by the nodule."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scorer_teaching import episodes
+from scorer_teaching.bench_family import WAVE_FORMS, draw_bench
+from scorer_teaching.bench_recordings import simulate_bench
+from scorer_teaching.random_numbers import Streams, followed, jumps, smooth_noise
+from scorer_teaching.random_phantoms import draw_phantom
+
+from capsule.configuration_files import read_config_file
+from capsule.detectors.beats import SERIES, series_of
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from support.project import ROOT
+
+SETTINGS = read_config_file(ROOT / "config" / "config.yaml")["diagonal"]
+SIZES_MM = np.array([0.0, 1.0, 3.0, 5.0])
+
+
+def streams(number):
+    return Streams(1, "bench", f"{number}")
+
+
+def bench(number):
+    return draw_bench(streams(number).of("bench"))
+
+
+def runs(number, sizes_mm=SIZES_MM):
+    return simulate_bench(bench(number), sizes_mm, streams(number))
+
+
+def same(some, others):
+    return len(some) == len(others) and all(map(np.array_equal, some, others))
+
+
+def test_the_same_seed_draws_the_same_bench_and_recordings():
+    assert bench(3) == bench(3)
+    assert bench(3) != bench(4)
+    assert same(runs(3), runs(3))
+
+
+@pytest.mark.parametrize("number", range(12))
+def test_recordings_are_counts_of_four_sensors(number):
+    for counts in runs(number):
+        assert counts.dtype == np.int16
+        assert counts.shape[0] == 4
+        assert 250 <= counts.shape[1] <= 990
+        assert counts.min() >= 0
+        assert counts.max() <= 1023
+
+
+@pytest.mark.parametrize("number", range(12))
+def test_a_nodule_without_height_leaves_nothing(number):
+    drawn = bench(number)
+    flat = replace(drawn, lump=replace(drawn.lump, height=0.0))
+    healthy = simulate_bench(drawn, np.zeros(4), streams(number))
+    assert same(simulate_bench(flat, SIZES_MM, streams(number)), healthy)
+
+
+def test_a_nodule_tells_a_recording_from_the_healthy_one():
+    for number in range(12):
+        healthy, small, _, large = simulate_bench(bench(number), SIZES_MM, streams(number))
+        alone = simulate_bench(bench(number), np.zeros(4), streams(number))
+        assert np.array_equal(healthy, alone[0])
+        assert not np.array_equal(large, alone[3])
+        assert small.shape[0] == large.shape[0]
+
+
+def test_a_high_nodule_makes_the_beats_deeper():
+    drawn = bench(0)
+    lump = replace(
+        drawn.lump,
+        height=1.5,
+        adds=1.0,
+        multiplies=0.0,
+        lifts=0.0,
+        miss_mm=0.0,
+        untouched_share=0.0,
+    )
+    high = replace(drawn, lump=lump, sensing=replace(drawn.sensing, divider=True, noise=0.005))
+    sizes_mm = np.repeat([0.0, 5.0], 12)
+    depth = SERIES.index("depth")
+    deepest = []
+    for counts in simulate_bench(high, sizes_mm, streams(0)):
+        series = series_of(counts.astype(float), 10, SETTINGS)
+        deepest.append(series[:, depth].max(axis=1).mean())
+    assert np.median(deepest[12:]) > np.median(deepest[:12])
+
+
+def test_every_form_of_the_wave_is_drawn():
+    assert {bench(number).wave.form for number in range(60)} == set(WAVE_FORMS)
+
+
+@pytest.mark.parametrize("kind", [0, 1, 2])
+def test_smooth_noise_has_unit_variance(kind):
+    course = smooth_noise(streams(0).of("noise"), (4000,), 100, 20.0, kind)
+    assert course.shape == (4000, 100)
+    assert course.var() == pytest.approx(1.0, rel=0.1)
+
+
+def test_jumps_come_as_often_as_they_should():
+    courses = jumps(streams(0).of("jumps"), (2000,), 500, 2.0, 1.0)
+    assert np.count_nonzero(np.diff(courses), axis=1).mean() == pytest.approx(2.0, rel=0.1)
+
+
+def test_a_sensor_follows_a_step_within_its_time():
+    step = np.repeat([0.0, 1.0], [1, 50])
+    assert followed(step, 10.0)[[0, 10, 50]] == pytest.approx([0, 1 - np.exp(-1), 1 - np.exp(-5)])
+
+
+def test_a_random_phantom_differs_in_what_is_drawn_only():
+    base = read_phantom(DEFAULT_TABLE, [])
+    drawn = draw_phantom(base, streams(0).of("parameters"))
+    assert drawn == draw_phantom(base, streams(0).of("parameters"))
+    assert drawn.sensor.noise != base.sensor.noise
+    assert drawn.origami == base.origami
+    assert drawn.electronics == base.electronics
+
+
+def test_an_episode_holds_the_beats_of_each_recording():
+    counts = [*runs(0), np.full((4, 300), 500)]
+    series, filled = episodes.episode(counts)
+    assert series.shape == (5, 4, len(SERIES), episodes.LENGTH)
+    assert series.dtype == np.float16
+    assert filled[-1] == 0
+    beats = series_of(counts[0].astype(float), 10, SETTINGS)
+    assert filled[0] == beats.shape[-1]
+    assert series[0, ..., : filled[0]] == pytest.approx(beats, rel=1e-3, abs=1e-3)
+    assert not series[0, ..., filled[0] :].any()
+
+
+def test_many_benches_become_episodes_and_are_told_of():
+    told = []
+    makers = [lambda: runs(0, episodes.SIZES_MM), lambda: runs(1, episodes.SIZES_MM)]
+    taken = episodes.episodes_of(makers, lambda done, text: told.append((done, text)))
+    assert taken.series.shape == (2, 60, 4, len(SERIES), episodes.LENGTH)
+    assert [done for done, _ in told] == [1, 2]
+    recordings = taken.recordings(1)
+    assert len(recordings) == np.count_nonzero(taken.counts[1])
+    assert recordings[0].shape == (4, len(SERIES), taken.counts[1, 0])

@@ -1,0 +1,389 @@
+"""Find and identify the boards at the serial ports, and send them commands."""
+
+import os
+import re
+import time
+from collections.abc import Callable, Iterable
+
+from serial.tools import list_ports
+from serial.tools.list_ports_common import ListPortInfo
+
+from capsule.bench.bench_errors import (
+    AcquisitionError,
+    BoardNotFoundError,
+    LineLostError,
+    NoAnswerError,
+    RefusedError,
+    WrongBaudError,
+    WrongBoardError,
+)
+from capsule.bench.line import BAUD, Arrival, Line
+from capsule.bench.protocol import VERSION, Acknowledgement, Damaged, Identity, Refusal
+
+# Opening a port restarts an Arduino. A Mega's boot loader then waits for up to two seconds. A byte
+# that arrives meanwhile makes it wait for an upload. So the program sends nothing at first.
+QUIET_S = 2.5
+ASK_EVERY_S = 0.1
+ANSWER_S = 4.0  # 40 questions: with 1 % of bytes damaged, one answer in four is whole
+GARBLED_S = 1.0  # after so long without an answer, silence or a wrong baud rate is certain
+CONFIRM_S = 0.25
+# A search only listens for so long, before it asks: a board that the opening has restarted says by
+# itself who it is.
+LISTEN_S = 3.0
+LOOK_EVERY_S = 0.02
+# USB numbers (vendor, product) of Arduino's own Mega 2560 and UNO. Clones have the numbers of a
+# general USB serial chip, which lab devices have too; the user names their ports.
+USB_IDS = {
+    (vendor, product)
+    for vendor in (0x2341, 0x2A03)
+    for product in (0x0001, 0x0010, 0x0042, 0x0043, 0x0242, 0x0243)
+}
+# Entries that a logger must report, with their smallest and largest values.
+_NUMBERS = {
+    "rate_hz": (1, 10_000),
+    "channels": (1, 64),
+    "adc_bits": (1, 32),
+    "vref_mv": (1, 100_000),
+    "series_ohm": (1, 1_000_000_000),
+}
+PURPOSES = {
+    "logger": "record with it (--port)",
+    "peristalsis": "drive the wave with it (--drive)",
+    "fold": "fold the origami with it (survey.py --fold)",
+}
+
+
+def _never() -> bool:
+    return False
+
+
+def identify(line: Line, wanted: str, stopped: Callable[[], bool] = _never) -> Identity:
+    """Ask a board for its identity, and check it.
+
+    Parameters
+    ----------
+    line : Line
+        An open line.
+    wanted : {"logger", "peristalsis", "fold"}
+        The expected board.
+    stopped : callable
+        Function that returns whether the user has ended the program.
+
+    Raises
+    ------
+    AcquisitionError
+        Another board or none answers, or the baud rate is wrong.
+    LineLostError
+        The port disappeared.
+    KeyboardInterrupt
+        The user has ended the program.
+    """
+    introduction = Introduction(line, wanted)
+    while True:
+        if identity := introduction.step(line.receive()):
+            return identity
+        if stopped():
+            raise KeyboardInterrupt
+
+
+class Introduction:
+    """The identification of one board in short steps, so that other boards are served meanwhile.
+
+    Parameters
+    ----------
+    line : Line
+        A line that has just been opened.
+    wanted : str
+        The expected board.
+    listen_s : float
+        Time in which nothing is sent, whatever the board says.
+    """
+
+    def __init__(self, line: Line, wanted: str, listen_s: float = 0.0) -> None:
+        self._line, self._wanted = line, wanted
+        self._opened_s = time.monotonic()
+        self._listen_until = self._opened_s + listen_s
+        self._quiet_until = self._opened_s + max(QUIET_S, listen_s)
+        self._asked_from: float | None = None
+        self._ask_at = 0.0
+        self._frames = 0
+        self._others: list[Arrival] = []
+
+    def step(self, arrivals: Iterable[Arrival]) -> Identity | None:
+        """Process arrivals, and repeat the question; return None until the board has answered.
+
+        Raises
+        ------
+        AcquisitionError, LineLostError
+            As in `identify`.
+        """
+        line, identity = self._line, None
+        for arrival in arrivals:
+            self._frames += not isinstance(arrival.event, Damaged)
+            if isinstance(arrival.event, Identity):
+                _check(arrival.event, self._wanted, line.port)
+                identity = arrival.event
+            else:
+                self._others.append(arrival)
+        if identity:
+            line.put_back(self._others)  # a running board sends samples meanwhile
+            return identity
+        now_s = time.monotonic()
+        if self._asked_from is None:
+            # What sends text without frames is no board of this bench, so it is not even asked.
+            foreign = line.bytes_read >= 20 and b"$" not in line.first_bytes
+            if foreign and now_s >= self._listen_until > self._opened_s:
+                _check_baud(line, self._frames)
+                raise _explain_silence(line, self._frames)
+            silent = not line.bytes_read
+            if now_s < self._listen_until or (silent and now_s <= self._quiet_until):
+                return None
+            self._asked_from = self._ask_at = now_s
+        asked_s = now_s - self._asked_from
+        if asked_s > ANSWER_S or (asked_s > GARBLED_S and line.bytes_read == 0):
+            raise _explain_silence(line, self._frames)
+        if asked_s > GARBLED_S:
+            _check_baud(line, self._frames)
+        if now_s >= self._ask_at:
+            line.send("identify")
+            self._ask_at += ASK_EVERY_S
+        return None
+
+
+def _check_baud(line: Line, frames: int) -> None:
+    """Raise an error if most bytes are not printable: the baud rate is wrong.
+
+    Mere noise on the line leaves most bytes printable.
+    """
+    content = line.first_bytes
+    printable = sum(32 <= byte < 127 or byte in b"\r\n\t" for byte in content)
+    if frames == 0 and len(content) >= 20 and printable < 0.8 * len(content):
+        raise WrongBaudError(
+            f"{line.port} sent {line.bytes_read} bytes but no frame; this is probably the wrong "
+            f"baud rate (--baud is {line.baud}, the firmware uses {BAUD})"
+        )
+
+
+def _check(identity: Identity, wanted: str, port: str) -> None:
+    if identity.device != wanted:
+        purpose = PURPOSES.get(identity.device, "it does not belong to this bench")
+        raise WrongBoardError(
+            f"the board at {port} is the {identity.device} board, not the {wanted}: {purpose}"
+        )
+    protocol = identity.entries.get("protocol")
+    if protocol != VERSION:
+        raise WrongBoardError(
+            f"the {wanted} at {port} uses protocol {protocol}, this program needs {VERSION}; "
+            "upload the firmware of this version (workflow/firmware)"
+        )
+    if wanted == "logger" and (fault := fault_of_logger(identity)):
+        raise WrongBoardError(
+            f"the logger at {port} reports {fault}; upload the firmware of this version "
+            "(workflow/firmware)"
+        )
+
+
+def fault_of_logger(identity: Identity) -> str:
+    """Return the first fault in a logger's description of itself; empty if there is none."""
+    for key in ("firmware", *_NUMBERS):
+        if key not in identity.entries:
+            return f"no {key}"
+    for key, (least, most) in _NUMBERS.items():
+        value = identity.entries[key]
+        if not re.fullmatch(r"[0-9]{1,10}", value) or not least <= int(value) <= most:
+            return f"{key}={value}"
+    return ""
+
+
+def differences(identity: Identity, other: Identity) -> str:
+    """Return the differences of another board in kind and electronics; empty if there are none."""
+    if other.device != identity.device:
+        return f"it is the {other.device} board"
+    return ", ".join(
+        f"{key}={other.entries.get(key)} instead of {identity.entries[key]}"
+        for key in ("protocol", *_NUMBERS)
+        if other.entries.get(key) != identity.entries[key]
+    )
+
+
+def _explain_silence(line: Line, frames: int) -> AcquisitionError:
+    if line.bytes_read == 0:
+        return NoAnswerError(
+            f"nothing answers at {line.port}; check that this is the right port, and that the "
+            "firmware is on the board (workflow/firmware)"
+        )
+    if frames:
+        return NoAnswerError(
+            f"the board at {line.port} sends frames but does not answer 'identify'; "
+            "try another cable, or press the reset button of the board"
+        )
+    return WrongBoardError(
+        f"the board at {line.port} runs another program: it sends {line.first_bytes[:40]!r}; "
+        "upload the firmware (workflow/firmware)"
+    )
+
+
+def request(line: Line, command: str, tries: int = 12) -> str:
+    """Send a command until the board confirms it; return the confirmed argument.
+
+    Raises
+    ------
+    RefusedError
+        The board refuses; the text gives its reason.
+    NoAnswerError
+        The board does not answer.
+    LineLostError
+        The port disappeared.
+    """
+    name = command.partition(",")[0]
+    for _ in range(tries):
+        line.send(command)
+        deadline = time.monotonic() + CONFIRM_S
+        while time.monotonic() < deadline:
+            for arrival in line.receive():
+                match arrival.event:
+                    case Acknowledgement(command=answered, argument=argument) if answered == name:
+                        return argument
+                    case Refusal(command=answered, reason=reason) if answered == name:
+                        raise RefusedError(
+                            f"the board at {line.port} refuses {command!r}: {reason}"
+                        )
+    raise NoAnswerError(
+        f"the board at {line.port} does not answer {command!r}; "
+        "try another cable, or press the reset button of the board"
+    )
+
+
+def connect(
+    port: str, baud: int, wanted: str, stopped: Callable[[], bool] = _never
+) -> tuple[Line, Identity]:
+    """Open a port and check which board is behind it; raise `AcquisitionError` if it is wrong."""
+    line = Line(port, baud)
+    try:
+        return line, identify(line, wanted, stopped)
+    except LineLostError as fault:
+        line.close()
+        raise NoAnswerError(
+            f"the board at {port} was disconnected before it identified itself: {fault}"
+        ) from fault
+    except (AcquisitionError, KeyboardInterrupt):
+        line.close()
+        raise
+
+
+def find(
+    wanted: str,
+    baud: int,
+    tell: Callable[[str], None],
+    ports: Iterable[ListPortInfo] | None = None,
+    skip: Iterable[str] = (),
+    stopped: Callable[[], bool] = _never,
+) -> tuple[Line, Identity]:
+    """Find a board at the USB ports.
+
+    Opening a port restarts many devices, and a command can do anything to a device that is no board
+    of this bench. So only ports with the USB numbers of the boards are opened. For three seconds
+    the search only listens to them, before it asks.
+
+    Parameters
+    ----------
+    wanted : {"logger", "peristalsis", "fold"}
+        The board to find.
+    baud : int
+        Bits per second.
+    tell : callable
+        Function that shows the ports to the user.
+    ports : iterable of port descriptions, optional
+        Ports to search; all ports of this computer if left out.
+    skip : iterable of str
+        Ports not to open.
+    stopped : callable
+        Function that returns whether the user has ended the search.
+
+    Raises
+    ------
+    BoardNotFoundError
+        No board fits, or more than one; the text says what each port answered, and which ports
+        were left alone.
+    KeyboardInterrupt
+        The user has ended the search.
+    """
+    ports = list_ports.comports() if ports is None else ports
+    left = {os.path.realpath(port) for port in skip}
+    # Built-in ports and Bluetooth have no USB vendor number, so they are no Arduino.
+    there = sorted(
+        (port for port in ports if port.vid is not None),
+        key=lambda port: str(port.device),
+    )
+    there = [port for port in there if os.path.realpath(port.device) not in left]
+    candidates = [port.device for port in there if (port.vid, port.pid) in USB_IDS]
+    foreign = [_description(port) for port in there if (port.vid, port.pid) not in USB_IDS]
+    if len(candidates) > 1:
+        tell(f"looking for the {wanted} at {', '.join(candidates)}")
+    boards, answers = _introduced(candidates, baud, wanted, stopped)
+    if len(boards) == 1:
+        return boards[0]
+    for line, _ in boards:
+        line.close()
+    if boards:
+        names = ", ".join(line.port for line, _ in boards)
+        raise BoardNotFoundError(
+            f"found {len(boards)} boards of the kind {wanted}: {names}; choose one with --port"
+        )
+    raise BoardNotFoundError(_nothing_found(wanted, answers, foreign))
+
+
+def _description(port: ListPortInfo) -> str:
+    name = getattr(port, "product", None) or getattr(port, "description", None) or "USB serial"
+    return f"{port.device} ({name}, {port.vid:04X}:{port.pid:04X})"
+
+
+def _nothing_found(wanted: str, answers: list[str], foreign: list[str]) -> str:
+    """Return why no board was found, and which ports the user could name."""
+    if len(answers) == 1:
+        text = f"no {wanted} found: {answers[0]}"
+    else:
+        listed = "".join(f"\n  {answer}" for answer in answers)
+        text = f"no {wanted} found at any USB port of an Arduino{':' if listed else ''}{listed}"
+    if foreign:
+        return (
+            f"{text}\nnot opened, since they can be other devices: {', '.join(foreign)}; if one "
+            f"of them is the {wanted} (a clone of an Arduino), name it with --port"
+        )
+    return text if answers else f"{text}; plug it in, or name its port with --port"
+
+
+def _introduced(
+    candidates: Iterable[str], baud: int, wanted: str, stopped: Callable[[], bool]
+) -> tuple[list[tuple[Line, Identity]], list[str]]:
+    """Identify the boards at these ports together; return the fitting ones and others' answers."""
+    boards: list[tuple[Line, Identity]] = []
+    answers: list[str] = []
+    strangers: list[tuple[Line, Introduction]] = []
+    for device in candidates:
+        try:
+            line = Line(device, baud)
+        except AcquisitionError as reason:
+            answers.append(str(reason))
+            continue
+        strangers.append((line, Introduction(line, wanted, LISTEN_S)))
+    while strangers:
+        if stopped():
+            for line in [line for line, _ in [*strangers, *boards]]:
+                line.close()
+            raise KeyboardInterrupt
+        time.sleep(LOOK_EVERY_S)
+        waiting = []
+        for line, introduction in strangers:
+            try:
+                identity = introduction.step(line.receive(0))
+            except (AcquisitionError, LineLostError) as reason:
+                line.close()
+                answers.append(str(reason))
+                continue
+            if identity:
+                boards.append((line, identity))
+            else:
+                waiting.append((line, introduction))
+        strangers = waiting
+    return boards, answers

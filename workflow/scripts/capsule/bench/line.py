@@ -1,0 +1,162 @@
+"""A serial line that carries frames, with clear errors if its port cannot be opened."""
+
+import contextlib
+import errno
+import os
+import threading
+import time
+from dataclasses import dataclass
+
+import serial
+from serial.tools import list_ports
+
+from capsule.bench.bench_errors import (
+    AcquisitionError,
+    BoardNotFoundError,
+    LineLostError,
+    NoPermissionError,
+    PortBusyError,
+)
+from capsule.bench.clock import AWAKE, elapsed_s
+from capsule.bench.protocol import Damaged, Event, FrameParser, encode
+
+BAUD = 115200
+READ_TIMEOUT_S = 0.05
+
+# Exceptions that pyserial raises when a port disappears; termios.error is not an OSError.
+_FAULTS: tuple[type[Exception], ...] = (serial.SerialException, OSError)
+if os.name == "posix":
+    import termios
+
+    _FAULTS = (*_FAULTS, termios.error)
+_OPENING_FAULTS: tuple[type[Exception], ...] = (*_FAULTS, ValueError)
+
+
+@dataclass(frozen=True)
+class Arrival:
+    """An event, and the time of the computer's clock at which it was read."""
+
+    event: Event
+    moment_s: float
+
+
+class Line:
+    """An open serial port.
+
+    Parameters
+    ----------
+    port : str
+        Name of the port, or an address that pyserial knows (``socket://``, ``rfc2217://``).
+    baud : int
+        Bits per second.
+
+    Attributes
+    ----------
+    sent_s : float
+        Time of the last command, by `time.monotonic`.
+
+    Raises
+    ------
+    AcquisitionError
+        The port cannot be opened; the subclass and the text say why.
+    """
+
+    def __init__(self, port: str, baud: int = BAUD) -> None:
+        self.port = port
+        self.baud = baud
+        self.bytes_read = 0
+        self.first_bytes = b""
+        self._parser = FrameParser()
+        self._put_back: list[Arrival] = []
+        # A lease is renewed by a thread of its own, so two threads can send.
+        self._sending = threading.Lock()
+        self.sent_s = time.monotonic()
+        try:
+            self._serial = serial.serial_for_url(port, do_not_open=True)
+            self._serial.baudrate = baud
+            self._serial.timeout = READ_TIMEOUT_S
+            # Two programs on one port would each get half of the bytes.
+            self._serial.exclusive = True
+            self._serial.open()
+        except _OPENING_FAULTS as fault:
+            raise explain_open_fault(port, fault) from fault
+
+    def receive(self, timeout_s: float = READ_TIMEOUT_S) -> list[Arrival]:
+        """Read the events that have arrived; wait up to the timeout for the first.
+
+        Raises
+        ------
+        LineLostError
+            The port disappeared.
+        """
+        if self._put_back:
+            before, self._put_back = self._put_back, []
+            return before
+        try:
+            if self._serial.timeout != timeout_s:
+                self._serial.timeout = timeout_s
+            # A read of more bytes than have arrived would lose them if the port disappeared.
+            received = self._serial.read(self._serial.in_waiting or 1)
+        except _FAULTS as fault:
+            raise LineLostError(str(fault)) from fault
+        moment_s = elapsed_s()
+        AWAKE.now_s()
+        self.bytes_read += len(received)
+        self.first_bytes += received[: 200 - len(self.first_bytes)]
+        return [Arrival(event, moment_s) for event in self._parser.feed(received)]
+
+    def put_back(self, arrivals: list[Arrival]) -> None:
+        """Put events back, so that the next `receive` returns them first."""
+        self._put_back = arrivals
+
+    def send(self, payload: str) -> None:
+        """Send a command.
+
+        Raises
+        ------
+        LineLostError
+            The port disappeared.
+        """
+        with self._sending:
+            try:
+                self._serial.write(encode(payload))
+            except _FAULTS as fault:
+                raise LineLostError(str(fault)) from fault
+            self.sent_s = time.monotonic()
+
+    def close(self) -> list[Damaged]:
+        """Close the port; return the rest of an unfinished frame."""
+        with self._sending, contextlib.suppress(*_FAULTS):  # the port may have disappeared
+            self._serial.close()
+        return self._parser.drop_pending("cut off: the line was closed")
+
+
+def explain_open_fault(port: str, fault: Exception) -> AcquisitionError:
+    """Return the error for a port that could not be opened, with its cause and remedy."""
+    number = getattr(fault, "errno", None)
+    text = str(fault)
+    # On Windows only pyserial's text tells the kind of fault, and "denied" means in use.
+    denied = number in (errno.EACCES, errno.EPERM)
+    in_use = number in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in text
+    if in_use or (os.name == "nt" and "PermissionError" in text):
+        return PortBusyError(
+            f"{port} is in use by another program; close that program (such as the serial "
+            "monitor of the Arduino IDE), and start again"
+        )
+    if denied:
+        return NoPermissionError(
+            f"you have no permission to open {port}; on Linux, run: "
+            "sudo usermod -aG dialout $USER, then log out and in again"
+        )
+    missing = number in (errno.ENOENT, errno.ENODEV, errno.ENXIO) or "FileNotFoundError" in text
+    if missing:
+        return BoardNotFoundError(
+            f"there is no port {port}; ports here: {', '.join(port_names()) or 'none'}; "
+            "plug the board in, or name its port with --port"
+        )
+    return AcquisitionError(f"{port} cannot be opened: {text}")
+
+
+def port_names() -> list[str]:
+    """Return the names of this computer's serial ports."""
+    return sorted(port.device for port in list_ports.comports())

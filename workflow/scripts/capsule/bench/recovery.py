@@ -1,0 +1,240 @@
+"""Recover the unfinished recording of a killed recorder.
+
+The recording gets every line that can be read. An unreadable line is skipped and counted, and its
+sample is missing. The original file stays unchanged beside the recording, under another name.
+"""
+
+import bisect
+import contextlib
+import os
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from capsule.bench.archive import publish, writing
+from capsule.bench.bench_errors import AcquisitionError, NameExistsError
+from capsule.locks import lock_file
+from capsule.naming import PART
+from capsule.recording import column_names, format_header
+
+KEPT_AS = ".recovered"
+_ENTRY = re.compile(r"# ([a-z0-9_]+): ([ -~\u00a0-\U0010ffff]+)")
+
+
+@dataclass(frozen=True)
+class Rescued:
+    """The result of recovering an unfinished recording.
+
+    Attributes
+    ----------
+    final : Path
+        The recording.
+    original : Path
+        The unfinished file, unchanged.
+    samples : int
+        Number of lines of samples in the recording.
+    skipped : int
+        Number of unreadable lines before the last sample.
+    dropped : int
+        Number of bytes after the last sample.
+    """
+
+    final: Path
+    original: Path
+    samples: int
+    skipped: int
+    dropped: int
+
+    def summary(self) -> str:
+        """Return the result in one line."""
+        parts = [f"recovered {self.final}: {self.samples} samples"]
+        if self.skipped:
+            parts.append(f"lines skipped because they could not be read: {self.skipped}")
+        if self.dropped:
+            parts.append(f"{self.dropped} bytes at its end left out: not a whole line")
+        return "; ".join([*parts, f"the original is kept as {self.original.name}"])
+
+
+@dataclass(frozen=True)
+class _Line:
+    """A line of the file: its end in bytes, its time and its text (None: unreadable)."""
+
+    end: int
+    time_s: float | None = None
+    text: str | None = None
+
+
+def recover(part: Path, sensors: int) -> Rescued:
+    """Recover the unfinished recording of a killed recorder.
+
+    Parameters
+    ----------
+    part : Path
+        The ``.part`` file; it is renamed, never changed.
+    sensors : int
+        Number of sensors S.
+
+    Returns
+    -------
+    Rescued
+
+    Raises
+    ------
+    AcquisitionError
+        A recorder is writing the file, it holds no sample, or its name does not end in ``.part``.
+    NameExistsError
+        There is a recording of that name, or the kept original of an earlier recovery.
+    """
+    if part.suffix != PART:
+        raise AcquisitionError(
+            f"{part} is not an unfinished recording: the name of one ends in {PART}"
+        )
+    final = part.with_name(part.name.removesuffix(PART))
+    original = part.with_name(part.name + KEPT_AS)
+    for taken in (final, original):
+        if taken.exists():
+            raise NameExistsError(
+                f"{taken} exists; rename it or {part.name}, then run --recover again"
+            )
+    with _opened(part):
+        content = part.read_bytes()
+        recording, rescued = rescue(content, sensors, final, original)
+        _write(recording, final)
+    publish(part, original)
+    return rescued
+
+
+def rescue(content: bytes, sensors: int, final: Path, original: Path) -> tuple[bytes, Rescued]:
+    """Return a recording made of the readable lines of an unfinished one.
+
+    Parameters
+    ----------
+    content : bytes
+        Content of the unfinished file.
+    sensors : int
+        Number of sensors S.
+    final, original : Path
+        New names of the recording and of the unfinished file.
+
+    Returns
+    -------
+    recording : bytes
+        The recording. If lines were skipped, its header states their number.
+    rescued : Rescued
+
+    Raises
+    ------
+    AcquisitionError
+        The file holds no sample.
+    """
+    header, damaged, samples = _read(_split(content), sensors)
+    readable = [line for line in samples if line.time_s is not None]
+    kept = _longest_run([line.time_s for line in samples if line.time_s is not None])
+    if not kept:
+        raise AcquisitionError(
+            f"{original.with_suffix('')} holds no sample; there is nothing to recover, and the "
+            "file is unchanged"
+        )
+    taken = [readable[index] for index in kept]
+    end = taken[-1].end
+    skipped = damaged + sum(line.end < end for line in samples) - (len(taken) - 1)
+    if skipped:
+        header["recovered"] = f"lines skipped because they could not be read: {skipped}"
+    text = format_header(header, sensors) + "".join(f"{line.text}\n" for line in taken)
+    rescued = Rescued(final, original, len(taken), skipped, len(content) - end)
+    return text.encode("utf-8"), rescued
+
+
+def _split(content: bytes) -> list[tuple[int, bytes]]:
+    """Return each whole line without its end (LF, or CR LF), and the offset of the next line."""
+    lines, end = [], 0
+    for line in content.split(b"\n")[:-1]:
+        end += len(line) + 1
+        lines.append((end, line.removesuffix(b"\r")))
+    return lines
+
+
+def _read(
+    lines: Sequence[tuple[int, bytes]], sensors: int
+) -> tuple[dict[str, str], int, list[_Line]]:
+    """Read the header, count its damaged lines, and read the samples."""
+    columns = ",".join(column_names(sensors)).encode()
+    header: dict[str, str] = {}
+    damaged = 0
+    samples: list[_Line] = []
+    form = re.compile(rb"(\d{1,9}(?:\.\d{1,6})?)(?:(?:,\d{1,10}){%d}|,{%d})" % (sensors, sensors))
+    in_header = True
+    for end, line in lines:
+        if in_header and not re.fullmatch(rb"[0-9.,]+", line):
+            entry = _entry(line)
+            header |= entry
+            in_header = line != columns
+            damaged += in_header and not entry
+            continue
+        in_header = False
+        match = form.fullmatch(line)
+        samples.append(_Line(end, float(match[1]), line.decode("ascii")) if match else _Line(end))
+    header.pop("format_version", None)  # the writer of a recording adds its own version
+    return header, damaged, samples
+
+
+def _entry(line: bytes) -> dict[str, str]:
+    """Return the entry in a line of the header; empty if the line is damaged."""
+    text = line.removeprefix(b"\xef\xbb\xbf").decode("utf-8", errors="replace")
+    match = None if "\ufffd" in text else _ENTRY.fullmatch(text)
+    return {match[1]: match[2]} if match else {}
+
+
+def _longest_run(times_s: Sequence[float]) -> list[int]:
+    """Return the indices of the longest subsequence with rising times.
+
+    A damaged digit can give one line a much later time. This leaves out that line, not the lines
+    after it.
+    """
+    ends_s: list[float] = []  # the smallest last time of a run of each length
+    last: list[int] = []
+    before: list[int] = []
+    for index, time_s in enumerate(times_s):
+        length = bisect.bisect_left(ends_s, time_s)
+        before.append(last[length - 1] if length else -1)
+        ends_s[length:] = [time_s, *ends_s[length + 1 :]]
+        last[length:] = [index, *last[length + 1 :]]
+    run: list[int] = []
+    index = last[-1] if last else -1
+    while index >= 0:
+        run.append(index)
+        index = before[index]
+    return run[::-1]
+
+
+def _write(recording: bytes, final: Path) -> None:
+    """Write a recording to a temporary file, then rename it, so that no partial file appears."""
+    unfinished = final.with_name(f".{final.name}.{os.getpid()}.unfinished")
+    try:
+        with writing(final):
+            with unfinished.open("xb") as stream:
+                stream.write(recording)
+                stream.flush()
+                os.fsync(stream.fileno())
+            publish(unfinished, final)
+    finally:
+        unfinished.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def _opened(part: Path) -> Iterator[None]:
+    """Lock an unfinished recording, so that no recorder writes to it meanwhile."""
+    try:
+        descriptor = os.open(part, os.O_RDWR | getattr(os, "O_BINARY", 0))
+    except FileNotFoundError as fault:
+        raise AcquisitionError(f"{part} does not exist; give the path of a {PART} file") from fault
+    try:
+        lock_file(descriptor)
+        yield
+    except BlockingIOError as fault:
+        raise AcquisitionError(
+            f"a recorder is writing {part} at this moment; stop that recorder first"
+        ) from fault
+    finally:
+        os.close(descriptor)

@@ -1,0 +1,141 @@
+"""A simulated bench for surveys: a capsule in the simulated phantom, and a fold board with leases.
+
+It is an `capsule.bench.survey_bench.SurveyBench` that never fails.
+"""
+
+import numpy as np
+
+from capsule.phantom.chance import Chance, Nodule
+from capsule.phantom.journey import Journey
+from capsule.phantom.parameters import Phantom
+from capsule.phantom.simulation import simulated_header
+from capsule.seeding import generator
+from capsule.survey import cycle as cycles
+from capsule.survey.survey_log import FOLDED, FOLDING, UNFOLDED, UNFOLDING, Readings
+
+SOURCE = "simulated survey"
+# Lease of a fold; each `hold` renews it.
+LEASE_S = 5.0
+_FULL = 1 - 1e-9
+# Random numbers are drawn for a journey this many times as long as a straight one.
+_DETOURS = 2.5
+_AT_LEAST = 5000
+# Distance of nodules from the ends of the gut, and from each other if there is room.
+_FREE_MM = 60.0
+
+
+class SimulatedBench:
+    """Simulated boards and capsule in one.
+
+    Parameters
+    ----------
+    journey : Journey
+        The capsule in its gut.
+    rate_hz : float
+        Sampling rate in Hz.
+
+    Attributes
+    ----------
+    head_mm : list of arrays
+        True positions of the head at each sample.
+    header : dict of str to str
+        Header of the recordings.
+    trouble
+        None: this bench has no faults.
+    index_mm
+        0: the index passes when a crest is at the start of the gut.
+    """
+
+    trouble = None
+    index_mm = 0.0
+
+    def __init__(self, journey: Journey, rate_hz: float, header: dict[str, str]) -> None:
+        self._journey, self._rate_hz = journey, rate_hz
+        self.header = header
+        self._lease_s = 0.0
+        self._folding = False
+        self.head_mm: list[np.ndarray] = []
+
+    @property
+    def at_end(self) -> bool:
+        """Return whether the capsule has reached the end, or the random numbers are used up."""
+        return self._journey.at_end or self._journey.samples_left < 100
+
+    def tell(self, command: str) -> None:
+        """Send the boards a command."""
+        match command:
+            case cycles.FOLD:
+                self._folding = True
+                self._lease_s = LEASE_S
+                self._journey.fold()
+            case cycles.HOLD if self._folding:
+                self._lease_s = LEASE_S
+            case cycles.UNFOLD:
+                self._let_go()
+            case cycles.STOP_WAVE:
+                self._journey.stop_wave()
+
+    def read(self, samples: int) -> Readings:
+        """Return the next samples."""
+        if self._folding:
+            self._lease_s -= samples / self._rate_hz
+            if self._lease_s < 0:
+                self._let_go()
+        stretch = self._journey.advance(samples)
+        self.head_mm.append(stretch.head_mm)
+        return Readings(
+            stretch.time_s,
+            stretch.counts.astype(np.float64),
+            stretch.wave_mm,
+            self._state(float(stretch.folded[0]), float(stretch.folded[-1])),
+        )
+
+    def leave(self) -> list[str]:
+        """Stop the wave and unfold the origami; return no warnings."""
+        self._journey.stop_wave()
+        self._let_go()
+        return []
+
+    def _let_go(self) -> None:
+        self._folding = False
+        self._journey.unfold()
+
+    def _state(self, first: float, last: float) -> str:
+        if self._folding:
+            return FOLDED if last >= _FULL else FOLDING
+        return UNFOLDED if max(first, last) <= 0 else UNFOLDING
+
+
+def simulated_bench(
+    phantom: Phantom, *, seed: int, length_mm: float, nodules_mm: list[float], sensors: int
+) -> SimulatedBench:
+    """Return a bench with a gut of this length and nodules of these diameters."""
+    places_mm = nodule_places(seed, length_mm, len(nodules_mm))
+    nodules = [Nodule(at, size) for at, size in zip(places_mm, nodules_mm, strict=True)]
+    return bench_with(phantom, seed=seed, length_mm=length_mm, nodules=nodules, sensors=sensors)
+
+
+def bench_with(
+    phantom: Phantom, *, seed: int, length_mm: float, nodules: list[Nodule], sensors: int
+) -> SimulatedBench:
+    """Return a bench with a gut of this length and nodules at given places."""
+    rate_hz = phantom.electronics.rate_hz
+    straight_s = length_mm / phantom.advance.speed_mm_s
+    samples = int(_DETOURS * straight_s * rate_hz) + _AT_LEAST
+    chance = Chance(phantom, seed, "survey", nodules, sensors, samples)
+    header = simulated_header(SOURCE, phantom, seed)
+    return SimulatedBench(Journey(phantom, chance, length_mm), rate_hz, header)
+
+
+def nodule_places(seed: int, length_mm: float, count: int) -> list[float]:
+    """Return places of nodules in mm from the start: random ones, or even ones if room is short."""
+    if count == 0:
+        return []
+    numbers = generator(seed, "survey", "nodules")
+    room_mm = length_mm - _FREE_MM * (count + 1)
+    if room_mm < 0:
+        evenly_mm: list[float] = np.linspace(0, length_mm, count + 2)[1:-1].tolist()
+        return evenly_mm
+    gaps_mm = np.sort(numbers.uniform(0, room_mm, count))
+    places_mm: list[float] = (gaps_mm + _FREE_MM * np.arange(1, count + 1)).tolist()
+    return places_mm

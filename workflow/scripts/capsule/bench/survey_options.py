@@ -1,0 +1,103 @@
+"""The command line of survey.py."""
+
+import argparse
+from pathlib import Path
+
+from capsule.bench.options import add_board_options, add_wave_options
+from capsule.number_arguments import natural, number_within
+from capsule.phantom.files import phantom_arguments
+
+EXAMPLES = """
+examples:
+  %(prog)s --simulate --metres 2 --nodules 1 3 --seed 7 --out sessions/demo
+                                   a simulated gut of 2 m with a nodule of 1 and one of 3 mm
+  %(prog)s --resume sessions/demo continue a session that was killed
+  %(prog)s --simulate --metres 1 --goto 500 140 --out sessions/there
+                                   go to 500 mm, then back to 140 mm, and stop
+  %(prog)s --simulate --metres 1 --goto 140 --map sessions/demo --out sessions/again
+                                   go to 140 mm on the map of an earlier session
+  %(prog)s --drive /dev/ttyACM1 --fold /dev/ttyACM2 --out sessions/tuesday
+                                   on the bench, until the end stop or Ctrl-C
+  %(prog)s --resume sessions/tuesday --fold /dev/ttyACM3
+                                   continue it; the fold board has another port now
+  %(prog)s --fold /dev/ttyACM2 --fold-set-up
+                                   tell a new fold board that the origami is unfolded
+
+Nobody has measured the folding: docs/survey.md.
+
+exit status:
+  0 the gut was surveyed, or the target reached     1 other fault        2 wrong option
+  3 no board       4 no answer         5 port in use        6 no permission for the port
+  7 wrong baud rate                    8 wrong board        9 disk full      10 name exists
+ 11 a board was lost for longer than --patience            12 a board refuses
+ 13 the target was not reached       14 the origami did not obey
+130 ended by Ctrl-C
+"""
+# Leaves room for a pass before the first nodule and after the last.
+SHORTEST_M = 0.2
+
+
+def parse(arguments: list[str] | None = None) -> argparse.Namespace:
+    """Return the options; end the program with status 2 if one is wrong."""
+    parser = argparse.ArgumentParser(
+        description="Survey a gut: go back to each suspected nodule, and test it again.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        parents=[phantom_arguments()],
+    )
+    add = parser.add_argument
+    add("--simulate", action="store_true", help="survey a simulated gut, without boards")
+    metres = "length of the gut in m (default: 1 if simulated, else up to the end stop)"
+    add("--metres", type=number_within(SHORTEST_M, 10, "m"), metavar="M", help=metres)
+    nodules = "diameters of the simulated nodules in mm; the seed decides their places"
+    diameters = number_within(0.1, 5, "mm")
+    add("--nodules", type=diameters, nargs="+", default=[], metavar="MM", help=nodules)
+    seed = "random seed; the same seed gives the same session (default: 1)"
+    add("--seed", type=natural, default=1, metavar="N", help=seed)
+    targets = "go to these positions one after the other, in mm from the start"
+    add("--goto", type=float, nargs="+", default=[], metavar="MM", help=targets)
+    earlier = "use the common map of earlier sessions with the same start on this bench"
+    add("--map", type=Path, nargs="+", default=[], metavar="SESSION", help=earlier)
+    add("--out", type=Path, metavar="FOLDER", help="the session's new folder")
+    raw = "also store each pass in FOLDER/unlabelled/, for the workflow"
+    add("--raw", type=Path, metavar="FOLDER", help=raw)
+    add("--resume", type=Path, metavar="FOLDER", help="continue a session that was killed")
+    results = "the workflow's results; detectors.json gives the sizes (default: results)"
+    add("--results", type=Path, default=Path("results"), metavar="FOLDER", help=results)
+    add_board_options(parser)
+    add_wave_options(parser)
+    fold = parser.add_argument_group("the fold board")
+    fold.add_argument("--fold", metavar="PORT", help="fold and unfold the origami at this port")
+    fold.add_argument(
+        "--fold-set-up",
+        action="store_true",
+        help="only set up a fold board that is new or has lost what it knew of its thread: asks "
+        "you to look at the origami, and to confirm that it is unfolded",
+    )
+    options = parser.parse_args(arguments)
+    if options.fold_set_up:
+        if not options.fold:
+            parser.error("--fold-set-up needs the port of the fold board: --fold PORT")
+    elif options.resume is None:
+        _check_new(options, parser)
+    return options
+
+
+def _check_new(options: argparse.Namespace, parser: argparse.ArgumentParser) -> None:
+    """Check the options of a new session, and set the default length."""
+    boards = {"--drive": options.drive, "--fold": options.fold}
+    if options.simulate == any(boards.values()):
+        parser.error("give either --simulate, or the ports of the boards: --drive PORT --fold PORT")
+    missing = [option for option, port in boards.items() if not options.simulate and not port]
+    if missing:
+        parser.error(f"a survey needs {missing[0]} PORT too")
+    if options.out is None:
+        parser.error("give a new folder for the session: --out FOLDER")
+    if options.simulate and options.metres is None:
+        options.metres = 1.0
+    length_mm = float("inf") if options.metres is None else options.metres * 1000
+    outside = [target for target in options.goto if not 0 <= target <= length_mm]
+    if outside:
+        parser.error(
+            f"--goto {outside[0]:g}: the gut is {length_mm:g} mm long; give a position within it"
+        )

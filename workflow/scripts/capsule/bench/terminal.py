@@ -1,0 +1,149 @@
+"""The display of a running recording in the terminal."""
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TextIO
+
+from capsule.bench.live_panel import LivePanel
+
+REDRAW_EVERY_S = 0.2
+LINE_EVERY_S = 10.0  # if the output cannot redraw: a log file, a pipe
+KEPT = 600
+BARS = "▁▂▃▄▅▆▇█"
+PLAIN_BARS = "_.-=+*#@"  # for terminals that show ASCII only
+
+
+@dataclass
+class Progress:
+    """The state of a recording; the session writes it, terminal and window read it.
+
+    Attributes
+    ----------
+    period_s : float
+        Seconds between samples.
+    end_s : float
+        Time in seconds at which the recording ends by itself; 0 if it does not.
+    places : int
+        Number of samples so far, missing samples included.
+    missing, gaps, damaged : int
+        Numbers of missing samples, of gaps, and of damaged frames.
+    rate_hz : float
+        Samples received per second of this computer's clock, over the last seconds.
+    recent : deque of tuple of int, or None
+        The last samples; None is a missing one.
+    wave : str
+        Position and speed of the wave; empty without a peristalsis board.
+    verdicts : list of str
+        Lines with the detectors' verdicts so far; empty without detectors.
+    """
+
+    period_s: float
+    end_s: float = 0.0
+    places: int = 0
+    missing: int = 0
+    gaps: int = 0
+    damaged: int = 0
+    rate_hz: float = 0.0
+    recent: deque[tuple[float, ...] | None] = field(default_factory=lambda: deque(maxlen=KEPT))
+    wave: str = ""
+    verdicts: list[str] = field(default_factory=list)
+
+    def summary(self) -> str:
+        """Return the state of the recording in one line."""
+        now = _minutes(self.places * self.period_s)
+        parts = [
+            f"{now} of {_minutes(self.end_s)}" if self.end_s else now,
+            f"{self.places} samples",
+            f"{self.rate_hz:.1f} Hz",
+            f"{self.gaps} gaps ({self.missing} samples missing)" if self.gaps else "no gap",
+            f"{self.damaged} damaged frames" if self.damaged else "",
+            self.wave,
+        ]
+        return " | ".join(part for part in parts if part)
+
+
+def _minutes(seconds: float) -> str:
+    return f"{int(seconds // 60):02d}:{seconds % 60:04.1f}"
+
+
+class Terminal:
+    """A terminal that shows notes and the recording's state, redrawn in place if possible.
+
+    Parameters
+    ----------
+    stream : TextIO
+        The output.
+    full_scale : float
+        The largest reading: the ADC's largest count, or for example 5 for readings in volts.
+    """
+
+    def __init__(self, stream: TextIO, full_scale: float) -> None:
+        self._panel = LivePanel(stream)
+        # Noise of a few counts must not fill the height: a quiet sensor should look quiet.
+        whole = isinstance(full_scale, int)
+        self._least_span = max(full_scale // 100, 1) if whole else full_scale / 100
+        self._bars = PLAIN_BARS if self._panel.plain else BARS
+
+    def note(self, text: str) -> None:
+        """Print a note, which stays on the terminal."""
+        self._panel.note(text)
+
+    def show(self, progress: Progress) -> None:
+        """Show the state, if the last display is old enough."""
+        panel = self._panel
+        if not panel.is_due(REDRAW_EVERY_S if panel.redraws else LINE_EVERY_S):
+            return
+        if not panel.redraws:
+            panel.note("\n".join([progress.summary(), *progress.verdicts]))
+            return
+        width = panel.width
+        verdicts = [line[:width] for line in progress.verdicts]
+        panel.draw([progress.summary()[:width], *self._sensor_lines(progress, width), *verdicts])
+
+    def clear(self) -> None:
+        """Remove the state from the terminal."""
+        self._panel.clear()
+
+    def _sensor_lines(self, progress: Progress, width: int) -> list[str]:
+        known = [sample for sample in progress.recent if sample is not None]
+        if not known:
+            return []
+        lines = []
+        for sensor in range(len(known[0])):
+            last = known[-1][sensor]
+            shown = f"{last:4d}" if isinstance(last, int) else f"{last:6.4g}"
+            label = f"sensor {sensor + 1} {shown} "
+            trace = list(progress.recent)[-max(width - len(label), 1) :]
+            counts: list[float | None] = [
+                None if sample is None else sample[sensor] for sample in trace
+            ]
+            lines.append((label + self.sparkline(counts))[:width])
+        return lines
+
+    def sparkline(self, counts: list[float | None]) -> str:
+        """Return a trace as bars between its smallest and largest value.
+
+        A missing sample is a space.
+        """
+        return trace(counts, self._bars, self._least_span)
+
+
+def trace(values: Sequence[float | None], bars: str, least_span: float = 0.0) -> str:
+    """Return values as a line of bars between the smallest and the largest.
+
+    Parameters
+    ----------
+    values : sequence of float or None
+        The values; None is a missing one, which becomes a space.
+    bars : str
+        `BARS` or `PLAIN_BARS`.
+    least_span : float
+        Smallest range that fills the full height.
+    """
+    known = [value for value in values if value is not None]
+    low, high = min(known, default=0), max(known, default=0)
+    span, top = max(high - low, least_span) or 1, len(bars) - 1
+    return "".join(
+        " " if value is None else bars[int((value - low) * top // span)] for value in values
+    )

@@ -1,0 +1,197 @@
+"""Place samples in time: a gap becomes missing samples, and later samples keep their times."""
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+from capsule.bench.protocol import Sample
+
+# The delay from sample to arrival varies; the smallest of the last ones is the line's own delay.
+DELAYS_KEPT = 50
+LARGEST_STRAY = 0.2  # largest deviation of a device time from the even grid, in periods
+# Both have 32 bits on the board: its clock starts again after 49.7 days.
+CLOCK_ENDS_MS = COUNTER_ENDS = 2**32
+DRIFT = 0.01  # largest relative deviation of the board's resonator from the computer's clock
+# A gap that is longer by the board's clock than by the computer's by so much is an error.
+CLOCKS_DIFFER_S = 10.0
+
+
+class MisplacedSampleError(Exception):
+    """A sample whose number or time contradicts an earlier sample."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """The place of a sample in the recording.
+
+    Attributes
+    ----------
+    index : int
+        Column of the recording, from 0.
+    missing : int
+        Number of missing samples before it.
+    by_computer_clock : bool
+        Whether this computer's clock measured the gap, because the board restarted.
+    """
+
+    index: int
+    missing: int
+    by_computer_clock: bool
+
+
+class Timeline:
+    """A timeline that places samples by the board's clock, or after a restart by the computer's.
+
+    Parameters
+    ----------
+    rate_hz : float
+        Samples per second.
+    """
+
+    def __init__(self, rate_hz: float) -> None:
+        self._period_ms = 1000.0 / rate_hz
+        self._last: Sample | None = None
+        self._board_s = 0.0  # the board's clock at the last sample, never wrapped
+        self._index = -1
+        self._restarted = False
+        self._delays: deque[float] = deque(maxlen=DELAYS_KEPT)
+        self._least_delay_s = math.inf
+
+    @property
+    def samples(self) -> int:
+        """Number of samples so far, missing ones included."""
+        return self._index + 1
+
+    def note_identity(self, uptime_ms: int, running: bool, moment_s: float = math.inf) -> bool:
+        """Compare the board's clock with the last sample; return whether the board restarted."""
+        if not self.continues(uptime_ms, running, moment_s):
+            self.note_restart()
+        return self._restarted
+
+    def continues(
+        self, uptime_ms: int, running: bool, moment_s: float = math.inf, fresh: bool = False
+    ) -> bool:
+        """Return whether the board has run without a restart since the last sample.
+
+        Parameters
+        ----------
+        uptime_ms : int
+            The board's clock.
+        running : bool
+            Whether the board sends samples; a board that stopped by itself has restarted.
+        moment_s : float
+            The computer's clock when the frame was read; infinite if unknown.
+        fresh : bool
+            Whether the board sent the frame at that moment, so that it did not wait in the port.
+        """
+        if self._last is None:
+            return True
+        if moment_s == math.inf:
+            return running and uptime_ms >= self._last.device_ms
+        # Modulo: a lower time would mean that the clock passed its end, weeks ahead.
+        passed_s = (uptime_ms - self._last.device_ms) % CLOCK_ENDS_MS / 1000.0
+        ahead_s = passed_s - (moment_s - self.taken_s)
+        lowest_s = -CLOCKS_DIFFER_S if fresh else -math.inf
+        return running and lowest_s <= ahead_s <= CLOCKS_DIFFER_S
+
+    def note_restart(self) -> None:
+        """Place the next sample by the computer's clock."""
+        self._restarted = self._last is not None
+
+    def place(self, sample: Sample, arrived_s: float) -> Place:
+        """Return the place of a sample, which becomes the last one.
+
+        Parameters
+        ----------
+        sample : Sample
+            The sample.
+        arrived_s : float
+            The computer's clock at its arrival.
+
+        Raises
+        ------
+        MisplacedSampleError
+            The sample cannot follow the last one, and must not be used.
+        """
+        steps = self._steps(sample, arrived_s)
+        place = Place(self._index + steps, steps - 1, self._restarted)
+        if self._last is None or self._restarted:
+            self._delays.clear()
+            self._least_delay_s = math.inf
+            self._board_s = sample.device_ms / 1000.0
+        else:
+            passed_s = (sample.device_ms - self._last.device_ms) % CLOCK_ENDS_MS / 1000.0
+            self._board_s += passed_s
+            self._least_delay_s += DRIFT * passed_s
+        self._restarted = False
+        self._last = sample
+        self._index = place.index
+        self._delays.append(arrived_s - self._board_s)
+        self._least_delay_s = min(self._least_delay_s, self._delays[-1])
+        return place
+
+    def is_next(self, sample: Sample) -> bool:
+        """Return whether no sample is missing between the last sample and this one."""
+        if self._last is None or self._restarted:
+            return False
+        frames = (sample.sequence - self._last.sequence) % COUNTER_ENDS
+        passed_ms = (sample.device_ms - self._last.device_ms) % CLOCK_ENDS_MS
+        return frames == 1 and abs(passed_ms / self._period_ms - 1) <= LARGEST_STRAY
+
+    def objection(self, sample: Sample, arrived_s: float) -> str:
+        """Return why a sample cannot follow the last one; empty if it can."""
+        try:
+            self._steps(sample, arrived_s)
+        except MisplacedSampleError as reason:
+            return str(reason)
+        return ""
+
+    @property
+    def taken_s(self) -> float:
+        """Estimated time of the last sample, by the computer's clock; rather too early."""
+        return self._board_s + self._least_delay_s
+
+    def _steps(self, sample: Sample, arrived_s: float) -> int:
+        if self._last is None:
+            return 1
+        if self._restarted:
+            last_arrived_s = self._board_s + min(self._delays)
+            return max(1, round((arrived_s - last_arrived_s) * 1000.0 / self._period_ms))
+        return steps_between(self._last, sample, self._period_ms, arrived_s - self.taken_s)
+
+
+def steps_between(earlier: Sample, later: Sample, period_ms: float, passed_s: float) -> int:
+    """Return the number of periods from one sample to another, by the board's clock.
+
+    Parameters
+    ----------
+    earlier, later : Sample
+        The samples.
+    period_ms : float
+        Time between two samples.
+    passed_s : float
+        Largest time between them by the computer's clock.
+
+    Returns
+    -------
+    int
+
+    Raises
+    ------
+    MisplacedSampleError
+        The samples contradict each other or this computer's clock.
+    """
+    passed_ms = (later.device_ms - earlier.device_ms) % CLOCK_ENDS_MS
+    elapsed = passed_ms / period_ms
+    steps = round(elapsed)
+    frames = (later.sequence - earlier.sequence) % COUNTER_ENDS
+    pair = (
+        f"number {later.sequence} at {later.device_ms} ms cannot follow "
+        f"number {earlier.sequence} at {earlier.device_ms} ms"
+    )
+    # The board numbers each sample, so there are never more numbers than periods.
+    if not 1 <= frames <= steps or abs(elapsed - steps) > LARGEST_STRAY:
+        raise MisplacedSampleError(pair)
+    if passed_ms / 1000.0 > passed_s + CLOCKS_DIFFER_S:
+        raise MisplacedSampleError(f"{pair}: only {passed_s:.1f} s passed by this computer's clock")
+    return steps

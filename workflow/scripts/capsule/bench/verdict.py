@@ -1,0 +1,183 @@
+"""The verdicts of all detectors on a recording: on a whole one, and on one in progress."""
+
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from capsule import words
+from capsule.bench.bench_errors import AcquisitionError
+from capsule.bench.verdict_table import verdict_table
+from capsule.checking import readings_of
+from capsule.described_recording import DescribedRecording
+from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarKind
+from capsule.detectors.files import read_template_set
+from capsule.detectors.training import detector_class
+from capsule.detectors.verdicts import Verdict, why_unknown
+from capsule.errors import RecordingError
+from capsule.files import fingerprint, read_json
+from capsule.kinds import Settings
+from capsule.project import WEIGHTS
+from capsule.recording import Recording
+
+
+def existing(path: Path, asked_by: str) -> Path:
+    """Return the path of a file of results; raise `AcquisitionError` if it does not exist."""
+    if not path.exists():
+        raise AcquisitionError(
+            f"{asked_by} needs {path}; make it first: snakemake -c2 results/{path.name}, or with "
+            "the whole report: capsule report"
+        )
+    return path
+
+
+class FinalVerdict:
+    """The configured detectors, which judge a whole recording as the workflow does.
+
+    Parameters
+    ----------
+    templates, learned : Path
+        ``results/templates.npz`` and ``results/detectors.json``, made by the workflow.
+    settings : mapping
+        The configuration.
+    asked_by : str
+        Option or action that needs verdicts, for error messages.
+
+    Raises
+    ------
+    AcquisitionError
+        One of the files does not exist, or another configuration or scorer made it.
+    """
+
+    def __init__(
+        self, templates: Path, learned: Path, settings: Settings, asked_by: str = "--detect"
+    ) -> None:
+        stored = existing(templates, asked_by)
+        known = read_template_set(stored, settings["fit"]["first_peak"])
+        content = read_json(existing(learned, asked_by))
+        self._settings = settings
+        try:
+            same = content["scorer"] == fingerprint(WEIGHTS, sys.maxsize) and all(
+                content["settings"][key] == settings[key] for key in content["settings"]
+            )
+            self._models = {
+                name: detector_class(name).Model.restored(content, known)
+                for name in settings["detectors"]
+            }
+            self._familiar = FamiliarKind.restored(content[FAMILIAR])
+        except (KeyError, TypeError, ValueError):
+            same = False
+        if not same:
+            raise AcquisitionError(
+                f"{learned} was made with another configuration or version; make it again: "
+                f"snakemake -c2 results/{learned.name}"
+            )
+
+    def verdicts(self, values: np.ndarray) -> dict[str, Verdict]:
+        """Judge a recording by every configured detector.
+
+        Parameters
+        ----------
+        values : (S, K) array
+            Readings from `capsule.checking.readings_of`; each sensor shows a wave.
+
+        Returns
+        -------
+        dict of str to Verdict
+            Verdicts by the detector's name.
+        """
+        recording = DescribedRecording(values, self._settings)
+        return {name: model.verdict(recording) for name, model in self._models.items()}
+
+    def familiarity(self, values: np.ndarray) -> Familiarity:
+        """Return whether readings, as in `verdicts`, are of the kind that taught the detectors."""
+        return self._familiar.judge(DescribedRecording(values, self._settings).traits)
+
+    def judge(self, values: np.ndarray) -> list[str]:
+        """Return the verdicts of all configured detectors in words.
+
+        Parameters
+        ----------
+        values : (S, K) array
+            Readings, as in `verdicts`.
+
+        Returns
+        -------
+        list of str
+            One line per detector, after a line about a recording that is not familiar.
+        """
+        familiarity = self.familiarity(values)
+        # A probability holds for recordings like those that teach.
+        stated = familiarity.familiar is not False
+        verdicts = self.verdicts(values).items()
+        lines = [self._line(name, verdict, stated=stated) for name, verdict in verdicts]
+        return [familiarity.sentence, *lines] if familiarity.sentence else lines
+
+    def _line(self, detector: str, verdict: Verdict, *, stated: bool) -> str:
+        recording = self._settings["recording"]
+        if np.isnan(verdict.predicted_mm):
+            return f"verdict of {detector}: none ({why_unknown(verdict)})"
+        parts = ["no nodule"]
+        if verdict.predicted_mm > 0:
+            where = words.place(
+                verdict.location_samples / recording["rate_hz"], verdict.location_mm
+            )
+            parts = [
+                f"nodule of {words.estimated_size(vars(verdict))}",
+                f"sensor 1 passes the nodule: {where}",
+            ]
+        if stated and not np.isnan(verdict.probability):
+            prevalence = words.percent(self._settings["evaluation"]["prevalence"])
+            parts.append(
+                f"probability of a nodule {words.percent(verdict.probability)} at a prevalence "
+                f"of {prevalence}"
+            )
+        return f"verdict of {detector}: {', '.join(parts)}"
+
+
+class RunningVerdict:
+    """The configured detectors, which judge a run in progress as if it ended now.
+
+    Parameters
+    ----------
+    final : FinalVerdict
+        The detectors.
+    settings : mapping
+        The configuration.
+    """
+
+    def __init__(self, final: FinalVerdict, settings: Settings) -> None:
+        self._final, self._settings = final, settings
+
+    def judge(
+        self, samples: Sequence[Sequence[float] | None], header: Mapping[str, str]
+    ) -> list[str]:
+        """Return the verdicts of all detectors if the run ended now.
+
+        Parameters
+        ----------
+        samples : sequence of K samples
+            ADC counts of the S sensors; None is a missing sample.
+        header : mapping of str to str
+            The recording's header.
+
+        Returns
+        -------
+        list of str
+            A table, or one line with the reason why there is no verdict yet.
+        """
+        rules = self._settings["recording"]
+        missing = [np.nan] * rules["sensors"]
+        values = np.array([missing if sample is None else sample for sample in samples], float)
+        time_s = np.arange(len(samples)) / rules["rate_hz"]
+        try:
+            readings, no_verdict = readings_of(Recording(time_s, values.T, header), self._settings)
+        except RecordingError as reason:
+            no_verdict = str(reason)
+        if no_verdict:
+            return [f"if the run ended now, no verdict: {no_verdict}"]
+        table = verdict_table(
+            self._final.verdicts(readings), self._settings, self._final.familiarity(readings)
+        )
+        return ["if the run ended now:", *table]

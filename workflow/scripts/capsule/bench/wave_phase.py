@@ -1,0 +1,164 @@
+"""The position of the wave at any moment, from the position frames of the peristalsis board.
+
+The board counts half-steps from its start. With an index switch, the count at the last passage of
+the index tells the phase. This holds even after a reset of the board or lost steps of the motor.
+Without an index switch only the count tells the phase, and a reset loses it.
+"""
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from capsule.bench.protocol import Position
+from capsule.bench.timeline import CLOCK_ENDS_MS, DELAYS_KEPT, DRIFT
+
+RUNNING = "running"
+# Between two frames further apart than this, the position is unknown.
+FARTHEST_APART_S = 1.5
+# For so long after the newest frame, the position is extrapolated at the wave's speed.
+AHEAD_S = 1.0
+# After so many turns without an index, the cam shaft does not follow the motor.
+LONGEST_TURN = 1.3
+_KEPT = 60
+
+
+class BoardClock:
+    """A conversion of a board's times to the computer's clock.
+
+    The delay of a line varies. The smallest of the last delays counts as the delay of the line.
+    """
+
+    def __init__(self) -> None:
+        self._last_ms: int | None = None
+        self._board_s = 0.0
+        self._delays_s: deque[tuple[float, float]] = deque(maxlen=DELAYS_KEPT)
+
+    def continues(self, device_ms: int) -> bool:
+        """Return whether the board has run without a reset since its last frame."""
+        return self._last_ms is None or (device_ms - self._last_ms) % CLOCK_ENDS_MS < 2**31
+
+    def moment_s(self, device_ms: int, arrived_s: float) -> float:
+        """Convert a time of the board to the computer's clock, and store the delay."""
+        if self._last_ms is not None:
+            self._board_s += (device_ms - self._last_ms) % CLOCK_ENDS_MS / 1000
+        self._last_ms = device_ms
+        self._delays_s.append((self._board_s, arrived_s - self._board_s))
+        # The two clocks drift apart, so an old delay counts as longer.
+        return self._board_s + min(
+            delay_s + DRIFT * (self._board_s - at_s) for at_s, delay_s in self._delays_s
+        )
+
+
+@dataclass(frozen=True)
+class _Knot:
+    """A frame: its time, the position of the wave (NaN: unknown) and its speed."""
+
+    moment_s: float
+    wave_mm: float
+    speed_mm_s: float
+
+
+class WavePhase:
+    """The position of the wave over time, from the frames of the peristalsis board.
+
+    Parameters
+    ----------
+    wavelength_mm : float
+        Distance that the wave travels in one turn of the cam shaft.
+    forward : bool
+        Whether the board counts upward.
+    index_mm : float, optional
+        Phase at the index, from an earlier session; learned if left out.
+
+    Attributes
+    ----------
+    index_mm : float or None
+        Phase at the index; None before the cam shaft has passed the index.
+    known : bool
+        Whether the newest frame tells the phase.
+    """
+
+    def __init__(
+        self, wavelength_mm: float, *, forward: bool, index_mm: float | None = None
+    ) -> None:
+        self._wavelength_mm = wavelength_mm
+        self._sign = 1.0 if forward else -1.0
+        # Added to the board's count, it gives the wave's position; None after a reset.
+        self._offset_mm: float | None = 0.0
+        self._wave_mm = 0.0
+        self._mm_per_half_step = (0, 0.0)
+        self._clock = BoardClock()
+        self._knots: deque[_Knot] = deque(maxlen=_KEPT)
+        self.index_mm = index_mm
+        self.known = False
+
+    def begin_anew(self) -> None:
+        """Forget all frames, because a reset set the board's count and clock to zero."""
+        self._clock = BoardClock()
+        self._knots.clear()
+        self._offset_mm = None
+        self.known = False
+
+    def note(self, position: Position, arrived_s: float) -> bool:
+        """Store a frame; return False if it shows that the board was reset."""
+        continues = self._clock.continues(position.device_ms)
+        if not continues:
+            self.begin_anew()
+        moment_s = self._clock.moment_s(position.device_ms, arrived_s)
+        wave_mm = self._wave(position)
+        self.known = not math.isnan(wave_mm)
+        if self.known:
+            self._wave_mm = wave_mm
+        if not self._knots or moment_s > self._knots[-1].moment_s:
+            self._knots.append(_Knot(moment_s, wave_mm, self._sign * position.speed_mm_s))
+        return continues
+
+    def at(self, moments_s: np.ndarray) -> np.ndarray:
+        """Return the wave's position at moments of the computer's clock; NaN: unknown."""
+        if not self._knots:
+            return np.full(moments_s.shape, np.nan)
+        knots_s = np.array([knot.moment_s for knot in self._knots])
+        way_mm = np.array([knot.wave_mm for knot in self._knots])
+        after = np.searchsorted(knots_s, moments_s, side="right")
+        before = np.clip(after - 1, 0, None)
+        wave_mm = np.full(moments_s.shape, np.nan)
+        inside = (after > 0) & (after < knots_s.size)
+        last, following = before[inside], after[inside]
+        apart_s = knots_s[following] - knots_s[last]
+        share = (moments_s[inside] - knots_s[last]) / np.maximum(apart_s, 1e-9)
+        between_mm = way_mm[last] + share * (way_mm[following] - way_mm[last])
+        wave_mm[inside] = np.where(apart_s <= FARTHEST_APART_S, between_mm, np.nan)
+        beyond_s = moments_s - knots_s[-1]
+        ahead = (after == knots_s.size) & (beyond_s <= AHEAD_S)
+        wave_mm[ahead] = way_mm[-1] + self._knots[-1].speed_mm_s * beyond_s[ahead]
+        return wave_mm
+
+    def _wave(self, position: Position) -> float:
+        """Return the wave's position at a frame; NaN if its phase is unknown or no wave runs."""
+        steps, counted_mm = position.half_steps, self._sign * position.position_mm
+        # More half-steps give a more exact length of one half-step.
+        if abs(steps) > self._mm_per_half_step[0]:
+            self._mm_per_half_step = abs(steps), counted_mm / steps
+        if position.index_half_steps is not None:
+            turned_mm = counted_mm - position.index_half_steps * self._mm_per_half_step[1]
+            if abs(turned_mm) > LONGEST_TURN * self._wavelength_mm:
+                return math.nan
+            self._fit(counted_mm, turned_mm)
+        if self._offset_mm is None or position.state != RUNNING:
+            return math.nan
+        return counted_mm + self._offset_mm
+
+    def _fit(self, counted_mm: float, turned_mm: float) -> None:
+        """Correct the offset of the board's count by the index, passed `turned_mm` ago."""
+        since_mm = self._offset_mm
+        expected_mm = self._wave_mm if since_mm is None else counted_mm + since_mm
+        if self.index_mm is None:
+            if since_mm is None:
+                return  # the board was reset before its first index
+            self.index_mm = (expected_mm - turned_mm) % self._wavelength_mm
+        # The index tells the phase only; the number of waves is the one nearest to expectation.
+        phase_mm = turned_mm + self.index_mm
+        turns = round((expected_mm - phase_mm) / self._wavelength_mm)
+        self._offset_mm = phase_mm + turns * self._wavelength_mm - counted_mm

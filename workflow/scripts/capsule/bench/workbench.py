@@ -1,0 +1,68 @@
+"""A simulated bench: several boards share one clock, and a function sets their inputs."""
+
+import time
+from collections.abc import Callable
+
+from capsule.bench.cable import Cable
+
+World = Callable[[float, float], None]
+
+
+class Workbench:
+    """A clock that runs the boards on their cables.
+
+    Parameters
+    ----------
+    *cables : Cable
+        The boards.
+    world : callable, optional
+        Function that sets voltages and switches. It is called before each stretch of time, with the
+        stretch's start and end in seconds.
+    speed : float, optional
+        Seconds of the bench per second of the wall clock; as fast as possible if left out.
+    """
+
+    def __init__(
+        self, *cables: Cable, world: World | None = None, speed: float | None = None
+    ) -> None:
+        self._cables = cables
+        self._world = world
+        self.speed = speed
+        self.now_us = 0
+
+    @property
+    def now_s(self) -> float:
+        """The bench's time in seconds."""
+        return self.now_us / 1e6
+
+    def run(self, until: Callable[[], bool], limit_s: float = 30.0, stretch_us: int = 5000) -> None:
+        """Run until a condition holds.
+
+        Raises
+        ------
+        TimeoutError
+            The condition does not hold after `limit_s` seconds of the wall clock.
+        """
+        started, started_us = time.monotonic(), self.now_us
+        while not until():
+            passed = time.monotonic() - started
+            if passed > limit_s:
+                raise TimeoutError(
+                    f"the condition did not hold within {limit_s} s ({self.now_s} s of the bench)"
+                )
+            if self.speed:
+                ahead = (self.now_us - started_us) / 1e6 / self.speed - passed
+                if ahead > 0:
+                    time.sleep(min(ahead, 0.01))
+                    continue
+            end_us = self.now_us + stretch_us
+            if self._world:
+                self._world(self.now_us / 1e6, end_us / 1e6)
+            for cable in self._cables:
+                cable.step(self.now_us, end_us)
+            self.now_us = end_us
+
+    def run_for(self, seconds: float, stretch_us: int = 5000) -> None:
+        """Run for this many seconds of the bench's time."""
+        end_us = self.now_us + int(seconds * 1e6)
+        self.run(lambda: self.now_us >= end_us, stretch_us=stretch_us)

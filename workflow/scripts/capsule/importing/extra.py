@@ -1,0 +1,91 @@
+"""Import the packages of the extra ``import``, each only when a file needs it."""
+
+import contextlib
+import importlib
+import logging
+import struct
+import zipfile
+import zlib
+from collections.abc import Iterator
+from types import ModuleType
+
+from capsule.errors import CapsuleError
+
+# Damaged bytes can make the readers of binary formats raise any of these.
+_DAMAGE = (
+    ArithmeticError,
+    AssertionError,
+    AttributeError,
+    EOFError,
+    LookupError,
+    MemoryError,
+    NotImplementedError,
+    OSError,
+    RuntimeError,
+    SyntaxError,
+    TypeError,
+    ValueError,
+    struct.error,
+    zipfile.BadZipFile,
+    zlib.error,
+)
+_LONGEST_REASON = 100
+
+
+@contextlib.contextmanager
+def damage_named(format_name: str, remedy: str, *own: type[Exception]) -> Iterator[None]:
+    """Turn the exceptions of a package on a damaged file into an error of one line.
+
+    Parameters
+    ----------
+    format_name : str
+        Name of the format in words.
+    remedy : str
+        Advice for the user.
+    *own : exception types
+        Exceptions that the package defines.
+
+    Raises
+    ------
+    CapsuleError
+        The package cannot read the file.
+    """
+    damage: tuple[type[Exception], ...] = (*_DAMAGE, *own)
+    level = logging.root.manager.disable
+    # Some packages log their repairs, with the damaged bytes.
+    logging.disable(logging.CRITICAL)
+    try:
+        yield
+    except CapsuleError:
+        raise
+    except damage as fault:
+        reason = " ".join(str(fault).split())[:_LONGEST_REASON] or type(fault).__name__
+        raise CapsuleError(f"the {format_name} cannot be read ({reason}); {remedy}") from None
+    finally:
+        logging.disable(level)
+
+
+def needed_package(module: str, format_name: str) -> ModuleType:
+    """Import a package that reads a format.
+
+    Parameters
+    ----------
+    module : str
+        Name of the module.
+    format_name : str
+        Name of the format in words.
+
+    Raises
+    ------
+    CapsuleError
+        The package is not installed; the message says how to install it.
+    """
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        if error.name and not module.startswith(error.name):
+            raise
+        raise CapsuleError(
+            f"{format_name} is read by the package {module.partition('.')[0]}, which is not "
+            'installed; run: pip install "origami-capsule[import]"'
+        ) from None

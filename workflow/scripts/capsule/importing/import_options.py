@@ -1,0 +1,92 @@
+"""Define the command line of import_recordings.py; each key of lab.yaml is an option."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from capsule.importing.lab_files import lab_schema
+from capsule.run_arguments import recording_name, size_folder
+from capsule.workflow_call import data_config, data_folder
+
+_TYPES = {"number": float, "integer": int}
+# One option cannot hold one file for each sensor.
+NO_OPTION = ("sensor_files",)
+
+EXAMPLES = """
+examples:
+  %(prog)s monday/*.csv --size 3          guess the format, and write lab.yaml
+  %(prog)s tuesday/*.csv --size 0 --map lab.yaml
+  %(prog)s log.txt --size 3 --dry-run     only show what would be done
+  %(prog)s patient.xlsx --unlabelled --sheet "Run 2" --unit V
+
+exit status:
+  0 every file was imported, or was in the archive   1 a file was refused   2 wrong option
+"""
+
+
+def build_parser() -> argparse.ArgumentParser:
+    """Return the parser; the keys of lab.yaml are options too."""
+    parser = argparse.ArgumentParser(
+        description="Write recordings from other programs' files into raw/.",
+        epilog=EXAMPLES,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    add = parser.add_argument
+    add(
+        "files",
+        nargs="*",
+        type=Path,
+        metavar="FILE",
+        help="text, CSV, .mat, .xlsx, HDF5, NWB, "
+        "TDMS, XDF or .bag file, or the folder of a bag of ROS 2",
+    )
+    condition = parser.add_mutually_exclusive_group(required=True)
+    condition.add_argument(
+        "--size", type=size_folder, metavar="MM", help="nodule size of these runs; 0: no nodule"
+    )
+    condition.add_argument("--unlabelled", action="store_true", help="runs whose nodule is unknown")
+    add("--map", type=Path, metavar="FILE", help="lab.yaml, which describes these files")
+    add(
+        "--write-map",
+        type=Path,
+        default=Path("lab.yaml"),
+        metavar="FILE",
+        help="file for the guessed description (default: %(default)s)",
+    )
+    add("--name", type=recording_name, help="name of the recording (default: the file's)")
+    add("--dry-run", action="store_true", help="show what would be done, and write nothing")
+    add("--raw", type=Path, default=data_folder() / "raw", help="archive (default: raw/)")
+    add(
+        "--config",
+        type=Path,
+        default=data_config(),
+        help="the workflow's configuration (default: config/config.yaml)",
+    )
+    keys = parser.add_argument_group("keys of lab.yaml; an option overrides the file")
+    for key, part in lab_schema()["properties"].items():
+        if key not in NO_OPTION:
+            _add_key(keys, key, part)
+    return parser
+
+
+def _add_key(group: argparse._ArgumentGroup, key: str, part: dict[str, Any]) -> None:
+    option, text = f"--{key.replace('_', '-')}", part["description"].replace("%", "%%")
+    if part.get("type") == "boolean":
+        group.add_argument(option, action="store_true", default=None, help=text)
+    elif "enum" in part:
+        group.add_argument(option, choices=part["enum"], help=text)
+    elif part["type"] == "array":
+        word = "TEXT" if key == "missing" else "COLUMN"
+        group.add_argument(option, nargs="+", metavar=word, help=text)
+    else:
+        kind = _TYPES.get(part["type"] if isinstance(part["type"], str) else "", str)
+        word = part.get("unit", "COLUMN" if isinstance(part["type"], list) else "X").upper()
+        group.add_argument(option, type=kind, metavar=word, help=text)
+
+
+def given_keys(options: argparse.Namespace) -> dict[str, object]:
+    """Return the keys of lab.yaml that are given as options."""
+    said = {
+        key: getattr(options, key) for key in lab_schema()["properties"] if key not in NO_OPTION
+    }
+    return {key: value for key, value in said.items() if value is not None}

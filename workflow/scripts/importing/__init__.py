@@ -1,1 +1,0 @@
-"""Import recordings from files of other programs into raw/; each format has one module."""

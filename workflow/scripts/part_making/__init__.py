@@ -1,1 +1,0 @@
-"""Options of `make_parts.py`, and writers of meshes, outlines, drawings and lists of parts."""

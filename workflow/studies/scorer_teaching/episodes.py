@@ -1,0 +1,138 @@
+"""Make the episodes of the training: the beats of one bench's recordings, padded to one length."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from capsule.detectors.beats import SERIES, series_of
+from capsule.phantom.parameters import Phantom
+from scorer_teaching.bench_family import draw_bench
+from scorer_teaching.bench_recordings import simulate_bench
+from scorer_teaching.random_numbers import Streams
+from scorer_teaching.random_phantoms import draw_phantom, simulate_phantom
+from scorer_teaching.travel import SENSORS
+
+# A function that simulates the recordings of one bench.
+Maker = Callable[[], list[np.ndarray]]
+# Sizes of the nodules in the recordings of every bench, in mm.
+SIZES_MM = np.repeat(np.arange(6.0), (16, 12, 12, 8, 6, 6))
+# One phantom with random parameters for so many random benches.
+BENCHES_A_PHANTOM = 10
+# A run of 990 samples gives at most 120 windows of beats.
+LENGTH = 128
+# Values of the paper's bench, as in config/config.yaml.
+_RATE_HZ = 10.0
+_BENCH = {
+    "full_scale": 1024,
+    "pressing_lowers_reading": True,
+    "wavelength_mm": 80.0,
+    "wave_speed_mm_s": 25.0,
+}
+
+
+@dataclass(frozen=True)
+class Episodes:
+    """The recordings of many benches.
+
+    Attributes
+    ----------
+    series : (B, n, 4, 5, `LENGTH`) array of float16
+        Beats from `capsule.detectors.beats.series_of`; zeros after the end.
+    counts : (B, n) array of int64
+        Number of filled windows; 0 for a recording without beats.
+    """
+
+    series: np.ndarray
+    counts: np.ndarray
+
+    def recordings(self, bench: int) -> list[np.ndarray]:
+        """Return the recordings of a bench that have beats, each (4, 5, N)."""
+        rows = zip(self.series[bench], self.counts[bench].tolist(), strict=True)
+        return [row[..., :count].astype(np.float64) for row, count in rows if count]
+
+
+def episode(recordings: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the recordings of one bench as an episode.
+
+    Parameters
+    ----------
+    recordings : sequence of n (4, K) arrays
+        Counts of the converter.
+
+    Returns
+    -------
+    series : (n, 4, 5, `LENGTH`) array of float16
+        Beats, as in `Episodes`.
+    counts : (n,) array of int64
+        Numbers of filled windows, as in `Episodes`.
+    """
+    series = np.zeros((len(recordings), SENSORS, len(SERIES), LENGTH), np.float16)
+    counts = np.zeros(len(recordings), np.int64)
+    for place, counted in enumerate(recordings):
+        beats = series_of(counted.astype(float), _RATE_HZ, _BENCH)
+        if beats is not None:
+            counts[place] = min(beats.shape[-1], LENGTH)
+            series[place, ..., : counts[place]] = beats[..., :LENGTH]
+    return series, counts
+
+
+def random_recordings(seed: int, name: str) -> list[np.ndarray]:
+    """Return simulated recordings of a random bench; seed and name determine the bench."""
+    streams = Streams(seed, "bench", name)
+    return simulate_bench(draw_bench(streams.of("bench")), SIZES_MM, streams)
+
+
+def phantom_recordings(base: Phantom, seed: int, name: str) -> list[np.ndarray]:
+    """Return simulated recordings of a random phantom; seed and name determine the phantom."""
+    numbers = Streams(seed, "random phantom", name).of("parameters")
+    phantom = draw_phantom(base, numbers)
+    return simulate_phantom(phantom, SIZES_MM, int(numbers.integers(1 << 31)))
+
+
+def random_benches(seed: int, first: int, count: int, base: Phantom | None) -> list[Maker]:
+    """Return functions that simulate random benches, and random phantoms after them.
+
+    Parameters
+    ----------
+    seed : int
+        Random seed.
+    first, count : int
+        Number of the first random bench, and how many there are.
+    base : Phantom or None
+        The phantom whose parameters vary; None for no phantoms.
+    """
+    beyond = first + count
+    makers: list[Maker] = [partial(random_recordings, seed, f"{n}") for n in range(first, beyond)]
+    if base is not None:
+        phantoms = range(first // BENCHES_A_PHANTOM, beyond // BENCHES_A_PHANTOM)
+        makers += [partial(phantom_recordings, base, seed, f"{n}") for n in phantoms]
+    return makers
+
+
+def held_out_benches(seed: int, count: int) -> list[Maker]:
+    """Return functions that simulate random benches that teach nothing."""
+    return [partial(random_recordings, seed, f"held out {n}") for n in range(count)]
+
+
+def episodes_of(makers: Sequence[Maker], tell: Callable[[int, str], None]) -> Episodes:
+    """Simulate many benches, and return their episodes.
+
+    Parameters
+    ----------
+    makers : sequence of callable
+        Functions that simulate the recordings of one bench.
+    tell : callable
+        Function that is called with the number of finished benches and a text.
+
+    Returns
+    -------
+    Episodes
+    """
+    series = np.zeros((len(makers), SIZES_MM.size, SENSORS, len(SERIES), LENGTH), np.float16)
+    counts = np.zeros((len(makers), SIZES_MM.size), np.int64)
+    for place, make in enumerate(makers):
+        series[place], counts[place] = episode(make())
+        tell(place + 1, f"bench {place + 1} of {len(makers)} simulated")
+    return Episodes(series, counts)

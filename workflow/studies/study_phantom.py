@@ -1,0 +1,32 @@
+"""Study the phantom: find its parameters, compare it with the paper's table, draw its figures."""
+
+import argparse
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "scripts"))
+
+from phantom_study import calibrate_phantom, draw_phantom, judge_phantom
+from phantom_study.arguments import detector_arguments
+
+from capsule import files
+
+STUDIES = {"calibrate": calibrate_phantom, "judge": judge_phantom, "draw": draw_phantom}
+
+
+def main() -> None:
+    """Run the named study."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    studies = parser.add_subparsers(dest="study", required=True, metavar="STUDY")
+    for name, module in STUDIES.items():
+        summary = module.__doc__.partition("\n")[0]
+        study = studies.add_parser(
+            name, parents=[detector_arguments()], description=module.__doc__, help=summary
+        )
+        module.add_arguments(study)
+    arguments = parser.parse_args()
+    STUDIES[arguments.study].run(arguments)
+
+
+if __name__ == "__main__":
+    files.run(main)

@@ -1,0 +1,73 @@
+"""Train the scorer of the detector ``taught`` on simulated recordings of many random benches.
+
+Needs torch (workflow/studies/scorer_teaching/requirements.txt). It reads no real recording.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "scripts"))
+
+from capsule import files
+from capsule.configuration_files import read_config_file
+from capsule.number_arguments import natural
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from capsule.project import CONFIG
+
+PROJECTING = 16400
+
+
+def read_arguments() -> argparse.Namespace:
+    """Return the options."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    add = parser.add_argument
+    output = Path("workflow/weights/scorer.npz")
+    add("--output", type=Path, default=output, metavar="FILE", help=f"weights (default: {output})")
+    add("--benches", type=natural, default=3600, metavar="N", help="random benches (default: 3600)")
+    add("--epochs", type=natural, default=9, metavar="N", help="training epochs (default: 9)")
+    count = {"type": natural, "metavar": "N", "default": PROJECTING}
+    further = f"further random benches, which teach the projection (default: {PROJECTING})"
+    add("--projection-benches", **count, help=further)
+    network = "take the network from these weights, and teach the projection only"
+    add("--network", type=Path, metavar="FILE", help=network)
+    seed = {"type": int, "metavar": "N", "default": 1}
+    add("--seed", **seed, help="random seed; the same seed gives the same weights (default: 1)")
+    add(
+        "--leave-out-phantom",
+        action="store_true",
+        help="train without the phantom (default: one bench in eleven is a random phantom)",
+    )
+    return parser.parse_args()
+
+
+def main() -> None:
+    """Simulate the benches, train the scorer, check its weights and write them."""
+    arguments = read_arguments()
+    try:
+        import torch
+        from scorer_teaching.training_stages import network_weights, with_projection
+    except ModuleNotFoundError as error:
+        if error.name != "torch":
+            raise
+        needs = "workflow/studies/scorer_teaching/requirements.txt"
+        raise SystemExit(f"error: the training needs torch; run: pip install -r {needs}") from None
+    torch.set_num_threads(1)
+    seed, benches = arguments.seed, arguments.benches
+    base = None if arguments.leave_out_phantom else read_phantom(DEFAULT_TABLE, [])
+    if arguments.network is None:
+        weights = network_weights(seed, benches, arguments.epochs, base)
+    else:
+        with np.load(arguments.network) as stored:
+            weights = {name: stored[name] for name in stored.files if name != "projection"}
+    taught = read_config_file(CONFIG / "config.yaml")["taught"]
+    further = arguments.projection_benches
+    weights = with_projection(weights, seed, benches, further, base, taught)
+    with files.write_whole(arguments.output, "wb") as stream:
+        np.savez(stream, **weights)
+
+
+if __name__ == "__main__":
+    files.run(main)
