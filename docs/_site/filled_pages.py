@@ -13,6 +13,7 @@ What stands between ``<!-- source -->`` and ``<!-- /source -->`` is for readers 
 import os
 import re
 from collections.abc import Callable
+from inspect import unwrap
 from pathlib import Path
 from unittest import mock
 
@@ -90,7 +91,7 @@ def modules(package: str) -> str:
 
 def _public_of(module: str) -> list[str]:
     """List what stands on the page of public names, and so not on that of its module."""
-    return [name for name in public_names() if attribute(name).__module__ == module]
+    return [name for name in public_names() if unwrap(attribute(name)).__module__ == module]
 
 
 def _escaped(line: str) -> str:

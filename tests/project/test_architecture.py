@@ -15,7 +15,7 @@ MODULES = {
     for path in sorted(folder.rglob("*.py"))
     if path.name != "__init__.py"
 }
-# Layers from the lowest to the highest; the longest name that fits gives a module's layer. Three
+# Layers from the lowest to the highest; the longest name that fits gives a module's layer. Five
 # modules beside the folders of the library use what is in them.
 FLOORS = (
     "capsule",
@@ -23,11 +23,13 @@ FLOORS = (
     "capsule.phantom",
     "capsule.parts",
     "capsule.detectors",
+    "capsule.described_recording",
     "capsule.configuration_files",
+    "capsule.settings",
     "capsule.survey",
     "capsule.evaluation",
-    "capsule.interface",
     "capsule.figures",
+    "capsule.interface",
     "capsule.page",
     "capsule.parts.part_options",
     "capsule.parts.sheets",

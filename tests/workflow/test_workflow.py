@@ -13,13 +13,12 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
 
-from capsule import judge, load, words
+from capsule import DetectorEstimator, judge, load, words
 from capsule.bench.judged_file import as_plain_values, judge_file, taught_recordings
 from capsule.bench.verdict import FinalVerdict
 from capsule.configuration_files import read_config_file
 from capsule.detectors.registry import DETECTORS, PAPER
 from capsule.figures.registry import FIGURES
-from capsule.interface import estimators
 from support.project import Project
 from support.same_table import assert_same_table
 from support.synthetic import write_archive
@@ -404,8 +403,7 @@ def test_the_library_gives_the_workflows_verdicts_and_tables_to_the_bit(finished
 
 @pytest.mark.parametrize("detector", DETECTORS)
 def test_a_detector_as_an_estimator_gives_the_workflows_verdicts(finished, loaded, detector):
-    name = "".join(word.title() for word in detector.split("_")) + "Estimator"
-    estimator = getattr(estimators, name)(loaded.settings)
+    estimator = DetectorEstimator(detector, loaded.settings)
     made = judge(loaded, estimator).predictions.set_index("recording")
     rows = {
         row["recording"]: row

@@ -3,20 +3,18 @@
 from functools import partial
 
 from capsule import files
-from capsule.configuration import check_configuration
-from capsule.configuration_files import read_config_file, read_schema
-from capsule.exporting.export_options import SCHEMA, read_arguments
+from capsule.exporting.export_options import read_arguments
 from capsule.exporting.export_provenance import outdated
 from capsule.exporting.export_writing import tell, write
 from capsule.exporting.gathering import gather
+from capsule.settings import read_settings
 from capsule.words import plural
 
 
 def main() -> None:
     """Read the results, and write them in the chosen format."""
     arguments = read_arguments()
-    written = read_config_file(arguments.config)
-    settings = check_configuration(written, read_schema(SCHEMA), {str(arguments.config): written})
+    settings = read_settings(arguments.config)
     progress = partial(tell, what="recordings read:")
     exported = gather(arguments.results, arguments.config, settings, arguments.what, progress)
     count, written = write(exported, arguments.format, arguments.out, force=arguments.force)

@@ -19,6 +19,7 @@ DETECTORS = [
     capsule.DiagonalEstimator,
     capsule.TaughtEstimator,
 ]
+NAMES = ["template", "template_threshold", "diagonal", "taught"]
 STATING_PROBABILITY = DETECTORS[2:]
 # What scikit-learn itself leaves out here: it takes SCIPY_ARRAY_API=1 before Python starts.
 LEFT_OUT = {"check_array_api_input"}
@@ -87,6 +88,35 @@ def test_probabilities_are_those_of_no_nodule_and_of_a_nodule(archive, made_of):
 def test_detectors_that_state_no_probability_have_none():
     for made_of in DETECTORS[:2]:
         assert not hasattr(made_of(), "predict_proba")
+
+
+@pytest.mark.filterwarnings("ignore::sklearn.exceptions.SkipTestWarning")
+@pytest.mark.parametrize("detector", NAMES)
+def test_one_class_is_every_detector(archive, detector):
+    made = capsule.DetectorEstimator(detector, archive.settings)
+    checks = check_estimator(made, on_fail="raise")
+    assert {each["check_name"] for each in checks if each["status"] != "passed"} <= LEFT_OUT
+    old = DETECTORS[NAMES.index(detector)]
+    assert f'DetectorEstimator("{detector}"' in old.__doc__
+    assert old(archive.settings).detector == detector
+    fitted = clone(made).fit(archive.X, archive.y)
+    same = old(archive.settings).fit(archive.X, archive.y)
+    scores = fitted.decision_function(archive.X)
+    np.testing.assert_array_equal(scores, same.decision_function(archive.X))
+    stored = pickle.loads(pickle.dumps(fitted))
+    np.testing.assert_array_equal(stored.decision_function(archive.X), scores)
+    assert hasattr(fitted, "predict_proba") == (old in STATING_PROBABILITY)
+
+
+def test_without_arguments_it_is_the_taught_detector(archive):
+    made = capsule.DetectorEstimator()
+    assert made.get_params() == {"detector": "taught", "settings": None}
+    fitted = made.fit(archive.X, archive.y)
+    same = capsule.TaughtEstimator(capsule.read_settings()).fit(archive.X, archive.y)
+    np.testing.assert_array_equal(fitted.predict_proba(archive.X), same.predict_proba(archive.X))
+    assert fitted.verdicts(archive.X[:1])[0].score == same.verdicts(archive.X[:1])[0].score
+    assert fitted.familiar(archive.X[:1])[0].familiar is None
+    assert fitted.score(archive.X, archive.y) == same.score(archive.X, archive.y)
 
 
 def test_it_is_judged_by_scikit_learns_own_functions_on_the_workflows_folds(archive):

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import capsule
+from capsule.interface.loaded_archive import ByRecording
 from support.project import ROOT
 
 pytestmark = pytest.mark.takes(0.2)
@@ -112,15 +113,89 @@ def test_a_wrong_setting_is_refused_as_in_the_file(raw, changes, told):
 
 
 @pytest.mark.parametrize(
-    ("ask", "told"),
+    "ask",
     [
-        (lambda archive: archive.fit("9mm/r01"), "9mm/r01: this archive has no such accepted"),
-        (lambda archive: archive.select(["9mm/r01"]), "9mm/r01: this archive has no such"),
+        lambda archive: archive.readings["3mm/r11"],
+        lambda archive: archive.matrices["3mm/r11"],
+        lambda archive: archive.headers["3mm/r11"],
+        lambda archive: archive.fit("3mm/r11"),
+        lambda archive: archive.plot("3mm/r11"),
+        lambda archive: archive.rows(["3mm/r01", "3mm/r11"]),
+        lambda archive: archive.select(["3mm/r11"]),
+        lambda archive: archive.to_dataframe(["3mm/r11"]),
     ],
 )
-def test_a_name_that_is_not_there_is_refused(archive, ask, told):
-    with pytest.raises(capsule.CapsuleError, match=told):
+def test_a_name_that_is_not_there_is_refused_with_the_nearest_one(archive, ask):
+    with pytest.raises(KeyError) as refused:
         ask(archive)
+    assert isinstance(refused.value, capsule.CapsuleError)
+    assert str(refused.value).startswith(
+        "there is no recording 3mm/r11; did you mean 3mm/r01? archive.recordings lists all"
+    )
+
+
+@pytest.mark.parametrize(
+    ("asked", "near"),
+    [("3mm/r99", "3mm/r09"), ("3mm/r7", "3mm/r07"), ("3mm/r70", "3mm/r07"), ("3/r12", "3mm/r12")],
+)
+def test_of_names_that_are_as_near_the_first_is_told(asked, near):
+    names = [f"{size}mm/r{run:02d}" for size in (0, 3, 5) for run in range(1, 36)]
+    with pytest.raises(KeyError, match=f"there is no recording {asked}; did you mean {near}?"):
+        ByRecording.fromkeys(names)[asked]
+
+
+def test_a_name_like_no_other_is_refused_without_a_guess(archive):
+    with pytest.raises(KeyError, match=r"there is no recording session; archive.recordings"):
+        archive.readings["session"]
+    assert archive.readings.get("session") is None
+    assert "session" not in archive.readings
+
+
+def test_a_table_has_a_row_for_each_sample(archive):
+    table = archive.to_dataframe(["3mm/r01", "unlabelled/patient"])
+    sensors = [f"sensor_{number}" for number in (1, 2, 3, 4)]
+    assert list(table) == ["recording", "size_mm", "time_s", *sensors]
+    for name, of_one in table.groupby("recording"):
+        np.testing.assert_array_equal(of_one[sensors].to_numpy().T, archive.readings[name])
+        np.testing.assert_array_equal(of_one["time_s"], archive.time_s(name))
+    sizes_mm = table.groupby("recording")["size_mm"].first()
+    assert sizes_mm["3mm/r01"] == 3.0
+    assert np.isnan(sizes_mm["unlabelled/patient"])
+    assert list(table.index) == list(range(len(table)))
+    alone = archive.to_dataframe("3mm/r01")
+    assert alone.equals(table[table["recording"] == "3mm/r01"])
+    assert set(archive.to_dataframe()["recording"]) == set(archive.readings)
+    nothing = archive.to_dataframe([])
+    assert list(nothing) == list(table) and nothing.empty
+
+
+def test_one_name_may_stand_alone(archive):
+    assert archive.select("3mm/r01").labelled == ["3mm/r01"]
+    np.testing.assert_array_equal(archive.rows("3mm/r01"), archive.rows(["3mm/r01"]))
+
+
+def test_a_recording_is_drawn_with_its_true_size_and_the_best_place(archive):
+    figure = archive.plot("3mm/r01")
+    signal, envelope, matrix = figure.axes[:3]
+    assert signal.get_title(loc="left") == "3mm/r01, true size: 3 mm"
+    lines = [line for line in signal.get_lines() if len(line.get_xdata()) > 2]
+    assert len(lines) == 4
+    np.testing.assert_array_equal(lines[0].get_xdata(), archive.time_s("3mm/r01"))
+    (legend,) = signal.get_legend().get_texts()
+    assert legend.get_text().startswith("place by the search for a nodule: ")
+    place_s = archive._described["3mm/r01"].passage.location_samples / 10
+    for axes in (signal, envelope, matrix):
+        marked = [set(line.get_xdata()) for line in axes.get_lines()]
+        assert {place_s} in marked
+    assert matrix.get_xlabel() == "time (s)"
+
+
+@pytest.mark.parametrize(
+    ("name", "size"), [("0mm/r01", "no nodule"), ("unlabelled/patient", "not known")]
+)
+def test_a_recording_without_a_known_nodule_is_drawn_too(archive, name, size):
+    title = archive.plot(name).axes[0].get_title(loc="left")
+    assert title == f"{name}, true size: {size}"
 
 
 def test_a_folder_that_is_not_there_is_refused(tmp_path):
@@ -131,6 +206,11 @@ def test_a_folder_that_is_not_there_is_refused(tmp_path):
 def python(program):
     command = [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(SCRIPTS)!r})\n{program}"]
     return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+
+def test_loading_imports_no_matplotlib():
+    program = f"import capsule\ncapsule.load({str(ROOT / 'tests/data')!r})\n"
+    assert python(f"{program}print('matplotlib' in sys.modules)").split() == ["False"]
 
 
 def test_importing_the_library_imports_nothing_else():

@@ -2,29 +2,22 @@
 
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
 from capsule import words
-from capsule.arrays import FloatArray
 from capsule.bench.bench_errors import AcquisitionError
 from capsule.bench.verdict_table import verdict_table
 from capsule.checking import readings_of
-from capsule.detectors.described import read_scorer
+from capsule.described_recording import DescribedRecording
 from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarKind
 from capsule.detectors.files import read_template_set
-from capsule.detectors.network import Features, Scorer, features_of
-from capsule.detectors.search import Passage, passage_of
 from capsule.detectors.training import detector_class
 from capsule.detectors.verdicts import Verdict, why_unknown
-from capsule.detectors.wave_traits import wave_traits
 from capsule.errors import RecordingError
 from capsule.files import fingerprint, read_json
 from capsule.kinds import Settings
-from capsule.preprocessing import preprocess
 from capsule.project import WEIGHTS
 from capsule.recording import Recording
 
@@ -37,42 +30,6 @@ def existing(path: Path, asked_by: str) -> Path:
             "the whole report: capsule report"
         )
     return path
-
-
-@dataclass(frozen=True)
-class NewRecording:
-    """A recording that belongs to no archive.
-
-    Attributes
-    ----------
-    values : (S, K) array
-        Readings on an even grid in time; NaN where a sample is missing.
-    settings : mapping
-        The configuration.
-    scorer : Scorer
-        The taught scorer.
-    """
-
-    values: FloatArray
-    settings: Settings
-    scorer: Scorer
-
-    @cached_property
-    def matrix(self) -> FloatArray:
-        """Matrix V, (S, L)."""
-        return preprocess(self.values, **self.settings["preprocessing"])
-
-    @cached_property
-    def passage(self) -> Passage:
-        """Best candidate for a nodule."""
-        rate_hz = self.settings["recording"]["rate_hz"]
-        return passage_of(self.values, rate_hz, self.settings["diagonal"])
-
-    @cached_property
-    def features(self) -> Features:
-        """Features from the taught scorer."""
-        rate_hz = self.settings["recording"]["rate_hz"]
-        return features_of(self.values, rate_hz, self.settings["diagonal"], self.scorer)
 
 
 class FinalVerdict:
@@ -100,7 +57,6 @@ class FinalVerdict:
         known = read_template_set(stored, settings["fit"]["first_peak"])
         content = read_json(existing(learned, asked_by))
         self._settings = settings
-        self._scorer = read_scorer(WEIGHTS)
         try:
             same = content["scorer"] == fingerprint(WEIGHTS, sys.maxsize) and all(
                 content["settings"][key] == settings[key] for key in content["settings"]
@@ -131,13 +87,12 @@ class FinalVerdict:
         dict of str to Verdict
             Verdicts by the detector's name.
         """
-        recording = NewRecording(values, self._settings, self._scorer)
+        recording = DescribedRecording(values, self._settings)
         return {name: model.verdict(recording) for name, model in self._models.items()}
 
     def familiarity(self, values: np.ndarray) -> Familiarity:
         """Return whether readings, as in `verdicts`, are of the kind that taught the detectors."""
-        rate_hz = self._settings["recording"]["rate_hz"]
-        return self._familiar.judge(wave_traits(values, rate_hz, self._settings["diagonal"]))
+        return self._familiar.judge(DescribedRecording(values, self._settings).traits)
 
     def judge(self, values: np.ndarray) -> list[str]:
         """Return the verdicts of all configured detectors in words.

@@ -4,10 +4,8 @@ import argparse
 from pathlib import Path
 
 from capsule.exporting.gathering import ALL, CHOICES
-from capsule.project import SCHEMAS
 from capsule.workflow_call import data_config, data_folder
 
-SCHEMA = SCHEMAS / "config.schema.json"
 EXTRA = 'pip install "origami-capsule[export]"'
 # The module of a format has its name: mat_export, xlsx_export and so on.
 FORMATS = ("mat", "xlsx", "parquet", "netcdf", "nwb")

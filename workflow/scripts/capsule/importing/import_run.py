@@ -11,8 +11,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from capsule.checking import readings_of
-from capsule.configuration import BENCH, check_configuration
-from capsule.configuration_files import read_config_file, read_schema
+from capsule.configuration import BENCH
 from capsule.errors import CapsuleError, RecordingError
 from capsule.importing.archiving import ArchivedRuns, run_name
 from capsule.importing.guess_view import guess_lines, sample_lines
@@ -26,10 +25,8 @@ from capsule.importing.sensor_files import joined_run
 from capsule.importing.source_files import Source, read_source
 from capsule.importing.table_choice import choose_tables
 from capsule.naming import UNLABELLED, displayed
-from capsule.project import PROJECT
 from capsule.recording import Recording
-
-_CONFIG_SCHEMA = PROJECT / "workflow" / "schemas" / "config.schema.json"
+from capsule.settings import read_settings
 
 
 class Importer:
@@ -53,9 +50,7 @@ class Importer:
     """
 
     def __init__(self, options: argparse.Namespace) -> None:
-        settings = read_config_file(options.config)
-        schema = read_schema(_CONFIG_SCHEMA)
-        settings = check_configuration(settings, schema, {str(options.config): settings})
+        settings = read_settings(options.config)
         bench = {key: settings["diagonal"][key] for key in BENCH}
         self._settings = settings | {"diagonal": bench}
         rules = settings["recording"]

@@ -1,22 +1,20 @@
-"""Judge the recordings of an archive with any estimator of scikit-learn, as with a detector."""
+"""Let any estimator of scikit-learn take the place of a detector in the evaluation."""
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
+from capsule.arrays import FloatArray
 from capsule.detectors.verdicts import NO_VERDICT, Verdict, why_unknown
 from capsule.errors import CapsuleError
-from capsule.evaluation.cross_validation import unlabelled_folds, verdict_cells
-from capsule.held_out import teaching
+from capsule.evaluation.cross_validation import Detectors, verdict_cells
 from capsule.interface.loaded_archive import LoadedArchive
-from capsule.interface.splits import folds
+from capsule.interface.splits import teaching_rows
 from capsule.kinds import Cells
-from capsule.naming import sort_key
 
 try:
-    from sklearn.base import clone, is_classifier, is_regressor
+    from sklearn.base import BaseEstimator, clone, is_classifier, is_regressor
 except ImportError:
     raise CapsuleError(
         'estimators need scikit-learn: pip install "origami-capsule[learn]"'
@@ -25,161 +23,85 @@ except ImportError:
 _UNKNOWN = float("nan")
 
 
-def estimator_rows(
-    archive: LoadedArchive, estimator: object, name: str, scheme: str
-) -> Iterator[Cells]:
-    """Fit an estimator in every fold, and yield its verdicts on the recordings left out.
+class EstimatorAsDetector(Detectors):
+    """An estimator in the place of the configured detectors.
 
-    Parameters
-    ----------
-    archive : LoadedArchive
-        The archive, whose labelled recordings are judged.
-    estimator : estimator of scikit-learn
-        A classifier learns the indices of the sizes, 0 for the smallest, because classes must be
-        integers. Any other estimator learns the sizes in mm.
-    name : str
-        Name of the estimator in the rows.
-    scheme : str
-        As in `folds`.
-
-    Yields
-    ------
-    dict
-        One row per recording, as from `capsule.evaluation.cross_validation.cross_validate`,
-        without distances.
-    """
-    size_mm = dict(zip(archive.labelled, archive.y.tolist(), strict=True))
-    for taught, judged in folds(archive, scheme).split():
-        names = [archive.labelled[row] for row in judged]
-        for cells in _judged(archive, estimator, taught, names):
-            recording = cells.pop("recording")
-            key = {"recording": recording, "size_mm": size_mm[recording]}
-            yield key | {"detector": name, "scheme": scheme} | cells
-
-
-def unlabelled_rows(archive: LoadedArchive, estimator: object, name: str) -> Iterator[Cells]:
-    """Fit an estimator on all labelled recordings, and yield its verdicts on the unlabelled ones.
-
-    Parameters
-    ----------
-    archive, estimator, name
-        As in `estimator_rows`.
-
-    Yields
-    ------
-    dict
-        One row per recording, as from `capsule.evaluation.cross_validation.judge_unlabelled`,
-        without distances.
-    """
-    index = archive.index(archive.labelled)
-    taught = teaching(index, archive.settings["evaluation"]["held_out"])
-    usable = [each in taught and not index[each]["no_verdict"] for each in archive.labelled]
-    unlabelled = sorted(archive.unlabelled, key=sort_key)
-    rows = archive.index([*archive.labelled, *unlabelled])
-    for left_out, names in unlabelled_folds(unlabelled, rows):
-        teaches = np.array(usable, dtype=bool) & ~np.isin(archive.labelled, list(left_out))
-        for cells in _judged(archive, estimator, np.flatnonzero(teaches), names):
-            yield {"recording": cells.pop("recording"), "detector": name} | cells
-
-
-def _judged(
-    archive: LoadedArchive, estimator: object, taught: np.ndarray, names: Sequence[str]
-) -> Iterator[Cells]:
-    """Fit on some rows of ``archive.X``, and yield the cells of the verdicts on recordings."""
-    size_mm, rate_hz = archive.y, archive.settings["recording"]["rate_hz"]
-    index = archive.index(names)
-    usable = [name for name in names if not index[name]["no_verdict"]]
-    verdicts = dict.fromkeys(names, NO_VERDICT)
-    if usable and taught.size:
-        sizes_mm, numbers = np.unique(size_mm, return_inverse=True)
-        wanted = numbers if is_classifier(estimator) else size_mm
-        fitted = clone(estimator).fit(archive.X[taught], wanted[taught])
-        share = float((size_mm[taught] > 0).mean())
-        prevalence = archive.settings["evaluation"]["prevalence"]
-        seen = _Fitted(fitted, sizes_mm, share, prevalence)
-        verdicts |= dict(zip(usable, seen.verdicts(archive.rows(usable)), strict=True))
-    for name, verdict in verdicts.items():
-        reason = index[name]["no_verdict"] or why_unknown(verdict)
-        yield {"recording": name} | verdict_cells(verdict, rate_hz) | {"no_verdict": reason}
-
-
-@dataclass(frozen=True)
-class _Fitted:
-    """A fitted estimator.
-
-    Attributes
-    ----------
-    estimator : estimator of scikit-learn
-    sizes_mm : (B,) array
-        The sizes of the archive, ascending.
-    taught_share : float
-        Share of nodules among the recordings that taught the estimator.
-    prevalence : float
-        Prevalence at which the probabilities hold.
+    A classifier learns the indices of the sizes, 0 for the smallest, because classes must be
+    integers. Any other estimator learns the sizes in mm.
     """
 
-    estimator: Any
-    sizes_mm: np.ndarray
-    taught_share: float
-    prevalence: float
+    def __init__(self, archive: LoadedArchive, estimator: object, name: str) -> None:
+        self.names, self._loaded, self._estimator = [name], archive, estimator
+        self.columns = [*verdict_cells(NO_VERDICT, 1.0), "no_verdict"]
+        self._sizes_mm, self._numbers = np.unique(archive.y, return_inverse=True)
 
-    def verdicts(self, rows: np.ndarray) -> list[Verdict]:
-        """Return the verdicts on recordings, one row each."""
-        if hasattr(self.estimator, "verdicts"):
-            judged: list[Verdict] = self.estimator.verdicts(rows)
+    def rows(self, names: Sequence[str], left_out: Iterable[str]) -> Iterator[Cells]:
+        """Fit the estimator without some recordings, and yield its verdicts on others."""
+        taught = teaching_rows(self._loaded, set(left_out))
+        index = self._loaded.index(names)
+        usable = [name for name in names if not index[name]["no_verdict"]]
+        verdicts = dict.fromkeys(names, NO_VERDICT)
+        if usable and taught.size:
+            judged = self._verdicts(taught, self._loaded.rows(usable))
+            verdicts |= dict(zip(usable, judged, strict=True))
+        rate_hz = self._loaded.settings["recording"]["rate_hz"]
+        for name, verdict in verdicts.items():
+            reason = index[name]["no_verdict"] or why_unknown(verdict)
+            cells = verdict_cells(verdict, rate_hz) | {"no_verdict": reason}
+            yield {"recording": name, "detector": self.names[0], **cells}
+
+    def _verdicts(self, taught: np.ndarray, rows: np.ndarray) -> list[Verdict]:
+        classifies = is_classifier(self._estimator)
+        wanted = self._numbers if classifies else self._loaded.y
+        fitted: Any = clone(self._estimator).fit(self._loaded.X[taught], wanted[taught])
+        if hasattr(fitted, "verdicts"):
+            judged: list[Verdict] = fitted.verdicts(rows)
             return judged
-        if is_classifier(self.estimator):
-            return self._of_classifier(rows)
-        return self._of_sizes(rows)
+        predicted = np.asarray(fitted.predict(rows))
+        if classifies:
+            estimates = self._sizes_mm[predicted.astype(np.int64)]
+            share = float((self._loaded.y[taught] > 0).mean())
+            scores, threshold, chances = self._against_none(fitted, rows, share)
+        else:
+            # The prediction itself is the score.
+            estimates = scores = predicted.astype(np.float64)
+            threshold, chances = self._half_smallest(fitted), np.full(len(rows), _UNKNOWN)
+        cells = zip(estimates.tolist(), scores.tolist(), chances.tolist(), strict=True)
+        return [self._verdict(size, score, threshold, chance) for size, score, chance in cells]
 
-    def _of_sizes(self, rows: np.ndarray) -> list[Verdict]:
-        """Return verdicts with the archive's nearest sizes; the prediction itself is the score."""
-        scores = np.asarray(self.estimator.predict(rows), dtype=np.float64)
-        threshold = _UNKNOWN
-        nodules = self.sizes_mm[self.sizes_mm > 0]
-        if is_regressor(self.estimator) and nodules.size and self.sizes_mm[0] == 0:
-            # Half the smallest size is as close to 0 as to that size.
-            threshold = float(nodules[0]) / 2
-        verdicts = []
-        for score in scores.tolist():
-            if np.isnan(score):
-                verdicts.append(NO_VERDICT)
-                continue
-            size_mm = float(self.sizes_mm[np.argmin(np.abs(self.sizes_mm - score))])
-            estimate = score if size_mm > 0 else _UNKNOWN
-            verdicts.append(Verdict(size_mm, score, threshold, estimate_mm=estimate))
-        return verdicts
+    def _verdict(self, estimate: float, score: float, threshold: float, chance: float) -> Verdict:
+        """Return the verdict of the size that is nearest to an estimate; NaN is none."""
+        if np.isnan(estimate):
+            return NO_VERDICT
+        size_mm = float(self._sizes_mm[np.abs(self._sizes_mm - estimate).argmin()])
+        estimate_mm = estimate if size_mm > 0 else _UNKNOWN
+        return Verdict(size_mm, score, threshold, chance, estimate_mm=estimate_mm)
 
-    def _of_classifier(self, rows: np.ndarray) -> list[Verdict]:
-        """Return verdicts with the predicted class, and the score against no nodule."""
-        sizes_mm = self.sizes_mm[np.asarray(self.estimator.predict(rows), dtype=np.int64)]
-        scores, threshold, chances = self._against_none(rows)
-        return [
-            Verdict(size, score, threshold, chance, estimate_mm=size if size > 0 else _UNKNOWN)
-            for size, score, chance in zip(sizes_mm.tolist(), scores, chances, strict=True)
-        ]
+    def _half_smallest(self, fitted: object) -> float:
+        """Return a regressor's threshold: half the smallest nodule, as close to 0 as to it."""
+        nodules = self._sizes_mm[self._sizes_mm > 0]
+        known = is_regressor(fitted) and nodules.size and self._sizes_mm[0] == 0
+        return float(nodules[0]) / 2 if known else _UNKNOWN
 
-    def _against_none(self, rows: np.ndarray) -> tuple[list[float], float, list[float]]:
-        """Return scores, their threshold, and the probabilities of a nodule."""
-        unknown = [_UNKNOWN] * len(rows)
-        classes = self.sizes_mm[np.asarray(self.estimator.classes_, dtype=np.int64)]
+    def _against_none(
+        self, fitted: BaseEstimator, rows: np.ndarray, share: float
+    ) -> tuple[FloatArray, float, FloatArray]:
+        """Return a classifier's scores, their threshold, and the probabilities of a nodule."""
+        unknown = np.full(len(rows), _UNKNOWN)
+        classes = self._sizes_mm[np.asarray(fitted.classes_, dtype=np.int64)]
         if classes.size < 2 or classes[0] > 0:
             return unknown, _UNKNOWN, unknown
-        if hasattr(self.estimator, "predict_proba"):
-            scores = 1.0 - self.estimator.predict_proba(rows)[:, 0]
+        if hasattr(fitted, "predict_proba"):
+            scores = 1.0 - fitted.predict_proba(rows)[:, 0]
+            # From the training's share of nodules to the prevalence.
+            prevalence = self._loaded.settings["evaluation"]["prevalence"]
+            ratio = prevalence / (1 - prevalence) * ((1 - share) / share)
+            chances = scores * ratio / (scores * ratio + 1.0 - scores)
             # With more than two classes, the likeliest one may be below one half.
-            threshold = 0.5 if classes.size == 2 else _UNKNOWN
-            return scores.tolist(), threshold, self._at_prevalence(scores).tolist()
-        if hasattr(self.estimator, "decision_function"):
-            decision = np.asarray(self.estimator.decision_function(rows))
+            return scores, 0.5 if classes.size == 2 else _UNKNOWN, chances
+        if hasattr(fitted, "decision_function"):
+            decision = np.asarray(fitted.decision_function(rows))
             if decision.ndim == 2:
                 decision = decision[:, 1:].max(axis=1) - decision[:, 0]
-            return decision.tolist(), 0.0, unknown
+            return decision, 0.0, unknown
         return unknown, _UNKNOWN, unknown
-
-    def _at_prevalence(self, chances: np.ndarray) -> np.ndarray:
-        """Return probabilities converted from the training's share of nodules to the prevalence."""
-        ratio = self.prevalence / (1 - self.prevalence)
-        ratio *= (1 - self.taught_share) / self.taught_share
-        moved: np.ndarray = chances * ratio / (chances * ratio + 1.0 - chances)
-        return moved

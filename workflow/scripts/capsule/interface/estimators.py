@@ -7,28 +7,34 @@ For scikit-learn, these estimators are neither classifiers nor regressors: 2.5 a
 classes, and regressors have no probabilities.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping
+from functools import cache
 
 import numpy as np
+import pandas as pd
 
 from capsule.arrays import FloatArray
+from capsule.described_recording import (
+    DescribedRecording,
+    described,
+    template_options,
+    training_archive,
+)
 from capsule.detectors.familiar import Familiarity, FamiliarTeacher
-from capsule.detectors.registry import detector_row
+from capsule.detectors.registry import DETECTORS, detector_row
 from capsule.detectors.training import TrainingArchive, detector_class
 from capsule.detectors.verdicts import NO_VERDICT, Verdict
 from capsule.errors import CapsuleError
 from capsule.evaluation.lead import balanced_accuracy
-from capsule.interface.described import DescribedRecording, JudgingSettings
-from capsule.interface.frames import frame
-from capsule.interface.sample_rows import as_readings
-from capsule.interface.settings import shipped_settings
+from capsule.interface.arguments import ArgumentError, refuse
 from capsule.kinds import Settings
-from capsule.particles import Particle
+from capsule.settings import read_settings
 from capsule.templates import build_templates
 
 try:
     from sklearn.base import BaseEstimator, TransformerMixin
     from sklearn.utils import Tags
+    from sklearn.utils.metaestimators import available_if
     from sklearn.utils.validation import check_is_fitted, validate_data
 except ImportError:
     raise CapsuleError(
@@ -48,33 +54,82 @@ class _OfReadings(BaseEstimator):
         return tags
 
     def _settings(self) -> Settings:
-        return shipped_settings() if self.settings is None else self.settings
+        if self.settings is None:
+            return _shipped_settings()
+        if not isinstance(self.settings, Mapping) or "preprocessing" not in self.settings:
+            raise refuse("settings", self.settings, "a configuration such as archive.settings")
+        return self.settings
 
     def _validated(self, X: object, **options: object) -> FloatArray:
-        rows: FloatArray = validate_data(
+        sensors = self._settings()["recording"]["sensors"]
+        window = self._settings()["preprocessing"]["window"]
+        rows, columns = (*getattr(X, "shape", ()), 0, 0)[:2]
+        # Nobody can judge recordings of one sample, and a recording has several windows of them.
+        if columns == sensors and rows > 2 * window:
+            raise ArgumentError(
+                f"X: {rows} rows of {sensors} readings are the samples of one recording; a row of "
+                "X holds a whole recording, sample after sample with NaN behind the last: "
+                "archive.rows(names) makes it"
+            )
+        checked: FloatArray = validate_data(
             self, X, dtype=np.float64, ensure_all_finite="allow-nan", **options
         )
-        return rows
+        return checked
 
-    def _described(self, rows: np.ndarray) -> list[DescribedRecording]:
-        settings = self._settings()
-        sensors = settings["recording"]["sensors"]
-        length = settings["preprocessing"]["length"]
-        judging = JudgingSettings(settings)
-        described = [DescribedRecording(as_readings(row, sensors), judging) for row in rows]
-        for number, each in enumerate(described):
-            if each.values.shape[1] > length:
-                raise ValueError(
-                    f"row {number} of X holds {each.values.shape[1]} samples of {sensors} sensors; "
+    def _described(self, rows: FloatArray) -> list[DescribedRecording]:
+        options = template_options(self._settings())
+        sensors, length = options["sensors"], options["length"]
+        readings = [_readings(row, sensors) for row in rows]
+        for number, values in enumerate(readings):
+            if values.shape[1] > length:
+                raise ArgumentError(
+                    f"row {number} of X holds {values.shape[1]} samples of {sensors} sensors; "
                     f"at most {length} are allowed (preprocessing.length of the settings)"
                 )
-        return described
+        return described(readings, self._settings())
+
+    def _judged(self, X: object) -> list[DescribedRecording]:
+        check_is_fitted(self)
+        return self._described(self._validated(X, reset=False))
 
 
-class _DetectorEstimator(_OfReadings):
-    """Base class of the detectors; each subclass sets `detector`."""
+@cache
+def _shipped_settings() -> Settings:
+    return read_settings()
 
-    detector: str
+
+def _readings(row: FloatArray, sensors: int) -> FloatArray:
+    """Return the readings (S, K) in a row, which may end within a sample."""
+    padded = np.pad(row, (0, -row.size % sensors), constant_values=np.nan)
+    values = padded.reshape(-1, sensors).T
+    known = np.flatnonzero(~np.isnan(values).all(axis=0))
+    return np.ascontiguousarray(values[:, : known[-1] + 1 if known.size else 0])
+
+
+def _states_probability(estimator: "DetectorEstimator") -> bool:
+    row = DETECTORS.get(estimator.detector)
+    return row is not None and not row.by_templates
+
+
+class DetectorEstimator(_OfReadings):
+    """A detector of the report as an estimator.
+
+    Parameters
+    ----------
+    detector : {"taught", "diagonal", "template", "template_threshold"}
+        The detector, as in the configuration. The first two also state a probability.
+    settings : mapping, optional
+        The configuration, such as ``archive.settings``; by default the one that ships.
+
+    Attributes
+    ----------
+    model_ : capsule.detectors.training.Model
+        The fitted model.
+    """
+
+    def __init__(self, detector: str = "taught", settings: Settings | None = None) -> None:
+        super().__init__(settings)
+        self.detector = detector
 
     def __sklearn_tags__(self) -> Tags:
         tags = super().__sklearn_tags__()
@@ -83,7 +138,7 @@ class _DetectorEstimator(_OfReadings):
         tags.target_tags.positive_only = True
         return tags
 
-    def fit(self, X: object, y: object) -> "_DetectorEstimator":
+    def fit(self, X: object, y: object) -> "DetectorEstimator":
         """Learn from recordings of known size.
 
         Parameters
@@ -93,10 +148,6 @@ class _DetectorEstimator(_OfReadings):
         y : (n,) array
             Sizes of the nodules in mm, 0 for none.
 
-        Returns
-        -------
-        self
-
         Raises
         ------
         ValueError
@@ -104,8 +155,10 @@ class _DetectorEstimator(_OfReadings):
         """
         rows, sizes_mm = self._validated(X, y=y, y_numeric=True)
         if (sizes_mm < 0).any():
-            raise ValueError(f"y holds {sizes_mm.min():g}; sizes are 0 (no nodule) or more, in mm")
-        pairs = list(zip(self._described(rows), sizes_mm.astype(float).tolist(), strict=True))
+            raise ArgumentError(
+                f"y holds {sizes_mm.min():g}; sizes are 0 (no nodule) or more, in mm"
+            )
+        pairs = zip(self._described(rows), sizes_mm.astype(float).tolist(), strict=True)
         usable = [(each, size_mm) for each, size_mm in pairs if not each.no_verdict]
         # Sort, because the sum of the same numbers depends on their order.
         usable.sort(key=lambda pair: (pair[0].name, pair[1]))
@@ -117,9 +170,33 @@ class _DetectorEstimator(_OfReadings):
         self.familiar_ = FamiliarTeacher(archive).without([])
         return self
 
+    def _archive(self, usable: list[tuple[DescribedRecording, float]]) -> TrainingArchive:
+        settings = self._settings()
+        # Number the names, because the same readings may occur twice.
+        named = {f"{each.name} {place}": each for place, (each, _) in enumerate(usable)}
+        sizes_mm = dict(zip(named, [size_mm for _, size_mm in usable], strict=True))
+        nodules = [name for name, size_mm in sizes_mm.items() if size_mm > 0]
+        fitted = nodules if detector_row(self.detector).by_templates else []
+        particles = {name: named[name].fit.particle for name in fitted}
+        by_size = {
+            size_mm: [particles[name] for name in fitted if sizes_mm[name] == size_mm]
+            for size_mm in {sizes_mm[name] for name in fitted}
+        }
+        templates = build_templates(by_size, **template_options(settings))
+        return training_archive(sizes_mm, named, templates, particles, settings, [self.detector])
+
     def predict(self, X: object) -> np.ndarray:
         """Return the sizes in mm, 0 for no nodule, NaN for no verdict, (n,)."""
         return np.array([verdict.predicted_mm for verdict in self.verdicts(X)])
+
+    @available_if(_states_probability)  # type: ignore[untyped-decorator]
+    def predict_proba(self, X: object) -> np.ndarray:
+        """Return the probabilities of no nodule and of a nodule, (n, 2); NaN if none is stated.
+
+        They hold at the configured prevalence.
+        """
+        nodule = np.array([verdict.probability for verdict in self.verdicts(X)])
+        return np.column_stack([1.0 - nodule, nodule])
 
     def decision_function(self, X: object) -> np.ndarray:
         """Return score minus threshold, which is above 0 for a nodule, (n,)."""
@@ -130,19 +207,13 @@ class _DetectorEstimator(_OfReadings):
 
         The report shows the detector with the highest balanced accuracy first.
         """
-        predicted_mm, size_mm = self.predict(X), np.asarray(y, dtype=np.float64)
-        rows = [
-            {"size_mm": true, "predicted_mm": predicted}
-            for true, predicted in zip(size_mm, predicted_mm, strict=True)
-        ]
-        return balanced_accuracy(frame(["size_mm", "predicted_mm"], rows))
+        sizes_mm = {"size_mm": np.asarray(y, float), "predicted_mm": self.predict(X)}
+        return balanced_accuracy(pd.DataFrame(sizes_mm))
 
     def verdicts(self, X: object) -> list[Verdict]:
         """Return the detector's full verdict on each recording: size, interval, place, ..."""
-        check_is_fitted(self)
         return [
-            NO_VERDICT if each.no_verdict else self.model_.verdict(each)
-            for each in self._described(self._validated(X, reset=False))
+            NO_VERDICT if each.no_verdict else self.model_.verdict(each) for each in self._judged(X)
         ]
 
     def familiar(self, X: object) -> list[Familiarity]:
@@ -150,93 +221,40 @@ class _DetectorEstimator(_OfReadings):
 
         Nobody can tell of a recording without a verdict.
         """
-        check_is_fitted(self)
         return [
             Familiarity(None, each.no_verdict)
             if each.no_verdict
             else self.familiar_.judge(each.traits)
-            for each in self._described(self._validated(X, reset=False))
+            for each in self._judged(X)
         ]
 
-    def _archive(self, usable: Sequence[tuple[DescribedRecording, float]]) -> TrainingArchive:
-        """Return the detector's training data, without data that it does not use."""
-        settings, row = self._settings(), detector_row(self.detector)
-        # Number the names, because the same readings may occur twice.
-        named = {f"{each.name} {place}": each for place, (each, _) in enumerate(usable)}
-        sizes_mm = dict(zip(named, [size_mm for _, size_mm in usable], strict=True))
-        particles: dict[str, Particle] = {}
-        by_size: dict[float, list[Particle]] = {}
-        if row.by_templates:
-            nodules = [name for name, size_mm in sizes_mm.items() if size_mm > 0]
-            particles = {name: named[name].fit.particle for name in nodules}
-            for name, particle in particles.items():
-                by_size.setdefault(sizes_mm[name], []).append(particle)
-        templates = build_templates(
-            by_size,
-            sensors=settings["recording"]["sensors"],
-            first_peak=settings["fit"]["first_peak"],
-            length=settings["preprocessing"]["length"],
-        )
-        passages = {} if row.by_templates else {n: each.passage for n, each in named.items()}
-        features = {n: each.features for n, each in named.items()} if row.by_features else {}
-        return TrainingArchive(
-            sizes_mm,
-            templates,
-            particles,
-            passages,
-            lambda name: named[name].matrix,
-            settings,
-            features,
-            traits={name: each.traits for name, each in named.items()},
-        )
+
+class TemplateEstimator(DetectorEstimator):
+    """The paper's detector: ``DetectorEstimator("template", settings)``."""
+
+    def __init__(self, settings: Settings | None = None) -> None:
+        super().__init__("template", settings)
 
 
-class _WithProbability(_DetectorEstimator):
-    """Base class of the detectors that state a probability."""
+class TemplateThresholdEstimator(DetectorEstimator):
+    """The paper's margin: ``DetectorEstimator("template_threshold", settings)``."""
 
-    def predict_proba(self, X: object) -> np.ndarray:
-        """Return the probabilities of no nodule and of a nodule, (n, 2); NaN if none is stated.
-
-        The probabilities hold at the configured prevalence.
-        """
-        nodule = np.array([verdict.probability for verdict in self.verdicts(X)])
-        return np.column_stack([1.0 - nodule, nodule])
+    def __init__(self, settings: Settings | None = None) -> None:
+        super().__init__("template_threshold", settings)
 
 
-class TemplateEstimator(_DetectorEstimator):
-    """The paper's detector, which takes the nearest template.
+class DiagonalEstimator(DetectorEstimator):
+    """The detector of the diagonal: ``DetectorEstimator("diagonal", settings)``."""
 
-    Parameters
-    ----------
-    settings : mapping, optional
-        The configuration, such as ``archive.settings``; the one that ships with the library if
-        not given.
-
-    Attributes
-    ----------
-    model_ : capsule.detectors.training.Model
-        The fitted model.
-    """
-
-    detector = "template"
+    def __init__(self, settings: Settings | None = None) -> None:
+        super().__init__("diagonal", settings)
 
 
-class TemplateThresholdEstimator(_DetectorEstimator):
-    """The paper's margin with a learned threshold; parameters as for `TemplateEstimator`."""
+class TaughtEstimator(DetectorEstimator):
+    """The network: ``DetectorEstimator("taught", settings)``."""
 
-    detector = "template_threshold"
-
-
-class DiagonalEstimator(_WithProbability):
-    """The project's own detector, of the diagonal; parameters as for `TemplateEstimator`."""
-
-    detector = "diagonal"
-
-
-class TaughtEstimator(_WithProbability):
-    """A network, trained on simulated benches and adapted by `fit`; as `TemplateEstimator`."""
-
-    detector = "taught"
+    def __init__(self, settings: Settings | None = None) -> None:
+        super().__init__("taught", settings)
 
 
 class MatrixTransformer(TransformerMixin, _OfReadings):
@@ -245,7 +263,7 @@ class MatrixTransformer(TransformerMixin, _OfReadings):
     Parameters
     ----------
     settings : mapping, optional
-        As for `TemplateEstimator`.
+        As for `DetectorEstimator`.
     """
 
     def fit(self, X: object, y: object = None) -> "MatrixTransformer":
@@ -261,13 +279,8 @@ class MatrixTransformer(TransformerMixin, _OfReadings):
 
         ``result.reshape(n, S, L)`` returns the matrices themselves.
         """
-        check_is_fitted(self)
-        settings = self._settings()
-        size = settings["recording"]["sensors"] * settings["preprocessing"]["length"]
-        unknown = np.full(size, np.nan)
+        options = template_options(self._settings())
+        unknown = np.full(options["sensors"] * options["length"], np.nan)
         return np.array(
-            [
-                unknown if each.no_verdict else each.matrix.ravel()
-                for each in self._described(self._validated(X, reset=False))
-            ]
+            [unknown if each.no_verdict else each.matrix.ravel() for each in self._judged(X)]
         )

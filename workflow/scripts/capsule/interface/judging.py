@@ -1,6 +1,5 @@
 """Judge detectors, and any estimator of scikit-learn, with the folds of the workflow."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import pandas as pd
@@ -8,11 +7,16 @@ import pandas as pd
 from capsule.detectors.registry import DETECTORS
 from capsule.errors import CapsuleError
 from capsule.evaluation.confounded import confounded_keys
-from capsule.evaluation.cross_validation import LEAVE_ONE_OUT, Detectors, judge_unlabelled
+from capsule.evaluation.cross_validation import (
+    LEAVE_ONE_OUT,
+    Detectors,
+    cross_validate,
+    judge_unlabelled,
+)
 from capsule.evaluation.whole_evaluation import KEY, by_name, evaluate_archive, rated
 from capsule.held_out import teaching
-from capsule.interface.frames import frame
-from capsule.interface.loaded_archive import LoadedArchive
+from capsule.interface.loaded_archive import LoadedArchive, frame, require_archive
+from capsule.interface.splits import folds_of_scheme
 from capsule.naming import sort_key
 
 
@@ -81,58 +85,50 @@ def judge(
     CapsuleError
         If no recording can teach.
     """
+    require_archive(archive)
+    rules, index = archive.settings["evaluation"], archive.index(archive.labelled)
+    detectors: Detectors
     if estimator is None:
-        return _judge_configured(archive)
-    from capsule.interface.any_estimator import estimator_rows, unlabelled_rows
+        if not archive.particles():
+            raise CapsuleError(
+                "judge: no recording of a nodule can be used, so no template can be made; look for "
+                "the reasons in archive.recordings"
+            )
+        training = archive.training_archive()
+        detectors = Detectors(training)
+        tables = evaluate_archive(training, index)
+        predictions = tables.pop("predictions")
+    else:
+        from capsule.interface.any_estimator import EstimatorAsDetector
 
-    called = name or type(estimator).__name__
-    if called in DETECTORS:
-        raise CapsuleError(f"judge: {called!r} is a configured detector; give another name")
-    rules = archive.settings["evaluation"] | {"schemes": [scheme], "passes": []}
-    rows = list(estimator_rows(archive, estimator, called, scheme))
-    predictions = by_name(pd.DataFrame(rows, columns=None if rows else KEY))
-    sizes_mm = sorted({0.0, *archive.y.tolist()})
-    tables = rated(predictions, sizes_mm, archive.index(archive.labelled), rules)
-    verdicts = list(unlabelled_rows(archive, estimator, called))
-    seen = ["recording", "detector"]
-    detections = pd.DataFrame(verdicts, columns=None if verdicts else seen)
-    return _judgement(archive, predictions, tables, detections)
-
-
-def _judge_configured(archive: LoadedArchive) -> Judgement:
-    if not archive.particles():
-        raise CapsuleError(
-            "judge: no recording of a nodule can be used, so no template can be made; look for the "
-            "reasons in archive.recordings"
-        )
-    training = archive.training_archive()
-    tables = evaluate_archive(training, archive.index(archive.labelled))
-    predictions = tables.pop("predictions")
-    detectors = Detectors(training)
+        called = name or type(estimator).__name__
+        if called in DETECTORS:
+            raise CapsuleError(f"judge: {called!r} is a configured detector; give another name")
+        detectors = EstimatorAsDetector(archive, estimator, called)
+        verdicts = cross_validate(detectors, folds_of_scheme(archive, scheme))
+        predictions = by_name(pd.DataFrame(verdicts, columns=[*KEY, *detectors.columns]))
+        sizes_mm = sorted({0.0, *archive.y.tolist()})
+        tables = rated(predictions, sizes_mm, index, rules | {"schemes": [scheme], "passes": []})
     unlabelled = sorted(archive.unlabelled, key=sort_key)
     rows = archive.index([*archive.labelled, *unlabelled])
-    apart = sorted(rows.keys() - teaching(rows, archive.settings["evaluation"]["held_out"]).keys())
-    verdicts = judge_unlabelled(detectors, unlabelled, rows, apart)
-    columns = ["recording", "detector", *detectors.columns]
-    return _judgement(archive, predictions, tables, pd.DataFrame(verdicts, columns=columns))
-
-
-def _judgement(
-    archive: LoadedArchive,
-    predictions: pd.DataFrame,
-    tables: Mapping[str, pd.DataFrame],
-    detections: pd.DataFrame,
-) -> Judgement:
-    predictions, detections, *made = (
-        frame(list(table), table.to_dict("records"))
-        for table in (predictions, detections, *tables.values())
+    apart = sorted(rows.keys() - teaching(rows, rules["held_out"]).keys())
+    detections = pd.DataFrame(
+        judge_unlabelled(detectors, unlabelled, rows, apart),
+        columns=["recording", "detector", *detectors.columns],
     )
-    held_out = archive.settings["evaluation"]["held_out"]
-    counted = [
+    confounded = [
         {"key": found.key, "value": value, "size_mm": size, "recordings": count}
-        for found in confounded_keys(archive.index(archive.labelled), held_out)
+        for found in confounded_keys(index, rules["held_out"])
         for value, of_value in found.counts.items()
         for size, count in sorted(of_value.items())
     ]
-    confounded = pd.DataFrame(counted, columns=["key", "value", "size_mm", "recordings"])
-    return Judgement(predictions, dict(zip(tables, made, strict=True)), detections, confounded)
+    return Judgement(
+        _with_nan(predictions),
+        {table: _with_nan(content) for table, content in tables.items()},
+        _with_nan(detections),
+        pd.DataFrame(confounded, columns=["key", "value", "size_mm", "recordings"]),
+    )
+
+
+def _with_nan(table: pd.DataFrame) -> pd.DataFrame:
+    return frame(list(table), table.to_dict("records"))

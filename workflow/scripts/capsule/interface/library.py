@@ -1,12 +1,16 @@
-"""Read an archive, for users of the library."""
+"""Read an archive or a recording, for users of the library."""
 
 from pathlib import Path
+from typing import BinaryIO
 
-from capsule import files
+from capsule import files, recording
 from capsule.checking import check_recording
+from capsule.errors import CapsuleError
+from capsule.interface.arguments import checked, refuse
 from capsule.interface.loaded_archive import LoadedArchive
-from capsule.interface.settings import read_settings
 from capsule.listing import full_list, refuse_rejected
+from capsule.recording import Recording
+from capsule.settings import read_settings
 
 
 def load(
@@ -35,6 +39,8 @@ def load(
         The folder or the configuration cannot be used. A recording that cannot be used raises no
         error: it is listed with the reason.
     """
+    if not isinstance(raw, str | Path):
+        raise refuse("raw", raw, "a path to a folder of recordings")
     folder = Path(raw)
     beside = folder.resolve().parent / "config" / "config.yaml"
     chosen = Path(config) if config is not None else beside if beside.exists() else None
@@ -49,3 +55,25 @@ def load(
     if settings["on_rejected"] == "fail":
         refuse_rejected(rows)
     return LoadedArchive(rows, checks, readings, archive.passed_over, settings)
+
+
+@checked
+def read_recording(
+    stream: str | Path | BinaryIO, sensors: int, max_bytes: int = 16_000_000
+) -> Recording:
+    """Read a recording of `sensors` sensors from a path, or from a file that is open for reading.
+
+    Raises
+    ------
+    CapsuleError
+        The file cannot be read, is larger than `max_bytes`, or is no recording.
+    """
+    if isinstance(stream, str | Path):
+        try:
+            with Path(stream).open("rb") as opened:
+                return recording.read_recording(opened, sensors, max_bytes)
+        except OSError as error:
+            raise CapsuleError(f"{stream}: it cannot be read: {error.strerror}") from None
+    if not hasattr(stream, "read"):
+        raise refuse("stream", stream, "a path, or a file that is open for reading")
+    return recording.read_recording(stream, sensors, max_bytes)

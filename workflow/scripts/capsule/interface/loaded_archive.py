@@ -1,25 +1,57 @@
 """Hold an archive of recordings in memory, for notebooks and for teaching detectors."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from difflib import SequenceMatcher
 from functools import cached_property
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
+import pandas as pd
 
-from capsule.detectors.registry import detector_row
+from capsule import words
+from capsule.described_recording import described, template_options, training_archive
 from capsule.detectors.training import TrainingArchive
 from capsule.errors import CapsuleError
+from capsule.fits import by_size
 from capsule.fitting import Fit
 from capsule.held_out import teaching
-from capsule.interface.described import DescribedRecording, JudgingSettings
-from capsule.interface.frames import frame
-from capsule.interface.sample_rows import as_rows
+from capsule.interface.arguments import refuse
 from capsule.kinds import Cells, Row, Settings
 from capsule.listing import COLUMNS, NEAR_COPIES
 from capsule.naming import folder_size_mm, size_mm, sizes_of
 from capsule.particles import ParameterSpace, Particle
 from capsule.places import places_of
+from capsule.recording import column_names
 from capsule.seeding import fit_generator
+from capsule.stages import preprocess_run
 from capsule.templates import TemplateSet, build_templates
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_Value = TypeVar("_Value")
+# As difflib.get_close_matches has it; of several names that are as near, the first is told.
+_LIKE = 0.6
+
+
+class UnknownRecordingError(CapsuleError, KeyError):
+    """The error of a name that no recording has; a KeyError too, as of any dict."""
+
+    # A KeyError shows its text in quotation marks.
+    __str__ = Exception.__str__
+
+
+class ByRecording(dict[str, _Value]):
+    """A dict by recording; for an unknown name, its error tells the nearest one."""
+
+    def __missing__(self, name: str) -> _Value:
+        def likeness(other: str) -> float:
+            return SequenceMatcher(None, str(name), other).ratio()
+
+        near = max(self, key=likeness, default="")
+        hint = f"did you mean {near}? " if likeness(near) > _LIKE else ""
+        listed = "archive.recordings lists all, and why some were rejected"
+        raise UnknownRecordingError(f"there is no recording {name}; {hint}{listed}")
 
 
 class LoadedArchive:
@@ -39,16 +71,10 @@ class LoadedArchive:
         The configuration, by sections.
     readings : dict of str to (S, K) array
         Readings of each accepted recording, on an even grid in time; NaN where a sample is missing.
-    matrices : dict of str to (S, L) array
-        V of each accepted recording (the paper's Eq. 6).
     headers : dict of str to dict
         The ``# key: value`` lines of each accepted recording.
     labelled, unlabelled : list of str
         The accepted recordings of known size, and the others.
-    X : (n, L S) array
-        `rows` of the labelled recordings, for estimators.
-    y : (n,) array
-        Their true sizes in mm, 0 for no nodule.
     """
 
     def __init__(
@@ -59,13 +85,13 @@ class LoadedArchive:
         passed_over: Mapping[str, str],
         settings: Settings,
     ) -> None:
-        self._rows = {row["recording"]: row for row in rows}
+        self._rows = ByRecording({row["recording"]: row for row in rows})
         self._checks, self.settings = checks, dict(settings)
         accepted = [name for name, row in self._rows.items() if row["status"] == "accepted"]
-        judging = JudgingSettings(settings)
-        self._described = {n: DescribedRecording(readings[n], judging) for n in accepted}
-        self.readings = {name: readings[name] for name in accepted}
-        self.headers = {name: dict(checks[name]["header"]) for name in accepted}
+        self.readings = ByRecording({name: readings[name] for name in accepted})
+        seen = described(self.readings.values(), settings)
+        self._described = ByRecording(zip(accepted, seen, strict=True))
+        self.headers = ByRecording({name: dict(checks[name]["header"]) for name in accepted})
         self.labelled = [name for name in accepted if size_mm(name) is not None]
         self.unlabelled = [name for name in accepted if size_mm(name) is None]
         self.recordings = frame([*COLUMNS, NEAR_COPIES], rows).set_index("recording")
@@ -78,26 +104,26 @@ class LoadedArchive:
         labels = sorted(folders, key=lambda label: (folder_size_mm(label) is None, label))
         rejected = len(self._rows) - len(self.readings)
         return (
-            f"<{type(self).__name__}: {len(self.readings)} recordings accepted "
-            f"({', '.join(labels)}), {rejected} rejected>"
+            f"<LoadedArchive: {len(self)} recordings accepted ({', '.join(labels)}), "
+            f"{rejected} rejected>"
         )
 
     def __len__(self) -> int:
         return len(self.readings)
 
     @cached_property
-    def matrices(self) -> dict[str, np.ndarray]:
-        """V of each accepted recording, (S, L)."""
-        return {name: each.matrix for name, each in self._described.items()}
+    def matrices(self) -> ByRecording[np.ndarray]:
+        """V of each accepted recording, (S, L) (the paper's Eq. 6)."""
+        return ByRecording({name: each.matrix for name, each in self._described.items()})
 
     @cached_property
     def X(self) -> np.ndarray:
-        """The readings of the labelled recordings as estimators take them, (n, L S)."""
+        """`rows` of the labelled recordings, for estimators, (n, L S)."""
         return self.rows(self.labelled)
 
     @property
     def y(self) -> np.ndarray:
-        """True sizes of the labelled recordings in mm, (n,)."""
+        """True sizes of the labelled recordings in mm, 0 for no nodule, (n,)."""
         return np.array([size_mm(name) for name in self.labelled], dtype=np.float64)
 
     @property
@@ -115,24 +141,57 @@ class LoadedArchive:
     @property
     def template_options(self) -> Cells:
         """The arguments of `capsule.build_templates` except the particles."""
-        return {
-            "sensors": self.settings["recording"]["sensors"],
-            "first_peak": self.settings["fit"]["first_peak"],
-            "length": self.settings["preprocessing"]["length"],
-        }
+        return template_options(self.settings)
 
     def rows(self, names: Iterable[str]) -> np.ndarray:
-        """Return the readings of some accepted recordings as rows for estimators.
+        """Return the readings of some accepted recordings as rows for estimators, (n, L S).
+
+        A row is sample after sample as in the file, with NaN after the last. Missing samples at
+        the very end of a recording are lost here.
+        """
+        values = [self.readings[name].T.ravel() for name in _listed(names)]
+        options = self.template_options
+        rows = np.full((len(values), options["sensors"] * options["length"]), np.nan)
+        for row, each in zip(rows, values, strict=True):
+            row[: each.size] = each
+        return rows
+
+    def to_dataframe(self, names: Iterable[str] | None = None) -> pd.DataFrame:
+        """Return readings as a table with a row per sample, of all accepted recordings or of some.
+
+        The columns are ``recording``, ``size_mm`` (NaN if unknown), ``time_s`` and ``sensor_1`` to
+        ``sensor_S``.
+        """
+        sensors = column_names(self.settings["recording"]["sensors"])[1:]
+        empty = pd.DataFrame(columns=["recording", "size_mm", "time_s", *sensors])
+        parts = []
+        for name in self.readings if names is None else _listed(names):
+            cells = dict(zip(sensors, self.readings[name], strict=True))
+            size = float("nan") if (known := size_mm(name)) is None else known
+            key = {"recording": name, "size_mm": size, "time_s": self.time_s(name)}
+            parts.append(pd.DataFrame(key | cells))
+        return pd.concat(parts, ignore_index=True) if parts else empty
+
+    def plot(self, name: str) -> "Figure":
+        """Draw a recording: readings, envelope and matrix over time in s.
+
+        The title tells the true size. A line marks where sensor 1 passes the best candidate for a
+        nodule, which a healthy recording has too.
 
         Returns
         -------
-        (n, L S) array
-            One row per recording, sample after sample as in its file, with NaN after the last.
-            Missing samples at the very end of a recording are lost here.
+        matplotlib.figure.Figure
         """
-        sensors = self.settings["recording"]["sensors"]
-        length = self.settings["preprocessing"]["length"]
-        return as_rows([self.readings[name] for name in names], sensors, length)
+        from capsule.figures.judged_picture import draw_judged  # matplotlib only if it is used
+
+        row, seen = self._rows[name], self._described[name]
+        shape, rate_hz = self.settings["preprocessing"], self.settings["recording"]["rate_hz"]
+        title = f"{name}, true size: {words.size(size_mm(name))}"
+        options = {key: shape[key] for key in ("window", "threshold")}
+        run = preprocess_run(name, title, self.readings[name], rate_hz=rate_hz, **options)
+        place_s = float("nan") if row["no_verdict"] else seen.passage.location_samples / rate_hz
+        places = {place_s: ["the search for a nodule"]} if np.isfinite(place_s) else {}
+        return draw_judged(run, shape["threshold"], places)
 
     def time_s(self, name: str) -> np.ndarray:
         """Return the time of each reading of a recording in seconds, (K,)."""
@@ -145,10 +204,6 @@ class LoadedArchive:
 
     def fit(self, name: str) -> Fit:
         """Return the particle that is most similar to a recording, with its RMSE."""
-        if name not in self._described:
-            raise CapsuleError(
-                f"{name}: this archive has no such accepted recording; archive.recordings lists all"
-            )
         return self._described[name].fit
 
     def particles(self) -> dict[float, list[Particle]]:
@@ -156,11 +211,7 @@ class LoadedArchive:
 
         The first call fits each recording of a nodule that shows a wave; each takes some 0.2 s.
         """
-        groups: dict[float, list[Particle]] = {}
-        sizes_mm = sizes_of(self._particles)
-        for name, particle in self._particles.items():
-            groups.setdefault(sizes_mm[name], []).append(particle)
-        return groups
+        return by_size(self._particles)
 
     @cached_property
     def templates(self) -> TemplateSet:
@@ -169,12 +220,7 @@ class LoadedArchive:
 
     def select(self, names: Iterable[str]) -> "LoadedArchive":
         """Return an archive of some of the recordings, such as ``archive.labelled[::5]``."""
-        wanted = set(names)
-        unknown = sorted(wanted - self._rows.keys())
-        if unknown:
-            raise CapsuleError(
-                f"{unknown[0]}: this archive has no such recording; archive.recordings lists all"
-            )
+        wanted = {self._rows[name]["recording"] for name in _listed(names)}
         rows = [dict(row) for name, row in self._rows.items() if name in wanted]
         for row in rows:
             others = [other for other in row[NEAR_COPIES].split() if other in wanted]
@@ -183,28 +229,22 @@ class LoadedArchive:
 
     def index(self, names: Iterable[str]) -> dict[str, Row]:
         """Return the rows of some accepted recordings, in the workflow's order (by checksum)."""
-        rows = [self._rows[name] for name in names]
-        rows.sort(key=lambda row: row["readings_sha256"])
+        rows = sorted((self._rows[name] for name in names), key=lambda row: row["readings_sha256"])
         return {row["recording"]: row for row in rows}
 
     def training_archive(self) -> TrainingArchive:
         """Return the training data of the configured detectors; the first call makes all fits."""
         names = [*self.labelled, *self.unlabelled]
-        rows = [detector_row(name) for name in self.settings["detectors"]]
-        judged = [name for name in names if not self._rows[name]["no_verdict"]]
-        described = self._described
-        by_features = any(row.by_features for row in rows)
-        return TrainingArchive(
+        no_verdict = {name: self._rows[name]["no_verdict"] for name in names}
+        return training_archive(
             sizes_of(self.index(self.labelled)),
+            {name: self._described[name] for name in names if not no_verdict[name]},
             self.templates,
             self._particles,
-            {name: described[name].passage for name in judged},
-            lambda name: described[name].matrix,
             self.settings,
-            {name: described[name].features for name in judged} if by_features else {},
-            {name: self._rows[name]["no_verdict"] for name in names},
-            places_of(self.index(names)),
-            {name: described[name].traits for name in judged},
+            self.settings["detectors"],
+            no_verdict=no_verdict,
+            places=places_of(self.index(names)),
         )
 
     @cached_property
@@ -213,3 +253,22 @@ class LoadedArchive:
         index = teaching(index, self.settings["evaluation"]["held_out"])
         usable = [name for name, row in index.items() if not row["no_verdict"]]
         return {name: self._described[name].fit.particle for name in usable}
+
+
+def require_archive(archive: object) -> None:
+    """Refuse anything but an archive."""
+    if not isinstance(archive, LoadedArchive):
+        raise refuse("archive", archive, "what capsule.load returns")
+
+
+def _listed(names: Iterable[str]) -> Iterable[str]:
+    return [names] if isinstance(names, str) else names
+
+
+def frame(columns: Sequence[str], rows: Iterable[Row]) -> pd.DataFrame:
+    """Return rows as a table; unknown values are NaN, as in a table that pandas reads."""
+    cells: dict[str, list[Any]] = {name: [] for name in columns}
+    for row in rows:
+        for name, values in cells.items():
+            values.append(float("nan") if row[name] in (None, "") else row[name])
+    return pd.DataFrame(cells, columns=list(columns))

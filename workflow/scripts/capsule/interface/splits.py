@@ -1,6 +1,6 @@
 """Provide the folds of the workflow's evaluation as a splitter for scikit-learn."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator
 
 import numpy as np
 
@@ -13,40 +13,18 @@ from capsule.evaluation.cross_validation import (
     folds_of,
     group_scheme,
 )
-from capsule.interface.loaded_archive import LoadedArchive
-from capsule.kinds import Row
+from capsule.interface.loaded_archive import LoadedArchive, require_archive
+
+Part = tuple[np.ndarray, np.ndarray]
 
 
 class RecordingSplitter:
-    """A splitter of an archive's labelled recordings into teaching and judged recordings.
+    """A splitter of ``archive.X`` for the argument ``cv=`` of scikit-learn; `folds` makes one."""
 
-    `folds` makes a splitter; any ``cv=`` argument of scikit-learn accepts it.
+    def __init__(self, parts: list[Part], scheme: str) -> None:
+        self._parts, self.scheme = parts, scheme
 
-    Parameters
-    ----------
-    folds : sequence of Fold
-        The folds of one scheme.
-    rows : mapping of str to mapping
-        The rows of results/recordings.csv of the labelled recordings, in their order.
-    """
-
-    def __init__(self, folds: Sequence[Fold], rows: Mapping[str, Row]) -> None:
-        self.scheme = folds[0].scheme
-        usable = np.array([not row["no_verdict"] for row in rows.values()], dtype=bool)
-        place = {name: number for number, name in enumerate(rows)}
-        self._parts = []
-        for fold in folds:
-            teaches = usable.copy()
-            teaches[[place[name] for name in fold.left_out]] = False
-            judged = np.array([place[name] for name in fold.judged], dtype=int)
-            self._parts.append((np.flatnonzero(teaches), judged))
-
-    def split(
-        self,
-        X: object = None,
-        y: object = None,
-        groups: object = None,
-    ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    def split(self, X: object = None, y: object = None, groups: object = None) -> Iterator[Part]:
         """Yield, for each fold, the rows of ``archive.X`` that teach and those that are judged.
 
         A recording that no detector can judge does not teach. Each recording is judged once, except
@@ -54,12 +32,7 @@ class RecordingSplitter:
         """
         yield from self._parts
 
-    def get_n_splits(
-        self,
-        X: object = None,
-        y: object = None,
-        groups: object = None,
-    ) -> int:
+    def get_n_splits(self, X: object = None, y: object = None, groups: object = None) -> int:
         """Return the number of folds."""
         return len(self._parts)
 
@@ -88,6 +61,25 @@ def folds(archive: LoadedArchive, scheme: str = LEAVE_ONE_OUT) -> RecordingSplit
     CapsuleError
         If there is no such scheme, or the archive does not allow it.
     """
+    require_archive(archive)
+    row = {name: number for number, name in enumerate(archive.labelled)}
+    parts = [
+        (teaching_rows(archive, fold.left_out), np.array([row[name] for name in fold.judged]))
+        for fold in folds_of_scheme(archive, scheme)
+    ]
+    return RecordingSplitter(parts, scheme)
+
+
+def teaching_rows(archive: LoadedArchive, left_out: Collection[str]) -> np.ndarray:
+    """Return the rows of ``archive.X`` that teach when some recordings are left out."""
+    index = archive.index(archive.labelled)
+    return np.flatnonzero(
+        [not index[name]["no_verdict"] and name not in left_out for name in archive.labelled]
+    )
+
+
+def folds_of_scheme(archive: LoadedArchive, scheme: str) -> list[Fold]:
+    """Return the workflow's folds of one scheme; for the errors see `folds`."""
     rows = {name: archive.index([name])[name] for name in archive.labelled}
     rules = archive.settings["evaluation"] | {"schemes": [LEAVE_ONE_OUT, RESUBSTITUTION]}
     of_scheme: dict[str, list[Fold]] = {}
@@ -101,4 +93,4 @@ def folds(archive: LoadedArchive, scheme: str = LEAVE_ONE_OUT) -> RecordingSplit
             else f"it has: {', '.join(of_scheme)}"
         )
         raise CapsuleError(f"folds: this archive has no scheme {scheme!r}; {why}")
-    return RecordingSplitter(of_scheme[scheme], rows)
+    return of_scheme[scheme]

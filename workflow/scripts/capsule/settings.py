@@ -1,32 +1,22 @@
-"""Read the configuration, for users of the library."""
+"""Read the configuration and check it, for programs beside the workflow."""
 
-import json
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from capsule.configuration import check_configuration
 from capsule.configuration_files import read_config_file, read_schema
-from capsule.kinds import Cells
 from capsule.project import CONFIG, SCHEMAS, require_project
-
-_SHIPPED = CONFIG / "config.yaml"
-_SCHEMA = SCHEMAS / "config.schema.json"
 
 
 def read_settings(config: str | Path | None = None, **changes: object) -> dict[str, Any]:
-    """Read a configuration, check it, and change keys of it.
+    """Read a configuration file, or the configuration that ships, and change keys of it.
 
     Parameters
     ----------
     config : str or Path, optional
-        The file; the default is the configuration that ships with the library.
+        The file.
     **changes
         Other values for keys of the configuration, as in `capsule.load`.
-
-    Returns
-    -------
-    dict
 
     Raises
     ------
@@ -35,25 +25,13 @@ def read_settings(config: str | Path | None = None, **changes: object) -> dict[s
         allowed values.
     """
     require_project()
-    path = _SHIPPED if config is None else Path(config)
+    path = CONFIG / "config.yaml" if config is None else Path(config)
     content = read_config_file(path)
     settings = dict(content)
     for key, value in changes.items():
         section = settings.get(key)
         if isinstance(section, dict) and isinstance(value, dict):
-            settings[key] = {**section, **value}
-        else:
-            settings[key] = value
+            value = section | value
+        settings[key] = value
     sources = {str(path): content, "changes": changes}
-    return check_configuration(settings, read_schema(_SCHEMA), sources)
-
-
-def shipped_settings() -> Cells:
-    """Read the configuration that ships with the project."""
-    settings: Cells = json.loads(_shipped_settings())
-    return settings
-
-
-@lru_cache(maxsize=1)
-def _shipped_settings() -> str:
-    return json.dumps(read_settings())
+    return check_configuration(settings, read_schema(SCHEMAS / "config.schema.json"), sources)

@@ -1,0 +1,119 @@
+"""Check what programs give to public functions, before the method computes with it.
+
+Each error names the argument, its value and what is allowed. The workflow calls the functions
+themselves, and so is not slowed down.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from functools import wraps
+from inspect import signature
+from numbers import Integral, Real
+from typing import Any, TypeVar
+
+import numpy as np
+
+from capsule.arrays import FloatArray
+from capsule.errors import CapsuleError
+from capsule.particles import ParameterSpace, Particle
+from capsule.recording import Recording
+
+_Result = TypeVar("_Result")
+
+# Arguments that may have any shape: they are used value by value.
+_ANY_SHAPE = {"envelope", "distances"}
+# Whole numbers that may be 0; all others are at least 1.
+_FROM_ZERO = {"seed", "iterations"}
+
+
+class ArgumentError(CapsuleError, ValueError):
+    """The error of an argument; a ValueError too, as users of numpy and scikit-learn expect."""
+
+
+def refuse(name: str, value: object, allowed: str) -> ArgumentError:
+    """Return the error of an argument."""
+    shape = value.shape if isinstance(value, np.ndarray) else ()
+    shown = f"an array of shape {shape}" if shape else repr(value)
+    return ArgumentError(f"{name}: {shown} is not allowed; allowed is {allowed}")
+
+
+def sensor_rows(name: str, value: object) -> FloatArray:
+    """Return an array (S, K) or (S, L), with one row per sensor.
+
+    More rows than columns are refused: they are samples. No recording can be judged that has fewer
+    samples than sensors, since one window of the envelope holds more.
+    """
+    try:
+        # In the workflow's order, so that sums are taken alike.
+        rows = np.asarray(value, dtype=np.float64, order="C")
+    except (TypeError, ValueError):
+        raise refuse(name, value, "an array of numbers, one row per sensor") from None
+    if rows.ndim != 2 or not rows.size:
+        shown = rows if rows.ndim else value
+        raise refuse(name, shown, "an array of numbers, one row per sensor")
+    if rows.shape[0] > rows.shape[1]:
+        remedy = f"transpose it: {name}.T has one row per sensor"
+        raise refuse(name, rows, f"one row per sensor; {remedy}")
+    return rows
+
+
+def _each_sensor_rows(name: str, values: Iterable[object]) -> list[FloatArray]:
+    return [sensor_rows(f"{name}[{place}]", each) for place, each in enumerate(values)]
+
+
+def _recording(name: str, value: object) -> Recording:
+    if not isinstance(value, Recording):
+        raise refuse(name, value, "a Recording")
+    sensor_rows(f"{name}.values", value.values)
+    return value
+
+
+def _whole_number(name: str, value: object) -> int:
+    least = 0 if name in _FROM_ZERO else 1
+    if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
+        raise refuse(name, value, f"a whole number of at least {least}")
+    return int(value)
+
+
+def _number(name: str, value: object) -> float:
+    if not isinstance(value, Real) or isinstance(value, bool) or not 0 <= float(value) < np.inf:
+        raise refuse(name, value, "a number of at least 0")
+    return float(value)
+
+
+# By the type in the function's signature.
+_CHECKS: Mapping[object, Callable[[str, Any], object]] = {
+    FloatArray: sensor_rows,
+    Iterable[FloatArray]: _each_sensor_rows,
+    Recording: _recording,
+    int: _whole_number,
+    float: _number,
+}
+
+_CLASSES = {np.random.Generator, ParameterSpace, Particle}
+
+
+def checked(function: Callable[..., _Result]) -> Callable[..., _Result]:
+    """Return a function of the library that checks its arguments first."""
+    shape = signature(function)
+
+    @wraps(function)
+    def call(*args: object, **named: object) -> _Result:
+        bound = shape.bind(*args, **named)
+        given = bound.arguments
+        for name, value in given.items():
+            kind = shape.parameters[name].annotation
+            if kind in _CHECKS and name not in _ANY_SHAPE:
+                given[name] = _CHECKS[kind](name, value)
+            elif kind in _CLASSES and not isinstance(value, kind):
+                raise refuse(name, value, f"a {kind.__name__}")
+        samples = given["values"].shape[1] if {"values", "length"} <= given.keys() else 0
+        if samples > given.get("length", samples):
+            raise refuse("length", given["length"], f"{samples}, the number of samples, or more")
+        try:
+            return function(*bound.args, **bound.kwargs)
+        except ValueError as error:
+            raise ArgumentError(f"{function.__name__}: {error}") from error
+
+    # So that a pickle finds this function, and not the method's.
+    call.__module__ = "capsule"
+    return call
