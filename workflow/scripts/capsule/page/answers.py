@@ -9,7 +9,6 @@ from math import ceil
 
 import pandas as pd
 
-from capsule import words
 from capsule.evaluation.intervals import (
     ONE_SIDED,
     mean_interval,
@@ -268,7 +267,7 @@ def our_answers(
             confidence,
         ),
         size_error_mm=mean_size_error(predictions, confidence),
-        unlike=sum(map(bool, map(words.unlike_because, predictions.to_dict("records")))),
+        unlike=int(predictions.get("familiar", pd.Series()).eq("no").sum()),
     )
 
 
