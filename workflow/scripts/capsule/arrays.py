@@ -1,5 +1,6 @@
-"""Type names for arrays. Docstrings state the shapes, because the types cannot express them."""
+"""Type names for arrays, whose shapes docstrings state; and plain values for JSON."""
 
+from collections.abc import Mapping
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -24,3 +25,16 @@ BoolArray: TypeAlias = np.ndarray[tuple[Any, ...], np.dtype[np.bool_]]
 
 #: Words, such as the state at each moment, of any shape.
 TextArray: TypeAlias = np.ndarray[tuple[Any, ...], np.dtype[np.str_]]
+
+
+def plain(value: object) -> object:
+    """Return a value for JSON: NaN and infinity become None (null), arrays become lists."""
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, Mapping):
+        return {key: plain(part) for key, part in value.items()}
+    if isinstance(value, tuple | list):
+        return [plain(part) for part in value]
+    if isinstance(value, float | np.floating):
+        return float(value) if np.isfinite(value) else None
+    return value

@@ -109,16 +109,15 @@ def as_plain_values(judged: JudgedFile, rate_hz: float) -> dict[str, Any]:
         "familiar": judged.familiarity.familiar,
         "unfamiliar_because": judged.familiarity.because,
         "verdicts": {
-            name: _verdict_values(verdict, rate_hz, stated=judged.familiarity.familiar is not False)
+            name: _verdict_values(verdict, rate_hz, judged.familiarity)
             for name, verdict in judged.verdicts.items()
         },
     }
 
 
-def _verdict_values(verdict: Verdict, rate_hz: float, *, stated: bool) -> dict[str, Any]:
+def _verdict_values(verdict: Verdict, rate_hz: float, familiarity: Familiarity) -> dict[str, Any]:
     values = dict(vars(verdict)) | {"reason": why_unknown(verdict)}
-    if not stated:
-        values["probability"] = None
+    values["probability"] = familiarity.stated(verdict.probability)
     # The same unit as in results/detections.csv.
     values["location_s"] = values.pop("location_samples") / rate_hz
     values["distances"] = [_known(each) for each in verdict.distances or ()]

@@ -108,13 +108,11 @@ class FinalVerdict:
             One line per detector, after a line about a recording that is not familiar.
         """
         familiarity = self.familiarity(values)
-        # A probability holds for recordings like those that teach.
-        stated = familiarity.familiar is not False
         verdicts = self.verdicts(values).items()
-        lines = [self._line(name, verdict, stated=stated) for name, verdict in verdicts]
+        lines = [self._line(name, verdict, familiarity) for name, verdict in verdicts]
         return [familiarity.sentence, *lines] if familiarity.sentence else lines
 
-    def _line(self, detector: str, verdict: Verdict, *, stated: bool) -> str:
+    def _line(self, detector: str, verdict: Verdict, familiarity: Familiarity) -> str:
         recording = self._settings["recording"]
         if np.isnan(verdict.predicted_mm):
             return f"verdict of {detector}: none ({why_unknown(verdict)})"
@@ -127,10 +125,11 @@ class FinalVerdict:
                 f"nodule of {words.estimated_size(vars(verdict))}",
                 f"sensor 1 passes the nodule: {where}",
             ]
-        if stated and not np.isnan(verdict.probability):
+        probability = familiarity.stated(verdict.probability)
+        if not np.isnan(probability):
             prevalence = words.percent(self._settings["evaluation"]["prevalence"])
             parts.append(
-                f"probability of a nodule {words.percent(verdict.probability)} at a prevalence "
+                f"probability of a nodule {words.percent(probability)} at a prevalence "
                 f"of {prevalence}"
             )
         return f"verdict of {detector}: {', '.join(parts)}"

@@ -33,13 +33,12 @@ def verdict_table(
     confidence = words.percent(settings["evaluation"]["size_confidence"])
     head = ["detector", "verdict", f"size ({confidence} interval)", "probability", "place"]
     rate_hz = settings["recording"]["rate_hz"]
-    stated = familiarity.familiar is not False
-    rows = [_cells(name, each, rate_hz, stated=stated) for name, each in verdicts.items()]
+    rows = [_cells(name, each, rate_hz, familiarity) for name, each in verdicts.items()]
     return [*filter(None, [familiarity.sentence]), *_aligned([head, *rows])]
 
 
-def _cells(detector: str, verdict: Verdict, rate_hz: float, *, stated: bool) -> list[str]:
-    probability = words.probability(verdict.probability if stated else None)
+def _cells(detector: str, verdict: Verdict, rate_hz: float, familiarity: Familiarity) -> list[str]:
+    probability = words.probability(familiarity.stated(verdict.probability))
     if not words.is_known(verdict.predicted_mm):
         return [detector, f"none: {why_unknown(verdict)}"]
     if verdict.predicted_mm == 0:

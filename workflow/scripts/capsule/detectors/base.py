@@ -6,13 +6,13 @@ probability, the sizes, and how the model is stored.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
-from capsule.arrays import FloatArray, IntArray, RealArray
+from capsule.arrays import FloatArray, IntArray, RealArray, plain
 from capsule.detectors.calibrate import (
     Probability,
     Regression,
@@ -126,7 +126,7 @@ class ScoredModel(ABC):
 
     def stored(self) -> dict[str, Any]:
         """Return the model in a form that JSON can store, under the detector's name."""
-        return {self.name: _plain(asdict(self))}
+        return {self.name: plain(asdict(self))}
 
     @classmethod
     def restored(cls, stored: Settings, templates: TemplateSet | None = None) -> "ScoredModel":
@@ -189,14 +189,3 @@ class ScoredDetector:
 def _table(rows: list[RealArray]) -> RealArray:
     """Return rows as one array (n, F), or (0, 1) for none."""
     return np.array(rows) if rows else np.empty((0, 1))
-
-
-def _plain(value: object) -> object:
-    """Return a value for JSON: NaN and infinity become None (null), arrays become lists."""
-    if isinstance(value, Mapping):
-        return {key: _plain(part) for key, part in value.items()}
-    if isinstance(value, np.ndarray | tuple | list):
-        return [_plain(part) for part in value]
-    if isinstance(value, float | np.floating):
-        return float(value) if np.isfinite(value) else None
-    return value

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from capsule import words
-from capsule.arrays import BoolArray, FloatArray, IntArray, RealArray
+from capsule.arrays import BoolArray, FloatArray, IntArray, plain
 from capsule.detectors.training import TrainingArchive
 from capsule.detectors.wave_traits import UNKNOWN_TRAITS, WaveTraits
 from capsule.kinds import Settings
@@ -77,6 +77,10 @@ class Familiarity:
         if self.familiar is None:
             return f"whether it is like the recordings that teach is not known: {self.because}"
         return words.unlike(self.cells)
+
+    def stated(self, probability: float) -> float:
+        """Return a verdict's probability, NaN for an unfamiliar recording, of which none holds."""
+        return float("nan") if self.familiar is False else probability
 
     @property
     def cells(self) -> dict[str, str]:
@@ -154,7 +158,7 @@ class FamiliarKind:
 
     def stored(self) -> dict[str, Any]:
         """Return the values in a form that JSON can store; NaN becomes None."""
-        return {field.name: _plain(getattr(self, field.name)) for field in fields(self)}
+        return {name: plain(value) for name, value in vars(self).items()}
 
     @classmethod
     def restored(cls, stored: Settings) -> "FamiliarKind":
@@ -259,12 +263,3 @@ def _scaled(traits: FloatArray) -> FloatArray:
         axis=1,
     )
     return scaled
-
-
-def _plain(value: int | RealArray | IntArray) -> object:
-    """Return an attribute for JSON."""
-    if isinstance(value, int):
-        return value
-    plain = value.astype(object)
-    plain[np.isnan(value)] = None
-    return plain.tolist()
