@@ -2,6 +2,7 @@
 
 import json
 import sys
+from dataclasses import replace
 
 import numpy as np
 
@@ -9,7 +10,10 @@ from capsule.detectors.diagonal import DiagonalDetector
 from capsule.detectors.familiar import FAMILIAR, FamiliarTeacher
 from capsule.detectors.search import Passage
 from capsule.detectors.taught import TaughtDetector
+from capsule.detectors.wave_traits import wave_traits
 from capsule.files import fingerprint
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from capsule.phantom.simulation import simulate_run
 from capsule.project import WEIGHTS
 from support.training import archive_of_passages
 
@@ -51,3 +55,19 @@ def write_learned(folder, configuration, archive, **changes):
     fits_to = {"settings": settings, "scorer": fingerprint(WEIGHTS, sys.maxsize)}
     content = stored_of(archive) | fits_to
     (folder / "detectors.json").write_text(json.dumps(content), encoding="utf-8")
+
+
+def teach_familiar(folder, runs, configuration):
+    """Write what simulated runs teach as familiar into `folder`/detectors.json, which exists."""
+    traits = {name: wave_traits(run, 10.0, configuration["diagonal"]) for name, run in runs.items()}
+    archive = replace(taught_by(), sizes_mm=dict.fromkeys(traits, 0.0), traits=traits)
+    kind = {FAMILIAR: FamiliarTeacher(archive).without([]).stored()}
+    path = folder / "detectors.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | kind))
+
+
+def healthy_runs(count):
+    """Return the readings of simulated runs over no nodule, by name."""
+    phantom = read_phantom(DEFAULT_TABLE, [])
+    names = [f"0mm/{number}" for number in range(count)]
+    return {name: simulate_run(phantom, 0.0, 1, name).counts.astype(float) for name in names}

@@ -1,45 +1,31 @@
 """The passes of a survey: what the workflow has learned says if they are of a known kind."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from capsule.bench.pass_sizes import pass_sizes
 from capsule.configuration_files import read_config_file
-from capsule.detectors.familiar import FAMILIAR, LEAST_PLACES, FamiliarTeacher
-from capsule.detectors.wave_traits import wave_traits
-from capsule.phantom.files import DEFAULT_TABLE, read_phantom
-from capsule.phantom.simulation import simulate_run
+from capsule.detectors.familiar import FAMILIAR, LEAST_PLACES
 from capsule.project import PROJECT
-from support.learned import taught_by, write_learned
+from support.learned import healthy_runs, taught_by, teach_familiar, write_learned
 
 CONFIGURATION = read_config_file(PROJECT / "config/config.yaml")
 BENCH = CONFIGURATION["diagonal"]
-
-
-def simulated(count):
-    phantom = read_phantom(DEFAULT_TABLE, [])
-    names = [f"0mm/{number}" for number in range(count)]
-    return {name: simulate_run(phantom, 0.0, 1, name).counts.astype(float) for name in names}
 
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory):
     """Write what the detectors have learned, with what enough simulated runs teach."""
     folder = tmp_path_factory.mktemp("results")
-    traits = {name: wave_traits(run, 10.0, BENCH) for name, run in simulated(LEAST_PLACES).items()}
-    archive = replace(taught_by(), sizes_mm=dict.fromkeys(traits, 0.0), traits=traits)
     write_learned(folder, CONFIGURATION, taught_by())
-    path = folder / "detectors.json"
-    kind = {FAMILIAR: FamiliarTeacher(archive).without([]).stored()}
-    path.write_text(json.dumps(json.loads(path.read_text()) | kind))
+    teach_familiar(folder, healthy_runs(LEAST_PLACES), CONFIGURATION)
     return folder
 
 
 def test_one_strange_pass_makes_the_place_strange(results):
-    usual = list(simulated(2).values())
+    usual = list(healthy_runs(2).values())
     slow = np.repeat(usual[0], 2, axis=1)[:, :900]
     sizes = pass_sizes(results, BENCH, 10.0)
     assert sizes.familiarity(usual).familiar is True
@@ -55,9 +41,9 @@ def test_one_strange_pass_makes_the_place_strange(results):
 def test_without_a_pass_or_what_was_learned_nobody_can_tell(results, tmp_path):
     assert pass_sizes(results, BENCH, 10.0).familiarity([]).familiar is None
     nothing = pass_sizes(tmp_path, BENCH, 10.0)
-    assert nothing.familiarity(list(simulated(1).values())).familiar is None
+    assert nothing.familiarity(list(healthy_runs(1).values())).familiar is None
     other = pass_sizes(results, BENCH | {"pitch_mm": 7.0}, 10.0)
-    assert other.familiarity(list(simulated(1).values())).familiar is None
+    assert other.familiarity(list(healthy_runs(1).values())).familiar is None
 
 
 def test_what_an_earlier_version_has_learned_is_not_used(results, tmp_path):
@@ -66,4 +52,4 @@ def test_what_an_earlier_version_has_learned_is_not_used(results, tmp_path):
     (tmp_path / "detectors.json").write_text(json.dumps(content))
     earlier = pass_sizes(tmp_path, BENCH, 10.0)
     assert earlier.model is None
-    assert np.isnan(earlier.of(list(simulated(1).values()))).all()
+    assert np.isnan(earlier.of(list(healthy_runs(1).values()))).all()

@@ -2,7 +2,6 @@
 
 import json
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,13 +11,18 @@ from capsule.bench.verdict import FinalVerdict, RunningVerdict
 from capsule.bench.verdict_table import verdict_table
 from capsule.configuration_files import read_config_file
 from capsule.detectors.diagonal import DiagonalDetector, DiagonalModel
-from capsule.detectors.familiar import FAMILIAR, LEAST_PLACES, FamiliarTeacher
-from capsule.detectors.wave_traits import wave_traits
+from capsule.detectors.familiar import LEAST_PLACES
 from capsule.errors import CapsuleError
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import simulate_run
 from capsule.project import PROJECT
-from support.learned import taught_by, write_learned, write_templates
+from support.learned import (
+    healthy_runs,
+    taught_by,
+    teach_familiar,
+    write_learned,
+    write_templates,
+)
 
 HEADER = {"adc_bits": "10"}
 
@@ -151,16 +155,9 @@ def test_the_final_verdict_says_why_there_is_none(templates, tmp_path, configura
 
 def test_a_run_of_another_kind_is_told_before_the_verdicts(templates, tmp_path, configuration):
     phantom = read_phantom(DEFAULT_TABLE, [])
-    runs = [simulate_run(phantom, 0.0, 1, f"0mm/{number}") for number in range(LEAST_PLACES)]
-    traits = {
-        f"0mm/t{number}": wave_traits(run.counts.astype(float), 10.0, configuration["diagonal"])
-        for number, run in enumerate(runs)
-    }
-    archive = replace(taught_by(), sizes_mm=dict.fromkeys(traits, 0.0), traits=traits)
-    kind = FamiliarTeacher(archive).without([]).stored()
     write_learned(tmp_path, configuration, taught_by())
+    teach_familiar(tmp_path, healthy_runs(LEAST_PLACES), configuration)
     path = tmp_path / "detectors.json"
-    path.write_text(json.dumps(json.loads(path.read_text()) | {FAMILIAR: kind}))
     final = FinalVerdict(tmp_path / "templates.npz", path, configuration)
     run = simulate_run(phantom, 4.0, 2, "4mm/r01").counts.astype(float)
     lines = final.judge(run)
