@@ -14,7 +14,7 @@ export XDG_CACHE_HOME := $(CURDIR)/.snakemake/cache
 $(info note: the home folder cannot be written; caches are kept in .snakemake/cache)
 endif
 
-.PHONY: help report test test-slow coverage lint docs environment
+.PHONY: help report test test-slow coverage lint docs environment formats
 
 help:  ## list what make can do
 	@sed -n 's/^\([a-z-]*\):.*## /make \1  /p' Makefile | awk '{printf "%-18s", $$1 " " $$2; $$1 = $$2 = ""; print}'
@@ -46,6 +46,8 @@ docs: $(ENVIRONMENT)/test-ready  ## build the manual: build/site/index.html
 
 environment: $(BIN)/capsule  ## set up the environment in .venv
 
+formats: $(ENVIRONMENT)/formats-ready  ## add Excel, HDF5, NWB, TDMS, XDF, ROS, Parquet, NetCDF, Jupyter
+
 # Python compiles a module when it is first imported, and keeps the result. To compile all modules
 # takes as long as to install them. If Python may keep nothing, pip compiles them.
 INSTALL := pip install --quiet $(if $(PYTHONDONTWRITEBYTECODE),,--no-compile) --require-hashes
@@ -58,17 +60,16 @@ $(ENVIRONMENT)/ready: requirements.lock
 	$(BIN)/python -m $(INSTALL) --requirement requirements.lock
 	@touch $@
 
-# The command `capsule`, and `import capsule`, use the code of this folder through links. Links need
-# no build. Python finds the library through them, but none of the scripts.
-$(BIN)/capsule: $(ENVIRONMENT)/ready
-	@mkdir -p $(ENVIRONMENT)/library/capsule_project
-	@ln -sfn ../../workflow/scripts/capsule $(ENVIRONMENT)/library/capsule
-	@ln -sfn ../../../workflow ../../../config $(ENVIRONMENT)/library/capsule_project/
-	@for packages in $(ENVIRONMENT)/lib/python*/site-packages; do \
-	  echo "$(CURDIR)/$(ENVIRONMENT)/library" > "$$packages/capsule_of_this_folder.pth"; done
-	@printf '#!/bin/sh\nexec "%s" "%s" "$$@"\n' "$(CURDIR)/$(BIN)/python" \
-	  "$(CURDIR)/workflow/scripts/capsule_command.py" > $@
-	@chmod +x $@
+# The command `capsule`, and `import capsule`, use the code of this folder. No script of the workflow
+# can be imported, and nothing is copied.
+$(BIN)/capsule: $(ENVIRONMENT)/ready pyproject.toml
+	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable .
+	@touch $@
+
+# 9 further formats of recordings and results, and the kernel of docs/tutorial.ipynb.
+$(ENVIRONMENT)/formats-ready: $(BIN)/capsule requirements-formats.lock
+	$(BIN)/python -m $(INSTALL) --requirement requirements-formats.lock
+	@touch $@
 
 # The tests and the manual need further packages. All are compiled here, on all cores: in the tests,
 # where a warning is an error, a package whose code warns could not be compiled. Files that are no

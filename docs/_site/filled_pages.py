@@ -17,22 +17,18 @@ from inspect import unwrap
 from pathlib import Path
 from unittest import mock
 
+import study_phantom
+import teach_scorer
 from pygments.lexers.special import TextLexer
 from sphinx.application import Sphinx
 
+from capsule.cli import COMMANDS, build_parser, subparsers
 from capsule.interface.public import attribute, public_names
-from capsule_command import WORDS
-from script_parser import script_parser
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = ROOT / "workflow" / "scripts"
-# Scripts for people that are no words of the command `capsule`.
-STUDIES = ROOT / "workflow" / "studies"
-OTHER_SCRIPTS = (
-    SCRIPTS / "make_parts.py",
-    STUDIES / "study_phantom.py",
-    STUDIES / "teach_scorer.py",
-)
+# Programs for people that are no subcommands of `capsule`.
+STUDIES = (study_phantom, teach_scorer)
 BOARDS = ("logger", "peristalsis", "fold")
 _FILLED = re.compile(r"<!-- filled: (.+?) -->")
 _SOURCE_ALONE = re.compile(r"<!-- source -->.*?<!-- /source -->\n?", re.DOTALL)
@@ -50,13 +46,12 @@ def options() -> str:
     """Give what each command prints for --help."""
     parts = []
     with mock.patch.dict(os.environ, {"COLUMNS": "90"}):
-        for word, (script, _) in WORDS.items():
-            parser = script_parser(SCRIPTS / script)
-            parser.prog = f"capsule {word}"
+        for word, parser in subparsers(build_parser(tuple(COMMANDS))).items():
             parts += [f"## capsule {word}", _as_text(parser.format_help())]
-        for script in OTHER_SCRIPTS:
-            parser = script_parser(script)
-            parts += [f"## {script.name}", _as_text(parser.format_help())]
+        for study in STUDIES:
+            parser = study.build_parser()
+            parser.prog = f"{study.__name__}.py"
+            parts += [f"## {parser.prog}", _as_text(parser.format_help())]
     return "\n\n".join(parts)
 
 
@@ -79,7 +74,7 @@ def modules(package: str) -> str:
     folder = SCRIPTS.joinpath(*package.split("."))
     parts = []
     for path in sorted(folder.glob("*.py")):
-        if path.stem != "__init__":
+        if path.stem not in ("__init__", "__main__"):
             module = f"{package}.{path.stem}"
             public = _public_of(module)
             lines = [f".. automodule:: {module}", "   :members:"]

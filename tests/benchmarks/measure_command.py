@@ -20,7 +20,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-COMMAND = str(ROOT / "workflow/scripts/capsule_command.py")
+COMMAND = str(ROOT / "workflow/scripts/capsule")
 RECORDING = "raw/3mm/r07.csv"
 # One thread, as in the workflow's jobs.
 ENVIRONMENT = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}

@@ -43,6 +43,7 @@ from capsule.figures.style import (
     figure_style,
     render_figure,
 )
+from support.command import CAPSULE
 from support.project import PARTS, Project
 
 # The rules, each after those that it needs.
@@ -104,7 +105,7 @@ def make_project(
 
 def simulate(project: Project, runs: int, sizes: list[str] = SIZES, seed: int = 1) -> None:
     """Add simulated recordings to a project."""
-    command = [sys.executable, str(ROOT / "workflow/scripts/simulate.py"), "--force"]
+    command = [*CAPSULE, "simulate", "--force"]
     command += ["--out", str(project.raw), "--runs", str(runs), "--seed", str(seed)]
     subprocess.run([*command, "--sizes", *sizes], check=True, capture_output=True)
 

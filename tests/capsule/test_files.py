@@ -83,7 +83,8 @@ def test_a_users_fault_ends_in_one_line(capsys):
 
     with pytest.raises(SystemExit) as stop:
         files.run(main)
-    assert stop.value.code == "error: raw/3mm/r01.csv: say why"
+    assert stop.value.code == 1
+    assert capsys.readouterr().err == "error: raw/3mm/r01.csv: say why\n"
 
 
 def test_a_missing_file_is_named(tmp_path):

@@ -26,13 +26,14 @@ FLOORS = (
     "capsule.described_recording",
     "capsule.configuration_files",
     "capsule.settings",
+    "capsule.phantom.command",
     "capsule.survey",
     "capsule.evaluation",
     "capsule.figures",
     "capsule.interface",
     "capsule.page",
-    "capsule.parts.part_options",
     "capsule.parts.sheets",
+    "capsule.parts.command",
     "capsule.project_state",
     "capsule.run",
     "capsule.importing",
@@ -42,13 +43,14 @@ FLOORS = (
     "scorer_teaching",
     "scripts",
 )
-FRONTS = {"acquire", "simulate", "study_phantom", "survey", "teach_scorer"}
-FRONTS |= {"capsule_command", "demo", "judge_file", "shell_completion"}
+FRONTS = {"study_phantom", "teach_scorer"}
 # Only modules of these names, in any folder of the library, know files, folders and processes. All
 # others are functions on arrays.
 ON_FILES = {"files", "results", "project", "locks", "forks", "keys", "fits"}
 ON_FILES |= {"configuration_files", "settings", "library", "described"}
 ON_FILES |= {"data_files", "held_out_files", "plot_data", "listed"}
+# The command, and those of subjects.
+ON_FILES |= {"__main__", "cli", "command", "completion", "new"}
 # These call git, Slurm or Snakemake, and look after its runs.
 ON_PROGRAMS = {"project_state", "run", "slurm_jobs", "verify", "workflow_call"}
 # These folders are at work on files, boards and other programs as a whole; and one module reads the

@@ -2,7 +2,6 @@
 
 import argparse
 import subprocess
-import sys
 
 import pytest
 
@@ -10,6 +9,7 @@ from capsule.configuration_files import read_config_file
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import planned_runs, recording_of, simulate_run
 from capsule.recording import format_recording, read_recording
+from support.command import CAPSULE
 from support.project import ROOT
 
 RAW = ROOT / "raw"
@@ -19,7 +19,7 @@ RAW = ROOT / "raw"
 def test_the_simulator_makes_the_shipped_recordings_again_to_the_byte(tmp_path, size):
     with (RAW / f"{size}mm/r01.csv").open("rb") as stream:
         header = read_recording(stream, sensors=4).header
-    command = [sys.executable, str(ROOT / "workflow/scripts/simulate.py"), "--out", str(tmp_path)]
+    command = [*CAPSULE, "simulate", "--out", str(tmp_path)]
     command += ["--seed", header["simulator_seed"], "--sizes", size, "--runs", "2"]
     subprocess.run(command, check=True, capture_output=True)
     for name in ("r01", "r02"):

@@ -1,6 +1,7 @@
 """Python code in the documents runs, and the options of commands exist."""
 
 import argparse
+import importlib
 import itertools
 import os
 import re
@@ -8,11 +9,10 @@ import shlex
 import shutil
 import subprocess
 import sys
-from functools import cache
 
 import pytest
 
-from script_parser import script_parser
+from support.command import PARSERS
 from support.documents import Block, all_blocks, blocks, documents
 from support.project import ROOT
 
@@ -27,7 +27,7 @@ WITH_PYTHON = list(
 PLACEHOLDERS = {"NAME": "uneven-wall"}
 # What begins another command.
 AFTER = {"|", ";", "&&", ">", "2>&1"}
-COMMAND = re.compile(r"(?:^|[ ;&|(])python workflow/(?:scripts|studies)/(\w+)\.py(.*)")
+COMMAND = re.compile(r"(?:^|[ ;&|(])python workflow/studies/(\w+)\.py(.*)")
 
 
 @pytest.fixture
@@ -68,21 +68,19 @@ def test_blocks_are_told_apart(tmp_path, monkeypatch):
     monkeypatch.setattr("support.documents.ROOT", tmp_path)
     document = tmp_path / "page.md"
     text = "Text:\n\n    import a\n\n    a.b()\n\nMore:\n\n<!-- not run: it takes a board -->\n\n"
-    text += "```python\nx = 1\n```\n\n    python workflow/scripts/a.py --b \\\n        c\n"
+    text += "```python\nx = 1\n```\n\n    python workflow/studies/a.py --b \\\n        c\n"
     document.write_text(text)
     assert blocks(document) == [
         Block("page.md", 3, "", "import a\n\na.b()", ""),
         Block("page.md", 11, "python", "x = 1", "it takes a board"),
-        Block("page.md", 15, "", "python workflow/scripts/a.py --b \\\n    c", ""),
+        Block("page.md", 15, "", "python workflow/studies/a.py --b \\\n    c", ""),
     ]
     assert [each.is_python for each in blocks(document)] == [True, True, False]
 
 
-@cache
-def parser_of(script: str) -> argparse.ArgumentParser:
-    """Return the parser of a script."""
-    studies = SCRIPTS.with_name("studies") / f"{script}.py"
-    return script_parser(studies if studies.exists() else SCRIPTS / f"{script}.py")
+def parser_of(study: str) -> argparse.ArgumentParser:
+    """Return the parser of a study, by the name of its script."""
+    return importlib.import_module(study).build_parser()
 
 
 def options(parser: argparse.ArgumentParser) -> set[str]:
@@ -95,7 +93,7 @@ def options(parser: argparse.ArgumentParser) -> set[str]:
 
 
 def commands():
-    """Yield each call of a script in a block: its place, the script and its arguments."""
+    """Yield each call of a study in a block: its place, the script and its arguments."""
     for block in BLOCKS:
         for line in block.text.replace("\\\n", " ").splitlines():
             if called := COMMAND.search(line):
@@ -106,7 +104,7 @@ def commands():
 
 
 @pytest.mark.parametrize(("script", "arguments"), list(commands()))
-def test_a_command_in_a_document_is_one_that_its_script_takes(script, arguments, capsys):
+def test_a_command_in_a_document_is_one_that_its_study_takes(script, arguments, capsys):
     parser = parser_of(script)
     try:
         parser.parse_args(arguments)
@@ -116,23 +114,23 @@ def test_a_command_in_a_document_is_one_that_its_script_takes(script, arguments,
 
 
 def mentioned():
-    """Yield each option that a document names with its script, in a sentence or a block."""
+    """Yield each option that a document names with its command, in a sentence or a block."""
     for document in documents():
         text = document.read_text(encoding="utf-8")
-        for script, option in re.findall(r"\b(\w+)\.py(?: [a-z]+)? (--[a-z][a-z-]*)", text):
-            if (SCRIPTS / f"{script}.py").exists():
-                yield f"{document.relative_to(ROOT).as_posix()}: {script}.py {option}"
+        for word, option in re.findall(r"\bcapsule ([a-z]+) (--[a-z][a-z-]*)", text):
+            if word in PARSERS:
+                yield f"{document.relative_to(ROOT).as_posix()}: capsule {word} {option}"
 
 
 @pytest.mark.parametrize("mention", sorted(set(mentioned())))
 def test_an_option_that_a_document_names_exists(mention):
-    script, option = mention.rpartition(": ")[2].split(".py ")
-    assert option in options(parser_of(script))
+    word, option = mention.rpartition(": capsule ")[2].split()
+    assert option in options(PARSERS[word])
 
 
 def test_a_wrong_option_would_be_seen(capsys):
     with pytest.raises(SystemExit):
-        parser_of("simulate").parse_args(["--no-such-option"])
+        PARSERS["simulate"].parse_args(["--no-such-option"])
     assert "--no-such-option" in capsys.readouterr().err
     assert "--no-such-option" not in options(parser_of("study_phantom"))
     assert {"--bench", "--candidates", "--archives"} <= options(parser_of("study_phantom"))

@@ -1,29 +1,25 @@
-"""The words of the command capsule start the right programs."""
+"""The command capsule starts the right subcommand, in the folder that it is called in."""
 
+import os
 import re
-import shutil
 import subprocess
 import sys
 
 import pytest
+import yaml
 
-import capsule_command
-from script_parser import script_parser
+from capsule import cli, files
+from capsule.errors import CapsuleError
+from support.command import CAPSULE, run_command
 from support.project import ROOT
+from support.synthetic import write_archive
 
 pytestmark = pytest.mark.takes(0.3)
 
-COMMAND = ROOT / "workflow/scripts/capsule_command.py"
-PRESENT = [
-    word
-    for word, (script, _) in capsule_command.WORDS.items()
-    if (capsule_command.SCRIPTS / script).exists()
-]
 
-
-def call(*words, command=COMMAND, **settings):
+def call(*words, **settings):
     return subprocess.run(
-        [sys.executable, command, *words],
+        [*CAPSULE, *map(str, words)],
         capture_output=True,
         text=True,
         encoding="utf-8",
@@ -32,23 +28,26 @@ def call(*words, command=COMMAND, **settings):
     )
 
 
-def test_help_lists_the_words_and_imports_nothing_heavy():
+def test_help_lists_the_commands_and_imports_nothing_heavy():
+    python, package = CAPSULE
     done = subprocess.run(
-        [sys.executable, "-X", "importtime", COMMAND, "--help"],
-        capture_output=True,
-        text=True,
-        check=True,
+        [python, "-X", "importtime", package, "--help"], capture_output=True, text=True, check=True
     )
-    listed = re.findall(r"^  (\w+)  +\w", done.stdout, re.MULTILINE)
-    assert listed == list(capsule_command.WORDS)
+    assert re.findall(r"^    (\w+)(?:  +\w|$)", done.stdout, re.MULTILINE) == list(cli.COMMANDS)
     imported = {line.rpartition("|")[2].strip() for line in done.stderr.splitlines()}
-    assert "pathlib" in imported
-    assert not {"numpy", "argparse", "capsule", "serial", "difflib"} & imported
+    assert "capsule.cli" in imported
+    assert not {"numpy", "pandas", "serial", "yaml", "capsule.bench", "shtab"} & imported
+
+
+def test_the_version_says_where_the_code_is():
+    done = call("--version")
+    assert done.stdout == f"capsule 0.1.0, from {ROOT / 'workflow/scripts/capsule'}\n"
 
 
 def test_without_a_word_the_help_is_an_error():
     done = call()
-    assert (done.returncode, done.stdout) == (2, capsule_command.help_text() + "\n")
+    assert done.returncode == 2
+    assert done.stdout.startswith("usage: capsule ")
 
 
 @pytest.mark.parametrize(
@@ -62,56 +61,115 @@ def test_a_wrong_word_is_answered_with_the_nearest(word, hint):
     assert hint in done.stderr
 
 
-@pytest.mark.parametrize("word", PRESENT)
-def test_a_word_is_called_by_its_name_from_any_folder(word, tmp_path):
+@pytest.mark.parametrize("word", cli.COMMANDS)
+def test_a_command_is_called_by_its_name_from_any_folder(word, tmp_path):
     done = call(word, "--no-such-option", cwd=tmp_path)
     assert done.returncode == 2
     assert done.stderr.startswith(f"usage: capsule {word} ")
 
 
-def test_errors_and_status_are_those_of_the_script(tmp_path):
-    words = ("--size", "3", "--port", tmp_path / "none", "--raw", tmp_path, "--logs", tmp_path)
-    by_word = call("record", *words)
-    by_script = call(*words, command=ROOT / "workflow/scripts/acquire.py")
-    assert by_word.returncode == by_script.returncode == 3
-    assert by_word.stderr == by_script.stderr
+def test_the_module_is_the_same_command(tmp_path):
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "workflow" / "scripts")}
+    command = [sys.executable, "-m", "capsule", "--help"]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (0, call("--help").stdout)
 
 
-def test_the_scripts_keep_their_own_names():
-    done = call("--size", command=ROOT / "workflow/scripts/acquire.py")
-    assert done.stderr.startswith("usage: acquire.py ")
+@pytest.mark.parametrize(
+    ("raised", "status", "line"),
+    [
+        (KeyboardInterrupt(), 130, ""),
+        (CapsuleError("no board"), 1, "error: no board\n"),
+        (OSError(28, "No space left on device", "raw"), 1, "error: raw: No space left on device"),
+    ],
+)
+def test_an_end_by_an_error_is_one_line_at_most(raised, status, line, capsys):
+    def fail():
+        raise raised
+
+    with pytest.raises(SystemExit) as ended:
+        files.run(fail)
+    # Python prints the text of an exit as a line, and ends with status 1.
+    code = ended.value.code
+    assert (1 if isinstance(code, str) else code) == status
+    assert (capsys.readouterr().err or (code if isinstance(code, str) else "")).startswith(line)
 
 
-def test_installed_it_finds_the_scripts_beside_it(tmp_path):
-    scripts = tmp_path / "capsule_project/workflow/scripts"
-    scripts.mkdir(parents=True)
-    command = shutil.copy(COMMAND, tmp_path)
-    done = call("judge", "x", command=command)
-    assert done.returncode == 1
-    assert done.stderr.rstrip() == (
-        f"error: {scripts}/judge_file.py is missing; install the project again"
-    )
-    (scripts / "beside.py").write_text("text = 'beside'")
-    (scripts / "judge_file.py").write_text(
-        "import sys, beside\nprint(__name__, sys.argv, beside.text)\nsys.exit(7)"
-    )
-    done = call("judge", "x", "--y", command=command)
-    assert done.returncode == 7
-    assert done.stdout == "__main__ ['capsule judge', 'x', '--y'] beside\n"
+@pytest.fixture
+def bench(tmp_path, monkeypatch):
+    """Make the folder of a bench with three sensors, and go there."""
+    run_command("new", tmp_path / "pig-7")
+    config = tmp_path / "pig-7/config/config.yaml"
+    settings = yaml.safe_load(config.read_text(encoding="utf-8"))
+    settings["recording"]["sensors"] = 3
+    config.write_text(yaml.safe_dump(settings), encoding="utf-8")
+    monkeypatch.chdir(config.parents[1])
+    return config.parents[1]
 
 
-def test_the_parser_of_a_script_is_its_own(tmp_path):
-    parser = script_parser(ROOT / "workflow/scripts/simulate.py")
-    assert parser.prog == "simulate.py"
-    assert parser.parse_args(["--seed", "7"]).seed == 7
-    (tmp_path / "silent.py").write_text("def main():\n    pass\n")
-    with pytest.raises(ValueError, match="reads no command line"):
-        script_parser(tmp_path / "silent.py")
+def shipped():
+    return {path: path.stat().st_mtime_ns for path in (ROOT / "raw").rglob("*")}
 
 
-def test_ctrl_c_while_a_script_is_read_is_no_traceback(tmp_path):
-    scripts = tmp_path / "capsule_project/workflow/scripts"
-    scripts.mkdir(parents=True)
-    (scripts / "demo.py").write_text("raise KeyboardInterrupt\n")
-    done = call("demo", command=shutil.copy(COMMAND, tmp_path))
-    assert (done.returncode, done.stdout, done.stderr) == (130, "", "")
+def test_a_new_folder_holds_settings_raw_and_what_to_do(tmp_path, capsys):
+    run_command("new", tmp_path / "pig-7")
+    assert "cd " in capsys.readouterr().out
+    folder = tmp_path / "pig-7"
+    assert sorted(path.name for path in folder.iterdir()) == [
+        "README.md",
+        "Snakefile",
+        "config",
+        "raw",
+    ]
+    assert (folder / "README.md").read_text(encoding="utf-8").startswith("# pig-7\n")
+    settings = yaml.safe_load((folder / "config/config.yaml").read_text(encoding="utf-8"))
+    assert settings["evaluation"]["held_out"] == []
+
+
+def test_a_folder_with_files_is_left_as_it_is(tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    with pytest.raises(CapsuleError, match="is not empty; nothing was written"):
+        run_command("new", tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
+
+
+def test_simulate_import_and_record_write_into_the_folder_with_its_sensors(bench):
+    before = shipped()
+    run_command("simulate", "--runs", "1", "--sizes", "3")
+    header = (bench / "raw/3mm/r01.csv").read_text(encoding="utf-8")
+    assert "time_s,sensor_1,sensor_2,sensor_3\n" in header
+    (bench / "raw/3mm/r01.csv").rename(bench / "other.csv")
+    (bench / "raw/3mm").rmdir()
+    (bench / "raw").rmdir()
+    assert run_command("import", "other.csv", "--size", "2") == 0
+    assert (bench / "raw/2mm/other.csv").is_file()
+    done = call("record", "--size", "1", "--port", bench / "none", cwd=bench)
+    assert done.returncode == 3
+    assert shipped() == before
+
+
+def test_a_survey_uses_the_configuration_of_the_folder(bench):
+    (bench / "config/config.yaml").write_text("recording: {sensors: four}\n", encoding="utf-8")
+    with pytest.raises(CapsuleError, match=r"config/config\.yaml: "):
+        run_command("survey", "--simulate", "--metres", "0.3", "--out", "sessions/one")
+
+
+@pytest.mark.parametrize("word", ["judge", "export", "simulate"])
+def test_each_command_checks_the_configuration_of_the_folder(bench, word):
+    (bench / "config/config.yaml").write_text("recording: {sensors: four}\n", encoding="utf-8")
+    words = {"judge": ["run.csv"], "export": ["--format", "mat"], "simulate": []}
+    with pytest.raises(CapsuleError, match=r"config/config\.yaml: "):
+        run_command(word, *words[word])
+
+
+@pytest.mark.workflow
+@pytest.mark.takes(6)
+def test_snakemake_runs_in_a_new_folder_with_the_steps_of_the_project(tmp_path):
+    run_command("new", tmp_path / "pig-7")
+    write_archive(tmp_path / "pig-7/raw", ["0mm/r01", "3mm/r07"])
+    plain = [sys.executable, "-m", "snakemake", "--cores=1", "--dry-run"]
+    for command in (plain, [*CAPSULE, "report", "--cores", "1", "--", "--dry-run"]):
+        done = subprocess.run(command, cwd=tmp_path / "pig-7", capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        jobs = dict(re.findall(r"^ *(\w+) +(\d+) *$", done.stdout + done.stderr, re.MULTILINE))
+        assert (jobs["preprocess"], jobs["report"]) == ("2", "1")

@@ -1,19 +1,17 @@
-"""The commands in the documents exist, and those of the tutorial run."""
+"""The commands in the documents exist, docs/command.md has all, and those of the tutorial run."""
 
 import re
 import shlex
 import shutil
 import subprocess
-import sys
 
 import pytest
 
-import capsule_command
-from script_parser import script_parser
+from capsule.cli import COMMANDS, build_parser
+from support.command import CAPSULE, PARSERS
 from support.documents import all_blocks
 from support.project import ROOT
 
-COMMAND = ROOT / "workflow/scripts/capsule_command.py"
 CALL = re.compile(r"(?:\$ )?(capsule (\w+)\b.*)")
 # What begins another command.
 AFTER = re.compile(r" [>|] | && ")
@@ -29,12 +27,21 @@ def calls():
                 yield str(block), AFTER.split(call[1])[0], call[2]
 
 
+PAGE = "docs/command.md"
+SECTIONS = dict(
+    re.findall(
+        r"^## capsule (\w+)\n(.*?)(?=^## |\Z)",
+        (ROOT / PAGE).read_text(encoding="utf-8"),
+        re.MULTILINE | re.DOTALL,
+    )
+)
 # Each line of a block of README and tutorial begins with one of these; the named file runs such a
 # line, or nobody does, for the reason given.
 SHOWN_BY = {
     "make report": ".ci/run",
     "make test": ".ci/run",
     "pip install --require-hashes -r requirements-test.lock": ".github/workflows/check.yml",
+    "pip install --no-deps --no-build-isolation -e .": ".github/workflows/check.yml",
     "snakemake -c2 results/report.html": "tests/workflow/test_workflow.py",
     "pytest": ".github/workflows/check.yml",
     "capsule demo": "tests/capsule/bench/test_demo.py",
@@ -81,11 +88,37 @@ def words_of(line):
     ("line", "word"), sorted({(line, word) for _, line, word in calls()}), ids=lambda each: each
 )
 def test_a_call_of_the_command_in_a_document_is_one_that_it_takes(line, word, capsys):
-    parser = script_parser(capsule_command.SCRIPTS / capsule_command.WORDS[word][0])
     try:
-        parser.parse_args(words_of(line))
+        PARSERS[word].parse_args(words_of(line))
     except SystemExit as ended:
         assert ended.code == 0, capsys.readouterr().err
+
+
+def test_the_page_of_the_command_has_a_section_and_an_example_of_each():
+    assert set(SECTIONS) == set(COMMANDS)
+    assert {word for place, _, word in calls() if place.startswith(PAGE)} == set(COMMANDS)
+
+
+def test_the_help_stands_there_as_the_command_prints_it(monkeypatch):
+    monkeypatch.setenv("COLUMNS", "100")
+    lines = build_parser(()).format_help().splitlines()
+    shown = "\n".join(f"    {line}".rstrip() for line in lines)
+    assert f"    $ capsule --help\n{shown}\n" in (ROOT / PAGE).read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("word", COMMANDS)
+def test_every_option_that_its_section_names_exists(word):
+    named = set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", SECTIONS[word]))
+    # What completion lists in its example are the options of judge.
+    known = {*PARSERS[word]._option_string_actions}
+    known |= {*PARSERS["judge"]._option_string_actions} if word == "completion" else set()
+    assert named <= known
+
+
+def test_every_option_of_the_commands_that_are_described_there_alone_is_named():
+    for word in ("judge", "demo", "report", "verify", "new"):
+        options = {*PARSERS[word]._option_string_actions} - {"-h", "--help"}
+        assert options <= set(re.findall(r"--[a-z-]+", SECTIONS[word])), word
 
 
 def test_make_has_what_the_documents_make():
@@ -110,7 +143,7 @@ def test_the_simulations_of_the_tutorial_run_in_their_order(tmp_path):
     printed = ""
     for line in lines:
         done = subprocess.run(
-            [sys.executable, COMMAND, "simulate", *words_of(line)],
+            [*CAPSULE, "simulate", *words_of(line)],
             cwd=tmp_path,
             capture_output=True,
             text=True,

@@ -1,42 +1,31 @@
 """The completion of the command capsule works in a real bash."""
 
-import argparse
 import os
 import select
 import subprocess
-import sys
 import time
 
 import pytest
 
-import capsule_command
-import shell_completion
-from script_parser import script_parser
-from support.project import ROOT
+from capsule import completion
+from capsule.cli import COMMANDS, subparsers
+from support.command import CAPSULE, PARSERS
 
 pytestmark = pytest.mark.takes(0.2)
 
 pty = pytest.importorskip("pty", reason="this system has no pseudo-terminals")
-
-COMMAND = ROOT / "workflow/scripts/capsule_command.py"
-SCRIPTS = {
-    word: capsule_command.SCRIPTS / script for word, (script, _) in capsule_command.WORDS.items()
-}
 
 
 def options_of(parser):
     return {option for action in parser._actions for option in action.option_strings}
 
 
-def test_completion_knows_every_option_of_every_script():
-    whole = shell_completion.whole_parser()
-    (words,) = (
-        action for action in whole._actions if isinstance(action, argparse._SubParsersAction)
-    )
-    assert list(words.choices) == list(capsule_command.WORDS)
-    for word, script in SCRIPTS.items():
-        own = options_of(script_parser(script)) if script.exists() else set()
-        assert options_of(words.choices[word]) == own
+def test_completion_knows_every_option_of_every_command():
+    completed = subparsers(completion.whole_parser())
+    assert list(completed) == list(COMMANDS)
+    for word, parser in PARSERS.items():
+        assert options_of(completed[word]) == options_of(parser)
+        assert len(options_of(parser)) > 2 or word in ("completion", "new")
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +33,7 @@ def script(tmp_path_factory):
     """Write the completion script for bash, and return its path."""
     path = tmp_path_factory.mktemp("completion") / "capsule.bash"
     with path.open("wb") as stream:
-        command = [sys.executable, COMMAND, "completion", "bash"]
+        command = [*CAPSULE, "completion", "bash"]
         subprocess.run(command, stdout=stream, check=True)
     return path
 
@@ -119,17 +108,17 @@ def test_bash_completes_what_can_be_only_one_thing(bash, keys, wanted):
 
 def test_bash_lists_every_option(bash):
     listed = bash.type("capsule judge --\t\t", "ready ")
-    assert options_of(script_parser(SCRIPTS["judge"])) - {"-h"} <= set(listed.split())
+    assert options_of(PARSERS["judge"]) - {"-h"} <= set(listed.split())
 
 
 def test_bash_lists_the_sizes(bash):
     listed = bash.type("capsule record --size \t\t", "ready ")
-    assert set(shell_completion.SIZES_MM) <= set(listed.split())
+    assert set(completion.SIZES_MM) <= set(listed.split())
 
 
 @pytest.mark.parametrize("shell", ["zsh", "tcsh"])
 def test_other_shells_are_told_the_same_words_and_options(shell):
-    text = shell_completion.shtab.complete(shell_completion.whole_parser(), shell)
-    assert all(word in text for word in capsule_command.WORDS)
-    for option in options_of(script_parser(SCRIPTS["judge"])) - {"-h"}:
+    text = completion.shtab.complete(completion.whole_parser(), shell)
+    assert all(word in text for word in COMMANDS)
+    for option in options_of(PARSERS["judge"]) - {"-h"}:
         assert option.removeprefix("--") in text

@@ -8,10 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from capsule.importing.import_options import NO_OPTION, build_parser
-from capsule.importing.import_run import Importer
+from capsule.cli import build_parser
+from capsule.importing.import_run import NO_OPTION, Importer
 from capsule.importing.lab_map import allowed
 from capsule.importing.resampling import STOP_DB
+from support.command import PARSERS
 from support.lab_files import write_examples
 from support.project import ROOT
 
@@ -19,7 +20,7 @@ pytestmark = pytest.mark.takes(0.1)
 
 TEXT = (ROOT / "docs/import.md").read_text(encoding="utf-8")
 KEYS = json.loads((ROOT / "workflow/schemas/lab.schema.json").read_text())["properties"]
-COMMAND = "python workflow/scripts/import_recordings.py "
+COMMAND = "capsule import "
 
 
 class Utf8(io.StringIO):
@@ -54,7 +55,7 @@ def output(command):
         lines = Path(words[-1]).read_text(encoding="utf-8").splitlines()
         return lines[: int(words[1][1:])] if words[0] == "head" else lines
     text = Utf8()
-    options = build_parser().parse_args([*words[2:], "--raw", "raw"])
+    options = build_parser(["import"]).parse_args([*words[1:], "--raw", "raw"])
     with contextlib.redirect_stdout(text), contextlib.redirect_stderr(text):
         importer = Importer(options)
         importer.run()
@@ -66,7 +67,7 @@ def test_the_page_shows_what_the_command_prints(tmp_path, monkeypatch):
     blocks = shown_blocks()
     assert len(blocks) > 10
     for number, (command, lines) in enumerate(blocks):
-        if command.startswith("python") or number == 0:
+        if command.startswith("capsule") or number == 0:
             folder = tmp_path / str(number)
             folder.mkdir()
             write_examples(folder)
@@ -92,7 +93,7 @@ def test_the_page_explains_no_key_that_does_not_exist():
 
 
 def test_each_key_but_the_files_of_sensors_is_an_option():
-    options = build_parser().format_help()
+    options = PARSERS["import"].format_help()
     for key in KEYS.keys() - set(NO_OPTION):
         assert f"--{key.replace('_', '-')}" in options
 

@@ -3,6 +3,7 @@
 import importlib.metadata
 import os
 import re
+import shlex
 import subprocess
 import sys
 import tomllib
@@ -17,32 +18,30 @@ from capsule.detectors.registry import DETECTORS
 from capsule.figures.registry import FIGURES
 from capsule.keys import imported_files
 from capsule.page.files import RULE_SCRIPTS
+from capsule.project import how_to_install
 from support.project import ROOT
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 SCRIPTS = ROOT / "workflow" / "scripts"
 EXTRAS = PROJECT["optional-dependencies"]
-# What `make report` installs, and what `make test` adds to it.
-LOCKS = ("requirements.lock", "requirements-test.lock")
+# What `make report` installs, and what `make formats` and `make test` add to it.
+LOCKS = ("requirements.lock", "requirements-formats.lock", "requirements-test.lock")
 
 
-def wanted(extra):
-    """Return the packages of an extra, with the project's dependencies and other extras."""
-    requirements = []
-    for requirement in map(Requirement, EXTRAS[extra]):
+def wanted(*extras):
+    """Return the packages of extras, with the project's dependencies and other extras."""
+    requirements = list(map(Requirement, PROJECT["dependencies"]))
+    for text in (text for extra in extras for text in EXTRAS[extra]):
+        requirement = Requirement(text)
         own = requirement.name == PROJECT["name"]
-        requirements += (
-            [each for name in sorted(requirement.extras) for each in map(Requirement, EXTRAS[name])]
-            if own
-            else [requirement]
-        )
-    return [*map(Requirement, PROJECT["dependencies"]), *requirements]
+        requirements += wanted(*sorted(requirement.extras)) if own else [requirement]
+    return requirements
 
 
 # As the recipes of conda-forge and bioconda have it.
-NOT_ON_CONDA = {"manifold3d", "pylsl", "types-pyserial"}
-OTHER_NAMES_OF_CONDA = {"build": "python-build"}
-WANTED = dict(zip(LOCKS, (wanted("workflow"), wanted("test")), strict=True))
+NOT_ON_CONDA = {"manifold3d", "pylsl"}
+RUNNING = ("workflow", "formats", "learn", "notebook")
+WANTED = dict(zip(LOCKS, (wanted("workflow"), wanted(*RUNNING), wanted("dev")), strict=True))
 
 
 def locked_versions(lock):
@@ -64,7 +63,9 @@ def test_the_lock_pins_what_the_project_asks_for(lock, requirement):
     assert all(requirement.specifier.contains(version) for version in versions)
 
 
-@pytest.mark.parametrize(("lock", "some"), [*zip(LOCKS, (set(), {"coverage[toml]"}), strict=True)])
+@pytest.mark.parametrize(
+    ("lock", "some"), [*zip(LOCKS, (set(), set(), {"coverage[toml]"}), strict=True)]
+)
 def test_the_lock_names_the_extras_that_its_packages_ask_for_in_one_another(lock, some):
     # Without them, pip 23 takes a newer release than the pinned one, and stops at it.
     text = (ROOT / lock).read_text(encoding="utf-8")
@@ -88,15 +89,16 @@ def installed(name):
         return None
 
 
-def test_both_locks_pin_the_same_versions():
-    needed, tests = map(locked_versions, LOCKS)
-    assert needed == {name: tests[name] for name in needed}
+def test_all_locks_pin_the_same_versions():
+    *smaller, tests = map(locked_versions, LOCKS)
+    for needed in smaller:
+        assert needed == {name: tests[name] for name in needed}
 
 
 def test_make_report_installs_nothing_that_only_an_extra_asks_for():
     optional = {
         Requirement(text).name.lower()
-        for name in EXTRAS.keys() - {"workflow", "test"}
+        for name in EXTRAS.keys() - {"workflow", "test", "dev"}
         for text in EXTRAS[name]
     }
     assert len(optional) > 10
@@ -160,14 +162,10 @@ def test_the_lock_holds_hashes_and_no_addresses(lock):
 def test_environment_yml_names_the_same_packages_and_ranges():
     environment = yaml.safe_load((ROOT / "environment.yml").read_text(encoding="utf-8"))
     conda = {(r.name, str(r.specifier)) for r in map(Requirement, environment["dependencies"])}
-    pip = {
-        (OTHER_NAMES_OF_CONDA.get(r.name, r.name.lower()), str(r.specifier))
-        for r in WANTED["requirements-test.lock"]
-        if r.name not in NOT_ON_CONDA
-    }
-    assert conda == pip | {("python", str(SpecifierSet(PROJECT["requires-python"])))}
-    # Only extras may be missing there.
-    assert not NOT_ON_CONDA & {each.name for each in WANTED["requirements.lock"]}
+    pip = {(r.name.lower(), str(r.specifier)) for r in wanted(*RUNNING, "test")}
+    python = ("python", str(SpecifierSet(PROJECT["requires-python"])))
+    assert conda == pip | {python, ("pip", "")}
+    assert {Requirement(text).name for text in EXTRAS["parts"] + EXTRAS["lsl"]} == NOT_ON_CONDA
 
 
 def test_the_version_stands_in_pyproject_and_what_cites_it_agrees():
@@ -175,6 +173,41 @@ def test_the_version_stands_in_pyproject_and_what_cites_it_agrees():
     changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     assert citation["version"] == PROJECT["version"]
     assert re.search(r"^## \[(.+?)\]", changes, re.MULTILINE)[1] == PROJECT["version"]
+
+
+def hinted_extras():
+    """Return the extras that an error of the package names, by their call of `how_to_install`."""
+    pattern = r"how_to_install\([\"'](\w+)[\"']\)"
+    return {
+        extra
+        for path in (SCRIPTS / "capsule").rglob("*.py")
+        for extra in re.findall(pattern, path.read_text(encoding="utf-8"))
+    }
+
+
+def test_every_error_that_names_an_extra_names_one_that_there_is():
+    assert {"workflow", "formats", "learn", "lsl", "parts", "cad"} == hinted_extras()
+    assert hinted_extras() <= EXTRAS.keys()
+    texts = [path.read_text(encoding="utf-8") for path in (SCRIPTS / "capsule").rglob("*.py")]
+    # No release of this name can be downloaded.
+    assert not [text for text in texts if "origami-capsule[" in text]
+
+
+@pytest.mark.packages
+@pytest.mark.takes
+@pytest.mark.parametrize("extra", sorted(hinted_extras()))
+def test_the_line_that_an_error_gives_can_be_typed(extra):
+    folder, line = how_to_install(extra).removeprefix("in ").split(": ")
+    pip, *words = shlex.split(line)
+    assert pip == "pip"
+    done = subprocess.run(
+        [sys.executable, "-m", pip, *words, "--dry-run", "-q", "--ignore-installed"],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.packages

@@ -1,4 +1,4 @@
-"""The wheel works for a user of the library, without this folder."""
+"""The package works for a user of the library: from a wheel without this folder, and editable."""
 
 import os
 import shutil
@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from support.documents import all_blocks
-from support.project import ROOT
+from support.project import ROOT, Project
 from support.synthetic import write_archive
 
 pytestmark = [pytest.mark.slow, pytest.mark.takes]
@@ -29,18 +29,39 @@ def wheel(tmp_path_factory):
     return path
 
 
-@pytest.fixture(scope="module")
-def environment(wheel, tmp_path_factory):
-    """Install the wheel into an environment with the packages of this one, and return it."""
-    folder = tmp_path_factory.mktemp("environment")
+def installed(folder, *what):
+    """Install into a new environment with the packages of this one, and return it."""
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", folder], check=True)
-    python = folder / "bin" / "python"
-    pip = [sys.executable, "-m", "pip", "--python", python, "--disable-pip-version-check"]
-    subprocess.run([*pip, "install", "-q", "--no-deps", "--no-index", wheel], check=True)
     (packages,) = (folder / "lib").glob("python*/site-packages")
     # A folder named here is searched last, and what its own .pth files name is not.
     (packages / "others.pth").write_text(sysconfig.get_path("purelib"))
+    pip = [sys.executable, "-m", "pip", "--python", folder / "bin" / "python"]
+    pip += ["--disable-pip-version-check", "install", "-q", "--no-deps", "--no-index"]
+    subprocess.run([*pip, *what], check=True)
     return folder
+
+
+@pytest.fixture(scope="module")
+def environment(wheel, tmp_path_factory):
+    """Install the wheel."""
+    return installed(tmp_path_factory.mktemp("environment"), wheel)
+
+
+def test_installed_editable_it_is_the_code_of_the_folder_and_nothing_is_copied(tmp_path):
+    checkout = Project.create(tmp_path / "checkout").folder
+    for name in ("pyproject.toml", "README.md"):
+        shutil.copy2(ROOT / name, checkout)
+    environment = installed(tmp_path / "environment", "--no-build-isolation", "-e", checkout)
+    (packages,) = (environment / "lib").glob("python*/site-packages")
+    assert not list(packages.rglob("*.smk"))
+    (checkout / "workflow/scripts/capsule/added.py").write_text("WORD = 'changed'\n")
+    program = "import capsule.added, importlib.util\nprint(capsule.added.WORD)\n"
+    # No script of the workflow can be imported.
+    program += "print(importlib.util.find_spec('draw'))\n"
+    assert run(environment, program, tmp_path) == "changed\nNone\n"
+    command = [environment / "bin" / "capsule", "--version"]
+    told = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+    assert told == f"capsule 0.1.0, from {checkout / 'workflow/scripts/capsule'}\n"
 
 
 def run(environment, program, folder):
@@ -67,9 +88,10 @@ def tracked(*folders):
 
 def place(name):
     """Return the path of a project's file in the wheel."""
-    scripts = "workflow/scripts/"
-    at_the_top = name.startswith((f"{scripts}capsule/", f"{scripts}capsule_command.py"))
-    return name.removeprefix(scripts) if at_the_top else f"capsule_project/{name}"
+    package = "workflow/scripts/capsule/"
+    if name.startswith(package):
+        return name.removeprefix("workflow/scripts/")
+    return f"capsule_project/{name}"
 
 
 def test_the_wheel_holds_the_project_in_its_own_folders_and_the_library_once(wheel):
@@ -123,7 +145,7 @@ def test_without_its_project_the_library_says_what_to_do(environment, tmp_path):
     program += "    print(error)"
     told = run(environment, program, tmp_path)
     assert told.startswith(f"the folder {tmp_path / 'alone/capsule_project'} is missing beside ")
-    assert told.endswith("install the project again: pip install .\n")
+    assert told.endswith("install the project again, in its folder: pip install -e .\n")
 
 
 def test_the_installed_workflow_knows_the_code_of_the_installed_library(environment, tmp_path):

@@ -538,7 +538,8 @@ PASSED_OVER = [
         "an unfinished recording",
         "3mm/r07.csv.part",
         write(content("part")),
-        "an unfinished recording; if no recorder is running, complete it with acquire.py --recover",
+        "an unfinished recording; if no recorder is running, complete it with "
+        "capsule record --recover",
     ),
     Case(
         "a folder inside a folder",

@@ -1,4 +1,4 @@
-"""Run import_recordings.py inside the tests' process, with an archive of its own."""
+"""Run `capsule import` inside the tests' process, with an archive of its own."""
 
 import contextlib
 import io
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from capsule.importing.import_options import build_parser
+from capsule.cli import build_parser
 from capsule.importing.import_run import Importer
 from capsule.recording import Recording, read_recording
 from support.project import ROOT
@@ -57,7 +57,9 @@ def import_files(folder: Path, *arguments: str | Path, size: str = "3") -> Impor
     """Import files into `folder`/raw, with lab.yaml beside it."""
     condition = [] if "--unlabelled" in arguments else ["--size", size]
     fixed = ["--raw", folder / "raw", "--write-map", folder / "lab.yaml"]
-    options = build_parser().parse_args([str(each) for each in (*arguments, *condition, *fixed)])
+    options = build_parser(["import"]).parse_args(
+        ["import", *(str(each) for each in (*arguments, *condition, *fixed))]
+    )
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         importer = Importer(options)

@@ -1,17 +1,15 @@
-"""Run `make_parts.py` in this process."""
-
-import sys
+"""Make the printable parts inside the tests' process."""
 
 import pytest
 
-import make_parts
+from capsule.parts import command
+from support.command import run_command
 
 
 def make_into(folder, *options, drawings=True):
     """Make all parts, and return the folder; without drawings, this takes half the time."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(sys, "argv", ["make_parts.py", "--out", str(folder), *options])
         if not drawings:
-            patch.setattr(make_parts, "sheets", lambda *_: [])
-        make_parts.main()
+            patch.setattr(command, "sheets", lambda *_: [])
+        run_command("parts", "--out", folder, *options)
     return folder

@@ -86,8 +86,8 @@ def test_a_new_header_line_becomes_a_column(extended):
 
 
 def simulate(folder, *options):
-    """Call simulate.py of a copy of the project."""
-    command = [sys.executable, "workflow/scripts/simulate.py", *options]
+    """Call capsule simulate of a copy of the project."""
+    command = [sys.executable, "workflow/scripts/capsule", "simulate", *options]
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
 
 

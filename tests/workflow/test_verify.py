@@ -13,7 +13,7 @@ RECORDINGS = [*(f"0mm/r{run:02d}" for run in range(1, 5)), "3mm/r01", "3mm/r02"]
 
 
 def verify(project):
-    command = [sys.executable, "workflow/scripts/capsule_command.py", "verify"]
+    command = [sys.executable, "workflow/scripts/capsule", "verify"]
     return subprocess.run(command, cwd=project.folder, capture_output=True, text=True, check=False)
 
 

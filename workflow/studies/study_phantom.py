@@ -14,8 +14,8 @@ from capsule import files
 STUDIES = {"calibrate": calibrate_phantom, "judge": judge_phantom, "draw": draw_phantom}
 
 
-def main() -> None:
-    """Run the named study."""
+def build_parser() -> argparse.ArgumentParser:
+    """Return the parser, with a subcommand for each study."""
     parser = argparse.ArgumentParser(description=__doc__)
     studies = parser.add_subparsers(dest="study", required=True, metavar="STUDY")
     for name, module in STUDIES.items():
@@ -24,7 +24,12 @@ def main() -> None:
             name, parents=[detector_arguments()], description=module.__doc__, help=summary
         )
         module.add_arguments(study)
-    arguments = parser.parse_args()
+    return parser
+
+
+def main() -> None:
+    """Run the named study."""
+    arguments = build_parser().parse_args()
     STUDIES[arguments.study].run(arguments)
 
 

@@ -20,8 +20,8 @@ from capsule.project import CONFIG
 PROJECTING = 16400
 
 
-def read_arguments() -> argparse.Namespace:
-    """Return the options."""
+def build_parser() -> argparse.ArgumentParser:
+    """Return the parser."""
     parser = argparse.ArgumentParser(description=__doc__)
     add = parser.add_argument
     output = Path("workflow/weights/scorer.npz")
@@ -40,12 +40,12 @@ def read_arguments() -> argparse.Namespace:
         action="store_true",
         help="train without the phantom (default: one bench in eleven is a random phantom)",
     )
-    return parser.parse_args()
+    return parser
 
 
 def main() -> None:
     """Simulate the benches, train the scorer, check its weights and write them."""
-    arguments = read_arguments()
+    arguments = build_parser().parse_args()
     try:
         import torch
         from scorer_teaching.training_stages import network_weights, with_projection

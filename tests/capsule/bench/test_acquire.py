@@ -1,4 +1,4 @@
-"""Parts of acquire.py: its command line, ports, boards and terminal display."""
+"""Parts of capsule record: its command line, ports, boards and terminal display."""
 
 import contextlib
 import errno
@@ -13,8 +13,8 @@ import serial
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import acquire
-from capsule.bench import bench_errors, boards, line, options, survey_options
+from capsule import cli
+from capsule.bench import bench_errors, boards, line, record_command, run, survey_command
 from capsule.bench.bench_errors import (
     AcquisitionError,
     BoardNotFoundError,
@@ -23,6 +23,7 @@ from capsule.bench.bench_errors import (
     WrongBoardError,
 )
 from capsule.bench.protocol import Identity
+from capsule.bench.record_command import options_of
 from capsule.bench.terminal import Progress, Terminal
 from capsule.bench.usb import UsbPort
 from capsule.errors import CapsuleError
@@ -41,7 +42,7 @@ def test_every_fault_has_a_status_of_its_own():
     assert not {0, 1, 2} & set(statuses)
     for kind in kinds:
         page, command = (
-            ("survey.md", survey_options) if kind in of_surveys else ("bench.md", options)
+            ("survey.md", survey_command) if kind in of_surveys else ("bench.md", record_command)
         )
         assert f" {kind.status} " in command.EXAMPLES
         assert f"\n| {kind.status} | " in pages[page]
@@ -51,10 +52,10 @@ def test_faults_end_the_program_plainly(monkeypatch, capsys):
     def fail(arguments):
         raise bench_errors.DiskFullError("the disk is full")
 
-    monkeypatch.setattr(acquire.run, "record", fail)
-    monkeypatch.setattr("sys.argv", ["acquire.py", "--size", "3"])
+    monkeypatch.setattr(run, "record", fail)
+    monkeypatch.setattr(record_command.output, "install", lambda: None)
     with pytest.raises(SystemExit) as ended:
-        acquire.main()
+        cli.main(["record", "--size", "3"])
     assert ended.value.code == 9
     assert capsys.readouterr().err == "error: the disk is full\n"
 
@@ -91,7 +92,7 @@ def test_faults_end_the_program_plainly(monkeypatch, capsys):
 )
 def test_wrong_options_are_explained(words, complaint, capsys):
     with pytest.raises(SystemExit) as ended:
-        options.parse(words.split())
+        cli.main(["record", *words.split()])
     assert ended.value.code == 2
     assert complaint in capsys.readouterr().err
 
@@ -99,7 +100,7 @@ def test_wrong_options_are_explained(words, complaint, capsys):
 @pytest.mark.parametrize("site", ["", " ", "\N{IDEOGRAPHIC SPACE}"])
 def test_an_empty_site_is_refused(site, capsys):
     with pytest.raises(SystemExit):
-        options.parse(["--size", "3", "--site", site])
+        options_of(["--size", "3", "--site", site])
     assert "1 to 100" in capsys.readouterr().err
 
 
@@ -109,7 +110,7 @@ def test_whatever_is_allowed_is_a_recording_for_the_workflow(size, name):
     words = ["--size", f"{size:f}", f"--name={name}"]
     try:
         with contextlib.redirect_stderr(io.StringIO()):
-            chosen = options.parse(words)
+            chosen = options_of(words)
     except SystemExit:
         return
     entry = f"{chosen.size}/{chosen.name}"
@@ -118,10 +119,10 @@ def test_whatever_is_allowed_is_a_recording_for_the_workflow(size, name):
 
 
 def test_options():
-    assert options.parse(["--size", "3"]).size == "3mm"
-    assert options.parse(["--size", "2.50"]).size == "2.5mm"
-    assert options.parse(["--recover"]).recover == "all"
-    chosen = options.parse(["--unlabelled", "--name", "r-07", "--detect"])
+    assert options_of(["--size", "3"]).size == "3mm"
+    assert options_of(["--size", "2.50"]).size == "2.5mm"
+    assert options_of(["--recover"]).recover == "all"
+    chosen = options_of(["--unlabelled", "--name", "r-07", "--detect"])
     assert (chosen.name, chosen.detect, chosen.drive, chosen.speed) == ("r-07", True, None, 25.0)
 
 
@@ -320,12 +321,12 @@ def test_an_unplugged_clone_does_not_take_the_port_of_the_other(serial_number):
 def test_a_broken_configuration_is_explained(tmp_path):
     config = tmp_path / "config.yaml"
     config.write_text("recording: [")
-    chosen = options.parse(["--recover", "--raw", str(tmp_path), "--config", str(config)])
+    chosen = options_of(["--recover", "--raw", str(tmp_path), "--config", str(config)])
     with pytest.raises(CapsuleError, match=r"config\.yaml, line 1"):
-        acquire.run.recover(chosen)
+        run.recover(chosen)
     config.write_text("recording: {sensors: 4}")
     with pytest.raises(CapsuleError, match=r"config\.yaml: evaluation"):
-        acquire.run.recover(chosen)
+        run.recover(chosen)
 
 
 class Screen(io.StringIO):

@@ -1,4 +1,4 @@
-"""acquire.py against the real firmware in the emulator, with all faults that a lab fears."""
+"""capsule record against the real firmware in the emulator, with all faults that a lab fears."""
 
 import json
 import os
@@ -24,13 +24,13 @@ from capsule.seeding import generator
 from support.bench import emulated
 from support.bench.cable import TerminalCable
 from support.bench.recorder import (
-    ACQUIRE,
     Recorder,
     check_complete,
     check_times,
     count_samples,
 )
 from support.bench.world import Clock
+from support.command import CAPSULE
 
 pytestmark = [
     pytest.mark.boards,
@@ -54,7 +54,7 @@ class LoggerBench:
         self.bench = Workbench(self.cable, world=Clock(self.board))
 
     def record(self, *options, size="3", **settings):
-        """Start acquire.py on the logger's port."""
+        """Start capsule record on the logger's port."""
         return Recorder(
             self.folder, "--port", self.cable.port, "--size", size, *options, **settings
         )
@@ -264,7 +264,7 @@ def test_killed_recorder_is_recovered(logger_bench):
     with part.open("ab") as stream:
         stream.write(b"99.9,1,2")  # as a power cut leaves it
     again = logger_bench.record("--name", "r01")
-    again.expect(10, "acquire.py --recover")
+    again.expect(10, "capsule record --recover")
     recover = Recorder(logger_bench.folder, "--recover")
     recover.expect(0, "recovered", "8 bytes at its end left out: not a whole line")
     recording = recorder.recording()
@@ -341,7 +341,7 @@ def test_port_without_permission(logger_bench):
     powers = "--bounding-set=-dac_override,-dac_read_search"
     prefix = ["setpriv", powers] if os.geteuid() == 0 else []
     options = ["--size", "3", "--port", logger_bench.cable.port]
-    command = [*prefix, sys.executable, str(ACQUIRE), *options]
+    command = [*prefix, *CAPSULE, "record", *options]
     done = subprocess.run(command, capture_output=True, text=True, timeout=20)
     assert done.returncode == 6, done.stderr
     assert "you have no permission to open" in done.stderr

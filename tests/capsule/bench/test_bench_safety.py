@@ -229,7 +229,7 @@ def test_a_survey_that_was_stopped_starts_nothing_itself_and_is_resumed_by_the_u
     assert bench.at_rest()
     bench.cables.logger.spoil = None
     standing = bench.wave_board.half_steps, bench.fold_board.half_steps
-    surveyor.expect(1, "this program was stopped for", "survey.py --resume")
+    surveyor.expect(1, "this program was stopped for", "capsule survey --resume")
     bench.pass_by(5)
     assert (bench.wave_board.half_steps, bench.fold_board.half_steps) == standing
     bench.resume().expect(0)

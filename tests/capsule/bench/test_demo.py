@@ -1,4 +1,4 @@
-"""demo.py: a simulated run without a board, recorded by the recorder of acquire.py."""
+"""capsule demo: a simulated run without a board, recorded by the recorder of capsule record."""
 
 import argparse
 import contextlib
@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from capsule import workflow_call
-from capsule.bench import demo_archive, demo_run, options
+from capsule.bench import demo_archive, demo_command
 from capsule.bench.bench_errors import AcquisitionError
 from capsule.bench.played_board import PlayedRun
 from capsule.bench.protocol import encode
@@ -45,12 +45,12 @@ def workflow(tmp_path, monkeypatch):
         results.mkdir(exist_ok=True)
         write_templates(results)
         write_learned(results, CONFIGURATION, taught_by())
-        if demo_run.REPORT in arguments:
-            (folder / demo_run.REPORT).write_text("report")
+        if demo_command.REPORT in arguments:
+            (folder / demo_command.REPORT).write_text("report")
         return 0
 
-    monkeypatch.setattr(demo_run, "call_workflow", call)
-    monkeypatch.setattr(demo_run.webbrowser, "open", lambda address: calls.append(address))
+    monkeypatch.setattr(demo_command, "call_workflow", call)
+    monkeypatch.setattr(demo_command.webbrowser, "open", lambda address: calls.append(address))
     return calls
 
 
@@ -67,7 +67,7 @@ def read(path):
 def test_the_demo_records_the_simulated_run_to_the_last_sample(workflow, tmp_path, capfd):
     folder = tmp_path / "demo"
     former = signal.getsignal(signal.SIGINT)
-    demo_run.demo(chosen(folder, open=True))
+    demo_command.demo(chosen(folder, open=True))
     recording = read(folder / "raw/unlabelled/simulated-2.csv")
     run = simulate_run(PHANTOM, 3.0, 2, "simulated-2")
     np.testing.assert_array_equal(recording.values, run.counts)
@@ -88,11 +88,11 @@ def test_the_demo_records_the_simulated_run_to_the_last_sample(workflow, tmp_pat
 
 def test_each_demo_plays_another_run_beside_those_before(workflow, tmp_path):
     folder = tmp_path / "demo"
-    demo_run.demo(chosen(folder, size=0.0))
+    demo_command.demo(chosen(folder, size=0.0))
     before = {path: path.stat().st_mtime_ns for path in folder.glob("raw/*mm/*.csv")}
     assert len(before) == sum(demo_archive.LABELLED.values())
     assert all("simulated" in read(path).header["source"] for path in before)
-    demo_run.demo(chosen(folder, size=0.0))
+    demo_command.demo(chosen(folder, size=0.0))
     assert {path: path.stat().st_mtime_ns for path in before} == before
     first, second = sorted((folder / "raw/unlabelled").iterdir())
     assert (first.name, second.name) == ("simulated-2.csv", "simulated-3.csv")
@@ -109,7 +109,7 @@ def test_a_folder_of_somebody_is_left_alone(workflow, tmp_path, content):
     else:
         folder.write_text("notes")
     with pytest.raises(CapsuleError, match=r"mine exists and was not made by a demo; .* --out"):
-        demo_run.demo(chosen(folder))
+        demo_command.demo(chosen(folder))
     assert not workflow
     assert [path.name for path in tmp_path.rglob("*")] == (
         ["mine", "raw"] if content == "raw" else ["mine"]
@@ -129,7 +129,7 @@ def test_ctrl_c_ends_the_run_early_and_keeps_it(workflow, tmp_path):
             time.sleep(0.01)
 
     threading.Thread(target=press, daemon=True).start()
-    demo_run.demo(chosen(folder, speed=5.0))
+    demo_command.demo(chosen(folder, speed=5.0))
     recording = read(folder / "raw/unlabelled/simulated-2.csv")
     run = simulate_run(PHANTOM, 3.0, 2, "simulated-2")
     count = recording.time_s.size
@@ -139,10 +139,10 @@ def test_ctrl_c_ends_the_run_early_and_keeps_it(workflow, tmp_path):
 
 @pytest.mark.parametrize(("status", "how"), [(1, "ended with status 1"), (130, "was interrupted")])
 def test_a_workflow_that_fails_ends_the_demo(tmp_path, monkeypatch, status, how):
-    monkeypatch.setattr(demo_run, "call_workflow", lambda folder, arguments: status)
+    monkeypatch.setattr(demo_command, "call_workflow", lambda folder, arguments: status)
     kept = rf"the workflow {how}; the recordings are kept in .*demo/raw\. To continue, run the same"
     with pytest.raises(CapsuleError, match=kept):
-        demo_run.demo(chosen(tmp_path / "demo"))
+        demo_command.demo(chosen(tmp_path / "demo"))
 
 
 def test_ctrl_c_waits_for_snakemake_to_end_its_jobs(tmp_path, monkeypatch):
@@ -169,7 +169,7 @@ def test_without_a_screen_the_terminal_shows_the_run(workflow, tmp_path, capfd, 
         raise AcquisitionError("--plot needs a screen")
 
     monkeypatch.setattr("capsule.bench.window.check_screen", no_screen)
-    demo_run.demo(chosen(tmp_path / "demo", plot=True))
+    demo_command.demo(chosen(tmp_path / "demo", plot=True))
     assert "note: --plot needs a screen; the terminal shows the run" in capfd.readouterr().out
 
 
@@ -220,34 +220,12 @@ def test_what_is_missing_is_named_with_its_remedy(tmp_path, monkeypatch):
     with pytest.raises(CapsuleError, match=r"holds no raw; run the command in a folder"):
         workflow_call.check_workflow(tmp_path)
     (tmp_path / "raw").mkdir()
-    with pytest.raises(CapsuleError, match=r"holds no config/config.yaml; .* a copy of"):
+    with pytest.raises(CapsuleError, match=r"holds no config/config.yaml; .*capsule new NAME"):
         workflow_call.check_workflow(tmp_path)
     monkeypatch.setattr(workflow_call, "PROJECT", tmp_path)
     with pytest.raises(CapsuleError, match=r"holds no Snakefile"):
         workflow_call.check_workflow(tmp_path)
     nothing = SimpleNamespace(find_spec=lambda name: None)
     monkeypatch.setattr(workflow_call.importlib, "util", nothing)
-    with pytest.raises(CapsuleError, match=r"pip install \"origami-capsule\[workflow\]\""):
+    with pytest.raises(CapsuleError, match=r'pip install -e "\.\[workflow\]"'):
         workflow_call.check_workflow(tmp_path)
-
-
-def test_the_data_folder_is_the_working_directory_that_holds_data(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert workflow_call.data_folder() == PROJECT
-    assert workflow_call.data_config() == PROJECT / "config/config.yaml"
-    demo_archive.prepare(tmp_path / "demo", PHANTOM, 4)
-    monkeypatch.chdir(tmp_path / "demo")
-    assert workflow_call.data_folder() == tmp_path / "demo"
-    assert workflow_call.data_config() == tmp_path / "demo/config/config.yaml"
-    assert options.parse(["--size", "3"]).raw == tmp_path / "demo/raw"
-
-
-def test_a_project_installed_as_a_package_gets_no_recordings(tmp_path, monkeypatch):
-    installed, here = tmp_path / "capsule_project", tmp_path / "here"
-    (installed / "config").mkdir(parents=True)
-    here.mkdir()
-    monkeypatch.setattr(workflow_call, "PROJECT", installed)
-    monkeypatch.chdir(here)
-    assert workflow_call.data_folder() == here
-    assert workflow_call.data_config() == installed / "config/config.yaml"
-    assert options.parse(["--size", "3"]).raw == here / "raw"

@@ -1,8 +1,7 @@
-"""survey.py --fold-set-up: a person looks at the origami and confirms, on a terminal."""
+"""capsule survey --fold-set-up: a person looks at the origami and confirms, on a terminal."""
 
 import os
 import subprocess
-import sys
 
 import pytest
 
@@ -10,11 +9,10 @@ from capsule.bench.workbench import Workbench
 from support.bench import emulated
 from support.bench.cable import TerminalCable
 from support.bench.stand_in_motors import StandInFold
+from support.command import CAPSULE
 from support.marks import needs_terminals
-from support.project import ROOT
 
 pytestmark = [pytest.mark.boards, needs_terminals]
-SURVEY = ROOT / "workflow" / "scripts" / "survey.py"
 
 
 class LeftCable(TerminalCable):
@@ -59,7 +57,7 @@ def set_up(tmp_path, board):
 
     def run(answer, board=board, *, on_terminal=True):
         cable = LeftCable(board, tmp_path / "ttyACM0", sticks=False)
-        command = [sys.executable, SURVEY, "--fold", cable.port, "--fold-set-up"]
+        command = [*CAPSULE, "survey", "--fold", cable.port, "--fold-set-up"]
         keyboard, screen = os.openpty()
         process = subprocess.Popen(
             [str(word) for word in command],

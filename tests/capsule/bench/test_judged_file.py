@@ -1,8 +1,7 @@
-"""judge_file.py: any file judged, in words, as JSON and as a picture."""
+"""capsule judge: any file judged, in words, as JSON and as a picture."""
 
 import json
 import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -21,12 +20,12 @@ from capsule.phantom.simulation import recording_of, simulate_run
 from capsule.project import PROJECT
 from capsule.recording import format_recording
 from support.bad_recordings import NO_FILES, UNREADABLE, UNUSABLE
+from support.command import CAPSULE
 from support.learned import taught_by, write_learned, write_templates
 
 CONFIGURATION = read_config_file(PROJECT / "config/config.yaml")
 # Of these the reason lies in one file alone, and in no other one and no folder.
 ONE_FILE = [case for case in (*UNREADABLE, *UNUSABLE) if "the same" not in case.what]
-SCRIPT = PROJECT / "workflow/scripts/judge_file.py"
 FAMILIAR_FILE = Familiarity(True)
 
 
@@ -55,7 +54,7 @@ def judged(results, final):
 
 def call(results, *words):
     return subprocess.run(
-        [sys.executable, SCRIPT, "--results", results, *words],
+        [*CAPSULE, "judge", "--results", results, *words],
         capture_output=True,
         text=True,
         encoding="utf-8",

@@ -38,7 +38,7 @@ def test_a_full_disk_at_the_beginning_leaves_no_folder_in_the_way(tmp_path, monk
 def test_a_disk_that_gets_full_is_named_with_the_way_to_go_on(tmp_path, monkeypatch, writer, act):
     disk = SessionFolder(tmp_path / "tuesday", {}, 4, resumed=False)
     monkeypatch.setattr(session_folder, writer, no_room)
-    with pytest.raises(DiskFullError, match=r"the disk is full at .*survey\.py --resume"):
+    with pytest.raises(DiskFullError, match=r"the disk is full at .*capsule survey --resume"):
         act(disk)
     disk.discard()
 

@@ -1,4 +1,4 @@
-"""acquire.py with a logger imitated in Python behind a socket, which works on every system."""
+"""capsule record with a logger imitated in Python behind a socket, which works on every system."""
 
 import os
 import shutil
@@ -155,7 +155,7 @@ def test_an_early_ctrl_c_is_no_traceback(tmp_path, after_s):
     recorder.press_ctrl_c()
     _, errors = recorder.output
     # Before its first line, nobody can speak for the program but Python itself.
-    assert "Traceback" not in errors or "acquire.py" not in errors, errors
+    assert "Traceback" not in errors or "capsule record" not in errors, errors
     assert not list(tmp_path.rglob("*.csv*"))
 
 

@@ -13,16 +13,18 @@ import pytest
 from capsule.bench import lsl
 from capsule.bench.bench_errors import AcquisitionError, BoardNotFoundError
 from capsule.bench.logger_board import moment_text
-from capsule.bench.options import parse
 from capsule.bench.protocol import Acknowledgement, Damaged
+from capsule.bench.record_command import options_of
 from capsule.bench.stamp_grid import StampGrid
 from capsule.bench.stream_choice import ChosenStream, choose, find_stream
 from capsule.bench.stream_line import StreamLine
 from capsule.bench.workbench import Workbench
-from support.bench.recorder import ACQUIRE, Recorder
+from capsule.errors import WrongOptionError
+from support.bench.recorder import Recorder
 from support.bench.streams import Source, describe, environment, readings_of, wait_for_lines
 from support.bench.waiting import wait_until
 from support.bench.world import Clock
+from support.project import ROOT
 
 pytestmark = pytest.mark.boards
 
@@ -38,7 +40,7 @@ def name():
 
 @pytest.fixture
 def record(tmp_path):
-    """Return a function that starts acquire.py so that it receives the streams of this test."""
+    """Return a function that starts capsule record so that it receives the streams of this test."""
     yield lambda *options: Recorder(tmp_path, "--unlabelled", *options, env=environment(tmp_path))
     Recorder.end_all()
 
@@ -236,32 +238,36 @@ def test_a_stamp_that_is_far_off_moves_none_after_it():
         ("--stream-in a --port /dev/x", "give one of the two"),
         ("--stream-channels 1,2,3,4", "--stream-in NAME, which is not given"),
         ("--stream-in a --stream-out a", "both name 'a'"),
-        ("--stream-in a'b", "not allowed as a stream's name"),
     ],
 )
-def test_options_that_contradict_each_other_are_refused(options, words, capsys):
-    with pytest.raises(SystemExit) as end:
-        parse(["--unlabelled", *options.split()])
-    assert end.value.code == 2
-    assert words in capsys.readouterr().err
+def test_options_that_contradict_each_other_are_refused(options, words):
+    with pytest.raises(WrongOptionError, match=words) as error:
+        options_of(["--unlabelled", *options.split()])
+    assert error.value.status == 2
+
+
+def test_a_name_that_would_break_a_query_is_refused(capsys):
+    with pytest.raises(SystemExit):
+        options_of(["--unlabelled", "--stream-in", "a'b"])
+    assert "not allowed as a stream's name" in capsys.readouterr().err
 
 
 def test_without_pylsl_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "pylsl", None)
     with pytest.raises(
-        AcquisitionError, match=r'--stream-in needs pylsl.*"origami-capsule\[lsl\]"'
+        AcquisitionError, match=r'--stream-in needs pylsl.*pip install -e "\.\[lsl\]"'
     ):
         lsl.import_pylsl("--stream-in")
 
 
 def test_nothing_of_streams_is_imported_for_those_who_ask_for_none(tmp_path):
-    options = ["acquire.py", "--unlabelled", "--port", "no-port", "--raw", str(tmp_path)]
+    words = ["record", "--unlabelled", "--port", "no-port", "--raw", str(tmp_path)]
     code = f"""if True:
-        import runpy, sys
-        sys.path.insert(0, {str(ACQUIRE.parent)!r})
-        sys.argv = {options!r}
+        import sys
+        sys.path.insert(0, {str(ROOT / "workflow/scripts")!r})
+        from capsule import cli
         try:
-            runpy.run_path({str(ACQUIRE)!r}, run_name="__main__")
+            cli.main({words!r})
         except SystemExit as end:
             print(end.code, "capsule.bench.run" in sys.modules, "pylsl" in sys.modules)
     """

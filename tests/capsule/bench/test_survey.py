@@ -1,22 +1,21 @@
-"""survey.py as a user runs it: the files of a finished session, and those of a killed one."""
+"""capsule survey as a user runs it: the files of a finished session, and those of a killed one."""
 
 import csv
 import io
 import json
 import signal
 import subprocess
-import sys
 import time
 
 import pytest
 
 from capsule.recording import read_recording
+from support.command import CAPSULE
 from support.marks import needs_signals
-from support.project import ROOT
 
 pytestmark = pytest.mark.boards
 
-SURVEY = [sys.executable, str(ROOT / "workflow" / "scripts" / "survey.py")]
+SURVEY = [*CAPSULE, "survey"]
 GUT = ["--simulate", "--metres", "0.35", "--nodules", "3", "--seed", "5"]
 
 

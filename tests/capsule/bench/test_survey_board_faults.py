@@ -1,4 +1,4 @@
-"""survey.py on boards that fail: the origami is unfolded, and missing samples give no verdict."""
+"""capsule survey on boards that fail: the origami unfolds, and missing samples give no verdict."""
 
 import itertools
 import json

@@ -1,4 +1,4 @@
-"""survey.py on boards without faults: the files of a session, and its end."""
+"""capsule survey on boards without faults: the files of a session, and its end."""
 
 import io
 import json
@@ -73,7 +73,7 @@ def test_a_disk_that_is_full_ends_it_unfolded(rig):
     surveyor = bench.survey(*THERE_AND_BACK)
     surveyor.run(lambda: bench.fold.folded == 1.0)
     surveyor.limit_files(2000)
-    surveyor.expect(9, "the disk is full", "survey.py --resume")
+    surveyor.expect(9, "the disk is full", "capsule survey --resume")
     assert bench.at_rest()
     assert (bench.folder / "tuesday" / "stream.csv.part").exists()
 

@@ -1,4 +1,4 @@
-"""survey.py on the real firmware in the emulator: the faults that the firmware handles."""
+"""capsule survey on the real firmware in the emulator: the faults that the firmware handles."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""acquire.py --detect: the running verdicts, and the verdicts of all detectors at the end."""
+"""capsule record --detect: the running verdicts, and the verdicts of all detectors at the end."""
 
 import json
 import re

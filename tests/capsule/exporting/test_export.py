@@ -17,7 +17,6 @@ import xarray
 from openpyxl.utils import get_column_letter
 from pyarrow import parquet
 
-import export
 from capsule.batches import batches
 from capsule.configuration_files import read_config_file
 from capsule.errors import CapsuleError
@@ -29,6 +28,7 @@ from capsule.exporting.legal_names import legal_names
 from capsule.exporting.session_dates import NO_DATE
 from capsule.files import read_csv, read_json, write_csv
 from capsule.results import CHECKS, FITS, MATRICES, SIGNALS, pattern, write_arrays, write_contents
+from support.command import run_command
 from support.project import ROOT
 from support.small_results import AWKWARD, FORMULA, RECORDINGS, REJECTED, make_results
 from support.synthetic import write_archive
@@ -337,19 +337,17 @@ def test_the_lines_for_python_run(files, tmp_path, monkeypatch):
     assert list(values["detection"]["tp"]) == [17, 3]
 
 
-def test_the_command_writes_once_and_again_only_if_told_to(made, tmp_path, monkeypatch, capsys):
-    call = ["export.py", "--format", "mat", "--what", "fits", "--out", str(tmp_path / "out")]
+def test_the_command_writes_once_and_again_only_if_told_to(made, tmp_path, capsys):
+    call = ["export", "--format", "mat", "--what", "fits", "--out", str(tmp_path / "out")]
     call += ["--results", str(made[0])]
-    monkeypatch.setattr(sys, "argv", call)
-    export.main()
+    run_command(*call)
     assert "1 file, " in capsys.readouterr().out
     path = tmp_path / "out/fits.mat"
     path.write_bytes(b"mine")
     with pytest.raises(CapsuleError, match=r"fits\.mat exists; nothing was written.*--force"):
-        export.main()
+        run_command(*call)
     assert path.read_bytes() == b"mine"
-    monkeypatch.setattr(sys, "argv", [*call, "--force"])
-    export.main()
+    run_command(*call, "--force")
     assert "fits" in scipy.io.loadmat(path)["tables"].dtype.names
 
 
@@ -417,7 +415,7 @@ def test_the_date_of_a_recording_does_not_count_and_without_recordings_nothing_i
     assert outdated(project / "results", settings) == []
 
 
-def test_results_that_no_longer_fit_are_told(tmp_path, monkeypatch, capsys):
+def test_results_that_no_longer_fit_are_told(tmp_path, capsys):
     results = tmp_path / "results"
     make_in_batches(results)
     rows = read_csv(results / "recordings.csv")
@@ -426,9 +424,8 @@ def test_results_that_no_longer_fit_are_told(tmp_path, monkeypatch, capsys):
         row["sha256"] = checksum(tmp_path, row["recording"])
     write_csv(results / "recordings.csv", list(rows[0]), rows)
     (tmp_path / "raw/3mm/r07.csv").write_text("another")
-    call = ["export.py", "--format", "parquet", "--what", "fits", "--results", str(results)]
-    monkeypatch.setattr(sys, "argv", [*call, "--out", str(tmp_path / "out")])
-    export.main()
+    call = ["export", "--format", "parquet", "--what", "fits", "--results", str(results)]
+    run_command(*call, "--out", tmp_path / "out")
     printed = capsys.readouterr().out
     assert "1 recording came, went or changed since " in printed
     assert "was made, such as raw/3mm/r07.csv; make it again" in printed
@@ -467,7 +464,7 @@ def test_what_is_missing_is_named_with_how_to_make_it(tmp_path):
 
 def test_a_format_whose_package_is_missing_names_the_extra(exported, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with pytest.raises(CapsuleError, match=r'parquet needs pyarrow.*"origami-capsule\[export\]"'):
+    with pytest.raises(CapsuleError, match=r"parquet needs pyarrow.*\[formats\]"):
         export_writing.write(exported, "parquet", tmp_path, force=False)
     assert list(tmp_path.iterdir()) == []
 

@@ -24,6 +24,7 @@ from support.lab_files import (
     write_matlab_73,
     write_workbook,
 )
+from support.project import ROOT
 from support.xdf_writer import xdf_file, xdf_stream
 
 
@@ -255,6 +256,6 @@ def test_without_the_package_the_extra_is_named(tmp_path, written, monkeypatch):
     monkeypatch.setitem(sys.modules, "nptdms", None)
     refused = import_files(tmp_path, written / "run.tdms").refused
     assert (
-        "TDMS is read by the package nptdms, which is not installed; run: "
-        'pip install "origami-capsule[import]"'
+        "TDMS is read by the package nptdms, which is not installed; run in "
+        f'{ROOT}: pip install -e ".[formats]"'
     ) in refused

@@ -17,6 +17,7 @@ from capsule.figures.registry import FIGURES
 from capsule.keys import imported_files
 from capsule.page.files import RULE_SCRIPTS
 from capsule.recording import Recording, format_recording, read_recording
+from support.command import CAPSULE
 from support.importing import ODD, assert_readings, import_files
 from support.project import ROOT
 
@@ -53,15 +54,14 @@ def test_a_bad_file_is_a_line_and_the_others_come_in(tmp_path, good):
 
 
 def test_the_command_itself_ends_with_the_count_and_a_status(tmp_path, good):
-    script = SCRIPTS / "import_recordings.py"
-    command = [sys.executable, script, good, ODD / "empty.txt", "--size", "2.5"]
+    command = [*CAPSULE, "import", good, ODD / "empty.txt", "--size", "2.5"]
     run = subprocess.run([*command, "--raw", "raw"], cwd=tmp_path, capture_output=True, text=True)
     assert run.returncode == 1
     assert run.stdout.splitlines()[-1] == "1 recording imported, 1 file refused"
     assert "empty.txt: the file is empty" in run.stderr
     assert (tmp_path / "raw/2.5mm/monday-1.csv").exists()
     again = subprocess.run(
-        [*command[:3], "--size", "2.5", "--raw", "raw", "--map", "lab.yaml"],
+        [*command[:4], "--size", "2.5", "--raw", "raw", "--map", "lab.yaml"],
         cwd=tmp_path,
         capture_output=True,
         text=True,
@@ -325,14 +325,14 @@ def test_no_step_of_the_workflow_imports_the_import():
 
 def test_packages_of_the_extra_are_imported_only_by_a_file_that_needs_them(tmp_path, good):
     code = (
-        "import sys; sys.argv = sys.argv[1:]\n"
-        "from import_recordings import main\n"
+        "import sys\n"
+        "from capsule.cli import main\n"
         "try: main()\n"
         "except SystemExit as end: assert not end.code, end.code\n"
         "extra = {'h5py', 'openpyxl', 'pynwb', 'nptdms', 'pyxdf', 'rosbags'}\n"
         "sys.exit(f'{extra & sys.modules.keys()}' if extra & sys.modules.keys() else 0)\n"
     )
-    words = ["import_recordings.py", good, "--size", "3", "--raw", "raw"]
+    words = ["import", good, "--size", "3", "--raw", "raw"]
     command = [sys.executable, "-c", code, *words]
     environment = {**os.environ, "PYTHONPATH": str(SCRIPTS)}
     run = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)

@@ -243,5 +243,6 @@ def test_without_scikit_learn_the_estimators_name_the_extra_and_the_rest_works()
     program = "sys.modules['sklearn'] = None\nimport capsule\n"
     program += "try:\n    capsule.DiagonalEstimator\nexcept capsule.CapsuleError as error:\n"
     program += "    print(error)\nassert capsule.judge and capsule.folds and capsule.load"
-    said = 'the estimators need scikit-learn: pip install "origami-capsule[learn]"\n'
+    said = "the estimators need scikit-learn, which is not installed; run in "
+    said += f'{ROOT}: pip install -e ".[learn]"\n'
     assert python(program) == said

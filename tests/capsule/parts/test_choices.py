@@ -1,5 +1,6 @@
 """Every choice gives valid parts, or an error with its limit."""
 
+import os
 import re
 import subprocess
 import sys
@@ -15,10 +16,10 @@ from capsule.geometry.distances import gap
 from capsule.geometry.substructure import folded, outline, spacing, top_mm, wall_area
 from capsule.parts.all_parts import all_parts
 from capsule.parts.capsule_parts import assembly, substructure
+from capsule.parts.command import read_design
 from capsule.parts.design import design_of, entries
 from capsule.parts.files import read_parts_table
 from capsule.parts.part import volume
-from capsule.parts.part_options import read_design
 from capsule.parts.refusals import check_design
 from capsule.phantom.contact import compression
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
@@ -157,29 +158,29 @@ def test_what_cannot_be_made_is_refused_in_one_line(changes, told):
 
 
 def made_without(module, *options):
-    """Run the script as if a module were not installed."""
-    script = ROOT / "workflow/scripts/make_parts.py"
-    without = f"""
-import runpy, sys
-sys.modules[{module!r}] = None
-sys.path.insert(0, {str(script.parent)!r})
-sys.argv = ["make_parts.py", *{options!r}]
-runpy.run_path({str(script)!r}, run_name="__main__")
-"""
-    return subprocess.run([sys.executable, "-c", without], capture_output=True, text=True)
+    """Make the parts as if a module were not installed."""
+    without = f"import sys; sys.modules[{module!r}] = None; from capsule import cli; "
+    without += f"cli.main(['parts', *{options!r}])"
+    environment = {**os.environ, "PYTHONPATH": str(ROOT / "workflow/scripts")}
+    command = [sys.executable, "-c", without]
+    return subprocess.run(command, env=environment, capture_output=True, text=True)
 
 
 def test_without_manifold3d_one_line_says_what_to_install():
     run = made_without("manifold3d")
     assert run.returncode == 1
-    assert run.stderr == "error: the parts need manifold3d; run: pip install manifold3d\n"
+    assert run.stderr == (
+        "error: the parts need manifold3d, which is not installed; run in "
+        f'{ROOT}: pip install -e ".[parts]"\n'
+    )
 
 
 def test_without_open_cascade_one_line_names_the_extra(tmp_path):
     run = made_without("OCP", "--step", "--out", str(tmp_path / "parts"))
     assert run.returncode == 1
     assert run.stderr == (
-        'error: --step needs the extra [cad]; run: pip install "cadquery-ocp-novtk>=8.0,<9"\n'
+        "error: --step needs Open CASCADE, which is not installed; run in "
+        f'{ROOT}: pip install -e ".[cad]"\n'
     )
     assert not (tmp_path / "parts").exists()
 

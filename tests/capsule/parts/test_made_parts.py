@@ -4,7 +4,6 @@ import csv
 import json
 import re
 import subprocess
-import sys
 import time
 from xml.etree import ElementTree
 
@@ -15,6 +14,7 @@ import trimesh
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from support.command import CAPSULE
 from support.measured import (
     edges_of,
     measured_substructure,
@@ -24,7 +24,6 @@ from support.measured import (
     section,
 )
 from support.parts import make_into
-from support.project import ROOT
 
 pytestmark = pytest.mark.takes(0.2)
 
@@ -272,7 +271,7 @@ def test_the_bill_lists_every_printed_part_and_what_is_bought(made, listed):
 
 
 def test_the_same_input_gives_the_same_bytes_in_another_process(made, tmp_path):
-    command = [sys.executable, str(ROOT / "workflow/scripts/make_parts.py"), "--out", str(tmp_path)]
+    command = [*CAPSULE, "parts", "--out", str(tmp_path)]
     subprocess.run(command, check=True, capture_output=True)
     ours = {path.relative_to(made): path.read_bytes() for path in made.rglob("*.*")}
     theirs = {path.relative_to(tmp_path): path.read_bytes() for path in tmp_path.rglob("*.*")}

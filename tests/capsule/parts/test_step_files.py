@@ -5,7 +5,6 @@ These tests run only if the extra `cad` is installed (conftest.py).
 
 import json
 import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -26,13 +25,13 @@ from OCP.TopoDS import TopoDS
 from capsule.geometry.stand import bore
 from capsule.geometry.substructure import outline
 from capsule.parts.capsule_parts import substructure
+from capsule.parts.command import read_design
 from capsule.parts.files import shipped_design
 from capsule.parts.part import volume as parts_volume
-from capsule.parts.part_options import read_design
 from capsule.parts.step_files import step_bytes
+from support.command import CAPSULE
 from support.measured import read_stl
 from support.parts import make_into
-from support.project import ROOT
 
 pytestmark = pytest.mark.cad
 CAM = shipped_design().cam
@@ -167,7 +166,7 @@ def test_a_variant_with_eyelets_is_one_valid_solid(tmp_path):
 
 
 def test_the_same_input_gives_the_same_bytes_in_another_process(made, listed, tmp_path):
-    command = [sys.executable, str(ROOT / "workflow/scripts/make_parts.py"), "--out", str(tmp_path)]
+    command = [*CAPSULE, "parts", "--out", str(tmp_path)]
     run = subprocess.run([*command, "--step"], check=True, capture_output=True, text=True)
     # Open CASCADE does not talk in between.
     assert [line.split()[0] for line in run.stdout.splitlines()] == [str(len(listed)), "finished"]

@@ -1,16 +1,15 @@
 """Benches by name: each holds what differs from the usual one, and says what it explains."""
 
 import io
-import sys
 
 import pytest
 import yaml
 
-import simulate
 from capsule.errors import CapsuleError
 from capsule.phantom.files import BENCHES, DEFAULT_TABLE, bench_file, read_phantom
 from capsule.phantom.parameters import bench_parts, bench_table, phantom_from_table, value_of
 from capsule.recording import read_recording, source_of
+from support.command import run_command
 
 TABLE = yaml.safe_load(DEFAULT_TABLE.read_text(encoding="utf-8"))
 NOISE = {"value": 0.5, "unit": "1", "source": "assumed"}
@@ -64,11 +63,10 @@ def test_a_bench_that_ships_differs_from_the_usual_one_in_all_that_it_holds(name
             assert (entry["source"] == "calibrated") == ("range" in entry), f"{part}.{key}"
 
 
-def test_recordings_of_a_bench_say_which_it_is(tmp_path, monkeypatch):
+def test_recordings_of_a_bench_say_which_it_is(tmp_path):
     def made(name, *options):
-        command = ["simulate.py", "--out", str(tmp_path / name), "--runs", "1", "--sizes", "2"]
-        monkeypatch.setattr(sys, "argv", [*command, *options])
-        simulate.main()
+        words = ["simulate", "--out", tmp_path / name, "--runs", "1", "--sizes", "2"]
+        run_command(*words, *options)
         return (tmp_path / name / "2mm/r01.csv").read_bytes()
 
     usual, uneven = made("usual"), made("uneven", "--bench", "uneven-wall")

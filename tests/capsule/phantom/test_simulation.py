@@ -1,14 +1,12 @@
 """Whole simulated runs, and the command that writes them."""
 
 import io
-import sys
 import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-import simulate
 from capsule.errors import CapsuleError
 from capsule.geometry.origami import pitch
 from capsule.phantom import files as phantom
@@ -17,6 +15,7 @@ from capsule.phantom.simulation import recording_of, simulate_run
 from capsule.preprocessing import preprocess
 from capsule.project import CONFIG
 from capsule.recording import format_recording, read_recording
+from support.command import run_command
 
 PHANTOM = phantom.read_phantom(phantom.DEFAULT_TABLE, [])
 QUIET = with_values(
@@ -42,15 +41,10 @@ def matrix_of(run):
     return preprocess(run.counts.astype(float), window=84, threshold=1.0, length=1000)
 
 
-def command(monkeypatch, *arguments):
-    monkeypatch.setattr(sys, "argv", ["simulate.py", *map(str, arguments)])
-    simulate.main()
-
-
-def test_same_seed_same_bytes_whatever_else_is_made(tmp_path, monkeypatch):
-    command(monkeypatch, "--out", tmp_path / "many", "--runs", 2, "--sizes", 0, 3)
-    command(monkeypatch, "--out", tmp_path / "one", "--runs", 1, "--sizes", 3)
-    command(monkeypatch, "--out", tmp_path / "other", "--runs", 1, "--sizes", 3, "--seed", 2)
+def test_same_seed_same_bytes_whatever_else_is_made(tmp_path):
+    run_command("simulate", "--out", tmp_path / "many", "--runs", 2, "--sizes", 0, 3)
+    run_command("simulate", "--out", tmp_path / "one", "--runs", 1, "--sizes", 3)
+    run_command("simulate", "--out", tmp_path / "other", "--runs", 1, "--sizes", 3, "--seed", 2)
     first = (tmp_path / "many/3mm/r01.csv").read_bytes()
     assert first == (tmp_path / "one/3mm/r01.csv").read_bytes()
     assert first != (tmp_path / "other/3mm/r01.csv").read_bytes()
@@ -107,8 +101,8 @@ def test_the_envelope_is_as_high_as_in_the_paper():
     assert 0.8 < np.median(highest) < 1.8
 
 
-def test_passes_over_a_site_share_its_place_and_nothing_else(tmp_path, monkeypatch):
-    command(monkeypatch, "--out", tmp_path, "--runs", 1, "--sizes", 3, "--passes", 3)
+def test_passes_over_a_site_share_its_place_and_nothing_else(tmp_path):
+    run_command("simulate", "--out", tmp_path, "--runs", 1, "--sizes", 3, "--passes", 3)
     files = sorted((tmp_path / "3mm").iterdir())
     assert [path.name for path in files] == ["r01p1.csv", "r01p2.csv", "r01p3.csv"]
     recordings = [read_recording(io.BytesIO(path.read_bytes()), 4) for path in files]
@@ -143,12 +137,12 @@ def headers_in(folder):
 
 
 def test_archives_of_other_seeds_benches_or_sizes_share_no_place_and_no_set_up(
-    tmp_path, monkeypatch
+    tmp_path,
 ):
     sizes = ["--sizes", 0, 2, "--runs", 2]
-    command(monkeypatch, "--out", tmp_path / "one", *sizes)
-    command(monkeypatch, "--out", tmp_path / "two", *sizes, "--seed", 2)
-    command(monkeypatch, "--out", tmp_path / "three", *sizes, "--bench", "uneven-wall")
+    run_command("simulate", "--out", tmp_path / "one", *sizes)
+    run_command("simulate", "--out", tmp_path / "two", *sizes, "--seed", 2)
+    run_command("simulate", "--out", tmp_path / "three", *sizes, "--bench", "uneven-wall")
     headers = headers_in(tmp_path)
     assert len({header["site"] for header in headers.values()}) == len(headers) == 12
     shared = {}
@@ -159,9 +153,9 @@ def test_archives_of_other_seeds_benches_or_sizes_share_no_place_and_no_set_up(
     ]
 
 
-def test_each_set_up_of_a_size_has_its_own_draw_of_the_height(tmp_path, monkeypatch):
+def test_each_set_up_of_a_size_has_its_own_draw_of_the_height(tmp_path):
     options = ["--sizes", 0, 2, "--runs", 2, 7, "--setups", 1, 3, "--prefix", "h"]
-    command(monkeypatch, "--out", tmp_path, *options)
+    run_command("simulate", "--out", tmp_path, *options)
     headers = headers_in(tmp_path)
     assert {name: header["setup"] for name, header in headers.items()} == {
         "0mm/h01": "simulated-1/0mm",
@@ -186,27 +180,27 @@ def test_each_set_up_of_a_size_has_its_own_draw_of_the_height(tmp_path, monkeypa
         (["--sizes", 2, "--runs", 2, "--setups", 3], "2mm: 3 set-ups need as many runs"),
     ],
 )
-def test_numbers_that_do_not_fit_are_refused(tmp_path, monkeypatch, options, told):
+def test_numbers_that_do_not_fit_are_refused(tmp_path, options, told):
     with pytest.raises(CapsuleError, match=told):
-        command(monkeypatch, "--out", tmp_path, *options)
+        run_command("simulate", "--out", tmp_path, *options)
     assert not list(tmp_path.iterdir())
 
 
-def test_existing_files_are_kept_unless_forced(tmp_path, monkeypatch):
+def test_existing_files_are_kept_unless_forced(tmp_path):
     kept = tmp_path / "1mm/r01.csv"
     kept.parent.mkdir()
     kept.write_text("mine")
     with pytest.raises(CapsuleError, match=r"r01\.csv exists.*--force"):
-        command(monkeypatch, "--out", tmp_path, "--runs", 2, "--sizes", 0, 1)
+        run_command("simulate", "--out", tmp_path, "--runs", 2, "--sizes", 0, 1)
     assert kept.read_text() == "mine"
     assert not (tmp_path / "0mm").exists()
-    command(monkeypatch, "--out", tmp_path, "--runs", 1, "--sizes", 1, "--force")
+    run_command("simulate", "--out", tmp_path, "--runs", 1, "--sizes", 1, "--force")
     assert kept.read_text() != "mine"
 
 
-def test_the_archive_that_ships_is_what_seed_1_gives(tmp_path, monkeypatch):
+def test_the_archive_that_ships_is_what_seed_1_gives(tmp_path):
     shipped = CONFIG.parent / "raw"
-    command(monkeypatch, "--out", tmp_path, "--seed", 1)
+    run_command("simulate", "--out", tmp_path, "--seed", 1)
     made = sorted(path.relative_to(tmp_path) for path in tmp_path.rglob("*.csv"))
     assert made == [Path(f"{size}mm/r{run:02d}.csv") for size in range(6) for run in range(1, 21)]
     for name in made:

@@ -1,4 +1,4 @@
-"""Run survey.py with the bench's clock: instead of waiting, it lets the bench run.
+"""Run capsule survey with the bench's clock: instead of waiting, it lets the bench run.
 
 `support.bench.surveyor` starts this program. It imports everything once and forks for each survey,
 so that a test can kill a survey. Through a pair of pipes, a survey asks its parent to run the bench
@@ -33,8 +33,8 @@ class BenchClock:
         (self.now_s,) = ANSWER.unpack(os.read(self._answer, ANSWER.size))
 
 
-def survey_by(clock: BenchClock) -> None:
-    """Run survey.py with a bench's clock."""
+def survey_by(clock: BenchClock, arguments: list[str]) -> None:
+    """Run capsule survey by a bench's clock."""
     time.monotonic = lambda: clock.now_s
     time.clock_gettime = lambda _: clock.now_s
     time.sleep = clock.rest
@@ -64,7 +64,7 @@ def survey_by(clock: BenchClock) -> None:
     AWAKE.__init__()
     survey_run.datetime = surveys.datetime = BenchDatetime
     board_bench.LOOK_EVERY_S = fold_board.LOOK_EVERY_S = LOOK_EVERY_S
-    files.run(survey.main)
+    cli.main(["survey", *arguments])
 
 
 def serve(connection: socket.socket) -> None:
@@ -81,8 +81,7 @@ def serve(connection: socket.socket) -> None:
             os.dup2(printed, 1)
             os.dup2(errors, 2)
             os.chdir(call["folder"])
-            sys.argv = ["survey.py", *call["arguments"]]
-            survey_by(BenchClock(ask, answer))
+            survey_by(BenchClock(ask, answer), call["arguments"])
             sys.exit()
         for handle in handles:
             os.close(handle)
@@ -93,8 +92,7 @@ def serve(connection: socket.socket) -> None:
 
 if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).parents[3] / "workflow" / "scripts"))
-    import survey
-    from capsule import files
+    from capsule import cli
     from capsule.bench import board_bench, fold_board, survey_run, surveys
     from capsule.bench.clock import AWAKE
     from capsule.bench.line import Line

@@ -1,8 +1,7 @@
-"""Run acquire.py as a user does, and check its recordings."""
+"""Run capsule record as a user does, and check its recordings."""
 
 import signal
 import subprocess
-import sys
 from pathlib import Path
 from typing import ClassVar
 
@@ -11,12 +10,11 @@ import numpy as np
 from capsule.bench.cable import Cable
 from capsule.recording import Recording, read_recording
 from support.bench.world import taken_at_s
-
-ACQUIRE = Path(__file__).parents[3] / "workflow" / "scripts" / "acquire.py"
+from support.command import CAPSULE
 
 
 class Recorder:
-    """A running acquire.py with its files in a test's folder; call `end_all` after each test."""
+    """A running recorder with its files in a test's folder; call `end_all` after each test."""
 
     started: ClassVar[list["Recorder"]] = []
 
@@ -24,7 +22,7 @@ class Recorder:
         self.raw = folder / "raw"
         self.logs = folder / "logs"
         places = ("--raw", self.raw, "--logs", self.logs)
-        command = [sys.executable, ACQUIRE, *options, *places]
+        command = [*CAPSULE, "record", *options, *places]
         pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
         self.process = subprocess.Popen(
             [str(word) for word in command], text=True, encoding="utf-8", **(pipes | settings)

@@ -1,4 +1,4 @@
-"""Make a complete bench for surveys: three boards, their cables, a capsule in a gut, survey.py."""
+"""Make a complete bench for surveys: three boards, their cables, a capsule in a gut, a survey."""
 
 import csv
 import json
@@ -89,7 +89,7 @@ class Rig:
         return self.bench.now_s
 
     def survey(self, *options: object, session: str = "tuesday") -> Surveyor:
-        """Start survey.py on these boards."""
+        """Start capsule survey on these boards."""
         ports = ("--drive", self.cables.wave.port, "--fold", self.cables.fold.port)
         where = ("--port", self.cables.logger.port, "--out", self.folder / session)
         return Surveyor(
@@ -97,7 +97,7 @@ class Rig:
         )
 
     def resume(self, *options: object, session: str = "tuesday") -> Surveyor:
-        """Start survey.py to continue a session."""
+        """Start capsule survey to continue a session."""
         return self._start("--resume", self.folder / session, *options)
 
     def _start(self, *options: object) -> Surveyor:

@@ -1,4 +1,4 @@
-"""Run survey.py in step with a bench of boards, so that minutes of the bench take a second."""
+"""Run capsule survey in step with a bench of boards, so that minutes of the bench take a second."""
 
 import atexit
 import contextlib
@@ -83,7 +83,7 @@ class SteppedCable(TerminalCable):
 
 
 class Surveyor:
-    """A running survey.py, in step with a bench; call `end_all` after each test.
+    """A running capsule survey, in step with a bench; call `end_all` after each test.
 
     Parameters
     ----------

@@ -354,14 +354,24 @@ def accepted_recordings(index: Path) -> dict[str, dict[str, str]]:
     return {row["recording"]: row for row in rows}
 
 
-def run(main: Callable[[], None]) -> None:
-    """Run a script; print an error of the input or of the disk as one line, without a traceback."""
+def run(main: Callable[[], int | None]) -> None:
+    """Run a script or a command; the program ends with its exit status (None: 0).
+
+    An error of the input or of the disk is one line, without a traceback. Ctrl-C ends the program
+    with status 130.
+    """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
     try:
-        main()
-    except (CapsuleError, OSError) as error:
+        if status := main():
+            sys.exit(status)
+    except KeyboardInterrupt:
+        sys.exit(130)
+    except CapsuleError as error:
+        print(error_line(error), file=sys.stderr)
+        sys.exit(error.status)
+    except OSError as error:
         sys.exit(error_line(error))
 
 

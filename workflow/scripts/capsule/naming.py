@@ -191,7 +191,7 @@ def classify(entries: Iterable[Entry]) -> Archive:
         elif name.endswith(PART):
             passed_over[shown] = (
                 "an unfinished recording; if no recorder is running, complete it with "
-                "acquire.py --recover"
+                "capsule record --recover"
             )
         elif not name.endswith(".csv"):
             passed_over[shown] = _other_file(entry, name)

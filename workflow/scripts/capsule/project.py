@@ -4,15 +4,22 @@ from pathlib import Path
 
 from capsule.errors import CapsuleError
 
-_PACKAGE = Path(__file__).resolve().parent
+PACKAGE = Path(__file__).resolve().parent
 # An installed library has the project's files in this folder beside the package.
-_INSTALLED = _PACKAGE.parent / "capsule_project"
-PROJECT = _PACKAGE.parents[2] if _PACKAGE.parent.name == "scripts" else _INSTALLED
+_INSTALLED = PACKAGE.parent / "capsule_project"
+PROJECT = PACKAGE.parents[2] if PACKAGE.parent.name == "scripts" else _INSTALLED
 
 CONFIG = PROJECT / "config"
 SCHEMAS = PROJECT / "workflow" / "schemas"
 # The taught scorer's weights that ship with the project.
 WEIGHTS = PROJECT / "workflow" / "weights" / "scorer.npz"
+# The configuration of a folder of recordings; a folder without one has that of the project.
+_OWN_CONFIG = Path("config", "config.yaml")
+
+
+def config_file() -> Path:
+    """Return the configuration of the working directory; if it has none, the project's."""
+    return _OWN_CONFIG if _OWN_CONFIG.is_file() else CONFIG / "config.yaml"
 
 
 def require_project() -> None:
@@ -26,5 +33,10 @@ def require_project() -> None:
     if not CONFIG.is_dir():
         raise CapsuleError(
             f"the folder {PROJECT} is missing beside the package capsule, so the library cannot "
-            "read from disk; install the project again: pip install ."
+            "read from disk; install the project again, in its folder: pip install -e ."
         )
+
+
+def how_to_install(extra: str) -> str:
+    """Return the line that installs the packages of an extra, and the folder to type it in."""
+    return f'in {PROJECT}: pip install -e ".[{extra}]"'

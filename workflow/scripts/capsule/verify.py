@@ -1,5 +1,6 @@
-"""Make all results again in a temporary folder, and compare them with those on disk."""
+"""Make all results again in a temporary folder, and name each one on disk that differs."""
 
+import argparse
 import os
 import re
 import shutil
@@ -17,6 +18,8 @@ from capsule.workflow_call import CONFIG, call_workflow, check_workflow
 _NOT_COMPARED = ("logs", "print", "report.html")
 # Snakemake's line for a job of a dry run.
 _JOB = re.compile(r"Job \d+: ")
+# Names that are printed of one kind.
+_MOST = 20
 
 
 @dataclass(frozen=True)
@@ -38,6 +41,36 @@ class Comparison:
     different: list[str]
     missing: list[str]
     left_over: list[str]
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options."""
+    parser.epilog = "exit status: 0 all results are the same, 1 some differ"
+    cores = "number of jobs that run at the same time; all: one per core (default: 2)"
+    parser.add_argument("--cores", default="2", metavar="N", help=cores)
+
+
+def main(arguments: argparse.Namespace) -> int:
+    """Compare all results, and print what differs; return 0 only if all are equal."""
+    found = verify(Path(), arguments.cores)
+    if found.waiting:
+        print(f"the results are not up to date, so differences are expected: {found.waiting}")
+    print(f"{found.same} results are the same as when made again; the page is not compared")
+    _tell(found.different, "differs")
+    _tell(found.missing, "is missing")
+    _tell(found.left_over, "is of a recording or a batch that is gone")
+    differs = bool(found.different or found.missing)
+    if differs:
+        print("to make a result again, delete it: snakemake -c2 makes all that is missing")
+    return int(differs)
+
+
+def _tell(names: list[str], what: str) -> None:
+    """Print the first files of a list, and the number of the others."""
+    for name in names[:_MOST]:
+        print(f"  {what}: results/{name}")
+    if len(names) > _MOST:
+        print(f"  ... and {len(names) - _MOST} more")
 
 
 def verify(folder: Path, cores: str) -> Comparison:

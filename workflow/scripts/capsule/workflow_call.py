@@ -1,5 +1,6 @@
-"""Run Snakemake; if that is impossible, raise an error that names what is missing."""
+"""Make results/report.html from the recordings in raw/: Snakemake runs the steps still missing."""
 
+import argparse
 import importlib.util
 import subprocess
 import sys
@@ -7,28 +8,33 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from capsule.errors import CapsuleError
-from capsule.project import PROJECT
+from capsule.project import PROJECT, how_to_install
 
 CONFIG = Path("config", "config.yaml")
 INTERRUPTED = 130
 
+DETAILS = """
+It works in the current folder, which holds raw/ and config/config.yaml. Options after two dashes go
+to Snakemake unchanged:
 
-def data_folder() -> Path:
-    """Return the folder that holds raw/ and results/.
-
-    This is the working directory if it holds raw/ and config/config.yaml, and otherwise the folder
-    of the project. An installed package has no raw/ and must not get one; then the working
-    directory is returned.
-    """
-    here = Path.cwd()
-    whole = (here / "raw").is_dir() and (here / CONFIG).is_file()
-    return here if whole or not (PROJECT / "raw").is_dir() else PROJECT
+  capsule report -- -n            show the steps that would run, and why
+  capsule report -- --forceall    run all steps again
+"""
 
 
-def data_config() -> Path:
-    """Return the configuration in the data's folder; if it has none, the project's."""
-    path = data_folder() / CONFIG
-    return path if path.is_file() else PROJECT / CONFIG
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options."""
+    parser.epilog = DETAILS
+    parser.usage = "%(prog)s [-h] [--cores N] [-- SNAKEMAKE_OPTION ...]"
+    cores = "number of jobs that run at the same time; all: one per core (default: 2)"
+    parser.add_argument("--cores", default="2", metavar="N", help=cores)
+    parser.add_argument("options", nargs="*", help=argparse.SUPPRESS)
+
+
+def main(arguments: argparse.Namespace) -> int:
+    """Make the report; return Snakemake's exit status."""
+    wanted = [f"--cores={arguments.cores}", "results/report.html", *arguments.options]
+    return call_workflow(Path(), wanted)
 
 
 def check_workflow(folder: Path) -> None:
@@ -41,20 +47,18 @@ def check_workflow(folder: Path) -> None:
     """
     if importlib.util.find_spec("snakemake") is None:
         raise CapsuleError(
-            "the report needs Snakemake, which is not installed; install it: "
-            'pip install "origami-capsule[workflow]"'
+            f"the report needs Snakemake, which is not installed; run {how_to_install('workflow')}"
         )
     if not (PROJECT / "Snakefile").is_file():
         raise CapsuleError(
             f"{PROJECT} holds no Snakefile, so the project is incomplete; get the complete folder "
-            "of the project, and run its workflow/scripts/capsule_command.py"
+            "of the project, and install it there: pip install -e ."
         )
     for part in (Path("raw"), CONFIG):
         if not (folder / part).exists():
             raise CapsuleError(
-                f"{folder} holds no {part}; run the command in a folder that holds your recordings "
-                f"in raw/ and the settings in {CONFIG} (to begin with, a copy of "
-                f"{PROJECT / CONFIG})"
+                f"{folder.resolve()} holds no {part}; run the command in a folder that holds your "
+                f"recordings in raw/ and the settings in {CONFIG}. To make one: capsule new NAME"
             )
 
 

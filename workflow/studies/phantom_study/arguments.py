@@ -6,7 +6,7 @@ from pathlib import Path
 import yaml
 
 from capsule.configuration_files import read_config_file
-from capsule.phantom.files import phantom_arguments
+from capsule.phantom.files import add_phantom_arguments
 from capsule.project import CONFIG
 from phantom_study.paper_table import PaperTable
 from phantom_study.simulated_archive import DetectorSettings
@@ -17,7 +17,8 @@ PRINTED = CONFIG.parent / "workflow" / "report" / "paper.yaml"
 
 def detector_arguments() -> argparse.ArgumentParser:
     """Return a parser of the arguments that choose phantom and detector."""
-    parser = argparse.ArgumentParser(add_help=False, parents=[phantom_arguments()])
+    parser = argparse.ArgumentParser(add_help=False)
+    add_phantom_arguments(parser)
     parser.add_argument(
         "--config",
         type=Path,

@@ -201,7 +201,7 @@ def check_free(final: Path) -> None:
     """Raise `NameExistsError` if a recording of that name exists."""
     if final.exists():
         raise NameExistsError(
-            f"{final} exists; acquire.py never overwrites a recording, so choose another --name"
+            f"{final} exists; capsule record never overwrites a recording, so choose another --name"
         )
     part = final.with_name(final.name + PART)
     if part.exists():
@@ -220,13 +220,13 @@ def publish(part: Path, final: Path) -> None:
     except FileExistsError as fault:
         raise NameExistsError(
             f"{final} exists, so the samples are kept in {part.name}; rename one of the two "
-            "files, then run: acquire.py --recover"
+            "files, then run: capsule record --recover"
         ) from fault
     except OSError:  # a file system without links, such as a USB stick's
         if final.exists():
             raise NameExistsError(
                 f"{final} exists, so the samples are kept in {part.name}; rename one of the two "
-                "files, then run: acquire.py --recover"
+                "files, then run: capsule record --recover"
             ) from None
         part.rename(final)
     else:
@@ -244,11 +244,11 @@ def _sync_folder(folder: Path) -> None:
 
 
 def _unfinished_text(part: Path) -> str:
-    return f"{part} is an unfinished recording; complete it first: acquire.py --recover"
+    return f"{part} is an unfinished recording; complete it first: capsule record --recover"
 
 
 @contextlib.contextmanager
-def writing(path: Path, remedy: str = "acquire.py --recover") -> Iterator[None]:
+def writing(path: Path, remedy: str = "capsule record --recover") -> Iterator[None]:
     """Raise `explain_write_fault` in place of an `OSError` of what is written to a file."""
     try:
         yield
@@ -257,7 +257,7 @@ def writing(path: Path, remedy: str = "acquire.py --recover") -> Iterator[None]:
 
 
 def explain_write_fault(
-    fault: OSError, path: Path, remedy: str = "acquire.py --recover"
+    fault: OSError, path: Path, remedy: str = "capsule record --recover"
 ) -> AcquisitionError:
     """Return the error for a failed write; a full disk has its own class, with a remedy."""
     if fault.errno in _FULL:

@@ -1,16 +1,10 @@
 """The errors of recording and surveys, each with its own exit status."""
 
-import contextlib
-import sys
-from collections.abc import Iterator
-
 from capsule.errors import CapsuleError
-
-INTERRUPTED = "interrupted before the recording began; nothing is archived"
 
 
 class AcquisitionError(CapsuleError):
-    """A fault at the bench; `status` is the exit status of acquire.py and survey.py."""
+    """A fault at the bench; `status` is the exit status of the command."""
 
     status = 1
 
@@ -89,23 +83,3 @@ class SurveyFaultError(AcquisitionError):
 
 class LineLostError(Exception):
     """An open port that disappeared; the session waits for it to come back."""
-
-
-@contextlib.contextmanager
-def end_with_status(interrupted: str = "") -> Iterator[None]:
-    """End the program with the exit status of a fault at the bench, or with 130 at Ctrl-C.
-
-    Parameters
-    ----------
-    interrupted : str
-        Message at Ctrl-C; empty if the program has printed its own.
-    """
-    try:
-        yield
-    except AcquisitionError as error:
-        print(f"error: {error}", file=sys.stderr)
-        sys.exit(error.status)
-    except KeyboardInterrupt:
-        if interrupted:
-            print(interrupted, file=sys.stderr)
-        sys.exit(130)

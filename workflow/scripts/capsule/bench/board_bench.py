@@ -114,7 +114,7 @@ class BoardBench:
                 raise AcquisitionError(
                     f"this program was stopped for {paused_s:.0f} s, and the boards have stopped "
                     "the wave and unfolded the origami by themselves; look at the bench, then "
-                    "continue the session: survey.py --resume"
+                    "continue the session: capsule survey --resume"
                 )
         if self._stop.reason:
             self._drive.stop()

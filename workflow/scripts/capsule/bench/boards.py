@@ -49,7 +49,7 @@ _NUMBERS = {
 PURPOSES = {
     "logger": "record with it (--port)",
     "peristalsis": "drive the wave with it (--drive)",
-    "fold": "fold the origami with it (survey.py --fold)",
+    "fold": "fold the origami with it (capsule survey --fold)",
 }
 
 

@@ -1,6 +1,5 @@
 """The demo's folder: simulated labelled recordings, and the settings for the workflow."""
 
-import re
 from collections.abc import Iterator
 from itertools import count
 from pathlib import Path
@@ -8,10 +7,10 @@ from pathlib import Path
 from capsule import files
 from capsule.errors import CapsuleError
 from capsule.naming import PART, UNLABELLED
+from capsule.new import own_configuration
 from capsule.phantom.files import write_run
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import PlannedRun, planned_runs
-from capsule.project import PROJECT
 from capsule.workflow_call import CONFIG
 
 # Seed of the labelled recordings; played runs have higher seeds.
@@ -19,7 +18,6 @@ LABELLED_SEED = 1
 # Number of runs of each size in mm: enough to learn from, few enough for a report in seconds.
 LABELLED = {0.0: 6, 1.0: 2, 2.0: 2, 3.0: 2, 4.0: 2, 5.0: 2}
 _MARK = "SIMULATED.txt"
-_HELD_OUT = re.compile(r"held_out: \[.*?\]")
 _TEXT = """Made by `capsule demo`. Everything in this folder is simulated. It shows how the system
 works, and nothing about a real gut. Delete the folder whenever you like.
 """
@@ -51,10 +49,8 @@ def prepare(folder: Path, phantom: Phantom, sensors: int) -> None:
     with files.write_whole(folder / _MARK) as stream:
         stream.write(_TEXT)
     if not (folder / CONFIG).exists():
-        content = (PROJECT / CONFIG).read_text(encoding="utf-8")
         with files.write_whole(folder / CONFIG) as stream:
-            # The demo has none of the shipped recordings, so it holds none of their sessions out.
-            stream.write(_HELD_OUT.sub("held_out: []", content))
+            stream.write(own_configuration())
     for run in _labelled():
         path = folder / "raw" / f"{run.name}.csv"
         if not path.exists():

@@ -107,7 +107,7 @@ class FoldBoard:
             return SurveyFaultError(
                 f"the fold board at {self._link.port} is not set up: its memory is new, emptied or "
                 "damaged, so it does not move; see that the origami is unfolded and its thread "
-                "slack, then set it up with survey.py --fold-set-up"
+                "slack, then set it up with capsule survey --fold-set-up"
             )
         if faulty and now_s - self._sound_s > FAULT_LASTS_S:
             reason = f" ({self._told})" if self._told else ""

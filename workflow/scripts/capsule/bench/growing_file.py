@@ -8,7 +8,7 @@ from capsule.bench.bench_errors import AcquisitionError
 from capsule.locks import lock_file
 from capsule.naming import PART
 
-REMEDY = "survey.py --resume"
+REMEDY = "capsule survey --resume"
 
 
 class GrowingFile:

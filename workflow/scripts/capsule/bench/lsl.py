@@ -3,8 +3,9 @@
 from types import ModuleType
 
 from capsule.bench.bench_errors import AcquisitionError
+from capsule.project import how_to_install
 
-EXTRA = 'pip install "origami-capsule[lsl]"'
+EXTRA = how_to_install("lsl")
 
 
 def import_pylsl(option: str) -> ModuleType:
@@ -13,7 +14,7 @@ def import_pylsl(option: str) -> ModuleType:
         import pylsl
     except ModuleNotFoundError:
         raise AcquisitionError(
-            f"{option} needs pylsl, which is not installed; run: {EXTRA}"
+            f"{option} needs pylsl, which is not installed; run {EXTRA}"
         ) from None
     except (RuntimeError, OSError) as fault:
         # pylsl is there, but the library liblsl that it loads is not.

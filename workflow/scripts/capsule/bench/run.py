@@ -1,4 +1,4 @@
-"""The steps of acquire.py: record a run, or recover the recording of a killed recorder."""
+"""The steps of capsule record: record a run, or recover the recording of a killed recorder."""
 
 import argparse
 import contextlib
@@ -51,7 +51,7 @@ def record(options: argparse.Namespace, origin: Mapping[str, str] | None = None)
     Parameters
     ----------
     options : argparse.Namespace
-        The command line of acquire.py.
+        The command line of capsule record.
     origin : mapping of str to str, optional
         Entries of the header that describe a simulated board.
 
@@ -157,7 +157,7 @@ def _tell_of_unfinished(raw: Path) -> None:
     if parts:
         print(
             f"unfinished recordings under {raw}: {len(parts)}, such as {parts[0]}; to complete "
-            "them, run: acquire.py --recover"
+            "them, run: capsule record --recover"
         )
 
 

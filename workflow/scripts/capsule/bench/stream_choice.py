@@ -26,7 +26,7 @@ _FULL_SCALES = {"V": 5.0, "ohm": 24_000.0, "kohm": 24.0}
 _USUAL_BITS = 10
 _UNITS = {"counts": "counts", "v": "V", "volt": "V", "volts": "V", "ohm": "ohm", "ohms": "ohm"}
 _UNITS |= {"kohm": "kohm", "kohms": "kohm", "": ""}
-_IMPORT = "record it with LabRecorder, then import the XDF file: import_recordings.py"
+_IMPORT = "record it with LabRecorder, then import the XDF file: capsule import"
 _LONGEST = 100
 
 

@@ -1,4 +1,4 @@
-"""The steps of survey.py: begin or resume a survey, on boards or in a simulated gut."""
+"""Begin or resume a survey, on boards or in a simulated gut."""
 
 import argparse
 import math
@@ -30,9 +30,9 @@ from capsule.bench.simulated_bench import SOURCE, simulated_bench
 from capsule.bench.stored_survey import read_stored
 from capsule.bench.survey_run import SurveyRun
 from capsule.bench.survey_view import SurveyView
-from capsule.configuration_files import read_config_file
 from capsule.phantom.files import read_phantom
-from capsule.project import CONFIG
+from capsule.project import config_file
+from capsule.settings import read_settings
 from capsule.survey.pilot import Pilot
 from capsule.survey.suspected_place import STATUSES
 
@@ -59,7 +59,7 @@ def survey(options: argparse.Namespace) -> None:
     else:
         check_new(folder)
         about = _about(options)
-    settings = read_config_file(CONFIG / "config.yaml")
+    settings = read_settings(config_file())
     if not resumed and options.map:
         about[EARLIER_ORIGIN] = read_origin(options.map, settings["diagonal"]["wavelength_mm"])
     lead = _on_boards if "boards" in about else _simulated

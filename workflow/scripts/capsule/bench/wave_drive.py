@@ -186,7 +186,7 @@ class WaveDrive:
         if self._wanted and self._unseen:
             raise AcquisitionError(
                 "this program was stopped for a moment, and no wave runs any more; look at the "
-                "bench, then continue the session: survey.py --resume"
+                "bench, then continue the session: capsule survey --resume"
             )
 
     def _run_again(self) -> None:

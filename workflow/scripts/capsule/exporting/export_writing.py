@@ -7,8 +7,8 @@ from pathlib import Path
 
 from capsule import files
 from capsule.errors import CapsuleError
-from capsule.exporting.export_options import EXTRA
 from capsule.exporting.exported import Exported
+from capsule.project import how_to_install
 
 
 def tell(done: int, of: int, what: str) -> None:
@@ -58,7 +58,8 @@ def write(exported: Exported, kind: str, out: Path, *, force: bool) -> tuple[int
                 fill(stream)
             except ModuleNotFoundError as error:
                 raise CapsuleError(
-                    f"--format {kind} needs {error.name}, which is not installed; run: {EXTRA}"
+                    f"--format {kind} needs {error.name}, which is not installed; run "
+                    f"{how_to_install('formats')}"
                 ) from None
             written += stream.seek(0, io.SEEK_END)
         tell(done, len(contents), "written:")

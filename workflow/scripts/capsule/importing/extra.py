@@ -1,4 +1,4 @@
-"""Import the packages of the extra ``import``, each only when a file needs it."""
+"""Import the packages of the extra ``formats``, each only when a file needs it."""
 
 import contextlib
 import importlib
@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from types import ModuleType
 
 from capsule.errors import CapsuleError
+from capsule.project import how_to_install
 
 # Damaged bytes can make the readers of binary formats raise any of these.
 _DAMAGE = (
@@ -87,5 +88,5 @@ def needed_package(module: str, format_name: str) -> ModuleType:
             raise
         raise CapsuleError(
             f"{format_name} is read by the package {module.partition('.')[0]}, which is not "
-            'installed; run: pip install "origami-capsule[import]"'
+            f"installed; run {how_to_install('formats')}"
         ) from None

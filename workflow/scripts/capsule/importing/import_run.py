@@ -15,7 +15,6 @@ from capsule.configuration import BENCH
 from capsule.errors import CapsuleError, RecordingError
 from capsule.importing.archiving import ArchivedRuns, run_name
 from capsule.importing.guess_view import guess_lines, sample_lines
-from capsule.importing.import_options import given_keys
 from capsule.importing.lab_files import keep_map, lab_schema, map_text, read_map
 from capsule.importing.lab_map import checked_map
 from capsule.importing.mapped_runs import Bench, Guess, Run, as_map, guess_table, runs_of
@@ -28,6 +27,9 @@ from capsule.naming import UNLABELLED, displayed
 from capsule.recording import Recording
 from capsule.settings import read_settings
 
+# One option cannot hold one file for each sensor.
+NO_OPTION = ("sensor_files",)
+
 
 class Importer:
     """An import of files into an archive.
@@ -35,7 +37,7 @@ class Importer:
     Parameters
     ----------
     options : argparse.Namespace
-        Options of the parser from `capsule.importing.import_options.build_parser`.
+        Options of `capsule.importing.command.add_arguments`.
 
     Attributes
     ----------
@@ -69,7 +71,9 @@ class Importer:
         path = self._options.map
         given = read_map(path) if path else {}
         with _named(str(path) if path else ""):
-            return checked_map(given | given_keys(self._options), lab_schema(), self._bench.sensors)
+            return checked_map(
+                given | _given_keys(self._options), lab_schema(), self._bench.sensors
+            )
 
     def run(self) -> None:
         """Import all files; print the name of each file that cannot be imported."""
@@ -249,3 +253,11 @@ def _near(path: Path) -> Path:
 
 def _disk_text(fault: OSError) -> str:
     return f"{fault.strerror or fault}; free some space or choose another --raw, and run again"
+
+
+def _given_keys(options: argparse.Namespace) -> dict[str, object]:
+    """Return the keys of lab.yaml that are given as options."""
+    said = {
+        key: getattr(options, key) for key in lab_schema()["properties"] if key not in NO_OPTION
+    }
+    return {key: value for key, value in said.items() if value is not None}

@@ -12,7 +12,7 @@ from capsule.files import read_json, write_new
 from capsule.project import SCHEMAS
 
 LAB_SCHEMA = SCHEMAS / "lab.schema.json"
-_HEAD = "# How import_recordings.py reads your files; docs/import.md explains each key.\n"
+_HEAD = "# How capsule import reads your files; docs/import.md explains each key.\n"
 
 
 def lab_schema() -> dict[str, Any]:

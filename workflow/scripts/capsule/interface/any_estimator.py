@@ -12,12 +12,13 @@ from capsule.evaluation.cross_validation import Detectors, verdict_cells
 from capsule.interface.loaded_archive import LoadedArchive
 from capsule.interface.splits import teaching_rows
 from capsule.kinds import Cells
+from capsule.project import how_to_install
 
 try:
     from sklearn.base import BaseEstimator, clone, is_classifier, is_regressor
 except ImportError:
     raise CapsuleError(
-        'estimators need scikit-learn: pip install "origami-capsule[learn]"'
+        f"estimators need scikit-learn, which is not installed; run {how_to_install('learn')}"
     ) from None
 
 _UNKNOWN = float("nan")

@@ -28,6 +28,7 @@ from capsule.errors import CapsuleError
 from capsule.evaluation.lead import balanced_accuracy
 from capsule.interface.arguments import ArgumentError, refuse
 from capsule.kinds import Settings
+from capsule.project import how_to_install
 from capsule.settings import read_settings
 from capsule.templates import build_templates
 
@@ -38,7 +39,7 @@ try:
     from sklearn.utils.validation import check_is_fitted, validate_data
 except ImportError:
     raise CapsuleError(
-        'the estimators need scikit-learn: pip install "origami-capsule[learn]"'
+        f"the estimators need scikit-learn, which is not installed; run {how_to_install('learn')}"
     ) from None
 
 

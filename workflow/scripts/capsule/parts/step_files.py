@@ -1,6 +1,6 @@
 """Make parts as STEP files with exact faces, not with the triangles of a mesh.
 
-This is the only module that needs Open CASCADE (OCP). `make_parts.py` imports it only for
+This is the only module that needs Open CASCADE (OCP). `capsule parts` imports it only for
 ``--step``.
 """
 

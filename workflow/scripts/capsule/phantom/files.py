@@ -94,9 +94,8 @@ def write_run(
         stream.write(format_recording(recording))
 
 
-def phantom_arguments() -> argparse.ArgumentParser:
-    """Return a parser of the arguments that choose the phantom."""
-    parser = argparse.ArgumentParser(add_help=False)
+def add_phantom_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options that choose the phantom."""
     parser.add_argument(
         "--parameters",
         type=Path,
@@ -117,4 +116,3 @@ def phantom_arguments() -> argparse.ArgumentParser:
         metavar="NAME=VALUE",
         help="change a parameter, such as sensor.noise=0.01; may be repeated",
     )
-    return parser

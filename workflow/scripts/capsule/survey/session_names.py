@@ -56,6 +56,6 @@ def _why_not(name: str, files: set[str]) -> str:
             "most 100 of them, the first is a letter or digit, and no end is repeated 20 times"
         )
     if STREAM + PART in files:
-        return "not finished; if no survey is running, go on with survey.py --resume"
+        return "not finished; if no survey is running, go on with capsule survey --resume"
     missing = [file for file in FILES if file not in files]
     return f"there is no {missing[0]}" if missing else ""

@@ -1,11 +1,13 @@
-"""The command line of survey.py."""
+"""Survey a gut: go back to each suspected nodule, and test it again."""
 
 import argparse
 from pathlib import Path
 
-from capsule.bench.options import add_board_options, add_wave_options
+from capsule.bench import output, surveys
+from capsule.bench.board_options import add_board_options, add_wave_options
+from capsule.errors import WrongOptionError
 from capsule.number_arguments import natural, number_within
-from capsule.phantom.files import phantom_arguments
+from capsule.phantom.files import add_phantom_arguments
 
 EXAMPLES = """
 examples:
@@ -37,14 +39,10 @@ exit status:
 SHORTEST_M = 0.2
 
 
-def parse(arguments: list[str] | None = None) -> argparse.Namespace:
-    """Return the options; end the program with status 2 if one is wrong."""
-    parser = argparse.ArgumentParser(
-        description="Survey a gut: go back to each suspected nodule, and test it again.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-        parents=[phantom_arguments()],
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of a survey, its bench and its files."""
+    parser.epilog = EXAMPLES
+    add_phantom_arguments(parser)
     add = parser.add_argument
     add("--simulate", action="store_true", help="survey a simulated gut, without boards")
     metres = "length of the gut in m (default: 1 if simulated, else up to the end stop)"
@@ -74,30 +72,55 @@ def parse(arguments: list[str] | None = None) -> argparse.Namespace:
         help="only set up a fold board that is new or has lost what it knew of its thread: asks "
         "you to look at the origami, and to confirm that it is unfolded",
     )
-    options = parser.parse_args(arguments)
+
+
+def main(arguments: argparse.Namespace) -> None:
+    """Run a survey; each fault has its own exit status.
+
+    Raises
+    ------
+    AcquisitionError
+        A fault at the bench.
+    WrongOptionError
+        Options contradict each other.
+    """
+    check(arguments)
+    output.install()
+    surveys.survey(arguments)
+
+
+def check(options: argparse.Namespace) -> None:
+    """Raise an error if options contradict each other, and set the default length.
+
+    Raises
+    ------
+    WrongOptionError
+        The message names the options.
+    """
     if options.fold_set_up:
         if not options.fold:
-            parser.error("--fold-set-up needs the port of the fold board: --fold PORT")
+            raise WrongOptionError("--fold-set-up needs the port of the fold board: --fold PORT")
     elif options.resume is None:
-        _check_new(options, parser)
-    return options
+        _check_new(options)
 
 
-def _check_new(options: argparse.Namespace, parser: argparse.ArgumentParser) -> None:
+def _check_new(options: argparse.Namespace) -> None:
     """Check the options of a new session, and set the default length."""
     boards = {"--drive": options.drive, "--fold": options.fold}
     if options.simulate == any(boards.values()):
-        parser.error("give either --simulate, or the ports of the boards: --drive PORT --fold PORT")
+        raise WrongOptionError(
+            "give either --simulate, or the ports of the boards: --drive PORT --fold PORT"
+        )
     missing = [option for option, port in boards.items() if not options.simulate and not port]
     if missing:
-        parser.error(f"a survey needs {missing[0]} PORT too")
+        raise WrongOptionError(f"a survey needs {missing[0]} PORT too")
     if options.out is None:
-        parser.error("give a new folder for the session: --out FOLDER")
+        raise WrongOptionError("give a new folder for the session: --out FOLDER")
     if options.simulate and options.metres is None:
         options.metres = 1.0
     length_mm = float("inf") if options.metres is None else options.metres * 1000
     outside = [target for target in options.goto if not 0 <= target <= length_mm]
     if outside:
-        parser.error(
+        raise WrongOptionError(
             f"--goto {outside[0]:g}: the gut is {length_mm:g} mm long; give a position within it"
         )

@@ -1,16 +1,15 @@
-"""Define the command line of import_recordings.py; each key of lab.yaml is an option."""
+"""Write recordings from other programs' files into raw/."""
 
 import argparse
 from pathlib import Path
 from typing import Any
 
+from capsule.importing.import_run import NO_OPTION, Importer
 from capsule.importing.lab_files import lab_schema
+from capsule.project import config_file
 from capsule.run_arguments import recording_name, size_folder
-from capsule.workflow_call import data_config, data_folder
 
 _TYPES = {"number": float, "integer": int}
-# One option cannot hold one file for each sensor.
-NO_OPTION = ("sensor_files",)
 
 EXAMPLES = """
 examples:
@@ -24,13 +23,9 @@ exit status:
 """
 
 
-def build_parser() -> argparse.ArgumentParser:
-    """Return the parser; the keys of lab.yaml are options too."""
-    parser = argparse.ArgumentParser(
-        description="Write recordings from other programs' files into raw/.",
-        epilog=EXAMPLES,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options; each key of lab.yaml is one."""
+    parser.epilog = EXAMPLES
     add = parser.add_argument
     add(
         "files",
@@ -55,18 +50,25 @@ def build_parser() -> argparse.ArgumentParser:
     )
     add("--name", type=recording_name, help="name of the recording (default: the file's)")
     add("--dry-run", action="store_true", help="show what would be done, and write nothing")
-    add("--raw", type=Path, default=data_folder() / "raw", help="archive (default: raw/)")
+    add("--raw", type=Path, default=Path("raw"), help="archive (default: raw/)")
     add(
         "--config",
         type=Path,
-        default=data_config(),
-        help="the workflow's configuration (default: config/config.yaml)",
+        default=config_file(),
+        help="the workflow's configuration (default: config/config.yaml here, or the shipped one)",
     )
     keys = parser.add_argument_group("keys of lab.yaml; an option overrides the file")
     for key, part in lab_schema()["properties"].items():
         if key not in NO_OPTION:
             _add_key(keys, key, part)
-    return parser
+
+
+def main(arguments: argparse.Namespace) -> int:
+    """Import the given files and print their number; return 1 if a file was refused."""
+    importer = Importer(arguments)
+    importer.run()
+    print(importer.summary(), flush=True)
+    return int(importer.refused > 0)
 
 
 def _add_key(group: argparse._ArgumentGroup, key: str, part: dict[str, Any]) -> None:
@@ -82,11 +84,3 @@ def _add_key(group: argparse._ArgumentGroup, key: str, part: dict[str, Any]) -> 
         kind = _TYPES.get(part["type"] if isinstance(part["type"], str) else "", str)
         word = part.get("unit", "COLUMN" if isinstance(part["type"], list) else "X").upper()
         group.add_argument(option, type=kind, metavar=word, help=text)
-
-
-def given_keys(options: argparse.Namespace) -> dict[str, object]:
-    """Return the keys of lab.yaml that are given as options."""
-    said = {
-        key: getattr(options, key) for key in lab_schema()["properties"] if key not in NO_OPTION
-    }
-    return {key: value for key, value in said.items() if value is not None}

@@ -1,4 +1,4 @@
-"""The steps of demo.py: learn from simulated recordings, play a run, judge it, make its report."""
+"""Play a simulated run without a board, judge it live, and make its report."""
 
 import argparse
 import contextlib
@@ -6,13 +6,16 @@ import signal
 import time
 import webbrowser
 from collections.abc import Iterator
+from pathlib import Path
 
 from capsule import words
-from capsule.bench import demo_archive, options, run
+from capsule.bench import demo_archive, output, run
 from capsule.bench.bench_errors import AcquisitionError
 from capsule.bench.played_board import played_board
+from capsule.bench.record_command import options_of
 from capsule.configuration_files import read_config_file
 from capsule.errors import CapsuleError
+from capsule.number_arguments import natural, number_within
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import Run, simulate_run, simulated_header
 from capsule.project import PROJECT
@@ -23,13 +26,36 @@ REPORT = "results/report.html"
 SOURCE = "simulated phantom, played by the demo"
 
 
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options."""
+    add = parser.add_argument
+    out = "the demo's own folder, never your raw/ (default: demo)"
+    add("--out", type=Path, default=Path("demo"), metavar="FOLDER", help=out)
+    faster = "speed relative to a real run (default: 5)"
+    add("--speed", type=number_within(0.5, 100), default=5.0, metavar="X", help=faster)
+    nodule = "nodule size; 0: no nodule (default: 3)"
+    add("--size", type=number_within(0, 5, "mm"), default=3.0, metavar="MM", help=nodule)
+    run = "random seed; each seed is another run (default: the first not played yet)"
+    add("--seed", type=natural, metavar="N", help=run)
+    add("--plot", action="store_true", help="show the sensors in a window, if one can be opened")
+    cores = "number of jobs that run at the same time for the report (default: all)"
+    add("--cores", default="all", metavar="N", help=cores)
+    add("--no-open", dest="open", action="store_false", help="do not open a browser at the end")
+
+
+def main(arguments: argparse.Namespace) -> None:
+    """Play the demo; a fault of the recorder has the recorder's exit status."""
+    output.install()
+    demo(arguments)
+
+
 def demo(chosen: argparse.Namespace) -> None:
     """Play the demo.
 
     Parameters
     ----------
     chosen : argparse.Namespace
-        The command line of demo.py.
+        The options of the command.
 
     Raises
     ------
@@ -100,7 +126,7 @@ def _former_signals() -> Iterator[None]:
 
 
 def _recorder_options(chosen: argparse.Namespace, name: str, port: str) -> argparse.Namespace:
-    """Return the options with which acquire.py would record this run."""
+    """Return the options with which `capsule record` would record this run."""
     places = {
         "--raw": chosen.out / "raw",
         "--logs": chosen.out / "logs",
@@ -112,7 +138,7 @@ def _recorder_options(chosen: argparse.Namespace, name: str, port: str) -> argpa
     words_of_it += [str(word) for pair in places.items() for word in pair]
     if chosen.plot and _has_screen():
         words_of_it.append("--plot")
-    return options.parse(words_of_it)
+    return options_of(words_of_it)
 
 
 def _has_screen() -> bool:

@@ -6,39 +6,42 @@ import shutil
 import sys
 from pathlib import Path
 
-from capsule import files
 from capsule.bench import judged_file, judged_view
 from capsule.bench.verdict import FinalVerdict
-from capsule.configuration_files import read_config_file
-from capsule.workflow_call import data_config, data_folder
+from capsule.errors import WrongOptionError
+from capsule.project import config_file
+from capsule.settings import read_settings
 
 
-def read_arguments() -> argparse.Namespace:
-    """Return the options."""
-    parser = argparse.ArgumentParser(
-        description=__doc__, epilog="exit status: 0 judged, 1 a file was rejected, or other fault"
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options."""
+    parser.epilog = "exit status: 0 judged, 1 a file was rejected, or other fault"
     add = parser.add_argument
     add("files", type=Path, nargs="+", metavar="FILE", help="a recording, in any folder")
     results = "the workflow's results: detectors.json and templates.npz (default: results/)"
-    add("--results", type=Path, default=data_folder() / "results", metavar="FOLDER", help=results)
-    config = "the workflow's configuration (default: config/config.yaml)"
-    add("--config", type=Path, default=data_config(), metavar="FILE", help=config)
+    add("--results", type=Path, default=Path("results"), metavar="FOLDER", help=results)
+    config = "the workflow's configuration (default: config/config.yaml here, or the shipped one)"
+    add("--config", type=Path, default=config_file(), metavar="FILE", help=config)
     picture = "draw the recording, and the place of the nodule, to a .png or .svg file"
     add("--picture", type=Path, metavar="FILE", help=picture)
     add("--json", action="store_true", help="print the verdicts as JSON, for other programs")
-    arguments = parser.parse_args()
+
+
+def main(arguments: argparse.Namespace) -> int:
+    """Judge each file, and print the verdicts; return 0 only if all files were accepted.
+
+    Raises
+    ------
+    CapsuleError
+        The results or the configuration cannot be used.
+    WrongOptionError
+        Options contradict each other.
+    """
     if arguments.picture and len(arguments.files) > 1:
-        parser.error("--picture draws one recording: give one FILE")
+        raise WrongOptionError("--picture draws one recording: give one FILE")
     if arguments.picture and arguments.picture.suffix not in (".png", ".svg"):
-        parser.error(f"--picture {arguments.picture}: the name must end in .png or .svg")
-    return arguments
-
-
-def main() -> None:
-    """Judge each file; the exit status is 0 only if all were accepted."""
-    arguments = read_arguments()
-    settings, results = read_config_file(arguments.config), arguments.results
+        raise WrongOptionError(f"--picture {arguments.picture}: the name must end in .png or .svg")
+    settings, results = read_settings(arguments.config), arguments.results
     learned = results / "detectors.json"
     final = FinalVerdict(results / "templates.npz", learned, settings, "a verdict")
     taught = judged_file.taught_recordings(results / "recordings.csv")
@@ -56,8 +59,4 @@ def main() -> None:
         from capsule.bench.judged_picture_file import write_picture  # matplotlib only if it is used
 
         write_picture(judged[0], settings, arguments.picture)
-    sys.exit(not all(each.is_accepted for each in judged))
-
-
-if __name__ == "__main__":
-    files.run(main)
+    return int(not all(each.is_accepted for each in judged))

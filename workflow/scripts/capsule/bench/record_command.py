@@ -1,0 +1,221 @@
+"""Record a run of the capsule from the logger board into raw/."""
+
+import argparse
+import signal
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from capsule.bench import output, run
+from capsule.bench.board_options import add_board_options, add_wave_options
+from capsule.bench.lsl import EXTRA
+from capsule.errors import WrongOptionError
+from capsule.number_arguments import positive
+from capsule.project import config_file
+from capsule.run_arguments import recording_name, size_folder
+
+LONGEST_ENTRY = 100  # characters of a site or session
+STREAM_NAME = "capsule"
+LONGEST_STREAM_NAME = 100
+
+EXAMPLES = """
+examples:
+  %(prog)s --size 3                     record a run over a 3 mm nodule until Ctrl-C
+  %(prog)s --unlabelled --detect        record a run over an unknown place, and judge it
+  %(prog)s --size 0 --duration 90 --drive /dev/ttyACM1
+                                          start the wave, record 90 s without a nodule, stop both
+  %(prog)s --size 3 --stream-in gripper record from a stream of the Lab Streaming Layer
+  %(prog)s --recover                    complete the recordings of killed recorders
+
+exit status:
+  0 archived            1 other fault        2 wrong option       3 no board, or several
+  4 no answer           5 port in use        6 no permission      7 wrong baud rate
+  8 wrong board         9 disk full         10 name exists       11 board lost (part is archived)
+ 12 refused by a board
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options of a run, the boards, the streams and the files."""
+    parser.epilog = EXAMPLES
+    _add_run_options(parser)
+    add_board_options(parser)
+    add_wave_options(parser)
+    _add_stream_options(parser)
+    _add_place_options(parser)
+
+
+def main(arguments: argparse.Namespace) -> None:
+    """Record a run or recover one; each fault at the bench has its own exit status.
+
+    Raises
+    ------
+    AcquisitionError
+        A fault at the bench.
+    WrongOptionError
+        Options contradict each other.
+    """
+    check(arguments)
+    output.install()
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        if arguments.recover is not None:
+            run.recover(arguments)
+        else:
+            run.record(arguments)
+    except KeyboardInterrupt:
+        print("interrupted before the recording began; nothing is archived", file=sys.stderr)
+        raise
+
+
+def options_of(words: Sequence[str]) -> argparse.Namespace:
+    """Return the options in the words of a command line, for a program that records."""
+    parser = argparse.ArgumentParser(prog="capsule record")
+    add_arguments(parser)
+    options = parser.parse_args(words)
+    check(options)
+    return options
+
+
+def check(options: argparse.Namespace) -> None:
+    """Raise an error if options contradict each other.
+
+    Raises
+    ------
+    WrongOptionError
+        The message names the options.
+    """
+    for option, value in vars(options).items():
+        # Argparse returns an empty list for an option whose value is two dashes.
+        if value == []:
+            raise WrongOptionError(f"argument --{option.replace('_', '-')}: '--' is not a value")
+    modes = [options.size is not None, options.unlabelled, options.recover is not None]
+    if sum(modes) != 1:
+        raise WrongOptionError("give exactly one of --size MM, --unlabelled and --recover")
+    if fault := _fault_of_streams(options):
+        raise WrongOptionError(fault)
+
+
+def _add_run_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("the run")
+    group.add_argument(
+        "--size",
+        type=size_folder,
+        metavar="MM",
+        help="record a run over a nodule of this size; 0: no nodule",
+    )
+    group.add_argument(
+        "--unlabelled", action="store_true", help="record a run over an unknown place"
+    )
+    group.add_argument(
+        "--recover",
+        nargs="?",
+        const="all",
+        metavar="FILE",
+        help="complete the unfinished recording FILE (.part); without FILE, all under raw/",
+    )
+    group.add_argument("--duration", type=positive, metavar="S", help="stop after S seconds")
+    group.add_argument(
+        "--name", type=recording_name, help="the recording's name (default: UTC time)"
+    )
+    group.add_argument(
+        "--site",
+        type=_entry,
+        help="name of the site, written to the header; the report combines its passes",
+    )
+    group.add_argument(
+        "--session",
+        type=_entry,
+        help="name of the session, written to the header, such as a date or an assembly",
+    )
+    group.add_argument(
+        "--setup",
+        type=_entry,
+        help="name of the set-up, written to the header: one nodule, gut and capsule, set up once",
+    )
+    group.add_argument("--plot", action="store_true", help="show the sensors in a window")
+    group.add_argument(
+        "--detect",
+        action="store_true",
+        help="show every detector's verdict, during the run and at its end",
+    )
+
+
+def _add_stream_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options for the streams to send samples to and to record from."""
+    group = parser.add_argument_group("streams of the Lab Streaming Layer", f"need {EXTRA}")
+    group.add_argument(
+        "--stream-out",
+        nargs="?",
+        const=STREAM_NAME,
+        type=_stream_name,
+        metavar="NAME",
+        help=f"also send the samples as a stream while recording (default NAME: {STREAM_NAME})",
+    )
+    group.add_argument(
+        "--stream-in",
+        type=_stream_name,
+        metavar="NAME",
+        help="record from the stream of this name or source id instead of a logger board",
+    )
+    group.add_argument(
+        "--stream-channels",
+        metavar="LIST",
+        help="channels to record, if the stream has more than sensors: labels or numbers from 1, "
+        "such as 2,3,4,5; sensor 1 first",
+    )
+
+
+def _fault_of_streams(options: argparse.Namespace) -> str:
+    """Return which options contradict each other; empty if none do."""
+    if options.stream_in and options.port:
+        return "--stream-in records from a stream, --port from a board: give one of the two"
+    if options.stream_channels and not options.stream_in:
+        return "--stream-channels chooses channels of --stream-in NAME, which is not given"
+    if options.stream_in and options.stream_in == options.stream_out:
+        return f"--stream-in and --stream-out both name {options.stream_in!r}: rename one"
+    return ""
+
+
+def _stream_name(text: str) -> str:
+    """Return the name of a stream; a name that would break a query is an error."""
+    if not text.strip() or not text.isprintable() or "'" in text or len(text) > LONGEST_STREAM_NAME:
+        raise argparse.ArgumentTypeError(
+            f"{text[:LONGEST_STREAM_NAME]!r} is not allowed as a stream's name: use 1 to "
+            f"{LONGEST_STREAM_NAME} printable characters other than '"
+        )
+    return text
+
+
+def _add_place_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("files")
+    group.add_argument("--raw", type=Path, default=Path("raw"), help="archive (default: raw/)")
+    group.add_argument(
+        "--logs",
+        type=Path,
+        default=Path("logs/acquisition"),
+        help="logs, with all damaged frames (default: logs/acquisition/)",
+    )
+    group.add_argument(
+        "--templates",
+        type=Path,
+        default=Path("results/templates.npz"),
+        help="templates for --detect; detectors.json must be in the same folder "
+        "(default: results/templates.npz)",
+    )
+    group.add_argument(
+        "--config",
+        type=Path,
+        default=config_file(),
+        help="the workflow's configuration (default: config/config.yaml here, or the shipped one)",
+    )
+
+
+def _entry(text: str) -> str:
+    """Return an entry of the header; a text that the workflow could not read is an error."""
+    if not text.strip() or not text.isprintable() or len(text) > LONGEST_ENTRY:
+        raise argparse.ArgumentTypeError(
+            f"{text[:LONGEST_ENTRY]!r} is not allowed in a header: use 1 to {LONGEST_ENTRY} "
+            "printable characters (UTF-8)"
+        )
+    return text

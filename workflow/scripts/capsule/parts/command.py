@@ -1,0 +1,171 @@
+"""Make the parts of capsule and bench to print: meshes, outlines, drawings and lists, in mm."""
+
+import argparse
+import difflib
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from capsule import files
+from capsule.errors import CapsuleError
+from capsule.parts.design import LIMITS, Design, design_of, entries
+from capsule.parts.files import read_parts_table
+from capsule.parts.flat_files import dxf_text, svg_text
+from capsule.parts.mesh_files import split_bodies, stl_bytes, threemf_bytes
+from capsule.parts.part import Part
+from capsule.parts.part_lists import bill_of_materials, parts_table, title_lines
+from capsule.parts.print_profile import profile_text
+from capsule.parts.refusals import check_design
+from capsule.parts.sheets import sheet_files, sheets
+from capsule.phantom.files import DEFAULT_TABLE, read_phantom
+from capsule.project import config_file, how_to_install
+from capsule.settings import read_settings
+
+_NOZZLE = "print.nozzle_mm"
+
+EPILOG = """
+The solids need the package manifold3d, which the extra parts installs. STEP files (--step) also
+need Open CASCADE, which the extra cad installs.
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the options: the changes of the design and the output folder."""
+    parser.epilog = EPILOG
+    add = parser.add_argument
+    output = Path("parts")
+    add("--out", type=Path, default=output, metavar="FOLDER", help="output folder (default: parts)")
+    add(
+        "--set",
+        dest="changes",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="change a value of config/parts.yaml, or an origami.* or wall.* of "
+        "config/phantom.yaml, such as origami.fold_angle_deg=40; may be repeated",
+    )
+    add("--nozzle", metavar="MM", help=f"diameter of the nozzle (the same as --set {_NOZZLE}=MM)")
+    add("--step", action="store_true", help="also write STEP")
+
+
+def main(arguments: argparse.Namespace) -> None:
+    """Make all parts, and write their files.
+
+    Raises
+    ------
+    CapsuleError
+        The design cannot be made, or a package is missing.
+    """
+    all_parts = _maker_of_parts()
+    design, sensors = read_design(arguments.changes, arguments.nozzle), read_sensors()
+    step_bytes = step_writer() if arguments.step else None
+    parts, out = all_parts(design, sensors), arguments.out
+    for part in parts:
+        bodies = split_bodies(part.name, part.vertices, part.triangles)
+        with files.write_whole(out / f"{part.name}.stl", "wb") as stream:
+            stream.write(stl_bytes(part.name, part.vertices, part.triangles))
+        with files.write_whole(out / f"{part.name}.3mf", "wb") as stream:
+            stream.write(threemf_bytes(bodies))
+        if step_bytes is not None:
+            with files.write_whole(out / f"{part.name}.step", "wb") as stream:
+                stream.write(step_bytes(part))
+        if part.flat is not None:
+            with files.write_whole(out / f"{part.name}.dxf") as stream:
+                stream.write(dxf_text(part.flat))
+            with files.write_whole(out / f"{part.name}.svg") as stream:
+                stream.write(svg_text(part.name, part.flat))
+    for sheet in sheets(design, sensors):
+        for kind, content in sheet_files(sheet, title_lines(design)).items():
+            with files.write_whole(out / "drawings" / f"{sheet.name}.{kind}", "wb") as stream:
+                stream.write(content)
+    files.write_json(out / "parts.json", parts_table(design, parts))
+    with files.write_whole(out / "bom.csv") as stream:
+        stream.write(bill_of_materials(design, parts, sensors))
+    with files.write_whole(out / "print-profile.ini") as stream:
+        stream.write(profile_text(design.parts.print))
+    print(f"{len(parts)} parts in {out}/")
+
+
+def _maker_of_parts() -> Callable[[Design, int], Sequence[Part]]:
+    """Return the function that makes all parts; only this function imports its library."""
+    try:
+        from capsule.parts.all_parts import all_parts
+    except ModuleNotFoundError as error:
+        if error.name != "manifold3d":
+            raise
+        raise CapsuleError(
+            f"the parts need manifold3d, which is not installed; run {how_to_install('parts')}"
+        ) from None
+    return all_parts
+
+
+def read_design(changes: list[str], nozzle: str | None = None) -> Design:
+    """Read both tables, apply the changes, and raise an error if the design cannot be made.
+
+    Parameters
+    ----------
+    changes
+        Texts of the form ``part.name=value``; a value is a number or a word.
+    nozzle
+        Diameter of the nozzle in mm, as text.
+
+    Raises
+    ------
+    CapsuleError
+        A name is unknown or a value is not allowed; the message names it and its limit.
+    """
+    if nozzle is not None:
+        changes = [*changes, f"{_NOZZLE}={nozzle}"]
+    table = read_parts_table()
+    rows = dict(entries(table))
+    own: dict[str, str | float] = {}
+    of_phantom = []
+    for change in changes:
+        name, _, text = change.partition("=")
+        if name in rows:
+            own[name] = text if "allowed" in rows[name] else _number(change, text)
+        elif name in table[LIMITS]:
+            _number(change, text)
+            of_phantom.append(change)
+        else:
+            known = [*rows, *table[LIMITS]]
+            nearest = difflib.get_close_matches(name, known, n=1, cutoff=0.0)
+            raise CapsuleError(f"there is no value {name}; did you mean {nearest[0]}?")
+    unchanged = read_phantom(DEFAULT_TABLE, [])
+    design = design_of(table, own, read_phantom(DEFAULT_TABLE, of_phantom), unchanged)
+    check_design(design)
+    return design
+
+
+def step_writer() -> Callable[[Part], bytes]:
+    """Return the function that writes a part as STEP; only this function imports its large library.
+
+    Raises
+    ------
+    CapsuleError
+        The library is not installed; the message names the extra.
+    """
+    try:
+        from capsule.parts.step_files import step_bytes
+    except ModuleNotFoundError as error:
+        # Older releases of the library lack some of these modules.
+        if (error.name or "").partition(".")[0] != "OCP":
+            raise
+        raise CapsuleError(
+            f"--step needs Open CASCADE, which is not installed; run {how_to_install('cad')}"
+        ) from None
+    return step_bytes
+
+
+def read_sensors() -> int:
+    """Read the number of substructures of a capsule."""
+    sensors: int = read_settings(config_file())["recording"]["sensors"]
+    return sensors
+
+
+def _number(change: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise CapsuleError(
+            f"--set {change}: write part.name=number, such as origami.fold_angle_deg=40"
+        ) from None
