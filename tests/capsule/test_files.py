@@ -1,5 +1,6 @@
 import errno
 import os
+import time
 import tracemalloc
 from pathlib import Path
 
@@ -114,8 +115,19 @@ def test_what_killed_writers_left_behind_is_removed_and_nothing_else(tmp_path):
     left.parent.mkdir()
     left.touch()
     kept.touch()
-    files.remove_unfinished(tmp_path)
+    files.tidy(tmp_path)
     assert list(left.parent.iterdir()) == [kept]
+
+
+def test_dates_in_the_future_become_now_and_others_stay(tmp_path):
+    ahead, past = tmp_path / "ahead.json", tmp_path / "past.json"
+    for path, date_s in ((ahead, 4e9), (past, 1e9)):
+        path.write_text("{}")
+        os.utime(path, (date_s, date_s))
+    (tmp_path / "gone").symlink_to(tmp_path / "none")
+    files.tidy(tmp_path)
+    assert abs(ahead.stat().st_mtime - time.time()) < 60
+    assert past.stat().st_mtime == 1e9
 
 
 def test_a_fingerprint_goes_by_the_content_and_not_by_the_time_stamp(tmp_path):
@@ -240,7 +252,16 @@ def test_results_without_snakemakes_notes_on_them_are_refused(tmp_path, results,
         files.refuse_without_notes(tmp_path / "results", tmp_path / "notes")
 
 
-def test_a_folder_with_braces_in_its_name_is_refused():
-    files.refuse_braces(Path("/data/run 1"), Path("/data"))
-    with pytest.raises(CapsuleError, match=r"^/data/\{run\}: rename this folder"):
-        files.refuse_braces(Path("/data"), Path("/data/{run}"))
+def test_a_folder_with_braces_in_its_name_is_refused(tmp_path):
+    (tmp_path / "run 1").mkdir()
+    files.refuse_folders(tmp_path, tmp_path / "run 1")
+    (tmp_path / "{run}").mkdir()
+    with pytest.raises(CapsuleError, match=r"/\{run\}: rename this folder"):
+        files.refuse_folders(tmp_path, tmp_path / "{run}")
+
+
+def test_a_folder_that_cannot_be_written_is_refused_with_the_way_out(tmp_path, monkeypatch):
+    # Permissions do not bind the administrator, who runs some of these tests.
+    monkeypatch.setattr(os, "access", lambda path, mode: not (path == tmp_path and mode == os.W_OK))
+    with pytest.raises(CapsuleError, match=r"cannot be written, .*capsule new NAME"):
+        files.refuse_folders(Path("/"), tmp_path)

@@ -168,6 +168,16 @@ def test_dates_alone_make_nothing_again(project):
     assert project.snakemake().did_nothing
 
 
+def test_after_a_clock_was_set_back_a_run_with_work_ends_well(project):
+    for path in (*project.results.rglob("*.*"), project.folder / "workflow/scripts/fit.py"):
+        os.utime(path, (4e9, 4e9))
+    (project.raw / "3mm/r02.csv").write_bytes(other_recording())
+    run = project.snakemake(*TABLES)
+    assert run.status == 0, run.output
+    assert run.jobs["fit"] == 1
+    assert project.snakemake(*TABLES).did_nothing
+
+
 # What has gone wrong.
 
 

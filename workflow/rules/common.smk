@@ -62,7 +62,7 @@ SOURCES = {
     "config of the module" if IS_MODULE else "--config or --configfile": changed,
 }
 try:
-    files.refuse_braces(PROJECT, Path.cwd())
+    files.refuse_folders(PROJECT, Path.cwd())
     WITHOUT_EFFECT = without_effect(config, read_schema(SCHEMA))
     config = check_configuration(config, read_schema(SCHEMA), SOURCES)
     ARCHIVE = files.list_archive(Path(RAW))

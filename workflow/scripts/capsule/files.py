@@ -12,6 +12,7 @@ import json
 import os
 import stat
 import sys
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import IO, Any
@@ -154,20 +155,32 @@ def fingerprint_of(content: bytes | None) -> str:
     return "too large" if content is None else hashlib.sha256(content).hexdigest()
 
 
-def refuse_braces(*folders: Path) -> None:
-    """Raise an error if the name of a folder holds a brace: Snakemake takes it for a wildcard.
+def refuse_folders(project: Path, here: Path) -> None:
+    """Raise an error if Snakemake cannot run in a folder with the steps of the project.
+
+    It takes a brace in a name for a wildcard, and it keeps notes in the folder, even of a dry run.
+
+    Parameters
+    ----------
+    project, here : Path
+        The project's folder, and the one that holds raw/ and results/.
 
     Raises
     ------
     CapsuleError
-        The message names the folder.
+        The message names the folder and the remedy.
     """
-    for folder in folders:
+    for folder in (project, here):
         if set("{}") & set(str(folder)):
             raise CapsuleError(
                 f"{folder}: rename this folder; Snakemake cannot work in a folder whose name holds "
                 "{ or }"
             )
+    if not os.access(here, os.W_OK):
+        raise CapsuleError(
+            f"{here} cannot be written, and Snakemake keeps notes there; run it in a folder of your "
+            "own that holds raw/ and config/ (capsule new NAME makes one)"
+        )
 
 
 def refuse_without_notes(results: Path, notes: Path) -> None:
@@ -270,10 +283,18 @@ def write_new(path: Path, content: bytes) -> None:
         beside.unlink(missing_ok=True)
 
 
-def remove_unfinished(folder: Path) -> None:
-    """Remove the temporary files of processes that were killed."""
-    for path in folder.rglob(f".*{UNFINISHED}"):
-        path.unlink(missing_ok=True)
+def tidy(folder: Path) -> None:
+    """Remove the temporary files of killed processes, and take back dates in the future.
+
+    A file has such a date if a clock was set back. Snakemake fails at a job whose result is older
+    than what it is made from.
+    """
+    now_s = time.time()
+    for path in folder.rglob("*"):
+        if path.name.startswith(".") and path.name.endswith(UNFINISHED):
+            path.unlink(missing_ok=True)
+        elif path.lstat().st_mtime > now_s:
+            os.utime(path, (now_s, now_s), follow_symlinks=False)
 
 
 def mark_outdated(page: Path, *, outdated: bool) -> None:

@@ -64,7 +64,7 @@ class Run:
         return Path(self.results) / "report.html"
 
     def begin(self) -> None:
-        """Take the folder's lock, remove unfinished files, and mark the report as out of date.
+        """Take the folder's lock, tidy the results, and mark the report as out of date.
 
         Raises
         ------
@@ -73,7 +73,7 @@ class Run:
         """
         self._held.append(hold_run_lock())
         refuse_unfinished_jobs(Path.cwd())
-        files.remove_unfinished(Path(self.results))
+        files.tidy(Path(self.results))
         # Snakemake itself can end on a full disk without telling that a run has failed.
         atexit.register(self._explain_full_disk)
         if self._free_bytes() < _FULL_DISK_BYTES:
