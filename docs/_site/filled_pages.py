@@ -23,7 +23,7 @@ from pygments.lexers.special import TextLexer
 from sphinx.application import Sphinx
 
 from capsule.cli import COMMANDS, build_parser, subparsers
-from capsule.interface.public import attribute, public_names
+from capsule.interface import attribute, public_names
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = ROOT / "workflow" / "scripts"

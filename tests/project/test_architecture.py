@@ -47,8 +47,8 @@ FRONTS = {"study_phantom", "teach_scorer"}
 # Only modules of these names, in any folder of the library, know files, folders and processes. All
 # others are functions on arrays.
 ON_FILES = {"files", "results", "project", "locks", "forks", "keys", "fits"}
-ON_FILES |= {"configuration_files", "settings", "library", "described"}
-ON_FILES |= {"data_files", "held_out_files", "plot_data", "listed"}
+ON_FILES |= {"configuration_files", "settings", "described"}
+ON_FILES |= {"archive", "data_files", "held_out_files", "plot_data", "listed"}
 # The command, and those of subjects.
 ON_FILES |= {"__main__", "cli", "command", "completion", "new"}
 # These call git, Slurm or Snakemake, and look after its runs.

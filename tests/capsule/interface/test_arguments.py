@@ -167,6 +167,10 @@ def test_an_argument_is_refused_with_its_name_its_value_and_what_is_allowed(valu
             "generator: 1 is not allowed; allowed is a Generator",
         ),
         (lambda archive: capsule.render(None, 150, 10), "particle: None is not allowed"),
+        (
+            lambda archive: capsule.template_distances(archive.matrices["3mm/r01"], 3),
+            "templates: 3 is not allowed; allowed is a sequence of arrays",
+        ),
         (lambda archive: capsule.format_recording("3mm/r01"), "recording: '3mm/r01' is"),
         (lambda archive: capsule.load(3), "raw: 3 is not allowed; allowed is a path"),
         (lambda archive: capsule.folds("raw"), "archive: 'raw' is not allowed; allowed is what"),

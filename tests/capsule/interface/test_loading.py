@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import capsule
-from capsule.interface.loaded_archive import ByRecording
+from capsule.interface.archive import ByRecording
 from support.project import ROOT
 
 pytestmark = pytest.mark.takes(0.2)
@@ -223,7 +223,7 @@ def test_every_public_name_is_there_and_others_are_not():
         "import capsule\nfor name in dir(capsule): assert getattr(capsule, name) is not None\n"
     )
     program += "from capsule import *\nprint(load.__module__, hasattr(capsule, 'loaded'))"
-    assert python(program).split() == ["capsule.interface.library", "False"]
+    assert python(program).split() == ["capsule.interface.archive", "False"]
 
 
 def test_every_public_name_says_what_it_is():

@@ -23,7 +23,7 @@ from capsule.particles import Particle
 from capsule.preprocessing import preprocess
 from capsule.project import WEIGHTS
 from capsule.seeding import readings_checksum
-from capsule.templates import TemplateSet
+from capsule.templates import build_templates
 from capsule.wave_check import missing_wave
 
 # More recordings than an archive on one machine has; each takes some 60 kB.
@@ -107,7 +107,6 @@ def _shipped_scorer() -> Scorer:
 def training_archive(
     sizes_mm: Mapping[str, float],
     judged: Mapping[str, DescribedRecording],
-    templates: TemplateSet,
     particles: Mapping[str, Particle],
     settings: Settings,
     detectors: Iterable[str],
@@ -119,17 +118,22 @@ def training_archive(
     ----------
     judged : mapping of str to DescribedRecording
         All recordings that can be judged, labelled or not.
+    particles : mapping of str to Particle
+        The fits of the recordings that teach the templates.
     detectors : iterable of str
         Their names.
-    sizes_mm, templates, particles, settings, **more
+    sizes_mm, settings, **more
         As in `TrainingArchive`.
     """
     rows = [detector_row(name) for name in detectors]
     by_features = any(row.by_features for row in rows)
     by_passages = not all(row.by_templates for row in rows)
+    groups: dict[float, list[Particle]] = {}
+    for name, particle in particles.items():
+        groups.setdefault(sizes_mm[name], []).append(particle)
     return TrainingArchive(
         sizes_mm,
-        templates,
+        build_templates(groups, **template_options(settings)),
         particles,
         {name: each.passage for name, each in judged.items()} if by_passages else {},
         lambda name: judged[name].matrix,

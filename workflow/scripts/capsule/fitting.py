@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.arrays import FloatArray, IntArray
-from capsule.kinds import Settings
+from capsule.kinds import Cells, Settings
 from capsule.particles import ParameterSpace, Particle, time_profile
 from capsule.seeding import fit_generator
 from capsule.sliding import SlidingComparison, rmse_at_lag
@@ -184,10 +184,20 @@ def fit_recording(matrix: FloatArray, values: FloatArray, settings: Settings) ->
     -------
     Fit
     """
-    ranges = dict(settings)
-    generator = fit_generator(ranges.pop("seed"), values)
+    return fit_particle(matrix, fit_generator(settings["seed"], values), **fit_options(settings))
+
+
+def fit_options(settings: Settings) -> Cells:
+    """Return the arguments of `fit_particle` except matrix and generator.
+
+    Parameters
+    ----------
+    settings : mapping
+        Section ``fit`` of the configuration.
+    """
+    ranges = {key: value for key, value in settings.items() if key != "seed"}
     counts = {key: ranges.pop(key) for key in ("particles", "iterations", "first_peak")}
-    return fit_particle(matrix, generator, **counts, space=ParameterSpace(**ranges))
+    return {**counts, "space": ParameterSpace(**ranges)}
 
 
 def compare_vectors(

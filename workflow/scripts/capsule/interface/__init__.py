@@ -1,1 +1,50 @@
-"""The interface for programs and notebooks: archives as objects, and detectors as estimators."""
+"""The interface for programs and notebooks: the public names of `import capsule`.
+
+This module imports nothing heavy: a module is imported when a program uses one of its names.
+"""
+
+from functools import cache
+from importlib import import_module
+from inspect import isclass
+
+_MODULES = {
+    "capsule.errors": ("CapsuleError", "RecordingError"),
+    "capsule.recording": ("Recording", "format_recording"),
+    "capsule.preprocessing": ("normalize", "preprocess", "rectify", "rms_envelope"),
+    "capsule.particles": ("ParameterSpace", "Particle", "render"),
+    "capsule.fitting": ("Fit", "fit_particle", "fit_recording"),
+    "capsule.seeding": ("fit_generator",),
+    "capsule.settings": ("read_settings",),
+    "capsule.templates": ("TemplateSet", "build_templates"),
+    "capsule.detectors.template": ("nearest_size", "template_distances"),
+    "capsule.interface.archive": ("LoadedArchive", "load", "read_recording"),
+    "capsule.interface.evaluate": ("Judgement", "folds", "judge"),
+    "capsule.interface.estimators": (
+        "DetectorEstimator",
+        "DiagonalEstimator",
+        "MatrixTransformer",
+        "TaughtEstimator",
+        "TemplateEstimator",
+        "TemplateThresholdEstimator",
+    ),
+}
+_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
+
+
+def public_names() -> list[str]:
+    """Return all public names of `import capsule`, sorted."""
+    return sorted(_MODULE_OF)
+
+
+@cache
+def attribute(name: str) -> object:
+    """Import the object behind a public name; raise AttributeError if there is no such name."""
+    if name == "__all__":
+        return public_names()
+    if name not in _MODULE_OF:
+        raise AttributeError(f"module 'capsule' has no attribute {name!r}")
+    found = getattr(import_module(_MODULE_OF[name]), name)
+    if isclass(found) or _MODULE_OF[name].startswith(__name__):
+        return found
+    # The functions of the method itself, which the workflow calls without these checks.
+    return import_module("capsule.interface.arguments").checked(found)

@@ -4,11 +4,11 @@ Each error names the argument, its value and what is allowed. The workflow calls
 themselves, and so is not slowed down.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from functools import wraps
 from inspect import signature
 from numbers import Integral, Real
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -23,6 +23,7 @@ _Result = TypeVar("_Result")
 _ANY_SHAPE = {"envelope", "distances"}
 # Whole numbers that may be 0; all others are at least 1.
 _FROM_ZERO = {"seed", "iterations"}
+_CLASSES = {np.random.Generator, ParameterSpace, Particle, Recording}
 
 
 class ArgumentError(CapsuleError, ValueError):
@@ -36,60 +37,48 @@ def refuse(name: str, value: object, allowed: str) -> ArgumentError:
     return ArgumentError(f"{name}: {shown} is not allowed; allowed is {allowed}")
 
 
-def sensor_rows(name: str, value: object) -> FloatArray:
+def _sensor_rows(name: str, value: object) -> FloatArray:
     """Return an array (S, K) or (S, L), with one row per sensor.
 
     More rows than columns are refused: they are samples. No recording can be judged that has fewer
     samples than sensors, since one window of the envelope holds more.
     """
+    allowed = "an array of numbers, one row per sensor"
     try:
         # In the workflow's order, so that sums are taken alike.
         rows = np.asarray(value, dtype=np.float64, order="C")
     except (TypeError, ValueError):
-        raise refuse(name, value, "an array of numbers, one row per sensor") from None
+        raise refuse(name, value, allowed) from None
     if rows.ndim != 2 or not rows.size:
-        shown = rows if rows.ndim else value
-        raise refuse(name, shown, "an array of numbers, one row per sensor")
+        raise refuse(name, rows if rows.ndim else value, allowed)
     if rows.shape[0] > rows.shape[1]:
         remedy = f"transpose it: {name}.T has one row per sensor"
         raise refuse(name, rows, f"one row per sensor; {remedy}")
     return rows
 
 
-def _each_sensor_rows(name: str, values: Iterable[object]) -> list[FloatArray]:
-    return [sensor_rows(f"{name}[{place}]", each) for place, each in enumerate(values)]
-
-
-def _recording(name: str, value: object) -> Recording:
-    if not isinstance(value, Recording):
-        raise refuse(name, value, "a Recording")
-    sensor_rows(f"{name}.values", value.values)
+def _accepted(name: str, value: object, kind: object) -> object:
+    """Return the value of an argument, whose kind is the type in the function's signature."""
+    if kind is FloatArray and name not in _ANY_SHAPE:
+        return _sensor_rows(name, value)
+    if kind == Iterable[FloatArray]:
+        if not isinstance(value, Iterable):
+            raise refuse(name, value, "a sequence of arrays, each with one row per sensor")
+        return [_sensor_rows(f"{name}[{place}]", each) for place, each in enumerate(value)]
+    if isinstance(kind, type) and kind in _CLASSES and not isinstance(value, kind):
+        raise refuse(name, value, f"a {kind.__name__}")
+    if isinstance(value, Recording):
+        _sensor_rows(f"{name}.values", value.values)
+    if kind is int:
+        least = 0 if name in _FROM_ZERO else 1
+        if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
+            raise refuse(name, value, f"a whole number of at least {least}")
+        return int(value)
+    if kind is float:
+        if not isinstance(value, Real) or isinstance(value, bool) or not 0 <= float(value) < np.inf:
+            raise refuse(name, value, "a number of at least 0")
+        return float(value)
     return value
-
-
-def _whole_number(name: str, value: object) -> int:
-    least = 0 if name in _FROM_ZERO else 1
-    if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
-        raise refuse(name, value, f"a whole number of at least {least}")
-    return int(value)
-
-
-def _number(name: str, value: object) -> float:
-    if not isinstance(value, Real) or isinstance(value, bool) or not 0 <= float(value) < np.inf:
-        raise refuse(name, value, "a number of at least 0")
-    return float(value)
-
-
-# By the type in the function's signature.
-_CHECKS: Mapping[object, Callable[[str, Any], object]] = {
-    FloatArray: sensor_rows,
-    Iterable[FloatArray]: _each_sensor_rows,
-    Recording: _recording,
-    int: _whole_number,
-    float: _number,
-}
-
-_CLASSES = {np.random.Generator, ParameterSpace, Particle}
 
 
 def checked(function: Callable[..., _Result]) -> Callable[..., _Result]:
@@ -101,11 +90,7 @@ def checked(function: Callable[..., _Result]) -> Callable[..., _Result]:
         bound = shape.bind(*args, **named)
         given = bound.arguments
         for name, value in given.items():
-            kind = shape.parameters[name].annotation
-            if kind in _CHECKS and name not in _ANY_SHAPE:
-                given[name] = _CHECKS[kind](name, value)
-            elif kind in _CLASSES and not isinstance(value, kind):
-                raise refuse(name, value, f"a {kind.__name__}")
+            given[name] = _accepted(name, value, shape.parameters[name].annotation)
         samples = given["values"].shape[1] if {"values", "length"} <= given.keys() else 0
         if samples > given.get("length", samples):
             raise refuse("length", given["length"], f"{samples}, the number of samples, or more")

@@ -7,8 +7,9 @@ For scikit-learn, these estimators are neither classifiers nor regressors: 2.5 a
 classes, and regressors have no probabilities.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -21,19 +22,20 @@ from capsule.described_recording import (
     training_archive,
 )
 from capsule.detectors.familiar import Familiarity, FamiliarTeacher
-from capsule.detectors.registry import DETECTORS, detector_row
-from capsule.detectors.training import TrainingArchive, detector_class
-from capsule.detectors.verdicts import NO_VERDICT, Verdict
+from capsule.detectors.registry import detector_row
+from capsule.detectors.training import detector_class
+from capsule.detectors.verdicts import NO_VERDICT, Verdict, why_unknown
 from capsule.errors import CapsuleError
+from capsule.evaluation.cross_validation import Detectors, verdict_cells
 from capsule.evaluation.lead import balanced_accuracy
+from capsule.interface.archive import LoadedArchive
 from capsule.interface.arguments import ArgumentError, refuse
-from capsule.kinds import Settings
+from capsule.kinds import Cells, Settings
 from capsule.project import how_to_install
 from capsule.settings import read_settings
-from capsule.templates import build_templates
 
 try:
-    from sklearn.base import BaseEstimator, TransformerMixin
+    from sklearn.base import BaseEstimator, TransformerMixin, clone, is_classifier, is_regressor
     from sklearn.utils import Tags
     from sklearn.utils.metaestimators import available_if
     from sklearn.utils.validation import check_is_fitted, validate_data
@@ -41,6 +43,8 @@ except ImportError:
     raise CapsuleError(
         f"the estimators need scikit-learn, which is not installed; run {how_to_install('learn')}"
     ) from None
+
+_shipped_settings = cache(read_settings)
 
 
 class _OfReadings(BaseEstimator):
@@ -62,41 +66,34 @@ class _OfReadings(BaseEstimator):
         return self.settings
 
     def _validated(self, X: object, **options: object) -> FloatArray:
-        sensors = self._settings()["recording"]["sensors"]
-        window = self._settings()["preprocessing"]["window"]
+        settings = self._settings()
         rows, columns = (*getattr(X, "shape", ()), 0, 0)[:2]
         # Nobody can judge recordings of one sample, and a recording has several windows of them.
-        if columns == sensors and rows > 2 * window:
+        few = 2 * settings["preprocessing"]["window"]
+        if columns == settings["recording"]["sensors"] and rows > few:
             raise ArgumentError(
-                f"X: {rows} rows of {sensors} readings are the samples of one recording; a row of "
+                f"X: {rows} rows of {columns} readings are the samples of one recording; a row of "
                 "X holds a whole recording, sample after sample with NaN behind the last: "
                 "archive.rows(names) makes it"
             )
-        checked: FloatArray = validate_data(
-            self, X, dtype=np.float64, ensure_all_finite="allow-nan", **options
-        )
+        options |= {"dtype": np.float64, "ensure_all_finite": "allow-nan"}
+        checked: FloatArray = validate_data(self, X, **options)
         return checked
 
     def _described(self, rows: FloatArray) -> list[DescribedRecording]:
-        options = template_options(self._settings())
-        sensors, length = options["sensors"], options["length"]
-        readings = [_readings(row, sensors) for row in rows]
+        shape = template_options(self._settings())
+        readings = [_readings(row, shape["sensors"]) for row in rows]
         for number, values in enumerate(readings):
-            if values.shape[1] > length:
+            if values.shape[1] > shape["length"]:
                 raise ArgumentError(
-                    f"row {number} of X holds {values.shape[1]} samples of {sensors} sensors; "
-                    f"at most {length} are allowed (preprocessing.length of the settings)"
+                    f"row {number} of X holds {values.shape[1]} samples of {len(values)} sensors; "
+                    f"at most {shape['length']} are allowed (preprocessing.length of the settings)"
                 )
         return described(readings, self._settings())
 
     def _judged(self, X: object) -> list[DescribedRecording]:
         check_is_fitted(self)
         return self._described(self._validated(X, reset=False))
-
-
-@cache
-def _shipped_settings() -> Settings:
-    return read_settings()
 
 
 def _readings(row: FloatArray, sensors: int) -> FloatArray:
@@ -108,8 +105,7 @@ def _readings(row: FloatArray, sensors: int) -> FloatArray:
 
 
 def _states_probability(estimator: "DetectorEstimator") -> bool:
-    row = DETECTORS.get(estimator.detector)
-    return row is not None and not row.by_templates
+    return not detector_row(estimator.detector).by_templates
 
 
 class DetectorEstimator(_OfReadings):
@@ -163,28 +159,19 @@ class DetectorEstimator(_OfReadings):
         usable = [(each, size_mm) for each, size_mm in pairs if not each.no_verdict]
         # Sort, because the sum of the same numbers depends on their order.
         usable.sort(key=lambda pair: (pair[0].name, pair[1]))
-        archive = self._archive(usable)
+        # Number the names, because the same readings may occur twice.
+        named = {f"{each.name} {place}": each for place, (each, _) in enumerate(usable)}
+        known_mm = dict(zip(named, [size_mm for _, size_mm in usable], strict=True))
+        particles = {}
+        if detector_row(self.detector).by_templates:
+            particles = {name: named[name].fit.particle for name in named if known_mm[name] > 0}
+        archive = training_archive(known_mm, named, particles, self._settings(), [self.detector])
         detector = detector_class(self.detector)
         # The stored values are all that a verdict needs, and they can be pickled.
         learned = detector(archive).without([]).stored()
         self.model_ = detector.Model.restored(learned, archive.templates)
         self.familiar_ = FamiliarTeacher(archive).without([])
         return self
-
-    def _archive(self, usable: list[tuple[DescribedRecording, float]]) -> TrainingArchive:
-        settings = self._settings()
-        # Number the names, because the same readings may occur twice.
-        named = {f"{each.name} {place}": each for place, (each, _) in enumerate(usable)}
-        sizes_mm = dict(zip(named, [size_mm for _, size_mm in usable], strict=True))
-        nodules = [name for name, size_mm in sizes_mm.items() if size_mm > 0]
-        fitted = nodules if detector_row(self.detector).by_templates else []
-        particles = {name: named[name].fit.particle for name in fitted}
-        by_size = {
-            size_mm: [particles[name] for name in fitted if sizes_mm[name] == size_mm]
-            for size_mm in {sizes_mm[name] for name in fitted}
-        }
-        templates = build_templates(by_size, **template_options(settings))
-        return training_archive(sizes_mm, named, templates, particles, settings, [self.detector])
 
     def predict(self, X: object) -> np.ndarray:
         """Return the sizes in mm, 0 for no nodule, NaN for no verdict, (n,)."""
@@ -272,9 +259,6 @@ class MatrixTransformer(TransformerMixin, _OfReadings):
         self._validated(X)
         return self
 
-    def __sklearn_is_fitted__(self) -> bool:
-        return hasattr(self, "n_features_in_")
-
     def transform(self, X: object) -> np.ndarray:
         """Return the matrices V as rows, sensor after sensor: (n, S L); NaN without a wave.
 
@@ -285,3 +269,78 @@ class MatrixTransformer(TransformerMixin, _OfReadings):
         return np.array(
             [unknown if each.no_verdict else each.matrix.ravel() for each in self._judged(X)]
         )
+
+
+class EstimatorAsDetector(Detectors):
+    """An estimator in the place of the configured detectors.
+
+    A classifier learns the indices of the sizes, 0 for the smallest, because classes must be
+    integers. Any other estimator learns the sizes in mm.
+    """
+
+    def __init__(self, archive: LoadedArchive, estimator: object, name: str) -> None:
+        self.names, self._loaded, self._estimator = [name], archive, estimator
+        self.columns = [*verdict_cells(NO_VERDICT, 1.0), "no_verdict"]
+        self._sizes_mm, self._numbers = np.unique(archive.y, return_inverse=True)
+
+    def rows(self, names: Sequence[str], left_out: Iterable[str]) -> Iterator[Cells]:
+        """Fit the estimator without some recordings, and yield its verdicts on others."""
+        teach, index = self._loaded.teaching_rows(set(left_out)), self._loaded.index(names)
+        usable = [name for name in names if not index[name]["no_verdict"]]
+        verdicts = dict.fromkeys(names, NO_VERDICT)
+        if usable and teach.size:
+            verdicts |= zip(usable, self._verdicts(teach, self._loaded.rows(usable)), strict=True)
+        for name, verdict in verdicts.items():
+            cells = verdict_cells(verdict, self._loaded.settings["recording"]["rate_hz"])
+            cells["no_verdict"] = index[name]["no_verdict"] or why_unknown(verdict)
+            yield {"recording": name, "detector": self.names[0], **cells}
+
+    def _verdicts(self, teach: np.ndarray, rows: FloatArray) -> list[Verdict]:
+        classifies = is_classifier(self._estimator)
+        wanted = self._numbers if classifies else self._loaded.y
+        fitted: Any = clone(self._estimator).fit(self._loaded.X[teach], wanted[teach])
+        if hasattr(fitted, "verdicts"):
+            judged: list[Verdict] = fitted.verdicts(rows)
+            return judged
+        said = np.asarray(fitted.predict(rows))
+        estimates = self._sizes_mm[said.astype(np.int64)] if classifies else said.astype(np.float64)
+        share = (self._loaded.y[teach] > 0).mean()
+        scores, threshold, chances = self._scores(fitted, rows, estimates, share)
+        nearest = np.abs(self._sizes_mm - estimates[:, np.newaxis]).argmin(axis=1)
+        cells = [self._sizes_mm[nearest], scores, chances, estimates]
+        return [
+            NO_VERDICT
+            if np.isnan(said_mm)
+            else Verdict(size, score, threshold, chance, said_mm if size > 0 else np.nan)
+            for size, score, chance, said_mm in zip(*(each.tolist() for each in cells), strict=True)
+        ]
+
+    def _scores(
+        self, fitted: BaseEstimator, rows: FloatArray, estimates: FloatArray, share: float
+    ) -> tuple[FloatArray, float, FloatArray]:
+        """Return scores, their threshold and the probabilities of a nodule, NaN if not known.
+
+        `share` is that of nodules among the recordings that taught.
+        """
+        unknown, sizes_mm = np.full(len(rows), np.nan), self._sizes_mm
+        if not is_classifier(fitted):
+            # The prediction is the score. Half the smallest nodule is as close to 0 as to it.
+            known = is_regressor(fitted) and sizes_mm[0] == 0 and sizes_mm.size > 1
+            return estimates, float(sizes_mm[1]) / 2 if known else np.nan, unknown
+        classes = sizes_mm[np.asarray(fitted.classes_, dtype=np.int64)]
+        if classes.size < 2 or classes[0] > 0:
+            return unknown, np.nan, unknown
+        if hasattr(fitted, "predict_proba"):
+            scores = 1.0 - fitted.predict_proba(rows)[:, 0]
+            # From the training's share of nodules to the prevalence.
+            prevalence = self._loaded.settings["evaluation"]["prevalence"]
+            ratio = prevalence / (1 - prevalence) * ((1 - share) / share)
+            chances = scores * ratio / (scores * ratio + 1.0 - scores)
+            # With more than two classes, the likeliest one may be below one half.
+            return scores, 0.5 if classes.size == 2 else np.nan, chances
+        if hasattr(fitted, "decision_function"):
+            decision = np.asarray(fitted.decision_function(rows))
+            if decision.ndim == 2:
+                decision = decision[:, 1:].max(axis=1) - decision[:, 0]
+            return decision, 0.0, unknown
+        return unknown, np.nan, unknown

@@ -1,28 +1,30 @@
-"""Hold an archive of recordings in memory, for notebooks and for teaching detectors."""
+"""Read recordings, and hold an archive of them in memory, for notebooks and for estimators."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from difflib import SequenceMatcher
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeVar
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO, TypeVar
 
 import numpy as np
 import pandas as pd
 
-from capsule import words
+from capsule import files, recording, words
+from capsule.checking import check_recording
 from capsule.described_recording import described, template_options, training_archive
 from capsule.detectors.training import TrainingArchive
 from capsule.errors import CapsuleError
 from capsule.fits import by_size
-from capsule.fitting import Fit
+from capsule.fitting import Fit, fit_options
 from capsule.held_out import teaching
-from capsule.interface.arguments import refuse
+from capsule.interface.arguments import checked, refuse
 from capsule.kinds import Cells, Row, Settings
-from capsule.listing import COLUMNS, NEAR_COPIES
+from capsule.listing import COLUMNS, NEAR_COPIES, full_list, refuse_rejected
 from capsule.naming import folder_size_mm, size_mm, sizes_of
-from capsule.particles import ParameterSpace, Particle
+from capsule.particles import Particle
 from capsule.places import places_of
-from capsule.recording import column_names
 from capsule.seeding import fit_generator
+from capsule.settings import read_settings
 from capsule.stages import preprocess_run
 from capsule.templates import TemplateSet, build_templates
 
@@ -80,24 +82,22 @@ class LoadedArchive:
     def __init__(
         self,
         rows: Sequence[Row],
-        checks: Mapping[str, Row],
+        headers: Mapping[str, Row],
         readings: Mapping[str, np.ndarray],
-        passed_over: Mapping[str, str],
+        passed_over: pd.DataFrame,
         settings: Settings,
     ) -> None:
         self._rows = ByRecording({row["recording"]: row for row in rows})
-        self._checks, self.settings = checks, dict(settings)
+        self.passed_over, self.settings = passed_over, dict(settings)
+        self.recordings = with_nan(pd.DataFrame(rows, columns=[*COLUMNS, NEAR_COPIES]))
+        self.recordings = self.recordings.set_index("recording")
         accepted = [name for name, row in self._rows.items() if row["status"] == "accepted"]
         self.readings = ByRecording({name: readings[name] for name in accepted})
+        self.headers = ByRecording({name: dict(headers[name]) for name in accepted})
         seen = described(self.readings.values(), settings)
         self._described = ByRecording(zip(accepted, seen, strict=True))
-        self.headers = ByRecording({name: dict(checks[name]["header"]) for name in accepted})
-        self.labelled = [name for name in accepted if size_mm(name) is not None]
+        self.labelled = list(sizes_of(accepted))
         self.unlabelled = [name for name in accepted if size_mm(name) is None]
-        self.recordings = frame([*COLUMNS, NEAR_COPIES], rows).set_index("recording")
-        paths = [{"path": path, "reason": reason} for path, reason in passed_over.items()]
-        self.passed_over = frame(["path", "reason"], paths)
-        self._passed_over = passed_over
 
     def __repr__(self) -> str:
         folders = {name.partition("/")[0] for name in self.readings}
@@ -134,9 +134,7 @@ class LoadedArchive:
     @property
     def fit_options(self) -> Cells:
         """The arguments of `capsule.fit_particle` except matrix and generator."""
-        ranges = {key: value for key, value in self.settings["fit"].items() if key != "seed"}
-        counts = {key: ranges.pop(key) for key in ("particles", "iterations", "first_peak")}
-        return {**counts, "space": ParameterSpace(**ranges)}
+        return fit_options(self.settings["fit"])
 
     @property
     def template_options(self) -> Cells:
@@ -162,15 +160,13 @@ class LoadedArchive:
         The columns are ``recording``, ``size_mm`` (NaN if unknown), ``time_s`` and ``sensor_1`` to
         ``sensor_S``.
         """
-        sensors = column_names(self.settings["recording"]["sensors"])[1:]
-        empty = pd.DataFrame(columns=["recording", "size_mm", "time_s", *sensors])
-        parts = []
+        columns = recording.column_names(self.settings["recording"]["sensors"])
+        tables = [pd.DataFrame(columns=["recording", "size_mm", *columns])]
         for name in self.readings if names is None else _listed(names):
-            cells = dict(zip(sensors, self.readings[name], strict=True))
+            cells = zip(columns, [self.time_s(name), *self.readings[name]], strict=True)
             size = float("nan") if (known := size_mm(name)) is None else known
-            key = {"recording": name, "size_mm": size, "time_s": self.time_s(name)}
-            parts.append(pd.DataFrame(key | cells))
-        return pd.concat(parts, ignore_index=True) if parts else empty
+            tables.append(pd.DataFrame({"recording": name, "size_mm": size, **dict(cells)}))
+        return pd.concat(tables[1:] or tables, ignore_index=True)
 
     def plot(self, name: str) -> "Figure":
         """Draw a recording: readings, envelope and matrix over time in s.
@@ -184,12 +180,13 @@ class LoadedArchive:
         """
         from capsule.figures.judged_picture import draw_judged  # matplotlib only if it is used
 
-        row, seen = self._rows[name], self._described[name]
         shape, rate_hz = self.settings["preprocessing"], self.settings["recording"]["rate_hz"]
         title = f"{name}, true size: {words.size(size_mm(name))}"
         options = {key: shape[key] for key in ("window", "threshold")}
         run = preprocess_run(name, title, self.readings[name], rate_hz=rate_hz, **options)
-        place_s = float("nan") if row["no_verdict"] else seen.passage.location_samples / rate_hz
+        place_s = float("nan")
+        if not self._rows[name]["no_verdict"]:
+            place_s = self._described[name].passage.location_samples / rate_hz
         places = {place_s: ["the search for a nodule"]} if np.isfinite(place_s) else {}
         return draw_judged(run, shape["threshold"], places)
 
@@ -225,26 +222,35 @@ class LoadedArchive:
         for row in rows:
             others = [other for other in row[NEAR_COPIES].split() if other in wanted]
             row[NEAR_COPIES] = " ".join(others)
-        return LoadedArchive(rows, self._checks, self.readings, self._passed_over, self.settings)
+        return LoadedArchive(rows, self.headers, self.readings, self.passed_over, self.settings)
 
     def index(self, names: Iterable[str]) -> dict[str, Row]:
         """Return the rows of some accepted recordings, in the workflow's order (by checksum)."""
         rows = sorted((self._rows[name] for name in names), key=lambda row: row["readings_sha256"])
         return {row["recording"]: row for row in rows}
 
+    def teaching_rows(self, left_out: Collection[str]) -> np.ndarray:
+        """Return the rows of `X` that teach when some recordings are left out.
+
+        A recording that no detector can judge does not teach.
+        """
+        teach = [
+            name not in left_out and not self._rows[name]["no_verdict"] for name in self.labelled
+        ]
+        return np.flatnonzero(teach)
+
     def training_archive(self) -> TrainingArchive:
         """Return the training data of the configured detectors; the first call makes all fits."""
-        names = [*self.labelled, *self.unlabelled]
-        no_verdict = {name: self._rows[name]["no_verdict"] for name in names}
+        index = self.index(self.readings)
+        no_verdict = {name: row["no_verdict"] for name, row in index.items()}
         return training_archive(
-            sizes_of(self.index(self.labelled)),
-            {name: self._described[name] for name in names if not no_verdict[name]},
-            self.templates,
+            sizes_of(index),
+            {name: self._described[name] for name in index if not no_verdict[name]},
             self._particles,
             self.settings,
             self.settings["detectors"],
             no_verdict=no_verdict,
-            places=places_of(self.index(names)),
+            places=places_of(index),
         )
 
     @cached_property
@@ -253,6 +259,73 @@ class LoadedArchive:
         index = teaching(index, self.settings["evaluation"]["held_out"])
         usable = [name for name, row in index.items() if not row["no_verdict"]]
         return {name: self._described[name].fit.particle for name in usable}
+
+
+def load(
+    raw: str | Path = "raw", config: str | Path | None = None, **changes: object
+) -> LoadedArchive:
+    """Read, check and pre-process all recordings under a folder, as the workflow does.
+
+    Parameters
+    ----------
+    raw : str or Path
+        The folder, with folders such as ``0mm``, ``2.5mm`` and ``unlabelled`` in it.
+    config : str or Path, optional
+        A configuration file. The default is ``config/config.yaml`` beside the folder; if that file
+        does not exist, the configuration that ships with the library.
+    **changes
+        Other values for keys of the configuration; a dict changes keys of a section, as in
+        ``load(fit={"iterations": 500})``.
+
+    Returns
+    -------
+    LoadedArchive
+
+    Raises
+    ------
+    CapsuleError
+        The folder or the configuration cannot be used. A recording that cannot be used raises no
+        error: it is listed with the reason.
+    """
+    if not isinstance(raw, str | Path):
+        raise refuse("raw", raw, "a path to a folder of recordings")
+    folder = Path(raw)
+    beside = folder.resolve().parent / "config" / "config.yaml"
+    settings = read_settings(beside if config is None and beside.exists() else config, **changes)
+    archive = files.list_archive(folder)
+    max_bytes = int(settings["recording"]["max_megabytes"] * 1e6)
+    checks, readings = {}, {}
+    for name in archive.recordings:
+        content = files.read_limited(folder / f"{name}.csv", max_bytes)
+        checks[name], readings[name], _ = check_recording(name, content, max_bytes, settings)
+    rows = full_list(archive, checks, readings.__getitem__)
+    if settings["on_rejected"] == "fail":
+        refuse_rejected(rows)
+    headers = {name: check["header"] for name, check in checks.items()}
+    passed_over = pd.DataFrame(archive.passed_over.items(), columns=["path", "reason"])
+    return LoadedArchive(rows, headers, readings, passed_over, settings)
+
+
+@checked
+def read_recording(
+    stream: str | Path | BinaryIO, sensors: int, max_bytes: int = 16_000_000
+) -> recording.Recording:
+    """Read a recording of `sensors` sensors from a path, or from a file that is open for reading.
+
+    Raises
+    ------
+    CapsuleError
+        The file cannot be read, is larger than `max_bytes`, or is no recording.
+    """
+    if isinstance(stream, str | Path):
+        try:
+            with Path(stream).open("rb") as opened:
+                return recording.read_recording(opened, sensors, max_bytes)
+        except OSError as error:
+            raise CapsuleError(f"{stream}: it cannot be read: {error.strerror}") from None
+    if not hasattr(stream, "read"):
+        raise refuse("stream", stream, "a path, or a file that is open for reading")
+    return recording.read_recording(stream, sensors, max_bytes)
 
 
 def require_archive(archive: object) -> None:
@@ -265,10 +338,8 @@ def _listed(names: Iterable[str]) -> Iterable[str]:
     return [names] if isinstance(names, str) else names
 
 
-def frame(columns: Sequence[str], rows: Iterable[Row]) -> pd.DataFrame:
-    """Return rows as a table; unknown values are NaN, as in a table that pandas reads."""
-    cells: dict[str, list[Any]] = {name: [] for name in columns}
-    for row in rows:
-        for name, values in cells.items():
-            values.append(float("nan") if row[name] in (None, "") else row[name])
-    return pd.DataFrame(cells, columns=list(columns))
+def with_nan(table: pd.DataFrame) -> pd.DataFrame:
+    """Return a table whose unknown values are NaN, as in a table that pandas reads."""
+    return pd.DataFrame(
+        {name: [np.nan if cell in (None, "") else cell for cell in table[name]] for name in table}
+    )
