@@ -20,12 +20,10 @@ from pyarrow import parquet
 from capsule.batches import batches
 from capsule.configuration_files import read_config_file
 from capsule.errors import CapsuleError
-from capsule.exporting import export_writing, gathering, xlsx_export
-from capsule.exporting.column_words import describe
-from capsule.exporting.export_provenance import outdated, provenance_of
-from capsule.exporting.exported import long_table
-from capsule.exporting.legal_names import legal_names
-from capsule.exporting.session_dates import NO_DATE
+from capsule.exporting import command, formats, gathering
+from capsule.exporting.columns import describe
+from capsule.exporting.provenance import outdated, provenance_of
+from capsule.exporting.formats import NO_DATE, legal_names
 from capsule.files import read_csv, read_json, write_csv
 from capsule.results import CHECKS, FITS, MATRICES, SIGNALS, pattern, write_arrays, write_contents
 from support.command import run_command
@@ -76,7 +74,7 @@ def files(exported, tmp_path_factory):
     """Export everything in each format, and return the folder."""
     folder = tmp_path_factory.mktemp("out")
     for kind in ("mat", "xlsx", "parquet", "netcdf", "nwb"):
-        export_writing.write(exported, kind, folder / kind, force=False)
+        command.write(exported, kind, folder / kind, force=False)
     return folder
 
 
@@ -102,22 +100,22 @@ def test_what_is_gathered_is_what_the_results_hold(made, exported):
     assert readings.coordinate[:3].tolist() == [0, 0.1, 0.2]
     assert matrix.coordinate[0] == template.coordinate[0] == 1
     cells = read_csv(results / "evaluation/predictions.csv")[0]
-    predictions = exported.table("predictions")
-    assert [float(cells["score"])] == predictions.values("score") == [AWKWARD[3]]
-    assert np.isinf(predictions.values("rmse_3mm"))
-    recordings = exported.table("recordings")
-    assert list(recordings.values("site"))[:2] == ["007", "007"]
+    predictions = exported.tables["predictions"].columns
+    assert [float(cells["score"])] == predictions["score"].values == [AWKWARD[3]]
+    assert np.isinf(predictions["rmse_3mm"].values)
+    recordings = exported.tables["recordings"].columns
+    assert list(recordings["site"].values)[:2] == ["007", "007"]
     units = dict(
-        zip(recordings.values("recording"), recordings.values("reading_unit"), strict=True)
+        zip(recordings["recording"].values, recordings["reading_unit"].values, strict=True)
     )
     assert units == {"0mm/r01": "counts", "3mm/r07": "counts", "2.5mm/a-1": "V"} | {
         "2.5mm/a_1": "counts",
         "unlabelled/p": "V",
         REJECTED: "",
     }
-    fits = exported.table("fits")
-    assert sorted(fits.values("recording")) == ["2.5mm/a-1", "2.5mm/a_1", "3mm/r07"]
-    assert exported.table("detection").values("one_sided").dtype == bool
+    fits = exported.tables["fits"].columns
+    assert sorted(fits["recording"].values) == ["2.5mm/a-1", "2.5mm/a_1", "3mm/r07"]
+    assert exported.tables["detection"].columns["one_sided"].values.dtype == bool
 
 
 def test_the_provenance_tells_recordings_configuration_and_code(made, exported):
@@ -126,15 +124,15 @@ def test_the_provenance_tells_recordings_configuration_and_code(made, exported):
     assert json.loads(told["configuration"]) == read_config_file(CONFIG)
     assert (told["recordings_accepted"], told["recordings_rejected"]) == ("5", "1")
     assert told["project"].startswith("origami-capsule ") and told["numpy"] == np.__version__
-    read = exported.table("files")
-    assert "results/signals/3mm/r07.npy" in read.values("path")
-    assert {len(checksum) for checksum in read.values("sha256")} == {64}
+    read = exported.tables["files"].columns
+    assert "results/signals/3mm/r07.npy" in read["path"].values
+    assert {len(checksum) for checksum in read["sha256"].values} == {64}
 
 
 def test_the_provenance_of_a_large_archive_stays_short(made):
     row = {"recording": "3mm/r", "status": "accepted", "sha256": "0"}
     rows = [row | {"recording": f"3mm/r{n}", "source": f"bench {n}"} for n in range(5000)]
-    told = provenance_of(made[0], CONFIG, read_config_file(CONFIG), rows, [])
+    told = provenance_of(made[0], CONFIG, read_config_file(CONFIG), rows, {})
     assert told["sources"].endswith("; and 4980 more")
     # HDF5 keeps no larger attribute.
     assert max(map(len, told.values())) < 64_000
@@ -148,9 +146,9 @@ def test_each_part_is_exported_alone(made, what):
     everything = [name for names in matrices.values() for name in names]
     names = [each.name for each in part.matrices]
     assert names == (everything if what == "all" else matrices.get(what, []))
-    assert (part.table("fits") is not None) == (what in ("fits", "all"))
-    assert (part.table("sizing") is not None) == (what in ("evaluation", "all"))
-    assert part.table("recordings").rows == len(RECORDINGS) + 1
+    assert ("fits" in part.tables) == (what in ("fits", "all"))
+    assert ("sizing" in part.tables) == (what in ("evaluation", "all"))
+    assert len(part.tables["recordings"].columns["recording"].values) == len(RECORDINGS) + 1
 
 
 @pytest.mark.parametrize("as_record", [True, False])
@@ -171,11 +169,11 @@ def test_matlab_reads_named_structures(files, exported, made, as_record):
         assert str(field(recording, "time_unit")) == "s"
     header = field(field(read["recordings"], "x3mm_r07"), "header")
     assert str(field(header, "waveSpeed")) == "25"
-    for table in exported.tables:
-        units, columns = field(read["units"], table.name), field(read["tables"], table.name)
-        for column in table.columns:
-            same(np.atleast_1d(field(columns, column.name)), column.values)
-            assert str(field(units, column.name) if column.unit else "") == column.unit
+    for name, table in exported.tables.items():
+        units, columns = field(read["units"], name), field(read["tables"], name)
+        for key, column in table.columns.items():
+            same(np.atleast_1d(field(columns, key)), column.values)
+            assert str(field(units, key) if column.unit else "") == column.unit
     for key, text in exported.provenance.items():
         assert str(field(read["provenance"], key)) == text
 
@@ -203,12 +201,12 @@ def test_excel_shows_each_table_and_computes_nothing(files, exported, made):
     # A sign before digits alone is a number, as scripts know it, and no formula.
     assert not [text for text in texts if text[0] in "=+-@"]
     assert f" {FORMULA}" in texts
-    for table in exported.tables:
-        rows = list(book[table.name].iter_rows(values_only=True))
-        assert list(rows[0]) == [xlsx_export.head(column) for column in table.columns]
-        for index, column in enumerate(table.columns):
+    for name, table in exported.tables.items():
+        rows = list(book[name].iter_rows(values_only=True))
+        assert list(rows[0]) == [formats.head(*column) for column in table.columns.items()]
+        for index, (key, column) in enumerate(table.columns.items()):
             read = [row[index] for row in rows[1:]]
-            if column.name not in ("rmse_3mm", "source", "value"):
+            if key not in ("rmse_3mm", "source", "value"):
                 same(read, column.values)
     assert book["recordings"]["D1"].value == "duration_s [s]"
     assert book["predictions"][f"{get_column_letter(7)}2"].value == "inf"
@@ -225,10 +223,10 @@ def test_excel_shows_each_table_and_computes_nothing(files, exported, made):
 
 
 def test_a_sheet_that_is_too_long_is_continued_on_the_next(monkeypatch):
-    monkeypatch.setattr(xlsx_export, "MOST_ROWS", 2)
+    monkeypatch.setattr(formats, "MOST_ROWS", 2)
     book = openpyxl.Workbook(write_only=True)
-    xlsx_export.fill(book, "few", ["a"], [[1], [2], [3], [4], [5]])
-    xlsx_export.fill(book, "none", ["a"], [])
+    formats.fill(book, "few", ["a"], [[1], [2], [3], [4], [5]])
+    formats.fill(book, "none", ["a"], [])
     stream = io.BytesIO()
     book.save(stream)
     sheets = {sheet.title: list(sheet.values) for sheet in openpyxl.load_workbook(stream)}
@@ -241,14 +239,14 @@ def test_a_sheet_that_is_too_long_is_continued_on_the_next(monkeypatch):
 
 
 def test_parquet_holds_each_table_with_its_units(files, exported, made):
-    tables = [*exported.tables, *map(long_table, exported.matrices)]
-    assert {path.stem for path in (files / "parquet").iterdir()} == {each.name for each in tables}
-    for table in tables:
-        read = parquet.read_table(files / "parquet" / f"{table.name}.parquet")
+    tables = {**exported.tables, **{each.name: each.table() for each in exported.matrices}}
+    assert {path.stem for path in (files / "parquet").iterdir()} == set(tables)
+    for name, table in tables.items():
+        read = parquet.read_table(files / "parquet" / f"{name}.parquet")
         assert json.loads(read.schema.metadata[b"provenance"]) == exported.provenance
-        for column in table.columns:
-            same(read[column.name].to_pylist(), column.values)
-            metadata = read.schema.field(column.name).metadata
+        for key, column in table.columns.items():
+            same(read[key].to_pylist(), column.values)
+            metadata = read.schema.field(key).metadata
             assert metadata[b"unit"].decode() == column.unit
             assert metadata[b"long_name"].decode() == column.long_name
     readings = parquet.read_table(files / "parquet/readings.parquet").to_pandas()
@@ -274,18 +272,18 @@ def test_netcdf_holds_recordings_along_named_axes(files, exported, made):
         assert np.isnan(read["readings"].sel(recording=REJECTED)).all()
         for key, text in exported.provenance.items():
             assert read.attrs[key] == text
-        check_variables(read, exported.table("recordings"))
-    for table in exported.tables:
-        if table.name != "recordings":
-            with xarray.open_dataset(path, group=table.name, engine="h5netcdf") as read:
+        check_variables(read, exported.tables["recordings"])
+    for name, table in exported.tables.items():
+        if name != "recordings":
+            with xarray.open_dataset(path, group=name, engine="h5netcdf") as read:
                 check_variables(read, table)
 
 
 def check_variables(read, table):
-    for column in table.columns:
-        same(read[column.name].values, column.values)
-        assert read[column.name].attrs.get("units", "") == column.unit
-        assert read[column.name].attrs["long_name"] == column.long_name
+    for name, column in table.columns.items():
+        same(read[name].values, column.values)
+        assert read[name].attrs.get("units", "") == column.unit
+        assert read[name].attrs["long_name"] == column.long_name
 
 
 def test_nwb_holds_a_valid_file_for_each_recording(files, exported, made):
@@ -314,9 +312,9 @@ def test_nwb_holds_the_tables(files, exported):
     assert pynwb.validate(path=path) == []
     with pynwb.NWBHDF5IO(path, "r") as opened:
         tables = opened.read().processing["tables"]
-        for table in exported.tables:
-            for column in table.columns:
-                read = tables[table.name][column.name]
+        for name, table in exported.tables.items():
+            for key, column in table.columns.items():
+                read = tables[name][key]
                 same(read.data[:], column.values)
                 assert f"[{column.unit}]" in read.description or not column.unit
 
@@ -358,16 +356,19 @@ def test_an_archive_in_batches_is_exported_as_one_with_a_job_for_each(exported, 
     assert not (tmp_path / "results/signals/3mm/r07.npy").exists()
     settings = read_config_file(CONFIG)
     whole = gathering.gather(tmp_path / "results", CONFIG, settings, "all", lambda done, of: None)
-    for one, other in zip(whole.tables, exported.tables, strict=True):
-        if one.name == "files":
-            paths = list(one.values("path"))
+    assert list(whole.tables) == list(exported.tables)
+    for name, table in whole.tables.items():
+        if name == "files":
+            paths = list(table.columns["path"].values)
             assert "results/signals/3mm/batch.npz" in paths
             assert len(set(paths)) == len(paths)
         else:
             # Tables of text and numbers; an unknown number is NaN on both sides.
-            np.testing.assert_equal(
-                [vars(column) for column in one.columns], [vars(column) for column in other.columns]
+            one, other = (
+                {key: vars(column) for key, column in each.columns.items()}
+                for each in (table, exported.tables[name])
             )
+            np.testing.assert_equal(one, other)
     for one, other in zip(whole.matrices, exported.matrices, strict=True):
         assert list(one.values) == list(other.values)
         for name, values in one.values.items():
@@ -442,7 +443,7 @@ def test_an_archive_without_an_accepted_recording_is_exported_too(tmp_path, kind
     settings = read_config_file(CONFIG)
     none = gathering.gather(results, CONFIG, settings, "recordings", lambda done, of: None)
     assert none.matrices[0].coordinate.size == 0
-    count, _ = export_writing.write(none, kind, tmp_path / "out", force=False)
+    count, _ = command.write(none, kind, tmp_path / "out", force=False)
     assert count == len(list((tmp_path / "out").iterdir()))
 
 
@@ -465,7 +466,7 @@ def test_what_is_missing_is_named_with_how_to_make_it(tmp_path):
 def test_a_format_whose_package_is_missing_names_the_extra(exported, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "pyarrow", None)
     with pytest.raises(CapsuleError, match=r"parquet needs pyarrow.*\[formats\]"):
-        export_writing.write(exported, "parquet", tmp_path, force=False)
+        command.write(exported, "parquet", tmp_path, force=False)
     assert list(tmp_path.iterdir()) == []
 
 

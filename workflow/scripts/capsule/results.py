@@ -140,7 +140,7 @@ class Results:
         """
         found: dict[str, Read] = {}
         for path, names in self._by_file(kind, recordings):
-            content = _read_or_explain(path, read)
+            content = read_or_explain(path, read)
             found |= {name: content[name] for name in names if name in content}
         return found
 
@@ -148,7 +148,7 @@ class Results:
         """Return the checks or the fits of recordings, `CHECKS` or `FITS`."""
         found: dict[str, dict[str, Any]] = {}
         for path, names in self._by_file(kind, recordings):
-            found |= _read_or_explain(path, partial(_contents_in, names))
+            found |= read_or_explain(path, partial(_contents_in, names))
         return found
 
     def _by_file(self, kind: str, recordings: Iterable[str]) -> Iterator[tuple[Path, list[str]]]:
@@ -224,7 +224,7 @@ def read_array(path: Path, recording: str) -> FloatArray:
             return _array_in(files.read_whole(path))
         return _array_in(_opened(path, os.getpid()).read(f"{recording}.npy"))
 
-    return _read_or_explain(path, read)
+    return read_or_explain(path, read)
 
 
 @lru_cache(maxsize=_MOST_OPEN)
@@ -254,7 +254,8 @@ def _header(header: bytes) -> tuple[tuple[int, ...], np.dtype[np.float64]]:
     return shape, kind
 
 
-def _read_or_explain(path: Path, read: Callable[[Path], Read]) -> Read:
+def read_or_explain(path: Path, read: Callable[[Path], Read]) -> Read:
+    """Read a file of the results; if it is missing or damaged, the error tells how to make it."""
     try:
         return read(path)
     except FileNotFoundError:

@@ -1,5 +1,5 @@
-"""Export recordings and results for other programs; each format has one module.
+"""Export recordings and results for other programs.
 
-`gathering` reads the results into the classes of `exported`. The module of each format writes these
-classes, so all formats hold the same values, units and provenance.
+`gathering` reads the results, and `formats` writes them, so all formats hold the same values, units
+and provenance.
 """

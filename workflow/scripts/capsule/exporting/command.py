@@ -1,18 +1,19 @@
 """Write recordings and results for other programs."""
 
 import argparse
+import io
+import sys
 from functools import partial
 from pathlib import Path
 
-from capsule.exporting.export_provenance import outdated
-from capsule.exporting.export_writing import tell, write
-from capsule.exporting.gathering import ALL, CHOICES, gather
-from capsule.project import config_file
+from capsule import files
+from capsule.errors import CapsuleError
+from capsule.exporting.formats import FORMATS
+from capsule.exporting.gathering import ALL, CHOICES, Exported, gather
+from capsule.exporting.provenance import outdated
+from capsule.project import config_file, how_to_install
 from capsule.settings import read_settings
 from capsule.words import plural
-
-# The module of a format has its name: mat_export, xlsx_export and so on.
-FORMATS = ("mat", "xlsx", "parquet", "netcdf", "nwb")
 
 EXAMPLES = """
 examples:
@@ -65,3 +66,57 @@ def main(arguments: argparse.Namespace) -> None:
     origin = exported.provenance["origin"]
     files_written = "1 file" if count == 1 else f"{count} files"
     print(f"{files_written}, {written / 1e6:.1f} MB in {arguments.out}/; recordings: {origin}")
+
+
+def tell(done: int, of: int, what: str) -> None:
+    """Print the progress in one line, if standard error is a terminal."""
+    if sys.stderr.isatty():
+        end = "\n" if done == of else ""
+        print(f"\r{what} {done} of {of}", end=end, file=sys.stderr, flush=True)
+
+
+def write(exported: Exported, kind: str, out: Path, *, force: bool) -> tuple[int, int]:
+    """Write the files of a format.
+
+    Parameters
+    ----------
+    exported : Exported
+        The data.
+    kind : str
+        The format.
+    out : Path
+        The output folder.
+    force : bool
+        Whether existing files are overwritten.
+
+    Returns
+    -------
+    tuple of int
+        Number of files, and their total size in bytes.
+
+    Raises
+    ------
+    CapsuleError
+        A file exists, or a package is missing; nothing was written.
+    """
+    contents = FORMATS[kind](exported)
+    existing = [out / name for name in contents if (out / name).exists()]
+    if existing and not force:
+        more = f" (as do {len(existing) - 1} more)" if len(existing) > 1 else ""
+        raise CapsuleError(
+            f"{existing[0]} exists{more}; nothing was written. Choose another --out, or overwrite "
+            "with --force"
+        )
+    written = 0
+    for done, (name, fill) in enumerate(contents.items(), start=1):
+        with files.write_whole(out / name, "wb") as stream:
+            try:
+                fill(stream)
+            except ModuleNotFoundError as error:
+                raise CapsuleError(
+                    f"--format {kind} needs {error.name}, which is not installed; run "
+                    f"{how_to_install('formats')}"
+                ) from None
+            written += stream.seek(0, io.SEEK_END)
+        tell(done, len(contents), "written:")
+    return len(contents), written

@@ -1,44 +1,182 @@
-"""Read the results that are exported into the classes of `capsule.exporting.exported`."""
+"""Read the results that are exported: tables, matrices with named axes, and their provenance."""
 
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
+from capsule import files
 from capsule.converter import reading_unit
 from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.paper import TABLES
-from capsule.exporting.checked_files import CheckedFiles
-from capsule.exporting.column_words import PARAMETERS
-from capsule.exporting.export_provenance import provenance_of
-from capsule.exporting.exported import NO_UNIT, Exported, Matrices, Table
-from capsule.exporting.text_columns import table_of
-from capsule.held_out import is_held_out
-from capsule.results import CHECKS, SIGNALS
-from capsule.results import FITS as FITS_OF_RECORDINGS
-from capsule.results import MATRICES as MATRICES_OF_RECORDINGS
+from capsule.exporting.columns import NO_UNIT, PARAMETERS, Column, Table, table_of
+from capsule.exporting.provenance import provenance_of
+from capsule.held_out import teaching
+from capsule.kinds import Settings
+from capsule.results import (
+    CHECKS,
+    FITS,
+    MATRICES,
+    SIGNALS,
+    Read,
+    Results,
+    read_array,
+    read_or_explain,
+)
 
-RECORDINGS, MATRICES, FITS, EVALUATION = "recordings", "matrices", "fits", "evaluation"
-ALL = "all"
+RECORDINGS, EVALUATION, ALL = "recordings", "evaluation", "all"
 CHOICES = (RECORDINGS, MATRICES, FITS, EVALUATION, ALL)
+_LARGEST_BYTES = 1_000_000_000
 _FIT = ["recording", "size_mm", "seed", "first_peak", "lag", "accepted_moves"]
 _FIT += ["rmse_initial", "rmse"]
 _EVALUATION = {
-    "predictions": "verdict of each detector on each recording, under each scheme",
-    **{name: f"evaluation: {name.replace('_', ' ')}" for name in (*TABLES, *COLUMNS)},
-    "learning": "rates that the detectors reach with parts of the archive",
-}
-_VERDICTS = {
+    "evaluation/predictions": "verdict of each detector on each recording, under each scheme",
+    **{
+        f"evaluation/{name}": f"evaluation: {name.replace('_', ' ')}"
+        for name in (*TABLES, *COLUMNS)
+    },
+    "evaluation/learning": "rates that the detectors reach with parts of the archive",
     "detections": "verdict of each detector on each unlabelled recording",
     "sites": "one verdict for each site with several passes",
 }
 
 
+@dataclass(frozen=True)
+class Matrices:
+    """A group of matrices: one for each recording, or one for each size of a template.
+
+    Attributes
+    ----------
+    name, long_name : str
+        Name and description of the group.
+    of : {"recording", "size"}
+        Kind of item that each matrix belongs to.
+    values : mapping of str to (S, K) array
+        Matrices by names such as ``3mm/r07`` or ``3mm``; NaN if a sample is missing. A rejected
+        recording has K = 0.
+    units : mapping of str to str
+        Unit of the values of each matrix, by the same names.
+    rate_hz : float, optional
+        Sampling rate if the second axis is time in s; otherwise it counts the columns from 1. The
+        first axis is ``sensor``, counted from 1.
+    """
+
+    name: str
+    long_name: str
+    of: str
+    values: Mapping[str, np.ndarray]
+    units: Mapping[str, str]
+    rate_hz: float | None = None
+
+    @property
+    def axis(self) -> tuple[str, str]:
+        """Name and unit of the second axis."""
+        return ("time", "s") if self.rate_hz else ("column", NO_UNIT)
+
+    @property
+    def coordinate(self) -> np.ndarray:
+        """Positions on the second axis of the columns of the longest matrix, (n,)."""
+        longest = max((matrix.shape[1] for matrix in self.values.values()), default=0)
+        return np.arange(longest) / self.rate_hz if self.rate_hz else np.arange(1, longest + 1)
+
+    @property
+    def unit(self) -> str:
+        """The common unit; if the recordings differ, all units, joined by "or"."""
+        return " or ".join(sorted(set(self.units.values()))) or NO_UNIT
+
+    @property
+    def sensors(self) -> int:
+        """Number of sensors S."""
+        return max((matrix.shape[0] for matrix in self.values.values()), default=0)
+
+    def table(self) -> Table:
+        """Return one long table; each row is a column of a matrix, and each sensor a column."""
+        lengths = [matrix.shape[1] for matrix in self.values.values()]
+        of = np.repeat(np.array([*self.values], dtype=object), lengths)
+        coordinate, (axis, unit) = self.coordinate, self.axis
+        along = np.concatenate([coordinate[:length] for length in lengths] or [np.empty(0)])
+        columns = {
+            self.of: Column("", f"name of the {self.of}", of),
+            axis if unit == NO_UNIT else f"{axis}_{unit}": Column(unit, axis, along),
+        }
+        for sensor in range(self.sensors):
+            parts = [matrix[sensor] for matrix in self.values.values()]
+            what = f"{self.long_name}, sensor {sensor + 1}"
+            columns[f"sensor_{sensor + 1}"] = Column(self.unit, what, np.concatenate(parts))
+        return Table(self.long_name, columns)
+
+
+@dataclass(frozen=True)
+class Exported:
+    """All data of one export.
+
+    Attributes
+    ----------
+    what : str
+        Kind of the exported data, such as ``recordings`` or ``all``.
+    rate_hz : float
+        Sampling rate of readings and matrices.
+    tables : mapping of str to Table
+        The tables by names of letters, digits and underscores.
+    matrices : sequence of Matrices
+        The matrices.
+    headers : mapping of str to mapping
+        The ``# key: value`` lines of each recording.
+    provenance : mapping of str to str
+        Provenance of the data; the keys are plain names.
+    """
+
+    what: str
+    rate_hz: float
+    tables: Mapping[str, Table]
+    matrices: list[Matrices]
+    headers: Mapping[str, Mapping[str, str]]
+    provenance: Mapping[str, str]
+
+
+class _Stored:
+    """The folder of results, and the files that were read from it."""
+
+    def __init__(self, folder: Path, recordings_per_job: int | str) -> None:
+        self._folder = folder
+        self._read: dict[Path, None] = {}
+        self.listed = self.cells("recordings")
+        self.recordings = Results.on_disk(folder, recordings_per_job)
+
+    def read(self, path: Path, how: Callable[[Path], Read]) -> Read:
+        """Read a file in a given way, and note it."""
+        self._read[path] = None
+        return read_or_explain(path, how)
+
+    def cells(self, name: str) -> dict[str, list[str]]:
+        """Read the columns of a table; every cell is a text."""
+        return self.read(self._folder / f"{name}.csv", _cells_of)
+
+    def array(self, kind: str, name: str) -> np.ndarray:
+        """Read the array of a recording, `SIGNALS` or `MATRICES`."""
+        return self.read(self.recordings.file(kind, name), lambda path: read_array(path, name))
+
+    def contents(self, kind: str, names: Collection[str]) -> dict[str, dict[str, Any]]:
+        """Read the checks or the fits of recordings, `CHECKS` or `FITS`."""
+        self._read |= dict.fromkeys(self.recordings.file(kind, name) for name in names)
+        return self.recordings.contents(kind, names)
+
+    def files(self) -> dict[str, list[str]]:
+        """Return path and checksum of each file that was read, as the columns of a table."""
+        paths = [path.relative_to(self._folder).as_posix() for path in self._read]
+        return {
+            "path": [f"{self._folder.name}/{path}" for path in paths],
+            "sha256": [files.fingerprint(path, _LARGEST_BYTES) for path in self._read],
+        }
+
+
 def gather(
     results: Path,
     config: Path,
-    settings: Mapping[str, Any],
+    settings: Settings,
     what: str,
     tell: Callable[[int, int], None],
 ) -> Exported:
@@ -66,119 +204,92 @@ def gather(
     CapsuleError
         A result is missing or damaged; the message names its file.
     """
-    stored = CheckedFiles(results, settings["recordings_per_job"])
     wanted = set(CHOICES) if what == ALL else {what}
-    rows, columns = stored.rows("recordings.csv"), stored.columns("recordings.csv")
-    headers, tables, matrices = {}, [], []
-    signals, shapes = {}, {}
-    none = np.empty((settings["recording"]["sensors"], 0))
+    stored = _Stored(results, settings["recordings_per_job"])
+    cells = stored.listed
+    rows = {row[0]: dict(zip(cells, row, strict=True)) for row in zip(*cells.values(), strict=True)}
+    accepted = {name for name, row in rows.items() if row["status"] == "accepted"}
+    # A recording that was rejected because of its name alone has no check.
     checks = stored.contents(CHECKS, stored.recordings.names)
-    for done, row in enumerate(rows, start=1):
-        name, accepted = row["recording"], row["status"] == "accepted"
-        # A recording that was rejected because of its name alone has no check.
-        headers[name] = checks[name]["header"] if name in checks else {}
-        if RECORDINGS in wanted:
-            signals[name] = stored.array(SIGNALS, name) if accepted else none
-            row["reading_unit"] = reading_unit(headers[name], signals[name]) if accepted else ""
-        if MATRICES in wanted:
-            shapes[name] = stored.array(MATRICES_OF_RECORDINGS, name) if accepted else none
+    headers = {name: checks[name]["header"] if name in checks else {} for name in rows}
+    none = np.empty((settings["recording"]["sensors"], 0))
+    kinds = {RECORDINGS: SIGNALS, MATRICES: MATRICES}
+    arrays: dict[str, dict[str, np.ndarray]] = {kinds[part]: {} for part in kinds if part in wanted}
+    for done, name in enumerate(rows, start=1):
+        for kind, of_kind in arrays.items():
+            of_kind[name] = stored.array(kind, name) if name in accepted else none
         tell(done, len(rows))
     rate_hz = float(settings["recording"]["rate_hz"])
+    matrices = []
     if RECORDINGS in wanted:
-        units = {row["recording"]: row["reading_unit"] for row in rows if row["reading_unit"]}
-        matrices.append(_readings(signals, units, rate_hz))
-        columns.append("reading_unit")
-    tables.append(table_of("recordings", "every file of the archive", columns, rows))
-    tables.append(_headers_table(headers))
-    tables.append(_whole(stored, "passed_over.csv", "files that are not recordings"))
+        long_name, signals = "accepted readings on an even grid in time", arrays[SIGNALS]
+        units = {
+            name: reading_unit(headers[name], signals[name]) for name in rows if name in accepted
+        }
+        cells["reading_unit"] = [units.get(name, "") for name in rows]
+        matrices.append(Matrices("readings", long_name, "recording", signals, units, rate_hz))
     if MATRICES in wanted:
         long_name = "padded matrix V after pre-processing, in standard deviations"
-        matrices.append(_by_column("matrix", long_name, "recording", shapes))
+        matrices.append(_unitless("matrix", long_name, "recording", arrays[MATRICES]))
+    tables = {
+        "recordings": table_of("every file of the archive", cells),
+        "headers": table_of("the header lines of each recording", _header_cells(headers)),
+        "passed_over": table_of("files that are not recordings", stored.cells("passed_over")),
+    }
     if FITS in wanted:
-        tables += [_fits(stored, rows, settings["evaluation"]["held_out"]), _templates(stored)]
+        teach = teaching(rows, settings["evaluation"]["held_out"])
+        fitted = [
+            name
+            for name, row in teach.items()
+            if name in accepted and float(row["size_mm"] or 0) and not row["no_verdict"]
+        ]
+        fits = list(stored.contents(FITS, fitted).values())
+        tables["fits"] = _with_parameters("the particle fitted to each recording", _FIT, fits)
+        means = stored.read(results / "templates.json", files.read_json)["templates"]
+        long_name, columns = "averaged parameters of each size", ["size_mm", "recordings"]
+        tables["templates"] = _with_parameters(long_name, columns, means)
+        templates = stored.read(results / "templates.npz", _arrays_of)
         long_name = "template T of a size, in standard deviations"
-        matrices.append(_by_column("template", long_name, "size", stored.arrays("templates.npz")))
+        matrices.append(_unitless("template", long_name, "size", templates))
     if EVALUATION in wanted:
-        tables += _evaluation(stored)
-    provenance = provenance_of(results, config, settings, rows, stored.read)
-    tables.append(table_of("files", "files that were read", ["path", "sha256"], stored.read))
-    return Exported(what, rate_hz, tuple(tables), tuple(matrices), headers, provenance)
+        for name, long_name in _EVALUATION.items():
+            tables[Path(name).name] = table_of(long_name, stored.cells(name))
+    read = stored.files()
+    checksums = dict(zip(read["path"], read["sha256"], strict=True))
+    provenance = provenance_of(results, config, settings, rows.values(), checksums)
+    tables["files"] = table_of("files that were read", read)
+    return Exported(what, rate_hz, tables, matrices, headers, provenance)
 
 
-def _headers_table(headers: Mapping[str, Mapping[str, str]]) -> Table:
-    rows = [
-        {"recording": name, "key": key, "value": value}
-        for name, header in headers.items()
-        for key, value in header.items()
-    ]
-    columns = ["recording", "key", "value"]
-    return table_of("headers", "the header lines of each recording", columns, rows)
+def _unitless(name: str, long_name: str, of: str, values: Mapping[str, np.ndarray]) -> Matrices:
+    return Matrices(name, long_name, of, values, dict.fromkeys(values, NO_UNIT))
 
 
-def _whole(stored: CheckedFiles, name: str, long_name: str) -> Table:
-    """Read a whole table."""
-    stem = Path(name).stem
-    return table_of(stem, long_name, stored.columns(name), stored.rows(name))
+def _cells_of(path: Path) -> dict[str, list[str]]:
+    table = pd.read_csv(path, dtype=str, keep_default_na=False)
+    return {name: table[name].tolist() for name in table}
 
 
-def _readings(
-    signals: Mapping[str, np.ndarray], units: Mapping[str, str], rate_hz: float
-) -> Matrices:
-    longest = max((signal.shape[1] for signal in signals.values()), default=0)
-    time_s = np.arange(longest) / rate_hz
-    long_name = "accepted readings on an even grid in time"
-    return Matrices("readings", long_name, units, "recording", "time", "s", time_s, signals)
+def _arrays_of(path: Path) -> dict[str, np.ndarray]:
+    with np.load(path) as stored:
+        return dict(stored)
 
 
-def _by_column(name: str, long_name: str, of: str, matrices: Mapping[str, np.ndarray]) -> Matrices:
-    longest = max((matrix.shape[1] for matrix in matrices.values()), default=0)
-    columns = np.arange(1, longest + 1)
-    units = dict.fromkeys(matrices, NO_UNIT)
-    return Matrices(name, long_name, units, of, "column", NO_UNIT, columns, matrices)
-
-
-def _fits(
-    stored: CheckedFiles, rows: Iterable[Mapping[str, str]], held_out: Collection[str]
-) -> Table:
-    """Read the fits that the templates are made from."""
-    names = [
-        row["recording"]
-        for row in rows
-        if row["status"] == "accepted" and float(row["size_mm"] or 0) and not row["no_verdict"]
-        if not is_held_out(row["recording"], row.get("session"), held_out)
-    ]
-    fits = list(stored.contents(FITS_OF_RECORDINGS, names).values())
-    return _with_parameters("fits", "the particle fitted to each recording", _FIT, fits)
-
-
-def _templates(stored: CheckedFiles) -> Table:
-    content = stored.content("templates.json")["templates"]
-    columns = ["size_mm", "recordings"]
-    return _with_parameters("templates", "averaged parameters of each size", columns, content)
+def _header_cells(headers: Mapping[str, Mapping[str, str]]) -> dict[str, list[str]]:
+    lines = [(name, *line) for name, header in headers.items() for line in header.items()]
+    names = ("recording", "key", "value")
+    return {name: [line[place] for line in lines] for place, name in enumerate(names)}
 
 
 def _with_parameters(
-    name: str, long_name: str, columns: list[str], contents: Iterable[Mapping[str, Any]]
+    long_name: str, columns: Iterable[str], contents: Sequence[Mapping[str, Any]]
 ) -> Table:
     """Return a table with one column for each parameter and sensor."""
-    spread = [
-        {
-            f"{key}_{sensor}": repr(value)
-            for key in PARAMETERS
-            for sensor, value in enumerate((content["parameters"] or {}).get(key, ()), start=1)
-        }
-        for content in contents
-    ]
-    names = max(spread, key=len, default={})
-    rows = [
-        {key: str(content[key]) for key in columns} | dict.fromkeys(names, "") | parameters
-        for content, parameters in zip(contents, spread, strict=True)
-    ]
-    return table_of(name, long_name, [*columns, *names], rows)
-
-
-def _evaluation(stored: CheckedFiles) -> Iterator[Table]:
-    for name, long_name in _EVALUATION.items():
-        yield _whole(stored, f"evaluation/{name}.csv", long_name)
-    for name, long_name in _VERDICTS.items():
-        yield _whole(stored, f"{name}.csv", long_name)
+    cells = {key: [str(content[key]) for content in contents] for key in columns}
+    for key in PARAMETERS:
+        of_each = [(content["parameters"] or {}).get(key, ()) for content in contents]
+        for sensor in range(max(map(len, of_each), default=0)):
+            cells[f"{key}_{sensor + 1}"] = [
+                repr(values[sensor]) if sensor < len(values) else "" for values in of_each
+            ]
+    return table_of(long_name, cells)

@@ -24,7 +24,7 @@ def provenance_of(
     config: Path,
     settings: Mapping[str, Any],
     rows: Iterable[Mapping[str, str]],
-    read: Iterable[Mapping[str, str]],
+    read: Mapping[str, str],
 ) -> dict[str, str]:
     """Return the provenance of an export.
 
@@ -38,8 +38,8 @@ def provenance_of(
         The configuration.
     rows : iterable of mapping
         The rows of results/recordings.csv.
-    read : iterable of mapping
-        ``path`` and ``sha256`` of the results that were read.
+    read : mapping of str to str
+        The SHA-256 of each file of results that was read, by its path.
 
     Returns
     -------
@@ -61,7 +61,7 @@ def provenance_of(
         "recordings_accepted": str(len(accepted)),
         "recordings_rejected": str(len(rows) - len(accepted)),
         "recordings_sha256": combined_checksum(checksums),
-        "results_sha256": combined_checksum({row["path"]: row["sha256"] for row in read}),
+        "results_sha256": combined_checksum(read),
         "results_out_of_date": _listed(outdated(results, settings)) or "no",
         "configuration_file": config.name,
         "configuration": json.dumps(settings),

@@ -1,9 +1,17 @@
-"""Describe the columns of the results: the unit of each column, and its name in words."""
+"""Columns of numbers and of text in full precision, with their units and names in words."""
 
 import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
-from capsule.exporting.exported import NO_UNIT
+import numpy as np
 
+from capsule.evaluation.files import TEXT
+
+NO_UNIT = "1"
+_TRUTH = {"True": True, "False": False}
+# Further columns of text; in these, a text can look like a number in every row.
+_TEXT = TEXT | {"key", "value", "first", "second", "measure", "no_verdict", "reading_unit"}
 # Parts of a column's name that give its unit, or the end of an interval.
 _UNITS = {"mm": "mm", "s": "s", "hz": "Hz"}
 _ENDS = {"low": "lower end of the interval of", "high": "upper end of the interval of"}
@@ -62,6 +70,69 @@ PARAMETERS = {
     "peak_spacing": ("samples", "Delta mu_hor, distance from this peak to the next, sensor"),
     "horizontal_spread": ("samples", "sigma_hor, spread along time, sensor"),
 }
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a table.
+
+    Attributes
+    ----------
+    unit : str
+        Unit of the numbers; ``1`` for numbers without a unit, empty for text.
+    long_name : str
+        Description in words.
+    values : (n,) array
+        Values as float64 (NaN: unknown), int64, bool, or objects that are text.
+    """
+
+    unit: str
+    long_name: str
+    values: np.ndarray
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table: a description of its rows, and columns of equal length by their names."""
+
+    long_name: str
+    columns: Mapping[str, Column]
+
+
+def table_of(long_name: str, cells: Mapping[str, Sequence[str]]) -> Table:
+    """Return a table made from texts, such as those of a CSV file.
+
+    Parameters
+    ----------
+    long_name : str
+        Description of the rows.
+    cells : mapping of str to sequence of str
+        The cells of each column; an empty cell is an unknown value.
+    """
+    return Table(long_name, {name: column_of(name, texts) for name, texts in cells.items()})
+
+
+def column_of(name: str, cells: Sequence[str]) -> Column:
+    """Return a column of numbers if every cell is a number, and otherwise a column of text."""
+    unit, long_name = describe(name)
+    values = None if name in _TEXT else _numbers(cells)
+    if values is None:
+        values = np.array(cells, dtype=object)
+    return Column("" if values.dtype in (bool, object) else unit, long_name, values)
+
+
+def _numbers(cells: Sequence[str]) -> np.ndarray | None:
+    if cells and set(cells) <= _TRUTH.keys():
+        return np.array([_TRUTH[cell] for cell in cells])
+    try:
+        return np.array([int(cell) for cell in cells], dtype=np.int64 if cells else np.float64)
+    except (ValueError, OverflowError):
+        pass
+    try:
+        # float() restores every number that repr() wrote exactly; pandas may not.
+        return np.array([float(cell) if cell else np.nan for cell in cells])
+    except ValueError:
+        return None
 
 
 def describe(name: str) -> tuple[str, str]:
