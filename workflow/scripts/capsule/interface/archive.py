@@ -20,7 +20,7 @@ from capsule.held_out import teaching
 from capsule.interface.arguments import checked, refuse
 from capsule.kinds import Cells, Row, Settings
 from capsule.listing import COLUMNS, NEAR_COPIES, full_list, refuse_rejected
-from capsule.naming import folder_size_mm, size_mm, sizes_of
+from capsule.naming import size_mm, sizes_of
 from capsule.particles import Particle
 from capsule.places import places_of
 from capsule.seeding import fit_generator
@@ -100,8 +100,7 @@ class LoadedArchive:
         self.unlabelled = [name for name in accepted if size_mm(name) is None]
 
     def __repr__(self) -> str:
-        folders = {name.partition("/")[0] for name in self.readings}
-        labels = sorted(folders, key=lambda label: (folder_size_mm(label) is None, label))
+        labels = dict.fromkeys(name.partition("/")[0] for name in self.readings)
         rejected = len(self._rows) - len(self.readings)
         return (
             f"<LoadedArchive: {len(self)} recordings accepted ({', '.join(labels)}), "
@@ -234,9 +233,8 @@ class LoadedArchive:
 
         A recording that no detector can judge does not teach.
         """
-        teach = [
-            name not in left_out and not self._rows[name]["no_verdict"] for name in self.labelled
-        ]
+        rows = [self._rows[name] for name in self.labelled]
+        teach = [not row["no_verdict"] and row["recording"] not in left_out for row in rows]
         return np.flatnonzero(teach)
 
     def training_archive(self) -> TrainingArchive:
