@@ -22,8 +22,8 @@ from capsule.configuration_files import read_config_file
 from capsule.errors import CapsuleError
 from capsule.exporting import command, formats, gathering
 from capsule.exporting.columns import describe
-from capsule.exporting.provenance import outdated, provenance_of
 from capsule.exporting.formats import NO_DATE, legal_names
+from capsule.exporting.provenance import outdated, provenance_of
 from capsule.files import read_csv, read_json, write_csv
 from capsule.results import CHECKS, FITS, MATRICES, SIGNALS, pattern, write_arrays, write_contents
 from support.command import run_command

@@ -9,6 +9,7 @@ from sklearn.linear_model import LogisticRegression, Ridge, RidgeClassifier
 from sklearn.pipeline import make_pipeline
 
 import capsule
+from capsule.evaluation.cross_validation import folds_of
 from capsule.naming import size_mm
 
 
@@ -141,6 +142,28 @@ def test_leave_one_out_judges_each_recording_once_by_all_others(archive):
     assert sorted(seen) == list(range(12))
     ((taught, all_of_them),) = capsule.folds(archive, "resubstitution").split()
     np.testing.assert_array_equal(taught, all_of_them)
+
+
+def test_of_many_places_those_leave_together_that_leave_together_in_the_workflow(archive):
+    some = archive.select(archive.labelled)
+    some.settings["evaluation"] = some.settings["evaluation"] | {"most_folds": 6}
+    rows = sorted(some.index(some.labelled).values(), key=lambda row: row["readings_sha256"])
+    index = {row["recording"]: row for row in rows}
+    expected = {
+        fold.judged
+        for fold in folds_of(index, some.settings["evaluation"])
+        if fold.scheme == "leave_one_out"
+    }
+    assert len(expected) == 6
+    found = [{some.labelled[row] for row in judged} for _, judged in capsule.folds(some).split()]
+    assert sorted(map(sorted, found)) == sorted(map(sorted, expected))
+
+
+def test_folds_are_a_list_in_the_order_of_the_archive(archive):
+    folds = capsule.folds(archive)
+    assert folds.get_n_splits() == len(folds) == len(list(folds.split()))
+    first = [judged[0] for _, judged in folds]
+    assert first == sorted(first)
 
 
 def test_a_scheme_that_does_not_exist_is_refused_with_those_that_do(archive):
