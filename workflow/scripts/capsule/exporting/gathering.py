@@ -207,7 +207,10 @@ def gather(
     wanted = set(CHOICES) if what == ALL else {what}
     stored = _Stored(results, settings["recordings_per_job"])
     cells = stored.listed
-    rows = {row[0]: dict(zip(cells, row, strict=True)) for row in zip(*cells.values(), strict=True)}
+    lines = zip(*cells.values(), strict=True)
+    rows = {
+        row["recording"]: row for row in (dict(zip(cells, line, strict=True)) for line in lines)
+    }
     accepted = {name for name, row in rows.items() if row["status"] == "accepted"}
     # A recording that was rejected because of its name alone has no check.
     checks = stored.contents(CHECKS, stored.recordings.names)
@@ -226,7 +229,7 @@ def gather(
         units = {
             name: reading_unit(headers[name], signals[name]) for name in rows if name in accepted
         }
-        cells["reading_unit"] = [units.get(name, "") for name in rows]
+        cells["reading_unit"] = [units.get(name, "") for name in cells["recording"]]
         matrices.append(Matrices("readings", long_name, "recording", signals, units, rate_hz))
     if MATRICES in wanted:
         long_name = "padded matrix V after pre-processing, in standard deviations"
