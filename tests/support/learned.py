@@ -1,20 +1,17 @@
 """Make the files that judging new recordings needs, from a few passages."""
 
-import json
-import sys
 from dataclasses import replace
 
 import numpy as np
 
+from capsule.detectors import files as detectors_files
 from capsule.detectors.diagonal import DiagonalDetector
 from capsule.detectors.familiar import FAMILIAR, FamiliarTeacher
 from capsule.detectors.search import Passage
 from capsule.detectors.taught import TaughtDetector
 from capsule.detectors.wave_traits import wave_traits
-from capsule.files import fingerprint
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import simulate_run
-from capsule.project import WEIGHTS
 from support.training import archive_of_passages
 
 
@@ -52,9 +49,12 @@ def write_templates(folder):
 def write_learned(folder, configuration, archive, **changes):
     """Write the trained detectors of an archive, with changed settings of `diagonal`."""
     settings = {"diagonal": configuration["diagonal"] | changes}
-    fits_to = {"settings": settings, "scorer": fingerprint(WEIGHTS, sys.maxsize)}
-    content = stored_of(archive) | fits_to
-    (folder / "detectors.json").write_text(json.dumps(content), encoding="utf-8")
+    templates = folder / "templates.npz"
+    if not templates.exists():
+        write_templates(folder)
+    detectors_files.write_learned(
+        folder / "detectors.json", stored_of(archive), settings, templates
+    )
 
 
 def teach_familiar(folder, runs, configuration):
@@ -62,8 +62,9 @@ def teach_familiar(folder, runs, configuration):
     traits = {name: wave_traits(run, 10.0, configuration["diagonal"]) for name, run in runs.items()}
     archive = replace(taught_by(), sizes_mm=dict.fromkeys(traits, 0.0), traits=traits)
     kind = {FAMILIAR: FamiliarTeacher(archive).without([]).stored()}
-    path = folder / "detectors.json"
-    path.write_text(json.dumps(json.loads(path.read_text()) | kind))
+    content = detectors_files.read_learned(folder / "detectors.json")
+    made_from = content["settings"], folder / "templates.npz"
+    detectors_files.write_learned(folder / "detectors.json", content | kind, *made_from)
 
 
 def healthy_runs(count):

@@ -2,11 +2,10 @@
 
 import argparse
 import json
-import sys
 from pathlib import Path
 
 from capsule import files, fits
-from capsule.detectors.files import read_template_set, read_training_archive
+from capsule.detectors.files import read_template_set, read_training_archive, write_learned
 from capsule.evaluation.cross_validation import (
     Detectors,
     choosing_scheme,
@@ -16,7 +15,6 @@ from capsule.evaluation.cross_validation import (
 from capsule.evaluation.sites import COLUMNS, site_rows
 from capsule.held_out import teaching
 from capsule.naming import sizes_of, sort_key
-from capsule.project import WEIGHTS
 from capsule.results import Results
 
 
@@ -44,8 +42,7 @@ def main() -> None:
     detectors = Detectors(read_training_archive(results, rows, templates, particles, settings))
     verdicts = judge_unlabelled(detectors, unlabelled, rows)
     files.write_csv(arguments.output, ["recording", "detector", *detectors.columns], verdicts)
-    fits_to = {"settings": settings, "scorer": files.fingerprint(WEIGHTS, sys.maxsize)}
-    files.write_json(arguments.learned, detectors.stored() | fits_to)
+    write_learned(arguments.learned, detectors.stored(), settings, arguments.templates)
     print(f"{len(unlabelled)} unlabelled recordings judged by {len(detectors.names)} detectors")
     # Thresholds of several passes come from the places that teach.
     predictions = files.read_csv(arguments.results / "evaluation" / "predictions.csv")

@@ -6,7 +6,6 @@ import re
 import resource
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 
@@ -18,8 +17,8 @@ from capsule.bench.stand_in import StandInLogger
 from capsule.bench.workbench import Workbench
 from capsule.configuration_files import read_config_file
 from capsule.detectors.familiar import FAMILIAR, learn_familiar
-from capsule.files import fingerprint
-from capsule.project import PROJECT, WEIGHTS
+from capsule.detectors.files import write_learned
+from capsule.project import PROJECT
 from capsule.seeding import generator
 from support.bench import emulated
 from support.bench.cable import TerminalCable
@@ -422,10 +421,9 @@ def test_running_verdict(logger_bench):
     shape[:, 200:400] = 0.5
     np.savez(templates, **{"0mm": np.zeros((4, 1000)), "4mm": shape})
     unknown = {"threshold": None, "learned": None, "probability": None, "sizes": None}
-    learned = {"recordings": 0, "margin_threshold": 5.0, "diagonal": unknown, "settings": {}}
-    learned |= {"taught": unknown, "scorer": fingerprint(WEIGHTS, sys.maxsize)}
+    learned = {"recordings": 0, "margin_threshold": 5.0, "diagonal": unknown, "taught": unknown}
     learned[FAMILIAR] = learn_familiar(np.empty((0, 6)), np.empty(0, dtype=int)).stored()
-    (logger_bench.folder / "detectors.json").write_text(json.dumps(learned))
+    write_learned(logger_bench.folder / "detectors.json", learned, {}, templates)
     # The bench counts moments; there is no wave in it, and none is asked for.
     settings = read_config_file(PROJECT / "config" / "config.yaml")
     settings["recording"]["wave_false_rate"] = 1

@@ -1,6 +1,7 @@
 """capsule judge: any file judged, in words, as JSON and as a picture."""
 
 import json
+import shutil
 import subprocess
 from dataclasses import replace
 
@@ -14,14 +15,16 @@ from capsule.bench.verdict import FinalVerdict
 from capsule.configuration_files import read_config_file
 from capsule.detectors.familiar import Familiarity
 from capsule.detectors.verdicts import NO_VERDICT, Verdict
-from capsule.files import write_csv
+from capsule.errors import CapsuleError
+from capsule.files import fingerprint, write_csv
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import recording_of, simulate_run
 from capsule.project import PROJECT
 from capsule.recording import format_recording
 from support.bad_recordings import NO_FILES, UNREADABLE, UNUSABLE
-from support.command import CAPSULE
+from support.command import CAPSULE, run_command
 from support.learned import taught_by, write_learned, write_templates
+from support.synthetic import write_archive
 
 CONFIGURATION = read_config_file(PROJECT / "config/config.yaml")
 # Of these the reason lies in one file alone, and in no other one and no folder.
@@ -60,6 +63,30 @@ def call(results, *words):
         encoding="utf-8",
         check=False,
     )
+
+
+def test_labelled_recordings_that_changed_since_the_detectors_learned_are_named(
+    results, tmp_path, capsys
+):
+    shutil.copytree(results, tmp_path / "results")
+    write_archive(tmp_path / "raw", ["3mm/r01", "0mm/r01", "unlabelled/patient"], samples=50)
+    rows = [
+        {"recording": name, "sha256": fingerprint(tmp_path / f"raw/{name}.csv", 10**6)}
+        for name in ("3mm/r01", "0mm/r01")
+    ]
+    columns = ["recording", "sha256", "readings_sha256", "size_mm"]
+    write_csv(
+        tmp_path / "results/recordings.csv", columns, [dict.fromkeys(columns, "") | r for r in rows]
+    )
+    words = ["judge", results / "run.csv", "--results", tmp_path / "results"]
+    run_command(*words)
+    assert capsys.readouterr().err == ""
+    (tmp_path / "raw/3mm/r01.csv").write_text("another")
+    run_command(*words)
+    assert "note: 1 labelled recording came, went or changed" in capsys.readouterr().err
+    (tmp_path / "results/recordings.csv").write_bytes(b"\xff\x00")
+    with pytest.raises(CapsuleError, match=r"recordings\.csv is damaged .* snakemake -c2"):
+        run_command(*words)
 
 
 def test_the_command_tells_verdicts_place_and_what_is_wrong_with_a_file(results):

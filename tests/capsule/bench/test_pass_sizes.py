@@ -8,6 +8,7 @@ import pytest
 from capsule.bench.pass_sizes import pass_sizes
 from capsule.configuration_files import read_config_file
 from capsule.detectors.familiar import FAMILIAR, LEAST_PLACES
+from capsule.errors import CapsuleError
 from capsule.project import PROJECT
 from support.learned import healthy_runs, taught_by, teach_familiar, write_learned
 
@@ -46,10 +47,9 @@ def test_without_a_pass_or_what_was_learned_nobody_can_tell(results, tmp_path):
     assert other.familiarity(list(healthy_runs(1).values())).familiar is None
 
 
-def test_what_an_earlier_version_has_learned_is_not_used(results, tmp_path):
+def test_what_an_earlier_version_has_learned_is_refused(results, tmp_path):
     content = json.loads((results / "detectors.json").read_text())
     del content[FAMILIAR]
     (tmp_path / "detectors.json").write_text(json.dumps(content))
-    earlier = pass_sizes(tmp_path, BENCH, 10.0)
-    assert earlier.model is None
-    assert np.isnan(earlier.of(list(healthy_runs(1).values()))).all()
+    with pytest.raises(CapsuleError, match="or of another version; delete it"):
+        pass_sizes(tmp_path, BENCH, 10.0)

@@ -10,6 +10,7 @@ from capsule.bench.bench_errors import AcquisitionError
 from capsule.bench.verdict import FinalVerdict, RunningVerdict
 from capsule.bench.verdict_table import verdict_table
 from capsule.configuration_files import read_config_file
+from capsule.detectors import files as detectors_files
 from capsule.detectors.diagonal import DiagonalDetector, DiagonalModel
 from capsule.detectors.familiar import LEAST_PLACES
 from capsule.errors import CapsuleError
@@ -176,16 +177,41 @@ def test_what_was_learned_elsewhere_is_refused_with_the_remedy(templates, tmp_pa
     with pytest.raises(AcquisitionError, match=r"another configuration .* snakemake -c2"):
         final_verdict(tmp_path, configuration, taught_by(), dwell=99)
     (tmp_path / "detectors.json").write_text("{}")
-    with pytest.raises(AcquisitionError, match="or version"):
+    with pytest.raises(CapsuleError, match="damaged, or of another version; delete it"):
         FinalVerdict(tmp_path / "templates.npz", tmp_path / "detectors.json", configuration)
 
 
-def test_what_another_scorer_was_adapted_by_is_refused(templates, tmp_path, configuration):
-    write_learned(tmp_path, configuration, taught_by())
-    path = tmp_path / "detectors.json"
-    path.write_text(json.dumps(json.loads(path.read_text()) | {"scorer": "0" * 64}))
+def test_what_another_scorer_was_adapted_by_is_refused(
+    templates, tmp_path, configuration, monkeypatch
+):
+    (tmp_path / "other.npz").write_bytes(b"other weights")
+    with monkeypatch.context() as patch:
+        patch.setattr(detectors_files, "WEIGHTS", tmp_path / "other.npz")
+        write_learned(tmp_path, configuration, taught_by())
     with pytest.raises(AcquisitionError, match=r"or version; make it again: snakemake -c2"):
-        FinalVerdict(tmp_path / "templates.npz", path, configuration)
+        FinalVerdict(tmp_path / "templates.npz", tmp_path / "detectors.json", configuration)
+
+
+def test_templates_of_another_moment_are_refused(templates, tmp_path, configuration):
+    write_learned(tmp_path, configuration, taught_by())
+    np.savez(tmp_path / "templates.npz", **{"0mm": np.zeros((4, 1000)), "2mm": np.ones((4, 1000))})
+    with pytest.raises(AcquisitionError, match=r"were not made together, .*: snakemake -c2"):
+        FinalVerdict(tmp_path / "templates.npz", tmp_path / "detectors.json", configuration)
+
+
+@pytest.mark.parametrize("name", ["templates.npz", "detectors.json"])
+def test_damage_anywhere_in_what_was_learned_is_one_error_with_the_remedy(
+    name, templates, tmp_path, configuration
+):
+    write_learned(tmp_path, configuration, taught_by())
+    whole, random = (tmp_path / name).read_bytes(), np.random.default_rng(1)
+    for _ in range(100):
+        damaged = bytearray(whole)
+        damaged[random.integers(len(whole))] ^= 1 << random.integers(8)
+        damaged = damaged[: random.integers(1, len(whole))] if random.random() < 0.3 else damaged
+        (tmp_path / name).write_bytes(damaged)
+        with pytest.raises(CapsuleError, match="snakemake -c2"):
+            FinalVerdict(tmp_path / "templates.npz", tmp_path / "detectors.json", configuration)
 
 
 def test_an_unknown_detector_is_refused_with_the_known_ones(templates, tmp_path, configuration):

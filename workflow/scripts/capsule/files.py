@@ -178,8 +178,8 @@ def refuse_folders(project: Path, here: Path) -> None:
             )
     if not os.access(here, os.W_OK):
         raise CapsuleError(
-            f"{here} cannot be written, and Snakemake keeps notes there; run it in a folder of your "
-            "own that holds raw/ and config/ (capsule new NAME makes one)"
+            f"{here} cannot be written, and Snakemake keeps notes there; run it in a folder of "
+            "your own that holds raw/ and config/ (capsule new NAME makes one)"
         )
 
 

@@ -7,7 +7,10 @@ finds a recording in either.
 Every script uses this module, so it imports nothing but numpy and fast modules.
 """
 
+import csv
 import os
+import struct
+import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import lru_cache, partial
 from io import BytesIO
@@ -254,6 +257,23 @@ def _header(header: bytes) -> tuple[tuple[int, ...], np.dtype[np.float64]]:
     return shape, kind
 
 
+# What readers of JSON, tables and arrays raise at damaged bytes.
+_DAMAGE = (
+    ArithmeticError,
+    AttributeError,
+    BadZipFile,
+    EOFError,
+    LookupError,
+    MemoryError,
+    RuntimeError,
+    TypeError,
+    ValueError,
+    csv.Error,
+    struct.error,
+    zlib.error,
+)
+
+
 def read_or_explain(path: Path, read: Callable[[Path], Read]) -> Read:
     """Read a file of the results; if it is missing or damaged, the error tells how to make it."""
     try:
@@ -262,7 +282,7 @@ def read_or_explain(path: Path, read: Callable[[Path], Read]) -> Read:
         raise CapsuleError(
             f"{path} does not exist; make all that is missing: snakemake -c2"
         ) from None
-    except (ValueError, LookupError, TypeError, AttributeError, EOFError, BadZipFile) as error:
+    except _DAMAGE as error:
         raise CapsuleError(
             f"{path} is damaged ({error}); delete it, and make it again: snakemake -c2"
         ) from None

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from capsule.bench import judged_file, judged_view
-from capsule.bench.verdict import FinalVerdict
+from capsule.bench.verdict import FinalVerdict, note_of_change
 from capsule.errors import WrongOptionError
 from capsule.project import config_file
 from capsule.settings import read_settings
@@ -44,6 +44,8 @@ def main(arguments: argparse.Namespace) -> int:
     settings, results = read_settings(arguments.config), arguments.results
     learned = results / "detectors.json"
     final = FinalVerdict(results / "templates.npz", learned, settings, "a verdict")
+    if note := note_of_change(results, settings):
+        print(note, file=sys.stderr)
     taught = judged_file.taught_recordings(results / "recordings.csv")
     judged = [judged_file.judge_file(path, final, settings, taught) for path in arguments.files]
     if arguments.json:

@@ -15,6 +15,7 @@ from capsule.detectors.verdicts import Verdict, why_unknown
 from capsule.files import read_csv, read_limited
 from capsule.kinds import Settings
 from capsule.recording import source_of
+from capsule.results import read_or_explain
 
 # The check needs a recording's name; an unlabelled one fits a file of any location.
 _NAME = "unlabelled/judged"
@@ -59,7 +60,11 @@ def taught_recordings(index: Path) -> dict[str, str]:
 
     The index is ``results/recordings.csv``; without it the result is empty.
     """
-    rows = read_csv(index) if index.exists() else []
+    return read_or_explain(index, _taught_in) if index.exists() else {}
+
+
+def _taught_in(index: Path) -> dict[str, str]:
+    rows = read_csv(index)
     return {row["readings_sha256"]: row["recording"] for row in rows if row["size_mm"]}
 
 

@@ -9,9 +9,9 @@ import numpy as np
 from capsule.detectors.base import ScoredModel
 from capsule.detectors.diagonal import DiagonalModel, size_features
 from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarKind
+from capsule.detectors.files import read_learned
 from capsule.detectors.search import passage_of
 from capsule.detectors.wave_traits import wave_traits
-from capsule.files import read_json
 from capsule.kinds import Settings
 
 _UNKNOWN = float("nan")
@@ -77,7 +77,7 @@ def pass_sizes(results: Path, detector: Settings, rate_hz: float) -> PassSizes:
     """
     path, model, familiar = results / "detectors.json", None, None
     if path.exists():
-        content = read_json(path)
+        content = read_learned(path)
         # A model learned with other settings does not fit the features of these passes.
         same = content.get("settings", {}).get("diagonal") == dict(detector)
         if same and FAMILIAR in content:

@@ -167,10 +167,16 @@ def _judges(
     """Return functions that judge the samples so far and the whole recording, if wanted."""
     if not options.detect:
         return None, None
-    from capsule.bench.verdict import FinalVerdict, RunningVerdict  # only if they are used
+    from capsule.bench.verdict import (  # only if they are used
+        FinalVerdict,
+        RunningVerdict,
+        note_of_change,
+    )
 
     learned = options.templates.with_name("detectors.json")
     final = FinalVerdict(options.templates, learned, settings)
+    if note := note_of_change(learned.parent, settings):
+        print(note)
     return RunningVerdict(final, settings).judge, final.judge
 
 

@@ -12,12 +12,14 @@ from capsule.bench.verdict_table import verdict_table
 from capsule.checking import readings_of
 from capsule.described_recording import DescribedRecording
 from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarKind
-from capsule.detectors.files import read_template_set
+from capsule.detectors.files import read_learned, read_template_set
 from capsule.detectors.training import detector_class
 from capsule.detectors.verdicts import Verdict, why_unknown
 from capsule.errors import RecordingError
-from capsule.files import fingerprint, read_json
+from capsule.exporting.provenance import outdated
+from capsule.files import fingerprint
 from capsule.kinds import Settings
+from capsule.naming import UNLABELLED
 from capsule.project import WEIGHTS
 from capsule.recording import Recording
 
@@ -30,6 +32,25 @@ def existing(path: Path, asked_by: str) -> Path:
             "the whole report: capsule report"
         )
     return path
+
+
+def note_of_change(results: Path, settings: Settings) -> str:
+    """Return a line if labelled recordings have changed since the detectors learned, else "".
+
+    Parameters
+    ----------
+    results : Path
+        The folder of results, beside raw/.
+    settings : mapping
+        The configuration.
+    """
+    changed = [name for name in outdated(results, settings) if UNLABELLED not in Path(name).parts]
+    if not changed:
+        return ""
+    return (
+        f"note: {words.plural(len(changed), 'labelled recording')} came, went or changed since the "
+        f"detectors of {results}/ learned, such as {changed[0]}; to make them again: snakemake -c2"
+    )
 
 
 class FinalVerdict:
@@ -47,16 +68,25 @@ class FinalVerdict:
     Raises
     ------
     AcquisitionError
-        One of the files does not exist, or another configuration or scorer made it.
+        One of the files does not exist, another configuration or scorer made it, or they were not
+        made together.
+    CapsuleError
+        One of the files is damaged.
     """
 
     def __init__(
         self, templates: Path, learned: Path, settings: Settings, asked_by: str = "--detect"
     ) -> None:
         stored = existing(templates, asked_by)
-        known = read_template_set(stored, settings["fit"]["first_peak"])
-        content = read_json(existing(learned, asked_by))
+        content = read_learned(existing(learned, asked_by))
         self._settings = settings
+        if content["templates"] != fingerprint(templates, sys.maxsize):
+            raise AcquisitionError(
+                f"{templates} and {learned} were not made together, or one is damaged, so no "
+                "verdict would hold; delete both, and make them again: "
+                "snakemake -c2 results/detectors.json"
+            )
+        known = read_template_set(stored, settings["fit"]["first_peak"])
         try:
             same = content["scorer"] == fingerprint(WEIGHTS, sys.maxsize) and all(
                 content["settings"][key] == settings[key] for key in content["settings"]

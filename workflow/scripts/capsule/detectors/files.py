@@ -1,26 +1,83 @@
-"""Read what the detectors learn from: templates, matrices and descriptions of recordings."""
+"""Read what the detectors learn from, and write and read what they have learned."""
 
+import json
+import sys
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from capsule import files
 from capsule.arrays import FloatArray
 from capsule.detectors.described import read_best_places, read_features, read_wave_traits
 from capsule.detectors.training import TrainingArchive
+from capsule.errors import CapsuleError
 from capsule.fits import by_size
 from capsule.kinds import Settings
 from capsule.naming import sizes_of
 from capsule.particles import Particle
 from capsule.places import places_of
-from capsule.results import BEST_PLACES, FEATURES, Results
+from capsule.project import WEIGHTS
+from capsule.results import BEST_PLACES, FEATURES, Results, read_or_explain
 from capsule.templates import ParticleTotal, TemplateSet, total
 
 
 def read_templates(path: Path) -> dict[float, FloatArray]:
     """Read templates.npz: the template of every size in mm, (S, L); size 0 is the first."""
-    with np.load(path) as stored:
+    return read_or_explain(path, _templates_in)
+
+
+def _templates_in(path: Path) -> dict[float, FloatArray]:
+    with path.open("rb") as stream, np.load(stream) as stored:
         return {size: stored[label] for label, size in sizes_of(stored).items()}
+
+
+def write_learned(
+    path: Path, models: Mapping[str, Any], settings: Settings, templates: Path
+) -> None:
+    """Write detectors.json: the models, what they fit to, and a checksum of all.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    models : mapping
+        From `capsule.evaluation.cross_validation.Detectors.stored`.
+    settings : mapping
+        The sections of the configuration that the detectors depend on.
+    templates : Path
+        templates.npz, whose checksum is stored.
+    """
+    content = {
+        **models,
+        "settings": settings,
+        "scorer": files.fingerprint(WEIGHTS, sys.maxsize),
+        "templates": files.fingerprint(templates, sys.maxsize),
+    }
+    files.write_json(path, content | {"checksum": _checksum(content)})
+
+
+def read_learned(path: Path) -> dict[str, Any]:
+    """Read detectors.json.
+
+    Raises
+    ------
+    CapsuleError
+        The file is missing, damaged or of another version; the message names it and the remedy.
+    """
+    content = read_or_explain(path, files.read_json)
+    checksum = content.pop("checksum", None) if isinstance(content, dict) else None
+    if checksum is None or checksum != _checksum(content):
+        raise CapsuleError(
+            f"{path} is damaged, or of another version; delete it, and make it again: "
+            f"snakemake -c2 results/{path.name}"
+        )
+    return content
+
+
+def _checksum(content: Mapping[str, Any]) -> str:
+    return files.fingerprint_of(json.dumps(content, sort_keys=True).encode())
 
 
 def read_template_set(

@@ -12,6 +12,7 @@ from capsule import files
 from capsule.page.provenance import combined_checksum, origin_of
 from capsule.project import PROJECT
 from capsule.project_state import read_project_state
+from capsule.results import read_or_explain
 
 PAPER = "Ge, Zong, Zhang and Nanayakkara, arXiv 2406.01371"
 _PACKAGES = ("numpy", "scipy", "pandas")
@@ -81,20 +82,23 @@ def outdated(results: Path, settings: Mapping[str, Any]) -> list[str]:
     settings : mapping
         The configuration.
     """
-    raw = results.resolve().parent / "raw"
-    if not raw.is_dir():
+    raw, table = results.resolve().parent / "raw", results / "recordings.csv"
+    if not raw.is_dir() or not table.exists():
         return []
     limit = int(settings["recording"]["max_megabytes"] * 1e6)
     now = {
         name: files.fingerprint(raw / f"{name}.csv", limit)
         for name in files.list_archive(raw).recordings
     }
-    rows = files.read_csv(results / "recordings.csv")
-    names = {row["recording"] for row in rows}
+    checksums = read_or_explain(table, _checksums_in)
     # Without a checksum, the file could not be read or is not named like a recording.
-    then = {row["recording"]: row["sha256"] for row in rows if row["sha256"]}
+    then = {name: checksum for name, checksum in checksums.items() if checksum}
     changed = {name for name, checksum in then.items() if now.get(name) != checksum}
-    return [f"raw/{name}.csv" for name in sorted(changed | (now.keys() - names))]
+    return [f"raw/{name}.csv" for name in sorted(changed | (now.keys() - checksums.keys()))]
+
+
+def _checksums_in(table: Path) -> dict[str, str]:
+    return {row["recording"]: row["sha256"] for row in files.read_csv(table)}
 
 
 def _listed(names: Sequence[str]) -> str:
