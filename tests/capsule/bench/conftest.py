@@ -2,10 +2,10 @@
 
 import pytest
 
-from capsule.bench.cable import SocketCable
-from capsule.bench.stand_in import StandInLogger
+from support.bench.cable import SocketCable
 from support.bench.emulated_rig import EmulatedRig
 from support.bench.rig import Rig
+from support.bench.stand_in import StandInLogger
 from support.bench.surveyor import Surveyor
 
 

@@ -13,8 +13,6 @@ import numpy as np
 import pytest
 import serial
 
-from capsule.bench.stand_in import StandInLogger
-from capsule.bench.workbench import Workbench
 from capsule.configuration_files import read_config_file
 from capsule.detectors.familiar import FAMILIAR, learn_familiar
 from capsule.detectors.files import write_learned
@@ -28,6 +26,8 @@ from support.bench.recorder import (
     check_times,
     count_samples,
 )
+from support.bench.stand_in import StandInLogger
+from support.bench.workbench import Workbench
 from support.bench.world import Clock
 from support.command import CAPSULE
 

@@ -6,10 +6,10 @@ import time
 
 import pytest
 
-from capsule.bench.workbench import Workbench
 from support.bench import emulated
 from support.bench.cable import TerminalCable
 from support.bench.recorder import Recorder, count_samples
+from support.bench.workbench import Workbench
 from support.bench.world import Clock
 
 pytestmark = [pytest.mark.boards, pytest.mark.takes, emulated.needed]

@@ -5,12 +5,12 @@ import csv
 import numpy as np
 import pytest
 
-from capsule.bench.workbench import Workbench
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from support.bench import emulated
 from support.bench.cable import TerminalCable
 from support.bench.closed_loop import ClosedLoop
 from support.bench.recorder import Recorder, check_complete
+from support.bench.workbench import Workbench
 from support.project import Project
 
 pytestmark = [

@@ -17,9 +17,8 @@ import pytest
 from capsule import workflow_call
 from capsule.bench import demo_archive, demo_command
 from capsule.bench.bench_errors import AcquisitionError
-from capsule.bench.played_board import PlayedRun
-from capsule.bench.protocol import encode
-from capsule.bench.stand_in import StandInLogger
+from capsule.bench.played_board import PlayedLogger
+from capsule.bench.protocol import FrameParser, Refusal, encode
 from capsule.configuration_files import read_config_file
 from capsule.errors import CapsuleError
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
@@ -173,21 +172,26 @@ def test_without_a_screen_the_terminal_shows_the_run(workflow, tmp_path, capfd, 
     assert "note: --plot needs a screen; the terminal shows the run" in capfd.readouterr().out
 
 
-def test_the_end_stop_is_pressed_with_the_last_sample_and_not_before():
-    board = StandInLogger()
-    world = PlayedRun(board, np.arange(12).reshape(4, 3) + 100, PHANTOM.electronics)
-    board.take_sent()
-    board.deliver(encode("start"))
-    for step in range(20):
-        world(step * 0.02, (step + 1) * 0.02)
-        board.advance((step + 1) * 20_000)
-    samples = [line.split(b"*")[0].split(b",") for line in board.take_sent().splitlines()]
-    rows = [[int(cell) for cell in cells[3:]] for cells in samples if cells[0] == b"$D"]
-    assert rows[:3] == [
-        [100, 103, 106, 109, 0],
-        [101, 104, 107, 110, 0],
-        [102, 105, 108, 111, 1],
+def decoded(content):
+    return [event for event in FrameParser().feed(content)]
+
+
+def test_the_played_board_speaks_the_protocol_and_ends_at_the_last_sample():
+    board = PlayedLogger(np.arange(12).reshape(4, 3) + 100, PHANTOM.electronics)
+    (identity,) = decoded(board.answer(b"?\n", 0.25))
+    assert (identity.device, identity.entries["state"]) == ("logger", "paused")
+    assert identity.entries["uptime_ms"] == "250"
+    refused, started = decoded(board.answer(b"$start*0000\n" + encode("start"), 0.25))
+    assert isinstance(refused, Refusal) and started.command == "start"
+    samples = decoded(b"".join(board.sample() for _ in range(4)))
+    assert [each.counts for each in samples[:3]] == [
+        (100, 103, 106, 109),
+        (101, 104, 107, 110),
+        (102, 105, 108, 111),
     ]
+    assert samples[3].counts == samples[2].counts
+    assert [each.at_end for each in samples] == [False, False, True, True]
+    assert [each.device_ms for each in samples] == [400, 500, 600, 700]
 
 
 def test_the_workflow_reads_the_demos_folder_and_no_other(tmp_path):

@@ -5,10 +5,10 @@ import subprocess
 
 import pytest
 
-from capsule.bench.workbench import Workbench
 from support.bench import emulated
 from support.bench.cable import TerminalCable
 from support.bench.stand_in_motors import StandInFold
+from support.bench.workbench import Workbench
 from support.command import CAPSULE
 from support.marks import needs_terminals
 

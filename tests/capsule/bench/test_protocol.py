@@ -20,9 +20,9 @@ from capsule.bench.protocol import (
     decode,
     encode,
 )
-from capsule.bench.stand_in import StandInLogger
 from support.bench import emulated
 from support.bench.page import PAGE, VOLTAGES_MV, board_of_the_page, conversation, hold
+from support.bench.stand_in import StandInLogger
 
 CHECKSUMS = re.findall(r"^\| `([^`]+)` \| `([0-9A-F]{4})` \| `([^`]+)` \|$", PAGE, re.MULTILINE)
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from capsule.bench.protocol import encode
-from capsule.bench.workbench import Workbench
 from support.bench.recorder import Recorder, check_complete, check_times, count_samples, samples_in
+from support.bench.workbench import Workbench
 from support.bench.world import Clock
 from support.marks import needs_signals, needs_terminals
 

@@ -18,11 +18,11 @@ from capsule.bench.record_command import options_of
 from capsule.bench.stamp_grid import StampGrid
 from capsule.bench.stream_choice import ChosenStream, choose, find_stream
 from capsule.bench.stream_line import StreamLine
-from capsule.bench.workbench import Workbench
 from capsule.errors import WrongOptionError
 from support.bench.recorder import Recorder
 from support.bench.streams import Source, describe, environment, readings_of, wait_for_lines
 from support.bench.waiting import wait_until
+from support.bench.workbench import Workbench
 from support.bench.world import Clock
 from support.project import ROOT
 

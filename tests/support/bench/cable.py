@@ -1,12 +1,18 @@
-"""Connect a board to a pseudo-terminal, which a program opens like a USB port."""
+"""The cable between a simulated board and a program: a socket, or a pseudo-terminal.
+
+The cable behaves as a USB port with an Arduino behind it. If a program opens the port, the board
+resets and waits in its boot loader. While the port is closed, the board's bytes are lost. If the
+cable is unplugged, the port disappears. The cable can damage bytes, and it counts whole frames.
+"""
 
 import contextlib
 import os
 import select
+import socket
 import time
+from collections.abc import Callable
 from pathlib import Path
-
-from capsule.bench.cable import Board, Cable
+from typing import Protocol
 
 try:
     import fcntl
@@ -14,6 +20,241 @@ try:
     import tty
 except ImportError:  # Windows: the socket serves there
     fcntl = None
+
+BOOT_LOADER_US = 1_000_000
+# A byte that reaches a Mega's boot loader while it waits for an upload blocks the boot loader.
+STUCK_BOOT_LOADER_US = 7_000_000
+BAUD_TOLERANCE = 0.04
+
+
+class Board(Protocol):
+    """The interface of a board; times in microseconds since the bench began."""
+
+    baud: int
+
+    def advance(self, until_us: int) -> None:
+        """Run to a point in time."""
+
+    def skip(self, until_us: int) -> None:
+        """Advance the time without running the firmware."""
+
+    def reset(self) -> None:
+        """Restart the firmware."""
+
+    def take_sent(self) -> bytes:
+        """Return the bytes that the board has sent, once."""
+
+    def deliver(self, received: bytes) -> None:
+        """Send bytes to the board."""
+
+
+class Cable:
+    """A board on a cable, as the program at the other end sees it.
+
+    Parameters
+    ----------
+    board : Board
+        The board at the end of the cable.
+    spoil : callable, optional
+        Function that damages a frame: it returns the bytes that arrive.
+    resets : bool
+        Whether opening the port resets the board, and the port powers it.
+    sticks : bool
+        Whether a byte that comes too early blocks the boot loader, as on a Mega.
+
+    Attributes
+    ----------
+    whole : list of bytes
+        Frames that reached the program undamaged.
+    spoilt : int
+        Number of the other frames.
+    """
+
+    def __init__(
+        self,
+        board: Board,
+        spoil: Callable[[bytes], bytes] | None = None,
+        resets: bool = True,
+        sticks: bool = True,
+    ) -> None:
+        self.board = board
+        self.spoil = spoil
+        self.resets = resets
+        self.sticks = sticks
+        self.whole: list[bytes] = []
+        self.spoilt = 0
+        self.plugged = False
+        self.boot_loader_stuck = False
+        self._opened = False
+        self._boot_ends_us = 0
+        self._unfinished = b""
+        self.plug()
+
+    @property
+    def port(self) -> str:
+        """The port's name, as a user types it."""
+        raise NotImplementedError
+
+    def plug(self) -> None:
+        """Plug the cable in; a board that the port powers starts."""
+        self._open_port()
+        self.plugged = True
+        if self.resets:
+            self._boot_ends_us = -1
+
+    def unplug(self, after_bytes: bytes = b"") -> None:
+        """Unplug the cable after the program has read all bytes; a frame may be incomplete."""
+        if after_bytes:
+            self._write(after_bytes)
+        self.wait_until_read()
+        self._close_port()
+        self.plugged = self._opened = False
+        self._unfinished = b""
+
+    def press_reset(self) -> None:
+        """Press the board's reset button."""
+        self._boot_ends_us = -1
+
+    @property
+    def opened(self) -> bool:
+        """Return whether a program has the port open."""
+        return self._opened
+
+    def step(self, now_us: int, until_us: int) -> None:
+        """Run the board from now to a point in time, and transfer the bytes of both sides."""
+        opened = self.plugged and self._is_opened()
+        if opened and not self._opened:
+            # Opening discards the bytes that have arrived; it takes milliseconds.
+            time.sleep(0.03)
+            self._unfinished = b""
+            if self.resets:
+                self._boot_ends_us = now_us + BOOT_LOADER_US
+        self._opened = opened
+        if self._boot_ends_us < 0:
+            self._boot_ends_us = now_us + BOOT_LOADER_US
+        received = self._read() if opened else b""
+        if not self.plugged and self.resets:
+            self.board.skip(until_us)
+        elif self._boot_ends_us:
+            self._wait_in_boot_loader(received, until_us)
+        else:
+            self.board.deliver(self._as_heard(received))
+            self.board.advance(until_us)
+        self._pass_on(self.board.take_sent())
+
+    def _wait_in_boot_loader(self, received: bytes, until_us: int) -> None:
+        if received and self.sticks and not self.boot_loader_stuck:
+            self.boot_loader_stuck = True
+            self._boot_ends_us += STUCK_BOOT_LOADER_US
+        self.board.skip(until_us)
+        if until_us >= self._boot_ends_us:
+            self._boot_ends_us = 0
+            self.board.reset()
+
+    def _as_heard(self, content: bytes) -> bytes:
+        """Return the bytes as received; scrambled if the baud rates of both sides differ."""
+        if content and abs(self._host_baud() / self.board.baud - 1) > BAUD_TOLERANCE:
+            return bytes((byte >> 1) ^ 0xA5 for byte in content)
+        return content
+
+    def _pass_on(self, sent: bytes) -> None:
+        if not self._opened:
+            return  # the port is closed, so its chip discards the bytes
+        *frames, self._unfinished = (self._unfinished + sent).split(b"\n")
+        for frame in (content + b"\n" for content in frames):
+            heard = self._as_heard(self.spoil(frame) if self.spoil else frame)
+            if self._write(heard) and frame in heard:
+                self.whole.append(frame)
+            else:
+                self.spoilt += 1
+
+    def _open_port(self) -> None:
+        raise NotImplementedError
+
+    def _close_port(self) -> None:
+        raise NotImplementedError
+
+    def _is_opened(self) -> bool:
+        raise NotImplementedError
+
+    def _read(self) -> bytes:
+        raise NotImplementedError
+
+    def _write(self, content: bytes) -> bool:
+        raise NotImplementedError
+
+    def _host_baud(self) -> int:
+        return self.board.baud
+
+    def wait_until_read(self, limit_s: float = 5.0) -> None:
+        """Wait until the program has read the bytes in the port."""
+
+
+class SocketCable(Cable):
+    """A cable through a socket on this computer, which works on every system."""
+
+    _server: socket.socket
+    _connection: socket.socket | None = None
+    _number = 0
+
+    @property
+    def port(self) -> str:
+        """The port's name, as a user types it."""
+        return f"socket://127.0.0.1:{self._number}"
+
+    def _open_port(self) -> None:
+        self._server = socket.create_server(("127.0.0.1", self._number), backlog=1)
+        self._number = self._server.getsockname()[1]
+        self._server.setblocking(False)
+
+    def _close_port(self) -> None:
+        self._hang_up()
+        self._server.close()
+
+    def _hang_up(self) -> None:
+        if self._connection:
+            self._connection.close()
+            self._connection = None
+
+    def _is_opened(self) -> bool:
+        if self._connection is None:
+            with contextlib.suppress(BlockingIOError):
+                self._connection, _ = self._server.accept()
+                self._connection.setblocking(False)
+        return self._connection is not None
+
+    def _read(self) -> bytes:
+        if self._connection is None:
+            return b""
+        try:
+            received = self._connection.recv(4096)
+        except BlockingIOError:
+            return b""
+        except ConnectionError:
+            received = b""
+        if not received:
+            self._hang_up()
+        return received
+
+    def _write(self, content: bytes) -> bool:
+        if self._connection is None:
+            return False
+        try:
+            self._connection.setblocking(True)
+            self._connection.sendall(content)
+            self._connection.setblocking(False)
+        except OSError:
+            self._hang_up()
+            return False
+        return True
+
+    def wait_until_read(self, limit_s: float = 5.0) -> None:
+        """Wait until the program has read the bytes in the port."""
+        # Bytes on their way arrive even after this side has shut down.
+        if self._connection:
+            with contextlib.suppress(OSError):
+                self._connection.shutdown(socket.SHUT_WR)
+            time.sleep(0.1)
 
 
 class TerminalCable(Cable):

@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from capsule.bench.cable import Board
+from support.bench.cable import Board
 from support.bench.emulated import FOLD, LOGGER, PIN_2, EmulatedBoard
 
 PAGE = (Path(__file__).parents[3] / "docs" / "protocol.md").read_text(encoding="utf-8")

@@ -7,8 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from capsule.bench.cable import Cable
 from capsule.recording import Recording, read_recording
+from support.bench.cable import Cable
 from support.bench.world import taken_at_s
 from support.command import CAPSULE
 

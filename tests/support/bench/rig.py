@@ -6,14 +6,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace
 
-from capsule.bench.stand_in import StandInLogger
-from capsule.bench.workbench import Workbench
 from capsule.phantom.chance import Nodule
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import with_values
 from support.bench.gut import Gut
+from support.bench.stand_in import StandInLogger
 from support.bench.stand_in_motors import StandInFold, StandInPeristalsis
 from support.bench.surveyor import SteppedCable, Surveyor
+from support.bench.workbench import Workbench
 from support.marks import needs_terminals
 
 # Mark of tests that need the ports of a rig.

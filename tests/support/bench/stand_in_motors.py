@@ -2,9 +2,9 @@
 
 from collections import deque
 
-from capsule.bench.stand_in import StandIn
 from support.bench.closed_loop import HALF_STEPS_PER_MM
 from support.bench.folding import SWITCH_TRAVEL, TRAVEL
+from support.bench.stand_in import StandIn
 
 WAVELENGTH_MM = 80.0
 FASTEST_MM_S = 47.107

@@ -14,9 +14,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import ClassVar
 
-from capsule.bench.workbench import Workbench
 from support.bench.cable import TerminalCable
 from support.bench.clocked_survey import ANSWER, ASK, ENDED
+from support.bench.workbench import Workbench
 
 PROGRAM = Path(__file__).with_name("clocked_survey.py")
 # Time limit, in s, for the kernel to pass bytes on, and interval between two looks.

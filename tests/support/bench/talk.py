@@ -3,8 +3,8 @@
 from collections.abc import Callable
 
 from capsule.bench.protocol import Event, decode, encode
-from capsule.bench.workbench import World
 from support.bench.emulated import EmulatedBoard
+from support.bench.workbench import World
 
 STRETCH_US = 5000
 

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 
-from capsule.bench.cable import Cable
+from support.bench.cable import Cable
 
 World = Callable[[float, float], None]
 
