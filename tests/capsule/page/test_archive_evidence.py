@@ -12,13 +12,15 @@ from capsule.page.archive_evidence import (
     accepted_rows,
     archive_evidence,
     evidence_among_others,
+    surface,
 )
 from capsule.page.beside import stands_beside
 from capsule.page.nearest_templates import NearestTemplate
 from capsule.page.packing import to_json
 from capsule.page.recording_evidence import RecordingResults, recording_evidence
 from capsule.page.stretches import STEP, Stretches
-from capsule.particles import Particle
+from capsule.particles import Particle, render
+from capsule.sliding import rmse_at_lag
 from support.project import ROOT
 from support.stored import StoredResults
 from support.synthetic import make_recording
@@ -26,6 +28,7 @@ from support.synthetic import make_recording
 SETTINGS = read_config_file(ROOT / "config" / "config.yaml")
 PARTICLE = Particle(np.ones(4) / 3, np.full(4, 0.3), np.full(3, 401 / 3), np.full(4, 29 / 3))
 FIT = {"first_peak": 150, "lag": 981, "rmse": 0.1, "rmse_initial": 0.2, "accepted_moves": 3}
+U, LENGTH = 30, 120
 ROW = {"accepted": True, "size": "3 mm", "size_mm": 3.0, "nodule_at_mm": 4.5}
 
 
@@ -93,3 +96,31 @@ def test_of_an_archive_the_page_shows_every_accepted_recording_with_its_verdicts
     assert healthy["peaks"] == nodule["peaks"] == []
     drawn = nodule["templates"]["leave_one_out"]
     assert (drawn["size_mm"], drawn["peak"][0]) == (3.0, first_peak - 1)
+
+
+def particle_of_height(height, spacing=40.0):
+    return Particle(np.full(2, height), np.full(2, 0.3), np.array([spacing]), np.full(2, 8.0))
+
+
+def drawn(surface, sensors, samples):
+    """Draw a surface as the page does."""
+    column, row = np.arange(samples), np.arange(sensors)
+    heights = [
+        np.exp(-0.5 * ((row[:, np.newaxis] - s) / vertical) ** 2)
+        * amplitude
+        * np.exp(-0.5 * ((column - peak) / horizontal) ** 2)
+        for s, (amplitude, vertical, peak, horizontal) in enumerate(
+            zip(*(surface[k] for k in ("amplitude", "vertical", "peak", "horizontal")), strict=True)
+        )
+    ]
+    inside = (column >= surface["from"]) & (column < surface["to"])
+    return np.max(heights, axis=0) * inside
+
+
+def test_a_particle_is_drawn_where_the_comparison_found_it():
+    rendered = render(particle_of_height(1.0), U, LENGTH)
+    matrix = np.zeros_like(rendered)
+    matrix[:, 25:] = rendered[:, :-25]
+    lag = min(range(1, 2 * LENGTH + 1), key=lambda tau: rmse_at_lag(matrix, rendered, tau))
+    found = surface(particle_of_height(1.0), U, lag, LENGTH)
+    assert np.allclose(drawn(found, 2, 100), matrix[:, :100], atol=1e-4)

@@ -11,11 +11,11 @@ from typing import Protocol
 
 from capsule.arrays import FloatArray
 from capsule.kinds import Cells, Row, Settings
-from capsule.page import judged_by, recordings
+from capsule.page import recordings
 from capsule.page.nearest_templates import NearestTemplate, nearest_templates
-from capsule.page.packing import inflated, to_json
+from capsule.page.packing import inflated, rounded, to_json
 from capsule.page.provenance import fit_words
-from capsule.particles import Particle
+from capsule.particles import Particle, peak_positions
 
 # A recording's row from `capsule.page.recordings.unjudged_rows`, and its place among all rows.
 PlacedRow = tuple[int, Row]
@@ -71,6 +71,39 @@ class Evidence:
         return f"{inflated(self.alone)[:-1]},{self.among_others[1:]}"
 
 
+def surface(particle: Particle, first_peak: float, lag: int, length: int) -> Cells:
+    """Return the values from which the page draws a particle over a recording (eq. G, eq. RMSE).
+
+    Parameters
+    ----------
+    particle : Particle
+        The parameters.
+    first_peak : float
+        u.
+    lag : int
+        tau in 1..2L; at L + 1 the particle is not shifted.
+    length : int
+        L.
+
+    Returns
+    -------
+    dict
+        For each surface: ``amplitude``, ``vertical`` (sigma^ver), ``peak`` (in samples from the
+        first reading) and ``horizontal`` (sigma^hor). ``from`` and ``to`` are the samples between
+        which the particle lies.
+    """
+    shift = lag - (length + 1)
+    peaks = peak_positions(particle.peak_spacing, first_peak) - 1 + shift
+    return {
+        "amplitude": rounded(particle.amplitude),
+        "vertical": rounded(particle.vertical_spread),
+        "peak": rounded(peaks),
+        "horizontal": rounded(particle.horizontal_spread),
+        "from": shift,
+        "to": shift + length,
+    }
+
+
 def evidence_among_others(
     row: Row,
     place: int,
@@ -100,14 +133,14 @@ def evidence_among_others(
     -------
     dict
         Ready for `to_json`: ``title``, ``row``, ``nodule_at_mm``, ``fitted`` (from
-        `judged_by.surface`), ``fit`` (in words), ``templates`` (from `judged_by.surface`) and
+        `surface`), ``fit`` (in words), ``templates`` (from `surface`) and
         ``verdicts``. ``fitted`` and ``fit`` are None without a fit.
     """
     first_peak, length = settings["fit"]["first_peak"], settings["preprocessing"]["length"]
     fitted = in_words = None
     if fit:
         numbers, particle = fit
-        fitted = judged_by.surface(particle, numbers["first_peak"], numbers["lag"], length)
+        fitted = surface(particle, numbers["first_peak"], numbers["lag"], length)
         in_words = fit_words(numbers)
     return {
         "title": recordings.truth(row),
@@ -118,7 +151,7 @@ def evidence_among_others(
         "templates": {
             scheme: {
                 "size_mm": each.size_mm,
-                **judged_by.surface(each.particle, first_peak, each.lag, length),
+                **surface(each.particle, first_peak, each.lag, length),
             }
             for scheme, each in nearest.items()
         },

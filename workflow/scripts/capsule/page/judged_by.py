@@ -5,42 +5,8 @@ import numpy as np
 from capsule.detectors.beats import WINDOWS_A_WAVE
 from capsule.kinds import Cells, Settings
 from capsule.page.along_gut import AlongGut
-from capsule.page.packing import pack, rounded
+from capsule.page.packing import pack
 from capsule.page.stretches import FIRST, STEP, Stretches
-from capsule.particles import Particle, peak_positions
-
-
-def surface(particle: Particle, first_peak: float, lag: int, length: int) -> Cells:
-    """Return the values from which the page draws a particle over a recording (eq. G, eq. RMSE).
-
-    Parameters
-    ----------
-    particle : Particle
-        The parameters.
-    first_peak : float
-        u.
-    lag : int
-        tau in 1..2L; at L + 1 the particle is not shifted.
-    length : int
-        L.
-
-    Returns
-    -------
-    dict
-        For each surface: ``amplitude``, ``vertical`` (sigma^ver), ``peak`` (in samples from the
-        first reading) and ``horizontal`` (sigma^hor). ``from`` and ``to`` are the samples between
-        which the particle lies.
-    """
-    shift = lag - (length + 1)
-    peaks = peak_positions(particle.peak_spacing, first_peak) - 1 + shift
-    return {
-        "amplitude": rounded(particle.amplitude),
-        "vertical": rounded(particle.vertical_spread),
-        "peak": rounded(peaks),
-        "horizontal": rounded(particle.horizontal_spread),
-        "from": shift,
-        "to": shift + length,
-    }
 
 
 def beats_evidence(along: AlongGut, rate_hz: float) -> Cells:
