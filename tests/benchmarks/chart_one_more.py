@@ -18,6 +18,7 @@ from pathlib import Path
 import measure_growth
 from matplotlib.figure import Figure
 
+from capsule.arguments import natural
 from capsule.figures.style import (
     BLUE,
     GREY,
@@ -28,7 +29,6 @@ from capsule.figures.style import (
     figure_style,
     render_figure,
 )
-from capsule.number_arguments import natural
 
 SNAKEMAKE = "snakemake"
 

@@ -29,13 +29,15 @@ import numpy as np
 import scipy.signal
 import yaml
 
-from capsule.fitting import (
+from capsule.particle import (
     CANDIDATES_AT_ONCE,
+    ParameterSpace,
+    Particle,
     ParticleRenderer,
     compare_vectors,
     fit_particle,
+    render,
 )
-from capsule.particles import ParameterSpace, Particle, render
 from capsule.preprocessing import preprocess
 from capsule.recording import read_recording
 from capsule.seeding import generator

@@ -18,7 +18,7 @@ sys.path[:0] = map(str, FOLDERS)
 from judge_archive import simulate_archive
 from judge_detectors import FIRST_SEED
 
-from capsule.number_arguments import natural
+from capsule.arguments import natural
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 
 

@@ -25,7 +25,7 @@ from unseen_archives import (
 
 from capsule.detectors.described import read_scorer
 from capsule.detectors.taught import TaughtModel
-from capsule.naming import size_mm
+from capsule.names import size_mm
 from capsule.phantom.files import BENCHES, DEFAULT_TABLE
 from capsule.phantom.simulation import SIMULATOR_VERSION
 

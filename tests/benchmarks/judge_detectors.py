@@ -22,8 +22,8 @@ sys.path[:0] = map(str, FOLDERS)
 from judge_benches import CONDITIONS, HEIGHTS, judge_changed, judge_detectors, judge_retests
 from judge_report import Measured, report
 
+from capsule.arguments import natural
 from capsule.configuration_files import read_config_file
-from capsule.number_arguments import natural
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.project import CONFIG
 

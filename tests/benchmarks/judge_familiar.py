@@ -28,16 +28,16 @@ from unseen_archives import CHOSE, JUDGED_ONLY, Readings, bench_names, part_of, 
 from unseen_report import filled_page
 
 import capsule
+from capsule.arguments import natural
 from capsule.configuration_files import read_config_file
 from capsule.detectors.familiar import FamiliarKind, learn_familiar
 from capsule.detectors.wave_traits import WaveTraits, wave_traits
 from capsule.forks import Forks
 from capsule.held_out import teaching
-from capsule.naming import size_mm
-from capsule.number_arguments import natural
+from capsule.names import size_mm
 from capsule.project import CONFIG, PROJECT
 from capsule.seeding import generator
-from capsule.wave_check import missing_wave
+from capsule.wave import missing_wave
 
 FIRST_SEED = 470_000
 # Archives of a bench that teach, in turn.

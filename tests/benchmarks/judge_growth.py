@@ -20,10 +20,10 @@ import judge_unseen
 from judge_rates import mean_row
 from judge_report import table
 
+from capsule.arguments import natural
 from capsule.configuration_files import read_config_file
 from capsule.detectors.described import read_scorer
-from capsule.naming import size_mm
-from capsule.number_arguments import natural
+from capsule.names import size_mm
 from capsule.project import CONFIG, WEIGHTS
 
 FIRST_SEED = 190_000

@@ -44,6 +44,7 @@ from unseen_archives import (
 )
 from unseen_report import DETECTORS, filled_page, page_blocks, range_rows, whole_report
 
+from capsule.arguments import natural
 from capsule.configuration_files import read_config_file
 from capsule.detectors.described import read_scorer
 from capsule.detectors.network import Scorer
@@ -51,8 +52,7 @@ from capsule.detectors.training import TrainingArchive, detector_class
 from capsule.detectors.verdicts import NO_VERDICT
 from capsule.files import write_csv
 from capsule.forks import Forks
-from capsule.naming import size_mm
-from capsule.number_arguments import natural
+from capsule.names import size_mm
 from capsule.preprocessing import preprocess
 from capsule.project import CONFIG, WEIGHTS
 from capsule.templates import TemplateSet, no_nodule_template

@@ -31,7 +31,7 @@ sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
 from capsule.batches import described_together
 from capsule.configuration_files import read_config_file
 from capsule.files import read_csv, write_json
-from capsule.naming import size_mm
+from capsule.names import size_mm
 from capsule.page.beside import stands_beside
 from capsule.page.packing import deflated, inflated, to_json
 from capsule.page.plot_data import PlotData, read_plot_data, write_plot_data

@@ -18,12 +18,12 @@ from foreign_readings import COUPLED, INDEPENDENT, SAMPLES, hum
 from judge_report import table
 from judge_unseen import USUAL, simulated, stored
 
+from capsule.arguments import natural
 from capsule.configuration_files import read_config_file
-from capsule.number_arguments import natural
 from capsule.phantom.files import BENCHES
 from capsule.project import CONFIG
 from capsule.seeding import generator
-from capsule.wave_check import missing_wave
+from capsule.wave import missing_wave
 
 
 def main() -> None:

@@ -21,11 +21,11 @@ from capsule.detectors.network import Features, Scorer, features_of
 from capsule.detectors.search import Passage, passage_of
 from capsule.errors import CapsuleError
 from capsule.files import write_whole
-from capsule.naming import size_mm
+from capsule.names import size_mm
 from capsule.phantom.files import BENCHES, DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import SIMULATOR_VERSION, planned_runs, simulate_run
-from capsule.wave_check import missing_wave
+from capsule.wave import missing_wave
 
 SIZES_MM, RUNS = (0, 1, 2, 3, 4, 5), 20
 USUAL = "usual"

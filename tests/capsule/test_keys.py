@@ -161,9 +161,9 @@ def test_the_checksum_of_the_code_is_that_of_all_files_behind_a_script(project, 
 
 
 def test_the_library_counts_also_where_it_is_installed_away_from_the_scripts(tmp_path):
-    (tmp_path / "fit.py").write_text("from capsule import fitting\nimport numpy\n")
+    (tmp_path / "fit.py").write_text("from capsule import particle\nimport numpy\n")
     found = imported_files(tmp_path / "fit.py")
-    assert SCRIPTS / "capsule/fitting.py" in found
+    assert SCRIPTS / "capsule/particle.py" in found
     assert all(path.is_relative_to(SCRIPTS / "capsule") for path in found)
 
 
@@ -216,7 +216,7 @@ def test_an_import_counts_in_any_layout(tmp_path):
 
 def test_a_fit_depends_on_the_maths_it_uses_and_on_nothing_else():
     fit = names("fit.py")
-    assert {"capsule/fitting.py", "capsule/sliding.py", "capsule/particles.py"} <= fit
+    assert {"capsule/particle.py", "capsule/sliding.py"} <= fit
     assert not {"capsule/preprocessing.py", "capsule/evaluation/rates.py", "fit.py"} & fit
     assert "capsule/preprocessing.py" in names("preprocess.py")
 

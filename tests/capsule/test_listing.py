@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from capsule.listing import list_rows, reasons_of_copies
-from capsule.naming import Entry, classify
+from capsule.names import Entry, classify
 
 CONTRADICTION = "under another size: one of the two is mislabelled"
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from capsule.particles import Particle, render
+from capsule.particle import Particle, render
 from capsule.seeding import generator
 from capsule.sliding import RepeatedParticle, SlidingComparison, fast_length, rmse_at_lag
 from support import literal

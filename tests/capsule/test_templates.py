@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from capsule.particles import Particle, peak_positions, render
+from capsule.particle import Particle, peak_positions, render
 from capsule.seeding import generator
 from capsule.templates import build_templates, no_nodule_template, total
 from support.paper_ranges import PAPER

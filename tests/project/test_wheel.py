@@ -157,9 +157,9 @@ def test_the_installed_workflow_knows_the_code_of_the_installed_library(environm
     program += "print((workflow_call.PROJECT / 'Snakefile').is_file())\n"
     imported, named, found = run(environment, program, tmp_path).splitlines()
     (packages,) = (environment / "lib").glob("python*/site-packages")
-    assert str(packages / "capsule" / "fitting.py") in imported.split()
+    assert str(packages / "capsule" / "particle.py") in imported.split()
     assert all(Path(each).is_relative_to(packages / "capsule") for each in imported.split())
-    assert {"workflow/scripts/fit.py", "capsule/fitting.py"} <= set(named.split())
+    assert {"workflow/scripts/fit.py", "capsule/particle.py"} <= set(named.split())
     assert found == "True"
 
 

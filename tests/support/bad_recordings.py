@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from capsule.naming import displayed
+from capsule.names import displayed
 from capsule.recording import Recording, format_recording, read_recording
 from support.synthetic import make_recording
 

@@ -11,8 +11,7 @@ import numpy as np
 
 from capsule.checking import readings_of
 from capsule.detectors.template import template_distances
-from capsule.fitting import fit_particle
-from capsule.particles import ParameterSpace
+from capsule.particle import ParameterSpace, fit_particle
 from capsule.preprocessing import preprocess
 from capsule.recording import read_recording
 from capsule.seeding import fit_generator

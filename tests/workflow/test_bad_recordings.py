@@ -16,7 +16,7 @@ import pytest
 import yaml
 
 from capsule.detectors.described import read_features
-from capsule.naming import as_cell
+from capsule.names import as_cell
 from capsule.page.packing import inflated
 from capsule.page.plot_data import read_plot_data
 from support.bad_recordings import HARMLESS, HOSTILE, PASSED_OVER, REJECTED, table

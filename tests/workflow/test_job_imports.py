@@ -37,7 +37,7 @@ def with_numpy_alone():
 def test_jobs_of_one_recording_load_numpy_alone(tmp_path, with_numpy_alone):
     for name, command in job_commands(ROOT / "raw/3mm/r07.csv", tmp_path).items():
         modules = loaded_modules(*command)
-        assert {"numpy", "capsule.files", "capsule.naming"} <= modules
+        assert {"numpy", "capsule.files", "capsule.names"} <= modules
         assert packages(modules) <= packages(with_numpy_alone), name
         assert not {"pandas", "matplotlib", "scipy"} & modules, name
 

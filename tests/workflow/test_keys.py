@@ -71,8 +71,8 @@ def fail(project, script):
 @pytest.mark.parametrize(
     ("file", "expected"),
     [
-        ("scripts/capsule/preprocessing.py", once(*LISTS, *LEARNED, **EACH)),
-        ("scripts/capsule/fitting.py", once(*LEARNED, fit=3)),
+        ("scripts/capsule/preprocess.py", once(*LISTS, *LEARNED, **EACH)),
+        ("scripts/capsule/particle.py", once(*LEARNED, fit=3)),
         ("scripts/capsule/templates.py", once(*LEARNED)),
         ("scripts/capsule/detectors/search.py", once(*RATED, describe=FOLDERS)),
         ("scripts/capsule/detectors/diagonal.py", once(*RATED)),
@@ -96,7 +96,7 @@ def test_an_edit_of_the_code_makes_again_exactly_what_it_touches(project, file, 
 
 
 def test_what_an_edit_has_made_again_is_not_made_a_third_time(project):
-    project.append("workflow/scripts/capsule/fitting.py", "\n# an edit\n")
+    project.append("workflow/scripts/capsule/particle.py", "\n# an edit\n")
     assert project.snakemake(*TABLES).jobs == once("templates", "evaluate", "detect", fit=3)
     assert project.snakemake(*TABLES).did_nothing
 
@@ -141,7 +141,7 @@ def test_a_recording_that_is_edited_with_an_old_date_is_made_again(project, fini
 def test_an_edit_that_is_undone_makes_nothing_again(project, between):
     edited = [
         project.folder / "config/config.yaml",
-        project.folder / "workflow/scripts/capsule/fitting.py",
+        project.folder / "workflow/scripts/capsule/particle.py",
         project.raw / "3mm/r02.csv",
     ]
     for path in edited:
@@ -283,7 +283,7 @@ def test_the_reason_names_the_changed_recording(project):
 
 
 def test_the_reason_names_the_script_whose_code_has_changed(project):
-    project.append("workflow/scripts/capsule/fitting.py", "\n# an edit\n")
+    project.append("workflow/scripts/capsule/particle.py", "\n# an edit\n")
     assert "'fit.py " in reasons(project)["fit 3mm/r01"]
 
 

@@ -23,7 +23,7 @@ from capsule.detectors.registry import detector_row
 from capsule.errors import CapsuleError
 from capsule.held_out_files import fitted
 from capsule.keys import Step, checksum_of_code
-from capsule.naming import size_mm
+from capsule.names import size_mm
 from capsule.results import pattern
 
 # A job's "python" is the interpreter that runs Snakemake, even if its environment is not activated.

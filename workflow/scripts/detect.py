@@ -14,7 +14,7 @@ from capsule.evaluation.cross_validation import (
 )
 from capsule.evaluation.sites import COLUMNS, site_rows
 from capsule.held_out import teaching
-from capsule.naming import sizes_of, sort_key
+from capsule.names import sizes_of, sort_key
 from capsule.results import Results
 
 

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from capsule import files, results
-from capsule.fitting import fit_recording
-from capsule.naming import size_mm
+from capsule.names import size_mm
+from capsule.particle import fit_recording
 
 
 def main() -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from capsule import files
 from capsule.listing import COLUMNS, NEAR_COPIES, full_list, refuse_rejected
-from capsule.naming import Archive
+from capsule.names import Archive
 from capsule.results import CHECKS, Results
 
 

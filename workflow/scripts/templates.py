@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from capsule import files, fits
-from capsule.naming import size_label
+from capsule.names import size_label
 from capsule.results import Results
 from capsule.templates import build_templates
 

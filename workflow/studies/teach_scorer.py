@@ -12,8 +12,8 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "scripts"))
 
 from capsule import files
+from capsule.arguments import natural
 from capsule.configuration_files import read_config_file
-from capsule.number_arguments import natural
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.project import CONFIG
 

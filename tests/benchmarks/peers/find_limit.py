@@ -31,6 +31,7 @@ from judge_report import table
 from judge_unseen import USUAL, bench_names, stored
 from judge_unseen import simulated as archives_of
 
+from capsule.arguments import natural
 from capsule.configuration_files import read_config_file
 from capsule.detectors.calibrate import rank_threshold
 from capsule.detectors.described import read_scorer
@@ -38,8 +39,7 @@ from capsule.detectors.network import Scorer, features_of
 from capsule.detectors.search import passage_of
 from capsule.detectors.taught import TaughtModel
 from capsule.evaluation.roc import height_at
-from capsule.naming import size_mm
-from capsule.number_arguments import natural
+from capsule.names import size_mm
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import simulate_run

@@ -27,7 +27,7 @@ from capsule.bench.record_command import options_of
 from capsule.bench.terminal import Progress, Terminal
 from capsule.bench.usb import UsbPort
 from capsule.errors import CapsuleError
-from capsule.naming import Entry, classify, size_mm
+from capsule.names import Entry, classify, size_mm
 from support.bench.scripted import ENTRIES
 
 

@@ -3,7 +3,7 @@ import pytest
 
 from capsule.detectors.beats import beats_of, quantile
 from capsule.seeding import generator
-from capsule.sensed_wave import fill_missing, wave_period, wave_phase
+from capsule.wave import fill_missing, wave_period, wave_phase
 
 
 def find_beats(values, period=32.0):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from capsule.detectors.files import read_template_set, read_templates
-from capsule.particles import Particle
+from capsule.particle import Particle
 
 SHAPES = {"0mm": np.zeros((4, 9)), "2.5mm": np.ones((4, 9)), "10mm": np.eye(4, 9)}
 

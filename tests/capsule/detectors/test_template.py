@@ -21,7 +21,7 @@ from capsule.detectors.template import (
     place_of_largest,
     template_distances,
 )
-from capsule.particles import Particle, render
+from capsule.particle import Particle, render
 from capsule.seeding import generator
 from capsule.sliding import RepeatedParticle, rmse_at_lag
 from capsule.templates import build_templates

@@ -10,9 +10,9 @@ import capsule
 from capsule.detectors.familiar import learn_familiar
 from capsule.detectors.wave_traits import WaveTraits, wave_traits
 from capsule.held_out import teaching
-from capsule.naming import size_mm
+from capsule.names import size_mm
 from capsule.seeding import generator
-from capsule.wave_check import missing_wave
+from capsule.wave import missing_wave
 from support.fabricslide import FOLDER
 from support.project import ROOT
 

@@ -26,8 +26,8 @@ from capsule.figures.draw_rates import detection_drawing, draw_rates, rate_looks
 from capsule.figures.draw_roc import curve_table, draw_roc
 from capsule.figures.draw_templates import draw_templates, template_table
 from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
-from capsule.particles import Particle, render
-from capsule.stages import preprocess_run
+from capsule.particle import Particle, render
+from capsule.preprocessing import preprocess_run
 from support.synthetic import make_recording
 
 pytestmark = pytest.mark.takes(0.1)

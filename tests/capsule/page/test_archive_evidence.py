@@ -19,7 +19,7 @@ from capsule.page.nearest_templates import NearestTemplate
 from capsule.page.packing import to_json
 from capsule.page.recording_evidence import RecordingResults, recording_evidence
 from capsule.page.stretches import STEP, Stretches
-from capsule.particles import Particle, render
+from capsule.particle import Particle, render
 from capsule.sliding import rmse_at_lag
 from support.project import ROOT
 from support.stored import StoredResults

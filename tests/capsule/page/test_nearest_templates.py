@@ -5,7 +5,7 @@ import pytest
 
 from capsule.detectors.template import first_peak_sample
 from capsule.page.nearest_templates import FoldParticles, nearest_template, nearest_templates
-from capsule.particles import Particle, render
+from capsule.particle import Particle, render
 from capsule.sliding import SlidingComparison
 from capsule.templates import build_templates, total
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from capsule.converter import shares_at_ends
 from capsule.page.quality import quality_words
+from capsule.units import shares_at_ends
 
 HEADER = {"adc_bits": "10"}
 

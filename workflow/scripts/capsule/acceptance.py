@@ -5,11 +5,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from capsule.arrays import FloatArray
-from capsule.converter import adc_ends, share_between
 from capsule.errors import RecordingError
 from capsule.recording import Recording
-from capsule.sensed_wave import fill_missing, window_mean
 from capsule.time_axis import columns_by_time
+from capsule.units import adc_ends, share_between
+from capsule.wave import fill_missing, window_mean
 
 # Relative to the reading. A smaller variation is rounding error, below any ADC's resolution.
 _SMALLEST_VARIATION = 1e-9

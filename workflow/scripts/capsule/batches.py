@@ -7,7 +7,7 @@ import functools
 import hashlib
 from collections.abc import Iterable
 
-from capsule.naming import folder_of
+from capsule.names import folder_of
 
 # Up to this many recordings, each is a batch of its own; beyond, batches of some ten, then of some
 # hundred. Batches are divided in halves, so most hold less than the largest number.

@@ -8,15 +8,15 @@ import numpy as np
 
 from capsule.acceptance import accept
 from capsule.arrays import FloatArray
-from capsule.converter import on_full_scale, shares_at_ends
 from capsule.errors import RecordingError
 from capsule.kinds import Settings
-from capsule.naming import size_mm
+from capsule.names import size_mm
 from capsule.near_copies import fingerprint
 from capsule.preprocessing import preprocess
 from capsule.recording import Recording, read_recording, too_large
 from capsule.seeding import readings_checksum
-from capsule.wave_check import missing_wave
+from capsule.units import on_full_scale, shares_at_ends
+from capsule.wave import missing_wave
 
 
 def check_recording(

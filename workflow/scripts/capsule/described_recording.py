@@ -17,14 +17,13 @@ from capsule.detectors.registry import detector_row
 from capsule.detectors.search import Passage, passage_of
 from capsule.detectors.training import TrainingArchive
 from capsule.detectors.wave_traits import WaveTraits, wave_traits
-from capsule.fitting import Fit, fit_recording
 from capsule.kinds import Cells, Settings
-from capsule.particles import Particle
+from capsule.particle import Fit, Particle, fit_recording
 from capsule.preprocessing import preprocess
 from capsule.project import WEIGHTS
 from capsule.seeding import readings_checksum
 from capsule.templates import build_templates
-from capsule.wave_check import missing_wave
+from capsule.wave import missing_wave
 
 # More recordings than an archive on one machine has; each takes some 60 kB.
 _KEPT = 4096

@@ -20,7 +20,7 @@ from typing import IO, Any
 from capsule.errors import CapsuleError
 from capsule.kinds import Row
 from capsule.locks import refuse_replaced_run
-from capsule.naming import Archive, Entry, classify, without_formula
+from capsule.names import Archive, Entry, classify, without_formula
 
 UNFINISHED = ".unfinished"
 _HEAD_BYTES = 2000

@@ -9,8 +9,8 @@ import numpy as np
 from capsule import files
 from capsule.errors import CapsuleError
 from capsule.held_out import teaching
-from capsule.naming import size_mm, sizes_of
-from capsule.particles import Particle
+from capsule.names import size_mm, sizes_of
+from capsule.particle import Particle
 from capsule.results import Results
 
 

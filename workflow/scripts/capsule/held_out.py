@@ -9,7 +9,7 @@ The Snakefile uses this module at every start, so it imports nothing but `naming
 from collections.abc import Iterable, Mapping
 from typing import TypeVar
 
-from capsule.naming import as_cell, size_mm
+from capsule.names import as_cell, size_mm
 
 Row = TypeVar("Row", bound=Mapping[str, object])
 

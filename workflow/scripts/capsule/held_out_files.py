@@ -10,7 +10,7 @@ from capsule import files
 from capsule.errors import RecordingError
 from capsule.header_lines import one_line_end, split_header
 from capsule.held_out import is_held_out
-from capsule.naming import as_cell, size_mm
+from capsule.names import as_cell, size_mm
 
 # Bytes that are read of a recording at first; nearly all headers are shorter.
 _BEGINNING = 2048

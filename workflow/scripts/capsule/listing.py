@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from capsule.arrays import FloatArray
 from capsule.errors import CapsuleError
 from capsule.kinds import Cells, Row
-from capsule.naming import (
+from capsule.names import (
     Archive,
     as_cell,
     folder_of,

@@ -24,7 +24,7 @@ from capsule import files
 from capsule.arrays import FloatArray
 from capsule.batches import HUNDREDS, TENS, batch_size, batches, described_together
 from capsule.errors import CapsuleError
-from capsule.naming import Entry, classify
+from capsule.names import Entry, classify
 
 SIGNALS, MATRICES, CHECKS, FITS = "signals", "matrices", "checks", "fits"
 BEST_PLACES, FEATURES, PLOT_DATA = "best_places", "features", "plot_data"

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.arrays import FloatArray
-from capsule.particles import Particle, render
+from capsule.particle import Particle, render
 
 
 @dataclass(frozen=True)

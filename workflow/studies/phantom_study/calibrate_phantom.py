@@ -19,7 +19,7 @@ import numpy as np
 import yaml
 
 from capsule import files
-from capsule.number_arguments import natural
+from capsule.arguments import natural
 from capsule.phantom.files import bench_file, read_phantom
 from capsule.phantom.parameters import bench_parts, rewritten
 from phantom_study import simulated_archive, trials

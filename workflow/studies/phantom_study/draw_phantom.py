@@ -13,7 +13,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from capsule import files
-from capsule.number_arguments import natural
+from capsule.arguments import natural
 from capsule.phantom.files import read_phantom
 from phantom_study import description, drawings, sensitivity, simulated_archive
 from phantom_study.arguments import read_detector, read_paper_table

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from capsule import files
-from capsule.number_arguments import natural
+from capsule.arguments import natural
 from capsule.phantom.files import read_phantom
 from phantom_study import paper_table, simulated_archive
 from phantom_study.arguments import read_detector, read_paper_table

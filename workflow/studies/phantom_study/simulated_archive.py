@@ -6,10 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.detectors.template import nearest_size, template_distances
-from capsule.fitting import fit_particle
 from capsule.geometry.origami import sensor_offsets
-from capsule.naming import size_mm
-from capsule.particles import ParameterSpace, Particle
+from capsule.names import size_mm
+from capsule.particle import ParameterSpace, Particle, fit_particle
 from capsule.phantom.advance import first_arrival
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import SENSORS, Run, simulate_run

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from capsule.bench.bench_errors import AcquisitionError, DiskFullError, NameExistsError
 from capsule.locks import lock_file
-from capsule.naming import PART
+from capsule.names import PART
 from capsule.recording import format_header, format_sample
 
 SYNC_EVERY_S = 1.0

@@ -2,8 +2,8 @@
 
 import argparse
 
+from capsule.arguments import positive
 from capsule.bench.line import BAUD
-from capsule.number_arguments import positive
 
 
 def add_board_options(parser: argparse.ArgumentParser) -> None:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from capsule import files
 from capsule.errors import CapsuleError
-from capsule.naming import PART, UNLABELLED
+from capsule.names import PART, UNLABELLED
 from capsule.new import own_configuration
 from capsule.phantom.files import write_run
 from capsule.phantom.parameters import Phantom

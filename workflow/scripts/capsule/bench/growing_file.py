@@ -6,7 +6,7 @@ from pathlib import Path
 from capsule.bench.archive import explain_write_fault, publish, writing
 from capsule.bench.bench_errors import AcquisitionError
 from capsule.locks import lock_file
-from capsule.naming import PART
+from capsule.names import PART
 
 REMEDY = "capsule survey --resume"
 

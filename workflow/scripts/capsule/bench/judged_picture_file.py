@@ -9,7 +9,7 @@ from capsule.detectors.verdicts import Verdict
 from capsule.figures.judged_picture import draw_judged, picture_bytes
 from capsule.kinds import Settings
 from capsule.page.provenance import is_simulated
-from capsule.stages import preprocess_run
+from capsule.preprocessing import preprocess_run
 
 
 def write_picture(judged: JudgedFile, settings: Settings, path: Path) -> None:

@@ -6,13 +6,12 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from capsule.arguments import positive, recording_name, size_folder
 from capsule.bench import output, run
 from capsule.bench.board_options import add_board_options, add_wave_options
 from capsule.bench.lsl import EXTRA
 from capsule.errors import WrongOptionError
-from capsule.number_arguments import positive
 from capsule.project import config_file
-from capsule.run_arguments import recording_name, size_folder
 
 LONGEST_ENTRY = 100  # characters of a site or session
 STREAM_NAME = "capsule"

@@ -15,7 +15,7 @@ from pathlib import Path
 from capsule.bench.archive import publish, writing
 from capsule.bench.bench_errors import AcquisitionError, NameExistsError
 from capsule.locks import lock_file
-from capsule.naming import PART
+from capsule.names import PART
 from capsule.recording import column_names, format_header
 
 KEPT_AS = ".recovered"

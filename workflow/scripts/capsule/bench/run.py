@@ -28,7 +28,7 @@ from capsule.configuration import check_configuration
 from capsule.configuration_files import read_config_file
 from capsule.errors import RecordingError
 from capsule.files import read_json
-from capsule.naming import UNLABELLED
+from capsule.names import UNLABELLED
 from capsule.project import PROJECT
 from capsule.recording import read_recording
 

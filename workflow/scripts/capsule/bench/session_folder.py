@@ -16,7 +16,7 @@ from capsule.bench.bench_errors import AcquisitionError, NameExistsError
 from capsule.bench.growing_file import REMEDY, GrowingFile
 from capsule.files import read_json, write_csv, write_json, write_whole
 from capsule.kinds import Row, Settings
-from capsule.naming import PART, UNLABELLED
+from capsule.names import PART, UNLABELLED
 from capsule.recording import Recording, column_names, format_recording
 from capsule.survey.odometer import mean_origin
 from capsule.survey.session_names import ABOUT, EVENTS, PLACES, STREAM

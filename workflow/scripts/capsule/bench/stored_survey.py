@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from capsule.bench.session_folder import JUDGED, stream_columns
-from capsule.naming import PART
+from capsule.names import PART
 from capsule.survey.session_names import EVENTS, STREAM
 from capsule.survey.survey_log import (
     FOLDED,

@@ -3,10 +3,10 @@
 import argparse
 from pathlib import Path
 
+from capsule.arguments import natural, number_within
 from capsule.bench import output, surveys
 from capsule.bench.board_options import add_board_options, add_wave_options
 from capsule.errors import WrongOptionError
-from capsule.number_arguments import natural, number_within
 from capsule.phantom.files import add_phantom_arguments
 
 EXAMPLES = """

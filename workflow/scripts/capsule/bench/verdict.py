@@ -19,7 +19,7 @@ from capsule.errors import RecordingError
 from capsule.exporting.provenance import outdated
 from capsule.files import fingerprint
 from capsule.kinds import Settings
-from capsule.naming import UNLABELLED
+from capsule.names import UNLABELLED
 from capsule.project import WEIGHTS
 from capsule.recording import Recording
 

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.arrays import FloatArray
-from capsule.divider import pressed_and_period
 from capsule.kinds import Settings
-from capsule.sensed_wave import Wave, find_wave
+from capsule.units import pressed_and_period
+from capsule.wave import Wave, find_wave
 
 CHANNELS = ("level", "depth", "shape")
 # Level; first harmonic in phase and in quadrature; second harmonic in phase and in quadrature.

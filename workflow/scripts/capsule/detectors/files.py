@@ -15,8 +15,8 @@ from capsule.detectors.training import TrainingArchive
 from capsule.errors import CapsuleError
 from capsule.fits import by_size
 from capsule.kinds import Settings
-from capsule.naming import sizes_of
-from capsule.particles import Particle
+from capsule.names import sizes_of
+from capsule.particle import Particle
 from capsule.places import places_of
 from capsule.project import WEIGHTS
 from capsule.results import BEST_PLACES, FEATURES, Results, read_or_explain

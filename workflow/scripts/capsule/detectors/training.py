@@ -15,7 +15,7 @@ from capsule.detectors.search import Passage
 from capsule.detectors.verdicts import Verdict
 from capsule.detectors.wave_traits import WaveTraits
 from capsule.kinds import Settings
-from capsule.particles import Particle
+from capsule.particle import Particle
 from capsule.templates import TemplateSet
 
 

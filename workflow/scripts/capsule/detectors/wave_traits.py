@@ -9,9 +9,9 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from capsule.arrays import FloatArray
-from capsule.divider import pressed_and_period
 from capsule.kinds import Settings
-from capsule.sensed_wave import cut_into_waves, wave_phase
+from capsule.units import pressed_and_period
+from capsule.wave import cut_into_waves, wave_phase
 
 # In units of the wave's own frequency: the harmonics that count as the wave, how far from each, and
 # the band to which their power is compared (0.1 to 2 Hz for the paper's wave).

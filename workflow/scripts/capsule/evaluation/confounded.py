@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from capsule.evaluation.value_alone import Told, spoken_for, told
 from capsule.held_out import teaching
 from capsule.kinds import Row
-from capsule.naming import size_mm
+from capsule.names import size_mm
 from capsule.places import places_of
 from capsule.words import enumerate_words
 

@@ -17,7 +17,7 @@ from capsule.detectors.verdicts import NO_VERDICT, Verdict, why_unknown
 from capsule.detectors.wave_traits import UNKNOWN_TRAITS
 from capsule.held_out import teaching
 from capsule.kinds import Cells, Settings, Spread
-from capsule.naming import size_label, size_mm
+from capsule.names import size_label, size_mm
 from capsule.places import places_of
 
 HELD_OUT = "held_out"

@@ -11,7 +11,7 @@ from capsule.evaluation.cross_validation import Detectors, Rows, cross_validate,
 from capsule.evaluation.measures import measure_tables
 from capsule.evaluation.rates import rate_tables
 from capsule.kinds import Settings, Spread
-from capsule.naming import sort_key
+from capsule.names import sort_key
 
 # The columns of a prediction that the verdict's follow.
 KEY = ["recording", "size_mm", "detector", "scheme"]

@@ -20,7 +20,7 @@ import numpy as np
 from capsule.errors import CapsuleError
 from capsule.exporting.columns import NO_UNIT, Column, Table
 from capsule.exporting.gathering import Exported, Matrices
-from capsule.naming import displayed, without_formula
+from capsule.names import displayed, without_formula
 
 if TYPE_CHECKING:
     import pynwb

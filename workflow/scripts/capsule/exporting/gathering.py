@@ -9,7 +9,6 @@ import numpy as np
 import pandas as pd
 
 from capsule import files
-from capsule.converter import reading_unit
 from capsule.evaluation.columns import COLUMNS
 from capsule.evaluation.paper import TABLES
 from capsule.exporting.columns import NO_UNIT, PARAMETERS, Column, Table, table_of
@@ -26,6 +25,7 @@ from capsule.results import (
     read_array,
     read_or_explain,
 )
+from capsule.units import reading_unit
 
 RECORDINGS, EVALUATION, ALL = "recordings", "evaluation", "all"
 CHOICES = (RECORDINGS, MATRICES, FITS, EVALUATION, ALL)

@@ -18,7 +18,7 @@ from capsule.figures.style import (
     say_nothing_to_show,
     sensor_line,
 )
-from capsule.stages import PreprocessedRun
+from capsule.preprocessing import PreprocessedRun
 
 
 def typical_recording(energy: Mapping[str, float]) -> str | None:

@@ -21,8 +21,8 @@ from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, render_figure
 from capsule.kinds import Settings
 from capsule.parts.design import Design
 from capsule.parts.files import shipped_design
+from capsule.preprocessing import PreprocessedRun, preprocess_run
 from capsule.results import Results
-from capsule.stages import PreprocessedRun, preprocess_run
 
 _WIDTHS = ((PAGE_WIDTH_IN, ""), (COLUMN_WIDTH_IN, "_column"))
 

@@ -12,7 +12,7 @@ from capsule.evaluation.paper import Evaluation
 from capsule.figures.registry import figure_row
 from capsule.kinds import Settings
 from capsule.parts.design import Design
-from capsule.stages import PreprocessedRun
+from capsule.preprocessing import PreprocessedRun
 
 # A figure's data, and a function that draws the figure at a width in inches.
 Drawing = tuple[pd.DataFrame, Callable[[float], Figure]]

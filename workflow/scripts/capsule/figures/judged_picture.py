@@ -9,7 +9,7 @@ from capsule import words
 from capsule.figures.draw_preprocessing import draw_preprocessing
 from capsule.figures.style import DETECTOR_LOOKS, figure_style, render_figure
 from capsule.kinds import Look
-from capsule.stages import PreprocessedRun
+from capsule.preprocessing import PreprocessedRun
 
 _DOTS_PER_INCH = 200
 # Room above the readings for the legend, as a share of the readings' range.

@@ -5,11 +5,11 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
+from capsule.arguments import LONGEST_NAME
 from capsule.errors import CapsuleError
 from capsule.files import list_archive, write_new
-from capsule.naming import PART, Entry, classify, displayed, reason_of_copy
+from capsule.names import PART, Entry, classify, displayed, reason_of_copy
 from capsule.recording import Recording, format_recording
-from capsule.run_arguments import LONGEST_NAME
 
 
 def run_name(stem: str, label: str) -> str:

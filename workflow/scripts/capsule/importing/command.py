@@ -4,10 +4,10 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+from capsule.arguments import recording_name, size_folder
 from capsule.importing.import_run import NO_OPTION, Importer
 from capsule.importing.lab_files import lab_schema
 from capsule.project import config_file
-from capsule.run_arguments import recording_name, size_folder
 
 _TYPES = {"number": float, "integer": int}
 

@@ -23,7 +23,7 @@ from capsule.importing.reading_units import advice
 from capsule.importing.sensor_files import joined_run
 from capsule.importing.source_files import Source, read_source
 from capsule.importing.table_choice import choose_tables
-from capsule.naming import UNLABELLED, displayed
+from capsule.names import UNLABELLED, displayed
 from capsule.recording import Recording
 from capsule.settings import read_settings
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from capsule.importing.mapped_runs import Guess, Run
 from capsule.importing.source_files import Source
-from capsule.naming import displayed
+from capsule.names import displayed
 
 _LONGEST_ENTRY = 300
 

@@ -11,8 +11,10 @@ _MODULES = {
     "capsule.errors": ("CapsuleError", "RecordingError"),
     "capsule.recording": ("Recording", "format_recording"),
     "capsule.preprocessing": ("normalize", "preprocess", "rectify", "rms_envelope"),
-    "capsule.particles": ("ParameterSpace", "Particle", "render"),
-    "capsule.fitting": ("Fit", "fit_particle", "fit_recording"),
+    "capsule.particle": (
+        *("Fit", "ParameterSpace", "Particle"),
+        *("fit_particle", "fit_recording", "render"),
+    ),
     "capsule.seeding": ("fit_generator",),
     "capsule.settings": ("read_settings",),
     "capsule.templates": ("TemplateSet", "build_templates"),

@@ -15,17 +15,16 @@ from capsule.described_recording import described, template_options, training_ar
 from capsule.detectors.training import TrainingArchive
 from capsule.errors import CapsuleError
 from capsule.fits import by_size
-from capsule.fitting import Fit, fit_options
 from capsule.held_out import teaching
 from capsule.interface.arguments import checked, refuse
 from capsule.kinds import Cells, Row, Settings
 from capsule.listing import COLUMNS, NEAR_COPIES, full_list, refuse_rejected
-from capsule.naming import size_mm, sizes_of
-from capsule.particles import Particle
+from capsule.names import size_mm, sizes_of
+from capsule.particle import Fit, Particle, fit_options
 from capsule.places import places_of
+from capsule.preprocessing import preprocess_run
 from capsule.seeding import fit_generator
 from capsule.settings import read_settings
-from capsule.stages import preprocess_run
 from capsule.templates import TemplateSet, build_templates
 
 if TYPE_CHECKING:

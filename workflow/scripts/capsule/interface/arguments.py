@@ -14,7 +14,7 @@ import numpy as np
 
 from capsule.arrays import FloatArray
 from capsule.errors import CapsuleError
-from capsule.particles import ParameterSpace, Particle
+from capsule.particle import ParameterSpace, Particle
 from capsule.recording import Recording
 
 _Result = TypeVar("_Result")

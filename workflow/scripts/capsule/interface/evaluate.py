@@ -23,7 +23,7 @@ from capsule.evaluation.cross_validation import (
 from capsule.evaluation.whole_evaluation import KEY, by_name, evaluate_archive, rated
 from capsule.held_out import teaching
 from capsule.interface.archive import LoadedArchive, require_archive, with_nan
-from capsule.naming import sort_key
+from capsule.names import sort_key
 
 _Part = tuple[np.ndarray, np.ndarray]
 

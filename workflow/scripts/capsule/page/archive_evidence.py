@@ -15,7 +15,7 @@ from capsule.page import recordings
 from capsule.page.nearest_templates import NearestTemplate, nearest_templates
 from capsule.page.packing import inflated, rounded, to_json
 from capsule.page.provenance import fit_words
-from capsule.particles import Particle, peak_positions
+from capsule.particle import Particle, peak_positions
 
 # A recording's row from `capsule.page.recordings.unjudged_rows`, and its place among all rows.
 PlacedRow = tuple[int, Row]

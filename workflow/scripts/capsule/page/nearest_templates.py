@@ -12,7 +12,7 @@ from capsule.arrays import FloatArray
 from capsule.detectors.registry import PAPER
 from capsule.detectors.template import lag_of_first_peak
 from capsule.kinds import Row, Settings
-from capsule.particles import Particle, render
+from capsule.particle import Particle, render
 from capsule.sliding import RepeatedParticle, SlidingComparison
 from capsule.templates import ParticleTotal
 

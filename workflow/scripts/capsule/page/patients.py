@@ -7,7 +7,7 @@ import pandas as pd
 
 from capsule import words
 from capsule.kinds import Cells, Row
-from capsule.naming import UNLABELLED, folder_of
+from capsule.names import UNLABELLED, folder_of
 
 # Rows that are visible at once; the page folds the others away.
 SHOWN = 20

@@ -20,7 +20,7 @@ def quality_words(values: FloatArray, at_ends: Sequence[float], rate_hz: float) 
         The readings on an even grid in time; NaN where a sample is missing.
     at_ends : sequence of S floats
         For each sensor, the largest share of its samples at one end of the ADC's range, from
-        `capsule.converter.shares_at_ends`.
+        `capsule.units.shares_at_ends`.
     rate_hz : float
         Sampling rate.
     """

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.arrays import FloatArray
-from capsule.converter import reading_unit
 from capsule.kinds import Cells, Row, Settings
 from capsule.page import judged_by
 from capsule.page.along_gut import along_gut
 from capsule.page.packing import pack
 from capsule.page.stretches import Stretches
-from capsule.stages import PreprocessedRun, preprocess_run
+from capsule.preprocessing import PreprocessedRun, preprocess_run
+from capsule.units import reading_unit
 
 # Envelopes and matrices are smooth over the window of the envelope, so more points add no detail.
 SMOOTH_POINTS = 250

@@ -8,11 +8,11 @@ from capsule.evaluation.cross_validation import folds_of, unlabelled_folds
 from capsule.fits import by_size, particle_of
 from capsule.held_out import teaching
 from capsule.kinds import Settings
-from capsule.naming import size_mm, sizes_of
+from capsule.names import size_mm, sizes_of
 from capsule.page.archive_evidence import Fit
 from capsule.page.nearest_templates import FoldParticles
 from capsule.page.plot_data import read_plot_data
-from capsule.particles import Particle
+from capsule.particle import Particle
 from capsule.results import PLOT_DATA, Results
 from capsule.templates import total
 

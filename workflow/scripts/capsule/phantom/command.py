@@ -4,8 +4,8 @@ import argparse
 import sys
 from pathlib import Path
 
+from capsule.arguments import natural, number_within, plain_text
 from capsule.errors import CapsuleError
-from capsule.number_arguments import natural, number_within, plain_text
 from capsule.phantom.files import add_phantom_arguments, read_phantom, write_run
 from capsule.phantom.simulation import planned_runs
 from capsule.project import config_file

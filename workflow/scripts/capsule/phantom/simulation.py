@@ -8,7 +8,7 @@ import numpy as np
 from capsule.arrays import FloatArray, IntArray
 from capsule.errors import CapsuleError
 from capsule.geometry.origami import half_width, pitch, sensor_offsets
-from capsule.naming import size_label
+from capsule.names import size_label
 from capsule.phantom import contact as touch
 from capsule.phantom.advance import (
     first_arrival,

@@ -13,7 +13,7 @@ import numpy as np
 
 from capsule.arrays import ComplexArray, FloatArray, IntArray, RealArray
 from capsule.kinds import Settings
-from capsule.sensed_wave import fill_missing
+from capsule.wave import fill_missing
 
 # In units of R / R_series. A sensor with a smaller amplitude feels no wave.
 _STILL = 1e-6

@@ -3,12 +3,12 @@
 import numpy as np
 
 from capsule.arrays import FloatArray
-from capsule.divider import pressed_and_period
 from capsule.kinds import Settings
 from capsule.survey.gut_evidence import GutEvidence, evidence_along
 from capsule.survey.odometer import Odometer
 from capsule.survey.survey_log import RESTING, UNFOLDED, Readings
 from capsule.survey.survey_settings import SurveySettings
+from capsule.units import pressed_and_period
 
 # Largest difference between the steps of successive fixes before a position counts, in mm.
 _AGREE_MM = 3.0

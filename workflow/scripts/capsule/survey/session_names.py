@@ -6,7 +6,7 @@ This module imports nothing heavy, because the Snakefile lists the surveys at ev
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from capsule.naming import PART, displayed, is_plain, repeated_end
+from capsule.names import PART, displayed, is_plain, repeated_end
 
 STREAM, EVENTS, PLACES, ABOUT = "stream.csv", "events.jsonl", "places.csv", "session.json"
 FILES = (STREAM, EVENTS, PLACES, ABOUT)
@@ -22,7 +22,7 @@ class Surveys:
         The finished surveys, sorted.
     passed_over : dict of str to str
         Other folders, and why they are passed over. The names are as from
-        `capsule.naming.displayed`.
+        `capsule.names.displayed`.
     """
 
     names: tuple[str, ...] = ()

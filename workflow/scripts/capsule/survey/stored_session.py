@@ -14,7 +14,7 @@ import numpy as np
 from capsule.arrays import FloatArray, TextArray
 from capsule.errors import CapsuleError
 from capsule.kinds import Row, Settings
-from capsule.naming import displayed
+from capsule.names import displayed
 from capsule.survey.session_names import ABOUT, EVENTS, PLACES, STREAM
 from capsule.survey.survey_log import Event
 from capsule.survey.suspected_place import STATUSES

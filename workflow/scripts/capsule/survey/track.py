@@ -7,10 +7,10 @@ from itertools import pairwise
 import numpy as np
 
 from capsule.arrays import BoolArray, FloatArray, IntArray, TextArray
-from capsule.divider import pressed_and_period
 from capsule.kinds import Settings
 from capsule.survey.stored_session import Session
 from capsule.survey.survey_log import FOLDED, FOLDING, UNFOLDED, UNFOLDING, Event
+from capsule.units import pressed_and_period
 
 # Groups of the states of `capsule.survey.cycle` that look the same in a picture.
 AHEAD, BACK, AGAIN = "ahead", "back", "again"

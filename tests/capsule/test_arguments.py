@@ -4,7 +4,7 @@ import argparse
 
 import pytest
 
-from capsule.number_arguments import natural, number_within, positive
+from capsule.arguments import natural, number_within, positive
 
 
 def test_numbers_within_the_limits_are_read():

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from capsule.naming import (
+from capsule.names import (
     Entry,
     as_cell,
     classify,

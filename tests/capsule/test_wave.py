@@ -6,7 +6,7 @@ from scipy import stats
 from scipy.signal import lfilter
 
 from capsule.seeding import generator
-from capsule.wave_check import missing_wave, rayleigh
+from capsule.wave import missing_wave, rayleigh
 
 pytestmark = pytest.mark.takes(0.2)
 
