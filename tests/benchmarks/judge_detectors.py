@@ -23,7 +23,7 @@ from judge_benches import CONDITIONS, HEIGHTS, judge_changed, judge_detectors, j
 from judge_report import Measured, report
 
 from capsule.arguments import natural
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.project import CONFIG
 

@@ -29,7 +29,7 @@ from unseen_report import filled_page
 
 import capsule
 from capsule.arguments import natural
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.detectors.familiar import FamiliarKind, learn_familiar
 from capsule.detectors.wave_traits import WaveTraits, wave_traits
 from capsule.forks import Forks

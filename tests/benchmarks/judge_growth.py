@@ -21,7 +21,7 @@ from judge_rates import mean_row
 from judge_report import table
 
 from capsule.arguments import natural
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.detectors.described import read_scorer
 from capsule.names import size_mm
 from capsule.project import CONFIG, WEIGHTS

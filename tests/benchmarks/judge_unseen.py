@@ -45,7 +45,7 @@ from unseen_archives import (
 from unseen_report import DETECTORS, filled_page, page_blocks, range_rows, whole_report
 
 from capsule.arguments import natural
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.detectors.described import read_scorer
 from capsule.detectors.network import Scorer
 from capsule.detectors.training import TrainingArchive, detector_class

@@ -28,14 +28,13 @@ import numpy as np
 ROOT = Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "workflow" / "scripts")]
 
-from capsule.batches import described_together
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.files import read_csv, write_json
 from capsule.names import size_mm
 from capsule.page.beside import stands_beside
 from capsule.page.packing import deflated, inflated, to_json
 from capsule.page.plot_data import PlotData, read_plot_data, write_plot_data
-from capsule.results import FITS, MATRICES, PLOT_DATA, Results
+from capsule.results import FITS, MATRICES, PLOT_DATA, Results, described_together
 from support.browser import MISSING, Browser
 
 # Tells when the first recording has been drawn, in ms since the page was asked for.

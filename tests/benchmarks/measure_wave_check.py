@@ -19,7 +19,7 @@ from judge_report import table
 from judge_unseen import USUAL, simulated, stored
 
 from capsule.arguments import natural
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.phantom.files import BENCHES
 from capsule.project import CONFIG
 from capsule.seeding import generator

@@ -1,11 +1,27 @@
+"""The check of a recording: its outcome, its samples, and the column of each sample."""
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from capsule.acceptance import accept
+from capsule.acceptance import accept, check_recording, columns_by_time
+from capsule.configuration import read_config_file
 from capsule.errors import RecordingError
-from capsule.recording import Recording
+from capsule.page.quality import quality_words
+from capsule.recording import Recording, format_recording
+from support.project import ROOT
 from support.synthetic import make_recording
 
+CONFIG = read_config_file(ROOT / "config" / "config.yaml")
+LARGEST = 1_000_000
+# The highest count of the ADC in the unit of each recording.
+UNITS = {
+    "10 bit": ({"adc_bits": "10"}, 1),
+    "12 bit": ({"adc_bits": "12"}, 4),
+    "volts": ({"vref_v": "5", "adc_bits": "10"}, 5 / 1024),
+    "volts of 12 bit": ({"unit": "V", "vref_v": "3.3", "adc_bits": "12"}, 3.3 / 1024),
+}
 SETTINGS = {
     "rate_hz": 10,
     "rate_tolerance": 0.05,
@@ -17,6 +33,38 @@ SETTINGS = {
     "window": 84,
     "length": 1000,
 }
+RULES = {"rate_hz": 10, "rate_tolerance": 0.05, "stretch": 84, "length": 1000}
+SAMPLES = 520
+EVEN = np.arange(SAMPLES) * 0.1
+
+
+def check(values, header):
+    recording = Recording(make_recording(0, "0mm/r01").time_s, values, header)
+    return check_recording("0mm/r01", format_recording(recording), LARGEST, CONFIG)
+
+
+@pytest.mark.parametrize(("header", "step"), UNITS.values(), ids=UNITS)
+@pytest.mark.parametrize("high", [False, True], ids=["lowest", "highest"])
+def test_a_loose_sensor_is_told_in_every_unit(header, step, high):
+    counts = make_recording(0, "0mm/r01").values
+    values = counts * step
+    bits = int(header["adc_bits"])
+    top = 2**bits - 1 if "vref_v" not in header else float(header["vref_v"]) * (1 - 2**-bits)
+    values[2, :70] = top if high else 0
+    made, readings, _ = check(values, header)
+    assert made["status"] == "accepted", made["reason"]
+    assert made["at_ends"] == [0, 0, pytest.approx(0.1), 0]
+    assert quality_words(readings, made["at_ends"], 10.0) == (
+        "sensor 3 loose: at the end of its range in 10 % of the samples"
+    )
+
+
+def test_a_rejected_recording_has_no_share_at_the_ends():
+    values = make_recording(0, "0mm/r01").values
+    values[1] = 0
+    made, readings, _ = check(values, {"adc_bits": "10"})
+    assert made["status"] == "rejected" and made["at_ends"] == []
+    assert np.isnan(readings).all()
 
 
 def recording(**changes):
@@ -147,3 +195,74 @@ def test_two_channels_that_show_one_sensor_are_refused_whatever_drifts():
     ):
         accept(recording(values=sensors), **SETTINGS)
     accept(recording(values=sensors), **SETTINGS | {"max_sensor_correlation": 1.0})
+
+
+def jittered(time_s, seed, spread_s=0.025):
+    """Return times moved by random jitter; two that would change places keep theirs."""
+    moved = time_s + np.random.default_rng(seed).normal(0.0, spread_s, time_s.size)
+    moved[[0, -1]] = time_s[[0, -1]]
+    while np.any(wrong := np.diff(moved) <= 0.001):
+        swapped = np.flatnonzero(wrong)
+        moved[swapped], moved[swapped + 1] = time_s[swapped], time_s[swapped + 1]
+    return np.round(moved, 3)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_jitter_invents_no_samples(seed):
+    columns = columns_by_time(jittered(EVEN, seed), **RULES)
+    np.testing.assert_array_equal(columns, np.arange(SAMPLES))
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_jitter_hides_no_gap_and_moves_it_by_its_own_extent_only(seed):
+    kept = np.delete(np.arange(SAMPLES), [*range(60, 75), *range(200, 210), 400, 401])
+    columns = columns_by_time(jittered(EVEN[kept], seed), **RULES)
+    assert columns[-1] == SAMPLES - 1
+    clear = np.min(np.abs(kept[:, None] - [60, 74, 200, 209, 400]), axis=1) > 5
+    np.testing.assert_array_equal(columns[clear], kept[clear])
+    assert np.max(np.abs(columns - kept)) <= 2
+
+
+@given(st.sets(st.integers(1, 298), max_size=60), st.floats(-0.04, 0.04), st.floats(-1e6, 1e6))
+def test_samples_that_never_came_shift_nothing_whatever_the_clock(lost, slow, start):
+    kept = np.delete(np.arange(300), sorted(lost))
+    columns = columns_by_time(start + kept * 0.1 * (1.0 + slow), **RULES)
+    np.testing.assert_array_equal(columns, kept)
+
+
+@pytest.mark.parametrize("rate_hz", [36, 100, 300])
+def test_time_that_is_rounded_to_the_millisecond_does_not_drift(rate_hz):
+    time_s = np.round(np.arange(5000) / rate_hz, 3)
+    columns = columns_by_time(time_s, **RULES | {"rate_hz": rate_hz, "length": 5000})
+    np.testing.assert_array_equal(columns, np.arange(5000))
+
+
+def test_a_pause_of_half_an_interval_opens_no_more_than_one_column():
+    columns = columns_by_time(EVEN + 0.05 * (np.arange(SAMPLES) >= 200), **RULES)
+    np.testing.assert_array_equal(columns[:200], np.arange(200))
+    assert set(np.diff(columns)) <= {1, 2}
+    assert columns[-1] <= SAMPLES
+
+
+def two_rates(second_hz, first=0.6):
+    steps = np.where(np.arange(SAMPLES - 1) < first * SAMPLES, 0.1, 1.0 / second_hz)
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+@pytest.mark.parametrize("second_hz", [4, 5, 8, 9, 11, 12.5, 20, 100])
+def test_a_rate_that_changes_within_is_told(second_hz):
+    with pytest.raises(RecordingError, match=r"the sampling rate changes: .*cut the file there"):
+        columns_by_time(two_rates(second_hz), **RULES)
+
+
+@pytest.mark.parametrize("second_hz", [20, 100])
+def test_a_change_too_short_for_a_rate_of_its_own_is_told_by_count_and_duration(second_hz):
+    time_s = two_rates(second_hz, first=0.95)
+    with pytest.raises(RecordingError, match=r"too many samples for their time: .*correct time_s"):
+        columns_by_time(time_s, **RULES)
+
+
+def test_more_samples_than_the_time_has_room_for_are_told():
+    time_s = np.sort(np.concatenate([EVEN, EVEN[200:215] + 0.05]))
+    with pytest.raises(RecordingError, match=r": 204 samples up to 20\.15 s, but 10 Hz give"):
+        columns_by_time(time_s, **RULES)

@@ -1,13 +1,20 @@
-"""Held-out sessions: which recordings judge only, from a table and from the files themselves."""
+"""Held-out sessions judge only; recordings of one site and near copies are one place."""
 
+import itertools
+
+import numpy as np
 import pytest
 
 from capsule import files
 from capsule.errors import CapsuleError
-from capsule.fits import read_particles
-from capsule.held_out import is_held_out, teaching, unknown_sessions
-from capsule.held_out_files import fitted
-from capsule.results import FITS, Results
+from capsule.held_out import (
+    fitted,
+    is_held_out,
+    places_of,
+    recordings_with_fits,
+    teaching,
+    unknown_sessions,
+)
 
 HELD_OUT = ["spring", "=2+2"]
 COLUMNS = "time_s,sensor_1\n0,1\n"
@@ -119,10 +126,91 @@ def test_the_fits_of_held_out_recordings_are_not_asked_for(tmp_path):
     ]
     table = tmp_path / "labelled.csv"
     files.write_csv(table, columns, [dict(zip(columns, each, strict=True)) for each in rows])
-    results = Results.of_table(tmp_path, table, 1)
-    vectors = {"amplitude": [1.0], "vertical_spread": [1.0], "peak_spacing": []}
-    fit = {"recording": "3mm/r01", "parameters": vectors | {"horizontal_spread": [1.0]}}
-    files.write_json(results.file(FITS, "3mm/r01"), fit)
-    assert list(read_particles(table, results, ["spring"])) == ["3mm/r01"]
+    assert recordings_with_fits(table, ["spring"]) == ["3mm/r01"]
     with pytest.raises(CapsuleError, match=r"held out: raw/3mm/r02: .* its session spring"):
-        read_particles(table, results, ["spring", "autumn"])
+        recordings_with_fits(table, ["spring", "autumn"])
+
+
+def listed(folder, *rows):
+    """Write the list of the recordings."""
+    columns = ["recording", "status", "reason", "no_verdict", "readings_sha256"]
+    table = folder / "labelled.csv"
+    files.write_csv(table, columns, [dict(zip(columns, each, strict=True)) for each in rows])
+    return table
+
+
+def test_recordings_with_fits_come_in_the_order_of_their_contents(tmp_path):
+    table = listed(
+        tmp_path,
+        ("0mm/r01", "accepted", "", "", "1"),
+        ("2mm/r01", "accepted", "", "", "9"),
+        ("3mm/r01", "accepted", "", "", "2"),
+        ("3mm/r02", "rejected", "the file is empty", "", ""),
+        ("3mm/r03", "accepted", "", "there is no wave", "0"),
+        ("3mm/r04", "accepted", "", "", "3"),
+    )
+    assert recordings_with_fits(table) == ["3mm/r01", "3mm/r04", "2mm/r01"]
+
+
+def test_without_a_usable_recording_of_a_nodule_each_is_named_with_the_reason(tmp_path):
+    table = listed(
+        tmp_path,
+        ("0mm/r01", "accepted", "", "", "1"),
+        ("3mm/r02", "rejected", "the file is empty", "", ""),
+        ("3mm/r03", "accepted", "", "there is no wave", "0"),
+    )
+    with pytest.raises(CapsuleError) as caught:
+        recordings_with_fits(table)
+    first, *others = str(caught.value).splitlines()
+    assert first.startswith("no recording of a nodule can be used, so no template can be made")
+    assert others == [
+        "  rejected: raw/3mm/r02: the file is empty",
+        "  not judged: raw/3mm/r03: there is no wave",
+    ]
+
+
+def passage(site="", near_copies=""):
+    return {"site": site, "near_copies": near_copies}
+
+
+def test_a_recording_that_shares_nothing_is_a_place_of_its_own():
+    rows = {"0mm/a": passage(), "3mm/b": passage("here")}
+    assert places_of(rows) == {"0mm/a": "0mm/a", "3mm/b": "3mm/b"}
+
+
+def test_passes_over_a_site_and_near_copies_are_one_place():
+    rows = {
+        "3mm/a": passage("here"),
+        "3mm/b": passage("here"),
+        "3mm/c": passage("there", "3mm/b 3mm/gone"),
+        "3mm/d": passage("there"),
+        "3mm/e": passage("elsewhere"),
+    }
+    found = places_of(rows)
+    assert {found[name] for name in ("3mm/a", "3mm/b", "3mm/c", "3mm/d")} == {"3mm/a"}
+    assert found["3mm/e"] == "3mm/e"
+
+
+def test_places_are_the_connected_components_for_any_rows():
+    """Compare with the components found slowly: join whatever is linked until nothing changes."""
+    numbers = np.random.default_rng(3)
+    for _ in range(200):
+        names = [f"3mm/r{number}" for number in range(8)]
+        rows = {
+            name: passage(
+                numbers.choice(["", "a", "b", "c", "d"]),
+                " ".join(numbers.choice(names, numbers.integers(0, 2))),
+            )
+            for name in names
+        }
+        slowly = {name: {name} for name in names}
+        for _ in names:
+            for one, other in itertools.permutations(names, 2):
+                linked = rows[one]["site"] and rows[one]["site"] == rows[other]["site"]
+                if linked or other in rows[one]["near_copies"].split():
+                    both = slowly[one] | slowly[other]
+                    for name in both:
+                        slowly[name] = both
+        found = places_of(rows)
+        for one, other in itertools.combinations(names, 2):
+            assert (found[one] == found[other]) == (other in slowly[one])

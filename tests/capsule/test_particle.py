@@ -10,6 +10,7 @@ from capsule.particle import (
     Particle,
     ParticleRenderer,
     fit_particle,
+    particles_of,
     peak_positions,
     render,
 )
@@ -48,6 +49,15 @@ def test_peaks_lie_at_the_sums_of_the_spacings_and_are_as_high_as_the_amplitude(
     matrix = render(particle, first_peak=10, length=150)
     np.testing.assert_array_equal(matrix.argmax(axis=1) + 1, [10, 50, 110])
     np.testing.assert_allclose(matrix.max(axis=1), particle.amplitude)
+
+
+def test_stored_fits_give_their_particles_and_those_without_parameters_are_left_out():
+    found = Particle.from_vector(PAPER.draw(1, 4, generator(1, "stored"))[0])
+    parameters = {name: values.tolist() for name, values in vars(found).items()}
+    stored = {"3mm/r02": {"parameters": parameters}, "3mm/r01": {"parameters": None}}
+    (name, particle), *others = particles_of(stored).items()
+    assert (name, others) == ("3mm/r02", [])
+    np.testing.assert_array_equal(particle.to_vector(), found.to_vector())
 
 
 @given(st.integers(1, 6), st.integers(0, 2**32))

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from capsule import files, run
-from capsule.batches import batch_size, batches, described_together
 from capsule.errors import CapsuleError
 from capsule.locks import RUN_LOCK, hold_run_lock
+from capsule.results import batch_size, batches, described_together
 from capsule.survey.session_names import Surveys
 
 KEY = "0123456789" * 2

@@ -3,12 +3,18 @@ import pytest
 
 from capsule.particle import Particle, peak_positions, render
 from capsule.seeding import generator
-from capsule.templates import build_templates, no_nodule_template, total
+from capsule.templates import build_templates, by_size, no_nodule_template, total
 from support.paper_ranges import PAPER
 
 
 def particles(count, name="templates"):
     return [Particle.from_vector(v) for v in PAPER.draw(count, 4, generator(1, name))]
+
+
+def test_particles_are_grouped_by_the_size_of_their_recordings():
+    one, two, three = particles(3)
+    grouped = by_size({"2mm/r01": one, "unlabelled/r01": two, "2mm/r00": three})
+    assert grouped == {2.0: [one, three]}
 
 
 def test_every_parameter_is_averaged_over_the_recordings():
@@ -32,27 +38,27 @@ def test_leaving_one_out_of_the_sum_equals_averaging_the_others():
 
 
 def test_templates_are_rendered_per_size_and_the_first_is_zero():
-    by_size = {2.5: particles(2, "a"), 1.0: particles(3, "b")}
-    templates = build_templates(by_size, sensors=4, first_peak=150, length=1000)
+    sizes = {2.5: particles(2, "a"), 1.0: particles(3, "b")}
+    templates = build_templates(sizes, sensors=4, first_peak=150, length=1000)
     assert templates.sizes_mm == (0.0, 1.0, 2.5)
     np.testing.assert_array_equal(templates.matrices[0], no_nodule_template(4, 1000))
     assert not templates.matrices[0].any()
-    expected = render(total(by_size[2.5], 4).mean(), 150, 1000)
+    expected = render(total(sizes[2.5], 4).mean(), 150, 1000)
     np.testing.assert_array_equal(templates.matrices[2], expected)
 
 
 def test_without_a_recording_only_its_own_size_changes():
-    by_size = {1.0: particles(3, "a"), 2.0: particles(3, "b")}
-    templates = build_templates(by_size, sensors=4, first_peak=150, length=1000)
-    left_out = templates.without([(2.0, by_size[2.0][0])])
+    sizes = {1.0: particles(3, "a"), 2.0: particles(3, "b")}
+    templates = build_templates(sizes, sensors=4, first_peak=150, length=1000)
+    left_out = templates.without([(2.0, sizes[2.0][0])])
     assert left_out[0] is templates.matrices[0]
     assert left_out[1] is templates.matrices[1]
-    remaining = total(by_size[2.0][1:], 4).mean()
+    remaining = total(sizes[2.0][1:], 4).mean()
     np.testing.assert_allclose(left_out[2], render(remaining, 150, 1000), atol=1e-12)
-    assert templates.without([(0.0, by_size[2.0][0])]) is templates.matrices
+    assert templates.without([(0.0, sizes[2.0][0])]) is templates.matrices
 
 
 def test_the_only_recording_of_a_size_leaves_no_template_behind():
-    by_size = {1.0: particles(1)}
-    templates = build_templates(by_size, sensors=4, first_peak=150, length=1000)
-    assert np.isnan(templates.without([(1.0, by_size[1.0][0])])[1]).all()
+    sizes = {1.0: particles(1)}
+    templates = build_templates(sizes, sensors=4, first_peak=150, length=1000)
+    assert np.isnan(templates.without([(1.0, sizes[1.0][0])])[1]).all()

@@ -15,7 +15,7 @@ MODULES = {
     for path in sorted(folder.rglob("*.py"))
     if path.name != "__init__.py"
 }
-# Layers from the lowest to the highest; the longest name that fits gives a module's layer. Five
+# Layers from the lowest to the highest; the longest name that fits gives a module's layer. Four
 # modules beside the folders of the library use what is in them.
 FLOORS = (
     "capsule",
@@ -24,8 +24,7 @@ FLOORS = (
     "capsule.parts",
     "capsule.detectors",
     "capsule.described_recording",
-    "capsule.configuration_files",
-    "capsule.settings",
+    "capsule.configuration",
     "capsule.phantom.command",
     "capsule.survey",
     "capsule.evaluation",
@@ -46,13 +45,12 @@ FLOORS = (
 FRONTS = {"study_phantom", "teach_scorer"}
 # Only modules of these names, in any folder of the library, know files, folders and processes. All
 # others are functions on arrays.
-ON_FILES = {"files", "results", "project", "locks", "forks", "keys", "fits"}
-ON_FILES |= {"configuration_files", "settings", "described"}
-ON_FILES |= {"archive", "data_files", "held_out_files", "plot_data", "listed"}
+ON_FILES = {"files", "results", "project", "locks", "forks", "keys", "configuration", "held_out"}
+ON_FILES |= {"archive", "described", "data_files", "plot_data", "listed"}
 # The command, and those of subjects.
 ON_FILES |= {"__main__", "cli", "command", "completion", "new"}
 # These call git, Slurm or Snakemake, and look after its runs.
-ON_PROGRAMS = {"project_state", "run", "slurm_jobs", "verify", "workflow_call"}
+ON_PROGRAMS = {"project_state", "run", "verify", "workflow_call"}
 # These folders are at work on files, boards and other programs as a whole; and one module reads the
 # options for parts.
 AT_WORK = (

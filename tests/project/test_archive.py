@@ -5,7 +5,7 @@ import subprocess
 
 import pytest
 
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import planned_runs, recording_of, simulate_run
 from capsule.recording import format_recording, read_recording

@@ -2,7 +2,7 @@
 
 import pytest
 
-from capsule.configuration_files import read_schema
+from capsule.configuration import read_schema
 from capsule.evaluation.intervals import new_specificity, recordings_needed
 from capsule.files import read_csv
 from support.project import ROOT

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from capsule.checking import readings_of
+from capsule.acceptance import readings_of
 from capsule.detectors.template import template_distances
 from capsule.particle import ParameterSpace, fit_particle
 from capsule.preprocessing import preprocess

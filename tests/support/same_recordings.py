@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.results import Results
 from support.project import Project
 

@@ -71,7 +71,7 @@ def fail(project, script):
 @pytest.mark.parametrize(
     ("file", "expected"),
     [
-        ("scripts/capsule/preprocess.py", once(*LISTS, *LEARNED, **EACH)),
+        ("scripts/capsule/preprocessing.py", once(*LISTS, *LEARNED, **EACH)),
         ("scripts/capsule/particle.py", once(*LEARNED, fit=3)),
         ("scripts/capsule/templates.py", once(*LEARNED)),
         ("scripts/capsule/detectors/search.py", once(*RATED, describe=FOLDERS)),

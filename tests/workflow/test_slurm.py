@@ -8,7 +8,7 @@ import signal
 import pytest
 import yaml
 
-from capsule import slurm_jobs
+from capsule import run as workflow_run
 from support import slurm
 from support.marks import needs
 from support.project import ROOT, Project
@@ -187,12 +187,12 @@ def test_only_jobs_of_snakemake_in_this_folder_count(tmp_path):
         f"11 {run} {tmp_path}\n12 study_{run} {tmp_path}\n12 study_{run} {tmp_path}\n"
         f"13 {run} {tmp_path}/other\n14 bash {tmp_path}\n15 my own {tmp_path}\n"
     )
-    assert slurm_jobs.jobs_in_answer(answer, tmp_path) == ("11", "12")
+    assert workflow_run.jobs_in_answer(answer, tmp_path) == ("11", "12")
 
 
 def test_a_job_without_enough_memory_is_named_with_the_remedy():
     text = "slurmstepd: error: Detected 1 oom-kill event(s) in StepId=7.batch. Some of your"
-    [(job, remedy)] = slurm_jobs.ends_in_log(text)
+    [(job, remedy)] = workflow_run.ends_in_log(text)
     assert job == "7"
     assert "mem_mb" in remedy
 
@@ -216,9 +216,9 @@ def test_a_silent_slurm_is_told_and_does_not_stop_a_run(tmp_path, monkeypatch, c
     (programs / "squeue").write_text("#!/bin/sh\necho tried >&2\necho no controller >&2\nexit 1\n")
     (programs / "squeue").chmod(0o755)
     monkeypatch.setenv("PATH", str(programs), prepend=os.pathsep)
-    assert slurm_jobs.unfinished_jobs(tmp_path) == ()
+    assert workflow_run.unfinished_jobs(tmp_path) == ()
     assert capsys.readouterr().err == "", "nothing was submitted from this folder"
     submitted = tmp_path / "project"
-    (submitted / slurm_jobs.LOGS).mkdir(parents=True)
-    assert slurm_jobs.unfinished_jobs(submitted) == ()
+    (submitted / workflow_run.LOGS).mkdir(parents=True)
+    assert workflow_run.unfinished_jobs(submitted) == ()
     assert "squeue does not answer (no controller); make sure" in capsys.readouterr().err

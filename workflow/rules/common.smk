@@ -16,12 +16,12 @@ from snakemake.utils import min_version, update_config
 min_version("9.16")
 
 from capsule import files
-from capsule.batches import batch_size, batches, described_together
+from capsule.results import batch_size, batches, described_together
 from capsule.configuration import BENCH, changed_values, check_configuration, without_effect
-from capsule.configuration_files import read_config_file, read_schema
+from capsule.configuration import read_config_file, read_schema
 from capsule.detectors.registry import detector_row
 from capsule.errors import CapsuleError
-from capsule.held_out_files import fitted
+from capsule.held_out import fitted
 from capsule.keys import Step, checksum_of_code
 from capsule.names import size_mm
 from capsule.results import pattern

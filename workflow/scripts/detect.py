@@ -4,7 +4,7 @@ import argparse
 import json
 from pathlib import Path
 
-from capsule import files, fits
+from capsule import files
 from capsule.detectors.files import read_template_set, read_training_archive, write_learned
 from capsule.evaluation.cross_validation import (
     Detectors,
@@ -13,8 +13,9 @@ from capsule.evaluation.cross_validation import (
     unlabelled_folds,
 )
 from capsule.evaluation.sites import COLUMNS, site_rows
-from capsule.held_out import teaching
+from capsule.held_out import recordings_with_fits, teaching
 from capsule.names import sizes_of, sort_key
+from capsule.particle import particles_of
 from capsule.results import Results
 
 
@@ -35,9 +36,9 @@ def main() -> None:
     rows = teaching(files.accepted_recordings(arguments.recordings), rules["held_out"])
     unlabelled = sorted(rows.keys() - sizes_of(rows).keys(), key=sort_key)
     # The fits are needed only to leave recordings at the place of an unlabelled one out.
-    particles = {}
-    if any(left_out for left_out, _ in unlabelled_folds(unlabelled, rows)):
-        particles = fits.read_particles(arguments.recordings, results, rules["held_out"])
+    leaves_out = any(left_out for left_out, _ in unlabelled_folds(unlabelled, rows))
+    fitted = recordings_with_fits(arguments.recordings, rules["held_out"]) if leaves_out else []
+    particles = particles_of(results.fits(fitted))
     templates = read_template_set(arguments.templates, settings["fit"]["first_peak"], particles)
     detectors = Detectors(read_training_archive(results, rows, templates, particles, settings))
     verdicts = judge_unlabelled(detectors, unlabelled, rows)

@@ -4,13 +4,15 @@ import argparse
 import json
 from pathlib import Path
 
-from capsule import files, fits
+from capsule import files
 from capsule.detectors.files import read_training_archive
 from capsule.evaluation.cross_validation import LEAST_GROUPS, group_scheme
 from capsule.evaluation.whole_evaluation import evaluate_archive
 from capsule.forks import Forks
+from capsule.held_out import recordings_with_fits
+from capsule.particle import particles_of
 from capsule.results import Results
-from capsule.templates import build_templates
+from capsule.templates import build_templates, by_size
 
 
 def main() -> None:
@@ -27,8 +29,9 @@ def main() -> None:
     results = Results.of_table(arguments.results, arguments.recordings, arguments.batch_size)
     held_out = settings["evaluation"]["held_out"]
     rows = files.accepted_recordings(arguments.recordings)
-    particles = fits.read_particles(arguments.recordings, results, held_out)
-    templates = build_templates(fits.by_size(particles), **settings["templates"])
+    fitted = recordings_with_fits(arguments.recordings, held_out)
+    particles = particles_of(results.fits(fitted))
+    templates = build_templates(by_size(particles), **settings["templates"])
     archive = read_training_archive(results, rows, templates, particles, settings)
     tables = evaluate_archive(archive, rows, spread)
     for name, table in tables.items():

@@ -8,7 +8,7 @@ import json
 from pathlib import Path
 
 from capsule import files, results
-from capsule.checking import check_recording
+from capsule.acceptance import check_recording
 from capsule.errors import CapsuleError
 
 

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 from capsule import files
-from capsule.configuration_files import read_schema
+from capsule.configuration import read_schema
 from capsule.evaluation.files import read_printed
 from capsule.forks import Forks
 from capsule.page import files as page_files

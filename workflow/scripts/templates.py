@@ -6,10 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from capsule import files, fits
+from capsule import files
+from capsule.held_out import recordings_with_fits
 from capsule.names import size_label
+from capsule.particle import particles_of
 from capsule.results import Results
-from capsule.templates import build_templates
+from capsule.templates import build_templates, by_size
 
 
 def main() -> None:
@@ -24,8 +26,8 @@ def main() -> None:
     arguments = parser.parse_args()
     results = Results.of_table(arguments.results, arguments.recordings, arguments.batch_size)
     settings = dict(arguments.settings)
-    particles = fits.read_particles(arguments.recordings, results, settings.pop("held_out"))
-    templates = build_templates(fits.by_size(particles), **settings)
+    fitted = recordings_with_fits(arguments.recordings, settings.pop("held_out"))
+    templates = build_templates(by_size(particles_of(results.fits(fitted))), **settings)
     entries = []
     for size, total in zip(templates.sizes_mm, templates.totals, strict=True):
         mean = {key: value.tolist() for key, value in vars(total.mean()).items()}

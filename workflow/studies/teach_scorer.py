@@ -13,7 +13,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "scripts"))
 
 from capsule import files
 from capsule.arguments import natural
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.project import CONFIG
 

@@ -32,7 +32,7 @@ from judge_unseen import USUAL, bench_names, stored
 from judge_unseen import simulated as archives_of
 
 from capsule.arguments import natural
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.detectors.calibrate import rank_threshold
 from capsule.detectors.described import read_scorer
 from capsule.detectors.network import Scorer, features_of

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import serial
 
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.detectors.familiar import FAMILIAR, learn_familiar
 from capsule.detectors.files import write_learned
 from capsule.project import PROJECT

@@ -19,7 +19,7 @@ from capsule.bench import demo_archive, demo_command
 from capsule.bench.bench_errors import AcquisitionError
 from capsule.bench.played_board import PlayedLogger
 from capsule.bench.protocol import FrameParser, Refusal, encode
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.errors import CapsuleError
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import simulate_run

@@ -12,7 +12,7 @@ from capsule.bench import judged_view
 from capsule.bench.judged_file import JudgedFile, as_plain_values, judge_file, taught_recordings
 from capsule.bench.judged_picture_file import write_picture
 from capsule.bench.verdict import FinalVerdict
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.detectors.familiar import Familiarity
 from capsule.detectors.verdicts import NO_VERDICT, Verdict
 from capsule.errors import CapsuleError

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from capsule.bench.pass_sizes import pass_sizes
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.detectors.familiar import FAMILIAR, LEAST_PLACES
 from capsule.errors import CapsuleError
 from capsule.project import PROJECT

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from capsule.bench.simulated_bench import LEASE_S, bench_with
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.phantom.chance import Nodule
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import with_values

@@ -9,7 +9,7 @@ import pytest
 from capsule.bench.bench_errors import AcquisitionError
 from capsule.bench.verdict import FinalVerdict, RunningVerdict
 from capsule.bench.verdict_table import verdict_table
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.detectors import files as detectors_files
 from capsule.detectors.diagonal import DiagonalDetector, DiagonalModel
 from capsule.detectors.familiar import LEAST_PLACES

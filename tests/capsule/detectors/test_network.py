@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.detectors.beats import series_of
 from capsule.detectors.network import FOLDED, Scorer, features_of, standardised
 from capsule.evaluation.roc import auc

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.detectors.beats import Beats
 from capsule.detectors.search import UNKNOWN, passage_of, search_beats, standardised_beats
 from capsule.seeding import generator

@@ -10,8 +10,7 @@ from scipy.stats import hypergeom
 
 from capsule.evaluation.confounded import KEYS, OWN, confounded_keys, in_words, of_values
 from capsule.evaluation.value_alone import Told
-from capsule.header_lines import split_header
-from capsule.recording import rate_of, source_of
+from capsule.recording import rate_of, source_of, split_header
 from capsule.seeding import generator
 from support.project import ROOT
 

@@ -26,9 +26,9 @@ from capsule.evaluation.cross_validation import (
     number_of_folds,
     unlabelled_folds,
 )
+from capsule.held_out import places_of
 from capsule.names import size_mm
 from capsule.particle import Particle, render
-from capsule.places import places_of
 from capsule.seeding import generator
 from capsule.templates import build_templates
 

@@ -17,15 +17,23 @@ import xarray
 from openpyxl.utils import get_column_letter
 from pyarrow import parquet
 
-from capsule.batches import batches
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.errors import CapsuleError
 from capsule.exporting import command, formats, gathering
 from capsule.exporting.columns import describe
 from capsule.exporting.formats import NO_DATE, legal_names
 from capsule.exporting.provenance import outdated, provenance_of
 from capsule.files import read_csv, read_json, write_csv
-from capsule.results import CHECKS, FITS, MATRICES, SIGNALS, pattern, write_arrays, write_contents
+from capsule.results import (
+    CHECKS,
+    FITS,
+    MATRICES,
+    SIGNALS,
+    batches,
+    pattern,
+    write_arrays,
+    write_contents,
+)
 from support.command import run_command
 from support.project import ROOT
 from support.small_results import AWKWARD, FORMULA, RECORDINGS, REJECTED, make_results

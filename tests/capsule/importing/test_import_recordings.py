@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import yaml
 
-from capsule.checking import readings_of
+from capsule.acceptance import readings_of
 from capsule.configuration import BENCH
 from capsule.detectors.registry import DETECTORS
 from capsule.errors import CapsuleError

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.detectors.beats import WINDOWS_A_WAVE
 from capsule.detectors.template import first_peak_sample
 from capsule.page.archive_evidence import (

@@ -4,7 +4,7 @@ import copy
 import json
 import re
 
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.page import beside
 from capsule.page.packing import deflated
 from support.project import ROOT

@@ -11,7 +11,7 @@ import sys
 
 import pytest
 
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.page import beside, recordings
 from capsule.survey.listed import list_surveys
 from support.browser import needed

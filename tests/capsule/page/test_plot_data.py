@@ -1,6 +1,6 @@
 """The plot data of recordings are read as they were written, and hold what the report draws."""
 
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.page.packing import deflated, to_json
 from capsule.page.plot_data import PlotData, plot_data, read_plot_data, write_plot_data
 from capsule.page.recording_evidence import RecordingResults, recording_evidence

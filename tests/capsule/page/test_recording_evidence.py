@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.page.recording_evidence import RecordingResults, peaks, recording_evidence
 from capsule.page.stretches import Stretches
 from support.packed import unpack

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from capsule import files
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.page.plot_data import PlotData, write_plot_data
 from capsule.page.stored import StoredRecordings
 from capsule.results import FITS, PLOT_DATA, Results

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.detectors.search import passage_of
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import simulate_run

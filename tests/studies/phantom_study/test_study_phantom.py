@@ -9,7 +9,7 @@ from phantom_study import sensitivity
 from phantom_study.arguments import DEFAULT_CONFIG
 from phantom_study.sensitivity import Variation
 
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.files import read_csv
 
 

@@ -10,7 +10,7 @@ from scorer_teaching.bench_recordings import simulate_bench
 from scorer_teaching.random_numbers import Streams, followed, jumps, smooth_noise
 from scorer_teaching.random_phantoms import draw_phantom
 
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.detectors.beats import SERIES, series_of
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from support.project import ROOT

@@ -1,17 +1,28 @@
-"""Check of the configuration. Each fault names the file, the key, the value and what is allowed."""
+"""Read and check the configuration.
+
+Each fault names the file, the key, the value and what is allowed.
+
+Snakemake's own reader names no file. If a key appears twice, it uses the last one without a
+warning.
+"""
 
 import copy
 import difflib
+import json
 import math
-from collections.abc import Iterator, Mapping
-from typing import Any
+from collections.abc import Hashable, Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from jsonschema import Draft202012Validator
-from jsonschema.exceptions import ValidationError
-from jsonschema.validators import extend
+import yaml
 
+from capsule.detectors.registry import DETECTORS
 from capsule.errors import CapsuleError
 from capsule.kinds import Row, Settings
+from capsule.project import CONFIG, SCHEMAS, require_project
+
+if TYPE_CHECKING:
+    from jsonschema.exceptions import ValidationError
 
 _LIMITS = {
     "minimum": "at least",
@@ -28,6 +39,125 @@ _BEST = "best"
 _LEAST_SAMPLES_A_WAVE = 10
 
 
+def read_settings(config: str | Path | None = None, **changes: object) -> dict[str, Any]:
+    """Read a configuration file, or the configuration that ships, and change keys of it.
+
+    Parameters
+    ----------
+    config : str or Path, optional
+        The file.
+    **changes
+        Other values for keys of the configuration, as in `capsule.load`.
+
+    Raises
+    ------
+    CapsuleError
+        A key or a value is not allowed; the message names the file, the key, the value and the
+        allowed values.
+    """
+    require_project()
+    path = CONFIG / "config.yaml" if config is None else Path(config)
+    content = read_config_file(path)
+    settings = dict(content)
+    for key, value in changes.items():
+        section = settings.get(key)
+        if isinstance(section, dict) and isinstance(value, dict):
+            value = section | value
+        settings[key] = value
+    sources = {str(path): content, "changes": changes}
+    return check_configuration(settings, read_schema(SCHEMAS / "config.schema.json"), sources)
+
+
+class _Loader(yaml.SafeLoader):
+    """A YAML loader that refuses repeated keys, and aliases: a few aliases can fill the memory."""
+
+    def compose_node(self, parent: yaml.Node | None, index: int) -> yaml.Node | None:
+        """Compose a node; raise an error if it is an alias."""
+        if self.check_event(yaml.AliasEvent):
+            # The type stubs of PyYAML give no types for this function.
+            event = self.get_event()  # type: ignore[no-untyped-call]
+            raise yaml.composer.ComposerError(
+                None,
+                None,
+                f"the alias *{event.anchor} is not allowed; write its value out",
+                event.start_mark,
+            )
+        return super().compose_node(parent, index)
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
+        """Return the mapping as a dict; raise an error if a key appears twice."""
+        seen = set()
+        for key_node, _ in node.value:
+            key = key_node.value if isinstance(key_node, yaml.ScalarNode) else None
+            if key in seen:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"the key {key!r} appears twice", key_node.start_mark
+                )
+            seen.add(key)
+        return super().construct_mapping(node, deep)
+
+
+def read_config_file(path: Path) -> dict[str, Any]:
+    """Read a configuration file.
+
+    Parameters
+    ----------
+    path : Path
+        A YAML or JSON file.
+
+    Returns
+    -------
+    dict
+
+    Raises
+    ------
+    CapsuleError
+        The file does not exist, or holds no configuration; the message names the file.
+    """
+    try:
+        content = yaml.load(path.read_text(encoding="utf-8-sig"), Loader=_Loader)
+    except OSError as error:
+        raise CapsuleError(f"{path}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise CapsuleError(f"{path}: this is not UTF-8 text; save it as UTF-8") from None
+    except yaml.MarkedYAMLError as error:
+        line = f", line {error.problem_mark.line + 1}" if error.problem_mark else ""
+        raise CapsuleError(f"{path}{line}: {error.problem}") from None
+    except yaml.YAMLError as error:
+        raise CapsuleError(f"{path}: this is not valid YAML: {error}") from None
+    except ValueError as error:
+        # Python refuses to read an integer with thousands of digits.
+        raise CapsuleError(f"{path}: a value cannot be read: {error}") from None
+    except RecursionError:
+        raise CapsuleError(f"{path}: the keys are nested too deeply") from None
+    if not isinstance(content, dict):
+        what = (
+            "is empty" if content is None else f"holds a {type(content).__name__} instead of keys"
+        )
+        raise CapsuleError(f"{path}: this file {what}; config/README.md shows every key")
+    return content
+
+
+def read_schema(path: Path) -> dict[str, Any]:
+    """Read the JSON Schema of the configuration, and add the detectors of the registry to it.
+
+    Parameters
+    ----------
+    path : Path
+        config.schema.json.
+
+    Returns
+    -------
+    dict
+    """
+    schema: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+    schema["properties"]["detectors"] |= {
+        "items": {"enum": list(DETECTORS)},
+        "description": "; ".join(f"{row.name}: {row.summary}" for row in DETECTORS.values()) + ".",
+    }
+    return schema
+
+
 def _is_integer(_: object, value: object) -> bool:
     # JSON Schema accepts 84.0 as an integer; numpy does not.
     return isinstance(value, int) and not isinstance(value, bool)
@@ -38,12 +168,15 @@ def _is_number(checker: object, value: object) -> bool:
     return _is_integer(checker, value) or (isinstance(value, float) and math.isfinite(value))
 
 
-_Validator = extend(
-    Draft202012Validator,
-    type_checker=Draft202012Validator.TYPE_CHECKER.redefine_many(
-        {"integer": _is_integer, "number": _is_number}
-    ),
-)
+def _errors(config: Settings, schema: Settings) -> Iterator["ValidationError"]:
+    """Yield the errors of the validator."""
+    # It takes longer to import than all else, and most programs only read files here.
+    from jsonschema import Draft202012Validator
+    from jsonschema.validators import extend
+
+    checked = {"integer": _is_integer, "number": _is_number}
+    types = Draft202012Validator.TYPE_CHECKER.redefine_many(checked)
+    yield from extend(Draft202012Validator, type_checker=types)(schema).iter_errors(config)
 
 
 def check_configuration(
@@ -75,8 +208,9 @@ def check_configuration(
         its own: file, key, value, what is allowed.
     """
     config = _as_used(config, schema)
-    errors = _Validator(schema).iter_errors(config)
-    faults = {fault for error in errors for fault in _describe(error, schema, config)}
+    faults = {
+        fault for error in _errors(config, schema) for fault in _describe(error, schema, config)
+    }
     if not faults:
         faults = set(_contradictions(config))
     if faults:
@@ -159,7 +293,7 @@ def _source(path: str, sources: Mapping[str, Row]) -> str:
 
 
 def _describe(
-    error: ValidationError, schema: Settings, config: Settings
+    error: "ValidationError", schema: Settings, config: Settings
 ) -> Iterator[tuple[str, str]]:
     """Yield the key and the message of each fault in an error of the validator."""
     # A fault inside a list is reported as a fault of the whole list.

@@ -9,8 +9,9 @@ instead of RMSEs. (5) Each call compares 16 candidates, or 8 proposals. If one o
 accepted, the program makes those after it again.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -61,6 +62,15 @@ class Particle:
         sensors = (len(vector) + 1) // 4
         cuts = [sensors, 2 * sensors, 3 * sensors - 1]
         return cls(*np.split(np.asarray(vector, dtype=np.float64), cuts))
+
+
+def particles_of(fits: Mapping[str, Mapping[str, Any]]) -> dict[str, Particle]:
+    """Return Theta* of each fit under results/fits/ that has parameters, by recording."""
+    return {
+        name: Particle(**{key: np.array(values) for key, values in fit["parameters"].items()})
+        for name, fit in fits.items()
+        if fit["parameters"]
+    }
 
 
 @dataclass(frozen=True)

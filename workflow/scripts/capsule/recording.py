@@ -3,6 +3,8 @@
 A recording is a text file: ``# key: value`` lines, one line of column names, and one line for each
 sample. Only the columns ``time_s, sensor_1 ... sensor_S`` are required. In the line of a missing
 sample (the board was unplugged), the sensor cells are empty.
+
+The Snakefile reads the header lines at every start, so this module imports only fast modules.
 """
 
 import array
@@ -16,7 +18,6 @@ import numpy as np
 
 from capsule.arrays import FloatArray, NumberArray
 from capsule.errors import RecordingError
-from capsule.header_lines import one_line_end, split_header
 
 FORMAT_VERSION = "1"
 # ASCII digits only: float() would also accept digits of other scripts.
@@ -27,6 +28,10 @@ _LARGEST_NUMBER = 1e20
 # once, because reading it in full could take minutes.
 _LONGEST_LINE = 10_000
 _MOST_LINES = 200_000
+# No recording comes near this limit. A file beyond it is something else.
+_LONGEST_HEADER = 1000
+# The report shows every header in full.
+_MOST_HEADER_CHARACTERS = 10_000
 
 
 @dataclass(frozen=True)
@@ -282,3 +287,49 @@ def _format_number(value: float) -> str:
 
 def _one_line(text: object) -> str:
     return " ".join(str(text).split())
+
+
+def one_line_end(text: str) -> str:
+    """Return text whose lines all end in a line feed, whatever the system that wrote them."""
+    # splitlines() would also split at form feeds and other characters, which editors do not do.
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def split_header(lines: Sequence[str]) -> tuple[dict[str, str], int]:
+    """Return the header lines of a recording, and the index of the line of column names.
+
+    Parameters
+    ----------
+    lines : sequence of str
+        The lines of the file, or its first lines.
+
+    Returns
+    -------
+    header : dict of str to str
+        The values by their keys.
+    index : int
+        The number of lines if all of them are header lines.
+
+    Raises
+    ------
+    RecordingError
+        The header is too long to be one.
+    """
+    header: dict[str, str] = {}
+    characters = 0
+    for index, line in enumerate(lines):
+        stripped = line.strip()
+        if stripped and not stripped.startswith("#"):
+            return header, index
+        key, colon, value = stripped.lstrip("#").partition(":")
+        if colon:
+            header[key.strip()] = value.strip()
+        characters += len(stripped)
+        if characters > _MOST_HEADER_CHARACTERS:
+            raise RecordingError(
+                f"line {index + 1}: the header lines hold more than {_MOST_HEADER_CHARACTERS} "
+                "characters; keep long notes in a separate file"
+            )
+        if index >= _LONGEST_HEADER:
+            raise RecordingError(f"the first {_LONGEST_HEADER} lines hold no column names")
+    return header, len(lines)

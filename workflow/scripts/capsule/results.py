@@ -2,12 +2,14 @@
 
 Up to 500 recordings, each has files of its own, such as results/matrices/3mm/r07.npy. In a larger
 archive, one file holds a batch of recordings, such as results/matrices/3mm/batch-01.npz. `Results`
-finds a recording in either.
+finds a recording in either. A batch depends on the recordings' names alone.
 
-Every script uses this module, so it imports nothing but numpy and fast modules.
+The Snakefile and every script use this module, so it imports nothing but numpy and fast modules.
 """
 
 import csv
+import functools
+import hashlib
 import os
 import struct
 import zlib
@@ -22,9 +24,8 @@ import numpy as np
 
 from capsule import files
 from capsule.arrays import FloatArray
-from capsule.batches import HUNDREDS, TENS, batch_size, batches, described_together
 from capsule.errors import CapsuleError
-from capsule.names import Entry, classify
+from capsule.names import Entry, classify, folder_of
 
 SIGNALS, MATRICES, CHECKS, FITS = "signals", "matrices", "checks", "fits"
 BEST_PLACES, FEATURES, PLOT_DATA = "best_places", "features", "plot_data"
@@ -36,6 +37,12 @@ DESCRIBED = (BEST_PLACES, FEATURES, PLOT_DATA)
 _MOST_OPEN = 200
 
 Read = TypeVar("Read")
+# Up to this many recordings, each is a batch of its own; beyond, batches of some ten, then of some
+# hundred. Batches are divided in halves, so most hold less than the largest number.
+_EACH_ALONE, _IN_TENS = 500, 5000
+TENS, HUNDREDS = 16, 160
+# To describe a recording takes some 60 ms, and a job of its own would take four times as long.
+DESCRIBED_TOGETHER = 100
 
 
 def pattern(kind: str, size: int) -> str:
@@ -148,11 +155,12 @@ class Results:
         return found
 
     def contents(self, kind: str, recordings: Iterable[str]) -> dict[str, dict[str, Any]]:
-        """Return the checks or the fits of recordings, `CHECKS` or `FITS`."""
+        """Return the checks or the fits of recordings, `CHECKS` or `FITS`, in the same order."""
+        wanted = list(recordings)
         found: dict[str, dict[str, Any]] = {}
-        for path, names in self._by_file(kind, recordings):
+        for path, names in self._by_file(kind, wanted):
             found |= read_or_explain(path, partial(_contents_in, names))
-        return found
+        return {name: found[name] for name in wanted}
 
     def _by_file(self, kind: str, recordings: Iterable[str]) -> Iterator[tuple[Path, list[str]]]:
         grouped: dict[Path, list[str]] = {}
@@ -290,3 +298,79 @@ def read_or_explain(path: Path, read: Callable[[Path], Read]) -> Read:
 
 def _batch_of(divided: Mapping[str, Iterable[str]]) -> dict[str, str]:
     return {name: batch for batch, names in divided.items() for name in names}
+
+
+def batch_size(recordings: int, wanted: int | str) -> int:
+    """Return the largest number of recordings in one batch.
+
+    Parameters
+    ----------
+    recordings : int
+        Number of recordings of the archive.
+    wanted : int or str
+        ``recordings_per_job`` of the configuration: a number, or ``auto``.
+    """
+    if isinstance(wanted, int):
+        return wanted
+    if recordings <= _EACH_ALONE:
+        return 1
+    return TENS if recordings <= _IN_TENS else HUNDREDS
+
+
+def batches(recordings: Iterable[str], most: int, within: str = "") -> dict[str, list[str]]:
+    """Divide recordings into batches.
+
+    With ``most`` 1, each recording is a batch and gives it its name. Otherwise, a batch holds the
+    recordings of one folder whose checksums begin with the same bits. A larger batch than allowed
+    is divided by the next bit. A recording that comes or goes therefore changes only its own batch,
+    which is then divided, or joined with its other half. This is extendible hashing (R. Fagin, J.
+    Nievergelt, N. Pippenger and H. R. Strong, ACM Transactions on Database Systems 4, 1979).
+
+    Each batch of a small size lies within one batch of a larger size.
+
+    Parameters
+    ----------
+    recordings : iterable of str
+        Names such as ``3mm/r07``, no name twice.
+    most : int
+        Largest number of recordings in a batch.
+    within : str
+        The larger batch, if the recordings are those of one; otherwise they are all recordings of
+        some folders. The same batches have the same names in both cases.
+
+    Returns
+    -------
+    dict of str to list of str
+        The recordings of each batch, sorted, by the batch's name: ``3mm/batch`` for all of a small
+        folder, ``3mm/batch-01`` for the bits 01.
+    """
+    if most == 1:
+        return {name: [name] for name in sorted(recordings)}
+    waiting: dict[str, list[str]] = {}
+    for name in sorted(recordings):
+        waiting.setdefault(within or f"{folder_of(name)}/batch", []).append(name)
+    # A name is divided several times.
+    bits_of = functools.cache(_bits)
+    divided = {}
+    while waiting:
+        label, names = waiting.popitem()
+        if len(names) <= most:
+            divided[label] = names
+            continue
+        # "3mm/batch" is divided into "3mm/batch-0" and "3mm/batch-1", and so on.
+        beginning = label if "-" in label else f"{label}-"
+        place = len(beginning.partition("-")[2])
+        for name in names:
+            waiting.setdefault(beginning + bits_of(name)[place], []).append(name)
+    return dict(sorted(divided.items()))
+
+
+def described_together(
+    recordings: Iterable[str], most: int, within: str = ""
+) -> dict[str, list[str]]:
+    """Divide recordings into the batches of the rule describe, from batches of `most` or larger."""
+    return batches(recordings, max(most, DESCRIBED_TOGETHER), within)
+
+
+def _bits(name: str) -> str:
+    return f"{int.from_bytes(hashlib.sha256(name.encode()).digest()):0256b}"

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.arrays import FloatArray
+from capsule.names import sizes_of
 from capsule.particle import Particle, render
 
 
@@ -37,6 +38,14 @@ class ParticleTotal:
     def without(self, particle: Particle) -> "ParticleTotal":
         """Return the sum without the particle of one recording."""
         return ParticleTotal(self.vector - particle.to_vector(), self.count - 1)
+
+
+def by_size(particles: Mapping[str, Particle]) -> dict[float, list[Particle]]:
+    """Group particles by the true size of their recordings, in mm."""
+    groups: dict[float, list[Particle]] = {}
+    for name, size in sizes_of(particles).items():
+        groups.setdefault(size, []).append(particles[name])
+    return groups
 
 
 def total(particles: Sequence[Particle], sensors: int) -> ParticleTotal:

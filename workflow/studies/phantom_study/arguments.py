@@ -5,7 +5,7 @@ from pathlib import Path
 
 import yaml
 
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.phantom.files import add_phantom_arguments
 from capsule.project import CONFIG
 from phantom_study.paper_table import PaperTable

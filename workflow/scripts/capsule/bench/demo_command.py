@@ -14,7 +14,7 @@ from capsule.bench import demo_archive, output, run
 from capsule.bench.bench_errors import AcquisitionError
 from capsule.bench.played_board import played_board
 from capsule.bench.record_command import options_of
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.errors import CapsuleError
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.simulation import Run, simulate_run, simulated_header

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from capsule.bench import judged_file, judged_view
 from capsule.bench.verdict import FinalVerdict, note_of_change
+from capsule.configuration import read_settings
 from capsule.errors import WrongOptionError
 from capsule.project import config_file
-from capsule.settings import read_settings
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from capsule.acceptance import check_recording
 from capsule.bench.verdict import FinalVerdict
-from capsule.checking import check_recording
 from capsule.detectors.familiar import Familiarity
 from capsule.detectors.verdicts import Verdict, why_unknown
 from capsule.files import read_csv, read_limited

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from capsule.acceptance import readings_of
 from capsule.bench import archive, boards, recovery
 from capsule.bench.bench_errors import AcquisitionError, BoardLostError
 from capsule.bench.drive import Drive, Wave
@@ -23,9 +24,7 @@ from capsule.bench.logger_board import check_fits, header_of
 from capsule.bench.protocol import Identity
 from capsule.bench.session import Session
 from capsule.bench.terminal import Progress, Terminal
-from capsule.checking import readings_of
-from capsule.configuration import check_configuration
-from capsule.configuration_files import read_config_file
+from capsule.configuration import check_configuration, read_config_file
 from capsule.errors import RecordingError
 from capsule.files import read_json
 from capsule.names import UNLABELLED

@@ -30,9 +30,9 @@ from capsule.bench.simulated_bench import SOURCE, simulated_bench
 from capsule.bench.stored_survey import read_stored
 from capsule.bench.survey_run import SurveyRun
 from capsule.bench.survey_view import SurveyView
+from capsule.configuration import read_settings
 from capsule.phantom.files import read_phantom
 from capsule.project import config_file
-from capsule.settings import read_settings
 from capsule.survey.pilot import Pilot
 from capsule.survey.suspected_place import STATUSES
 

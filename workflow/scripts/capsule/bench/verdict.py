@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from capsule import words
+from capsule.acceptance import readings_of
 from capsule.bench.bench_errors import AcquisitionError
 from capsule.bench.verdict_table import verdict_table
-from capsule.checking import readings_of
 from capsule.described_recording import DescribedRecording
 from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarKind
 from capsule.detectors.files import read_learned, read_template_set
@@ -110,7 +110,7 @@ class FinalVerdict:
         Parameters
         ----------
         values : (S, K) array
-            Readings from `capsule.checking.readings_of`; each sensor shows a wave.
+            Readings from `capsule.acceptance.readings_of`; each sensor shows a wave.
 
         Returns
         -------

@@ -13,14 +13,13 @@ from capsule.arrays import FloatArray
 from capsule.detectors.described import read_best_places, read_features, read_wave_traits
 from capsule.detectors.training import TrainingArchive
 from capsule.errors import CapsuleError
-from capsule.fits import by_size
+from capsule.held_out import places_of
 from capsule.kinds import Settings
 from capsule.names import sizes_of
 from capsule.particle import Particle
-from capsule.places import places_of
 from capsule.project import WEIGHTS
 from capsule.results import BEST_PLACES, FEATURES, Results, read_or_explain
-from capsule.templates import ParticleTotal, TemplateSet, total
+from capsule.templates import ParticleTotal, TemplateSet, by_size, total
 
 
 def read_templates(path: Path) -> dict[float, FloatArray]:

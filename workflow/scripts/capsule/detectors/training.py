@@ -59,8 +59,8 @@ class TrainingArchive:
     no_verdict : mapping of str to str
         The reason why no detector judges a recording; empty or absent if it is judged.
     places : mapping of str to str
-        The place of each recording, from `capsule.places.places_of`; one that is absent is a place
-        of its own.
+        The place of each recording, from `capsule.held_out.places_of`; one that is absent is a
+        place of its own.
     traits : mapping of str to WaveTraits
         The traits of each recording's wave; empty if nobody asks which recordings are familiar.
     """

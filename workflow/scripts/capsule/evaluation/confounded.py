@@ -11,10 +11,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from capsule.evaluation.value_alone import Told, spoken_for, told
-from capsule.held_out import teaching
+from capsule.held_out import places_of, teaching
 from capsule.kinds import Row
 from capsule.names import size_mm
-from capsule.places import places_of
 from capsule.words import enumerate_words
 
 # Columns of results/recordings.csv, in words. Site and set-up belong to one size by design.

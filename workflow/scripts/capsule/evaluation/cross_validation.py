@@ -15,10 +15,9 @@ from capsule.detectors.registry import detector_row
 from capsule.detectors.training import Detector, TrainingArchive, detector_class
 from capsule.detectors.verdicts import NO_VERDICT, Verdict, why_unknown
 from capsule.detectors.wave_traits import UNKNOWN_TRAITS
-from capsule.held_out import teaching
+from capsule.held_out import places_of, teaching
 from capsule.kinds import Cells, Settings, Spread
 from capsule.names import size_label, size_mm
-from capsule.places import places_of
 
 HELD_OUT = "held_out"
 LEAVE_ONE_OUT = "leave_one_out"

@@ -13,8 +13,8 @@ import pandas as pd
 from capsule.arrays import BoolArray, FloatArray, IntArray
 from capsule.evaluation.cross_validation import HELD_OUT, LEAVE_ONE_OUT, RESUBSTITUTION, Rows
 from capsule.evaluation.intervals import FEWEST_CLUSTERS, Interval, lower_bound, rate_of
+from capsule.held_out import places_of
 from capsule.kinds import Cells, Settings
-from capsule.places import places_of
 
 _KEY = ("detector", "scheme")
 

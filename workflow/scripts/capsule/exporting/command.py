@@ -7,12 +7,12 @@ from functools import partial
 from pathlib import Path
 
 from capsule import files
+from capsule.configuration import read_settings
 from capsule.errors import CapsuleError
 from capsule.exporting.formats import FORMATS
 from capsule.exporting.gathering import ALL, CHOICES, Exported, gather
 from capsule.exporting.provenance import outdated
 from capsule.project import config_file, how_to_install
-from capsule.settings import read_settings
 from capsule.words import plural
 
 EXAMPLES = """

@@ -10,8 +10,8 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from capsule.checking import readings_of
-from capsule.configuration import BENCH
+from capsule.acceptance import readings_of
+from capsule.configuration import BENCH, read_settings
 from capsule.errors import CapsuleError, RecordingError
 from capsule.importing.archiving import ArchivedRuns, run_name
 from capsule.importing.guess_view import guess_lines, sample_lines
@@ -25,7 +25,6 @@ from capsule.importing.source_files import Source, read_source
 from capsule.importing.table_choice import choose_tables
 from capsule.names import UNLABELLED, displayed
 from capsule.recording import Recording
-from capsule.settings import read_settings
 
 # One option cannot hold one file for each sensor.
 NO_OPTION = ("sensor_files",)

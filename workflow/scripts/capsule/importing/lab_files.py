@@ -6,7 +6,7 @@ from typing import Any
 
 import yaml
 
-from capsule.configuration_files import read_config_file
+from capsule.configuration import read_config_file
 from capsule.errors import CapsuleError
 from capsule.files import read_json, write_new
 from capsule.project import SCHEMAS

@@ -16,7 +16,7 @@ _MODULES = {
         *("fit_particle", "fit_recording", "render"),
     ),
     "capsule.seeding": ("fit_generator",),
-    "capsule.settings": ("read_settings",),
+    "capsule.configuration": ("read_settings",),
     "capsule.templates": ("TemplateSet", "build_templates"),
     "capsule.detectors.template": ("nearest_size", "template_distances"),
     "capsule.interface.archive": ("LoadedArchive", "load", "read_recording"),

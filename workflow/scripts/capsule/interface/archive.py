@@ -10,22 +10,20 @@ import numpy as np
 import pandas as pd
 
 from capsule import files, recording, words
-from capsule.checking import check_recording
+from capsule.acceptance import check_recording
+from capsule.configuration import read_settings
 from capsule.described_recording import described, template_options, training_archive
 from capsule.detectors.training import TrainingArchive
 from capsule.errors import CapsuleError
-from capsule.fits import by_size
-from capsule.held_out import teaching
+from capsule.held_out import places_of, teaching
 from capsule.interface.arguments import checked, refuse
 from capsule.kinds import Cells, Row, Settings
 from capsule.listing import COLUMNS, NEAR_COPIES, full_list, refuse_rejected
 from capsule.names import size_mm, sizes_of
 from capsule.particle import Fit, Particle, fit_options
-from capsule.places import places_of
 from capsule.preprocessing import preprocess_run
 from capsule.seeding import fit_generator
-from capsule.settings import read_settings
-from capsule.templates import TemplateSet, build_templates
+from capsule.templates import TemplateSet, build_templates, by_size
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

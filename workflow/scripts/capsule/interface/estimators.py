@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 
 from capsule.arrays import FloatArray
+from capsule.configuration import read_settings
 from capsule.described_recording import (
     DescribedRecording,
     described,
@@ -32,7 +33,6 @@ from capsule.interface.archive import LoadedArchive
 from capsule.interface.arguments import ArgumentError, refuse
 from capsule.kinds import Cells, Settings
 from capsule.project import how_to_install
-from capsule.settings import read_settings
 
 try:
     from sklearn.base import BaseEstimator, TransformerMixin, clone, is_classifier, is_regressor

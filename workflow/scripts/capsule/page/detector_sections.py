@@ -14,9 +14,9 @@ from capsule.evaluation.lead import Lead, headline_confidence
 from capsule.evaluation.measures import predictive, summary
 from capsule.evaluation.paper import TABLES, Evaluation
 from capsule.evaluation.rates import of_each, rate_tables
+from capsule.held_out import places_of
 from capsule.kinds import Cells, Settings
 from capsule.page import answers, cards, cells, provenance, schemes, trust
-from capsule.places import places_of
 
 # The tables of a detector and a scheme that its answers need, besides those of `Evaluation`.
 _COMPARED = ("summary", "predictive_values")

@@ -5,16 +5,15 @@ from collections.abc import Iterator, Mapping
 from capsule import files
 from capsule.arrays import FloatArray
 from capsule.evaluation.cross_validation import folds_of, unlabelled_folds
-from capsule.fits import by_size, particle_of
 from capsule.held_out import teaching
 from capsule.kinds import Settings
 from capsule.names import size_mm, sizes_of
 from capsule.page.archive_evidence import Fit
 from capsule.page.nearest_templates import FoldParticles
 from capsule.page.plot_data import read_plot_data
-from capsule.particle import Particle
+from capsule.particle import Particle, particles_of
 from capsule.results import PLOT_DATA, Results
-from capsule.templates import total
+from capsule.templates import by_size, total
 
 # Scheme of an unlabelled recording: all labelled recordings teach.
 ALL = "all"
@@ -36,9 +35,10 @@ class StoredRecordings:
         accepted = files.accepted_recordings(table)
         fitted = teaching(accepted, settings["evaluation"]["held_out"])
         self._fits = results.fits(name for name in fitted if size_mm(name))
+        self._particles = particles_of(self._fits)
         self._fitted = {
-            name: particle_of(fit)
-            for name, fit in self._fits.items()
+            name: particle
+            for name, particle in self._particles.items()
             if not accepted[name]["no_verdict"]
         }
         sensors = settings["recording"]["sensors"]
@@ -61,8 +61,8 @@ class StoredRecordings:
 
     def fit(self, name: str) -> Fit | None:
         """Return the recording's fit; None if it has none, as without a nodule of known size."""
-        fit = self._fits.get(name)
-        return (fit, particle_of(fit)) if fit and fit["parameters"] else None
+        particle = self._particles.get(name)
+        return (self._fits[name], particle) if particle else None
 
     def templates(self, name: str) -> dict[str, dict[float, Particle]]:
         """Return the averaged particles of each scheme that judged it, by size in mm."""

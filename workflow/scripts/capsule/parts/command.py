@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from capsule import files
+from capsule.configuration import read_settings
 from capsule.errors import CapsuleError
 from capsule.parts.design import LIMITS, Design, design_of, entries
 from capsule.parts.files import read_parts_table
@@ -18,7 +19,6 @@ from capsule.parts.refusals import check_design
 from capsule.parts.sheets import sheet_files, sheets
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.project import config_file, how_to_install
-from capsule.settings import read_settings
 
 _NOZZLE = "print.nozzle_mm"
 

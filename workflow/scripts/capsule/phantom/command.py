@@ -5,11 +5,11 @@ import sys
 from pathlib import Path
 
 from capsule.arguments import natural, number_within, plain_text
+from capsule.configuration import read_settings
 from capsule.errors import CapsuleError
 from capsule.phantom.files import add_phantom_arguments, read_phantom, write_run
 from capsule.phantom.simulation import planned_runs
 from capsule.project import config_file
-from capsule.settings import read_settings
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
