@@ -22,7 +22,7 @@ UNITS = {
     "volts": ({"vref_v": "5", "adc_bits": "10"}, 5 / 1024),
     "volts of 12 bit": ({"unit": "V", "vref_v": "3.3", "adc_bits": "12"}, 3.3 / 1024),
 }
-SETTINGS = {
+SECTION = {
     "rate_hz": 10,
     "rate_tolerance": 0.05,
     "max_gap_s": 2.0,
@@ -30,9 +30,8 @@ SETTINGS = {
     "max_rail_fraction": 0.5,
     "max_constant_fraction": 0.8,
     "max_sensor_correlation": 0.95,
-    "window": 84,
-    "length": 1000,
 }
+SETTINGS = {"rules": SECTION, "window": 84, "length": 1000}
 RULES = {"rate_hz": 10, "rate_tolerance": 0.05, "stretch": 84, "length": 1000}
 SAMPLES = 520
 EVEN = np.arange(SAMPLES) * 0.1
@@ -194,7 +193,9 @@ def test_two_channels_that_show_one_sensor_are_refused_whatever_drifts():
         match=r"sensor_2 and sensor_4 give nearly the same readings \(correlation 0\.",
     ):
         accept(recording(values=sensors), **SETTINGS)
-    accept(recording(values=sensors), **SETTINGS | {"max_sensor_correlation": 1.0})
+    accept(
+        recording(values=sensors), **SETTINGS | {"rules": SECTION | {"max_sensor_correlation": 1.0}}
+    )
 
 
 def jittered(time_s, seed, spread_s=0.025):

@@ -16,9 +16,9 @@ from capsule.particle import (
 )
 from capsule.preprocessing import preprocess
 from capsule.seeding import generator
-from capsule.sliding import SlidingComparison
 from support import literal
 from support.paper_ranges import PAPER
+from support.sliding import smallest_rmse
 from support.synthetic import make_recording
 
 SMALL = ParameterSpace((0.01, 1.5), (0.05, 1.0), (5, 15), (1, 6), 0.1, 1)
@@ -188,7 +188,7 @@ def test_the_reported_distance_is_that_of_the_reported_particle():
     fit = fit_particle(
         matrix, generator(1, "x"), particles=50, iterations=50, first_peak=150, space=PAPER
     )
-    rmse, lag = SlidingComparison(matrix).compare(render(fit.particle, 150, 1000))
+    rmse, lag = smallest_rmse(matrix, render(fit.particle, 150, 1000))
     assert (fit.rmse, fit.lag) == (pytest.approx(rmse, abs=1e-12), lag)
 
 

@@ -15,12 +15,12 @@ from capsule.detectors.template import nearest_size, template_distances
 from capsule.errors import RecordingError
 from capsule.preprocessing import preprocess, rms_envelope
 from capsule.recording import Recording, format_recording, read_recording
-from capsule.sliding import SlidingComparison
+from support.sliding import smallest_rmse
 from support.synthetic import make_recording
 
 pytestmark = pytest.mark.takes(0.5)
 
-RULES = {
+SECTION = {
     "rate_hz": 10,
     "rate_tolerance": 0.05,
     "max_gap_s": 0.4,
@@ -28,9 +28,8 @@ RULES = {
     "max_rail_fraction": 0.5,
     "max_constant_fraction": 0.8,
     "max_sensor_correlation": 0.95,
-    "window": 8,
-    "length": 40,
 }
+RULES = {"rules": SECTION, "window": 8, "length": 40}
 GOOD = format_recording(make_recording(3.0, "properties", samples=30, sensors=2))
 
 
@@ -165,7 +164,7 @@ matrices = arrays(np.float64, (2, 20), elements=st.floats(0, 100))
 
 @given(matrices, matrices)
 def test_the_distance_is_never_negative_and_never_more_than_without_a_particle(one, other):
-    rmse, lag = SlidingComparison(one).compare(other)
+    rmse, lag = smallest_rmse(one, other)
     energy = np.sqrt((np.sum(one**2) + np.sum(other**2)) / (3 * one.size))
     assert 0.0 <= rmse <= energy + 1e-9
     assert 1 <= lag <= 40
@@ -173,8 +172,8 @@ def test_the_distance_is_never_negative_and_never_more_than_without_a_particle(o
 
 @given(matrices, matrices)
 def test_the_distance_is_the_same_both_ways(one, other):
-    forward, _ = SlidingComparison(one).compare(other)
-    backward, _ = SlidingComparison(other).compare(one)
+    forward, _ = smallest_rmse(one, other)
+    backward, _ = smallest_rmse(other, one)
     # The lags 1..2L reach one column farther to the left, where nothing overlaps.
     assert forward == pytest.approx(backward, abs=1e-9)
 

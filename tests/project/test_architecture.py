@@ -15,7 +15,7 @@ MODULES = {
     for path in sorted(folder.rglob("*.py"))
     if path.name != "__init__.py"
 }
-# Layers from the lowest to the highest; the longest name that fits gives a module's layer. Four
+# Layers from the lowest to the highest; the longest name that fits gives a module's layer. Two
 # modules beside the folders of the library use what is in them.
 FLOORS = (
     "capsule",
@@ -23,7 +23,6 @@ FLOORS = (
     "capsule.phantom",
     "capsule.parts",
     "capsule.detectors",
-    "capsule.described_recording",
     "capsule.configuration",
     "capsule.phantom.command",
     "capsule.survey",
@@ -33,7 +32,6 @@ FLOORS = (
     "capsule.page",
     "capsule.parts.sheets",
     "capsule.parts.command",
-    "capsule.project_state",
     "capsule.run",
     "capsule.importing",
     "capsule.exporting",

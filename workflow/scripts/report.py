@@ -12,12 +12,12 @@ from capsule.forks import Forks
 from capsule.page import files as page_files
 from capsule.page.data_files import write_beside
 from capsule.page.methods import software_sentence
+from capsule.page.project_state import read_project_state
 from capsule.page.provenance import how_made
 from capsule.page.render import render_page
 from capsule.page.sections import page_values
 from capsule.page.stored import StoredRecordings
 from capsule.project import PROJECT, SCHEMAS
-from capsule.project_state import read_project_state
 from capsule.results import Results
 
 

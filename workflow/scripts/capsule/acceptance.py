@@ -113,55 +113,23 @@ def readings_of(recording: Recording, settings: Settings) -> tuple[FloatArray, s
     RecordingError
         The recording cannot be used.
     """
-    rules, shape, bench = (
-        dict(settings["recording"]),
-        settings["preprocessing"],
-        settings["diagonal"],
-    )
-    for key in ("sensors", "max_megabytes"):
-        del rules[key]
-    false_rate = rules.pop("wave_false_rate")
-    accepted = accept(recording, **rules, window=shape["window"], length=shape["length"])
+    rules, shape, bench = (settings[key] for key in ("recording", "preprocessing", "diagonal"))
+    accepted = accept(recording, rules=rules, window=shape["window"], length=shape["length"])
     values = on_full_scale(
         accepted, recording.header, bench["full_scale"], bench["pressing_lowers_reading"]
     )
-    return values, missing_wave(values, rules["rate_hz"], bench, false_rate)
+    return values, missing_wave(values, rules["rate_hz"], bench, rules["wave_false_rate"])
 
 
-def accept(
-    recording: Recording,
-    *,
-    rate_hz: float,
-    rate_tolerance: float,
-    max_gap_s: float,
-    max_missing_fraction: float,
-    max_rail_fraction: float,
-    max_constant_fraction: float,
-    max_sensor_correlation: float,
-    window: int,
-    length: int,
-) -> FloatArray:
+def accept(recording: Recording, *, rules: Settings, window: int, length: int) -> FloatArray:
     """Check a recording and place its samples on an even grid in time.
 
     Parameters
     ----------
     recording : Recording
         The recording as read.
-    rate_hz : float
-        Configured sampling rate in Hz.
-    rate_tolerance : float
-        Allowed relative deviation of the recording's rate, and of the rate within it.
-    max_gap_s : float
-        Longest run of missing samples, in seconds.
-    max_missing_fraction : float
-        Largest fraction of samples that may be missing.
-    max_rail_fraction : float
-        Largest fraction of samples that a sensor may spend at one end of the ADC's range.
-    max_constant_fraction : float
-        Largest fraction of samples in which a sensor may read the same.
-    max_sensor_correlation : float
-        Largest correlation of two sensors' readings. The mean over a window around each reading is
-        subtracted first.
+    rules : mapping
+        Section ``recording`` of the configuration.
     window : int
         Window W of the envelope in samples; a shorter recording is rejected.
     length : int
@@ -183,8 +151,8 @@ def accept(
         )
     columns = columns_by_time(
         recording.time_s,
-        rate_hz=rate_hz,
-        rate_tolerance=rate_tolerance,
+        rate_hz=rules["rate_hz"],
+        rate_tolerance=rules["rate_tolerance"],
         stretch=window,
         length=length,
     )
@@ -195,46 +163,37 @@ def accept(
         )
     values = np.full((recording.values.shape[0], count), np.nan)
     values[:, columns] = recording.values
-    _check_gaps(values, recording.time_s, rate_hz, max_gap_s)
-    _check_missing(values, max_missing_fraction)
-    _check_sensors(values, recording.header, max_rail_fraction, max_constant_fraction)
-    _check_alike(values, window, max_sensor_correlation)
+    _check_missing(values, recording.time_s[0], rules)
+    _check_sensors(values, recording.header, rules)
+    _check_alike(values, window, rules["max_sensor_correlation"])
     return values
 
 
-def _check_gaps(values: FloatArray, time_s: FloatArray, rate_hz: float, max_gap_s: float) -> None:
+def _check_missing(values: FloatArray, first_s: float, rules: Settings) -> None:
     missing = np.isnan(values).all(axis=0)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], missing.astype(np.int8), [0]])))
     starts, ends = edges[::2], edges[1::2]
     if starts.size == 0:
         return
     longest = int(np.argmax(ends - starts))
-    duration = (ends[longest] - starts[longest]) / rate_hz
-    if duration > max_gap_s:
-        begin = time_s[0] + starts[longest] / rate_hz
+    duration = (ends[longest] - starts[longest]) / rules["rate_hz"]
+    if duration > rules["max_gap_s"]:
+        begin = first_s + starts[longest] / rules["rate_hz"]
         raise RecordingError(
             f"samples are missing for {duration:g} s, from {begin:g} s on; at most "
-            f"{max_gap_s:g} s are allowed (recording.max_gap_s)"
+            f"{rules['max_gap_s']:g} s are allowed (recording.max_gap_s)"
         )
-
-
-def _check_missing(values: FloatArray, max_missing_fraction: float) -> None:
-    missing = np.isnan(values).all(axis=0)
     fraction = float(np.mean(missing))
-    if fraction > max_missing_fraction:
+    if fraction > rules["max_missing_fraction"]:
         raise RecordingError(
             f"{np.count_nonzero(missing)} of {missing.size} samples ({100 * fraction:.0f} %) are "
-            f"missing; at most {100 * max_missing_fraction:g} % are allowed "
+            f"missing; at most {100 * rules['max_missing_fraction']:g} % are allowed "
             "(recording.max_missing_fraction)"
         )
 
 
-def _check_sensors(
-    values: FloatArray,
-    header: Mapping[str, str],
-    max_rail_fraction: float,
-    max_constant_fraction: float,
-) -> None:
+def _check_sensors(values: FloatArray, header: Mapping[str, str], rules: Settings) -> None:
+    rail, constant = rules["max_rail_fraction"], rules["max_constant_fraction"]
     counts, ends = adc_ends(header, values)
     for sensor, readings in enumerate(values, start=1):
         known = readings[~np.isnan(readings)]
@@ -252,19 +211,19 @@ def _check_sensors(
             )
         for below, above in ends:
             fraction = share_between(known, below, above)
-            if fraction > max_rail_fraction:
+            if fraction > rail:
                 unit = "" if counts else " V"
                 raise RecordingError(
                     f"sensor_{sensor} is at {below:g}{unit}, the end of the ADC's range, in "
                     f"{100 * fraction:.0f} % of the samples; at most "
-                    f"{100 * max_rail_fraction:g} % are allowed (recording.max_rail_fraction)"
+                    f"{100 * rail:g} % are allowed (recording.max_rail_fraction)"
                 )
         levels, times = np.unique(known, return_counts=True)
-        constant = times.max() / known.size
-        if constant > max_constant_fraction:
+        fraction = times.max() / known.size
+        if fraction > constant:
             raise RecordingError(
-                f"sensor_{sensor} reads {levels[times.argmax()]:g} in {100 * constant:.0f} % of "
-                f"the samples, so it is stuck or loose; at most {100 * max_constant_fraction:g} % "
+                f"sensor_{sensor} reads {levels[times.argmax()]:g} in {100 * fraction:.0f} % of "
+                f"the samples, so it is stuck or loose; at most {100 * constant:g} % "
                 "are allowed (recording.max_constant_fraction)"
             )
 
@@ -419,22 +378,10 @@ def _on_own_clock(elapsed_s: FloatArray, interval_s: float, error: float) -> Flo
 
 
 def _missing_before(surplus: FloatArray, time_s: FloatArray, interval_s: float) -> IntArray:
-    """Return how many samples are missing before each sample.
+    """Return how many samples are missing before each sample, (K,), never decreasing.
 
-    Parameters
-    ----------
-    surplus : (K,) array
-        Elapsed time in intervals, minus the number of samples before. It grows by 1 at a missing
-        sample; jitter moves it up and down.
-    time_s : (K,) array
-        Time of each sample in seconds.
-    interval_s : float
-        The usual step in seconds.
-
-    Returns
-    -------
-    (K,) array of int
-        Never decreasing.
+    `surplus` (K,) is the elapsed time in intervals, minus the number of samples before. It grows by
+    1 at a missing sample; jitter moves it up and down.
     """
     smooth = _running_median(surplus)
     missing = np.empty(surplus.size, dtype=np.int64)

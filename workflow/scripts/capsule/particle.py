@@ -159,21 +159,6 @@ def peak_positions(peak_spacing: FloatArray, first_peak: float) -> FloatArray:
     return first_peak + np.concatenate([[0.0], np.cumsum(peak_spacing)])
 
 
-def sensor_weights(amplitude: FloatArray, vertical_spread: FloatArray) -> FloatArray:
-    """Return the height of surface s in row i, A_s exp(-(i - s)^2 / 2 sigma_s^ver^2).
-
-    Returns
-    -------
-    (S, S) array
-        Row s holds the heights of Gaussian surface s in the matrix rows i.
-    """
-    row = np.arange(amplitude.size)
-    distance = row[np.newaxis, :] - row[:, np.newaxis]
-    return amplitude[:, np.newaxis] * np.exp(
-        -0.5 * (distance / vertical_spread[:, np.newaxis]) ** 2
-    )
-
-
 def time_profile(
     offset: FloatArray | IntArray, horizontal_spread: FloatArray | float
 ) -> FloatArray:
@@ -202,7 +187,12 @@ def render(particle: Particle, first_peak: float, length: int) -> FloatArray:
     """
     column = np.arange(1, length + 1)
     position = peak_positions(particle.peak_spacing, first_peak)
-    weights = sensor_weights(particle.amplitude, particle.vertical_spread)
+    row = np.arange(particle.amplitude.size)
+    distance = row[np.newaxis, :] - row[:, np.newaxis]
+    # A_s exp(-(i - s)^2 / 2 sigma_s^ver^2), the height of surface s in row i, (S, S).
+    weights = particle.amplitude[:, np.newaxis] * np.exp(
+        -0.5 * (distance / particle.vertical_spread[:, np.newaxis]) ** 2
+    )
     offset = column - position[:, np.newaxis]
     profiles = time_profile(offset, particle.horizontal_spread[:, np.newaxis])
     surfaces = weights[:, :, np.newaxis] * profiles[:, np.newaxis, :]

@@ -81,7 +81,7 @@ class RepeatedParticle:
 class SlidingComparison:
     """A comparison of many particles with one recording, several at once.
 
-    The caller draws the particles into `particles`, or passes one to `compare`. The spectrum of
+    The caller draws the particles into `particles`, or passes one to `gain_of`. The spectrum of
     the recording and all buffers are made once.
 
     Parameters
@@ -96,13 +96,10 @@ class SlidingComparison:
     ----------
     particles : (B, S, L) array
         The particles to compare, drawn here before `gains` is called; a view of padded frames.
-    particle : (S, L) array
-        The first of them, for `gain`.
     """
 
     def __init__(self, matrix: FloatArray, at_once: int = 1) -> None:
         sensors, length = matrix.shape
-        self.matrix = matrix
         filled = np.flatnonzero(matrix.any(axis=0))
         first, end = (filled[0], filled[-1] + 1) if filled.size else (0, 1)
         # Element m of the convolution is the particle shifted by end - 1 - m = tau - 1 - L.
@@ -114,7 +111,6 @@ class SlidingComparison:
         # have the full length.
         self._frames = np.zeros((at_once, sensors, self._size))
         self.particles = self._frames[:, :, :length]
-        self.particle = self.particles[0]
         self._spectra = np.empty((at_once, sensors, frequencies), dtype=np.complex128)
         self._summed = np.empty((at_once, frequencies), dtype=np.complex128)
         self._convolved = np.empty((at_once, self._size))
@@ -146,11 +142,6 @@ class SlidingComparison:
         gains = 2.0 * correlation.max(axis=1) - np.vecdot(values, values)
         return gains, self._lags[correlation.argmax(axis=1)]
 
-    def gain(self) -> tuple[float, int]:
-        """Return the gain and the lag of the particle drawn into `particle`; see `gains`."""
-        gains, lags = self.gains(1)
-        return float(gains[0]), int(lags[0])
-
     def gain_of(self, particle: RepeatedParticle) -> tuple[float, int]:
         """Return the gain and the lag of a particle whose spectra are kept; see `gains`."""
         spectra, energy = particle.spectra(self._size)
@@ -162,25 +153,6 @@ class SlidingComparison:
         convolved = np.fft.irfft(summed, self._size, out=self._convolved[0])
         best = int(convolved[: self._lags.size].argmax())
         return 2.0 * float(convolved[best]) - energy, int(self._lags[best])
-
-    def compare(self, particle: FloatArray) -> tuple[float, int]:
-        """Return the smallest RMSE over all lags, and its lag (eq. RMSEmin).
-
-        Parameters
-        ----------
-        particle : (S, L) array
-            The particle or template.
-
-        Returns
-        -------
-        rmse : float
-            The smallest RMSE, computed by the formula at the best lag.
-        lag : int
-            tau in 1..2L; if several lags tie (a zero particle), one of them.
-        """
-        self.particle[...] = particle
-        _, lag = self.gain()
-        return rmse_at_lag(self.matrix, particle, lag), lag
 
 
 @lru_cache(maxsize=256)

@@ -6,6 +6,7 @@ shows no wave, no detector judges the recording.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -21,30 +22,51 @@ _LEAST_TRAVEL = 0.25
 
 @dataclass(frozen=True)
 class Wave:
-    """The wave of a recording, against which its beats are measured.
+    """A recording cut into windows of one wave, and the phase of the wave.
 
     Attributes
     ----------
-    steady : (S, K) array
-        Readings minus the level. Without this, a drift during a wave would look like a beat.
-    level : (S, N) array
-        Mean of each window of one wave.
-    phase : (S, K) array
-        Phase of the wave under each sensor, in radians.
-    irregular : (K,) array
-        Deviation of the common phase from that of a wave of the mean period, in radians.
-    window : int
-        Number of samples of a wave.
+    values : (S, K) array
+        How hard each sensor is pressed, thinned and without gaps.
     stride : int
         Number of samples of the recording that were averaged into one of these.
+    period : float
+        The recording's own time from wave to wave, in these samples.
+    window : int
+        The period, rounded to whole samples.
+    level : (S, N) array
+        Mean of each window of one wave.
+    steady : (S, K) array
+        Readings minus the level. Without this, a drift during a wave would look like a beat.
     """
 
-    steady: FloatArray
-    level: FloatArray
-    phase: FloatArray
-    irregular: FloatArray
-    window: int
+    values: FloatArray
     stride: int
+    period: float
+    window: int
+    level: FloatArray
+    steady: FloatArray
+
+    @cached_property
+    def _phases(self) -> tuple[FloatArray, FloatArray]:
+        return wave_phase(self.values, self.period)
+
+    @property
+    def irregular(self) -> FloatArray:
+        """Deviation of the common phase from that of a wave of the mean period, (K,), radians."""
+        return self._phases[0]
+
+    @property
+    def offset(self) -> FloatArray:
+        """Phase of each sensor against the first, (S,), in radians."""
+        return self._phases[1]
+
+    @cached_property
+    def phase(self) -> FloatArray:
+        """Phase of the wave under each sensor, (S, K), in radians."""
+        samples = np.arange(self.values.shape[1])
+        steady = 2 * np.pi / self.period * samples
+        return self.irregular + steady + self.offset[:, np.newaxis]
 
     def harmonics(self, turns: FloatArray) -> FloatArray:
         """Return twice the mean of readings times turns (H, S, K) in each window, (H, S, N)."""
@@ -175,54 +197,8 @@ def wave_phase(values: FloatArray, period: float) -> tuple[FloatArray, FloatArra
     return np.interp(samples, known, irregular), offset
 
 
-@dataclass(frozen=True)
-class Waves:
-    """A recording cut into windows of one wave, before its phase is computed.
-
-    Attributes
-    ----------
-    values : (S, K) array
-        How hard each sensor is pressed, thinned and without gaps.
-    stride : int
-        Number of samples of the recording that were averaged into one of these.
-    period : float
-        The recording's own time from wave to wave, in these samples.
-    window : int
-        The period, rounded to whole samples.
-    level : (S, N) array
-        As in `Wave`.
-    steady : (S, K) array
-        As in `Wave`.
-    """
-
-    values: FloatArray
-    stride: int
-    period: float
-    window: int
-    level: FloatArray
-    steady: FloatArray
-
-
-def cut_into_waves(values: FloatArray, period: float) -> Waves | None:
-    """Find the period of a recording's wave and cut the recording into windows of one wave.
-
-    Parameters and None are as in `find_wave`.
-    """
-    pressed, stride = thinned(fill_missing(values), period)
-    count = pressed.shape[1]
-    if count * stride < 4 * period:
-        return None
-    own_period = wave_period(pressed, period / stride)
-    window = round(own_period)
-    if count < 4 * window:
-        return None
-    centred = pressed - pressed.mean(axis=1, keepdims=True)
-    level = window_mean(centred, window)
-    return Waves(pressed, stride, own_period, window, level, centred - level_line(level, window))
-
-
 def find_wave(values: FloatArray, period: float) -> Wave | None:
-    """Find the wave in a recording.
+    """Find the period of a recording's wave and cut the recording into windows of one wave.
 
     Parameters
     ----------
@@ -237,13 +213,17 @@ def find_wave(values: FloatArray, period: float) -> Wave | None:
     Wave or None
         None for a recording of fewer than four waves.
     """
-    waves = cut_into_waves(values, period)
-    if waves is None:
+    pressed, stride = thinned(fill_missing(values), period)
+    count = pressed.shape[1]
+    if count * stride < 4 * period:
         return None
-    irregular, offset = wave_phase(waves.values, waves.period)
-    samples = np.arange(waves.values.shape[1])
-    phase = irregular + 2 * np.pi / waves.period * samples + offset[:, np.newaxis]
-    return Wave(waves.steady, waves.level, phase, irregular, waves.window, waves.stride)
+    own_period = wave_period(pressed, period / stride)
+    window = round(own_period)
+    if count < 4 * window:
+        return None
+    centred = pressed - pressed.mean(axis=1, keepdims=True)
+    level = window_mean(centred, window)
+    return Wave(pressed, stride, own_period, window, level, centred - level_line(level, window))
 
 
 def level_line(level: FloatArray, window: int) -> FloatArray:
@@ -335,25 +315,25 @@ def phase_tests(pressed: FloatArray, period: float) -> tuple[FloatArray, float] 
         Phase by which the last sensor is behind the first, in radians, summed from sensor to
         sensor. For fewer than four waves, the function returns None instead.
     """
-    waves = cut_into_waves(pressed, period)
-    if waves is None:
+    wave = find_wave(pressed, period)
+    if wave is None:
         return None
-    sensors, count = waves.values.shape
-    whole = count // waves.window
-    turns = waves.steady * np.exp(-2j * np.pi / waves.period * np.arange(count))
+    sensors, count = wave.values.shape
+    whole = count // wave.window
+    turns = wave.steady * np.exp(-2j * np.pi / wave.period * np.arange(count))
 
     def directions(of: BoolArray | slice, irregular: FloatArray) -> ComplexArray:
         """Return the direction of each wave's beat relative to a common phase, for some sensors."""
-        against = (turns[of] * np.exp(-1j * irregular))[:, : whole * waves.window]
-        sums = against.reshape(-1, whole, waves.window).sum(axis=2)
+        against = (turns[of] * np.exp(-1j * irregular))[:, : whole * wave.window]
+        sums = against.reshape(-1, whole, wave.window).sum(axis=2)
         unit: ComplexArray = sums / np.maximum(np.abs(sums), 1e-300)
         return unit
 
     chances = []
     for alone in np.eye(sensors, dtype=bool):
-        irregular, _ = wave_phase(waves.values[~alone], waves.period)
+        irregular, _ = wave_phase(wave.values[~alone], wave.period)
         chances.append(rayleigh(directions(alone, irregular)[0]))
-    together = directions(slice(None), wave_phase(waves.values, waves.period)[0])
+    together = directions(slice(None), wave.irregular)
     steps = np.angle((together[1:] * together[:-1].conj()).sum(axis=1))
     return np.array(chances), float(steps.sum())
 

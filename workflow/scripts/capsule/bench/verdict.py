@@ -10,7 +10,7 @@ from capsule import words
 from capsule.acceptance import readings_of
 from capsule.bench.bench_errors import AcquisitionError
 from capsule.bench.verdict_table import verdict_table
-from capsule.described_recording import DescribedRecording
+from capsule.detectors.described_recording import DescribedRecording
 from capsule.detectors.familiar import FAMILIAR, Familiarity, FamiliarKind
 from capsule.detectors.files import read_learned, read_template_set
 from capsule.detectors.training import detector_class

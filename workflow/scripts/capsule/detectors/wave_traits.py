@@ -11,7 +11,7 @@ import numpy as np
 from capsule.arrays import FloatArray
 from capsule.kinds import Settings
 from capsule.units import pressed_and_period
-from capsule.wave import cut_into_waves, wave_phase
+from capsule.wave import find_wave
 
 # In units of the wave's own frequency: the harmonics that count as the wave, how far from each, and
 # the band to which their power is compared (0.1 to 2 Hz for the paper's wave).
@@ -72,26 +72,24 @@ def wave_traits(values: FloatArray, rate_hz: float, settings: Settings) -> WaveT
         wave; a single sensor has neither `step_s` nor `step_spread_s`.
     """
     pressed, configured = pressed_and_period(values, rate_hz, settings)
-    waves = cut_into_waves(pressed, configured)
-    if waves is None:
+    wave = find_wave(pressed, configured)
+    if wave is None:
         return UNKNOWN_TRAITS
-    irregular, offset = wave_phase(waves.values, waves.period)
-    time = np.arange(waves.steady.shape[1])
-    phase = irregular + 2 * np.pi / waves.period * time + offset[:, np.newaxis]
-    depth = 2 * np.abs((waves.steady * np.exp(-1j * phase)).mean(axis=1))
+    irregular, offset = wave.irregular, wave.offset
+    depth = 2 * np.abs((wave.steady * np.exp(-1j * wave.phase)).mean(axis=1))
     if not (depth > 0).all():
         return UNKNOWN_TRAITS
-    period_s = waves.period * waves.stride / rate_hz
+    period_s = wave.period * wave.stride / rate_hz
     # A single sensor has no neighbour.
     steps = np.angle(np.exp(1j * np.diff(offset))) if len(offset) > 1 else np.array([np.nan])
     steps_s = steps * period_s / (2 * np.pi)
-    change = irregular[waves.window :] - irregular[: -waves.window]
+    change = irregular[wave.window :] - irregular[: -wave.window]
     return WaveTraits(
         period_s=period_s,
         step_s=float(steps_s.mean()),
         step_spread_s=float(np.abs(steps_s - steps_s.mean()).max()),
         unsteadiness=float(change.std()) / (2 * np.pi),
-        wave_share=_wave_share(_power(waves.steady), waves.period),
+        wave_share=_wave_share(_power(wave.steady), wave.period),
         noise=float(np.median(_mean_second_difference(pressed) / depth)),
     )
 

@@ -12,7 +12,7 @@ import pandas as pd
 from capsule import files, recording, words
 from capsule.acceptance import check_recording
 from capsule.configuration import read_settings
-from capsule.described_recording import described, template_options, training_archive
+from capsule.detectors.described_recording import described, template_options, training_archive
 from capsule.detectors.training import TrainingArchive
 from capsule.errors import CapsuleError
 from capsule.held_out import places_of, teaching

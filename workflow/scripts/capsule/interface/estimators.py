@@ -16,7 +16,7 @@ import pandas as pd
 
 from capsule.arrays import FloatArray
 from capsule.configuration import read_settings
-from capsule.described_recording import (
+from capsule.detectors.described_recording import (
     DescribedRecording,
     described,
     template_options,

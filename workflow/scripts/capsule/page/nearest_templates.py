@@ -131,7 +131,7 @@ def nearest_template(
     first_peak : float
         u.
     """
-    length = comparison.particle.shape[1]
+    length = comparison.particles.shape[-1]
     nearest, largest = None, -float("inf")
     for size_mm, particle in particles.items():
         template = RepeatedParticle(render(particle, first_peak, length))

@@ -6,7 +6,7 @@ import tomllib
 
 import pytest
 
-from capsule.project_state import read_project_state
+from capsule.page.project_state import read_project_state
 from support.marks import needs_programs
 from support.project import ROOT
 
