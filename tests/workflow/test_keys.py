@@ -72,6 +72,7 @@ def fail(project, script):
     ("file", "expected"),
     [
         ("scripts/capsule/preprocessing.py", once(*LISTS, *LEARNED, **EACH)),
+        ("scripts/capsule/listing.py", once(*LISTS, *LEARNED)),
         ("scripts/capsule/particle.py", once(*LEARNED, fit=3)),
         ("scripts/capsule/templates.py", once(*LEARNED)),
         ("scripts/capsule/detectors/search.py", once(*RATED, describe=FOLDERS)),

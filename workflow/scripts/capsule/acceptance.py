@@ -16,7 +16,6 @@ from capsule.arrays import FloatArray, IntArray
 from capsule.errors import RecordingError
 from capsule.kinds import Settings
 from capsule.names import size_mm
-from capsule.near_copies import fingerprint
 from capsule.preprocessing import preprocess
 from capsule.recording import Recording, read_recording, too_large
 from capsule.seeding import readings_checksum
@@ -37,6 +36,10 @@ _HALF_MEDIAN = 4
 _HALF_MISSING = 0.75
 # In intervals. If the samples are ahead of the time by more than this, there are too many.
 _TOO_MANY = 1.0
+# One mark of the fingerprint is the pattern of 2^5 = 32 successive rises and falls.
+_DOUBLINGS = 5
+# Only marks are kept whose hash is divisible by this.
+_KEPT_OF = 8
 
 
 def check_recording(
@@ -250,6 +253,41 @@ def _check_alike(values: FloatArray, window: int, max_sensor_correlation: float)
             f"(correlation {alike[first, second]:.3f}); check the channels for a short circuit "
             "(recording.max_sensor_correlation)"
         )
+
+
+def fingerprint(values: FloatArray) -> IntArray:
+    """Return marks of the readings that do not depend on unit, order of sensors or length.
+
+    A mark encodes which of 32 successive changes of a sensor go up and which go down. A pattern
+    and its inverse have the same mark.
+
+    Parameters
+    ----------
+    values : (S, K) array
+        Readings; NaN where a sample is missing.
+
+    Returns
+    -------
+    (F,) array of uint64
+        The distinct marks, ascending.
+    """
+    marks = [np.zeros(0, dtype=np.uint64)]
+    for row in values:
+        steps = np.diff(row[~np.isnan(row)])
+        rising = (steps[steps != 0] > 0).astype(np.uint64)
+        if rising.size < 2**_DOUBLINGS:
+            continue
+        for power in range(_DOUBLINGS):
+            width = 2**power
+            rising = (rising[:-width] << np.uint64(width)) | rising[width:]
+        turned = rising ^ np.uint64(2 ** (2**_DOUBLINGS) - 1)
+        marks.append(np.minimum(rising, turned))
+    found = np.concatenate(marks)
+    # The multiplication (golden ratio of 2^64) makes the high bits depend on all bits. Whether a
+    # mark is kept depends on the mark alone, so all recordings keep the same ones.
+    hashed = (found * np.uint64(0x9E3779B97F4A7C15)) >> np.uint64(32)
+    kept: IntArray = np.unique(found[hashed % np.uint64(_KEPT_OF) == 0])
+    return kept
 
 
 def columns_by_time(

@@ -87,10 +87,14 @@ class Run:
         Raises
         ------
         CapsuleError
-            Another run uses the folder, or the disk is full.
+            Another run or Slurm's jobs of a killed one use the folder, or the disk is full.
         """
         self._held.append(hold_run_lock())
-        refuse_unfinished_jobs(Path.cwd())
+        if jobs := unfinished_jobs(Path.cwd()):
+            raise CapsuleError(
+                f"Slurm jobs of a run that was killed still use this folder ({', '.join(jobs)}); "
+                f"wait until they have ended, or end them: scancel {' '.join(jobs)}"
+            )
         files.tidy(Path(self.results))
         # Snakemake itself can end on a full disk without telling that a run has failed.
         atexit.register(self._explain_full_disk)
@@ -192,21 +196,6 @@ class Run:
 def _tell(line: str) -> None:
     """Print a line where Snakemake prints its own."""
     print(line, file=sys.stderr)
-
-
-def refuse_unfinished_jobs(folder: Path) -> None:
-    """Raise an error if Slurm still runs jobs of a killed run of a folder; see `unfinished_jobs`.
-
-    Raises
-    ------
-    CapsuleError
-        The message names the jobs, and how to end them.
-    """
-    if jobs := unfinished_jobs(folder):
-        raise CapsuleError(
-            f"Slurm jobs of a run that was killed still use this folder ({', '.join(jobs)}); wait "
-            f"until they have ended, or end them: scancel {' '.join(jobs)}"
-        )
 
 
 def unfinished_jobs(folder: Path) -> tuple[str, ...]:
