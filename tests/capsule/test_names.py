@@ -39,7 +39,6 @@ def test_recordings_are_ordered_by_size_then_by_number():
     archive = classify(Entry(f"{name}.csv") for name in names)
     expected = ("2.5mm/r1", "3mm/r9", "3mm/r10", "10mm/r1", "unlabelled/a")
     assert archive.recordings == expected
-    assert archive.unlabelled() == ["unlabelled/a"]
     assert archive.labelled() == [*expected[:-1]]
 
 

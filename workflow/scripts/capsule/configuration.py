@@ -105,10 +105,6 @@ def read_config_file(path: Path) -> dict[str, Any]:
     path : Path
         A YAML or JSON file.
 
-    Returns
-    -------
-    dict
-
     Raises
     ------
     CapsuleError
@@ -145,10 +141,6 @@ def read_schema(path: Path) -> dict[str, Any]:
     ----------
     path : Path
         config.schema.json.
-
-    Returns
-    -------
-    dict
     """
     schema: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     schema["properties"]["detectors"] |= {
@@ -197,10 +189,6 @@ def check_configuration(
         The values that each file, or the command line, sets. A later source overrides an earlier
         one. The message names the source of a faulty value.
 
-    Returns
-    -------
-    dict
-
     Raises
     ------
     CapsuleError
@@ -214,8 +202,8 @@ def check_configuration(
     if not faults:
         faults = set(_contradictions(config))
     if faults:
-        lines = "".join(f"\n  {_source(key, sources)}: {text}" for key, text in sorted(faults))
-        raise CapsuleError(f"the configuration cannot be used:{lines}")
+        named = [f"\n  {_source(key, sources)}: {key}: {text}" for key, text in sorted(faults)]
+        raise CapsuleError(f"the configuration cannot be used:{''.join(named)}")
     return config
 
 
@@ -305,18 +293,18 @@ def _describe(
         for name in sorted(map(str, set(error.instance) - set(known))):
             near = difflib.get_close_matches(name, known, n=1)
             hint = f"did you mean {near[0]}?" if near else f"allowed here: {', '.join(known)}"
-            yield prefix + name, f"{prefix}{name}: there is no such key; {hint}"
+            yield prefix + name, f"there is no such key; {hint}"
     elif error.validator == "required":
         for name in error.validator_value:
             if name not in error.instance and repr(name) in error.message:
-                yield prefix + name, f"{prefix}{name}: is missing"
+                yield prefix + name, "is missing"
     else:
         value: Any = config
         part = schema
         for name in keys:
             value, part = value[name], part["properties"][name]
         allowed = allowed_values(part, schema)
-        yield key, f"{key}: {_shorten(value)} is not allowed; must be {allowed}{_hint(value, part)}"
+        yield key, f"{_shorten(value)} is not allowed; must be {allowed}{_hint(value, part)}"
 
 
 def _hint(value: object, part: Settings) -> str:
@@ -340,10 +328,6 @@ def allowed_values(part: Settings, schema: Settings) -> str:
         The key's part of the schema.
     schema : mapping
         The whole schema, with the definitions that its parts refer to.
-
-    Returns
-    -------
-    str
     """
     if "$ref" in part:
         part = {**schema["$defs"][part["$ref"].rsplit("/", 1)[1]], **part}
@@ -371,47 +355,41 @@ def allowed_values(part: Settings, schema: Settings) -> str:
 
 def _contradictions(config: Settings) -> Iterator[tuple[str, str]]:
     """Yield the key and the message of values that are allowed one by one but not together."""
-    named, detectors = config["report"]["lead"], config["detectors"]
-    if named not in (_BEST, *detectors):
-        key, known = "report.lead", ", ".join((_BEST, *detectors))
-        yield key, f"{key}: {_shorten(named)} is not allowed; must be one of {known}"
-    recording, preprocessing = config["recording"], config["preprocessing"]
-    fit = config["fit"]
-    window, length = preprocessing["window"], preprocessing["length"]
+    recording, shape, fit = config["recording"], config["preprocessing"], config["fit"]
+    bench, window, length = config["diagonal"], shape["window"], shape["length"]
+    lead, known = config["report"]["lead"], (_BEST, *config["detectors"])
+    if lead not in known:
+        must = f"must be one of {', '.join(known)}"
+        yield "report.lead", f"{_shorten(lead)} is not allowed; {must}"
     if window > length:
-        key = "preprocessing.window"
-        yield key, f"{key}: {window} samples are more than preprocessing.length, which is {length}"
+        more = f"{window} samples are more than preprocessing.length, which is {length}"
+        yield "preprocessing.window", more
     for part in ("diagonal", "fit"):
         for name in sorted(key for key in config[part] if key.endswith("_range")):
             low, high = config[part][name]
             if low > high:
-                key = f"{part}.{name}"
-                yield key, f"{key}: {low:g} is above {high:g}; give the lower bound first"
+                yield f"{part}.{name}", f"{low:g} is above {high:g}; give the lower bound first"
     last = fit["first_peak"] + (recording["sensors"] - 1) * fit["peak_spacing_range"][1]
     if last > length:
-        key = "fit.peak_spacing_range" if fit["first_peak"] <= length else "fit.first_peak"
         yield (
-            key,
-            f"{key}: with first_peak {fit['first_peak']}, the last of {recording['sensors']} "
-            f"peaks could be at column {last}; preprocessing.length is only {length}",
+            "fit.peak_spacing_range" if fit["first_peak"] <= length else "fit.first_peak",
+            f"with first_peak {fit['first_peak']}, the last of {recording['sensors']} peaks could "
+            f"be at column {last}; preprocessing.length is only {length}",
         )
-    bench = config["diagonal"]
     samples = bench["wavelength_mm"] / bench["wave_speed_mm_s"] * recording["rate_hz"]
     if samples < _LEAST_SAMPLES_A_WAVE:
-        key = "diagonal.wave_speed_mm_s"
         yield (
-            key,
-            f"{key}: at {bench['wave_speed_mm_s']:g} mm/s a wave of {bench['wavelength_mm']:g} mm "
-            f"lasts {samples:.2g} samples at {recording['rate_hz']:g} Hz; at least "
+            "diagonal.wave_speed_mm_s",
+            f"at {bench['wave_speed_mm_s']:g} mm/s a wave of {bench['wavelength_mm']:g} mm lasts "
+            f"{samples:.2g} samples at {recording['rate_hz']:g} Hz; at least "
             f"{_LEAST_SAMPLES_A_WAVE} are needed",
         )
     if recording["max_gap_s"] * recording["rate_hz"] > window // 2:
-        key = "recording.max_gap_s"
         yield (
-            key,
-            f"{key}: {recording['max_gap_s']:g} s are more than half the window "
-            f"of {window} samples at {recording['rate_hz']:g} Hz; at most "
-            f"{window // 2 / recording['rate_hz']:g} s are allowed",
+            "recording.max_gap_s",
+            f"{recording['max_gap_s']:g} s are more than half the window of {window} samples at "
+            f"{recording['rate_hz']:g} Hz; at most {window // 2 / recording['rate_hz']:g} s are "
+            "allowed",
         )
 
 

@@ -69,10 +69,6 @@ class Archive:
         """Return the recordings of a known condition, with or without a nodule."""
         return [name for name in self.recordings if size_mm(name) is not None]
 
-    def unlabelled(self) -> list[str]:
-        """Return the recordings of unknown size, which a detector is to judge."""
-        return [name for name in self.recordings if size_mm(name) is None]
-
 
 def is_plain(name: str) -> bool:
     """Return whether a name is safe in a shell, in the report and in any file system."""
@@ -169,10 +165,6 @@ def classify(entries: Iterable[Entry]) -> Archive:
     ----------
     entries : iterable of Entry
         Everything in raw/ and in its folders, in any order.
-
-    Returns
-    -------
-    Archive
     """
     recordings, refused, passed_over = [], {}, {}
     for entry in entries:

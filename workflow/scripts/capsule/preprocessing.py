@@ -174,10 +174,6 @@ def preprocess_run(
         W, window of the envelope in samples.
     threshold : float
         c, in standard deviations.
-
-    Returns
-    -------
-    PreprocessedRun
     """
     envelope = rms_envelope(normalize(values), window)
     time_s = np.arange(values.shape[1]) / rate_hz

@@ -91,10 +91,6 @@ def read_recording(stream: BinaryIO, sensors: int, max_bytes: int = 16_000_000) 
     max_bytes : int
         Limit of the file's size; of a larger file, only one byte more than this is read.
 
-    Returns
-    -------
-    Recording
-
     Raises
     ------
     RecordingError

@@ -57,10 +57,6 @@ def total(particles: Sequence[Particle], sensors: int) -> ParticleTotal:
         Theta* of each recording.
     sensors : int
         S, needed if there is no particle.
-
-    Returns
-    -------
-    ParticleTotal
     """
     vectors = [particle.to_vector() for particle in particles]
     vector = np.sum(vectors, axis=0) if vectors else np.zeros(4 * sensors - 1)
@@ -107,21 +103,14 @@ class TemplateSet:
         tuple of B (S, L) arrays
             The same array objects for sizes that lose no recording; NaN for a size that loses all.
         """
-        totals = dict(enumerate(self.totals))
-        changed = set()
+        matrices, changed = list(self.matrices), dict[int, ParticleTotal]()
         for size_mm, particle in left_out:
             if size_mm > 0 and particle is not None:
                 index = self.sizes_mm.index(size_mm)
-                totals[index] = totals[index].without(particle)
-                changed.add(index)
-        if not changed:
-            return self.matrices
-        return tuple(
-            render(totals[index].mean(), self.first_peak, matrix.shape[1])
-            if index in changed
-            else matrix
-            for index, matrix in enumerate(self.matrices)
-        )
+                changed[index] = changed.get(index, self.totals[index]).without(particle)
+        for index, remaining in changed.items():
+            matrices[index] = render(remaining.mean(), self.first_peak, matrices[index].shape[1])
+        return tuple(matrices)
 
 
 def build_templates(
