@@ -70,7 +70,7 @@ def test_a_second_run_of_the_folder_does_not_begin():
         second.begin()
 
 
-def test_from_its_start_on_the_page_is_marked_until_it_fits_again():
+def test_from_its_start_on_the_page_is_marked_until_it_fits_again(capsys):
     page = Path("results/report.html")
     page.write_bytes(PAGE)
     started = run_of()
@@ -80,6 +80,7 @@ def test_from_its_start_on_the_page_is_marked_until_it_fits_again():
     assert MARK in page.read_bytes()
     started.succeed(KEY)
     assert page.read_bytes() == PAGE
+    assert capsys.readouterr().err == "The report: results/report.html\n"
 
 
 def test_a_page_that_was_made_from_something_else_stays_marked(capsys):

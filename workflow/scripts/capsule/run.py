@@ -116,6 +116,7 @@ class Run:
             return
         if files.is_made_from(self.page, key):
             files.mark_outdated(self.page, outdated=False)
+            _tell(f"The report: {self.page}")
         else:
             _tell(f"{self.page} is out of date; make it again: snakemake -c2 {self.page}")
 
