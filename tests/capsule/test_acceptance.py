@@ -267,3 +267,176 @@ def test_more_samples_than_the_time_has_room_for_are_told():
     time_s = np.sort(np.concatenate([EVEN, EVEN[200:215] + 0.05]))
     with pytest.raises(RecordingError, match=r": 204 samples up to 20\.15 s, but 10 Hz give"):
         columns_by_time(time_s, **RULES)
+
+
+@pytest.mark.parametrize(("lost", "accepted"), [(20, True), (21, False)])
+@pytest.mark.parametrize("start", [1, 150, 278])
+def test_a_gap_may_last_exactly_as_long_as_allowed(lost, accepted, start):
+    whole = recording()
+    keep = np.delete(np.arange(300), slice(start, start + lost))
+    cut = Recording(whole.time_s[keep], whole.values[:, keep], whole.header)
+    if accepted:
+        assert np.isnan(accept(cut, **SETTINGS)[:, start : start + lost]).all()
+    else:
+        reason = rf"samples are missing for 2\.1 s, from {start / 10:g} s on; at most 2 s"
+        with pytest.raises(RecordingError, match=reason):
+            accept(cut, **SETTINGS)
+
+
+def test_exactly_the_allowed_share_of_samples_may_be_missing():
+    whole = recording()
+    lost = np.concatenate([np.arange(start, start + 15) for start in (20, 70, 120, 170)])
+    for more, accepted in (([], True), ([250], False)):
+        keep = np.delete(np.arange(300), [*lost, *more])
+        cut = Recording(whole.time_s[keep], whole.values[:, keep], whole.header)
+        if accepted:
+            assert np.isnan(accept(cut, **SETTINGS)).all(axis=0).sum() == 60
+        else:
+            with pytest.raises(RecordingError, match=r"61 of 300 samples \(20 %\) are missing"):
+                accept(cut, **SETTINGS)
+
+
+@pytest.mark.parametrize("end", [0, 1023])
+def test_exactly_the_allowed_share_of_samples_may_lie_at_the_end_of_the_range(end):
+    for count, accepted in ((150, True), (151, False)):
+        values = recording().values
+        values[2] = np.where(np.arange(300) < count, end, np.arange(300) + 200)
+        if accepted:
+            accept(recording(values=values), **SETTINGS)
+        else:
+            with pytest.raises(RecordingError, match=f"sensor_3 is at {end}, the end"):
+                accept(recording(values=values), **SETTINGS)
+
+
+def test_exactly_the_allowed_share_of_samples_may_read_the_same():
+    for count, accepted in ((240, True), (241, False)):
+        values = recording().values
+        values[1] = np.where(np.arange(300) < count, 487, np.arange(300) + 500)
+        if accepted:
+            accept(recording(values=values), **SETTINGS)
+        else:
+            with pytest.raises(RecordingError, match="sensor_2 reads 487 in 80 %"):
+                accept(recording(values=values), **SETTINGS)
+
+
+@pytest.mark.parametrize("window", [84, 85])
+def test_the_correlation_of_two_sensors_is_that_of_the_readings_minus_their_means(window):
+    """The limit lies exactly at the correlation that is computed slowly."""
+    values = recording().values
+    numbers = np.random.default_rng(2)
+    values[3] = values[1] + numbers.integers(-20, 21, 300)
+    half = (window - 1) // 2
+    starts = range(301 - window)
+    level = [[row[start : start + window].mean() for start in starts] for row in values]
+    moving = values[:, half : half + len(starts)] - np.array(level)
+    length = np.sqrt((moving**2).sum(axis=1))
+    correlation = (moving @ moving.T) / np.outer(length, length)
+    largest = correlation[np.triu_indices(4, 1)].max()
+    assert largest == correlation[1, 3] < 0.999
+    above = SECTION | {"max_sensor_correlation": largest + 1e-9}
+    accept(recording(values=values), rules=above, window=window, length=1000)
+    below = SECTION | {"max_sensor_correlation": largest - 1e-9}
+    with pytest.raises(RecordingError, match=rf"sensor_2 and sensor_4 .* {largest:.3f}\)"):
+        accept(recording(values=values), rules=below, window=window, length=1000)
+
+
+def test_a_recording_as_long_as_the_window_or_the_matrix_is_accepted():
+    whole = recording()
+    # Over a single window no two sensors can be compared.
+    alike = SECTION | {"max_sensor_correlation": 1.0}
+    assert accept(whole, rules=alike, window=300, length=1000).shape == (4, 300)
+    assert accept(whole, rules=SECTION, window=84, length=300).shape == (4, 300)
+
+
+def test_counts_may_reach_both_ends_of_the_converters_range_and_nothing_beyond():
+    values = recording().values
+    values[0, :2] = 0, 1023
+    accept(recording(values=values), **SETTINGS)
+    for beyond in (-1, 1024):
+        values[0, 0] = beyond
+        with pytest.raises(RecordingError, match=f"sensor_1 reads {beyond}, outside the ADC's"):
+            accept(recording(values=values), **SETTINGS)
+
+
+def test_two_samples_are_enough_for_the_window_of_two():
+    two = Recording(np.array([0.0, 0.1]), np.array([[1.0, 2.0], [4.0, 3.5]]))
+    rules = SECTION | {"max_sensor_correlation": 1.0, "max_rail_fraction": 1.0}
+    np.testing.assert_array_equal(accept(two, rules=rules, window=2, length=1000), two.values)
+
+
+def test_the_duration_is_from_the_first_sample_to_the_last():
+    made = make_recording(0, "0mm/r01")
+    late = Recording(made.time_s + 7.5, made.values, made.header)
+    told, _, _ = check_recording("0mm/r01", format_recording(late), LARGEST, CONFIG)
+    assert told["samples"] == made.time_s.size
+    assert told["duration_s"] == pytest.approx(made.time_s[-1] - made.time_s[0])
+
+
+@pytest.mark.parametrize(("rate_hz", "passes"), [(9.49, 0), (9.51, 1), (10.49, 1), (10.51, 0)])
+def test_the_rate_may_differ_by_the_tolerance(rate_hz, passes):
+    time_s = np.arange(SAMPLES) / rate_hz
+    if passes:
+        np.testing.assert_array_equal(columns_by_time(time_s, **RULES), np.arange(SAMPLES))
+    else:
+        with pytest.raises(RecordingError, match=r"rate is .* Hz, but recording\.rate_hz is 10"):
+            columns_by_time(time_s, **RULES)
+
+
+@pytest.mark.parametrize(("unit", "rate"), [(1e3, 1), (1e6, 1), (1e9, 1), (1e3, 0.6), (1e3, 1.8)])
+def test_the_unit_of_time_is_guessed_within_a_factor_of_two(unit, rate):
+    with pytest.raises(RecordingError, match=rf"is time_s in 1/{unit:.0f} of a second\?"):
+        columns_by_time(EVEN * unit * rate, **RULES)
+
+
+@pytest.mark.parametrize("factor", [0.4, 2.5, 400, 2500])
+def test_no_unit_of_time_is_guessed_for_another_rate(factor):
+    with pytest.raises(RecordingError, match=r"recording\.rate_hz is 10$"):
+        columns_by_time(EVEN * factor, **RULES)
+
+
+def test_a_recording_may_fill_the_matrix_to_its_last_column():
+    kept = np.delete(np.arange(SAMPLES), range(100, 110))
+    columns = columns_by_time(EVEN[kept], **RULES | {"length": SAMPLES})
+    np.testing.assert_array_equal(columns, kept)
+    with pytest.raises(RecordingError, match=f"{SAMPLES} samples are more than the"):
+        columns_by_time(EVEN[kept], **RULES | {"length": SAMPLES - 1})
+
+
+@pytest.mark.parametrize("first", [1, 2, 3, 5])
+def test_a_gap_near_an_end_is_kept(first):
+    for lost in (first, SAMPLES - 1 - first):
+        kept = np.delete(np.arange(SAMPLES), lost)
+        np.testing.assert_array_equal(columns_by_time(EVEN[kept], **RULES), kept)
+
+
+def test_the_change_of_the_rate_is_told_with_its_place_and_both_rates():
+    # 312 steps of 0.1 s, then steps of 0.2 s; the fifth stretch of 84 begins 24 of these later.
+    told = r"5 Hz in the 84 samples from 36 s on, 10 Hz in most others"
+    with pytest.raises(RecordingError, match=told):
+        columns_by_time(two_rates(5), **RULES)
+    with pytest.raises(RecordingError, match=r"10 Hz in the 84 samples from 0 s on, 5 Hz in most"):
+        columns_by_time(two_rates(5, first=0.4), **RULES | {"rate_hz": 5})
+
+
+@pytest.mark.parametrize(("lost", "late"), [(1, 0.0), (1, 0.03), (3, -0.03), (17, 0.02)])
+@pytest.mark.parametrize("at", [8, 100, 260, 510])
+def test_a_gap_has_as_many_columns_as_samples_are_missing(lost, late, at):
+    kept = np.delete(np.arange(SAMPLES), range(at, min(at + lost, SAMPLES - 1)))
+    time_s = kept * 0.1
+    # The first sample after the gap may come a little early or late.
+    time_s[at] += late
+    np.testing.assert_array_equal(columns_by_time(time_s, **RULES), kept)
+
+
+@pytest.mark.parametrize("samples", [2, 3, 5, 9, 10])
+def test_a_short_recording_has_a_column_for_each_sample(samples):
+    np.testing.assert_array_equal(
+        columns_by_time(EVEN[:samples], **RULES | {"stretch": 2}), np.arange(samples)
+    )
+
+
+@pytest.mark.parametrize("rate_hz", [9.7, 9.995, 10.003, 10.3])
+def test_a_clock_that_runs_fast_or_slow_finds_the_gaps_at_their_size(rate_hz):
+    kept = np.delete(np.arange(SAMPLES), [*range(30, 38), 200, *range(400, 419)])
+    columns = columns_by_time(kept / rate_hz, **RULES)
+    np.testing.assert_array_equal(columns, kept)

@@ -1,5 +1,6 @@
 """The list of recordings: which of several with the same readings counts, and near-copies."""
 
+import itertools
 import time
 
 import numpy as np
@@ -11,6 +12,7 @@ from capsule.acceptance import fingerprint
 from capsule.listing import full_list, near_copies, nearly_equal, reasons_of_copies
 from capsule.names import Entry, classify
 from capsule.recording import read_recording
+from capsule.seeding import generator
 from support.project import ROOT
 from support.synthetic import make_recording
 
@@ -192,3 +194,50 @@ def test_thousands_are_searched_in_seconds():
     started = time.process_time()
     assert found_in(archive) == {"77": ["copy"], "copy": ["77"]}
     assert time.process_time() - started < 20
+
+
+@pytest.mark.parametrize(("rows", "same"), [(200, True), (199, False)])
+def test_at_least_half_of_the_shorter_recording_must_overlap(rows, same):
+    run = generator(1, "overlap").normal(size=(2, 800 - rows))
+    # The last rows of the first are the first rows of the second; both have 400.
+    assert nearly_equal(run[:, :400], run[:, 400 - rows :]) == same
+
+
+def test_sections_without_a_change_have_no_correlation():
+    numbers = generator(1, "still")
+    run = np.zeros((2, 400))
+    run[:, 300:] = numbers.normal(size=(2, 100))
+    assert nearly_equal(run, 3 * run + 5)
+    still = np.ones((2, 400))
+    assert not nearly_equal(still, still)
+
+
+def test_a_mark_is_the_pattern_of_32_rises_and_falls_written_out():
+    run = generator(1, "marks").integers(0, 9, 900).astype(float)
+    run[[10, 11, 200]] = np.nan
+    known = run[~np.isnan(run)]
+    steps = [b > a for a, b in itertools.pairwise(known) if a != b]
+    marks = set()
+    for start in range(len(steps) - 31):
+        pattern = int("".join(str(int(each)) for each in steps[start : start + 32]), 2)
+        mark = min(pattern, 2**32 - 1 - pattern)
+        # One in eight is kept, by a hash of the mark alone.
+        if (mark * 0x9E3779B97F4A7C15 % 2**64 >> 32) % 8 == 0:
+            marks.add(mark)
+    assert 20 < len(marks) < 200
+    assert fingerprint(run[np.newaxis]).tolist() == sorted(marks)
+    assert fingerprint(np.vstack([run, run[::-1]])).size > len(marks)
+
+
+@pytest.mark.parametrize(("samples", "marks"), [(32, 0), (33, 1)])
+def test_a_mark_takes_33_readings(samples, marks):
+    # Among many runs of that length, some keep their single mark.
+    runs = generator(1, "short").normal(size=(60, 1, samples))
+    assert max(fingerprint(run).size for run in runs) == marks
+
+
+@pytest.mark.parametrize(("shared", "found"), [(25, True), (24, False)])
+def test_recordings_that_share_a_quarter_of_the_shorter_list_are_compared(shared, found):
+    marks = {"one": np.arange(100), "other": 100 - shared + np.arange(200), "none": np.arange(0)}
+    run = generator(1, "quarter").normal(size=(2, 300))
+    assert bool(near_copies(marks, {"one": run, "other": run, "none": run}.__getitem__)) == found

@@ -10,6 +10,7 @@ from capsule.names import (
     classify,
     displayed,
     folder_size_mm,
+    is_plain,
     reason_of_copy,
     size_label,
     size_mm,
@@ -158,3 +159,27 @@ def test_what_lies_in_a_hidden_folder_is_named_where_it_claims_to_be_a_recording
         ".5mm/x.csv": "in a hidden folder; move it into a folder such as 3mm/",
         ".x.csv": "hidden file",
     }
+
+
+def test_a_backslash_in_a_name_is_no_escape():
+    assert displayed("a\\n") == "a\\\\n" != displayed("a\n") == "a\\n"
+    assert displayed("plain") == "plain"
+
+
+def test_what_stands_directly_in_raw_is_named_if_it_claims_to_be_data():
+    entries = [Entry("3mm", "folder"), Entry("unlabelled", "folder"), Entry("2mm", "link out")]
+    archive = classify([*entries, Entry("5mm", "dead link"), Entry(".git", "folder")])
+    assert set(archive.passed_over) == {"2mm", "5mm"}
+    assert "the linked folder" not in archive.passed_over["5mm"]
+
+
+@pytest.mark.parametrize(("times", "refused"), [(19, False), (20, True)])
+def test_twenty_repetitions_at_the_end_of_a_name_are_too_many(times, refused):
+    archive = classify([Entry(f"3mm/r{'01' * times}.csv")])
+    assert bool(archive.refused) == refused
+
+
+@pytest.mark.parametrize(("letters", "plain"), [(100, True), (101, False)])
+def test_a_name_has_at_most_a_hundred_characters(letters, plain):
+    name = "".join("ab1-_"[turn % 5] for turn in range(letters - 4)) + ".csv"
+    assert is_plain(name) == plain

@@ -1,4 +1,5 @@
 import io
+import re
 
 import numpy as np
 import pytest
@@ -193,3 +194,53 @@ def test_a_header_may_be_long_but_not_a_book():
     assert read_recording(io.BytesIO(note * 2 + columns), 2).header["note"] == "x" * 4900
     with pytest.raises(RecordingError, match="line 3: the header lines hold more than 10000"):
         read_recording(io.BytesIO(note * 3 + columns), 2)
+
+
+COLUMNS = b"time_s,sensor_1,sensor_2\n0,1,2\n"
+
+
+def test_a_line_a_header_and_a_file_may_be_exactly_as_long_as_allowed():
+    # 10 000 characters in a line, and so in the header lines.
+    line = b"# note: " + b"x" * 9992
+    assert len(read(line + b"\n" + COLUMNS).header["note"]) == 9992
+    with pytest.raises(RecordingError, match="line 1 has 10001 characters"):
+        read(line + b"x\n" + COLUMNS)
+    assert read(b"#\n" * 1000 + COLUMNS).values.shape == (2, 1)
+    assert read(COLUMNS, max_bytes=len(COLUMNS)).values.shape == (2, 1)
+    with pytest.raises(RecordingError, match=r"larger than 3e-05 MB and cannot be one run"):
+        read(COLUMNS, max_bytes=len(COLUMNS) - 1)
+
+
+def test_a_recording_has_at_most_200_000_lines():
+    blank = b"\n" * (200_000 - 2)
+    assert read(COLUMNS + blank).values.shape == (2, 1)
+    with pytest.raises(RecordingError, match=r"has 200001 lines; .* at most 200000"):
+        read(COLUMNS + blank + b"\n")
+
+
+def test_columns_come_in_any_order_and_others_are_passed_over():
+    content = b"sensor_2,note,time_s,sensor_1,sensor\n5,a,0.5,7,\n6,,0.6,8,b\n"
+    recording = read(content)
+    np.testing.assert_array_equal(recording.time_s, [0.5, 0.6])
+    np.testing.assert_array_equal(recording.values, [[7, 8], [5, 6]])
+
+
+def test_the_largest_number_is_a_hundred_million_million_million():
+    assert read(COLUMNS + b"1,-1e20,1e20\n").values[1, 1] == 1e20
+    for text in (b"1.0001e20", b"-1.0001e20"):
+        with pytest.raises(RecordingError, match=r"line 3: .* is too large"):
+            read(COLUMNS + b"1,1," + text + b"\n")
+
+
+@pytest.mark.parametrize(("letters", "shown"), [(60, "x" * 60), (61, "x" * 57 + "...")])
+def test_a_long_cell_is_shown_by_its_first_sixty_characters(letters, shown):
+    reason = re.escape(f"line 4: '{shown}' is not a number")
+    with pytest.raises(RecordingError, match=reason):
+        read(b"# a: b\n" + COLUMNS + b"1,1," + b"x" * letters + b"\n")
+
+
+def test_numbers_are_written_so_that_they_read_as_the_same():
+    numbers = [1e15, 1e15 - 1, -3.0, 0.1, 123456789.5, 1e-7]
+    texts = format_sample(0.0, numbers).strip().split(",")[1:]
+    assert texts == ["1000000000000000.0", "999999999999999", "-3", "0.1", "123456789.5", "1e-07"]
+    assert list(map(float, texts)) == numbers

@@ -63,3 +63,15 @@ def test_the_only_recording_of_a_size_leaves_no_template_behind():
     sizes = {1.0: particles(1)}
     templates = build_templates(sizes, sensors=4, first_peak=150, length=1000)
     assert np.isnan(templates.without([(1.0, sizes[1.0][0])])[1]).all()
+
+
+@pytest.mark.parametrize("sensors", [1, 4])
+def test_a_size_without_a_recording_has_an_unknown_average_of_the_usual_form(sensors):
+    empty = total([], sensors)
+    assert (empty.count, empty.vector.shape) == (0, (4 * sensors - 1,))
+    mean = empty.mean()
+    assert mean.amplitude.shape == mean.horizontal_spread.shape == (sensors,)
+    assert mean.peak_spacing.shape == (sensors - 1,)
+    assert np.isnan(mean.to_vector()).all()
+    templates = build_templates({1.0: []}, sensors=sensors, first_peak=5, length=20)
+    assert np.isnan(templates.matrices[1]).all() and templates.matrices[1].shape == (sensors, 20)

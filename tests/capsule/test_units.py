@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 
 from capsule.errors import RecordingError
-from capsule.units import on_full_scale, relative_resistance
+from capsule.units import (
+    adc_ends,
+    on_full_scale,
+    pressed_and_period,
+    relative_resistance,
+    share_between,
+    shares_at_ends,
+)
 
 SERIES_OHM = 12_000.0
 OHM = SERIES_OHM * np.exp(np.random.default_rng(3).uniform(-1, 1, (4, 50)))
@@ -107,3 +114,81 @@ def test_the_ends_of_the_converter_and_missing_samples_stay_finite_and_missing()
     assert np.isfinite(given[0, :2]).all()
     assert np.isnan(given[0, 2])
     assert given[0, 0] < given[0, 1]
+
+
+def test_the_bands_at_the_ends_follow_from_bits_and_reference():
+    counts = np.array([[1.0, 2.0, 700.0]])
+    whole, bands = adc_ends({"adc_bits": "10"}, counts)
+    assert whole and bands == [(0.0, 0.0), (1023.0, 1023.0)]
+    whole, bands = adc_ends({}, counts)
+    assert whole and bands[1:] == [(2.0**n - 1, 2.0**n - 1) for n in (8, 10, 12, 14, 16)]
+    step = 5 / 2**12
+    whole, bands = adc_ends({"vref_v": "5", "adc_bits": "12"}, counts / 204.6)
+    assert not whole
+    assert bands == [(0.0, step / 2), (5 - 1.5 * step, 5 + step)]
+    # Without bits, volts are taken for those of 10 bits; without a reference there is no upper end.
+    _, bands = adc_ends({"vref_v": "5"}, counts / 204.6)
+    assert bands[0] == (0.0, 5 / 2**11)
+    assert adc_ends({}, counts / 204.6) == (False, [(0.0, 0.0)])
+
+
+@pytest.mark.parametrize(("highest", "counts"), [(10.0, False), (10.1, True)])
+def test_readings_above_twice_the_reference_are_averaged_counts(highest, counts):
+    values = np.array([[0.25, 3.0, highest]])
+    assert adc_ends({"vref_v": "5"}, values)[0] == counts
+
+
+@pytest.mark.parametrize(
+    ("bits", "allowed"), [("0", False), ("1", True), ("32", True), ("33", False)]
+)
+def test_a_converter_has_1_to_32_bits(bits, allowed):
+    values = np.array([[0.0, 1.0]])
+    if allowed:
+        top = 2.0 ** int(bits) - 1
+        assert adc_ends({"adc_bits": bits}, values)[1][-1] == (top, top)
+    else:
+        with pytest.raises(RecordingError, match="allowed is a whole number, 1 to 32"):
+            adc_ends({"adc_bits": bits}, values)
+
+
+def test_a_share_counts_both_limits_and_the_larger_end_is_told():
+    values = np.array([[0.0, 0.0, 1023.0, 500.0, np.nan], [1023.0, 1023.0, 0.0, 1023.0, np.nan]])
+    assert shares_at_ends(values, {"adc_bits": "10"}) == [0.5, 0.75]
+    assert share_between(np.array([1.0, 2.0, 3.0, 4.0]), 2.0, 3.0) == 0.5
+
+
+def test_a_resistance_of_0_is_refused():
+    header = {"unit": "kohm", "series_ohm": "12000"}
+    made = on_full_scale(np.array([[12.0, 4.0]]), header, 1000.0, True)
+    np.testing.assert_allclose(made, [[500.0, 250.0]])
+    np.testing.assert_allclose(
+        on_full_scale(np.array([[12.0, 4.0]]), header, 1000.0, False), [[500.0, 750.0]]
+    )
+    with pytest.raises(RecordingError, match="a reading is 0; every resistance must be above 0"):
+        on_full_scale(np.array([[12.0, 0.0]]), header, 1000.0, True)
+
+
+@pytest.mark.parametrize("lowers", [True, False])
+def test_pressing_raises_what_is_returned_and_a_wave_lasts_length_over_speed(lowers):
+    bench = {"wavelength_mm": 80, "wave_speed_mm_s": 25, "full_scale": 1024}
+    bench["pressing_lowers_reading"] = lowers
+    rising = np.array([[300.0, 400.0, 600.0]])
+    pressed, period = pressed_and_period(rising, 10.0, bench)
+    assert period == 32.0
+    assert (np.diff(pressed) < 0).all() == lowers
+    assert (np.diff(pressed) > 0).all() != lowers
+
+
+def test_only_readings_from_the_converters_range_are_converted():
+    def converted(low, high):
+        readings = np.array([[low, high]])
+        return not np.array_equal(relative_resistance(readings, 100.0, True), readings)
+
+    assert converted(0.0, 100.0)
+    assert not converted(-0.1, 100.0)
+    assert not converted(0.0, 100.1)
+    # Two hundredths of the full scale are too near 0 to be counts.
+    assert converted(0.0, 2.1)
+    assert not converted(0.0, 2.0)
+    ends = relative_resistance(np.array([[0.0, 2.0, 98.0, 100.0]]), 100.0, True)
+    np.testing.assert_allclose(ends, [[2 / 98, 2 / 98, 98 / 2, 98 / 2]])

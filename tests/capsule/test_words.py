@@ -110,3 +110,71 @@ def test_a_difference_has_a_sign_but_for_none(difference):
 @given(st.floats(0, 1))
 def test_no_probability_is_certain(probability):
     assert words.probability(probability) not in ("0 %", "100 %", "\u22120 %")
+
+
+@pytest.mark.parametrize(
+    ("written", "expected"),
+    [
+        (words.duration(0.0999), "under 0.1 s"),
+        (words.duration(0.1), "0.1 s"),
+        (words.duration(59.94), "59.9 s"),
+        (words.duration(60), "1 min 0 s"),
+        (words.duration(3599.4), "59 min 59 s"),
+        (words.duration(3600), "1 h 0 min"),
+        (words.significant(0.12749), "0.127"),
+        (words.significant(45.44), "45.4"),
+        (words.significant(999.4), "999"),
+        (words.significant(123456.0), "123456"),
+        (words.significant(1.0), "1.00"),
+        (words.significant(-0.001234), "\u22120.00123"),
+        (words.significant(0.0), "0"),
+        (words.significant(UNKNOWN), "not known"),
+        (words.significant(2.5, 1), "2"),
+        (words.number(2.345), "2.35"),
+        (words.percent(0.5774), "57.7 %"),
+        (words.percent(0.85), "85 %"),
+        (words.percent(1.0), "100 %"),
+        (words.probability(0.0004), "< 0.1 %"),
+        (words.probability(0.0006), "0.1 %"),
+        (words.probability(0.9994), "99.9 %"),
+        (words.probability(0.9996), "> 99.9 %"),
+        (words.p_value(0.0009), "p < 0.001"),
+        (words.p_value(0.001), "p = 0.001"),
+        (words.p_value(0.0312), "p = 0.031"),
+        (words.p_value(None), ""),
+        (words.place(-0.1, 3.0), "before the start"),
+        (words.place(0.0, UNKNOWN), "0.0 s"),
+        (words.place(12.3, 6.1), "12.3 s, 6.1 mm"),
+        (words.place(None, 6.1), "not given"),
+        (words.enumerate_words([]), ""),
+        (words.enumerate_words(["a"]), "a"),
+        (words.enumerate_words(["a", "b"]), "a and b"),
+        (words.plural(0, "pass", "passes"), "0 passes"),
+        (words.plural(2, "place teaches", "places teach"), "2 places teach"),
+        (words.setting([1, 2, 3]), "1, 2, 3"),
+        (words.setting(-7), "\u22127"),
+        (words.setting(True), "True"),
+        (words.setting(["a", "b"]), "a, b"),
+        (words.setting((1, "b")), "1, b"),
+    ],
+)
+def test_texts_change_at_their_limits(written, expected):
+    assert written == expected
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "largest", "expected"),
+    [
+        (2.1, 4.0, None, "3.2 mm (2.1 to 4.0)"),
+        (2.1, float("inf"), None, "3.2 mm (2.1 mm or more)"),
+        (2.1, float("inf"), 5.0, "3.2 mm (2.1 to 5 mm or more)"),
+        (5.0, float("inf"), 5.0, "3.2 mm (5.0 mm or more)"),
+        (4.9, float("inf"), 5.0, "3.2 mm (4.9 to 5 mm or more)"),
+        (UNKNOWN, 4.0, None, "3.2 mm"),
+        (2.1, UNKNOWN, None, "3.2 mm"),
+    ],
+)
+def test_the_interval_of_a_size_may_be_open(low, high, largest, expected):
+    row = {"estimate_mm": 3.2, "estimate_low_mm": low, "estimate_high_mm": high}
+    assert words.estimated_size(row, largest) == expected
+    assert words.estimated_size(row | {"estimate_mm": UNKNOWN}, largest) == "not given"

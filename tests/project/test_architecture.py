@@ -1,11 +1,13 @@
-"""The code has the structure that the documentation describes: layers, files and sizes."""
+"""Imports lead down, only some modules know files, and the rules of the workflow stay short."""
 
 import ast
+import re
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 
 import pytest
 
+from capsule.page.files import RULE_SCRIPTS
 from support.project import ROOT
 
 SCRIPTS = ROOT / "workflow" / "scripts"
@@ -40,7 +42,6 @@ FLOORS = (
     "scorer_teaching",
     "scripts",
 )
-FRONTS = {"study_phantom", "teach_scorer"}
 # Only modules of these names, in any folder of the library, know files, folders and processes. All
 # others are functions on arrays.
 ON_FILES = {"files", "results", "project", "locks", "forks", "keys", "configuration", "held_out"}
@@ -83,47 +84,50 @@ def imports_of(module):
     return imported(MODULES[module]) & MODULES.keys()
 
 
-@pytest.mark.parametrize("module", MODULES)
-def test_no_module_imports_from_a_higher_floor(module):
-    above = {other for other in imports_of(module) if floor(other) > floor(module)}
-    assert above == set()
-
-
-def test_no_imports_run_in_a_circle():
+def test_imports_lead_down_and_in_no_circle():
+    upward = [
+        f"{module} imports {other}"
+        for module in MODULES
+        for other in sorted(imports_of(module))
+        if floor(other) > floor(module)
+    ]
+    assert not upward
     try:
         tuple(TopologicalSorter({name: imports_of(name) for name in MODULES}).static_order())
     except CycleError as error:
         pytest.fail(" imports ".join(reversed(error.args[1])))
 
 
-def test_a_circle_would_be_seen():
-    with pytest.raises(CycleError):
-        tuple(TopologicalSorter({"a": {"b"}, "b": {"a"}}).static_order())
-
-
-LIBRARY = [name for name in MODULES if name.startswith("capsule.") and not name.startswith(AT_WORK)]
-
-
-@pytest.mark.parametrize("module", LIBRARY)
-def test_only_modules_that_say_so_in_their_name_know_files(module):
-    if module.rpartition(".")[2] not in ON_FILES | ON_PROGRAMS:
-        assert not SYSTEM & imported(MODULES[module])
-
-
-def test_the_list_of_those_modules_names_none_without_need():
-    names = {each.rpartition(".")[2] for each in LIBRARY if SYSTEM & imported(MODULES[each])}
+def test_only_modules_that_say_so_in_their_name_know_files():
+    library = [
+        module
+        for module in MODULES
+        if module.startswith("capsule.") and not module.startswith(AT_WORK)
+    ]
+    names = {each.rpartition(".")[2] for each in library if SYSTEM & imported(MODULES[each])}
     assert names == ON_FILES | ON_PROGRAMS
 
 
-@pytest.mark.parametrize("module", [name for name in MODULES if "." in name])
-def test_no_package_imports_snakemake(module):
-    assert not {name for name in imported(MODULES[module]) if name.startswith("snakemake")}
+def test_no_package_imports_snakemake():
+    importing = {
+        name
+        for name in MODULES
+        if "." in name and any(each.startswith("snakemake") for each in imported(MODULES[name]))
+    }
+    assert importing == set()
 
 
-@pytest.mark.parametrize("module", MODULES)
-def test_no_module_is_long(module):
-    lines = len(MODULES[module].read_text(encoding="utf-8").splitlines())
-    if "." in module:
-        assert lines <= 500
-    else:
-        assert lines <= (80 if module in FRONTS else 60)
+def test_the_rules_stay_few_and_short():
+    texts = [path.read_text(encoding="utf-8") for path in (ROOT / "workflow/rules").glob("*.smk")]
+    rules = sum(len(re.findall(r"^ *rule \w+:", text, re.MULTILINE)) for text in texts)
+    lines = sum(len(text.splitlines()) for text in texts)
+    assert 10 <= rules <= 14
+    assert lines <= 700
+
+
+def test_the_scripts_of_the_rules_stay_short():
+    lines = {
+        name: len((SCRIPTS / f"{name}.py").read_text(encoding="utf-8").splitlines())
+        for name in RULE_SCRIPTS
+    }
+    assert not {name: count for name, count in lines.items() if count > 60}

@@ -194,3 +194,60 @@ def test_nine_intervals_of_ten_hold_the_size_at_a_new_place(passes_of):
         held.append(low <= sizes_mm[new][0] <= high)
     # The standard error is 0.027.
     assert np.mean(held) >= 0.84
+
+
+@pytest.mark.parametrize("prevalence", [0.1, 0.6])
+def test_the_curve_has_the_greatest_likelihood_under_its_prior(prevalence):
+    """The likelihood is written out; each recording weighs as its place and the prevalence say."""
+    numbers = generator(1, "likelihood")
+    nodule = np.arange(40) % 3 == 0
+    scores = 2.0 + 3.0 * numbers.normal(size=40) + 4.0 * nodule
+    places = np.append(np.arange(38), [0, 1])
+    fitted = fit_probability(scores, nodule, places, prevalence)
+    weights = [1 / list(places).count(place) for place in places]
+    healthy = [n for n in range(40) if not nodule[n]]
+    total = sum(weights[n] for n in healthy)
+    mean = sum(weights[n] * scores[n] for n in healthy) / total
+    square = sum(weights[n] * (scores[n] - mean) ** 2 for n in healthy) / total
+    assert (fitted.centre, fitted.scale) == pytest.approx((mean, np.sqrt(square)))
+    share = sum(weights[n] for n in range(40) if nodule[n]) / sum(weights)
+
+    def likelihood(intercept, slope):
+        chance = 1 / (1 + np.exp(-(intercept + slope * (scores - mean) / np.sqrt(square))))
+        of_kind = np.where(nodule, prevalence / share, (1 - prevalence) / (1 - share))
+        right = np.where(nodule, chance, 1 - chance)
+        return np.sum(weights * of_kind * np.log(right)) - 0.1 * slope**2 / 2
+
+    best = likelihood(fitted.intercept, fitted.slope)
+    for step in ((1e-3, 0), (-1e-3, 0), (0, 1e-3), (0, -1e-3)):
+        assert likelihood(fitted.intercept + step[0], fitted.slope + step[1]) < best
+    expected = 1 / (1 + np.exp(-(fitted.intercept + fitted.slope * (5 - mean) / np.sqrt(square))))
+    assert fitted.of(5.0) == pytest.approx(expected)
+
+
+def test_two_healthy_recordings_and_one_nodule_are_enough_for_a_curve():
+    scores, nodule = np.array([0.0, 1.0, 3.0]), np.array([False, False, True])
+    assert fit_probability(scores, nodule, apart(3), 0.1) is not None
+    assert fit_probability(scores[1:], nodule[1:], apart(2), 0.1) is None
+
+
+def test_the_half_width_is_the_quantile_of_the_errors_of_what_is_detected():
+    numbers = generator(1, "half width")
+    sizes_mm = 1.0 + np.arange(30) % 3
+    features = sizes_mm[:, np.newaxis] + numbers.normal(size=(30, 2))
+    detected = np.arange(30) % 4 > 0
+    model = fit_sizes(features, sizes_mm, apart(30), detected, ridge=0.5, confidence=0.8)
+    errors = []
+    for number in range(30):
+        others = np.arange(30) != number
+        mean = features[others].mean(axis=0)
+        centred = features[others] - mean
+        # The penalties are those of the variances over all recordings.
+        normal = centred.T @ centred + 0.5 * np.diag(features.var(axis=0))
+        wanted = sizes_mm[others] - sizes_mm[others].mean()
+        told = (features[number] - mean) @ np.linalg.solve(normal, centred.T @ wanted)
+        errors.append(abs(told + sizes_mm[others].mean() - sizes_mm[number]))
+    # 22 nodules are detected: the rank is ceil(23 x 0.8) = 19.
+    assert detected.sum() == 22
+    assert model.half_width_mm == pytest.approx(sorted(np.array(errors)[detected])[18])
+    assert model.known_mm == (1.0, 2.0, 3.0)

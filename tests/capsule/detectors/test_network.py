@@ -126,3 +126,68 @@ def test_a_deeper_beat_stands_where_the_sensor_meets_the_nodule():
     series = series_of(readings(deeper=1.0), 10, LINEAR)
     highest = series[:, 1].argmax(axis=1) * 8 + 16
     np.testing.assert_allclose(highest, 150 + 150 * np.arange(4), atol=24)
+
+
+def test_the_input_is_the_series_in_their_own_spreads_written_out(series):
+    made = standardised(series)
+    assert made.shape == (4, 17, 41)
+    for sensor in range(4):
+        for row in range(5):
+            ordered = sorted(series[sensor, row])
+            # Of 41 values, the median is the 21st and the 20 % quantile is the 9th.
+            spread = np.hypot((ordered[20] - ordered[8]) / 0.8416, 0.03)
+            own = np.clip(series[sensor, row] / spread, -8, 8)
+            np.testing.assert_allclose(made[sensor, row], own / 2)
+            np.testing.assert_allclose(made[sensor, 5 + row], np.arcsinh(3 * series[sensor, row]))
+            if row in (0, 1, 3):
+                place = (0, 1, 3).index(row)
+                others = [2 * made[other, row] for other in range(4) if other != sensor]
+                expected = (own - np.mean(others, axis=0)) / 2
+                np.testing.assert_allclose(made[sensor, 10 + place], expected, atol=1e-12)
+                np.testing.assert_allclose(made[sensor, 13 + place], np.log(spread) + 1.5)
+    np.testing.assert_array_equal(made[:, 16], 1.0)
+
+
+def test_a_spread_and_a_value_in_spreads_are_bounded():
+    steady = np.zeros((4, 5, 41))
+    steady[..., 40] = 100.0
+    # No spread at all counts as 0.03, and a value is at most 8 spreads.
+    made = standardised(steady)
+    np.testing.assert_allclose(made[:, 13:16], np.log(0.03) + 1.5)
+    np.testing.assert_array_equal(made[:, :5, 40], 4.0)
+    np.testing.assert_array_equal(standardised(-steady)[:, :5, 40], -4.0)
+    # The spread is at most 30.
+    wide = standardised(np.broadcast_to(1000.0 * np.arange(41), (4, 5, 41)))
+    np.testing.assert_allclose(wide[:, 13:16], np.log(30) + 1.5, atol=1e-6)
+
+
+def convolved(values, weight, bias, dilation):
+    """Return a convolution written out: zeros stand beyond both ends."""
+    (_, count), (outputs, _, taps) = values.shape, weight.shape
+    made = np.tile(bias[:, np.newaxis], count).astype(float)
+    for output in range(outputs):
+        for column in range(count):
+            for tap in range(taps):
+                source = column + (tap - taps // 2) * dilation
+                if 0 <= source < count:
+                    made[output, column] += weight[output, :, tap] @ values[:, source]
+    return made
+
+
+def test_the_score_is_that_of_the_layers_written_out(weights, series):
+    w = {name: np.asarray(value, np.float64) for name, value in weights.items()}
+    x = standardised(series[:, :, :15])
+    own = [convolved(row, w["own_weight"], w["own_bias"], 1)[:, ::2] for row in x]
+    hidden = np.concatenate([np.maximum(each, 0) for each in own])
+    hidden = w["mix_weight"] @ hidden + w["mix_bias"][:, np.newaxis]
+    for number, dilation in enumerate((1, 2, 4, 8, 4)):
+        weight, bias = w[f"block_{number}_weight"], w[f"block_{number}_bias"]
+        hidden = hidden + np.maximum(convolved(hidden, weight, bias, dilation), 0)
+    pooled = w["pool_weight"] @ hidden + w["pool_bias"][:, np.newaxis]
+    soft = np.logaddexp.reduce(pooled, axis=1) - np.log(pooled.shape[1])
+    pooled = np.concatenate([pooled.mean(axis=1), pooled.max(axis=1), soft])
+    squeezed = np.sign(pooled) * np.log(1 + np.abs(pooled))
+    embedding = w["embed_weight"] @ squeezed + w["embed_bias"]
+    score, found, _ = Scorer(weights).forward(x)
+    np.testing.assert_allclose(found, embedding, rtol=1e-6)
+    assert score == pytest.approx(w["score_weight"] @ embedding + w["score_bias"][0])

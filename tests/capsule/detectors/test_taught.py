@@ -153,3 +153,59 @@ def test_the_threshold_is_learned_from_scores_that_the_place_did_not_teach(archi
     twice = replace(twice, settings=settings, places=places)
     # Each recording twice with twice the penalty is the same regression.
     assert TaughtDetector(twice).without([]).threshold == pytest.approx(once)
+
+
+@pytest.mark.parametrize(
+    ("size_mm", "rise"),
+    [(0, 0), (0.5, 0.3), (1, 0.6), (1.5, 0.75), (2, 0.9), (2.5, 0.95), (3, 1), (5, 1)],
+)
+def test_the_wanted_score_rises_with_the_size_and_not_beyond_3_mm(size_mm, rise):
+    # Features that do not vary teach nothing but the mean of what is wanted.
+    seen, sizes_mm = np.zeros((4, 3)), np.full(4, float(size_mm))
+    learned, without_place = TaughtModel.learn(seen, sizes_mm, np.arange(4), TAUGHT)
+    assert learned.of(np.zeros(3)) == pytest.approx(TAUGHT["height"] * rise)
+    np.testing.assert_allclose(without_place, TAUGHT["height"] * rise)
+
+
+def test_recordings_of_a_single_place_teach_no_score():
+    seen, sizes_mm = np.zeros((4, 3)), np.arange(4.0)
+    learned, without_place = TaughtModel.learn(seen, sizes_mm, np.zeros(4, dtype=int), TAUGHT)
+    assert learned is None and np.isnan(without_place).all()
+    assert TaughtModel.learn(seen, sizes_mm, np.array([0, 0, 0, 1]), TAUGHT)[0] is not None
+
+
+@pytest.mark.parametrize(
+    ("evidence", "seen"), [(float("nan"), 0), (-3, -1), (-0.5, -0.5), (3.9, 3.9), (4.1, 4)]
+)
+def test_evidence_counts_from_minus_1_to_4(archive, evidence, seen):
+    passage = replace(UNKNOWN, evidence=evidence)
+    features = archive.features["3mm/r7"]
+    row = TaughtModel.seen(SimpleNamespace(features=features, passage=passage))
+    np.testing.assert_allclose(row, [features.score, seen, *features.gradient])
+
+
+def test_evidence_is_penalised_by_its_own_weight():
+    numbers = generator(1, "evidence")
+    seen, sizes_mm = numbers.normal(size=(12, 3)), np.arange(12.0) % 4
+    settings = TAUGHT | {"evidence_weight": 3.0}
+    learned, _ = TaughtModel.learn(seen, sizes_mm, np.arange(12), settings)
+    wanted = TAUGHT["height"] * np.array([0, 0.6, 0.9, 1.0])[sizes_mm.astype(int)] - seen[:, 0]
+    centred = seen[:, 1:] - seen[:, 1:].mean(axis=0)
+    penalties = TAUGHT["penalty"] * np.diag([1 / 9, 1.0])
+    expected = np.linalg.solve(centred.T @ centred + penalties, centred.T @ wanted)
+    np.testing.assert_allclose(learned.coefficients, [0, *expected], atol=1e-9)
+    # What is added is the mean of what is wanted where evidence and gradient have their means.
+    told = wanted.mean() + (seen[:, 1:] - seen[:, 1:].mean(axis=0)) @ expected
+    np.testing.assert_allclose(learned.of(seen), told, atol=1e-9)
+
+
+def test_a_score_at_the_threshold_is_no_nodule(archive):
+    model = TaughtDetector(archive).without([])
+    recording = archive.recording("3mm/r7")
+    score = model.score(recording)
+    at = replace(model, threshold=score).verdict(recording)
+    assert (at.predicted_mm, at.score, at.threshold) == (0.0, score, score)
+    assert np.isnan([at.estimate_mm, at.location_mm]).all()
+    assert replace(model, threshold=np.nextafter(score, -9)).verdict(recording).predicted_mm > 0
+    assert replace(model, threshold=float("nan")).verdict(recording).probability != 0
+    assert np.isnan(replace(model, threshold=float("nan")).verdict(recording).predicted_mm)

@@ -16,6 +16,7 @@ from capsule.detectors.template import (
     TemplateMarginModel,
     compare_templates,
     first_peak_sample,
+    lag_of_first_peak,
     margin_reach,
     nearest_size,
     place_of_largest,
@@ -186,3 +187,40 @@ def test_a_margin_changes_by_no_more_than_its_bound(drawn):
     _, gains, _ = compare_templates(matrix, [RepeatedParticle(whole), RepeatedParticle(fold)])
     reach = margin_reach(np.linalg.norm(matrix), whole, fold)
     assert abs(gains[1] - gains[0]) <= reach + 1e-9
+
+
+def test_a_found_nodule_has_the_nearest_size_and_the_place_of_its_template(archive):
+    sizes, particles, matrices, templates = archive
+    taught = archive_of_matrices(matrices, sizes, templates, particles, 0.9)
+    found = 0
+    for detector in (NearestTemplate, TemplateMargin):
+        model = detector(taught).without([])
+        for name in sizes:
+            verdict = model.verdict(taught.recording(name))
+            _, gains, lags = compare_templates(matrices[name], model.templates)
+            assert verdict.score == max(gains[1:])
+            assert (verdict.predicted_mm > 0) == (verdict.score > verdict.threshold)
+            if verdict.predicted_mm > 0:
+                found += 1
+                best = int(np.argmax(gains[1:])) + 1
+                assert verdict.estimate_mm == verdict.predicted_mm
+                assert verdict.location_samples == first_peak_sample(lags[best], 150, 1000)
+            else:
+                assert np.isnan(verdict.estimate_mm) and np.isnan(verdict.location_samples)
+    assert 0 < found < 2 * len(sizes)
+
+
+def test_a_margin_at_the_threshold_is_no_nodule(archive):
+    sizes, particles, matrices, templates = archive
+    taught = archive_of_matrices(matrices, sizes, templates, particles, 0.9)
+    margin = NearestTemplate(taught).without([]).verdict(taught.recording("3mm/r0")).score
+    for threshold, found in ((margin, False), (np.nextafter(margin, -1), True)):
+        model = TemplateMarginModel.restored({"margin_threshold": threshold}, templates)
+        assert (model.verdict(taught.recording("3mm/r0")).predicted_mm > 0) == found
+
+
+def test_a_lag_and_the_sample_of_the_first_peak_belong_together():
+    for lag in (1, 7, 1001, 2000):
+        assert lag_of_first_peak(first_peak_sample(lag, 150, 1000), 150, 1000) == lag
+    # Without a shift, the first peak of a template lies in column u, counted from 1.
+    assert first_peak_sample(1001, 150, 1000) == 149

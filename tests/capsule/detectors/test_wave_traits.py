@@ -95,3 +95,50 @@ def test_fewer_than_four_waves_and_a_dead_sensor_have_none():
     dead = readings()
     dead[2] = 5.0
     assert traits_of(dead) == UNKNOWN_TRAITS
+
+
+def test_the_share_of_the_wave_counts_its_first_two_overtones_and_what_lies_near_them():
+    """Tones of equal height are added to a wave; the band is 0.3 to 6.4 times its frequency."""
+    time = np.arange(1600)
+    wave = np.cos(2 * np.pi * time / 32)
+
+    def share_of(multiple):
+        tone = 0.5 * np.cos(2 * np.pi * multiple * time / 32)
+        return traits_of(np.tile(wave + tone, (2, 1))).wave_share
+
+    for multiple in (2, 3, 1.08, 2.08, 2.92, 0.15, 7.0):
+        assert share_of(multiple) > 0.99, multiple
+    # A tone elsewhere in the band takes its share of the power. Its mean over a wave is subtracted,
+    # and the mean of two neighbouring samples lowers it.
+    for multiple in (0.5, 1.5, 2.5, 4, 5, 6):
+        thinned = np.cos(np.pi * multiple / 32) / np.cos(np.pi / 32)
+        height = 0.5 * (1 - np.sinc(multiple)) * thinned
+        assert share_of(multiple) == pytest.approx(1 / (1 + height**2), abs=0.01), multiple
+
+
+def test_the_share_is_that_of_the_sensor_with_the_least_and_noise_the_median_over_sensors():
+    values = readings(noise=0.1)
+    alone = [traits_of(values[[n, n]]) for n in range(4)]
+    louder = values.copy()
+    louder[2] += generator(1, "louder").normal(0, 0.6, 600)
+    traits = traits_of(louder)
+    assert traits.wave_share < min(each.wave_share for each in alone) - 0.1
+    assert traits.noise == pytest.approx(traits_of(values).noise, rel=0.3)
+
+
+def test_missing_samples_take_no_part_in_the_noise():
+    values = readings(noise=0.3, shape=0.0)
+    values[:, 100:110] = np.nan
+    bends = np.abs(np.diff(values, n=2, axis=1))
+    expected = np.median(np.nanmean(bends, axis=1))
+    assert traits_of(values).noise == pytest.approx(expected, rel=0.03)
+
+
+def test_the_depth_of_a_wave_is_measured_along_its_own_phase():
+    time_s = np.arange(600) / RATE_HZ
+    wandering = 1.2 * np.sin(2 * np.pi * time_s / 30)
+    turn = 2 * np.pi * (time_s + 0.25 * np.arange(4)[:, np.newaxis]) / 3.2 + wandering
+    values = np.cos(turn) + generator(1, "own phase").normal(0, 0.3, turn.shape)
+    bends = np.abs(np.diff(values, n=2, axis=1)).mean(axis=1)
+    # The cosine has a depth of 1, however irregularly it comes.
+    assert traits_of(values).noise == pytest.approx(np.median(bends), rel=0.05)

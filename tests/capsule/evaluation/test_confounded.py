@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.stats import hypergeom
 
 from capsule.evaluation.confounded import KEYS, OWN, confounded_keys, in_words, of_values
-from capsule.evaluation.value_alone import Told
+from capsule.evaluation.value_alone import Told, spoken_for
 from capsule.recording import rate_of, source_of, split_header
 from capsule.seeding import generator
 from support.project import ROOT
@@ -264,3 +264,36 @@ def test_what_follows_from_several_keys_is_one_clause():
     assert in_words([by_source, by_day]) == (
         "whether there is a nodule follows from the session and from the session"
     )
+
+
+@pytest.mark.parametrize(
+    ("found", "passed", "too_well"),
+    [(32, 32, True), (31, 32, False), (40, 24, True), (24, 40, True), (40, 23, False)],
+)
+def test_a_value_tells_too_well_from_a_mean_rate_of_four_fifths_on(found, passed, too_well):
+    assert Told(found, 40, passed, 40).too_well() == too_well
+
+
+def test_a_value_tells_too_well_only_if_chance_hardly_does_and_the_less_the_more_tests():
+    # Of 4 and 4 places, all right by chance: 1 of 70. Of 5 and 5: 1 of 252.
+    assert Told(4, 4, 4, 4).chance() == pytest.approx(1 / 70)
+    assert not Told(4, 4, 4, 4).too_well()
+    assert Told(5, 5, 5, 5).chance() == pytest.approx(1 / 252)
+    assert Told(5, 5, 5, 5).too_well() and Told(5, 5, 5, 5).too_well(2)
+    assert not Told(5, 5, 5, 5).too_well(3)
+    assert not Told(0, 0, 5, 5).too_well() and not Told(5, 5, 0, 0).too_well()
+    assert Told(4, 4, 4, 4).all_right and not Told(4, 4, 3.5, 4).all_right
+    assert not Told(0, 0, 4, 4).all_right
+
+
+@pytest.mark.parametrize(("healthy", "spoken"), [(2, 1.0), (3, None)])
+def test_a_value_speaks_for_a_class_that_has_it_three_times_as_often(healthy, spoken):
+    # The recording that is asked is of its own place, which does not count.
+    classes = {f"n{number}": 1.0 for number in range(11)}
+    classes |= {f"h{number}": 0.0 for number in range(10)}
+    values = {name: "a" for name in classes}
+    values |= {"n0": "b", "n1": "b", "n2": "b", "n3": "b"}
+    # Six of the ten others have it: a share of 0.6, and 2 of 10 healthy ones one of 0.2.
+    values |= {f"h{number}": "b" for number in range(healthy, 10)}
+    places = {name: name for name in classes}
+    assert spoken_for(classes, values, places)["n10"] == spoken

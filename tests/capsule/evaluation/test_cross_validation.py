@@ -366,3 +366,27 @@ def test_what_is_familiar_is_taught_by_the_others_and_told_of_what_is_judged(arc
     silent = Detectors(replace(many, no_verdict={"0mm/n0": "no wave on sensor_1"}))
     unjudged = list(silent.rows(["0mm/n0"], []))
     assert {(row["familiar"], row["unfamiliar_because"]) for row in unjudged} == {("", "")}
+
+
+@pytest.mark.parametrize(("places", "most"), [(6, 6), (6, 7), (7, 6), (13, 6)])
+def test_places_are_left_out_alone_until_there_are_more_than_the_folds(places, most):
+    rows = {f"0mm/r{number:02d}": row() for number in range(places)}
+    judged = [names for names, _ in by_scheme(rows, most_folds=most)[LEAVE_ONE_OUT]]
+    allowed = number_of_folds(places, most)
+    together = max(len(names) for names in judged)
+    assert len(judged) <= allowed
+    # As few places together as possible: with one fewer, there would be too many folds.
+    assert together == 1 or np.ceil(places / (together - 1)) > allowed
+    assert [name for names in judged for name in names] == list(rows)
+
+
+def test_the_number_of_folds_falls_from_the_most_to_fifty():
+    assert [number_of_folds(n, 200) for n in (1, 200, 400, 800, 801, 10**6)] == [
+        200,
+        200,
+        100,
+        50,
+        50,
+        50,
+    ]
+    assert number_of_folds(10**6, 20) == 20

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import minimize_scalar
 from scipy.stats import beta, binom, t
 
 from capsule.evaluation.intervals import (
@@ -24,8 +25,6 @@ from capsule.evaluation.intervals import (
     recordings_needed_within,
 )
 from capsule.seeding import generator
-
-pytestmark = pytest.mark.takes(0.2)
 
 
 def half_width(expected, recordings, confidence):
@@ -46,6 +45,7 @@ def test_it_is_the_least_count_whose_interval_is_narrow_enough(expected, wanted,
     wanted=st.floats(0.01, 0.5),
     confidence=st.floats(0.5, 0.999),
 )
+@pytest.mark.takes(2)
 def test_one_recording_fewer_would_not_do(expected, wanted, confidence):
     needed = recordings_needed(expected, wanted, confidence)
     assert half_width(expected, needed, confidence) <= wanted + 1e-9
@@ -202,3 +202,97 @@ def test_the_interval_of_a_rate_over_places_holds_the_truth(places, passes, shar
         plainly += low <= share <= high
     assert inside / 400 >= 0.9
     assert plainly / 400 < 0.87
+
+
+def score_at(hits, count, other_hits, other_count, ratio):
+    """Return the score of a ratio, with the most likely rates found by trying."""
+
+    def likelihood(other_rate):
+        rate_ = ratio * other_rate
+        terms = [(hits, rate_), (count - hits, 1 - rate_)]
+        terms += [(other_hits, other_rate), (other_count - other_hits, 1 - other_rate)]
+        return sum(n * np.log(max(p, 1e-300)) for n, p in terms if n)
+
+    most = min(1.0, 1.0 / ratio)
+    bounds = (1e-12, most - 1e-12)
+    found = minimize_scalar(
+        lambda rate_: -likelihood(rate_), bounds=bounds, method="bounded", options={"xatol": 1e-13}
+    )
+    other_rate = found.x
+    rate_ = ratio * other_rate
+    variance = rate_ * (1 - rate_) / count
+    variance += ratio**2 * other_rate * (1 - other_rate) / other_count
+    return (hits / count - ratio * other_hits / other_count) / math.sqrt(variance)
+
+
+@pytest.mark.parametrize(
+    "counts", [(15, 20, 9, 20), (3, 40, 7, 12), (19, 20, 1, 30), (20, 20, 5, 20), (6, 9, 30, 30)]
+)
+def test_the_ends_of_a_ratio_are_where_the_score_test_begins_to_reject(counts):
+    low, high = ratio_interval(*counts, 0.95)
+    assert score_at(*counts, low) == pytest.approx(normal_quantile(0.95), rel=1e-3)
+    assert score_at(*counts, high) == pytest.approx(-normal_quantile(0.95), rel=1e-3)
+
+
+def test_a_ratio_of_rates_of_0_or_1_has_an_interval_on_both_sides():
+    low, high = ratio_interval(20, 20, 20, 20, 0.95)
+    assert low < 1 < high == pytest.approx(1 / low)
+    low, high = ratio_interval(0, 20, 10, 20, 0.95)
+    assert low == 0.0 and 0 < high < 1
+    low, high = ratio_interval(10, 20, 0, 20, 0.95)
+    assert 1 < low < math.inf and high == math.inf
+    assert all(map(math.isnan, ratio_interval(0, 20, 0, 20, 0.95)))
+
+
+@given(
+    st.integers(1, 12), st.integers(1, 12), st.floats(1 / 3, 3), st.sampled_from([0.8, 0.95, 0.99])
+)
+@settings(deadline=None, max_examples=40)
+def test_the_interval_of_a_ratio_turned_over_is_turned_over(hits, other, share, confidence):
+    low, high = ratio_interval(hits, 12, other * share, 12 * max(share, 1), confidence)
+    turned = ratio_interval(other * share, 12 * max(share, 1), hits, 12, confidence)
+    assert (1 / high, 1 / low) == pytest.approx(turned, rel=1e-6)
+
+
+@pytest.mark.parametrize(("hits", "count"), [(0, 7), (3, 7), (7, 7), (19, 20), (200, 500)])
+@pytest.mark.parametrize("confidence", [0.8, 0.95])
+def test_a_rate_has_the_interval_of_wilson_written_out(hits, count, confidence):
+    z, share = normal_quantile(confidence), hits / count
+    value, low, high = rate(hits, count, confidence)
+    assert value == share
+    # The ends are the rates from which the measured one is z standard errors away.
+    for end in (low, high):
+        assert (end - share) ** 2 * count == pytest.approx(z**2 * end * (1 - end), abs=1e-9)
+    assert low <= share <= high and high > low
+    assert all(map(math.isnan, rate(0, 0, confidence)))
+
+
+@pytest.mark.parametrize("count", [2, 3, 12])
+def test_a_mean_has_the_interval_of_student(count):
+    values = generator(1, "student", str(count)).normal(size=count)
+    mean, low, high = mean_interval(values, 0.9)
+    reach = t.ppf(0.95, count - 1) * values.std(ddof=1) / math.sqrt(count)
+    assert (mean, low, high) == pytest.approx(
+        (values.mean(), values.mean() - reach, values.mean() + reach)
+    )
+    one, *ends = mean_interval(values[:1], 0.9)
+    assert one == values[0] and np.isnan(ends).all()
+    assert np.isnan(mean_interval(values[:0], 0.9)).all()
+
+
+def test_the_gains_interval_stays_between_losing_all_and_winning_all():
+    won, lost = np.ones(3), np.zeros(3)
+    assert gain_interval(lost, won, 0.99)[::2] == (1.0, 1.0)
+    assert gain_interval(won, lost, 0.99)[:2] == (-1.0, -1.0)
+    assert gain_interval(lost, won, 0.99)[1] < 0.7
+
+
+def test_recordings_with_clusters_weigh_in_a_gain_as_many_as_they_are_worth():
+    gains, clusters = np.array([1, 1, 0, 0, 1, 1, 0, 0, -1, -1.0]), np.repeat(np.arange(5), 2)
+    size = effective_count(gains, clusters, 0.95, gains.var())
+    widened, weights = [*gains, 1, -1], [*[size / 10] * 10, 1, 1]
+    centre = np.average(widened, weights=weights)
+    variance = np.average((np.array(widened) - centre) ** 2, weights=weights)
+    reach = normal_quantile(0.95) * math.sqrt(variance / (size + 2))
+    expected = (gains.mean(), centre - reach, centre + reach)
+    assert gain_interval(0 * gains, gains, 0.95, clusters) == pytest.approx(expected)

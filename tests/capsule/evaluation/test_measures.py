@@ -294,3 +294,107 @@ def test_a_rate_of_the_summary_is_the_rate_over_its_clusters():
     right, places = np.array([True, False, False, True, True]), np.array([0, 0, 1, 2, 3])
     expected = rate_of(right, places, 0.95)
     assert [row[f"accuracy{end}"] for end in ("", "_low", "_high")] == list(expected)
+
+
+@pytest.mark.parametrize("bins", [1, 4, 5])
+def test_a_bin_holds_its_lower_edge_and_the_last_one_holds_certainty(bins):
+    edges = np.arange(bins + 1) / bins
+    made = calibration(edges, edges > 0.4, 0.3, bins)
+    assert [row["stated_low"] for row in made] == pytest.approx(edges[:-1])
+    assert [row["stated_high"] for row in made] == pytest.approx(edges[1:])
+    # One edge lies in each bin, and two in the last.
+    assert [row["recordings"] for row in made] == [1] * (bins - 1) + [2]
+    assert [row["clusters"] for row in made] == [1] * (bins - 1) + [2]
+    for row, edge in zip(made[:-1], edges, strict=False):
+        assert row["stated"] == pytest.approx(edge)
+
+
+def test_the_stated_probability_of_a_bin_is_weighted_to_the_prevalence():
+    probability, nodule = np.array([0.1, 0.3, 0.3, 0.4]), np.array([False, False, False, True])
+    # Of three healthy recordings and one nodule, each counts 0.8 / 3 and 0.2.
+    (row,) = calibration(probability, nodule, 0.2, 1)
+    assert row["stated"] == pytest.approx(0.8 / 3 * (0.1 + 0.3 + 0.3) + 0.2 * 0.4)
+    assert row["observed"] == pytest.approx(0.2)
+
+
+def test_the_brier_score_is_the_weighted_mean_square_written_out():
+    probability, nodule = np.array([0.1, 0.3, 0.9, 0.4]), np.array([False, False, True, True])
+    healthy, found = (0.1**2 + 0.3**2) / 2, (0.1**2 + 0.6**2) / 2
+    expected = 0.7 * healthy + 0.3 * found
+    assert measures.brier_score(probability, nodule, 0.3) == pytest.approx(expected)
+
+
+def test_the_interval_of_a_balanced_accuracy_is_that_of_zou_and_donner():
+    predicted = [0] * 7 + [1] * 3 + [1] * 8 + [0] * 4
+    verdicts = rows("one", predicted, [0.0] * 10 + [1.0] * 12)
+    row = next(iter(measures.summary(list(of_each(verdicts)), 1.0, 0.95)))
+    value = (7 / 10 + 8 / 12) / 2
+    _, *healthy = rate_of(np.arange(10) < 7, None, 0.95)
+    _, *nodules = rate_of(np.arange(12) < 8, None, 0.95)
+    reach = [
+        math.sqrt((7 / 10 - healthy[end]) ** 2 + (8 / 12 - nodules[end]) ** 2) / 2 for end in (0, 1)
+    ]
+    assert row["balanced_accuracy"] == pytest.approx(value)
+    assert row["balanced_accuracy_low"] == pytest.approx(value - reach[0])
+    assert row["balanced_accuracy_high"] == pytest.approx(value + reach[1])
+
+
+def test_an_error_and_a_rate_do_not_reach_below_0_or_above_1():
+    verdicts = rows("one", [0, 0, 1, 1, 5])
+    row = next(iter(measures.summary(list(of_each(verdicts)), 1.0, 0.95)))
+    assert row["mean_absolute_error_mm"] == pytest.approx(1.0)
+    assert row["mean_absolute_error_mm_low"] == 0.0
+    assert row["balanced_accuracy"] == row["balanced_accuracy_high"] == 1.0
+    assert (row["exact_rate"], row["within_rate"]) == (2 / 3, 2 / 3)
+
+
+def test_only_recordings_with_a_verdict_and_a_score_are_ordered():
+    scores = [0.0, 3.0, 1.0, UNKNOWN, 2.0]
+    verdicts = rows("one", [0, UNKNOWN, 1, 1, 2], score=scores)
+    area = {row["size_mm"]: row["auc"] for row in measures.areas(one(verdicts), 0.95)}
+    # The healthy recording with 3 has no verdict, so both nodules lie above what is left.
+    assert area == {measures.ANY: 1.0, 1.0: 1.0, 2.0: 1.0}
+
+
+def test_an_error_of_size_is_signed_and_counts_what_was_found():
+    verdicts = rows("one", [0, 0, 1, 1, 2], estimate_mm=[UNKNOWN, UNKNOWN, 0.5, 2.5, 1.0])
+    made = {row["size_mm"]: row for row in measures.size_errors(one(verdicts), 0.95)}
+    assert made[1.0]["bias_mm"] == pytest.approx(0.5)
+    assert made[1.0]["absolute_error_mm"] == pytest.approx(1.0)
+    assert made[2.0]["bias_mm"] == -1.0 and made[2.0]["absolute_error_mm"] == 1.0
+    assert made[measures.ANY]["bias_mm"] == pytest.approx(0.0)
+    assert (made[measures.ANY]["recordings"], made[measures.ANY]["detected"]) == (3, 3)
+
+
+def test_a_location_counts_where_it_and_the_truth_are_known_and_a_nodule_was_found():
+    verdicts = rows("one", [1, 0, 1, 1, 2], location_mm=[9.0, 5.0, 5.0, 8.0, UNKNOWN])
+    index = index_of(verdicts, nodule_at_mm=["", "", "7", "7", "7"])
+    made = {row["size_mm"]: row for row in measures.localisation(one(verdicts), index, 0.95)}
+    assert set(made) == {measures.ANY, 1.0}
+    assert made[1.0]["recordings"] == 2
+    assert made[1.0]["median_absolute_error_mm"] == pytest.approx(1.5)
+    assert made[1.0]["bias_mm"] == pytest.approx(-0.5)
+
+
+def test_what_only_one_of_two_detectors_judges_rightly_is_counted():
+    # Of the nodules, the first finds three and the second two, of which one is new.
+    sizes = [0.0, 0.0, 1.0, 1.0, 1.0, 1.0, 1.0]
+    both = [rows("one", [0, 1, 1, 1, 1, 0, 0], sizes), rows("other", [1, 0, 1, 0, 0, 1, 0], sizes)]
+    made = {
+        (row["measure"], row["size_mm"]): (row["only_first"], row["only_second"])
+        for row in measures.comparisons(list(of_each(pd.concat(both))), 1.0, 0.95)
+    }
+    assert made["detection", measures.ANY] == (2, 1)
+    assert made["detection", 0.0] == (1, 1)
+    assert made["size_within_tolerance", 1.0] == (2, 1)
+
+
+def test_the_brier_table_compares_the_detector_with_the_prevalence_alone():
+    # The recording without a verdict has no probability that counts.
+    stated = [0.1, 0.5, 0.9, 0.6, 0.8]
+    verdicts = rows("one", [0, UNKNOWN, 1, 1, 2], probability=stated)
+    (row,) = measures.brier(one(verdicts), 0.2)
+    expected = 0.8 * 0.1**2 + 0.2 * (0.1**2 + 0.4**2 + 0.2**2) / 3
+    assert row["recordings"] == 4
+    assert row["brier"] == pytest.approx(expected)
+    assert row["brier_uninformed"] == pytest.approx(0.8 * 0.2**2 + 0.2 * 0.8**2)

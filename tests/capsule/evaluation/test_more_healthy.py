@@ -128,3 +128,26 @@ def test_too_little_foresees_nothing():
     none = np.empty(0)
     assert with_more_healthy(none, none.astype(int), nodules, 20, SPECIFICITY) is None
     assert isinstance(foreseen(*scores_of(19)), MoreHealthy)
+
+
+def test_what_is_certain_has_a_range_of_one_nodule_on_each_side():
+    healthy, _ = scores_of(20)
+    # Nodules far above all healthy places and far below them, in which nothing can change.
+    for found, of in ((10, 20), (1, 4), (4, 4), (0, 4)):
+        told = foreseen(healthy, np.repeat([60.0, -60.0], [found, of - found]))
+        assert told.now == pytest.approx(found / of)
+        assert told.expected == pytest.approx(found / of, abs=1e-6)
+        assert told.low == pytest.approx(max((found - 1) / of, 0.0))
+        assert told.high == pytest.approx(min((found + 1) / of, 1.0))
+
+
+def test_a_nodule_just_above_all_present_places_is_the_less_certain_the_more_places_follow():
+    healthy, _ = scores_of(20)
+    expected = [
+        foreseen(healthy, np.array([healthy.max() + 1e-9]), more).expected for more in (0, 1, 8, 18)
+    ]
+    # Of up to 38 places the highest score sets the threshold: one higher place loses the nodule.
+    assert expected[0] == 1.0
+    assert np.all(np.diff(expected) < 0)
+    # Of 39 places it is the second highest, so one of them may lie above.
+    assert foreseen(healthy, np.array([healthy.max() + 1e-9]), 19).expected > expected[-1]

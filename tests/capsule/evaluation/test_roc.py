@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.stats import norm
 
 from capsule.evaluation import roc
+from capsule.evaluation.intervals import normal_quantile, student_factor
 from capsule.seeding import generator
 
 SCORES = st.lists(st.integers(0, 9), min_size=1, max_size=12).map(np.array)
@@ -94,3 +95,55 @@ def test_a_perfect_area_of_few_places_rests_on_their_number():
     clusters = np.repeat(np.arange(4), 5), np.repeat(np.arange(4, 8), 5)
     _, low, high = roc.auc_interval(healthy, nodule, 0.95, *clusters)
     assert high == 1.0 and low < roc.auc_interval(healthy[:4], nodule[:4], 0.95)[1]
+
+
+@pytest.mark.parametrize("confidence", [0.8, 0.95])
+@pytest.mark.parametrize(("healthy", "nodules", "shift"), [(7, 12, 0.5), (20, 5, 1.5), (4, 4, 9.0)])
+def test_the_ends_of_an_area_are_z_standard_errors_away_from_it(
+    confidence, healthy, nodules, shift
+):
+    numbers = generator(1, "ends", str(healthy))
+    scores = numbers.normal(size=healthy), numbers.normal(shift, 1, nodules)
+    area, low, high = roc.auc_interval(*scores, confidence)
+    z, more = normal_quantile(confidence), (healthy + nodules) / 2 - 1
+    for end in (low, high):
+        spread = 1 + more * (1 - end) / (2 - end) + more * end / (1 + end)
+        variance = end * (1 - end) / (healthy * nodules) * spread
+        assert (end - area) ** 2 == pytest.approx(z**2 * variance, abs=1e-9)
+    assert low < area <= high
+    assert (high == 1.0) == (area == 1.0)
+
+
+@pytest.mark.parametrize("first", [6, 3, 0], ids=["apart", "some of both kinds", "most"])
+def test_over_clusters_the_numbers_are_divided_by_the_design_effect_written_out(first):
+    numbers = generator(1, "effect")
+    of_healthy, of_nodule = np.repeat(np.arange(6), 3), np.repeat(np.arange(first, first + 5), 2)
+    level = numbers.normal(size=11)
+    healthy = level[of_healthy] + 0.3 * numbers.normal(size=18)
+    nodule = 1 + level[of_nodule] + 0.3 * numbers.normal(size=10)
+    below = np.array([np.mean(nodule > score) for score in healthy])
+    above = np.array([np.mean(healthy < score) for score in nodule])
+    area = below.mean()
+    # DeLong (1988) without clusters, and Obuchowski (1997) with them.
+    alone = below.var(ddof=1) / 18 + above.var(ddof=1) / 10
+    clustered = 0.0
+    for cluster in range(11):
+        of_mean = math.sqrt(6 / 5) * (below[of_healthy == cluster] - area).sum() / 18
+        of_mean += math.sqrt(5 / 4) * (above[of_nodule == cluster] - area).sum() / 10
+        clustered += of_mean**2
+    factor = student_factor(5, 0.95) / max(clustered / alone, 1.0)
+    found = roc.auc_interval(healthy, nodule, 0.95, of_healthy, of_nodule)
+    assert found[0] == pytest.approx(area)
+    m, n, z = 18 * factor, 10 * factor, normal_quantile(0.95)
+    more = max((m + n) / 2 - 1, 0)
+    for end in found[1:]:
+        spread = 1 + more * (1 - end) / (2 - end) + more * end / (1 + end)
+        assert (end - area) ** 2 == pytest.approx(z**2 * end * (1 - end) / (m * n) * spread)
+
+
+def test_the_height_of_the_curve_is_counted():
+    healthy, nodule = np.array([1.0, 2.0, 3.0, 4.0]), np.array([0.5, 2.5, 3.0, 3.5, 5.0])
+    grid = np.array([0.0, 0.2, 0.25, 0.5, 0.75, 0.99, 1.0])
+    # None above 4, then above 3, above 2, above 1, and all.
+    expected = [1 / 5, 1 / 5, 2 / 5, 4 / 5, 4 / 5, 4 / 5, 1.0]
+    np.testing.assert_allclose(roc.height_at(healthy, nodule, grid), expected)
