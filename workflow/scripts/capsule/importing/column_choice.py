@@ -69,6 +69,13 @@ def choose_columns(table: SourceTable, keys: SimpleNamespace, sensors: int) -> C
     picked = tuple(named_column(table, each, "sensors") for each in given) if given else ()
     if len(set(picked)) < len(picked):
         raise CapsuleError(f"sensors: {given!r} names a column twice; name each sensor's own")
+    for wanted, index in zip(given or (), picked, strict=True):
+        name = table.columns[index].name
+        if str(wanted).isdecimal() and name != str(wanted) and _is_time_name(name):
+            raise CapsuleError(
+                f"sensors: column {wanted} is {name!r}, which holds the time; name the sensors' "
+                "columns, or give their numbers, from 1 on"
+            )
     taken = {*picked, *([] if run is None else [run])}
     if keys.time == NO_TIME:
         time = None
@@ -96,7 +103,7 @@ def named_column(table: SourceTable, wanted: str | int, key: str) -> int:
     """
     count = len(table.columns)
     if isinstance(wanted, int) or (wanted.isdecimal() and not _by_name(table, wanted)):
-        if int(wanted) <= count:
+        if 1 <= int(wanted) <= count:
             return int(wanted) - 1
         raise CapsuleError(f"{key}: {wanted} is not a column; there are columns 1 to {count}")
     matching = _by_name(table, wanted)
@@ -119,9 +126,7 @@ def _by_name(table: SourceTable, wanted: str) -> list[int]:
 def _time(table: SourceTable, taken: set[int], sensors: int) -> int | None:
     """Return the column of the time; `sensors` other columns of numbers must remain."""
     free = [index for index in range(len(table.columns)) if index not in taken]
-    by_name = [
-        index for index in free if _TIME_NAMES.fullmatch(split_unit(table.columns[index].name)[0])
-    ]
+    by_name = [index for index in free if _is_time_name(table.columns[index].name)]
     by_name = [index for index in by_name if _may_be_time(table, index)]
     if len(by_name) == 1:
         return by_name[0]
@@ -153,6 +158,10 @@ def _time(table: SourceTable, taken: set[int], sensors: int) -> int | None:
             f"the columns {table.listed(texts)} can all be the time; name one with --time"
         )
     return None
+
+
+def _is_time_name(name: str) -> bool:
+    return bool(_TIME_NAMES.fullmatch(split_unit(name)[0]))
 
 
 def _may_be_time(table: SourceTable, index: int, *, text: bool = False) -> bool:

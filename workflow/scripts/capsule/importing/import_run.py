@@ -259,4 +259,13 @@ def _given_keys(options: argparse.Namespace) -> dict[str, object]:
     said = {
         key: getattr(options, key) for key in lab_schema()["properties"] if key not in NO_OPTION
     }
+    if said["sensors"] is not None:
+        said["sensors"] = _without_commas(said["sensors"])
     return {key: value for key, value in said.items() if value is not None}
+
+
+def _without_commas(names: list[str]) -> list[str]:
+    """Return column names that are separated by commas, blanks or both."""
+    if len(names) > 1 and not all(name.endswith(",") for name in names[:-1]):
+        return names
+    return [part.strip() for name in names for part in name.split(",") if part.strip()]
