@@ -82,10 +82,7 @@ def xdf_stream(
     )
 
 
-def xdf_file(*streams: bytes) -> bytes:
+def xdf_file(*streams: bytes, started: str = "2026-03-04T12:00:00+0000") -> bytes:
     """Return the content of a file with the streams."""
-    head = (
-        "<?xml version='1.0'?><info><version>1.0</version>"
-        "<datetime>2026-03-04T12:00:00+0000</datetime></info>"
-    )
+    head = f"<?xml version='1.0'?><info><version>1.0</version><datetime>{started}</datetime></info>"
     return b"XDF:" + _chunk(_FILE_HEADER, head.encode()) + b"".join(streams)

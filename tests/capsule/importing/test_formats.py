@@ -174,7 +174,7 @@ def test_xdf_on_the_recorders_clock(tmp_path):
     (tmp_path / "run.xdf").write_bytes(xdf_file(sensors, other))
     recording = import_files(tmp_path, tmp_path / "run.xdf").the_recording()
     assert_readings(recording, TIME_S, COUNTS)
-    assert recording.header["started"] == "2026-03-04T12:00:00"
+    assert recording.header["started"] == "2026-03-04T12:00:00Z"
 
 
 @pytest.mark.parametrize("kind", ["ROS 1", "SQLITE3", "MCAP"])

@@ -1,16 +1,17 @@
 """What the import would take wrongly without a word is refused, asked for or named."""
 
+import h5py
 import numpy as np
 import pytest
 
 from support.importing import assert_readings, import_files
+from support.xdf_writer import xdf_file, xdf_stream
 
 TIME_S = np.round(np.arange(200) / 10, 9)
 COUNTS = np.rint(500 + 40 * np.sin(2 * np.pi * TIME_S / 3.2 + np.arange(4)[:, None]))
-NAMES = ("time", "S1", "S2", "S3", "S4")
 
 
-def write(path, columns, head=",".join(NAMES)):
+def write(path, columns, head="time,S1,S2,S3,S4"):
     rows = [",".join(f"{value:.12g}" for value in row) for row in zip(*columns, strict=True)]
     path.write_text("\n".join([head, *rows] if head else rows) + "\n", encoding="utf-8")
     return path
@@ -39,3 +40,63 @@ def test_the_time_is_no_sensor(tmp_path, good):
 def test_sensors_may_be_separated_by_commas(tmp_path, good, given):
     imported = import_files(tmp_path, good, "--sensors", *given.split())
     assert_readings(imported.the_recording(), TIME_S, COUNTS[::-1])
+
+
+def hdf_file(path, **attributes):
+    with h5py.File(path, "w") as file:
+        file["t"] = TIME_S
+        file["V"] = COUNTS.T
+        file.attrs.update(attributes)
+    return path
+
+
+@pytest.mark.parametrize("began", ["March 4, 2026", "9999-12-31T23:59:59-23:00", "soon"])
+def test_a_start_that_is_no_date_is_named_and_the_next_file_comes_in(tmp_path, good, began):
+    path = hdf_file(tmp_path / "run.h5", started=began)
+    imported = import_files(tmp_path, path, good)
+    assert imported.refused == ""
+    assert f"note: the file says that it began {began!r}, which is no date" in imported.shown
+    assert "started" not in imported.recordings()["3mm/run"].header
+
+
+@pytest.mark.parametrize(
+    ("stated", "written"),
+    [
+        ("2026-03-04T12:00:00+0100", "2026-03-04T11:00:00Z"),
+        ("2026-03-04T12:00:00Z", "2026-03-04T12:00:00Z"),
+        ("2026-03-04 12:00:00", "2026-03-04T12:00:00"),
+    ],
+)
+def test_the_zone_of_a_start_is_kept(tmp_path, stated, written):
+    path = hdf_file(tmp_path / "run.h5", started=stated)
+    assert import_files(tmp_path, path).the_recording().header["started"] == written
+    stream = xdf_stream(1, "capsule", TIME_S, COUNTS + 1, list("abcd"), "counts")
+    (tmp_path / "x.xdf").write_bytes(xdf_file(stream, started=stated))
+    imported = import_files(tmp_path / "x", tmp_path / "x.xdf")
+    assert imported.the_recording().header["started"] == written
+
+
+def test_lab_yaml_keeps_the_order_of_day_and_month_that_was_found(tmp_path):
+    files = []
+    for day in (13, 4):
+        stamps = [f"{day:02}/03/2026 12:00:{second:04.1f}" for second in TIME_S]
+        rows = [
+            ",".join([stamp, *map(str, row)])
+            for stamp, row in zip(stamps, COUNTS.T + day, strict=True)
+        ]
+        files.append(tmp_path / f"day{day}.csv")
+        files[-1].write_text("\n".join(["date,S1,S2,S3,S4", *rows]))
+    import_files(tmp_path, files[0])
+    imported = import_files(tmp_path, files[1], "--map", tmp_path / "lab.yaml")
+    assert imported.refused == ""
+    assert imported.recordings()["3mm/day4"].header["started"] == "2026-03-04T12:00:00"
+
+
+def test_two_header_lines_that_differ_are_refused(tmp_path, good):
+    text = good.read_text()
+    good.write_text(f"# session: monday\n# bench: 2\n# bench: 3\n# session: tuesday\n{text}")
+    assert "lines 1 and 4 name two values of session, 'monday' and 'tuesday'; delete" in (
+        import_files(tmp_path, good).refused
+    )
+    good.write_text(f"# session: monday\n# session: monday\n{text}")
+    assert import_files(tmp_path, good).the_recording().header["session"] == "monday"

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from capsule.errors import CapsuleError
-from capsule.importing.dates import read_clock, read_dates, since_1970, text_kind
+from capsule.importing.dates import date_order, read_clock, read_dates, since_1970, text_kind
 from capsule.importing.source_table import SourceTable
 from capsule.importing.unit_names import TIME_UNITS, plain_unit, split_unit
 
@@ -48,6 +48,8 @@ class Clock:
         Time of the first sample by the file's own clock, in s.
     started : str
         Date and time of the first sample, ISO 8601; empty if not known.
+    date_order : str
+        Order of day and month that the dates were read in; empty if it makes no difference.
     """
 
     time_s: np.ndarray
@@ -55,6 +57,7 @@ class Clock:
     reason: str
     first_s: float = 0.0
     started: str = ""
+    date_order: str = ""
 
 
 def read_time(
@@ -145,8 +148,9 @@ def _from_text(table: SourceTable, index: int, keys: SimpleNamespace) -> Clock:
     if kind == "clock":
         seconds = read_clock(texts.tolist(), places)
         return Clock(seconds - seconds[0], kind, "times of day", float(seconds[0]), table.started)
-    seconds, first_s, started = read_dates(texts.tolist(), keys.date_order, places)
-    return Clock(seconds, kind, "dates", first_s, started)
+    order = keys.date_order or date_order(texts.tolist(), places)
+    seconds, first_s, started = read_dates(texts.tolist(), order, places)
+    return Clock(seconds, kind, "dates", first_s, started, order)
 
 
 def _unit(

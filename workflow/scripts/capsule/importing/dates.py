@@ -56,7 +56,7 @@ def _clock(text: str, place: str) -> float:
 
 
 def read_dates(
-    texts: Sequence[str], order: str | None, places: Sequence[str]
+    texts: Sequence[str], order: str, places: Sequence[str]
 ) -> tuple[np.ndarray, float, str]:
     """Return dates with times of day as seconds.
 
@@ -64,8 +64,8 @@ def read_dates(
     ----------
     texts : sequence of K str
         The cells.
-    order : {"day_first", "month_first"} or None
-        Order of day and month if the year is last.
+    order : str
+        Order of day and month if the year is last, from `date_order`.
     places : sequence of K str
         The place of each cell, for messages.
 
@@ -81,9 +81,8 @@ def read_dates(
     Raises
     ------
     CapsuleError
-        If a cell is not a date, or the order of day and month is not clear.
+        If a cell is not a date.
     """
-    order = order or _order(texts, places)
     dates = [_date(str(text), order, place) for text, place in zip(texts, places, strict=True)]
     first = dates[0][0]
     seconds = np.array([(date - first).total_seconds() for date, _ in dates])
@@ -92,11 +91,32 @@ def read_dates(
     return seconds, since, first.isoformat(timespec="seconds") + zone
 
 
-def _order(texts: Sequence[str], places: Sequence[str]) -> str:
+def date_order(texts: Sequence[str], places: Sequence[str]) -> str:
+    """Return the order of day and month in dates.
+
+    Parameters
+    ----------
+    texts : sequence of K str
+        The cells.
+    places : sequence of K str
+        The place of each cell, for messages.
+
+    Returns
+    -------
+    str
+        ``day_first`` or ``month_first``; empty if it makes no difference.
+
+    Raises
+    ------
+    CapsuleError
+        If both orders are possible.
+    """
     matches = [_DAY_AND_MONTH.fullmatch(str(text).strip()) for text in texts]
     pairs = {(int(match[1]), int(match[3])) for match in matches if match}
     first, second = any(a > 12 for a, _ in pairs), any(b > 12 for _, b in pairs)
-    if not pairs or first:
+    if not pairs:
+        return ""
+    if first:
         return "day_first"
     if second:
         return "month_first"
@@ -105,7 +125,7 @@ def _order(texts: Sequence[str], places: Sequence[str]) -> str:
         return "day_first"
     day, month = next(iter(pairs))
     if pairs == {(day, day)}:
-        return "day_first"
+        return ""
     raise CapsuleError(
         f"{places[0]}: {str(texts[0])[:60]!r} can be day {day} of month {month} (--date-order "
         f"day_first) or day {month} of month {day} (--date-order month_first); choose one"
@@ -120,7 +140,7 @@ def _date(text: str, order: str, place: str) -> tuple[datetime, bool]:
     elif match := _DAY_AND_MONTH.fullmatch(stripped):
         year, rest = int(match[4]), match[5]
         first, second = int(match[1]), int(match[3])
-        day, month = (first, second) if order == "day_first" else (second, first)
+        day, month = (second, first) if order == "month_first" else (first, second)
     else:
         raise CapsuleError(
             f"{place}: {text[:60]!r} is not a date with a time, such as 2026-03-04 12:34:56.789; "
@@ -144,12 +164,27 @@ def _date(text: str, order: str, place: str) -> tuple[datetime, bool]:
 
 
 def later(started: str, seconds: float) -> str:
-    """Return a time in ISO 8601, moved by seconds; an empty text stays empty."""
-    if not started:
+    """Return a date and time that a file states, moved by seconds, as ISO 8601.
+
+    Parameters
+    ----------
+    started : str
+        Date and time; with a zone, the result is in coordinated universal time and ends in ``Z``.
+    seconds : float
+        Time to add, in s.
+
+    Returns
+    -------
+    str
+        Empty if `started` is empty, or is no date with a time that ISO 8601 knows.
+    """
+    try:
+        moment = datetime.fromisoformat(started.strip()) + timedelta(seconds=seconds)
+        if moment.tzinfo is not None:
+            moment = moment.astimezone(UTC)
+    except (ValueError, OverflowError):
         return ""
-    zone = "Z" if started.endswith("Z") else ""
-    moved = datetime.fromisoformat(started.removesuffix("Z")) + timedelta(seconds=seconds)
-    return moved.isoformat(timespec="seconds") + zone
+    return moment.isoformat(timespec="seconds").replace("+00:00", "Z")
 
 
 def since_1970(seconds: float) -> str:

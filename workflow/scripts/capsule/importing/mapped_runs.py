@@ -132,6 +132,11 @@ def runs_of(guess: Guess, keys: SimpleNamespace, bench: Bench) -> list[Run]:
         started = later(guess.clock.started, float(time_s[0]))
         header = header_of(guess, keys, started)
         remarks = [guess.table.remark] if guess.table.remark else []
+        if guess.clock.started and not started:
+            remarks.append(
+                f"the file says that it began {guess.clock.started[:60]!r}, which is no date such "
+                "as 2026-03-04T12:00:00, so the header names none"
+            )
         if partly:
             remarks.append(f"{partly} samples lack a sensor and count as missing")
         try:
@@ -232,6 +237,8 @@ def as_map(guess: Guess, keys: SimpleNamespace) -> dict[str, object]:
     content["time"] = NO_TIME if choice.time is None else column_key(table, choice.time)
     if choice.time is not None:
         content["time_unit"] = guess.clock.unit
+    if guess.clock.date_order:
+        content["date_order"] = guess.clock.date_order
     content["sensors"] = [column_key(table, index) for index in choice.sensors]
     content["unit"] = guess.unit.unit
     said = {key: value for key, value in vars(keys).items() if value is not None}

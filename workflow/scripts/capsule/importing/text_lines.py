@@ -10,6 +10,18 @@ from capsule.errors import CapsuleError
 DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " ", "bar": "|", "none": ""}
 _COMMENT = ("#", "%", "//")
 _NOTE = re.compile(r"\s*([A-Za-z][A-Za-z0-9_ ]{0,40}?)\s*[:=]\s*(.+)")
+# Keys of a file's own header lines that the recording keeps, or that tell how to read it.
+NOTED = (
+    "adc_bits",
+    "vref_v",
+    "series_ohm",
+    "site",
+    "session",
+    "setup",
+    "unit",
+    "source",
+    "started",
+)
 _LONGEST_LINE = 100_000
 
 
@@ -33,9 +45,26 @@ class TextLines:
 
     @property
     def notes(self) -> Mapping[str, str]:
-        """The comments of the form ``key: value``, by key."""
-        matches = [_NOTE.fullmatch(text) for _, text in self.comments]
-        return {match[1]: match[2].strip() for match in matches if match}
+        """The comments of the form ``key: value``, by key.
+
+        Raises
+        ------
+        CapsuleError
+            If two lines give a key of `NOTED` different values.
+        """
+        notes: dict[str, str] = {}
+        lines: dict[str, int] = {}
+        for number, text in self.comments:
+            if not (match := _NOTE.fullmatch(text)):
+                continue
+            key, value = match[1], match[2].strip()
+            if key in NOTED and notes.get(key, value) != value:
+                raise CapsuleError(
+                    f"lines {lines[key]} and {number} name two values of {key}, "
+                    f"{notes[key][:60]!r} and {value[:60]!r}; delete the line that is wrong"
+                )
+            notes[key], lines[key] = value, number
+        return notes
 
 
 def decode(content: bytes, encoding: str | None) -> tuple[str, str]:

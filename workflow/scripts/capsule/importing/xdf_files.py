@@ -51,7 +51,7 @@ def _table(stream: dict[str, Any], started: str) -> SourceTable:
         tuple(columns),
         "variable",
         str(_first(info["name"])),
-        started=_as_utc(started),
+        started=started,
         remark="" if stream.get("footer") else "the stream has no end: the file may be incomplete",
     )
 
@@ -59,14 +59,3 @@ def _table(stream: dict[str, Any], started: str) -> SourceTable:
 def _first(values: Any) -> Any:
     """Return the first value of an XML element, which pyxdf reads as a list."""
     return (values[0] if values else "") if isinstance(values, list) else values or ""
-
-
-def _as_utc(text: str) -> str:
-    """Return a file's time in ISO format; empty if it has none."""
-    if not text:
-        return ""
-    try:
-        moment: Any = np.datetime64(text[:19]).item()
-        return str(moment.isoformat())
-    except ValueError:
-        return ""
