@@ -1,10 +1,13 @@
 """What the import would take wrongly without a word is refused, asked for or named."""
 
+import subprocess
+
 import h5py
 import numpy as np
 import pytest
 
-from support.importing import assert_readings, import_files
+from support.command import CAPSULE
+from support.importing import ODD, assert_readings, import_files
 from support.xdf_writer import xdf_file, xdf_stream
 
 TIME_S = np.round(np.arange(200) / 10, 9)
@@ -100,3 +103,40 @@ def test_two_header_lines_that_differ_are_refused(tmp_path, good):
     )
     good.write_text(f"# session: monday\n# session: monday\n{text}")
     assert import_files(tmp_path, good).the_recording().header["session"] == "monday"
+
+
+def test_a_huge_file_in_the_archive_is_not_read(tmp_path, good):
+    (tmp_path / "raw/3mm").mkdir(parents=True)
+    with (tmp_path / "raw/3mm/r01.csv").open("wb") as stream:
+        stream.truncate(300_000_000_000)  # a hole takes no room on the disk
+    assert import_files(tmp_path, good).counted == "1 recording imported, 0 files refused"
+
+
+@pytest.mark.parametrize("lines", [0, 1])
+def test_a_reader_that_ends_early_does_not_stop_the_import(tmp_path, good, lines):
+    other = write(tmp_path / "tuesday.csv", [TIME_S, *COUNTS + 1])
+    command = [*CAPSULE, "import", good, other, "--size", "3", "--raw", tmp_path / "raw"]
+    command += ["--write-map", tmp_path / "lab.yaml"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as run:
+        for _ in range(lines):
+            run.stdout.readline()
+        run.stdout.close()
+        told = run.stderr.read()
+    assert (run.returncode, told) == (0, b"")
+    assert len(list(tmp_path.glob("raw/3mm/*.csv"))) == 2
+
+
+def test_a_question_common_to_many_files_is_asked_once(tmp_path):
+    rows = COUNTS.T / 1024 * 5
+    files = [
+        write(tmp_path / f"{number}.csv", [TIME_S, *rows.T + number / 100], "t,a,b,c,d")
+        for number in range(18)
+    ]
+    imported = import_files(tmp_path, *files[:9], ODD / "empty.txt", *files[9:])
+    first, other, alike = imported.refused.splitlines()
+    assert first.startswith(f"refused: {files[0]}: column 'a': readings from ")
+    assert "can be V (--unit V) or kohm (--unit kohm); choose one" in first
+    assert "empty.txt: " in other
+    assert alike.startswith(f"refused: {files[1]}, {files[2]}, ")
+    assert alike.endswith(f"{files[17]}: the same question as for {files[0]}")
+    assert imported.counted == "0 recordings imported, 19 files refused"

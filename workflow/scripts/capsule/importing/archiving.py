@@ -7,7 +7,7 @@ from pathlib import Path
 
 from capsule.arguments import LONGEST_NAME
 from capsule.errors import CapsuleError
-from capsule.files import list_archive, write_new
+from capsule.files import list_archive, read_limited, write_new
 from capsule.names import PART, Entry, classify, displayed, reason_of_copy
 from capsule.recording import Recording, format_recording
 
@@ -37,14 +37,17 @@ class ArchivedRuns:
     ----------
     raw : Path
         The archive.
+    max_bytes : int
+        Size of the largest recording; a larger file is none, and is not read.
     """
 
-    def __init__(self, raw: Path) -> None:
+    def __init__(self, raw: Path, max_bytes: int) -> None:
         self._raw = raw
-        names = list_archive(raw).recordings if raw.is_dir() else ()
-        self._names = {
-            _checksum((raw / f"{name}.csv").read_bytes()): name for name in sorted(names)
-        }
+        self._names: dict[str, str] = {}
+        for name in sorted(list_archive(raw).recordings) if raw.is_dir() else ():
+            content = read_limited(raw / f"{name}.csv", max_bytes)
+            if content is not None:
+                self._names[_checksum(content)] = name
 
     def known(self, recording: Recording) -> str:
         """Return the name of the recording with the same samples; empty if there is none."""

@@ -7,6 +7,7 @@ import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.importing.dates import date_order, read_clock, read_dates, since_1970, text_kind
+from capsule.importing.question import QuestionError
 from capsule.importing.source_table import SourceTable
 from capsule.importing.unit_names import TIME_UNITS, plain_unit, split_unit
 
@@ -84,7 +85,7 @@ def read_time(
     rate = keys.rate or table.rate_hz
     if index is None:
         if rate is None:
-            raise CapsuleError(
+            raise QuestionError(
                 "no column gives the time; name one with --time, or give the sampling rate in Hz "
                 "with --rate"
             )
@@ -108,7 +109,7 @@ def read_time(
     unit, reason = _unit(table, index, keys, configured_hz)
     if unit == "sample":
         if rate is None:
-            raise CapsuleError(
+            raise QuestionError(
                 f"column {table.column_label(index)} counts samples; give the sampling rate in Hz "
                 "with --rate"
             )
@@ -189,7 +190,7 @@ def _unit(
         (unit,) = fitting
         hz = fitting[unit]
         return unit, f"a step of {step:.6g} {unit} is {hz:.4g} Hz" if unit != "sample" else "counts"
-    raise CapsuleError(_which(label, step, fitting))
+    raise QuestionError(_which(label, step, fitting))
 
 
 def _check_possible(unit: str, step: float, label: str, reason: str) -> None:

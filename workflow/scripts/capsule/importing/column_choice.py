@@ -10,6 +10,7 @@ import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.importing.dates import text_kind
+from capsule.importing.question import QuestionError
 from capsule.importing.serial_log import STAMP_NAME
 from capsule.importing.source_table import SourceTable
 from capsule.importing.unit_names import split_unit
@@ -145,7 +146,7 @@ def _time(table: SourceTable, taken: set[int], sensors: int) -> int | None:
         # Without names, the first column is the time, unless another one also steps evenly.
         candidates = [index for index in candidates if _steps_evenly(table.columns[index].values)]
     if len(candidates) > 1:
-        raise CapsuleError(
+        raise QuestionError(
             f"the columns {table.listed(candidates)} can all be the time; name one with --time"
         )
     if candidates:
@@ -154,7 +155,7 @@ def _time(table: SourceTable, taken: set[int], sensors: int) -> int | None:
     if len(texts) == 1 or (texts and table.columns[texts[0]].name == STAMP_NAME):
         return texts[0]
     if texts:
-        raise CapsuleError(
+        raise QuestionError(
             f"the columns {table.listed(texts)} can all be the time; name one with --time"
         )
     return None
@@ -202,11 +203,11 @@ def _sensors(table: SourceTable, free: Sequence[int], sensors: int) -> tuple[int
         return tuple(plain)
     if len(plain) < sensors:
         listed = table.listed(plain) if plain else "none"
-        raise CapsuleError(
+        raise QuestionError(
             f"{len(plain)} columns of numbers are left for the sensors, but recording.sensors of "
             f"the configuration is {sensors}: {listed}; name them with --sensors"
         )
-    raise CapsuleError(
+    raise QuestionError(
         f"the columns {table.listed(plain)} can all be sensors, and there are {sensors} sensors; "
         f"name {sensors} of them with --sensors, in the order of the sensors"
     )

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from capsule.arguments import recording_name, size_folder
-from capsule.importing.import_run import NO_OPTION, Importer
+from capsule.importing.import_run import NO_OPTION, Importer, tell
 from capsule.importing.lab_files import lab_schema
 from capsule.project import config_file
 
@@ -67,7 +67,7 @@ def main(arguments: argparse.Namespace) -> int:
     """Import the given files and print their number; return 1 if a file was refused."""
     importer = Importer(arguments)
     importer.run()
-    print(importer.summary(), flush=True)
+    tell(importer.summary())
     return int(importer.refused > 0)
 
 

@@ -7,6 +7,7 @@ from datetime import UTC, datetime, timedelta
 import numpy as np
 
 from capsule.errors import CapsuleError
+from capsule.importing.question import QuestionError
 
 _CLOCK = re.compile(r"([0-9]{1,2}):([0-9]{2}):([0-9]{2})(?:[.,:]([0-9]{1,9}))?")
 _DAY_AND_MONTH = re.compile(r"([0-9]{1,2})([./-])([0-9]{1,2})\2([0-9]{4})[ T,]+(.*)")
@@ -126,7 +127,7 @@ def date_order(texts: Sequence[str], places: Sequence[str]) -> str:
     day, month = next(iter(pairs))
     if pairs == {(day, day)}:
         return ""
-    raise CapsuleError(
+    raise QuestionError(
         f"{places[0]}: {str(texts[0])[:60]!r} can be day {day} of month {month} (--date-order "
         f"day_first) or day {month} of month {day} (--date-order month_first); choose one"
     )

@@ -2,13 +2,14 @@
 
 import argparse
 import contextlib
+import os
 import re
 import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, TextIO
 
 from capsule.acceptance import readings_of
 from capsule.configuration import BENCH, read_settings
@@ -19,6 +20,7 @@ from capsule.importing.lab_files import keep_map, lab_schema, map_text, read_map
 from capsule.importing.lab_map import checked_map
 from capsule.importing.mapped_runs import Bench, Guess, Run, as_map, guess_table, runs_of
 from capsule.importing.origin import origin_lines
+from capsule.importing.question import QuestionError
 from capsule.importing.reading_units import advice
 from capsule.importing.sensor_files import joined_run
 from capsule.importing.source_files import Source, read_source
@@ -61,7 +63,7 @@ class Importer:
         self._options = options
         self._keys = self._read_keys()
         self._folder = UNLABELLED if options.unlabelled else options.size
-        self._archive = ArchivedRuns(options.raw)
+        self._archive = ArchivedRuns(options.raw, int(rules["max_megabytes"] * 1e6))
         encoding = (sys.stdout.encoding or "").lower()
         self._plain = not encoding.startswith("utf")
         self.written = self.known = self.refused = 0
@@ -76,13 +78,23 @@ class Importer:
 
     def run(self) -> None:
         """Import all files; print the name of each file that cannot be imported."""
+        asked: dict[str, list[str]] = {}
         for files in self._groups():
             try:
                 self._import(files)
+            except QuestionError as question:
+                self.refused += 1
+                alike = asked.setdefault(question.subject, [])
+                alike.append(_names(files))
+                if len(alike) == 1:
+                    tell(f"refused: {alike[0]}: {question}", sys.stderr)
             except (CapsuleError, OSError) as fault:
                 self.refused += 1
                 text = fault if isinstance(fault, CapsuleError) else _disk_text(fault)
-                print(f"refused: {_names(files)}: {text}", file=sys.stderr, flush=True)
+                tell(f"refused: {_names(files)}: {text}", sys.stderr)
+        for first, *more in asked.values():
+            if more:
+                tell(f"refused: {', '.join(more)}: the same question as for {first}", sys.stderr)
 
     def _groups(self) -> list[list[Path]]:
         """Return the files in groups; the files of one group are one run."""
@@ -129,9 +141,9 @@ class Importer:
                 for run in runs_of_table:
                     label = f"{guess.table.label} {run.label}".strip() if several else run.label
                     runs.append((Run(label, run.recording, run.remarks), guess))
-        print(_names(files))
+        tell(_names(files))
         for guess in guesses:
-            print("\n".join(guess_lines(guess)))
+            tell("\n".join(guess_lines(guess)))
         planned = [self._plan(files, sources, run, guess, guesses) for run, guess in runs]
         # A file is imported completely or not at all. Half of its runs in the archive would hide
         # the error in the other half.
@@ -177,12 +189,12 @@ class Importer:
     def _archive_run(
         self, name: str, recording: Recording, known: str, remarks: Sequence[str]
     ) -> None:
-        print("\n".join(sample_lines(recording, plain=self._plain)))
+        tell("\n".join(sample_lines(recording, plain=self._plain)))
         # Two runs of one file may be the same.
         known = known or self._archive.known(recording)
         if known:
             self.known += 1
-            print(f"  already in the archive: {known} holds the same samples; nothing is written")
+            tell(f"  already in the archive: {known} holds the same samples; nothing is written")
             return
         if not self._options.dry_run:
             self._archive.add(name, recording)
@@ -190,15 +202,15 @@ class Importer:
         count, last = recording.time_s.size, recording.time_s[-1]
         verb = "would write" if self._options.dry_run else "wrote"
         path = _near(self._options.raw / f"{name}.csv")
-        print(f"  {verb} {path}: {count} samples, {last:g} s")
+        tell(f"  {verb} {path}: {count} samples, {last:g} s")
         if resampled := recording.header.get("import_resampled"):
-            print(f"  resampled {resampled}")
+            tell(f"  resampled {resampled}")
         for remark in (
             *remarks,
             *advice(recording, self._bench.full_scale),
             *self._rejection(recording),
         ):
-            print(f"  note: {remark}")
+            tell(f"  note: {remark}")
 
     def _rejection(self, recording: Recording) -> list[str]:
         """Return the report's reason against a recording that it cannot use; empty if it can."""
@@ -210,10 +222,10 @@ class Importer:
 
     def _keep_map(self, content: dict[str, Any]) -> None:
         if self._options.dry_run:
-            print("  lab.yaml would be:")
-            print("".join(f"    {line}\n" for line in map_text(content).splitlines()[1:]), end="")
+            tell("  lab.yaml would be:")
+            tell("\n".join(f"    {line}" for line in map_text(content).splitlines()[1:]))
         elif told := keep_map(self._options.write_map, content):
-            print(f"  {told}")
+            tell(f"  {told}")
 
     def summary(self) -> str:
         """Return a line with the numbers of recordings imported and known, and files refused."""
@@ -229,8 +241,20 @@ def _named(place: str) -> Iterator[None]:
     """Put the place of an error in front of its message."""
     try:
         yield
+    except QuestionError as question:
+        raise QuestionError(f"{place}: {question}" if place else str(question)) from None
     except CapsuleError as fault:
         raise CapsuleError(f"{place}: {fault}" if place else str(fault)) from None
+
+
+def tell(text: str, stream: TextIO | None = None) -> None:
+    """Print a text at once; if its reader has ended, as ``| head`` does, the import goes on."""
+    stream = stream or sys.stdout
+    try:
+        print(text, file=stream, flush=True)
+    except BrokenPipeError:
+        # The stream's buffer keeps the text, and Python writes it again when it ends.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def _expanded(given: Path) -> list[Path]:

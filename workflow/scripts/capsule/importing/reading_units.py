@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from capsule.errors import CapsuleError
+from capsule.importing.question import QuestionError
 from capsule.importing.source_table import SourceTable
 from capsule.importing.unit_names import OTHER_UNITS, READING_UNITS, plain_unit, split_unit
 from capsule.recording import Recording
@@ -119,7 +120,7 @@ def _by_values(values: np.ndarray, full_scale: float, label: str) -> ReadingUnit
         return ReadingUnit(fitting[0], f"{span} fit no other unit")
     options = " or ".join(f"{unit} (--unit {unit})" for unit in fitting)
     told = f"can be {options}; choose one" if fitting else _NO_UNIT
-    raise CapsuleError(f"column {label}: {span} {told}")
+    raise QuestionError(f"column {label}: {span} {told}")
 
 
 def advice(recording: Recording, full_scale: float) -> list[str]:

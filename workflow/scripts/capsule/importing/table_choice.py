@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from types import SimpleNamespace
 
 from capsule.errors import CapsuleError
+from capsule.importing.question import QuestionError
 from capsule.importing.source_table import SourceTable
 
 ALL = "all"
@@ -56,7 +57,7 @@ def choose_tables(
             f"no {kind} holds {needed} columns of numbers; the file holds {_listed(labels)}"
         )
     if len(fitting) > 1 and wanted != ALL:
-        raise CapsuleError(
+        raise QuestionError(
             f"{len(fitting)} of its parts can be the recording: "
             f"{_listed([table.label for table in fitting])}; name one with --{kind}, or use "
             f"--{kind} all if each one is a run"

@@ -18,6 +18,7 @@ from capsule.importing.number_style import (
     STYLES,
     NumberStyle,
 )
+from capsule.importing.question import QuestionError
 from capsule.importing.text_lines import DELIMITERS, split_cells
 
 # Lines that are tried first; if they leave a choice, all lines are tried.
@@ -101,7 +102,7 @@ def guess_dialect(
             "describe the format with --delimiter, --decimal and --skip-lines"
         )
     if len(ways) > 1:
-        raise CapsuleError(_ambiguity(few, list(ways)))
+        raise QuestionError(_ambiguity(few, list(ways)))
     (way,) = ways
     if len(few) == len(lines) or way.first < len(few) // 2:
         return way
