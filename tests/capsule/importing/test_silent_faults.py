@@ -1,13 +1,24 @@
 """What the import would take wrongly without a word is refused, asked for or named."""
 
 import subprocess
+import zipfile
 
 import h5py
 import numpy as np
 import pytest
+from rosbags.rosbag2 import StoragePlugin
 
 from support.command import CAPSULE
 from support.importing import ODD, assert_readings, import_files
+from support.lab_files import (
+    KILO_OHMS,
+    excel_rows,
+    nwb_file,
+    write_bag_2,
+    write_matlab_73,
+    write_workbook,
+)
+from support.lab_files import TIME_S as EXCEL_S
 from support.xdf_writer import xdf_file, xdf_stream
 
 TIME_S = np.round(np.arange(200) / 10, 9)
@@ -140,3 +151,72 @@ def test_a_question_common_to_many_files_is_asked_once(tmp_path):
     assert alike.startswith(f"refused: {files[1]}, {files[2]}, ")
     assert alike.endswith(f"{files[17]}: the same question as for {files[0]}")
     assert imported.counted == "0 recordings imported, 19 files refused"
+
+
+def test_a_sheet_that_states_too_few_rows_is_read_whole(tmp_path):
+    write_workbook(tmp_path / "whole.xlsx", {"Run 1": excel_rows(EXCEL_S.tolist())})
+    with (
+        zipfile.ZipFile(tmp_path / "whole.xlsx") as whole,
+        zipfile.ZipFile(tmp_path / "lab.xlsx", "w") as stated,
+    ):
+        for name in whole.namelist():
+            content = whole.read(name)
+            if name.endswith("sheet1.xml"):
+                assert b'ref="A1:E124"' in content
+                content = content.replace(b'ref="A1:E124"', b'ref="A1:C60"')
+            stated.writestr(name, content)
+    recording = import_files(tmp_path, tmp_path / "lab.xlsx").the_recording()
+    assert_readings(recording, EXCEL_S, KILO_OHMS)
+
+
+def outside_hdf(folder):
+    """Write HDF5 files whose samples lie outside of them, and yield their paths."""
+    secret = folder / "secret.bin"
+    secret.write_bytes(COUNTS.T.tobytes())
+    hdf_file(folder / "other.h5")
+    with h5py.File(folder / "external.h5", "w") as file:
+        external = [(str(secret), 0, COUNTS.nbytes)]
+        file.create_dataset("V", COUNTS.T.shape, "f8", external=external)
+    with h5py.File(folder / "virtual.h5", "w") as file:
+        layout = h5py.VirtualLayout(COUNTS.T.shape, "f8")
+        layout[...] = h5py.VirtualSource(str(folder / "other.h5"), "V", COUNTS.T.shape)
+        file.create_virtual_dataset("V", layout)
+    with h5py.File(folder / "linked.h5", "w") as file:
+        file["V"] = h5py.ExternalLink(str(folder / "other.h5"), "V")
+    write_matlab_73(folder / "external73.mat", {})
+    with h5py.File(folder / "external73.mat", "r+") as file:
+        file.create_dataset("V", COUNTS.T.shape, "f8", external=external)
+        file["V"].attrs["MATLAB_class"] = np.bytes_("double")
+    nwb_file(folder / "external.nwb", unit="kohm", rate=10.0)
+    with h5py.File(folder / "external.nwb", "r+") as file:
+        data = file["acquisition/sensors/data"]
+        attributes, shape = dict(data.attrs), data.shape
+        del file["acquisition/sensors/data"]
+        moved = file.create_dataset("acquisition/sensors/data", shape, "f8", external=external)
+        moved.attrs.update(attributes)
+    nwb_file(folder / "linked.nwb", unit="kohm", rate=10.0)
+    with h5py.File(folder / "linked.nwb", "r+") as file:
+        del file["acquisition/sensors"]
+        nwb_file(folder / "other.nwb", unit="kohm", rate=10.0)
+        file["acquisition/sensors"] = h5py.ExternalLink("other.nwb", "acquisition/sensors")
+    return sorted({*folder.glob("*al*.*"), *folder.glob("linked.*")})
+
+
+def test_nothing_outside_of_an_hdf5_file_is_read(tmp_path):
+    files = outside_hdf(tmp_path)
+    assert len(files) == 6
+    for file in files:
+        for options in ([], ["--rate", "10", "--unit", "counts"]):
+            imported = import_files(tmp_path / "out", file, *options)
+            assert f"{file.name}: the file names samples outside of it, in " in imported.refused
+            assert not imported.raw.exists()
+
+
+def test_nothing_outside_of_the_folder_of_a_bag_is_read(tmp_path):
+    write_bag_2(tmp_path / "run", StoragePlugin.MCAP)
+    (inside,) = (tmp_path / "run").glob("*.mcap")
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "metadata.yaml").write_text((tmp_path / "run/metadata.yaml").read_text())
+    (other / inside.name).symlink_to(inside)
+    assert "outside of this folder; copy it into it" in import_files(tmp_path, other).refused

@@ -9,11 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from capsule.importing.extra import damage_named, needed_package
+from capsule.errors import CapsuleError
+from capsule.importing.extra import damage_named, needed_package, refuse_large_zip
 from capsule.importing.number_style import POINT
 from capsule.importing.source_table import SourceTable
 from capsule.importing.text_table import missing_words, text_column
 from capsule.importing.unit_names import is_unit
+
+_MOST_CELLS = 20_000_000
 
 
 def read_excel(content: bytes, keys: SimpleNamespace, needed: int) -> list[SourceTable]:
@@ -37,9 +40,20 @@ def read_excel(content: bytes, keys: SimpleNamespace, needed: int) -> list[Sourc
     with damage_named("workbook", "save it again as .xlsx"), warnings.catch_warnings():
         # openpyxl warns about charts, styles and checks, which do not change the values.
         warnings.simplefilter("ignore", UserWarning)
-        book = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
-        sheets = [(sheet.title, list(sheet.values)) for sheet in book.worksheets]
+        refuse_large_zip(content)
+        # The read-only way of openpyxl leaves out rows beyond the size that a sheet states.
+        book = openpyxl.load_workbook(io.BytesIO(content), data_only=True)
+        sheets = [(sheet.title, _rows(sheet)) for sheet in book.worksheets]
     return [_table(title, rows, keys, needed) for title, rows in sheets]
+
+
+def _rows(sheet: Any) -> list[tuple[Any, ...]]:
+    if sheet.max_row * sheet.max_column > _MOST_CELLS:
+        raise CapsuleError(
+            f"sheet {sheet.title!r} has {sheet.max_row} rows and {sheet.max_column} columns, too "
+            "many for one session; delete the cells that hold no readings"
+        )
+    return list(sheet.values)
 
 
 def _table(

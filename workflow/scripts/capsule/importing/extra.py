@@ -2,6 +2,7 @@
 
 import contextlib
 import importlib
+import io
 import logging
 import struct
 import zipfile
@@ -31,6 +32,9 @@ _DAMAGE = (
     zlib.error,
 )
 _LONGEST_REASON = 100
+# 500 MB is far more than one run needs. It is less than a day of 64 channels at 100 Hz in single
+# precision.
+LARGEST_UNPACKED = 500_000_000
 
 
 @contextlib.contextmanager
@@ -64,6 +68,28 @@ def damage_named(format_name: str, remedy: str, *own: type[Exception]) -> Iterat
         raise CapsuleError(f"the {format_name} cannot be read ({reason}); {remedy}") from None
     finally:
         logging.disable(level)
+
+
+def refuse_large_zip(content: bytes) -> None:
+    """Raise an error if a zip file unpacks to more bytes than one session needs.
+
+    Raises
+    ------
+    CapsuleError
+        It is too large.
+    """
+    with zipfile.ZipFile(io.BytesIO(content)) as file:
+        size = sum(part.file_size for part in file.infolist())
+    if size > LARGEST_UNPACKED:
+        raise CapsuleError(too_large_text(LARGEST_UNPACKED))
+
+
+def too_large_text(most_bytes: int) -> str:
+    """Return the message on a file, or on the content of a file, that is larger than this."""
+    return (
+        f"it is larger than {most_bytes / 1e6:g} MB, too large for one session; split it into "
+        "smaller files"
+    )
 
 
 def needed_package(module: str, format_name: str) -> ModuleType:

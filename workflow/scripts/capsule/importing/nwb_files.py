@@ -8,6 +8,7 @@ import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.importing.extra import damage_named, needed_package
+from capsule.importing.hdf_files import refuse_outside
 from capsule.importing.source_table import Column, SourceTable, bare_column
 
 
@@ -27,7 +28,10 @@ def read_nwb(path: Path) -> list[SourceTable]:
     pynwb = needed_package("pynwb", "NWB")
     damage = needed_package("hdmf.build.errors", "NWB").ConstructError
     remedy = "check it with pynwb-validate"
+    h5py = needed_package("h5py", "NWB")
     with damage_named("NWB file", remedy, damage), warnings.catch_warnings():
+        with h5py.File(path, "r") as file:
+            refuse_outside(file)
         # pynwb warns about namespaces of other versions of the format.
         warnings.simplefilter("ignore", UserWarning)
         with pynwb.NWBHDF5IO(str(path), mode="r", load_namespaces=True) as stream:

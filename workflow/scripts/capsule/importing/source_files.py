@@ -7,11 +7,9 @@ from types import SimpleNamespace
 
 from capsule.errors import CapsuleError
 from capsule.files import read_limited
+from capsule.importing.extra import LARGEST_UNPACKED, too_large_text
 from capsule.importing.source_table import SourceTable
 
-# 500 MB is far more than one run needs. It is less than a day of 64 channels at 100 Hz in single
-# precision.
-_MAX_BYTES = 500_000_000
 _MATLAB_73 = b"MATLAB 7.3 MAT-file"
 _NO_TABLE = {
     b"\xd0\xcf\x11\xe0": "it is a workbook of an old Excel; save it as .xlsx",
@@ -58,14 +56,11 @@ def read_source(path: Path, keys: SimpleNamespace, needed: int) -> Source:
     if path.is_dir():
         return Source(_tables_in_folder(path), _folder_checksum(path))
     try:
-        content = read_limited(path, _MAX_BYTES)
+        content = read_limited(path, LARGEST_UNPACKED)
     except OSError as error:
         raise CapsuleError(f"{error.strerror}; give the name of a file that can be read") from None
     if content is None:
-        raise CapsuleError(
-            f"it is larger than {_MAX_BYTES / 1e6:g} MB, too large for one session; split it into "
-            "smaller files"
-        )
+        raise CapsuleError(too_large_text(LARGEST_UNPACKED))
     tables = _tables(path, content, keys, needed)
     return Source(tables, hashlib.sha256(content).hexdigest())
 
@@ -111,6 +106,13 @@ def _tables(path: Path, content: bytes, keys: SimpleNamespace, needed: int) -> l
 def _tables_in_folder(path: Path) -> list[SourceTable]:
     if not (path / "metadata.yaml").is_file():
         raise CapsuleError("it is a folder, but not a bag of ROS 2; give the files in it")
+    for file in path.iterdir():
+        if not file.resolve().is_relative_to(path.resolve()):
+            raise CapsuleError(
+                f"{file.name!r} is a link to a file outside of this folder; copy it into it"
+            )
+    if sum(file.stat().st_size for file in path.iterdir()) > LARGEST_UNPACKED:
+        raise CapsuleError(too_large_text(LARGEST_UNPACKED))
     from capsule.importing.ros_bags import read_bag
 
     return read_bag(path)
