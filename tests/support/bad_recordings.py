@@ -204,7 +204,8 @@ UNREADABLE = [
         "3mm/semicolons.csv",
         write(bare("semicolons").replace(b",", b";")),
         "line 1 separates columns by semicolons or tabs; "
-        "use commas between columns and points in numbers",
+        "use commas between columns and points in numbers; if another program wrote it: "
+        "capsule import raw/3mm/semicolons.csv --size 3 --name semicolons-imported --dry-run",
     ),
     Case(
         "decimal commas",

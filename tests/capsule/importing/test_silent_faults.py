@@ -1,13 +1,16 @@
 """What the import would take wrongly without a word is refused, asked for or named."""
 
+import shlex
 import subprocess
 import zipfile
 
 import h5py
 import numpy as np
 import pytest
+import yaml
 from rosbags.rosbag2 import StoragePlugin
 
+from capsule.acceptance import check_recording
 from support.command import CAPSULE
 from support.importing import ODD, assert_readings, import_files
 from support.lab_files import (
@@ -19,6 +22,7 @@ from support.lab_files import (
     write_workbook,
 )
 from support.lab_files import TIME_S as EXCEL_S
+from support.project import ROOT
 from support.xdf_writer import xdf_file, xdf_stream
 
 TIME_S = np.round(np.arange(200) / 10, 9)
@@ -220,3 +224,31 @@ def test_nothing_outside_of_the_folder_of_a_bag_is_read(tmp_path):
     (other / "metadata.yaml").write_text((tmp_path / "run/metadata.yaml").read_text())
     (other / inside.name).symlink_to(inside)
     assert "outside of this folder; copy it into it" in import_files(tmp_path, other).refused
+
+
+@pytest.mark.parametrize("separator", [",", ";", "\t"])
+@pytest.mark.parametrize("path", ["", "my files/foreign.csv"])
+def test_a_rejection_leads_on_to_the_import_that_reads_the_file(
+    tmp_path, monkeypatch, separator, path
+):
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / (path or "raw/2.5mm/r07.csv")
+    file.parent.mkdir(parents=True)
+    write(file, [TIME_S, *COUNTS])
+    file.write_text(file.read_text().replace(",", separator))
+    settings = yaml.safe_load((ROOT / "config/config.yaml").read_text(encoding="utf-8"))
+    check, *_ = check_recording(
+        "unlabelled/judged" if path else "2.5mm/r07", file.read_bytes(), 10**6, settings, path
+    )
+    line = check["reason"].partition("; if another program wrote it: ")[2]
+    words = shlex.split(line)
+    assert words[:2] == ["capsule", "import"]
+    assert words[-1] == "--dry-run"
+    options = ["--unlabelled"] if path else ["--size", "2.5", "--name", "r07-imported"]
+    assert words[3:-1] == options
+    without_size = [word for word in words[2:-1] if word not in ("--size", "2.5")]
+    imported = import_files(tmp_path, *without_size, size="2.5")
+    assert imported.refused == ""
+    assert (
+        imported.raw / ("unlabelled/foreign.csv" if path else "2.5mm/r07-imported.csv")
+    ).exists()

@@ -34,7 +34,8 @@ def test_a_rejected_recording_is_listed_with_its_reason_and_nowhere_else(spoilt)
     rejected = archive.recordings[archive.recordings["status"] == "rejected"]
     assert rejected["reason"].to_dict() == {
         "3mm/r02": "line 1: the column 'time_s' is missing; found: 'no recording', "
-        "required: time_s,sensor_1,sensor_2,sensor_3,sensor_4",
+        "required: time_s,sensor_1,sensor_2,sensor_3,sensor_4; if another program wrote it: "
+        "capsule import raw/3mm/r02.csv --size 3 --name r02-imported --dry-run",
         "3mm/r03-copy": "the same content as 3mm/r03",
     }
     held = [archive.readings, archive.matrices, archive.headers, archive.labelled]

@@ -7,6 +7,7 @@ shift all later samples.
 
 import hashlib
 import io
+import shlex
 from collections.abc import Mapping
 from typing import Any
 
@@ -17,7 +18,7 @@ from capsule.errors import RecordingError
 from capsule.kinds import Settings
 from capsule.names import size_mm
 from capsule.preprocessing import preprocess
-from capsule.recording import Recording, read_recording, too_large
+from capsule.recording import ForeignFileError, Recording, read_recording, too_large
 from capsule.seeding import readings_checksum
 from capsule.units import adc_ends, on_full_scale, share_between, shares_at_ends
 from capsule.wave import fill_missing, missing_wave, window_mean
@@ -43,7 +44,7 @@ _KEPT_OF = 8
 
 
 def check_recording(
-    name: str, content: bytes | None, max_bytes: int, settings: Settings
+    name: str, content: bytes | None, max_bytes: int, settings: Settings, path: str = ""
 ) -> tuple[dict[str, Any], FloatArray, FloatArray]:
     """Check a recording, place its readings on an even grid and make its matrix V.
 
@@ -58,6 +59,8 @@ def check_recording(
     settings : mapping
         Sections ``recording`` and ``preprocessing`` of the configuration, and the keys of the
         section ``diagonal`` that `capsule.configuration.BENCH` lists.
+    path : str
+        The file, if it does not lie in raw/ under its name.
 
     Returns
     -------
@@ -89,9 +92,21 @@ def check_recording(
         check["marks"] = fingerprint(values).tolist()
         matrix = preprocess(values, **shape)
         check["status"] = "accepted"
+    except ForeignFileError as reason:
+        check["reason"] = f"{reason}; if another program wrote it: {_import_line(name, path)}"
     except RecordingError as reason:
         check["reason"] = str(reason)
     return check, values, matrix
+
+
+def _import_line(name: str, path: str) -> str:
+    """Return the command that shows how the import would read a file."""
+    size = size_mm(name)
+    condition = "--unlabelled" if size is None else f"--size {size:g}"
+    # In raw/ the name is taken by the file itself.
+    other_name = "" if path else f" --name {name.partition('/')[2]}-imported"
+    file = shlex.quote(path or f"raw/{name}.csv")
+    return f"capsule import {file} {condition}{other_name} --dry-run"
 
 
 def readings_of(recording: Recording, settings: Settings) -> tuple[FloatArray, str]:

@@ -53,6 +53,10 @@ class Recording:
     header: Mapping[str, str] = field(default_factory=dict)
 
 
+class ForeignFileError(RecordingError):
+    """The error of a file that another program may have written, which the import may read."""
+
+
 def source_of(header: Mapping[str, str]) -> str:
     """Return where a recording comes from, with the simulator's version, bench and seed if any."""
     named = [header.get("source", "")]
@@ -95,6 +99,8 @@ def read_recording(stream: BinaryIO, sensors: int, max_bytes: int = 16_000_000) 
     ------
     RecordingError
         The bytes are not a recording of S sensors; the text says why and in which line.
+    ForeignFileError
+        The same, for a table of another form.
     """
     content = stream.read(max_bytes + 1)
     if len(content) > max_bytes:
@@ -167,7 +173,7 @@ def _decode(content: bytes) -> str:
 def _column_order(line: str, sensors: int, number: int) -> list[int]:
     """Return the index of each required column, and last the number of all columns."""
     if ";" in line or "\t" in line:
-        raise RecordingError(
+        raise ForeignFileError(
             f"line {number} separates columns by semicolons or tabs; "
             "use commas between columns and points in numbers"
         )
@@ -180,7 +186,9 @@ def _column_order(line: str, sensors: int, number: int) -> list[int]:
         )
     missing = [name for name in wanted if name not in names]
     if missing:
-        raise RecordingError(
+        # Without the time, it is another program's table rather than a damaged recording.
+        error = ForeignFileError if "time_s" in missing else RecordingError
+        raise error(
             f"line {number}: the column {missing[0]!r} is missing; found: {_shorten(line)!r}, "
             f"required: {','.join(wanted)}"
         )

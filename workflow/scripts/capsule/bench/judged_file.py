@@ -90,7 +90,7 @@ def judge_file(
     except OSError as error:
         check = {"status": "rejected", "reason": f"it cannot be read: {error.strerror}"}
         return JudgedFile(str(path), check, np.empty((0, 0)), {}, Familiarity(None), "")
-    check, values, _ = check_recording(_NAME, content, max_bytes, settings)
+    check, values, _ = check_recording(_NAME, content, max_bytes, settings, str(path))
     judged = check["status"] == "accepted" and not check["no_verdict"]
     verdicts = final.verdicts(values) if judged else {}
     familiarity = final.familiarity(values) if judged else Familiarity(None)
