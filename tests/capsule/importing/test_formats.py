@@ -1,5 +1,6 @@
 """Import of each format: from a file of its own library, and from files that packages ship."""
 
+import gzip
 import sys
 from datetime import datetime
 from pathlib import Path
@@ -188,6 +189,42 @@ def test_a_bag_of_ros(tmp_path, kind):
     assert_readings(recording, TIME_S, COUNTS)
     assert recording.header["started"] == "2026-03-04T12:00:00Z"
     assert recording.header["import_variable"] == "/capsule"
+
+
+@pytest.mark.parametrize("form", ["tall", "wide", "fields"])
+def test_numpy(tmp_path, form):
+    array = np.vstack([TIME_S, COUNTS])
+    if form == "fields":
+        names = ("t", "S1", "S2", "S3", "S4")
+        array = np.array(list(map(tuple, array.T)), dtype=[(name, "f8") for name in names])
+    np.save(tmp_path / "run.npy", array.T if form == "tall" else array)
+    imported = import_files(tmp_path, tmp_path / "run.npy")
+    assert_readings(imported.the_recording(), TIME_S, COUNTS)
+    assert list(imported.recordings()) == ["3mm/run"]
+
+
+def test_numpy_that_holds_no_table_is_refused(tmp_path):
+    np.save(tmp_path / "objects.npy", np.array([{}], dtype=object))
+    np.save(tmp_path / "image.npy", np.zeros((300, 400)))
+    imported = import_files(tmp_path, tmp_path / "objects.npy", tmp_path / "image.npy")
+    objects, image = imported.refused.splitlines()
+    assert "the numpy file cannot be read" in objects
+    assert "an array of shape (300, 400) and type float64 is no table of numbers" in image
+
+
+def test_a_compressed_file_is_read_as_the_file_in_it(tmp_path):
+    rows = ["time,S1,S2,S3,S4"]
+    rows += [",".join(map(str, row)) for row in np.vstack([TIME_S, COUNTS]).T]
+    (tmp_path / "run.csv.gz").write_bytes(gzip.compress("\n".join(rows).encode()))
+    imported = import_files(tmp_path, tmp_path / "run.csv.gz")
+    assert_readings(imported.the_recording(), TIME_S, COUNTS)
+    assert list(imported.recordings()) == ["3mm/run"]
+
+
+def test_a_small_file_that_unpacks_to_a_huge_one_is_refused(tmp_path):
+    (tmp_path / "run.csv.gz").write_bytes(gzip.compress(bytes(2_000_000)) * 260)
+    refused = import_files(tmp_path, tmp_path / "run.csv.gz").refused
+    assert "run.csv.gz: it is larger than 500 MB, too large for one session" in refused
 
 
 SHIPPED = {

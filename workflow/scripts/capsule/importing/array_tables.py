@@ -1,11 +1,15 @@
-"""Make tables from named arrays, as in MATLAB and HDF5 files."""
+"""Make tables from named arrays, as in numpy, MATLAB and HDF5 files."""
 
+import io
 import re
 from collections import defaultdict
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
+from capsule.errors import CapsuleError
+from capsule.importing.extra import damage_named
 from capsule.importing.source_table import Column, SourceTable, bare_column
 
 # A matrix with more columns is probably an image.
@@ -15,6 +19,32 @@ _RATE_NAMES = re.compile(
     re.IGNORECASE,
 )
 _LEAST_ROWS = 2
+
+
+def read_numpy(content: bytes, name: str) -> list[SourceTable]:
+    """Read the array of numpy's file format ``.npy``; fields of a structured array are columns.
+
+    Parameters
+    ----------
+    content : bytes
+        The file.
+    name : str
+        Name of the array.
+
+    Raises
+    ------
+    CapsuleError
+        The file is damaged, or holds no series of numbers.
+    """
+    with damage_named("numpy file", "save it again: numpy.save(file, array)"):
+        array = np.load(io.BytesIO(content), allow_pickle=False)
+    tables = array_tables({name: array}, {}, "/")
+    if not tables:
+        raise CapsuleError(
+            f"an array of shape {array.shape} and type {array.dtype} is no table of numbers; save "
+            "an array with one row a sample"
+        )
+    return [replace(table, kind="", label="") for table in tables]
 
 
 def array_tables(

@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="*",
         type=Path,
         metavar="FILE",
-        help="text, CSV, .mat, .xlsx, HDF5, NWB, "
+        help="text, CSV, .csv.gz, .npy, .mat, .xlsx, HDF5, NWB, "
         "TDMS, XDF or .bag file, or the folder of a bag of ROS 2",
     )
     condition = parser.add_mutually_exclusive_group(required=True)

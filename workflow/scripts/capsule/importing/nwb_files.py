@@ -1,7 +1,7 @@
 """Read files of Neurodata Without Borders (NWB) with pynwb."""
 
+import io
 import warnings
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,12 +12,12 @@ from capsule.importing.hdf_files import refuse_outside
 from capsule.importing.source_table import Column, SourceTable, bare_column
 
 
-def read_nwb(path: Path) -> list[SourceTable]:
+def read_nwb(content: bytes) -> list[SourceTable]:
     """Read the time series of a file, in its acquisition, processing and stimulus.
 
     Parameters
     ----------
-    path : Path
+    content : bytes
         The file.
 
     Raises
@@ -29,12 +29,15 @@ def read_nwb(path: Path) -> list[SourceTable]:
     damage = needed_package("hdmf.build.errors", "NWB").ConstructError
     remedy = "check it with pynwb-validate"
     h5py = needed_package("h5py", "NWB")
-    with damage_named("NWB file", remedy, damage), warnings.catch_warnings():
-        with h5py.File(path, "r") as file:
-            refuse_outside(file)
+    with (
+        damage_named("NWB file", remedy, damage),
+        warnings.catch_warnings(),
+        h5py.File(io.BytesIO(content), "r") as hdf,
+    ):
         # pynwb warns about namespaces of other versions of the format.
         warnings.simplefilter("ignore", UserWarning)
-        with pynwb.NWBHDF5IO(str(path), mode="r", load_namespaces=True) as stream:
+        refuse_outside(hdf)
+        with pynwb.NWBHDF5IO(file=hdf, mode="r", load_namespaces=True) as stream:
             file = stream.read()
             started = file.session_start_time.isoformat(timespec="seconds")
             series = [each for each in file.objects.values() if _is_series(each, pynwb)]

@@ -1,21 +1,23 @@
 """Read a file of any format; the first bytes of the file decide which reader is used."""
 
+import gzip
 import hashlib
+import io
 from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
 
 from capsule.errors import CapsuleError
 from capsule.files import read_limited
-from capsule.importing.extra import LARGEST_UNPACKED, too_large_text
+from capsule.importing.extra import LARGEST_UNPACKED, damage_named, too_large_text
 from capsule.importing.source_table import SourceTable
 
 _MATLAB_73 = b"MATLAB 7.3 MAT-file"
+_READ_BY_PATH = b"#ROSBAG", b"\x89MCAP"
 _NO_TABLE = {
     b"\xd0\xcf\x11\xe0": "it is a workbook of an old Excel; save it as .xlsx",
     b"SQLite format 3": "it is one file of a bag of ROS 2; give the folder with its metadata.yaml",
     b"%PDF": "it is a PDF; export the readings as text",
-    b"\x1f\x8b": "it is compressed; unpack it first",
     b"7z\xbc\xaf": "it is compressed; unpack it first",
 }
 
@@ -70,11 +72,17 @@ def _tables(path: Path, content: bytes, keys: SimpleNamespace, needed: int) -> l
     for mark, reason in _NO_TABLE.items():
         if content.startswith(mark):
             raise CapsuleError(reason)
+    if content.startswith(b"\x1f\x8b"):
+        return _tables(path.with_suffix(""), _unpacked(content), keys, needed)
+    if content.startswith(b"\x93NUMPY"):
+        from capsule.importing.array_tables import read_numpy
+
+        return read_numpy(content, path.stem)
     if content.startswith((b"\x89HDF", _MATLAB_73)):
         if path.suffix.lower() == ".nwb":
             from capsule.importing.nwb_files import read_nwb
 
-            return read_nwb(path)
+            return read_nwb(content)
         from capsule.importing.hdf_files import read_hdf
 
         return read_hdf(content)
@@ -90,7 +98,7 @@ def _tables(path: Path, content: bytes, keys: SimpleNamespace, needed: int) -> l
         from capsule.importing.xdf_files import read_xdf
 
         return read_xdf(content)
-    if content.startswith((b"#ROSBAG", b"\x89MCAP")):
+    if content.startswith(_READ_BY_PATH):
         from capsule.importing.ros_bags import read_bag
 
         return read_bag(path)
@@ -101,6 +109,20 @@ def _tables(path: Path, content: bytes, keys: SimpleNamespace, needed: int) -> l
     from capsule.importing.text_files import read_text
 
     return read_text(content, keys, needed)
+
+
+def _unpacked(content: bytes) -> bytes:
+    """Return the content of a gzip file."""
+    with (
+        damage_named("compressed file", "copy it again"),
+        gzip.GzipFile(fileobj=io.BytesIO(content)) as stream,
+    ):
+        unpacked = stream.read(LARGEST_UNPACKED + 1)
+    if len(unpacked) > LARGEST_UNPACKED:
+        raise CapsuleError(too_large_text(LARGEST_UNPACKED))
+    if unpacked.startswith((b"\x1f\x8b", *_READ_BY_PATH)):
+        raise CapsuleError("it holds a file that is read only where it lies; unpack it first")
+    return unpacked
 
 
 def _tables_in_folder(path: Path) -> list[SourceTable]:
