@@ -6,6 +6,7 @@ import zipfile
 
 import h5py
 import numpy as np
+import pandas
 import pytest
 import yaml
 from rosbags.rosbag2 import StoragePlugin
@@ -252,3 +253,46 @@ def test_a_rejection_leads_on_to_the_import_that_reads_the_file(
     assert (
         imported.raw / ("unlabelled/foreign.csv" if path else "2.5mm/r07-imported.csv")
     ).exists()
+
+
+@pytest.mark.parametrize("index", ["", "frame"])
+@pytest.mark.parametrize("ending", ["csv", "xlsx"])
+def test_numbers_as_column_names_are_no_sample(tmp_path, ending, index):
+    frame = pandas.DataFrame(np.vstack([TIME_S, COUNTS]).T)
+    if index:  # pandas leaves the cell above its index empty
+        frame = pandas.DataFrame(COUNTS.T, index=TIME_S)
+    path = tmp_path / f"run.{ending}"
+    if ending == "csv":
+        frame.to_csv(path, index=bool(index))
+    else:
+        frame.to_excel(path, index=bool(index))
+    imported = import_files(tmp_path, path, "--time", "1", "--sensors", *"2345")
+    assert_readings(imported.the_recording(), TIME_S, COUNTS)
+    names = ",0,1,2,3" if index else "0,1,2,3,4"
+    assert f" 1, '{names}', is taken for the names of the columns, not for a" in imported.shown
+
+
+def test_numbers_that_can_be_names_or_a_sample_are_asked_for(tmp_path):
+    values = np.array([[2, 1, 4, 3, 2, 1] * 20, [1, 2, 3, 4, 2, 3] * 20] * 2)
+    values[:, 0] = [1, 2, 3, 4]
+    path = write(tmp_path / "few.csv", [TIME_S[:120], *values], "")
+    told = ["--unit", "kohm"]
+    assert (
+        "line 1: '0,1,2,3,4' can be the names of the columns (--skip-lines 1) or the first sample "
+        "(--skip-lines 0); choose one"
+    ) in import_files(tmp_path, path, *told).refused
+    for skipped in (0, 1):
+        other = import_files(tmp_path / str(skipped), path, *told, "--skip-lines", str(skipped))
+        np.testing.assert_array_equal(other.the_recording().values, values[:, skipped:])
+
+
+def test_a_first_sample_far_from_all_others_and_a_long_gap_are_named(tmp_path, good):
+    shown = import_files(tmp_path, good).shown
+    assert "is far from all others" not in shown
+    assert "a gap of" not in shown
+    values, time_s = COUNTS.copy(), TIME_S.copy()
+    values[:, 0] = [3, 1, 2, 7]
+    time_s[150:] += 300
+    shown = import_files(tmp_path, write(tmp_path / "a.csv", [time_s, *values])).shown
+    assert "note: the first sample, 3, 1, 2, 7, is far from all others; if it is none" in shown
+    assert "note: a gap of 5 min follows sample 150; if another run begins behind it" in shown

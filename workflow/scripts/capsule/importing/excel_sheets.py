@@ -11,6 +11,7 @@ import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.importing.extra import damage_named, needed_package, refuse_large_zip
+from capsule.importing.number_head import without_number_head
 from capsule.importing.number_style import POINT
 from capsule.importing.source_table import SourceTable
 from capsule.importing.text_table import missing_words, text_column
@@ -44,7 +45,7 @@ def read_excel(content: bytes, keys: SimpleNamespace, needed: int) -> list[Sourc
         # The read-only way of openpyxl leaves out rows beyond the size that a sheet states.
         book = openpyxl.load_workbook(io.BytesIO(content), data_only=True)
         sheets = [(sheet.title, _rows(sheet)) for sheet in book.worksheets]
-    return [_table(title, rows, keys, needed) for title, rows in sheets]
+    return [without_number_head(_table(title, rows, keys, needed), keys) for title, rows in sheets]
 
 
 def _rows(sheet: Any) -> list[tuple[Any, ...]]:

@@ -10,6 +10,7 @@ from capsule.errors import CapsuleError
 from capsule.importing.clock_readings import Clock, read_time
 from capsule.importing.column_choice import NO_TIME, Choice, choose_columns
 from capsule.importing.dates import later
+from capsule.importing.number_head import is_far
 from capsule.importing.reading_units import WRITTEN, ReadingUnit, reading_unit
 from capsule.importing.resampling import DEGREE, STOP_DB, resample, usual_rate
 from capsule.importing.run_splitting import runs_by_gap, runs_by_value
@@ -20,6 +21,8 @@ from capsule.recording import Recording
 _KNOWN_NOTES = ("adc_bits", "vref_v", "series_ohm", "site", "session", "setup")
 _ELECTRONICS = {"adc_bits": "g", "vref_v": "g", "series_ohm": ".6f"}
 _MILLI_DIGITS = 9
+# A longer gap is named.
+_LONG_GAP_S = 60.0
 
 
 @dataclass(frozen=True)
@@ -137,6 +140,7 @@ def runs_of(guess: Guess, keys: SimpleNamespace, bench: Bench) -> list[Run]:
                 f"the file says that it began {guess.clock.started[:60]!r}, which is no date such "
                 "as 2026-03-04T12:00:00, so the header names none"
             )
+        remarks += _striking(time_s, values[:, rows], keys)
         if partly:
             remarks.append(f"{partly} samples lack a sensor and count as missing")
         try:
@@ -144,6 +148,25 @@ def runs_of(guess: Guess, keys: SimpleNamespace, bench: Bench) -> list[Run]:
         except CapsuleError as fault:
             raise CapsuleError(f"run {label}: {fault}" if label else str(fault)) from None
     return runs
+
+
+def _striking(time_s: np.ndarray, values: np.ndarray, keys: SimpleNamespace) -> list[str]:
+    """Return notes on a first sample or a gap that may not belong to the run."""
+    notes = []
+    if values.shape[1] > 2 and is_far(values).all():
+        shown = ", ".join(f"{value:g}" for value in values[:, 0])
+        notes.append(
+            f"the first sample, {shown}, is far from all others; if it is none, leave it out with "
+            "--skip-lines"
+        )
+    steps = np.diff(time_s)
+    longest = int(np.argmax(steps)) if steps.size else 0
+    if steps.size and steps[longest] >= _LONG_GAP_S and not keys.run_gap_s:
+        notes.append(
+            f"a gap of {steps[longest] / 60:.3g} min follows sample {longest + 1}; if another run "
+            "begins behind it, give --run-gap-s"
+        )
+    return notes
 
 
 def _split(guess: Guess, keys: SimpleNamespace) -> list[tuple[str, slice]]:

@@ -41,6 +41,12 @@ class Column:
         numbers = int(np.count_nonzero(~np.isnan(self.values)))
         return numbers > self.unreadable.size
 
+    def without_first(self) -> "Column":
+        """Return the column without its first cell."""
+        texts = None if self.texts is None else self.texts[1:]
+        unreadable = self.unreadable[self.unreadable > 0] - 1
+        return Column(self.name, self.values[1:], self.unit, texts, unreadable)
+
 
 @dataclass(frozen=True)
 class SourceTable:

@@ -2,6 +2,7 @@
 
 from types import SimpleNamespace
 
+from capsule.importing.number_head import without_number_head
 from capsule.importing.serial_log import is_serial_log, serial_table
 from capsule.importing.source_table import SourceTable
 from capsule.importing.text_lines import decode, split_lines
@@ -28,4 +29,4 @@ def read_text(content: bytes, keys: SimpleNamespace, needed: int) -> list[Source
     text, encoding = decode(content, keys.encoding)
     lines = split_lines(text, encoding, keys.comment, keys.skip_lines or 0)
     read = serial_table if is_serial_log(lines) else text_table
-    return [read(lines, keys, needed)]
+    return [without_number_head(read(lines, keys, needed), keys)]
