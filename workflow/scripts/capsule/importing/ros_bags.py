@@ -1,6 +1,8 @@
 """Read bags of ROS 1 and ROS 2 with rosbags."""
 
 import dataclasses
+import sqlite3
+import sys
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
@@ -34,7 +36,15 @@ def read_bag(path: Path) -> list[SourceTable]:
     types = typesys.get_typestore(typesys.Stores.LATEST)
     topics: dict[str, list[dict[str, Any]]] = {}
     remedy = "give a .bag file, or the folder of a bag of ROS 2 with its metadata.yaml"
-    own = (bags.AnyReaderError, *bags.ReaderErrors, bags.SerdeError, bags.TypesysError)
+    # rosbags reads the files of SQLite by apsw, and did so by sqlite3.
+    database = sys.modules.get("apsw", sqlite3)
+    own = (
+        database.Error,
+        bags.AnyReaderError,
+        *bags.ReaderErrors,
+        bags.SerdeError,
+        bags.TypesysError,
+    )
     with (
         damage_named("bag", remedy, *own),
         bags.AnyReader([path], default_typestore=types) as reader,

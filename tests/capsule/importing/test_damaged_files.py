@@ -1,0 +1,71 @@
+"""A damaged file of any format comes in or is refused in a line, without much memory or time.
+
+`tests/benchmarks/fuzz_import.py` tries many more of them.
+"""
+
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from support.damaged_files import damaged, given_path, write_each_format
+from support.importing import import_files
+
+pytestmark = pytest.mark.takes(1)
+
+ENDINGS = [
+    ".csv",
+    ".log",
+    ".gz",
+    ".npy",
+    ".mat",
+    "73.mat",
+    ".h5",
+    ".xlsx",
+    ".nwb",
+    ".tdms",
+    ".xdf",
+    ".bag",
+    ".mcap",
+    ".sqlite3",
+]
+DAMAGED_EACH = 8
+
+
+def most_memory():
+    """Return the largest memory of this process so far in bytes; 0 if the system does not tell."""
+    if sys.platform != "linux":
+        return 0
+    import resource
+
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    return write_each_format(tmp_path_factory.mktemp("whole"))
+
+
+def test_each_format_is_tried(tmp_path, whole):
+    assert list(whole) == ENDINGS
+    for file in whole.values():
+        imported = import_files(tmp_path, given_path(file), "--dry-run")
+        assert imported.refused == "", file
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_a_damaged_file_comes_in_or_is_refused_in_a_line(tmp_path, whole, ending):
+    file, rng = whole[ending], np.random.default_rng(ENDINGS.index(ending))
+    content, most_before = file.read_bytes(), most_memory()
+    try:
+        for number in range(DAMAGED_EACH):
+            file.write_bytes(damaged(content, rng))
+            start = time.monotonic()
+            imported = import_files(tmp_path / str(number), given_path(file), "--dry-run")
+            assert time.monotonic() - start < 5
+            assert imported.refused.count("\n") == imported.status
+            assert bool(imported.refused) != ("would write" in imported.shown)
+    finally:
+        file.write_bytes(content)
+    assert most_memory() <= max(most_before, 1_000_000_000)

@@ -1,0 +1,77 @@
+"""Valid files of each format that the import reads, and files with bytes changed at random."""
+
+import gzip
+from pathlib import Path
+
+import h5py
+import nptdms
+import numpy as np
+from rosbags.rosbag2 import StoragePlugin
+
+from support.importing import ODD
+from support.lab_files import (
+    COUNTS,
+    KILO_OHMS,
+    TIME_S,
+    excel_rows,
+    nwb_file,
+    write_bag_1,
+    write_bag_2,
+    write_matlab,
+    write_matlab_73,
+    write_workbook,
+)
+from support.xdf_writer import xdf_file, xdf_stream
+
+
+def write_each_format(folder: Path) -> dict[str, Path]:
+    """Write a valid file of each format, and return the files by their ending.
+
+    The file of a bag of ROS 2 lies in the bag's folder.
+    """
+    endings = ".csv .log .gz .npy .mat 73.mat .h5 .xlsx .nwb .tdms .xdf .bag"
+    files = {ending: folder / f"run{ending}" for ending in endings.split()}
+    files[".csv"].write_bytes((ODD / "comma.txt").read_bytes())
+    files[".log"].write_bytes((ODD / "serial_monitor.txt").read_bytes())
+    files[".gz"].write_bytes(gzip.compress((ODD / "comma.txt").read_bytes()))
+    np.save(files[".npy"], np.vstack([TIME_S, COUNTS]).T)
+    write_matlab(files[".mat"], {"t": TIME_S, "V": COUNTS.T})
+    write_matlab_73(files["73.mat"], {"t": TIME_S[:, None], "V": COUNTS.T})
+    with h5py.File(files[".h5"], "w") as file:
+        file.create_dataset("run/readings", data=KILO_OHMS, compression="gzip")
+        file["run"].attrs["rate"] = 10.0
+    write_workbook(files[".xlsx"], {"Run 1": excel_rows(TIME_S.tolist())})
+    nwb_file(files[".nwb"], unit="kohm", rate=10.0)
+    with nptdms.TdmsWriter(str(files[".tdms"])) as writer:
+        rate = {"wf_increment": 0.1}
+        writer.write_segment(
+            [nptdms.ChannelObject("a", f"AI{n}", COUNTS[n], rate) for n in range(4)]
+        )
+    stream = xdf_stream(1, "c", TIME_S, COUNTS, ["a", "b", "c", "d"], "counts")
+    files[".xdf"].write_bytes(xdf_file(stream))
+    write_bag_1(files[".bag"])
+    for plugin in (StoragePlugin.MCAP, StoragePlugin.SQLITE3):
+        bag = folder / plugin.name.lower()
+        write_bag_2(bag, plugin)
+        (files[f".{plugin.name.lower()}"],) = (
+            path for path in bag.iterdir() if path.name != "metadata.yaml"
+        )
+    return files
+
+
+def given_path(file: Path) -> Path:
+    """Return what is given to the import: the file, or the folder of a bag of ROS 2."""
+    return file.parent if (file.parent / "metadata.yaml").exists() else file
+
+
+def damaged(content: bytes, rng: np.random.Generator) -> bytes:
+    """Return a file's content with 1 to 20 bytes changed, most of them near each other."""
+    changed = bytearray(content)
+    first = int(rng.integers(len(changed)))
+    for _ in range(int(rng.integers(1, 21))):
+        near = rng.random() < 0.7
+        at = first + int(rng.integers(64)) if near else int(rng.integers(len(changed)))
+        # Sizes and counts of these formats are mostly small, so extreme bytes matter most.
+        byte = int(rng.choice([0, 1, 127, 128, 255])) if rng.random() < 0.4 else rng.integers(256)
+        changed[at % len(changed)] = int(byte)
+    return bytes(changed)
