@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from capsule.cli import build_parser
-from capsule.importing.import_run import NO_OPTION, Importer
-from capsule.importing.lab_map import allowed
+from capsule.importing.import_run import Importer
+from capsule.importing.lab_yaml import allowed
 from capsule.importing.resampling import STOP_DB
 from support.command import PARSERS
 from support.lab_files import write_examples
@@ -30,8 +30,8 @@ class Utf8(io.StringIO):
 
 
 def key_row(key, part):
-    option = "" if key in NO_OPTION else f"`--{key.replace('_', '-')}`"
-    cells = [f"`{key}`", option, allowed(part), part.get("unit", ""), part["description"]]
+    option, unit = f"`--{key.replace('_', '-')}`", part.get("unit", "")
+    cells = [f"`{key}`", option, allowed(part), unit, part["description"]]
     return "| " + " | ".join(cells) + " |"
 
 
@@ -92,9 +92,9 @@ def test_the_page_explains_no_key_that_does_not_exist():
     assert named == list(KEYS)
 
 
-def test_each_key_but_the_files_of_sensors_is_an_option():
+def test_each_key_is_an_option():
     options = PARSERS["import"].format_help()
-    for key in KEYS.keys() - set(NO_OPTION):
+    for key in KEYS:
         assert f"--{key.replace('_', '-')}" in options
 
 

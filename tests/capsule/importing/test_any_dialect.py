@@ -6,10 +6,9 @@ from hypothesis import event, example, given, settings
 from hypothesis import strategies as st
 
 from capsule.errors import CapsuleError
-from capsule.importing.lab_files import lab_schema
-from capsule.importing.lab_map import checked_map
-from capsule.importing.mapped_runs import Bench, guess_table, readings
-from capsule.importing.text_files import read_text
+from capsule.importing.lab_yaml import checked_map, lab_schema
+from capsule.importing.runs import Bench, guess_table, readings
+from capsule.importing.text import read_text
 
 pytestmark = pytest.mark.takes(1)
 
@@ -22,8 +21,7 @@ PER_SECOND = {"s": 1, "ms": 1000, "us": 1_000_000}
 def read(content, **said):
     """Read a file, and return the times, the readings in their unit, and the unit."""
     keys = checked_map(said, SCHEMA, BENCH.sensors)
-    (table,) = read_text(content, keys, BENCH.sensors)
-    guess = guess_table(table, keys, BENCH)
+    guess = guess_table(read_text(content, keys, BENCH.sensors), keys, BENCH)
     return guess.clock.time_s, readings(guess)[0], guess.unit.unit
 
 

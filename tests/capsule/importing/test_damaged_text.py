@@ -7,10 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from capsule.errors import CapsuleError
-from capsule.importing.lab_files import lab_schema
-from capsule.importing.lab_map import checked_map
-from capsule.importing.mapped_runs import Bench, guess_table, runs_of
-from capsule.importing.text_files import read_text
+from capsule.importing.lab_yaml import checked_map, lab_schema
+from capsule.importing.runs import Bench, guess_table, runs_of
+from capsule.importing.text import read_text
 from capsule.recording import format_recording, read_recording
 from support.importing import ODD
 
@@ -30,7 +29,7 @@ def test_a_damaged_file_is_read_or_refused_in_a_line(content, damages, said):
         content = content[:at] + piece + content[at + length :]
     keys = checked_map(said, lab_schema(), BENCH.sensors)
     try:
-        (table,) = read_text(content, keys, BENCH.sensors)
+        table = read_text(content, keys, BENCH.sensors)
         runs = runs_of(guess_table(table, keys, BENCH), keys, BENCH)
     except CapsuleError as refusal:
         assert "\n" not in str(refusal)

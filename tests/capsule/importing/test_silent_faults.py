@@ -269,7 +269,7 @@ def test_numbers_as_column_names_are_no_sample(tmp_path, ending, index):
     imported = import_files(tmp_path, path, "--time", "1", "--sensors", *"2345")
     assert_readings(imported.the_recording(), TIME_S, COUNTS)
     names = ",0,1,2,3" if index else "0,1,2,3,4"
-    assert f" 1, '{names}', is taken for the names of the columns, not for a" in imported.shown
+    assert f" 1: '{names}' is taken for the names of the columns, not for a" in imported.shown
 
 
 def test_numbers_that_can_be_names_or_a_sample_are_asked_for(tmp_path):

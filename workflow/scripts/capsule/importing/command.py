@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from capsule.arguments import recording_name, size_folder
-from capsule.importing.import_run import NO_OPTION, Importer, tell
-from capsule.importing.lab_files import lab_schema
+from capsule.importing.import_run import Importer, tell
+from capsule.importing.lab_yaml import lab_schema
 from capsule.project import config_file
 
 _TYPES = {"number": float, "integer": int}
@@ -59,8 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     keys = parser.add_argument_group("keys of lab.yaml; an option overrides the file")
     for key, part in lab_schema()["properties"].items():
-        if key not in NO_OPTION:
-            _add_key(keys, key, part)
+        _add_key(keys, key, part)
 
 
 def main(arguments: argparse.Namespace) -> int:

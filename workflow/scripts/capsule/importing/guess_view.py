@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from capsule.importing.mapped_runs import Guess
-from capsule.importing.source_table import SourceTable
+from capsule.importing.runs import Guess
+from capsule.importing.table import Table
 from capsule.recording import Recording
 
 _BARS = "▁▂▃▄▅▆▇█"
@@ -44,7 +44,7 @@ def guess_lines(guess: Guess) -> list[str]:
     ]
     rows.append(("unit", guess.unit.unit, guess.unit.reason))
     used = {choice.time, choice.run, *choice.sensors}
-    idle = [index for index in range(len(table.columns)) if index not in used]
+    idle = [index for index in range(len(table.names)) if index not in used]
     if idle:
         rows.append(("not used", table.listed(idle), ""))
     if table.passed_over:
@@ -56,8 +56,8 @@ def guess_lines(guess: Guess) -> list[str]:
     ]
 
 
-def _named(table: SourceTable, index: int) -> str:
-    name = table.columns[index].name
+def _named(table: Table, index: int) -> str:
+    name = table.names[index]
     return f"column {index + 1}" + (f", {name!r}" if name else "")
 
 

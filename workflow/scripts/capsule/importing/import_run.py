@@ -2,34 +2,39 @@
 
 import argparse
 import contextlib
+import hashlib
 import os
 import re
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, TextIO
 
 from capsule.acceptance import readings_of
-from capsule.configuration import BENCH, read_settings
+from capsule.arguments import LONGEST_NAME
+from capsule.configuration import BENCH, read_config_file, read_settings
 from capsule.errors import CapsuleError, RecordingError
-from capsule.importing.archiving import ArchivedRuns, run_name
+from capsule.files import list_archive, read_limited, write_new
+from capsule.importing.formats import read_source
 from capsule.importing.guess_view import guess_lines, sample_lines
-from capsule.importing.lab_files import keep_map, lab_schema, map_text, read_map
-from capsule.importing.lab_map import checked_map
-from capsule.importing.mapped_runs import Bench, Guess, Run, as_map, guess_table, runs_of
-from capsule.importing.origin import origin_lines
-from capsule.importing.question import QuestionError
-from capsule.importing.reading_units import advice
-from capsule.importing.sensor_files import joined_run
-from capsule.importing.source_files import Source, read_source
-from capsule.importing.table_choice import choose_tables
-from capsule.names import UNLABELLED, displayed
-from capsule.recording import Recording
+from capsule.importing.lab_yaml import checked_map, keep_map, lab_schema, map_text
+from capsule.importing.runs import Bench, Guess, Run, as_map, guess_table, joined_run, runs_of
+from capsule.importing.table import QuestionError, choose_tables
+from capsule.importing.units import advice
+from capsule.names import PART, UNLABELLED, Entry, classify, displayed, reason_of_copy
+from capsule.recording import Recording, format_recording
 
-# One option cannot hold one file for each sensor.
-NO_OPTION = ("sensor_files",)
+_LONGEST_ENTRY = 300
+
+
+@dataclass(frozen=True)
+class _Planned:
+    """A run with its name in the archive; `known` is the name of the same samples there."""
+
+    name: str
+    run: Run
+    known: str
 
 
 class Importer:
@@ -61,37 +66,33 @@ class Importer:
             rules["sensors"], rules["rate_hz"], rules["rate_tolerance"], bench["full_scale"]
         )
         self._options = options
-        self._keys = self._read_keys()
+        given = read_config_file(options.map) if options.map else {}
+        with _named(str(options.map or "")):
+            self._keys = checked_map(given | _given_keys(options), lab_schema(), rules["sensors"])
         self._folder = UNLABELLED if options.unlabelled else options.size
-        self._archive = ArchivedRuns(options.raw, int(rules["max_megabytes"] * 1e6))
-        encoding = (sys.stdout.encoding or "").lower()
-        self._plain = not encoding.startswith("utf")
+        self._archive = _Archive(options.raw, int(rules["max_megabytes"] * 1e6))
         self.written = self.known = self.refused = 0
-
-    def _read_keys(self) -> SimpleNamespace:
-        path = self._options.map
-        given = read_map(path) if path else {}
-        with _named(str(path) if path else ""):
-            return checked_map(
-                given | _given_keys(self._options), lab_schema(), self._bench.sensors
-            )
 
     def run(self) -> None:
         """Import all files; print the name of each file that cannot be imported."""
         asked: dict[str, list[str]] = {}
         for files in self._groups():
+            names = _names(files)
             try:
                 self._import(files)
             except QuestionError as question:
                 self.refused += 1
                 alike = asked.setdefault(question.subject, [])
-                alike.append(_names(files))
+                alike.append(names)
                 if len(alike) == 1:
-                    tell(f"refused: {alike[0]}: {question}", sys.stderr)
-            except (CapsuleError, OSError) as fault:
+                    tell(f"refused: {names}: {question}", sys.stderr)
+            except CapsuleError as fault:
                 self.refused += 1
-                text = fault if isinstance(fault, CapsuleError) else _disk_text(fault)
-                tell(f"refused: {_names(files)}: {text}", sys.stderr)
+                tell(f"refused: {names}: {fault}", sys.stderr)
+            except OSError as fault:
+                self.refused += 1
+                remedy = "free some space or choose another --raw, and run again"
+                tell(f"refused: {names}: {fault.strerror or fault}; {remedy}", sys.stderr)
         for first, *more in asked.values():
             if more:
                 tell(f"refused: {', '.join(more)}: the same question as for {first}", sys.stderr)
@@ -99,18 +100,9 @@ class Importer:
     def _groups(self) -> list[list[Path]]:
         """Return the files in groups; the files of one group are one run."""
         files = [file for given in self._options.files for file in _expanded(given)]
-        sensors = self._bench.sensors
-        if self._keys.sensor_files:
-            wanted = [f"sensor_{number}" for number in range(1, sensors + 1)]
-            named = self._keys.sensor_files
-            if sorted(named) != sorted(wanted) or files:
-                raise CapsuleError(
-                    f"sensor_files: {', '.join(named)} are given; give the files of "
-                    f"{', '.join(wanted)} there, and no FILE on the command line"
-                )
-            return [[Path(named[sensor]) for sensor in wanted]]
         if not files:
-            raise CapsuleError("no FILE is given, and lab.yaml names none under sensor_files")
+            raise CapsuleError("no FILE is given; name the files to import")
+        sensors = self._bench.sensors
         if self._keys.per_sensor:
             if len(files) != sensors:
                 raise CapsuleError(
@@ -125,88 +117,78 @@ class Importer:
         return [[file] for file in files]
 
     def _import(self, files: list[Path]) -> None:
-        together = len(files) > 1
-        guesses, runs, sources = [], [], []
-        for file in files:
-            guesses_of_file, source = self._guess(file, together=together)
-            guesses += guesses_of_file
-            sources.append(source)
-        if together:
-            runs = [(joined_run(guesses, self._keys, self._bench), guesses[0])]
-        else:
-            several = len(guesses) > 1
-            for guess in guesses:
-                with _named(guess.table.place):
-                    runs_of_table = runs_of(guess, self._keys, self._bench)
-                for run in runs_of_table:
-                    label = f"{guess.table.label} {run.label}".strip() if several else run.label
-                    runs.append((Run(label, run.recording, run.remarks), guess))
+        read = [self._guess(file, together=len(files) > 1) for file in files]
+        guesses = [guess for guesses_of_file, _ in read for guess in guesses_of_file]
+        runs = [(guess, run) for guess in guesses for run in self._runs_of(guess, len(guesses))]
+        if len(files) > 1:
+            runs = [(guesses[0], joined_run(guesses, self._keys, self._bench))]
         tell(_names(files))
         for guess in guesses:
             tell("\n".join(guess_lines(guess)))
-        planned = [self._plan(files, sources, run, guess, guesses) for run, guess in runs]
+        sums = ", ".join(sha256 for _, sha256 in read)
+        planned = [self._plan(files, sums, run, guess, guesses) for guess, run in runs]
         # A file is imported completely or not at all. Half of its runs in the archive would hide
         # the error in the other half.
-        self._archive.check_free([name for name, _, known, _ in planned if not known])
-        for name, recording, known, remarks in planned:
-            self._archive_run(name, recording, known, remarks)
+        self._archive.check_free([each.name for each in planned if not each.known])
+        for each in planned:
+            self._archive_run(each)
         if not self._options.map:
             self._keep_map(as_map(guesses[0], self._keys))
 
-    def _guess(self, file: Path, *, together: bool) -> tuple[list[Guess], Source]:
-        """Read a file, and find out what its columns are."""
-        bench = self._bench
-        needed = 1 if together else bench.sensors
-        guesses = []
+    def _guess(self, file: Path, *, together: bool) -> tuple[list[Guess], str]:
+        """Read a file, and find out what its columns are; return the file's checksum, too."""
+        bench = replace(self._bench, sensors=1) if together else self._bench
         with _named(displayed(file.name) if together else ""):
-            source = read_source(file, self._keys, needed)
-            tables = choose_tables(source.tables, self._keys, needed)
-            if together:
-                bench = replace(bench, sensors=1)
-            for table in tables[:1] if together else tables:
+            tables, sha256 = read_source(file, self._keys, bench.sensors)
+            guesses = []
+            for table in choose_tables(tables, self._keys, bench.sensors)[
+                : 1 if together else None
+            ]:
                 with _named(table.place):
                     guesses.append(guess_table(table, self._keys, bench))
-        return guesses, source
+        return guesses[:1] if together else guesses, sha256
+
+    def _runs_of(self, guess: Guess, tables: int) -> list[Run]:
+        """Return the runs of a table; of several tables, their labels begin with the table's."""
+        with _named(guess.table.place):
+            runs = runs_of(guess, self._keys, self._bench)
+        if tables == 1:
+            return runs
+        return [replace(run, label=f"{guess.table.label} {run.label}".strip()) for run in runs]
 
     def _plan(
-        self,
-        files: Sequence[Path],
-        sources: Sequence[Source],
-        run: Run,
-        guess: Guess,
-        guesses: Sequence[Guess],
-    ) -> tuple[str, Recording, str, tuple[str, ...]]:
+        self, files: Sequence[Path], sums: str, run: Run, guess: Guess, guesses: Sequence[Guess]
+    ) -> _Planned:
         """Name a run, complete its header, and check whether the archive holds it."""
         stem = files[0].name if files[0].is_dir() else files[0].stem
         name = f"{self._folder}/{run_name(self._options.name or stem, run.label)}"
-        header = origin_lines(files, sources, run, guess, guesses) | dict(run.recording.header)
-        recording = Recording(run.recording.time_s, run.recording.values, header)
+        header = _origin(files, sums, run.label, guess, guesses) | dict(run.recording.header)
+        recording = replace(run.recording, header=header)
         known = self._archive.known(recording)
         if known:
             self._archive.refuse_other_size(known, name)
-        return name, recording, known, run.remarks
+        return _Planned(name, replace(run, recording=recording), known)
 
-    def _archive_run(
-        self, name: str, recording: Recording, known: str, remarks: Sequence[str]
-    ) -> None:
-        tell("\n".join(sample_lines(recording, plain=self._plain)))
+    def _archive_run(self, planned: _Planned) -> None:
+        recording = planned.run.recording
+        plain = not (sys.stdout.encoding or "").lower().startswith("utf")
+        tell("\n".join(sample_lines(recording, plain=plain)))
         # Two runs of one file may be the same.
-        known = known or self._archive.known(recording)
-        if known:
+        if known := planned.known or self._archive.known(recording):
             self.known += 1
             tell(f"  already in the archive: {known} holds the same samples; nothing is written")
             return
         if not self._options.dry_run:
-            self._archive.add(name, recording)
+            self._archive.add(planned.name, recording)
         self.written += 1
-        count, last = recording.time_s.size, recording.time_s[-1]
         verb = "would write" if self._options.dry_run else "wrote"
-        path = _near(self._options.raw / f"{name}.csv")
-        tell(f"  {verb} {path}: {count} samples, {last:g} s")
+        path, here = self._options.raw / f"{planned.name}.csv", Path.cwd()
+        near = path.relative_to(here) if path.is_relative_to(here) else path
+        tell(f"  {verb} {near}: {recording.time_s.size} samples, {recording.time_s[-1]:g} s")
         if resampled := recording.header.get("import_resampled"):
             tell(f"  resampled {resampled}")
         for remark in (
-            *remarks,
+            *planned.run.remarks,
             *advice(recording, self._bench.full_scale),
             *self._rejection(recording),
         ):
@@ -222,8 +204,8 @@ class Importer:
 
     def _keep_map(self, content: dict[str, Any]) -> None:
         if self._options.dry_run:
-            tell("  lab.yaml would be:")
-            tell("\n".join(f"    {line}" for line in map_text(content).splitlines()[1:]))
+            lines = [f"    {line}" for line in map_text(content).splitlines()[1:]]
+            tell("\n".join(["  lab.yaml would be:", *lines]))
         elif told := keep_map(self._options.write_map, content):
             tell(f"  {told}")
 
@@ -236,15 +218,53 @@ class Importer:
         return f"{came} {verb}{there}, {kept_out} refused"
 
 
+def _origin(
+    files: Sequence[Path], sums: str, label: str, guess: Guess, guesses: Sequence[Guess]
+) -> dict[str, str]:
+    """Return the header lines with a recording's origin: files, columns, time and unit."""
+    table, choice = guess.table, guess.choice
+    names = ", ".join(displayed(file.name) for file in files)
+    origin = {"source": f"imported from {names}", "import_file": names, "import_sha256": sums}
+    if table.kind:
+        origin[f"import_{table.kind}"] = table.label
+    if label:
+        origin["import_run"] = label
+    columns = [table.column_label(index) for index in choice.sensors]
+    if len(files) > 1:
+        columns = [each.table.column_label(each.choice.sensors[0]) for each in guesses]
+    time = "none" if choice.time is None else table.column_label(choice.time)
+    named = [f"time = {time}"] + [f"sensor_{n} = {each}" for n, each in enumerate(columns, start=1)]
+    origin["import_columns"] = "; ".join(named)
+    origin["import_time"] = f"{guess.clock.unit}, {guess.clock.reason}"
+    origin["import_unit"] = f"{guess.unit.unit}, {guess.unit.reason}"
+    if table.passed_over:
+        origin["import_passed_over"] = f"{len(table.passed_over)} lines without a whole sample"
+    return {key: displayed(text)[:_LONGEST_ENTRY] for key, text in origin.items()}
+
+
+def _given_keys(options: argparse.Namespace) -> dict[str, object]:
+    """Return the keys of lab.yaml that are given as options."""
+    said = {key: getattr(options, key) for key in lab_schema()["properties"]}
+    if said["sensors"] is not None:
+        said["sensors"] = _without_commas(said["sensors"])
+    return {key: value for key, value in said.items() if value is not None}
+
+
+def _without_commas(names: list[str]) -> list[str]:
+    """Return column names that are separated by commas, blanks or both."""
+    if len(names) > 1 and not all(name.endswith(",") for name in names[:-1]):
+        return names
+    return [part.strip() for name in names for part in name.split(",") if part.strip()]
+
+
 @contextlib.contextmanager
 def _named(place: str) -> Iterator[None]:
     """Put the place of an error in front of its message."""
     try:
         yield
-    except QuestionError as question:
-        raise QuestionError(f"{place}: {question}" if place else str(question)) from None
     except CapsuleError as fault:
-        raise CapsuleError(f"{place}: {fault}" if place else str(fault)) from None
+        kind = QuestionError if isinstance(fault, QuestionError) else CapsuleError
+        raise kind(f"{place}: {fault}" if place else str(fault)) from None
 
 
 def tell(text: str, stream: TextIO | None = None) -> None:
@@ -268,28 +288,72 @@ def _names(files: Sequence[Path]) -> str:
     return ", ".join(displayed(str(file)) for file in files)
 
 
-def _near(path: Path) -> Path:
-    """Return a path relative to the working directory, if it lies below it."""
-    here = Path.cwd()
-    return path.relative_to(here) if path.is_relative_to(here) else path
+def run_name(stem: str, label: str) -> str:
+    """Return a recording's name, made from the names of its file and its run.
+
+    A shell, the report and any file system accept the characters of this name.
+
+    Raises
+    ------
+    CapsuleError
+        No valid name can be made; the message names the remedy, --name.
+    """
+    text = f"{stem}-{label}" if label else stem
+    name = re.sub(r"[^A-Za-z0-9_.+-]+", "-", text).strip("-._+")[:LONGEST_NAME]
+    name = name.removesuffix(".csv").strip("-._+")
+    if not classify([Entry(f"unlabelled/{name}.csv")]).recordings:
+        raise CapsuleError(f"{displayed(text)!r} gives no valid name; give one with --name")
+    return name
 
 
-def _disk_text(fault: OSError) -> str:
-    return f"{fault.strerror or fault}; free some space or choose another --raw, and run again"
+class _Archive:
+    """The recordings under raw/, by the checksum of their samples; larger files are none."""
+
+    def __init__(self, raw: Path, max_bytes: int) -> None:
+        self._raw = raw
+        self._names: dict[str, str] = {}
+        for name in sorted(list_archive(raw).recordings) if raw.is_dir() else ():
+            content = read_limited(raw / f"{name}.csv", max_bytes)
+            if content is not None:
+                self._names[_checksum(content)] = name
+
+    def known(self, recording: Recording) -> str:
+        """Return the name of the recording with the same samples; empty if there is none."""
+        return self._names.get(_checksum(format_recording(recording)), "")
+
+    def refuse_other_size(self, known: str, name: str) -> None:
+        """Raise an error if the archive holds the same samples under another size."""
+        reason = reason_of_copy(known, name)
+        if "mislabelled" in reason:
+            raise CapsuleError(f"{reason}; move {self._raw / known}.csv, or give the right size")
+
+    def check_free(self, names: Sequence[str]) -> None:
+        """Raise an error if recordings with names such as ``3mm/r07`` cannot be written."""
+        for at, name in enumerate(names):
+            path = self._raw / f"{name}.csv"
+            part = path.with_name(path.name + PART)
+            if taken := next((each for each in (path, part) if each.exists()), None):
+                raise CapsuleError(_taken(taken))
+            if name in names[:at]:
+                raise CapsuleError(
+                    f"two of its runs would be written to {path}; give them different names"
+                )
+
+    def add(self, name: str, recording: Recording) -> None:
+        """Write a recording; its name must be free."""
+        path, content = self._raw / f"{name}.csv", format_recording(recording)
+        try:
+            write_new(path, content)
+        except FileExistsError:
+            raise CapsuleError(_taken(path)) from None
+        self._names[_checksum(content)] = name
 
 
-def _given_keys(options: argparse.Namespace) -> dict[str, object]:
-    """Return the keys of lab.yaml that are given as options."""
-    said = {
-        key: getattr(options, key) for key in lab_schema()["properties"] if key not in NO_OPTION
-    }
-    if said["sensors"] is not None:
-        said["sensors"] = _without_commas(said["sensors"])
-    return {key: value for key, value in said.items() if value is not None}
+def _taken(path: Path) -> str:
+    return f"{path} exists and holds other samples, so it is not overwritten; give another --name"
 
 
-def _without_commas(names: list[str]) -> list[str]:
-    """Return column names that are separated by commas, blanks or both."""
-    if len(names) > 1 and not all(name.endswith(",") for name in names[:-1]):
-        return names
-    return [part.strip() for name in names for part in name.split(",") if part.strip()]
+def _checksum(content: bytes) -> str:
+    """Return the checksum of a recording's samples, without its header lines."""
+    lines = [line for line in content.splitlines() if not line.lstrip().startswith(b"#")]
+    return hashlib.sha256(b"\n".join(lines)).hexdigest()

@@ -9,11 +9,10 @@ from types import SimpleNamespace
 import numpy as np
 
 from capsule.errors import CapsuleError
-from capsule.importing.dates import text_kind
-from capsule.importing.question import QuestionError
-from capsule.importing.serial_log import STAMP_NAME
-from capsule.importing.source_table import SourceTable
-from capsule.importing.unit_names import split_unit
+from capsule.importing.table import QuestionError, Table
+from capsule.importing.text import STAMP_NAME
+from capsule.importing.times import text_kind
+from capsule.importing.units import split_unit
 
 _TIME_NAMES = re.compile(
     r"(time|t|timestamps?|time[ _]?stamps?|stamp|elapsed.*|zeit(stempel)?|temps|tiempo|tempo|"
@@ -48,12 +47,12 @@ class Choice:
     run: int | None
 
 
-def choose_columns(table: SourceTable, keys: SimpleNamespace, sensors: int) -> Choice:
+def choose_columns(table: Table, keys: SimpleNamespace, sensors: int) -> Choice:
     """Return the columns of time and sensors, by lab.yaml, then by names, then by position.
 
     Parameters
     ----------
-    table : SourceTable
+    table : Table
         The table.
     keys : SimpleNamespace
         The keys of lab.yaml, of which ``time``, ``sensors`` and ``run_column`` are used.
@@ -71,7 +70,7 @@ def choose_columns(table: SourceTable, keys: SimpleNamespace, sensors: int) -> C
     if len(set(picked)) < len(picked):
         raise CapsuleError(f"sensors: {given!r} names a column twice; name each sensor's own")
     for wanted, index in zip(given or (), picked, strict=True):
-        name = table.columns[index].name
+        name = table.names[index]
         if str(wanted).isdecimal() and name != str(wanted) and _is_time_name(name):
             raise CapsuleError(
                 f"sensors: column {wanted} is {name!r}, which holds the time; name the sensors' "
@@ -87,14 +86,14 @@ def choose_columns(table: SourceTable, keys: SimpleNamespace, sensors: int) -> C
     if not picked:
         free = [
             index
-            for index, column in enumerate(table.columns)
-            if column.holds_numbers and index not in {time, run}
+            for index in range(len(table.names))
+            if table.holds_numbers(index) and index not in {time, run}
         ]
         picked = _sensors(table, free, sensors)
     return Choice(time, picked, run)
 
 
-def named_column(table: SourceTable, wanted: str | int, key: str) -> int:
+def named_column(table: Table, wanted: str | int, key: str) -> int:
     """Return the index of a column, by its name (with or without its unit) or number from 1.
 
     Raises
@@ -102,7 +101,7 @@ def named_column(table: SourceTable, wanted: str | int, key: str) -> int:
     CapsuleError
         If there is no such column, or more than one.
     """
-    count = len(table.columns)
+    count = len(table.names)
     if isinstance(wanted, int) or (wanted.isdecimal() and not _by_name(table, wanted)):
         if 1 <= int(wanted) <= count:
             return int(wanted) - 1
@@ -115,8 +114,8 @@ def named_column(table: SourceTable, wanted: str | int, key: str) -> int:
     raise CapsuleError(f"{key}: {wanted!r} {what}; the columns are {listed}")
 
 
-def _by_name(table: SourceTable, wanted: str) -> list[int]:
-    names = [column.name.strip().lower() for column in table.columns]
+def _by_name(table: Table, wanted: str) -> list[int]:
+    names = [name.strip().lower() for name in table.names]
     plain = wanted.strip().lower()
     exact = [index for index, name in enumerate(names) if name == plain]
     return exact or [
@@ -124,27 +123,25 @@ def _by_name(table: SourceTable, wanted: str) -> list[int]:
     ]
 
 
-def _time(table: SourceTable, taken: set[int], sensors: int) -> int | None:
+def _time(table: Table, taken: set[int], sensors: int) -> int | None:
     """Return the column of the time; `sensors` other columns of numbers must remain."""
-    free = [index for index in range(len(table.columns)) if index not in taken]
-    by_name = [index for index in free if _is_time_name(table.columns[index].name)]
+    free = [index for index in range(len(table.names)) if index not in taken]
+    by_name = [index for index in free if _is_time_name(table.names[index])]
     by_name = [index for index in by_name if _may_be_time(table, index)]
     if len(by_name) == 1:
         return by_name[0]
-    numbers = [index for index in free if table.columns[index].holds_numbers]
+    numbers = [index for index in free if table.holds_numbers(index)]
     # If no column is left over, a rising column is a sensor.
     rising = [
         index
         for index in (numbers if len(numbers) > sensors else [])
-        if table.columns[index].name != STAMP_NAME and _rises(table.columns[index].values)
+        if table.names[index] != STAMP_NAME and _rises(table.numbers[index])
     ]
-    counters = [
-        index for index in rising if _COUNTER_NAMES.fullmatch(table.columns[index].name.strip())
-    ]
+    counters = [index for index in rising if _COUNTER_NAMES.fullmatch(table.names[index].strip())]
     candidates = by_name or [index for index in rising if index not in counters] or counters
-    if len(candidates) > 1 and not by_name and candidates[0] == 0 and not table.columns[0].name:
+    if len(candidates) > 1 and not by_name and candidates[0] == 0 and not table.names[0]:
         # Without names, the first column is the time, unless another one also steps evenly.
-        candidates = [index for index in candidates if _steps_evenly(table.columns[index].values)]
+        candidates = [index for index in candidates if _steps_evenly(table.numbers[index])]
     if len(candidates) > 1:
         raise QuestionError(
             f"the columns {table.listed(candidates)} can all be the time; name one with --time"
@@ -152,7 +149,7 @@ def _time(table: SourceTable, taken: set[int], sensors: int) -> int | None:
     if candidates:
         return candidates[0]
     texts = [index for index in free if _may_be_time(table, index, text=True)]
-    if len(texts) == 1 or (texts and table.columns[texts[0]].name == STAMP_NAME):
+    if len(texts) == 1 or (texts and table.names[texts[0]] == STAMP_NAME):
         return texts[0]
     if texts:
         raise QuestionError(
@@ -165,12 +162,11 @@ def _is_time_name(name: str) -> bool:
     return bool(_TIME_NAMES.fullmatch(split_unit(name)[0]))
 
 
-def _may_be_time(table: SourceTable, index: int, *, text: bool = False) -> bool:
+def _may_be_time(table: Table, index: int, *, text: bool = False) -> bool:
     """Return whether a column can be the time: dates, times of day or (unless `text`) numbers."""
-    column = table.columns[index]
-    if column.texts is not None and text_kind(column.texts.tolist()) in ("date", "clock"):
+    if table.texts is not None and text_kind(table.texts[index].tolist()):
         return True
-    return column.holds_numbers and not text
+    return table.holds_numbers(index) and not text
 
 
 def _rises(values: np.ndarray) -> bool:
@@ -184,12 +180,11 @@ def _steps_evenly(values: np.ndarray) -> bool:
     return bool(np.mean(np.abs(steps - median) <= 0.5 * abs(median)) > 0.5)
 
 
-def _sensors(table: SourceTable, free: Sequence[int], sensors: int) -> tuple[int, ...]:
+def _sensors(table: Table, free: Sequence[int], sensors: int) -> tuple[int, ...]:
     """Return the columns of the sensors: those with numbered names, or all that are left."""
     families = defaultdict(list)
     for index in free:
-        column = table.columns[index]
-        if match := _NUMBERED.fullmatch(split_unit(column.name)[0].strip()):
+        if match := _NUMBERED.fullmatch(split_unit(table.names[index])[0].strip()):
             families[match[1].lower()].append((int(match[2]), index))
     whole = [
         tuple(index for _, index in sorted(members))
@@ -213,7 +208,7 @@ def _sensors(table: SourceTable, free: Sequence[int], sensors: int) -> tuple[int
     )
 
 
-def _is_counter(table: SourceTable, index: int) -> bool:
+def _is_counter(table: Table, index: int) -> bool:
     """Return whether a column counts samples."""
-    column = table.columns[index]
-    return bool(_COUNTER_NAMES.fullmatch(column.name.strip())) and _rises(column.values)
+    is_named = bool(_COUNTER_NAMES.fullmatch(table.names[index].strip()))
+    return is_named and _rises(table.numbers[index])

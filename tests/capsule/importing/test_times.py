@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from capsule.errors import CapsuleError
-from capsule.importing.clock_readings import read_time
-from capsule.importing.source_table import SourceTable, bare_column
+from capsule.importing.table import table_of
+from capsule.importing.times import read_time
 
 TIME_S = np.arange(50) / 10
 
 
 def clock(values, name="", unit="", rate_hz=None, configured_hz=10.0, **said):
     keys = SimpleNamespace(**{"rate": None, "time_unit": None, "date_order": None} | said)
-    table = SourceTable((bare_column(name, values, unit),), rate_hz=rate_hz)
+    table = table_of([(name, values, unit)], "", rate_hz=rate_hz)
     return read_time(table, 0, keys, configured_hz)
 
 

@@ -1,5 +1,6 @@
-"""Find the unit of a table's readings: counts, volts or ohms."""
+"""Recognise the names of units, and find the unit of a table's readings: counts, volts or ohms."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
@@ -7,11 +8,33 @@ from types import SimpleNamespace
 import numpy as np
 
 from capsule.errors import CapsuleError
-from capsule.importing.question import QuestionError
-from capsule.importing.source_table import SourceTable
-from capsule.importing.unit_names import OTHER_UNITS, READING_UNITS, plain_unit, split_unit
+from capsule.importing.table import QuestionError, Table
 from capsule.recording import Recording
 
+_READING = {
+    "counts": "counts count adc raw lsb digits digit a.u. au adu",
+    "V": "v volt volts",
+    "mV": "mv millivolt millivolts",
+    "ohm": "ohm ohms ω r",
+    "kohm": "kohm kohms kω k kiloohm kiloohms kilo-ohm kilo-ohms",
+}
+_TIME = {
+    "s": "s sec secs second seconds sekunden sek",
+    "ms": "ms msec msecs millis millisecond milliseconds",
+    "us": "us µs μs usec micros microsecond microseconds",
+    "ns": "ns nsec nanos nanosecond nanoseconds",
+    "min": "min mins minute minutes",
+    "h": "h hour hours",
+    "day": "d day days",
+    "sample": "sample samples index frame frames",
+}
+READING_UNITS = {word: unit for unit, words in _READING.items() for word in words.split()}
+TIME_UNITS = {word: unit for unit, words in _TIME.items() for word in words.split()}
+# Units of other sensors.
+_OTHER = "pa hpa kpa mpa bar mbar psi n mn kn g kg mm a ma c °c % pf nf ff hz khz db"
+OTHER_UNITS = frozenset(_OTHER.split())
+_BRACKETS = re.compile(r"(.*?)[\s_]*[\[(<]\s*([^\])>]*?)\s*[\])>]\s*")
+_BEHIND = re.compile(r"(.*?)[\s_./]+([^\s_./]+)")
 # A full scale up to this is in volts, a larger one in counts.
 _HIGHEST_VOLTS = 60.0
 _FIT_VOLTS = 5.5
@@ -22,17 +45,48 @@ _HIGHEST_COUNT = 65_535.0
 # If the largest reading is below this, the readings are probably not counts.
 _LEAST_COUNT = 64.0
 # The unit's name in a recording, and the factor on the readings.
-WRITTEN = {
-    "counts": ("counts", 1.0),
-    "V": ("V", 1.0),
-    "mV": ("V", 1e-3),
-    "ohm": ("ohm", 1.0),
-    "kohm": ("kohm", 1.0),
-}
+WRITTEN = {unit: (unit, 1.0) for unit in _READING} | {"mV": ("V", 1e-3)}
 _NO_UNIT = (
     "fit no unit; if one of them marks a missing sample, name it with --missing, else give "
     "the unit with --unit"
 )
+
+
+def split_unit(name: str) -> tuple[str, str]:
+    """Return a column's name without its unit, and the unit.
+
+    Parameters
+    ----------
+    name : str
+        For example ``time (ms)``, ``S1 [kOhm]`` or ``left_V``.
+
+    Returns
+    -------
+    name, unit : str
+        The name, and the unit as written; the unit is empty if there is none.
+    """
+    match = _BRACKETS.fullmatch(name)
+    # data[0] and V(1) are numbered columns.
+    if match and not match[2].isdecimal():
+        return match[1], match[2]
+    match = _BEHIND.fullmatch(name)
+    # Most single letters after a blank are names, not units: sensor A, sensor R.
+    if match and match[2].lower() in READING_UNITS | TIME_UNITS:
+        letter = len(match[2]) == 1 and match[2].lower() not in ("v", "s")
+        if not letter:
+            return match[1], match[2]
+    return name, ""
+
+
+def is_unit(text: str) -> bool:
+    """Return whether a cell is empty or a unit, with or without brackets."""
+    bare = text.strip().strip("[]()<>").strip().lower()
+    return bare in READING_UNITS or bare in TIME_UNITS or not bare
+
+
+def plain_unit(text: str) -> str:
+    """Return a unit's text in lower case, without brackets."""
+    return text.strip().strip("[]()<>").strip().lower().replace("\u2126", "ω")
 
 
 @dataclass(frozen=True)
@@ -44,13 +98,13 @@ class ReadingUnit:
 
 
 def reading_unit(
-    table: SourceTable, sensors: Sequence[int], keys: SimpleNamespace, full_scale: float
+    table: Table, sensors: Sequence[int], keys: SimpleNamespace, full_scale: float
 ) -> ReadingUnit:
     """Return the unit of the sensors' readings.
 
     Parameters
     ----------
-    table : SourceTable
+    table : Table
         The table.
     sensors : sequence of S int
         Indices of the sensors' columns.
@@ -80,15 +134,14 @@ def reading_unit(
     noted = READING_UNITS.get(plain_unit(table.notes.get("unit", "")))
     if noted:
         return ReadingUnit(noted, "named in the file")
-    return _by_values(np.array([table.numbers(index) for index in sensors]), full_scale, label)
+    return _by_values(np.array([table.all_numbers(index) for index in sensors]), full_scale, label)
 
 
-def _named(table: SourceTable, index: int) -> str:
-    column = table.columns[index]
-    if column.unit.strip():
-        return column.unit.strip()
-    bare, unit = split_unit(column.name)
-    if unit and (plain_unit(unit) in READING_UNITS or plain_unit(unit) in OTHER_UNITS):
+def _named(table: Table, index: int) -> str:
+    if unit := table.units[index].strip():
+        return unit
+    bare, unit = split_unit(table.names[index])
+    if plain_unit(unit) in READING_UNITS.keys() | OTHER_UNITS:
         return unit
     return "counts" if bare.lower().startswith("adc") else ""
 
