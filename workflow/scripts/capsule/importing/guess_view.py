@@ -1,7 +1,5 @@
 """Write how a file was read as text: its columns, the first samples, one trace per sensor."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from capsule.importing.runs import Guess
@@ -22,33 +20,25 @@ def guess_lines(guess: Guess) -> list[str]:
     guess : Guess
         How the table was read.
     """
-    table, choice, clock = guess.table, guess.choice, guess.clock
-    reading = table.reading
-    rows = [
-        (key, reading[key], "") for key in ("encoding", "delimiter", "decimal") if reading.get(key)
-    ]
-    if reading.get("thousands", "none") != "none":
-        rows.append(("thousands", reading["thousands"], ""))
-    if table.kind:
-        rows.append((table.kind, table.label, ""))
-    time = "none" if choice.time is None else _named(table, choice.time)
-    rows.append(("time", time, ""))
+    table, choice, clock, reading = guess.table, guess.choice, guess.clock, guess.table.reading
+    rows = [(key, reading.get(key, ""), "") for key in ("encoding", "delimiter", "decimal")]
+    rows.append(("thousands", reading.get("thousands", "none").removeprefix("none"), ""))
+    rows.append((table.kind, table.label, ""))
+    rows.append(("time", "none" if choice.time is None else _named(table, choice.time), ""))
     if choice.time is not None:
         rows.append(("time_unit", clock.unit, clock.reason))
     else:
         rate, _, teller = clock.reason.partition(" by ")
         rows.append(("rate", rate, f"by {teller}"))
-    rows += [
-        (f"sensor_{number}", _named(table, index), "")
-        for number, index in enumerate(choice.sensors, start=1)
-    ]
+    for number, index in enumerate(choice.sensors, start=1):
+        rows.append((f"sensor_{number}", _named(table, index), ""))
     rows.append(("unit", guess.unit.unit, guess.unit.reason))
     used = {choice.time, choice.run, *choice.sensors}
     idle = [index for index in range(len(table.names)) if index not in used]
-    if idle:
-        rows.append(("not used", table.listed(idle), ""))
-    if table.passed_over:
-        rows.append(("passed over", f"{len(table.passed_over)} lines without a whole sample", ""))
+    rows.append(("not used", table.listed(idle), ""))
+    passed_over = f"{len(table.passed_over)} lines without a whole sample"
+    rows.append(("passed over", passed_over if table.passed_over else "", ""))
+    rows = [row for row in rows if row[1]]
     left = max(len(name) for name, _, _ in rows)
     return [
         f"  {name:<{left}}  {value}" + (f"  ({reason})" if reason else "")
@@ -78,30 +68,15 @@ def sample_lines(recording: Recording, *, plain: bool) -> list[str]:
     ][:_FIRST_SAMPLES]
     lines = ["  " + "".join(f"{cell:>12}" for cell in row) for row in [names, *samples]]
     for name, values in zip(names[1:], recording.values, strict=True):
-        lines.append(f"  {name}  {trace(values, plain=plain)}  {_span(values)}")
+        known = values[~np.isnan(values)]
+        span = f"{known.min():.6g} to {known.max():.6g}" if known.size else "no reading"
+        lines.append(f"  {name}  {_trace(values, _PLAIN_BARS if plain else _BARS)}  {span}")
     return lines
 
 
-def _span(values: np.ndarray) -> str:
-    known = values[~np.isnan(values)]
-    return f"{known.min():.6g} to {known.max():.6g}" if known.size else "no reading"
-
-
-def trace(values: Sequence[float] | np.ndarray, width: int = _WIDTH, *, plain: bool = False) -> str:
-    """Return readings (K,) as a line of bars, with blanks for missing samples.
-
-    Parameters
-    ----------
-    values : (K,) array
-        Readings; NaN where a sample is missing.
-    width : int
-        Largest number of characters.
-    plain : bool
-        Whether to use only ASCII.
-    """
-    values = np.asarray(values, dtype=float)
-    bars = _PLAIN_BARS if plain else _BARS
-    each = -(-values.size // width)
+def _trace(values: np.ndarray, bars: str) -> str:
+    """Return readings (K,) as a line of bars, with blanks for missing samples."""
+    each = -(-values.size // _WIDTH)
     parts = [values[at : at + each] for at in range(0, values.size, each)]
     parts = [part[~np.isnan(part)] for part in parts]
     means = [float(part.mean()) if part.size else None for part in parts]

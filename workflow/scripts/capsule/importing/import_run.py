@@ -161,7 +161,7 @@ class Importer:
     ) -> _Planned:
         """Name a run, complete its header, and check whether the archive holds it."""
         stem = files[0].name if files[0].is_dir() else files[0].stem
-        name = f"{self._folder}/{run_name(self._options.name or stem, run.label)}"
+        name = f"{self._folder}/{_run_name(self._options.name or stem, run.label)}"
         header = _origin(files, sums, run.label, guess, guesses) | dict(run.recording.header)
         recording = replace(run.recording, header=header)
         known = self._archive.known(recording)
@@ -288,15 +288,10 @@ def _names(files: Sequence[Path]) -> str:
     return ", ".join(displayed(str(file)) for file in files)
 
 
-def run_name(stem: str, label: str) -> str:
+def _run_name(stem: str, label: str) -> str:
     """Return a recording's name, made from the names of its file and its run.
 
     A shell, the report and any file system accept the characters of this name.
-
-    Raises
-    ------
-    CapsuleError
-        No valid name can be made; the message names the remedy, --name.
     """
     text = f"{stem}-{label}" if label else stem
     name = re.sub(r"[^A-Za-z0-9_.+-]+", "-", text).strip("-._+")[:LONGEST_NAME]

@@ -31,7 +31,7 @@ _NEAR_OLD = 0.6
 DEGREE = 5
 # ... so on a grid of this many times the new rate, their aliases are below those of the filter.
 _LEAST_FACTOR = 12
-# Significant digits that are kept: precise far below the noise, and short to write.
+# Significant digits that are kept.
 _DIGITS = 6
 _LEAST_RATIO = 0.5
 
@@ -50,12 +50,9 @@ def usual_rate(time_s: np.ndarray) -> float:
         raise CapsuleError("there are fewer than two samples; is the table cut off?")
     if wrong.size:
         at = int(wrong[0])
-        what = "repeats" if steps[at] == 0 else "runs backwards"
-        remedy = (
-            "if its clock is too coarse, give --time none and --rate"
-            if steps[at] == 0
-            else "if another run begins there, give --run-gap-s"
-        )
+        what, remedy = "runs backwards", "if another run begins there, give --run-gap-s"
+        if steps[at] == 0:
+            what, remedy = "repeats", "if its clock is too coarse, give --time none and --rate"
         raise CapsuleError(
             f"sample {at + 2}: time {what}, {time_s[at + 1]:g} s follows {time_s[at]:g} s; {remedy}"
         )
@@ -111,20 +108,16 @@ def resample(
     for part in np.split(np.arange(at.size), breaks):
         if part.size == 0:
             continue
-        near = np.abs(instants - at[part][_nearest(at[part], instants)])
+        right = np.searchsorted(at[part], instants)
+        before, behind = at[part][np.maximum(right - 1, 0)], at[part].take(right, mode="clip")
+        near = np.minimum(np.abs(instants - before), np.abs(instants - behind))
         wanted = np.flatnonzero(near <= reach)
         if wanted.size:
             new[:, wanted] = _within(at[part], kept[:, part], instants[wanted], old_hz, rate_hz)
-    return np.round(np.arange(count) / rate_hz, 9), _rounded(new)
-
-
-def _nearest(at: np.ndarray, instants: np.ndarray) -> np.ndarray:
-    """Return the index of the sample nearest to each instant."""
-    right = np.clip(np.searchsorted(at, instants), 1, max(at.size - 1, 1))
-    if at.size == 1:
-        return np.zeros(instants.size, dtype=int)
-    left_is_nearer = instants - at[right - 1] <= at[right] - instants
-    return np.where(left_is_nearer, right - 1, right)
+    # Precise far below the noise, and short to write.
+    largest = np.nanmax(np.abs(new), initial=1e-12, where=~np.isnan(new))
+    new = np.round(new, _DIGITS - int(np.ceil(np.log10(largest))))
+    return np.round(np.arange(count) / rate_hz, 9), new
 
 
 def _within(
@@ -138,8 +131,7 @@ def _within(
     spline = make_interp_spline(at, values, k=DEGREE, axis=1)
     inside = np.clip(instants, at[0], at[-1])
     if old_hz <= rate_hz:
-        read: np.ndarray = spline(inside)
-        return read
+        return np.asarray(spline(inside))
     fine_hz = max(int(np.ceil(old_hz / rate_hz)), _LEAST_FACTOR) * rate_hz
     taps = low_pass(fine_hz, rate_hz)
     half = taps.size // 2
@@ -152,8 +144,7 @@ def _within(
     padded = np.pad(even, widths, mode="reflect", reflect_type="odd")
     smooth = oaconvolve(padded, taps[None], mode="valid", axes=1)
     columns = np.rint((inside - grid[0]) * fine_hz).astype(int)
-    resampled: np.ndarray = smooth[:, np.clip(columns, 0, smooth.shape[1] - 1)]
-    return resampled
+    return np.asarray(smooth[:, np.clip(columns, 0, smooth.shape[1] - 1)])
 
 
 def low_pass(fine_hz: float, rate_hz: float) -> np.ndarray:
@@ -175,11 +166,4 @@ def low_pass(fine_hz: float, rate_hz: float) -> np.ndarray:
     number, _ = kaiserord(STOP_DB, width)
     cutoff = (_STOP + _PASS) / 2 * rate_hz
     window = "kaiser", kaiser_beta(STOP_DB)
-    taps: np.ndarray = firwin(number | 1, cutoff, window=window, fs=fine_hz)
-    return taps
-
-
-def _rounded(values: np.ndarray) -> np.ndarray:
-    """Return values rounded to significant digits of the largest value."""
-    largest = np.nanmax(np.abs(values), initial=1e-12, where=~np.isnan(values))
-    return np.round(values, _DIGITS - int(np.ceil(np.log10(largest))))
+    return np.asarray(firwin(number | 1, cutoff, window=window, fs=fine_hz))

@@ -292,21 +292,8 @@ def _header(guess: Guess, keys: SimpleNamespace, first_s: float) -> dict[str, st
 def _recording(
     time_s: np.ndarray, values: np.ndarray, header: Mapping[str, str], bench: Bench
 ) -> Recording:
-    """Return a run at the configured rate.
-
-    Parameters
-    ----------
-    time_s : (K,) array
-        Time of each sample in seconds.
-    values : (S, K) array
-        Readings; NaN where a sample is missing.
-    header : mapping of str to str
-        Header lines of the run.
-    bench : Bench
-        The configured values.
-    """
-    rate_hz = usual_rate(time_s)
-    header = dict(header)
+    """Return samples (K,) and (S, K) as a recording at the configured rate."""
+    rate_hz, header = usual_rate(time_s), dict(header)
     if abs(rate_hz - bench.rate_hz) > bench.rate_tolerance * bench.rate_hz:
         time_s, values = resample(time_s, values, bench.rate_hz)
         how = (

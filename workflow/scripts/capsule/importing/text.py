@@ -20,7 +20,7 @@ from capsule.importing.cells import POINT, STYLES, NumberStyle, cells_table, mis
 from capsule.importing.table import QuestionError, Table, without_number_head
 from capsule.importing.units import is_unit
 
-DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " ", "bar": "|", "none": ""}
+_DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "space": " ", "bar": "|", "none": ""}
 STAMP_NAME = "serial monitor"
 _COMMENT = ("#", "%", "//")
 _NOTE = re.compile(r"\s*([A-Za-z][A-Za-z0-9_ ]{0,40}?)\s*[:=]\s*(.+)")
@@ -45,7 +45,7 @@ _Lines: TypeAlias = Sequence[tuple[int, str]]
 _Rows: TypeAlias = list[list[float | str | None]]
 
 
-class Dialect(NamedTuple):
+class _Dialect(NamedTuple):
     """The format of a table: delimiter, style of numbers, index of the first sample, and cells."""
 
     delimiter: str
@@ -55,7 +55,7 @@ class Dialect(NamedTuple):
 
     def split(self, line: str) -> list[str]:
         """Return the cells of a line; the delimiter may stand behind the last cell, too."""
-        cells = split_cells(line, self.delimiter)
+        cells = _split_cells(line, self.delimiter)
         return cells[:-1] if len(cells) == self.cells + 1 and not cells[-1] else cells
 
 
@@ -160,17 +160,9 @@ def _notes(comments: _Lines) -> dict[str, str]:
     return notes
 
 
-def split_cells(line: str, delimiter: str) -> list[str]:
-    """Return the cells of a line, without the blanks around them.
-
-    Parameters
-    ----------
-    line : str
-        One line.
-    delimiter : str
-        A key of `DELIMITERS`.
-    """
-    sign = DELIMITERS[delimiter]
+def _split_cells(line: str, delimiter: str) -> list[str]:
+    """Return the cells of a line, without the blanks around them."""
+    sign = _DELIMITERS[delimiter]
     if not sign:
         return [line.strip().strip('"')]
     if '"' in line:
@@ -179,27 +171,10 @@ def split_cells(line: str, delimiter: str) -> list[str]:
     return line.split() if sign == " " else [cell.strip() for cell in line.split(sign)]
 
 
-def guess_dialect(
+def _guess_dialect(
     lines: _Lines, keys: SimpleNamespace, needed: int, missing: Collection[str | float]
-) -> Dialect:
-    """Return the dialect of a text file's table.
-
-    Parameters
-    ----------
-    lines : sequence of (int, str)
-        Number and text of each line.
-    keys : SimpleNamespace
-        The keys of lab.yaml, of which ``delimiter``, ``decimal`` and ``thousands`` are used.
-    needed : int
-        Least number of columns of numbers.
-    missing : collection of str or float
-        Additional marks of a missing sample, in lower case.
-
-    Raises
-    ------
-    CapsuleError
-        If there is no such table, or several dialects fit.
-    """
+) -> _Dialect:
+    """Return the dialect of a text file's table; raise an error for none, and for several."""
     few = lines if len(lines) <= _TRIED else [*lines[: _TRIED // 2], *lines[-_TRIED // 2 :]]
     ways = _distinct(few, keys, needed, missing)
     if len(few) < len(lines) and (len(ways) > 1 or any(way.first >= len(few) // 2 for way in ways)):
@@ -218,11 +193,11 @@ def guess_dialect(
 
 def _distinct(
     lines: _Lines, keys: SimpleNamespace, needed: int, missing: Collection[str | float]
-) -> list[Dialect]:
+) -> list[_Dialect]:
     """Try each dialect; return those that read different numbers, one of each."""
     rated = []
-    for delimiter in [keys.delimiter] if keys.delimiter else DELIMITERS:
-        if any(DELIMITERS[delimiter] in text for _, text in lines):
+    for delimiter in [keys.delimiter] if keys.delimiter else _DELIMITERS:
+        if any(_DELIMITERS[delimiter] in text for _, text in lines):
             for style in _styles(lines, keys):
                 rated += _try(lines, delimiter, style, needed, missing)
     best = max((share for share, _, _ in rated), default=0.0)
@@ -233,7 +208,7 @@ def _distinct(
     rated = [each for each in rated if each[0] == most[each[1].delimiter]]
     if any(_is_named(lines, dialect) for _, dialect, _ in rated):
         rated = [each for each in rated if each[1].delimiter != "none"]
-    ways: dict[Dialect, _Rows] = {}
+    ways: dict[_Dialect, _Rows] = {}
     for share, dialect, rows in rated:
         # In a table with tabs, spaces are part of a name or of an empty cell.
         beside_tab = dialect.delimiter == "space" and any(way.delimiter == "tab" for way in ways)
@@ -254,11 +229,11 @@ def _styles(lines: _Lines, keys: SimpleNamespace) -> list[NumberStyle]:
     ]
 
 
-def _is_named(lines: _Lines, dialect: Dialect) -> bool:
+def _is_named(lines: _Lines, dialect: _Dialect) -> bool:
     """Return whether the line above the first sample names several columns."""
     if dialect.cells < 2 or dialect.first == 0:
         return False
-    return len(split_cells(lines[dialect.first - 1][1], dialect.delimiter)) == dialect.cells
+    return len(_split_cells(lines[dialect.first - 1][1], dialect.delimiter)) == dialect.cells
 
 
 def _try(
@@ -267,13 +242,13 @@ def _try(
     style: NumberStyle,
     needed: int,
     missing: Collection[str | float],
-) -> list[tuple[float, Dialect, _Rows]]:
+) -> list[tuple[float, _Dialect, _Rows]]:
     """Return the share of numbers, the dialect and the rows; empty if it gives no table."""
     quotes = any('"' in text for _, text in lines)
     # A comma has one role, unless quotes separate the two roles.
     if delimiter == "comma" and "comma" in style and not quotes:
         return []
-    split = [split_cells(text, delimiter) for _, text in lines]
+    split = [_split_cells(text, delimiter) for _, text in lines]
     ((cells, _),) = Counter(map(len, split[len(split) // 4 :])).most_common(1) or [(0, 0)]
     numbers = [[style.number(cell, missing) for cell in row] for row in split]
     samples = [
@@ -296,10 +271,10 @@ def _try(
     below = [row for row in numbers[first:] if len(row) == cells]
     share = sum(number is not None for row in below for number in row) / (cells * len(below))
     comparable: _Rows = [["?" if each != each else each for each in row] for row in below]
-    return [(share, Dialect(delimiter, style, first, cells), comparable)]
+    return [(share, _Dialect(delimiter, style, first, cells), comparable)]
 
 
-def _ambiguity(lines: _Lines, ways: Sequence[Dialect]) -> str:
+def _ambiguity(lines: _Lines, ways: Sequence[_Dialect]) -> str:
     """Return a message that names an ambiguous cell, and the options that decide."""
     widest = min(ways, key=lambda way: way.cells)
     for number, text in lines[widest.first :]:
@@ -312,9 +287,9 @@ def _ambiguity(lines: _Lines, ways: Sequence[Dialect]) -> str:
     return f"line {number}: {text.strip()[:60]!r} can be read in several ways; use {options}"
 
 
-def _reading(cell: str, way: Dialect, fewest: int) -> str:
+def _reading(cell: str, way: _Dialect, fewest: int) -> str:
     if way.cells > fewest:
-        parts = [part for part in split_cells(cell, way.delimiter) if part]
+        parts = [part for part in _split_cells(cell, way.delimiter) if part]
         return f"columns, {' and '.join(parts)} (--delimiter {way.delimiter})"
     value, (decimal, thousands) = way.style.number(cell), way.style
     option = f"--decimal {decimal}" if thousands == "none" else f"--thousands {thousands}"
@@ -330,7 +305,7 @@ def _text_table(
     sample instead of raising an error.
     """
     missing = missing_words(keys)
-    dialect = guess_dialect(text.lines, keys, needed, missing)
+    dialect = _guess_dialect(text.lines, keys, needed, missing)
     _refuse_two_roles(text.lines, dialect)
     lines = [(number, dialect.split(line)) for number, line in text.lines[dialect.first :]]
     if tolerant:
@@ -358,18 +333,18 @@ def _text_table(
     )
 
 
-def _refuse_two_roles(lines: _Lines, dialect: Dialect) -> None:
+def _refuse_two_roles(lines: _Lines, dialect: _Dialect) -> None:
     """Raise an error if commas are delimiters and decimal signs: there are half as many names."""
     if dialect.delimiter == "comma" and dialect.first > 0:
         (number, names), (first, _) = lines[dialect.first - 1 : dialect.first + 1]
-        if (named := len(split_cells(names, "comma"))) * 2 == dialect.cells:
+        if (named := len(_split_cells(names, "comma"))) * 2 == dialect.cells:
             raise CapsuleError(
                 f"line {first} has {dialect.cells} cells, but line {number} names {named} columns: "
                 "a comma seems to be delimiter and decimal sign; export it with another delimiter"
             )
 
 
-def _check_cells(lines: Sequence[tuple[int, list[str]]], dialect: Dialect) -> None:
+def _check_cells(lines: Sequence[tuple[int, list[str]]], dialect: _Dialect) -> None:
     """Raise an error for a line without all cells, first for a last line that is cut off."""
     number, cells = lines[-1]
     if len(cells) < dialect.cells:
@@ -385,12 +360,12 @@ def _check_cells(lines: Sequence[tuple[int, list[str]]], dialect: Dialect) -> No
             )
 
 
-def _is_whole(cells: Sequence[str], dialect: Dialect, needed: int) -> bool:
+def _is_whole(cells: Sequence[str], dialect: _Dialect, needed: int) -> bool:
     numbers = sum(dialect.style.number(cell) is not None for cell in cells)
     return len(cells) == dialect.cells and numbers >= needed
 
 
-def _head(text: _Text, dialect: Dialect) -> tuple[list[str], list[str]]:
+def _head(text: _Text, dialect: _Dialect) -> tuple[list[str], list[str]]:
     """Return the names above the first sample, and the units in the line below the names."""
     above = [_as_head(line, dialect) for _, line in text.lines[: dialect.first]]
     heads = [cells for cells in above if cells]
@@ -405,7 +380,7 @@ def _head(text: _Text, dialect: Dialect) -> tuple[list[str], list[str]]:
     return (heads[-1] if heads else unnamed), unnamed
 
 
-def _as_head(line: str, dialect: Dialect) -> list[str]:
+def _as_head(line: str, dialect: _Dialect) -> list[str]:
     cells = dialect.split(line)
     numbers = sum(dialect.style.number(cell) is not None for cell in cells if cell)
     fits = len(cells) == dialect.cells and numbers <= len(cells) / 2
