@@ -222,9 +222,9 @@ def test_a_compressed_file_is_read_as_the_file_in_it(tmp_path):
 
 
 def test_a_small_file_that_unpacks_to_a_huge_one_is_refused(tmp_path):
-    (tmp_path / "run.csv.gz").write_bytes(gzip.compress(bytes(2_000_000)) * 260)
+    (tmp_path / "run.csv.gz").write_bytes(gzip.compress(bytes(2_000_000)) * 51)
     refused = import_files(tmp_path, tmp_path / "run.csv.gz").refused
-    assert "run.csv.gz: it is larger than 500 MB, too large for one session" in refused
+    assert "run.csv.gz: unpacked, it is larger than 100 MB, too large for one session" in refused
 
 
 SHIPPED = {

@@ -1,13 +1,19 @@
 """What the import would take wrongly without a word is refused, asked for or named."""
 
+import gzip
+import io
+import re
 import shlex
 import subprocess
+import time
 import zipfile
 
 import h5py
 import numpy as np
+import openpyxl
 import pandas
 import pytest
+import scipy.io
 import yaml
 from rosbags.rosbag2 import StoragePlugin
 
@@ -296,3 +302,55 @@ def test_a_first_sample_far_from_all_others_and_a_long_gap_are_named(tmp_path, g
     shown = import_files(tmp_path, write(tmp_path / "a.csv", [time_s, *values])).shown
     assert "note: the first sample, 3, 1, 2, 7, is far from all others; if it is none" in shown
     assert "note: a gap of 5 min follows sample 150; if another run begins behind it" in shown
+
+
+def test_no_column_is_the_time_and_a_sensor(tmp_path, good):
+    refused = import_files(tmp_path, good, "--time", "S1", "--sensors", "S1,S2,S3,S4").refused
+    assert "column 'S1' is the time and a sensor; name another column with --time" in refused
+    path = write(tmp_path / "bare.csv", [TIME_S, *COUNTS + 0.5], "")
+    shown = import_files(
+        tmp_path, path, "--sensors", "1,2,3,4", "--rate", "10", "--unit", "counts"
+    ).shown
+    assert "note: sensor_1 rises from each sample to the next, as a time does" in shown
+    assert "sensor_2 rises" not in shown
+
+
+def bombs(folder):
+    """Write small files that unpack to very much, or are slow to look through."""
+    (folder / "text.csv.gz").write_bytes(gzip.compress(b"0,1,2,3,4\n" * 11_000_000, 1))
+    scipy.io.savemat(folder / "a.mat", {"V": np.zeros((3_000_000, 5))}, do_compression=True)
+    with h5py.File(folder / "a.h5", "w") as file:
+        for number in range(10):
+            file.create_dataset(f"V{number}", (2_000_000,), "f8", chunks=(1000,))
+    with zipfile.ZipFile(folder / "a.xlsx", "w", zipfile.ZIP_DEFLATED) as book:
+        book.writestr("xl/workbook.xml", bytes(101_000_000))
+    write_workbook(folder / "tall.xlsx", {"Run 1": excel_rows(EXCEL_S.tolist())})
+    book = openpyxl.load_workbook(folder / "tall.xlsx")
+    book.active.cell(1_048_576, 5).value = 1
+    book.save(folder / "tall.xlsx")
+    (folder / "lines.txt").write_bytes((b"a b " * 20_000 + b":\n") * 20)
+    head = io.BytesIO()
+    form = {"descr": "<f8", "fortran_order": False, "shape": (10**10, 5)}
+    np.lib.format.write_array_header_1_0(head, form)
+    (folder / "a.npy").write_bytes(head.getvalue() + bytes(800))
+
+
+def test_a_small_file_that_holds_very_much_is_refused_at_once(tmp_path):
+    bombs(tmp_path)
+    for path in sorted(tmp_path.iterdir()):
+        start = time.process_time()
+        imported = import_files(tmp_path / "out", path)
+        assert imported.refused.count("\n") == 1, path
+        assert time.process_time() - start < 5, path
+    assert "too large for one session" in import_files(tmp_path, tmp_path / "a.h5").refused
+
+
+def test_a_workbook_without_a_sheet_is_refused(tmp_path):
+    write_workbook(tmp_path / "whole.xlsx", {"Run 1": [[1]]})
+    with (
+        zipfile.ZipFile(tmp_path / "whole.xlsx") as whole,
+        zipfile.ZipFile(tmp_path / "none.xlsx", "w") as none,
+    ):
+        for name in whole.namelist():
+            none.writestr(name, re.sub(b"<sheet .*?/>", b"", whole.read(name)))
+    assert "the workbook holds no sheet" in import_files(tmp_path, tmp_path / "none.xlsx").refused

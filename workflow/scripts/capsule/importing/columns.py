@@ -83,6 +83,11 @@ def choose_columns(table: Table, keys: SimpleNamespace, sensors: int) -> Choice:
         time = named_column(table, keys.time, "time")
     else:
         time = _time(table, taken, 0 if picked else sensors)
+    if time in picked:
+        raise CapsuleError(
+            f"column {table.column_label(picked[picked.index(time)])} is the time and a sensor; "
+            "name another column with --time or --sensors"
+        )
     if not picked:
         free = [
             index

@@ -3,25 +3,20 @@
 Nothing outside of the file is read. Each package is imported only for a file of its format.
 """
 
-import contextlib
 import dataclasses
 import gzip
 import hashlib
-import importlib
 import io
-import logging
 import sqlite3
 import struct
 import sys
-import tokenize
-import warnings
 import zipfile
 import zlib
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from datetime import UTC, datetime, time
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -29,17 +24,22 @@ import numpy as np
 from capsule.errors import CapsuleError
 from capsule.files import read_limited
 from capsule.importing.cells import POINT, cells_table, missing_words
+from capsule.importing.packages import (
+    MOST_BYTES,
+    MOST_UNPACKED,
+    damage_named,
+    needed_package,
+    refuse_unpacked,
+    too_large,
+)
 from capsule.importing.table import Table, array_tables, table_of, without_number_head
 from capsule.importing.text import read_text
 from capsule.importing.units import is_unit
-from capsule.project import how_to_install
 
-# 500 MB is far more than one run needs. It is less than a day of 64 channels at 100 Hz in single
-# precision.
-_MOST_BYTES = 500_000_000
-_MOST_CELLS = 20_000_000
+_MOST_CELLS = 2_000_000
 # A longer array in a message is probably an image or a scan.
 _LONGEST_ARRAY = 256
+_MATLAB_COMPRESSED = 15
 _GZIP = b"\x1f\x8b"
 _BAGS = (b"#ROSBAG", b"\x89MCAP")
 _NO_TABLE = {
@@ -48,13 +48,6 @@ _NO_TABLE = {
     b"%PDF": "it is a PDF; export the readings as text",
     b"7z\xbc\xaf": "it is compressed; unpack it first",
 }
-# Damaged bytes can make the readers of binary formats raise any of these.
-_DAMAGE: tuple[type[Exception], ...] = (
-    *(ArithmeticError, AssertionError, AttributeError, EOFError, LookupError, MemoryError),
-    *(NotImplementedError, OSError, RuntimeError, SyntaxError, SystemError, TypeError),
-    *(ValueError, struct.error, tokenize.TokenError, zipfile.BadZipFile, zlib.error),
-)
-_LONGEST_REASON = 100
 
 
 def read_source(path: Path, keys: SimpleNamespace, needed: int) -> tuple[list[Table], str]:
@@ -84,11 +77,11 @@ def read_source(path: Path, keys: SimpleNamespace, needed: int) -> tuple[list[Ta
     if path.is_dir():
         return _read_bag_folder(path)
     try:
-        content = read_limited(path, _MOST_BYTES)
+        content = read_limited(path, MOST_BYTES)
     except OSError as error:
         raise CapsuleError(f"{error.strerror}; give the name of a file that can be read") from None
     if content is None:
-        raise CapsuleError(_too_large())
+        raise CapsuleError(too_large())
     sha256 = hashlib.sha256(content).hexdigest()
     if content.startswith(_BAGS):
         return read_bag(path), sha256
@@ -116,68 +109,19 @@ def _binary_reader(content: bytes, path: Path) -> Callable[[bytes], list[Table]]
 def _unpacked(content: bytes) -> bytes:
     """Return the content of a gzip file."""
     with (
-        _damage_named("compressed file", "copy it again"),
+        damage_named("compressed file", "copy it again"),
         gzip.GzipFile(fileobj=io.BytesIO(content)) as stream,
     ):
-        unpacked = stream.read(_MOST_BYTES + 1)
-    if len(unpacked) > _MOST_BYTES:
-        raise CapsuleError(_too_large())
+        unpacked = stream.read(MOST_UNPACKED + 1)
+    refuse_unpacked(len(unpacked))
     if unpacked.startswith((_GZIP, *_BAGS)):
         raise CapsuleError("it holds a file that is not read from within it; unpack it first")
     return unpacked
 
 
-def _too_large() -> str:
-    return (
-        f"it is larger than {_MOST_BYTES / 1e6:g} MB, too large for one session; split it into "
-        "smaller files"
-    )
-
-
-@contextlib.contextmanager
-def _damage_named(format_name: str, remedy: str, *own: type[Exception]) -> Iterator[None]:
-    """Turn the exceptions of a package on a damaged file into an error of one line.
-
-    Parameters
-    ----------
-    format_name : str
-        Name of the format in words.
-    remedy : str
-        Advice for the user.
-    *own : exception types
-        Exceptions that the package defines.
-    """
-    level = logging.root.manager.disable
-    # Some packages log their repairs, with the damaged bytes.
-    logging.disable(logging.CRITICAL)
-    try:
-        with warnings.catch_warnings():
-            # They also warn about charts, checks and other versions of their format.
-            warnings.simplefilter("ignore", UserWarning)
-            yield
-    except (*_DAMAGE, *own) as fault:
-        reason = " ".join(str(fault).split())[:_LONGEST_REASON] or type(fault).__name__
-        raise CapsuleError(f"the {format_name} cannot be read ({reason}); {remedy}") from None
-    finally:
-        logging.disable(level)
-
-
-def _needed_package(module: str, format_name: str) -> ModuleType:
-    """Import a package that reads a format, or raise an error that says how to install it."""
-    try:
-        return importlib.import_module(module)
-    except ModuleNotFoundError as error:
-        if error.name and not module.startswith(error.name):
-            raise
-        raise CapsuleError(
-            f"{format_name} is read by the package {module.partition('.')[0]}, which is not "
-            f"installed; run {how_to_install('formats')}"
-        ) from None
-
-
 def read_numpy(content: bytes) -> list[Table]:
     """Read the array of numpy's file format ``.npy``; fields of a structured array are columns."""
-    with _damage_named("numpy file", "save it again: numpy.save(file, array)"):
+    with damage_named("numpy file", "save it again: numpy.save(file, array)"):
         array = np.load(io.BytesIO(content), allow_pickle=False)
     tables = array_tables({"column": array}, {}, "/")
     if not tables:
@@ -193,7 +137,8 @@ def read_matlab(content: bytes) -> list[Table]:
     from scipy.io import loadmat
     from scipy.io.matlab import MatReadError
 
-    with _damage_named("MATLAB file", "save it again: save -v7", MatReadError):
+    with damage_named("MATLAB file", "save it again: save -v7", MatReadError):
+        refuse_unpacked(_matlab_size(content))
         variables = loadmat(io.BytesIO(content), struct_as_record=False, squeeze_me=True)
     named = {name: value for name, value in variables.items() if not name.startswith("__")}
     tables = array_tables(dict(_matlab_arrays(named, "")), {}, ".")
@@ -204,6 +149,19 @@ def read_matlab(content: bytes) -> list[Table]:
             "x = table2array(T)"
         )
     return tables
+
+
+def _matlab_size(content: bytes) -> int:
+    """Return the number of bytes in the compressed elements of a MATLAB file, at least roughly."""
+    order = {b"IM": "<", b"MI": ">"}.get(content[126:128])
+    at, size = 128, 0
+    while order and at + 8 <= len(content) and size <= MOST_UNPACKED:
+        kind, length = struct.unpack_from(f"{order}II", content, at)
+        if kind == _MATLAB_COMPRESSED:
+            packed = content[at + 8 : at + 8 + length]
+            size += len(zlib.decompressobj().decompress(packed, MOST_UNPACKED + 1))
+        at += 8 + length
+    return size
 
 
 def _matlab_arrays(variables: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, np.ndarray]]:
@@ -222,7 +180,7 @@ def _matlab_arrays(variables: Mapping[str, Any], prefix: str) -> Iterator[tuple[
 
 def read_hdf(content: bytes) -> list[Table]:
     """Read HDF5, with the attributes ``unit``, ``rate`` and ``started``; and MATLAB from 7.3 on."""
-    h5py = _needed_package("h5py", "HDF5")
+    h5py = needed_package("h5py", "HDF5")
     arrays: dict[str, np.ndarray] = {}
     units: dict[str, str] = {}
     started: list[str] = []
@@ -245,7 +203,7 @@ def read_hdf(content: bytes) -> list[Table]:
             arrays[name] = node[()]
 
     with (
-        _damage_named("HDF5 file", "copy or export it again"),
+        damage_named("HDF5 file", "copy or export it again"),
         h5py.File(io.BytesIO(content), "r") as file,
     ):
         _refuse_outside(file, h5py)
@@ -264,6 +222,7 @@ def _decoded(value: object) -> str:
 def _refuse_outside(file: Any, h5py: Any) -> None:
     """Raise an error if an HDF5 file takes samples from other files, or holds too many."""
     outside: list[tuple[str, str]] = []
+    sizes: list[int] = []
 
     def check_link(name: str, link: Any) -> None:
         if isinstance(link, h5py.ExternalLink):
@@ -275,11 +234,13 @@ def _refuse_outside(file: Any, h5py: Any) -> None:
         outside.extend((name, str(part[0])) for part in node.external or ())
         if node.is_virtual:
             outside.append((name, "a virtual dataset"))
-        if node.nbytes > _MOST_BYTES:
-            raise CapsuleError(f"{name}: {_too_large()}")
+        sizes.append(node.nbytes)
 
     file.visititems_links(check_link)
     file.visititems(check)
+    # Compressed, or never written, a small file can hold very much.
+    if sum(sizes) > max(MOST_UNPACKED, 2 * file.id.get_filesize()):
+        raise CapsuleError(f"unpacked, {too_large(MOST_UNPACKED)}")
     for name, place in outside:
         raise CapsuleError(
             f"the file names samples outside of it, in {place!r} ({name}), and only the file "
@@ -289,11 +250,11 @@ def _refuse_outside(file: Any, h5py: Any) -> None:
 
 def read_nwb(content: bytes) -> list[Table]:
     """Read the time series of Neurodata Without Borders: acquisition, processing and stimulus."""
-    pynwb = _needed_package("pynwb", "NWB")
-    h5py = _needed_package("h5py", "NWB")
-    damage = _needed_package("hdmf.build.errors", "NWB").ConstructError
+    pynwb = needed_package("pynwb", "NWB")
+    h5py = needed_package("h5py", "NWB")
+    damage = needed_package("hdmf.build.errors", "NWB").ConstructError
     with (
-        _damage_named("NWB file", "check it with pynwb-validate", damage),
+        damage_named("NWB file", "check it with pynwb-validate", damage),
         h5py.File(io.BytesIO(content), "r") as hdf,
     ):
         _refuse_outside(hdf, h5py)
@@ -323,9 +284,9 @@ def _nwb_table(series: Any, started: str) -> Table | None:
 
 def read_tdms(content: bytes) -> list[Table]:
     """Read the groups of LabVIEW's TDMS; the channels of one length in a group are a table."""
-    nptdms = _needed_package("nptdms", "TDMS")
+    nptdms = needed_package("nptdms", "TDMS")
     tables = []
-    with _damage_named("TDMS file", "copy or export it again"):
+    with damage_named("TDMS file", "copy or export it again"):
         for group in nptdms.TdmsFile.read(io.BytesIO(content)).groups():
             lengths: defaultdict[int, list[Any]] = defaultdict(list)
             for channel in group.channels():
@@ -353,8 +314,8 @@ def _tdms_column(channel: Any) -> tuple[str, np.ndarray, str]:
 
 def read_xdf(content: bytes) -> list[Table]:
     """Read the streams of XDF; pyxdf brings the time stamps to one clock, without jitter."""
-    pyxdf = _needed_package("pyxdf", "XDF")
-    with _damage_named("XDF file", "copy or record it again"):
+    pyxdf = needed_package("pyxdf", "XDF")
+    with damage_named("XDF file", "copy or record it again"):
         streams, head = pyxdf.load_xdf(io.BytesIO(content))
         started = str(_first(head["info"].get("datetime")))
         tables = [_xdf_table(stream, started) for stream in streams]
@@ -385,13 +346,14 @@ def _first(values: Any) -> Any:
 
 def read_excel(content: bytes, keys: SimpleNamespace, needed: int) -> list[Table]:
     """Read the sheets of a workbook, with the values that formulas had when it was saved."""
-    openpyxl = _needed_package("openpyxl", "An Excel workbook")
-    with _damage_named("workbook", "save it again as .xlsx"):
+    openpyxl = needed_package("openpyxl", "An Excel workbook")
+    with damage_named("workbook", "save it again as .xlsx"):
         with zipfile.ZipFile(io.BytesIO(content)) as file:
-            if sum(part.file_size for part in file.infolist()) > _MOST_BYTES:
-                raise CapsuleError(_too_large())
+            refuse_unpacked(sum(part.file_size for part in file.infolist()))
         # The read-only way of openpyxl leaves out rows beyond the size that a sheet states.
         sheets = openpyxl.load_workbook(io.BytesIO(content), data_only=True).worksheets
+        if not sheets:
+            raise CapsuleError("the workbook holds no sheet of cells; save it again as .xlsx")
         for sheet in sheets:
             if sheet.max_row * sheet.max_column > _MOST_CELLS:
                 raise CapsuleError(
@@ -438,8 +400,8 @@ def _read_bag_folder(path: Path) -> tuple[list[Table], str]:
             raise CapsuleError(
                 f"{file.name!r} is a link to a file outside of this folder; copy it into it"
             )
-    if sum(file.stat().st_size for file in files) > _MOST_BYTES:
-        raise CapsuleError(_too_large())
+    if sum(file.stat().st_size for file in files) > MOST_BYTES:
+        raise CapsuleError(too_large())
     digest = hashlib.sha256()
     for file in filter(Path.is_file, files):
         digest.update(file.name.encode("utf-8", "surrogateescape"))
@@ -449,8 +411,8 @@ def _read_bag_folder(path: Path) -> tuple[list[Table], str]:
 
 def read_bag(path: Path) -> list[Table]:
     """Read the topics of a bag of ROS 1 or ROS 2; each number in a message becomes a column."""
-    bags = _needed_package("rosbags.highlevel.anyreader", "A bag of ROS")
-    typesys = _needed_package("rosbags.typesys", "A bag of ROS")
+    bags = needed_package("rosbags.highlevel.anyreader", "A bag of ROS")
+    typesys = needed_package("rosbags.typesys", "A bag of ROS")
     types = typesys.get_typestore(typesys.Stores.LATEST)
     topics: dict[str, list[dict[str, Any]]] = {}
     remedy = "give a .bag file, or the folder of a bag of ROS 2 with its metadata.yaml"
@@ -458,7 +420,7 @@ def read_bag(path: Path) -> list[Table]:
     database = sys.modules.get("apsw", sqlite3)
     own = (bags.AnyReaderError, *bags.ReaderErrors, bags.SerdeError, bags.TypesysError)
     with (
-        _damage_named("bag", remedy, database.Error, *own),
+        damage_named("bag", remedy, database.Error, *own),
         bags.AnyReader([path], default_typestore=types) as reader,
     ):
         for connection, stamp_ns, data in reader.messages():

@@ -64,8 +64,10 @@ def sample_lines(recording: Recording, *, plain: bool) -> list[str]:
     names = ["time_s", *(f"sensor_{n}" for n in range(1, recording.values.shape[0] + 1))]
     samples = [
         [f"{time_s:g}", *("-" if np.isnan(value) else f"{value:.6g}" for value in sample)]
-        for time_s, sample in zip(recording.time_s, recording.values.T, strict=True)
-    ][:_FIRST_SAMPLES]
+        for time_s, sample in zip(
+            recording.time_s[:_FIRST_SAMPLES], recording.values.T[:_FIRST_SAMPLES], strict=True
+        )
+    ]
     lines = ["  " + "".join(f"{cell:>12}" for cell in row) for row in [names, *samples]]
     for name, values in zip(names[1:], recording.values, strict=True):
         known = values[~np.isnan(values)]

@@ -164,6 +164,9 @@ def _striking(
             f"the first sample, {shown}, is far from all others; if it is none, leave it out with "
             "--skip-lines"
         )
+    for number, row in enumerate(values if values.shape[1] > 2 else (), start=1):
+        if np.all(np.diff(row) > 0):
+            yield f"sensor_{number} rises from each sample to the next, as a time does"
     steps = np.diff(time_s)
     longest = int(np.argmax(steps)) if steps.size else 0
     if steps.size and steps[longest] >= _LONG_GAP_S and not keys.run_gap_s:

@@ -37,6 +37,8 @@ _FEWER_NUMBERS = 0.05
 # Lines of a serial monitor: a time stamp, an arrow, and the rest; or labels before readings.
 _STAMP = re.compile(r"\s*([0-9]{1,2}:[0-9]{2}:[0-9]{2}(?:[.,][0-9]+)?)\s*->\s?(.*)")
 _LABELLED = re.compile(r"([A-Za-z_][\w .#-]*?)\s*[:=]\s*([+-]?[0-9.]+(?:[eE][+-]?[0-9]+)?|nan)")
+# To look for labels in a longer line would take long.
+_LONGEST_LABELLED = 1000
 # Least share of the lines that must look like those of a serial log.
 _LEAST_SHARE = 0.5
 # Number and text of each line.
@@ -389,6 +391,8 @@ def _as_head(line: str, dialect: _Dialect) -> list[str]:
 
 def _labels(line: str) -> tuple[str, ...]:
     """Return the labels of a line; empty if it holds anything but labelled numbers."""
+    if len(line) > _LONGEST_LABELLED:
+        return ()
     rest = re.sub(r"[\s,;|]+", "", _LABELLED.sub("", line))
     return tuple(match[1].strip() for match in _LABELLED.finditer(line)) if not rest else ()
 
