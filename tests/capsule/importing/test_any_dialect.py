@@ -22,7 +22,7 @@ def read(content, **said):
     """Read a file, and return the times, the readings in their unit, and the unit."""
     keys = checked_map(said, SCHEMA, BENCH.sensors)
     guess = guess_table(read_text(content, keys, BENCH.sensors), keys, BENCH)
-    return guess.clock.time_s, readings(guess)[0], guess.unit.unit
+    return guess.clock.time_s, readings(guess)[0], guess.unit
 
 
 @st.composite

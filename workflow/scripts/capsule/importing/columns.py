@@ -3,7 +3,6 @@
 import re
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
@@ -28,26 +27,9 @@ _NUMBERED = re.compile(r"(.*?)[\[(]?([0-9]+)[\])]?")
 NO_TIME = "none"
 
 
-@dataclass(frozen=True)
-class Choice:
-    """The columns of a recording.
-
-    Attributes
-    ----------
-    time : int or None
-        Index of the column of the time; None if there is none.
-    sensors : tuple of int
-        Indices of the S sensors' columns.
-    run : int or None
-        Index of the column that names the run.
-    """
-
-    time: int | None
-    sensors: tuple[int, ...]
-    run: int | None
-
-
-def choose_columns(table: Table, keys: SimpleNamespace, sensors: int) -> Choice:
+def choose_columns(
+    table: Table, keys: SimpleNamespace, sensors: int
+) -> tuple[int | None, tuple[int, ...], int | None]:
     """Return the columns of time and sensors, by lab.yaml, then by names, then by position.
 
     Parameters
@@ -59,14 +41,23 @@ def choose_columns(table: Table, keys: SimpleNamespace, sensors: int) -> Choice:
     sensors : int
         Number of sensors S.
 
+    Returns
+    -------
+    time : int or None
+        Index of the column of the time; None if there is none.
+    sensors : tuple of S int
+        Indices of the sensors' columns.
+    run : int or None
+        Index of the column that names the run.
+
     Raises
     ------
     CapsuleError
         If a named column does not exist, or more than one choice fits.
     """
-    run = None if keys.run_column is None else named_column(table, keys.run_column, "run_column")
+    run = None if keys.run_column is None else _named_column(table, keys.run_column, "run_column")
     given = keys.sensors
-    picked = tuple(named_column(table, each, "sensors") for each in given) if given else ()
+    picked = tuple(_named_column(table, each, "sensors") for each in given) if given else ()
     if len(set(picked)) < len(picked):
         raise CapsuleError(f"sensors: {given!r} names a column twice; name each sensor's own")
     for wanted, index in zip(given or (), picked, strict=True):
@@ -80,7 +71,7 @@ def choose_columns(table: Table, keys: SimpleNamespace, sensors: int) -> Choice:
     if keys.time == NO_TIME:
         time = None
     elif keys.time is not None:
-        time = named_column(table, keys.time, "time")
+        time = _named_column(table, keys.time, "time")
     else:
         time = _time(table, taken, 0 if picked else sensors)
     if time in picked:
@@ -95,17 +86,11 @@ def choose_columns(table: Table, keys: SimpleNamespace, sensors: int) -> Choice:
             if table.holds_numbers(index) and index not in {time, run}
         ]
         picked = _sensors(table, free, sensors)
-    return Choice(time, picked, run)
+    return time, picked, run
 
 
-def named_column(table: Table, wanted: str | int, key: str) -> int:
-    """Return the index of a column, by its name (with or without its unit) or number from 1.
-
-    Raises
-    ------
-    CapsuleError
-        If there is no such column, or more than one.
-    """
+def _named_column(table: Table, wanted: str | int, key: str) -> int:
+    """Return the index of a column, by its name (with or without its unit) or number from 1."""
     count = len(table.names)
     if isinstance(wanted, int) or (wanted.isdecimal() and not _by_name(table, wanted)):
         if 1 <= int(wanted) <= count:

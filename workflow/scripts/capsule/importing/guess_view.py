@@ -20,20 +20,20 @@ def guess_lines(guess: Guess) -> list[str]:
     guess : Guess
         How the table was read.
     """
-    table, choice, clock, reading = guess.table, guess.choice, guess.clock, guess.table.reading
+    table, clock, reading = guess.table, guess.clock, guess.table.reading
     rows = [(key, reading.get(key, ""), "") for key in ("encoding", "delimiter", "decimal")]
     rows.append(("thousands", reading.get("thousands", "none").removeprefix("none"), ""))
     rows.append((table.kind, table.label, ""))
-    rows.append(("time", "none" if choice.time is None else _named(table, choice.time), ""))
-    if choice.time is not None:
+    rows.append(("time", "none" if guess.time is None else _named(table, guess.time), ""))
+    if guess.time is not None:
         rows.append(("time_unit", clock.unit, clock.reason))
     else:
         rate, _, teller = clock.reason.partition(" by ")
         rows.append(("rate", rate, f"by {teller}"))
-    for number, index in enumerate(choice.sensors, start=1):
+    for number, index in enumerate(guess.sensors, start=1):
         rows.append((f"sensor_{number}", _named(table, index), ""))
-    rows.append(("unit", guess.unit.unit, guess.unit.reason))
-    used = {choice.time, choice.run, *choice.sensors}
+    rows.append(("unit", guess.unit, guess.unit_reason))
+    used = {guess.time, guess.run, *guess.sensors}
     idle = [index for index in range(len(table.names)) if index not in used]
     rows.append(("not used", table.listed(idle), ""))
     passed_over = f"{len(table.passed_over)} lines without a whole sample"

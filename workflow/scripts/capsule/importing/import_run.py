@@ -7,7 +7,7 @@ import os
 import re
 import sys
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -26,15 +26,6 @@ from capsule.names import PART, UNLABELLED, Entry, classify, displayed, reason_o
 from capsule.recording import Recording, format_recording
 
 _LONGEST_ENTRY = 300
-
-
-@dataclass(frozen=True)
-class _Planned:
-    """A run with its name in the archive; `known` is the name of the same samples there."""
-
-    name: str
-    run: Run
-    known: str
 
 
 class Importer:
@@ -129,9 +120,9 @@ class Importer:
         planned = [self._plan(files, sums, run, guess, guesses) for guess, run in runs]
         # A file is imported completely or not at all. Half of its runs in the archive would hide
         # the error in the other half.
-        self._archive.check_free([each.name for each in planned if not each.known])
-        for each in planned:
-            self._archive_run(each)
+        self._archive.check_free([name for name, run in planned if not self._archive.known(run)])
+        for name, run in planned:
+            self._archive_run(name, run)
         if not self._options.map:
             self._keep_map(as_map(guesses[0], self._keys))
 
@@ -158,37 +149,36 @@ class Importer:
 
     def _plan(
         self, files: Sequence[Path], sums: str, run: Run, guess: Guess, guesses: Sequence[Guess]
-    ) -> _Planned:
-        """Name a run, complete its header, and check whether the archive holds it."""
+    ) -> tuple[str, Run]:
+        """Name a run, and complete its header."""
         stem = files[0].name if files[0].is_dir() else files[0].stem
         name = f"{self._folder}/{_run_name(self._options.name or stem, run.label)}"
         header = _origin(files, sums, run.label, guess, guesses) | dict(run.recording.header)
-        recording = replace(run.recording, header=header)
-        known = self._archive.known(recording)
-        if known:
+        run = replace(run, recording=replace(run.recording, header=header))
+        if known := self._archive.known(run):
             self._archive.refuse_other_size(known, name)
-        return _Planned(name, replace(run, recording=recording), known)
+        return name, run
 
-    def _archive_run(self, planned: _Planned) -> None:
-        recording = planned.run.recording
+    def _archive_run(self, name: str, run: Run) -> None:
+        recording = run.recording
         plain = not (sys.stdout.encoding or "").lower().startswith("utf")
         tell("\n".join(sample_lines(recording, plain=plain)))
-        # Two runs of one file may be the same.
-        if known := planned.known or self._archive.known(recording):
+        # It may be one that this file holds twice.
+        if known := self._archive.known(run):
             self.known += 1
             tell(f"  already in the archive: {known} holds the same samples; nothing is written")
             return
         if not self._options.dry_run:
-            self._archive.add(planned.name, recording)
+            self._archive.add(name, run)
         self.written += 1
         verb = "would write" if self._options.dry_run else "wrote"
-        path, here = self._options.raw / f"{planned.name}.csv", Path.cwd()
+        path, here = self._options.raw / f"{name}.csv", Path.cwd()
         near = path.relative_to(here) if path.is_relative_to(here) else path
         tell(f"  {verb} {near}: {recording.time_s.size} samples, {recording.time_s[-1]:g} s")
         if resampled := recording.header.get("import_resampled"):
             tell(f"  resampled {resampled}")
         for remark in (
-            *planned.run.remarks,
+            *run.remarks,
             *advice(recording, self._bench.full_scale),
             *self._rejection(recording),
         ):
@@ -222,21 +212,21 @@ def _origin(
     files: Sequence[Path], sums: str, label: str, guess: Guess, guesses: Sequence[Guess]
 ) -> dict[str, str]:
     """Return the header lines with a recording's origin: files, columns, time and unit."""
-    table, choice = guess.table, guess.choice
+    table = guess.table
     names = ", ".join(displayed(file.name) for file in files)
     origin = {"source": f"imported from {names}", "import_file": names, "import_sha256": sums}
     if table.kind:
         origin[f"import_{table.kind}"] = table.label
     if label:
         origin["import_run"] = label
-    columns = [table.column_label(index) for index in choice.sensors]
+    columns = [table.column_label(index) for index in guess.sensors]
     if len(files) > 1:
-        columns = [each.table.column_label(each.choice.sensors[0]) for each in guesses]
-    time = "none" if choice.time is None else table.column_label(choice.time)
+        columns = [each.table.column_label(each.sensors[0]) for each in guesses]
+    time = "none" if guess.time is None else table.column_label(guess.time)
     named = [f"time = {time}"] + [f"sensor_{n} = {each}" for n, each in enumerate(columns, start=1)]
     origin["import_columns"] = "; ".join(named)
     origin["import_time"] = f"{guess.clock.unit}, {guess.clock.reason}"
-    origin["import_unit"] = f"{guess.unit.unit}, {guess.unit.reason}"
+    origin["import_unit"] = f"{guess.unit}, {guess.unit_reason}"
     if table.passed_over:
         origin["import_passed_over"] = f"{len(table.passed_over)} lines without a whole sample"
     return {key: displayed(text)[:_LONGEST_ENTRY] for key, text in origin.items()}
@@ -312,9 +302,9 @@ class _Archive:
             if content is not None:
                 self._names[_checksum(content)] = name
 
-    def known(self, recording: Recording) -> str:
+    def known(self, run: Run) -> str:
         """Return the name of the recording with the same samples; empty if there is none."""
-        return self._names.get(_checksum(format_recording(recording)), "")
+        return self._names.get(_checksum(format_recording(run.recording)), "")
 
     def refuse_other_size(self, known: str, name: str) -> None:
         """Raise an error if the archive holds the same samples under another size."""
@@ -334,9 +324,9 @@ class _Archive:
                     f"two of its runs would be written to {path}; give them different names"
                 )
 
-    def add(self, name: str, recording: Recording) -> None:
-        """Write a recording; its name must be free."""
-        path, content = self._raw / f"{name}.csv", format_recording(recording)
+    def add(self, name: str, run: Run) -> None:
+        """Write a run; its name must be free."""
+        path, content = self._raw / f"{name}.csv", format_recording(run.recording)
         try:
             write_new(path, content)
         except FileExistsError:

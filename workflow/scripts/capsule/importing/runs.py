@@ -7,11 +7,11 @@ from types import SimpleNamespace
 import numpy as np
 
 from capsule.errors import CapsuleError
-from capsule.importing.columns import NO_TIME, Choice, choose_columns
+from capsule.importing.columns import NO_TIME, choose_columns
 from capsule.importing.resampling import DEGREE, STOP_DB, resample, usual_rate
 from capsule.importing.table import Table, is_far
 from capsule.importing.times import Clock, later, read_time
-from capsule.importing.units import WRITTEN, ReadingUnit, reading_unit
+from capsule.importing.units import WRITTEN, reading_unit
 from capsule.recording import Recording
 
 # Keys of a file's own header lines that the recording keeps.
@@ -47,12 +47,29 @@ class Bench:
 
 @dataclass(frozen=True)
 class Guess:
-    """The columns, the time and the unit of the readings that were found in a table."""
+    """The columns, the time and the unit of the readings that were found in a table.
+
+    Attributes
+    ----------
+    table : Table
+        The table.
+    time, run : int or None
+        Index of the column of the time, and of the one that names the run; None if there is none.
+    sensors : tuple of S int
+        Indices of the sensors' columns.
+    clock : Clock
+        The time of each sample.
+    unit, unit_reason : str
+        Unit of the readings, as lab.yaml names it, and the reason for it.
+    """
 
     table: Table
-    choice: Choice
+    time: int | None
+    run: int | None
+    sensors: tuple[int, ...]
     clock: Clock
-    unit: ReadingUnit
+    unit: str
+    unit_reason: str
 
 
 @dataclass(frozen=True)
@@ -91,9 +108,10 @@ def guess_table(table: Table, keys: SimpleNamespace, bench: Bench) -> Guess:
     CapsuleError
         If the columns, the time or the unit are unknown or ambiguous.
     """
-    choice = choose_columns(table, keys, bench.sensors)
-    clock = read_time(table, choice.time, keys, bench.rate_hz)
-    return Guess(table, choice, clock, reading_unit(table, choice.sensors, keys, bench.full_scale))
+    time, sensors, run = choose_columns(table, keys, bench.sensors)
+    clock = read_time(table, time, keys, bench.rate_hz)
+    unit, reason = reading_unit(table, sensors, keys, bench.full_scale)
+    return Guess(table, time, run, sensors, clock, unit, reason)
 
 
 def readings(guess: Guess) -> tuple[np.ndarray, int]:
@@ -101,8 +119,8 @@ def readings(guess: Guess) -> tuple[np.ndarray, int]:
 
     If one sensor of a sample is missing, the whole sample counts as missing.
     """
-    _, factor = WRITTEN[guess.unit.unit]
-    values = np.array([guess.table.all_numbers(index) for index in guess.choice.sensors])
+    _, factor = WRITTEN[guess.unit]
+    values = np.array([guess.table.all_numbers(index) for index in guess.sensors])
     if factor != 1.0:
         values = np.round(values * factor, _MILLI_DIGITS)
     lacking = np.isnan(values)
@@ -178,7 +196,7 @@ def _striking(
 
 def _split(guess: Guess, keys: SimpleNamespace) -> list[tuple[str, slice]]:
     """Return name and rows of each run, split by the run column, then by gaps."""
-    table, index, time_s = guess.table, guess.choice.run, guess.clock.time_s
+    table, index, time_s = guess.table, guess.run, guess.clock.time_s
     parts = [("", slice(0, time_s.size))]
     if index is not None:
         texts = [f"{v:g}" for v in table.numbers[index]] if table.texts is None else table.texts
@@ -230,7 +248,7 @@ def joined_run(guesses: Sequence[Guess], keys: SimpleNamespace, bench: Bench) ->
     CapsuleError
         If the files have different units, or do not overlap in time.
     """
-    units = {guess.unit.unit for guess in guesses}
+    units = {guess.unit for guess in guesses}
     if len(units) > 1:
         raise CapsuleError(
             f"the sensors' files have different units, {' and '.join(sorted(units))}; "
@@ -287,7 +305,7 @@ def _header(guess: Guess, keys: SimpleNamespace, first_s: float) -> dict[str, st
         if (number := getattr(keys, key)) is not None:
             text = format(number, form)
             header[key] = text.rstrip("0").rstrip(".") if "." in text else text
-    header["unit"] = WRITTEN[guess.unit.unit][0]
+    header["unit"] = WRITTEN[guess.unit][0]
     started = later(guess.clock.started, first_s) or notes.get("started", "")
     return header | ({"started": started} if started else {})
 
@@ -310,18 +328,18 @@ def _recording(
 
 def as_map(guess: Guess, keys: SimpleNamespace) -> dict[str, object]:
     """Return how a table was read as keys of lab.yaml, so that nothing is left to guess."""
-    table, choice, clock = guess.table, guess.choice, guess.clock
+    table, clock = guess.table, guess.clock
     said = {key: value for key, value in vars(keys).items() if value is not None}
     if keys.per_sensor:
         return said
     content: dict[str, object] = {key: text for key, text in table.reading.items() if text}
-    content["time"] = NO_TIME if choice.time is None else _column_key(table, choice.time)
-    if choice.time is not None:
+    content["time"] = NO_TIME if guess.time is None else _column_key(table, guess.time)
+    if guess.time is not None:
         content["time_unit"] = clock.unit
     if clock.date_order:
         content["date_order"] = clock.date_order
-    content["sensors"] = [_column_key(table, index) for index in choice.sensors]
-    return said | content | {"unit": guess.unit.unit}
+    content["sensors"] = [_column_key(table, index) for index in guess.sensors]
+    return said | content | {"unit": guess.unit}
 
 
 def _column_key(table: Table, index: int) -> str | int:

@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from types import SimpleNamespace
 
 import numpy as np
@@ -89,17 +88,9 @@ def plain_unit(text: str) -> str:
     return text.strip().strip("[]()<>").strip().lower().replace("\u2126", "ω")
 
 
-@dataclass(frozen=True)
-class ReadingUnit:
-    """The unit of the readings, as lab.yaml names it, and the reason for it."""
-
-    unit: str
-    reason: str
-
-
 def reading_unit(
     table: Table, sensors: Sequence[int], keys: SimpleNamespace, full_scale: float
-) -> ReadingUnit:
+) -> tuple[str, str]:
     """Return the unit of the sensors' readings.
 
     Parameters
@@ -113,13 +104,18 @@ def reading_unit(
     full_scale : float
         Reading of the configured converter at the supply voltage.
 
+    Returns
+    -------
+    unit, reason : str
+        The unit as lab.yaml names it, and the reason for it.
+
     Raises
     ------
     CapsuleError
         If the file names a unit that cannot be used, or names none and several fit.
     """
     if keys.unit:
-        return ReadingUnit(keys.unit, "given")
+        return keys.unit, "given"
     texts = {_named(table, index) for index in sensors} - {""}
     units = {READING_UNITS.get(plain_unit(text), "") for text in texts}
     label = table.column_label(sensors[0])
@@ -130,10 +126,10 @@ def reading_unit(
             "readings have one of these units"
         )
     if units:
-        return ReadingUnit(units.pop(), "named in the file")
+        return units.pop(), "named in the file"
     noted = READING_UNITS.get(plain_unit(table.notes.get("unit", "")))
     if noted:
-        return ReadingUnit(noted, "named in the file")
+        return noted, "named in the file"
     return _by_values(np.array([table.all_numbers(index) for index in sensors]), full_scale, label)
 
 
@@ -146,7 +142,7 @@ def _named(table: Table, index: int) -> str:
     return "counts" if bare.lower().startswith("adc") else ""
 
 
-def _by_values(values: np.ndarray, full_scale: float, label: str) -> ReadingUnit:
+def _by_values(values: np.ndarray, full_scale: float, label: str) -> tuple[str, str]:
     known = values[~np.isnan(values)]
     if known.size == 0:
         raise CapsuleError(f"column {label}: it has no reading; name other columns with --sensors")
@@ -155,9 +151,9 @@ def _by_values(values: np.ndarray, full_scale: float, label: str) -> ReadingUnit
     span = f"readings from {low:.6g} to {high:.6g}"
     if low >= 0 and whole and _LEAST_COUNT <= high < full_scale:
         reason = f"whole numbers up to {high:g}, below diagonal.full_scale {full_scale:g}"
-        return ReadingUnit("counts", reason)
+        return "counts", reason
     if low >= 0 and not whole and high <= full_scale <= _HIGHEST_VOLTS:
-        return ReadingUnit("V", f"{span}, within diagonal.full_scale {full_scale:g}")
+        return "V", f"{span}, within diagonal.full_scale {full_scale:g}"
     averaged = not whole and _LEAST_COUNT <= high < full_scale
     fits = {
         "counts": low >= 0 and ((whole and high <= _HIGHEST_COUNT) or averaged),
@@ -170,7 +166,7 @@ def _by_values(values: np.ndarray, full_scale: float, label: str) -> ReadingUnit
     }
     fitting = [unit for unit, fit in fits.items() if fit]
     if len(fitting) == 1:
-        return ReadingUnit(fitting[0], f"{span} fit no other unit")
+        return fitting[0], f"{span} fit no other unit"
     options = " or ".join(f"{unit} (--unit {unit})" for unit in fitting)
     told = f"can be {options}; choose one" if fitting else _NO_UNIT
     raise QuestionError(f"column {label}: {span} {told}")
