@@ -8,6 +8,7 @@ from pathlib import Path
 import h5py
 import nptdms
 import numpy as np
+import pandas
 import pytest
 import scipy.io
 from rosbags.rosbag2 import StoragePlugin
@@ -189,6 +190,18 @@ def test_a_bag_of_ros(tmp_path, kind):
     assert_readings(recording, TIME_S, COUNTS)
     assert recording.header["started"] == "2026-03-04T12:00:00Z"
     assert recording.header["import_variable"] == "/capsule"
+
+
+def test_floats_come_in_to_the_bit_as_pandas_reads_them(tmp_path):
+    values = 12 + np.random.default_rng(3).normal(size=(200, 4))
+    frame = pandas.DataFrame(values, columns=["S1", "S2", "S3", "S4"])
+    frame.insert(0, "time (s)", np.arange(200) / 10)
+    frame.to_csv(tmp_path / "run.csv", index=False)
+    frame.to_excel(tmp_path / "book.xlsx", index=False)
+    for path, read in (("run.csv", pandas.read_csv), ("book.xlsx", pandas.read_excel)):
+        imported = import_files(tmp_path / path[:4], tmp_path / path, "--unit", "kohm")
+        oracle = read(tmp_path / path).to_numpy()[:, 1:].T
+        np.testing.assert_array_equal(imported.the_recording().values, oracle)
 
 
 @pytest.mark.parametrize("form", ["tall", "wide", "fields"])

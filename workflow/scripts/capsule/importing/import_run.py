@@ -110,9 +110,10 @@ class Importer:
     def _import(self, files: list[Path]) -> None:
         read = [self._guess(file, together=len(files) > 1) for file in files]
         guesses = [guess for guesses_of_file, _ in read for guess in guesses_of_file]
-        runs = [(guess, run) for guess in guesses for run in self._runs_of(guess, len(guesses))]
         if len(files) > 1:
             runs = [(guesses[0], joined_run(guesses, self._keys, self._bench))]
+        else:
+            runs = [(guess, run) for guess in guesses for run in self._runs_of(guess, len(guesses))]
         tell(_names(files))
         for guess in guesses:
             tell("\n".join(guess_lines(guess)))
@@ -131,13 +132,12 @@ class Importer:
         bench = replace(self._bench, sensors=1) if together else self._bench
         with _named(displayed(file.name) if together else ""):
             tables, sha256 = read_source(file, self._keys, bench.sensors)
+            tables = choose_tables(tables, self._keys, bench.sensors)
             guesses = []
-            for table in choose_tables(tables, self._keys, bench.sensors)[
-                : 1 if together else None
-            ]:
+            for table in tables[:1] if together else tables:
                 with _named(table.place):
                     guesses.append(guess_table(table, self._keys, bench))
-        return guesses[:1] if together else guesses, sha256
+        return guesses, sha256
 
     def _runs_of(self, guess: Guess, tables: int) -> list[Run]:
         """Return the runs of a table; of several tables, their labels begin with the table's."""

@@ -199,8 +199,9 @@ def _split(guess: Guess, keys: SimpleNamespace) -> list[tuple[str, slice]]:
     table, index, time_s = guess.table, guess.run, guess.clock.time_s
     parts = [("", slice(0, time_s.size))]
     if index is not None:
-        texts = [f"{v:g}" for v in table.numbers[index]] if table.texts is None else table.texts
-        names = np.array(texts if table.texts is None else texts[index], dtype=object)
+        cells = table.numbers[index] if table.texts is None else table.texts[index]
+        texts = [cell if isinstance(cell, str) else f"{cell:g}" for cell in cells]
+        names = np.array(texts, dtype=object)
         parts = [(str(names[each.start]), each) for each in _slices(names[1:] != names[:-1])]
     if keys.run_gap_s:
         steps = np.diff(time_s)
@@ -264,12 +265,13 @@ def joined_run(guesses: Sequence[Guess], keys: SimpleNamespace, bench: Bench) ->
             f"first one ends at {end:g} s of their clocks; give files of one run"
         )
     header = _header(guesses[0], keys, float(start - times[0][0]))
+    remarks = [guess.table.remark for guess in guesses if guess.table.remark]
     first = times[0]
     if all(
         time_s.size == first.size and np.abs(time_s - first).max() <= _SAME_INSTANT / rates[0]
         for time_s in times
     ):
-        return Run("", _recording(first, _whole(rows), header, bench))
+        return Run("", _recording(first, _whole(rows), header, bench), remarks)
     parts = []
     for time_s, row in zip(times, rows, strict=True):
         inside = time_s <= end + 0.5 / bench.rate_hz
@@ -279,7 +281,8 @@ def joined_run(guesses: Sequence[Guess], keys: SimpleNamespace, bench: Bench) ->
         f"from {', '.join(f'{rate:.4g}' for rate in rates)} Hz to {bench.rate_hz:g} Hz and to the "
         "same instants"
     )
-    return Run("", _recording(np.arange(values.shape[1]) / bench.rate_hz, values, header, bench))
+    time_s = np.arange(values.shape[1]) / bench.rate_hz
+    return Run("", _recording(time_s, values, header, bench), remarks)
 
 
 def _whole(rows: Sequence[np.ndarray]) -> np.ndarray:
