@@ -261,6 +261,21 @@ def test_a_rejection_leads_on_to_the_import_that_reads_the_file(
     ).exists()
 
 
+def test_questions_on_other_columns_are_asked_each(tmp_path):
+    heads = ("time,timestamp,S1,S2,S3,S4", "time,clock,S1,S2,S3,S4")
+    files = [
+        write(tmp_path / f"{number}.csv", [TIME_S, TIME_S, *COUNTS + number], heads[number // 2])
+        for number in range(4)
+    ]
+    first, second, *alike = import_files(tmp_path, *files).refused.splitlines()
+    assert "the columns 'time', 'timestamp' can all be the time" in first
+    assert "the columns 'time', 'clock' can all be the time" in second
+    assert [line.rpartition(": ")[2] for line in alike] == [
+        f"the same question as for {files[0]}",
+        f"the same question as for {files[2]}",
+    ]
+
+
 @pytest.mark.parametrize("index", ["", "frame"])
 @pytest.mark.parametrize("ending", ["csv", "xlsx"])
 def test_numbers_as_column_names_are_no_sample(tmp_path, ending, index):

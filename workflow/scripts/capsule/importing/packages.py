@@ -20,10 +20,24 @@ MOST_BYTES = 500_000_000
 # A small file that unpacks to more is no recording.
 MOST_UNPACKED = 100_000_000
 # Damaged bytes can make the readers of binary formats raise any of these.
-_DAMAGE: tuple[type[Exception], ...] = (
-    *(ArithmeticError, AssertionError, AttributeError, EOFError, LookupError, MemoryError),
-    *(NotImplementedError, OSError, RuntimeError, SyntaxError, SystemError, TypeError),
-    *(ValueError, struct.error, tokenize.TokenError, zipfile.BadZipFile, zlib.error),
+_DAMAGE = (
+    ArithmeticError,
+    AssertionError,
+    AttributeError,
+    EOFError,
+    LookupError,
+    MemoryError,
+    NotImplementedError,
+    OSError,
+    RuntimeError,
+    SyntaxError,
+    SystemError,
+    TypeError,
+    ValueError,
+    struct.error,
+    tokenize.TokenError,
+    zipfile.BadZipFile,
+    zlib.error,
 )
 _LONGEST_REASON = 100
 

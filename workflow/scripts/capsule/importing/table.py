@@ -30,8 +30,8 @@ class QuestionError(CapsuleError):
 
     @property
     def subject(self) -> str:
-        """The text without its numbers and quoted cells, the same for files of one kind."""
-        return re.sub(r"[+-]?[0-9][0-9.,e+-]*", "0", re.sub(r"'[^']*'", "", str(self)))
+        """The text without its numbers, dates and times, the same for files of one kind."""
+        return re.sub(r"(?<![A-Za-z_])[+-]?[0-9][0-9.,:/e+-]*", "0", str(self))
 
 
 @dataclass(frozen=True)
