@@ -20,13 +20,14 @@ MOST_BYTES = 500_000_000
 # A small file that unpacks to more is no recording.
 MOST_UNPACKED = 100_000_000
 # Damaged bytes can make the readers of binary formats raise any of these.
-_DAMAGE = (
+_DAMAGE: tuple[type[Exception], ...] = (
     ArithmeticError,
     AssertionError,
     AttributeError,
     EOFError,
     LookupError,
     MemoryError,
+    NameError,
     NotImplementedError,
     OSError,
     RuntimeError,
