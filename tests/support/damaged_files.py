@@ -1,6 +1,8 @@
 """Valid files of each format that the import reads, and files with bytes changed at random."""
 
 import gzip
+import io
+import zipfile
 from pathlib import Path
 
 import h5py
@@ -65,7 +67,14 @@ def given_path(file: Path) -> Path:
 
 
 def damaged(content: bytes, rng: np.random.Generator) -> bytes:
-    """Return a file's content with 1 to 20 bytes changed, most of them near each other."""
+    """Return a file's content with 1 to 20 bytes changed, most of them near each other.
+
+    In packed files, most changes are made before packing: a checksum refuses all others.
+    """
+    if content.startswith(b"\x1f\x8b") and rng.random() < 0.8:
+        return gzip.compress(damaged(gzip.decompress(content), rng))
+    if content.startswith(b"PK") and rng.random() < 0.8:
+        return _with_damaged_part(content, rng)
     changed = bytearray(content)
     first = int(rng.integers(len(changed)))
     for _ in range(int(rng.integers(1, 21))):
@@ -75,3 +84,15 @@ def damaged(content: bytes, rng: np.random.Generator) -> bytes:
         byte = int(rng.choice([0, 1, 127, 128, 255])) if rng.random() < 0.4 else rng.integers(256)
         changed[at % len(changed)] = int(byte)
     return bytes(changed)
+
+
+def _with_damaged_part(content: bytes, rng: np.random.Generator) -> bytes:
+    """Return a zip file with one part damaged, most often the largest."""
+    written = io.BytesIO()
+    with zipfile.ZipFile(io.BytesIO(content)) as whole, zipfile.ZipFile(written, "w") as changed:
+        parts = sorted(whole.infolist(), key=lambda part: part.file_size)
+        chosen = parts[-1] if rng.random() < 0.5 else parts[int(rng.integers(len(parts)))]
+        for part in whole.infolist():
+            text = whole.read(part)
+            changed.writestr(part.filename, damaged(text, rng) if part is chosen else text)
+    return written.getvalue()

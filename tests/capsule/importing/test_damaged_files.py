@@ -3,12 +3,15 @@
 `tests/benchmarks/fuzz_import.py` tries many more of them.
 """
 
+import os
+import signal
 import sys
 import time
 
 import numpy as np
 import pytest
 
+from capsule.importing import formats
 from support.damaged_files import damaged, given_path, write_each_format
 from support.importing import import_files
 
@@ -69,3 +72,14 @@ def test_a_damaged_file_comes_in_or_is_refused_in_a_line(tmp_path, whole, ending
     finally:
         file.write_bytes(content)
     assert most_memory() <= max(most_before, 1_000_000_000)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux reads in a process of its own")
+def test_a_package_that_crashes_at_a_file_does_not_end_the_import(tmp_path, whole, monkeypatch):
+    def crash(_):
+        os.kill(os.getpid(), signal.SIGSEGV)
+
+    monkeypatch.setattr(formats, "read_numpy", crash)
+    imported = import_files(tmp_path, whole[".npy"], whole[".mat"], "--dry-run")
+    assert "run.npy: the package that reads this format crashed at it; copy or" in imported.refused
+    assert imported.counted == "1 recording would be imported, 1 file refused"

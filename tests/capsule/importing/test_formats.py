@@ -251,6 +251,7 @@ SHIPPED = {
 def test_real_files_come_in_or_are_refused_in_a_line(tmp_path, ending):
     files = sorted(SHIPPED[ending].glob(f"*{ending}"))
     assert len(files) > 2
+    files = files[:: max(1, len(files) // 30)]  # scipy ships more than a hundred
     imported = import_files(tmp_path, *files)
     lines = imported.refused.splitlines()
     assert all(line.startswith("refused: ") and ": " in line[9:] for line in lines)

@@ -14,6 +14,7 @@ import zipfile
 import zlib
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures.process import BrokenProcessPool
 from datetime import UTC, datetime, time
 from pathlib import Path
 from types import SimpleNamespace
@@ -23,6 +24,7 @@ import numpy as np
 
 from capsule.errors import CapsuleError
 from capsule.files import read_limited
+from capsule.forks import Forks
 from capsule.importing.cells import POINT, cells_table, missing_words
 from capsule.importing.packages import (
     MOST_BYTES,
@@ -84,7 +86,7 @@ def read_source(path: Path, keys: SimpleNamespace, needed: int) -> tuple[list[Ta
         raise CapsuleError(too_large())
     sha256 = hashlib.sha256(content).hexdigest()
     if content.startswith(_BAGS):
-        return read_bag(path), sha256
+        return _apart(lambda: read_bag(path)), sha256
     if content.startswith(_GZIP):
         content, path = _unpacked(content), path.with_suffix("")
     reason = next((text for mark, text in _NO_TABLE.items() if content.startswith(mark)), None)
@@ -93,8 +95,19 @@ def read_source(path: Path, keys: SimpleNamespace, needed: int) -> tuple[list[Ta
     if content.startswith(b"PK\x03\x04"):
         return read_excel(content, keys, needed), sha256
     if binary := _binary_reader(content, path):
-        return binary(content), sha256
+        return _apart(lambda: binary(content)), sha256
     return [read_text(content, keys, needed)], sha256
+
+
+def _apart(read: Callable[[], list[Table]]) -> list[Table]:
+    """Read a file in a process of its own, for damaged bytes can crash native code."""
+    try:
+        (tables,) = Forks(2)(lambda _: read(), [None])
+    except BrokenProcessPool:
+        raise CapsuleError(
+            "the package that reads this format crashed at it; copy or export it again"
+        ) from None
+    return tables
 
 
 def _binary_reader(content: bytes, path: Path) -> Callable[[bytes], list[Table]] | None:
@@ -406,7 +419,7 @@ def _read_bag_folder(path: Path) -> tuple[list[Table], str]:
     for file in filter(Path.is_file, files):
         digest.update(file.name.encode("utf-8", "surrogateescape"))
         digest.update(hashlib.sha256(file.read_bytes()).digest())
-    return read_bag(path), digest.hexdigest()
+    return _apart(lambda: read_bag(path)), digest.hexdigest()
 
 
 def read_bag(path: Path) -> list[Table]:
