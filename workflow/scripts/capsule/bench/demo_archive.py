@@ -8,7 +8,7 @@ from capsule import files
 from capsule.errors import CapsuleError
 from capsule.names import PART, UNLABELLED
 from capsule.new import own_configuration
-from capsule.phantom.files import write_run
+from capsule.phantom.command import write_run
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import PlannedRun, planned_runs
 from capsule.workflow_call import CONFIG

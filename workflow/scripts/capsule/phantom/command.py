@@ -4,12 +4,21 @@ import argparse
 import sys
 from pathlib import Path
 
+from capsule import files
 from capsule.arguments import natural, number_within, plain_text
 from capsule.configuration import read_settings
 from capsule.errors import CapsuleError
-from capsule.phantom.files import add_phantom_arguments, read_phantom, write_run
-from capsule.phantom.simulation import planned_runs
+from capsule.phantom.files import add_phantom_arguments, read_phantom
+from capsule.phantom.parameters import Phantom
+from capsule.phantom.simulation import (
+    SENSORS,
+    PlannedRun,
+    planned_runs,
+    recording_of,
+    simulate_run,
+)
 from capsule.project import config_file
+from capsule.recording import format_recording
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -85,3 +94,30 @@ def main(arguments: argparse.Namespace) -> None:
             text = f"\rsimulated {done} of {len(planned)} recordings in {arguments.out}/"
             end = "\n" if done == len(planned) else ""
             print(text, end=end, file=sys.stderr, flush=True)
+
+
+def write_run(
+    path: Path,
+    run: PlannedRun,
+    phantom: Phantom,
+    seed: int,
+    sensors: int = SENSORS,
+    bench: str | None = None,
+) -> None:
+    """Simulate a run of an archive, and write its recording.
+
+    Parameters
+    ----------
+    path
+        The file.
+    run
+        The run.
+    phantom, seed, sensors
+        As in `capsule.phantom.simulation.simulate_run`.
+    bench
+        As in `capsule.phantom.simulation.recording_of`.
+    """
+    made = simulate_run(phantom, run.size_mm, seed, run.site, run.attempt, sensors, run.setup)
+    recording = recording_of(made, phantom, seed, run.site, bench, run.setup)
+    with files.write_whole(path, "wb") as stream:
+        stream.write(format_recording(recording))

@@ -1,4 +1,4 @@
-"""Read the phantom's parameters and its benches, and write the recordings of simulated runs."""
+"""Read the phantom's parameters and its benches, and the options that choose them."""
 
 import argparse
 import difflib
@@ -6,12 +6,9 @@ from pathlib import Path
 
 import yaml
 
-from capsule import files
 from capsule.errors import CapsuleError
 from capsule.phantom.parameters import Phantom, bench_table, phantom_from_table, with_values
-from capsule.phantom.simulation import SENSORS, PlannedRun, recording_of, simulate_run
 from capsule.project import CONFIG
-from capsule.recording import format_recording
 
 DEFAULT_TABLE = CONFIG / "phantom.yaml"
 BENCHES = CONFIG / "benches"
@@ -65,33 +62,6 @@ def read_phantom(table: Path, changes: list[str], bench: str | None = None) -> P
                 f"--set {change}: write part.parameter=number, such as sensor.noise=0.01"
             ) from None
     return with_values(phantom, values)
-
-
-def write_run(
-    path: Path,
-    run: PlannedRun,
-    phantom: Phantom,
-    seed: int,
-    sensors: int = SENSORS,
-    bench: str | None = None,
-) -> None:
-    """Simulate a run of an archive, and write its recording.
-
-    Parameters
-    ----------
-    path
-        The file.
-    run
-        The run.
-    phantom, seed, sensors
-        As in `capsule.phantom.simulation.simulate_run`.
-    bench
-        As in `capsule.phantom.simulation.recording_of`.
-    """
-    made = simulate_run(phantom, run.size_mm, seed, run.site, run.attempt, sensors, run.setup)
-    recording = recording_of(made, phantom, seed, run.site, bench, run.setup)
-    with files.write_whole(path, "wb") as stream:
-        stream.write(format_recording(recording))
 
 
 def add_phantom_arguments(parser: argparse.ArgumentParser) -> None:
