@@ -6,12 +6,13 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "scripts"))
 
-from phantom_study import calibrate_phantom, draw_phantom, judge_phantom
-from phantom_study.arguments import detector_arguments
+from phantom_study import calibrate, draw, judge
+from phantom_study.simulated_archive import DEFAULT_CONFIG
 
 from capsule import files
+from capsule.phantom.files import add_phantom_arguments
 
-STUDIES = {"calibrate": calibrate_phantom, "judge": judge_phantom, "draw": draw_phantom}
+STUDIES = {"calibrate": calibrate, "judge": judge, "draw": draw}
 
 
 def build_parser() -> argparse.ArgumentParser:
@@ -20,8 +21,14 @@ def build_parser() -> argparse.ArgumentParser:
     studies = parser.add_subparsers(dest="study", required=True, metavar="STUDY")
     for name, module in STUDIES.items():
         summary = module.__doc__.partition("\n")[0]
-        study = studies.add_parser(
-            name, parents=[detector_arguments()], description=module.__doc__, help=summary
+        study = studies.add_parser(name, description=module.__doc__, help=summary)
+        add_phantom_arguments(study)
+        study.add_argument(
+            "--config",
+            type=Path,
+            default=DEFAULT_CONFIG,
+            metavar="FILE",
+            help="the detector's settings (default: config/config.yaml)",
         )
         module.add_arguments(study)
     return parser

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import study_phantom
-from phantom_study import trials
+from phantom_study import calibrate
 
 from capsule.files import read_csv
 from capsule.phantom.contact import height_factor, stray_offset
@@ -34,7 +34,7 @@ def test_the_values_that_ship_are_what_the_search_on_the_page_found(name, tmp_pa
     def nothing_is_missing(*arguments):
         raise AssertionError(f"the log lacks a trial: {arguments}")
 
-    monkeypatch.setattr(trials, "try_out", nothing_is_missing)
+    monkeypatch.setattr(calibrate, "try_out", nothing_is_missing)
     log, output = tmp_path / "log.csv", tmp_path / "found.yaml"
     log.write_bytes((DOCS / f"benches/{name}-calibration.csv").read_bytes())
     replaced = {"NAME": name, "LOG": str(log), "FOUND": str(output)}

@@ -3,22 +3,22 @@
 import numpy as np
 import pytest
 from phantom_study import sensitivity, simulated_archive
-from phantom_study.arguments import DEFAULT_CONFIG, read_detector, read_paper_table
-from phantom_study.sensitivity import Variation
+from phantom_study.paper_table import read_paper_table
+from phantom_study.simulated_archive import read_detector
 
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import value_of
 
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
-DETECTOR = simulated_archive.quick(read_detector(DEFAULT_CONFIG))
+DETECTOR = simulated_archive.quick(read_detector())
 PAPER = read_paper_table()
 
 
 def test_a_level_multiplies_what_it_is_about():
-    doubled = sensitivity.varied(PHANTOM, "noise", 2.0)
+    doubled = sensitivity.varied(PHANTOM, ["sensor.noise"], 2.0)
     assert value_of(doubled, "sensor.noise") == 2 * value_of(PHANTOM, "sensor.noise")
-    for variation in sensitivity.VARIATIONS:
-        assert sensitivity.varied(PHANTOM, variation, 1.0) == PHANTOM
+    for parameters, _ in sensitivity.VARIATIONS.values():
+        assert sensitivity.varied(PHANTOM, parameters, 1.0) == PHANTOM
 
 
 def test_faults_spoil_one_sensor_only():
@@ -60,8 +60,7 @@ def test_exact_and_tolerable_sizes_are_averaged_over_the_papers_sizes():
 
 
 def test_a_sweep_uses_the_calibrated_templates_at_every_level_and_fault(monkeypatch):
-    variation = Variation(("sensor.noise",), (1, 32))
-    monkeypatch.setattr(sensitivity, "VARIATIONS", {"noise": variation})
+    monkeypatch.setattr(sensitivity, "VARIATIONS", {"noise": (("sensor.noise",), (1, 32))})
     rows = list(sensitivity.sweep(PHANTOM, DETECTOR, PAPER, archives=1, runs=2))
     assert [(row.pop("variation"), row.pop("level")) for row in rows] == [
         ("noise", 1),

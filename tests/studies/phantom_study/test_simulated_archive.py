@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from phantom_study import simulated_archive
-from phantom_study.arguments import DEFAULT_CONFIG, read_detector, read_paper_table
+from phantom_study.paper_table import read_paper_table
+from phantom_study.simulated_archive import read_detector
 
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import with_values
@@ -13,7 +14,7 @@ from capsule.phantom.parameters import with_values
 pytestmark = pytest.mark.takes(0.2)
 
 PHANTOM = read_phantom(DEFAULT_TABLE, [])
-DETECTOR = simulated_archive.quick(read_detector(DEFAULT_CONFIG))
+DETECTOR = simulated_archive.quick(read_detector())
 PAPER = read_paper_table()
 
 
@@ -49,14 +50,10 @@ def test_passing_times_are_those_of_the_sensors(archive):
         assert motion["Delta mu 100 to 250"] == usual
 
 
-def test_the_detector_tells_a_large_nodule_from_none(matrices):
-    table = simulated_archive.resubstitution(matrices, DETECTOR)
-    np.testing.assert_array_equal(table.sum(axis=1), 4)
-    assert table[5, 2:].sum() > table[0, 2:].sum()
-    np.testing.assert_array_equal(simulated_archive.resubstitution(matrices, DETECTOR), table)
-
-
-def test_an_archive_is_simulated_and_judged_in_one_go(archive, matrices):
+def test_an_archive_is_judged_with_templates_from_its_own_runs(archive, matrices):
     confusion, motion = simulated_archive.simulate_and_judge(PHANTOM, DETECTOR, PAPER, 4, 3)
-    np.testing.assert_array_equal(confusion, simulated_archive.resubstitution(matrices, DETECTOR))
+    np.testing.assert_array_equal(confusion.sum(axis=1), 4)
+    assert confusion[5, 2:].sum() > confusion[0, 2:].sum()
+    templates = simulated_archive.learn(matrices, DETECTOR)
+    np.testing.assert_array_equal(confusion, simulated_archive.classify(matrices, templates))
     assert motion == simulated_archive.archive_motion(archive, PHANTOM, PAPER)

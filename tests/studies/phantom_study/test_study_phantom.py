@@ -6,8 +6,7 @@ import pytest
 import study_phantom
 import yaml
 from phantom_study import sensitivity
-from phantom_study.arguments import DEFAULT_CONFIG
-from phantom_study.sensitivity import Variation
+from phantom_study.simulated_archive import DEFAULT_CONFIG
 
 from capsule.configuration import read_config_file
 from capsule.files import read_csv
@@ -24,8 +23,7 @@ def test_the_figures_and_tables_of_the_documentation_can_be_made(tmp_path, monke
     run(monkeypatch, "judge", "--archives", 2, "--runs", 2, "--quick", "--output", table)
     assert len(read_csv(table)) == 22
     assert "mean absolute difference" in capsys.readouterr().out
-    variation = Variation(("sensor.noise",), (1, 32))
-    monkeypatch.setattr(sensitivity, "VARIATIONS", {"noise": variation})
+    monkeypatch.setattr(sensitivity, "VARIATIONS", {"noise": (("sensor.noise",), (1, 32))})
     # How good the templates are does not matter here: a hundred fits take as long as all else.
     settings, config = read_config_file(DEFAULT_CONFIG), tmp_path / "config.yaml"
     settings["fit"] |= {"particles": 20, "iterations": 20}

@@ -1,7 +1,7 @@
 """The log of trials: no trial is made twice, and the log of another search is refused."""
 
 import pytest
-from phantom_study.trial_log import TrialLog
+from phantom_study.calibrate import TrialLog
 
 from capsule.errors import CapsuleError
 from capsule.files import read_csv

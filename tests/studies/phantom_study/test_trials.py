@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from phantom_study import trials
-from phantom_study.arguments import DEFAULT_CONFIG, read_detector, read_paper_table
-from phantom_study.simulated_archive import quick
+from phantom_study import calibrate
+from phantom_study.paper_table import read_paper_table
+from phantom_study.simulated_archive import quick, read_detector
 
 from capsule.files import read_csv
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
@@ -26,16 +26,16 @@ def test_a_logged_trial_can_be_made_again():
     logged = read_csv(LOG)[0]
     values = {name: float(logged[name]) for name in logged if "." in name}
     phantom = read_phantom(DEFAULT_TABLE, [])
-    detector = quick(read_detector(DEFAULT_CONFIG))
-    again = trials.try_out(phantom, detector, PAPER, values, int(logged["archive_seed"]))
+    detector = quick(read_detector())
+    again = calibrate.try_out(phantom, detector, PAPER, values, int(logged["archive_seed"]))
     assert {name: str(value) for name, value in again.items()} | {"stage": "generation 1"} == logged
 
 
 def test_a_trial_like_the_paper_is_no_way_off_and_a_worse_one_is():
-    assert trials.mean_distance([trial_of(LIKE_THE_PAPER)], PAPER) == pytest.approx(0)
+    assert calibrate.mean_distance([trial_of(LIKE_THE_PAPER)], PAPER) == pytest.approx(0)
     blind = np.zeros((6, 6), dtype=int)
     blind[:, 0] = 20
-    assert trials.mean_distance([trial_of(blind)], PAPER) > 1
+    assert calibrate.mean_distance([trial_of(blind)], PAPER) > 1
 
 
 def test_the_shortfall_is_of_the_worst_cell_in_spreads_and_of_all_in_points():
@@ -45,7 +45,7 @@ def test_the_shortfall_is_of_the_worst_cell_in_spreads_and_of_all_in_points():
     off = np.abs(paper - np.where(np.arange(paper.size) >= paper.size - 2, 0.0, 100.0))
     # Archives that are all alike have the least spread, 1.5 points.
     expected = pytest.approx((off.max() / 1.5, off.mean()))
-    assert trials.shortfall([perfect] * 3, PAPER) == expected
+    assert calibrate.shortfall([perfect] * 3, PAPER) == expected
 
 
 def test_a_cell_that_varies_much_is_sooner_near():
@@ -54,4 +54,4 @@ def test_a_cell_that_varies_much_is_sooner_near():
     other[3] = [0, 3, 3, 9, 5, 0]
     tried = [trial_of(LIKE_THE_PAPER), trial_of(other)]
     # Their mean is 50 %, one standard deviation of 5 from the paper.
-    assert trials.shortfall(tried, PAPER) == pytest.approx((1.0, 5 / len(PAPER.cells)))
+    assert calibrate.shortfall(tried, PAPER) == pytest.approx((1.0, 5 / len(PAPER.cells)))

@@ -4,15 +4,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import pandas as pd
+import yaml
 
 from capsule.evaluation.paper import printed_tables
-from capsule.evaluation.rates import rate_tables
+from capsule.evaluation.rates import is_within
+from capsule.project import CONFIG
 
+PRINTED = CONFIG.parent / "workflow" / "report" / "paper.yaml"
 # Confidence level of the intervals in the tables of rates; no cell uses them.
 _CONFIDENCE = 0.95
-# Rows of the tables of rates name a detector and a scheme; here there is only one of each.
-_KEY = {"detector": "template", "scheme": "resubstitution"}
 
 
 @dataclass(frozen=True)
@@ -64,8 +64,13 @@ class PaperTable:
         return {"reaches the far side": 100.0, f"Delta mu {low:g} to {high:g}": 100.0}
 
 
+def read_paper_table() -> PaperTable:
+    """Read the numbers that the paper prints."""
+    return PaperTable.from_printed(yaml.safe_load(PRINTED.read_text(encoding="utf-8")))
+
+
 def cells(confusion: np.ndarray, paper: PaperTable) -> dict[str, float]:
-    """Return the paper's cells for one archive, in percent, computed as in the evaluation.
+    """Return the paper's cells for one archive, in percent.
 
     Parameters
     ----------
@@ -80,41 +85,22 @@ def cells(confusion: np.ndarray, paper: PaperTable) -> dict[str, float]:
         Rates by the names of `PaperTable.cells`; a precision is NaN if no run was classified as
         this size.
     """
-    sizes_mm = range(len(confusion))
-    predictions = [
-        _KEY | {"size_mm": true_mm, "predicted_mm": predicted_mm}
-        for true_mm in sizes_mm
-        for predicted_mm in sizes_mm
-        for _ in range(confusion[true_mm, predicted_mm])
+    rows = confusion.tolist()
+    healthy, tables = rows[0], {"detection": [], "sizing": []}
+    for size_mm, row in enumerate(rows[1:], start=1):
+        hits = {"tp": sum(row[1:]), "fp": healthy[size_mm], "fn": row[0]}
+        tables["detection"].append({"size_mm": size_mm} | hits)
+        near = is_within(np.arange(len(row)), size_mm, paper.tolerance_mm)
+        within = int(confusion[size_mm, near].sum())
+        sizes = {"recordings": sum(row), "exact": row[size_mm], "within": within}
+        tables["sizing"].append({"size_mm": size_mm} | sizes)
+    tables["specificity"] = [{"healthy": sum(healthy), "true_negatives": healthy[0]}]
+    tables["confusion"] = [
+        {"size_mm": 0, "predicted_mm": size_mm, "count": count}
+        for size_mm, count in enumerate(healthy)
     ]
-    rules = {"tolerance_mm": paper.tolerance_mm, "confidence": _CONFIDENCE}
-    archive = rate_tables(pd.DataFrame(predictions), sizes_mm, rules)
-    rows = {name: table.to_dict("records") for name, table in archive.items()}
-    values = _cells(rows, paper.tolerance_mm)
+    values = _cells(tables, paper.tolerance_mm)
     return {name: values[name] for name in paper.cells}
-
-
-def motion(arrived: np.ndarray, passing_samples: np.ndarray, paper: PaperTable) -> dict[str, float]:
-    """Return the share of runs in which the capsule moves as in the paper, in percent.
-
-    Parameters
-    ----------
-    arrived : (n,) array of bool
-        Whether each run ended at the far side.
-    passing_samples : (n,) array
-        Mean time from sensor to sensor over the nodule of each run, in samples.
-    paper
-        The range of that time.
-
-    Returns
-    -------
-    dict of str to float
-        Shares by the names of `PaperTable.motion`.
-    """
-    low, high = paper.passing_samples
-    usual = (passing_samples >= low) & (passing_samples <= high)
-    shares = 100 * float(arrived.mean()), 100 * float(usual.mean())
-    return dict(zip(paper.motion, shares, strict=True))
 
 
 def distance(means: Mapping[str, float], paper: PaperTable) -> float:
@@ -128,7 +114,7 @@ def distance(means: Mapping[str, float], paper: PaperTable) -> float:
     Parameters
     ----------
     means
-        Means over archives of the cells (from `cells`) and of the motion (from `motion`).
+        Means over archives of the cells (from `cells`) and of the motion.
     paper
         The paper's values.
     """

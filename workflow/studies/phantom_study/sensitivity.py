@@ -1,8 +1,6 @@
 """Measure how the detector's rates change if the bench changes after the templates were made."""
 
-import functools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -19,20 +17,13 @@ from phantom_study.simulated_archive import (
     simulate_archive,
 )
 
-
-@dataclass(frozen=True)
-class Variation:
-    """A disturbance: the parameters that each level multiplies, and the levels."""
-
-    parameters: tuple[str, ...]
-    levels: tuple[float, ...]
-
-
+# The parameters of each disturbance, and the factors by which its levels multiply them; 1 is the
+# calibrated bench.
 VARIATIONS = {
-    "noise": Variation(("sensor.noise",), (0, 1, 4, 8, 16, 32)),
-    "drift": Variation(("sensor.drift_per_s", "sensor.settling"), (0, 0.25, 0.5, 1, 2, 4)),
-    "speed": Variation(("advance.speed_mm_s",), (0.7, 0.85, 1, 1.25, 1.5, 2)),
-    "contact variation": Variation(
+    "noise": (("sensor.noise",), (0, 1, 4, 8, 16, 32)),
+    "drift": (("sensor.drift_per_s", "sensor.settling"), (0, 0.25, 0.5, 1, 2, 4)),
+    "speed": (("advance.speed_mm_s",), (0.7, 0.85, 1, 1.25, 1.5, 2)),
+    "contact variation": (
         (
             "contact.coupling_spread",
             "contact.series_offset_mm",
@@ -43,25 +34,16 @@ VARIATIONS = {
         (0, 0.5, 1, 1.5, 2, 3),
     ),
 }
+# Name of the disturbance whose levels are `FAULTS`.
+FAULTY = "one faulty sensor"
 FAULTS = ("none", "dead", "saturated")
 # Seed of the archive that makes the templates, and first seed of the archives that are classified.
 _TEMPLATE_SEED, _FIRST_SEED = 1, 1001
 
 
-def varied(phantom: Phantom, variation: str, level: float) -> Phantom:
-    """Return the phantom with one disturbance at a multiple of its calibrated strength.
-
-    Parameters
-    ----------
-    phantom
-        The calibrated bench.
-    variation
-        A key of `VARIATIONS`.
-    level
-        Factor on each parameter of the disturbance; 1 is the calibrated bench.
-    """
-    names = VARIATIONS[variation].parameters
-    return with_values(phantom, {name: level * value_of(phantom, name) for name in names})
+def varied(phantom: Phantom, parameters: Sequence[str], level: float) -> Phantom:
+    """Return the phantom with some parameters at a multiple of their calibrated values."""
+    return with_values(phantom, {name: level * value_of(phantom, name) for name in parameters})
 
 
 def with_fault(
@@ -134,8 +116,12 @@ def measure(
     """
     table = np.zeros((len(SIZES_MM), len(SIZES_MM)), dtype=int)
     for seed in seeds:
+
+        def spoil(counts: np.ndarray, name: str, seed: int = seed) -> np.ndarray:
+            numbers = generator(seed, "fault", name)
+            return with_fault(counts, fault, int(numbers.integers(len(counts))), numbers)
+
         archive = simulate_archive(phantom, seed, runs)
-        spoil = functools.partial(_with_fault_by_chance, fault, seed)
         table += classify(archive_matrices(archive, detector, spoil), templates)
     return table
 
@@ -151,11 +137,13 @@ def headline(confusion: np.ndarray, paper: PaperTable) -> dict[str, float]:
         The paper's table; exact and within-tolerance rates are averaged over its sizes.
     """
     rates = cells(confusion, paper)
+
+    def mean_of(prefix: str) -> float:
+        return float(np.mean([rate for name, rate in rates.items() if name.startswith(prefix)]))
+
     within = f"within {paper.tolerance_mm:g} mm"
-    return {name: rates[name] for name in ("specificity", "recall 1 mm", "recall 2 mm")} | {
-        "exact size": _mean_of(rates, "exact "),
-        within: _mean_of(rates, within),
-    }
+    shown = {name: rates[name] for name in ("specificity", "recall 1 mm", "recall 2 mm")}
+    return shown | {"exact size": mean_of("exact "), within: mean_of(within)}
 
 
 def sweep(
@@ -180,24 +168,12 @@ def sweep(
     taught = archive_matrices(simulate_archive(phantom, _TEMPLATE_SEED, runs), detector)
     templates = learn(taught, detector)
     seeds = range(_FIRST_SEED, _FIRST_SEED + archives)
-    for name, variation in VARIATIONS.items():
-        for level in variation.levels:
-            bench = varied(phantom, name, level)
-            confusion = measure(bench, detector, templates, seeds, "none", runs)
-            yield {"variation": name, "level": level} | headline(confusion, paper)
-    for fault in FAULTS:
-        confusion = measure(phantom, detector, templates, seeds, fault, runs)
-        yield {"variation": "one faulty sensor", "level": fault} | headline(confusion, paper)
-
-
-def _with_fault_by_chance(fault: str, seed: int, counts: np.ndarray, name: str) -> np.ndarray:
-    """Return the readings of a run with a fault in a random sensor.
-
-    The archive's seed and the run's name determine the random numbers.
-    """
-    numbers = generator(seed, "fault", name)
-    return with_fault(counts, fault, int(numbers.integers(len(counts))), numbers)
-
-
-def _mean_of(rates: dict[str, float], prefix: str) -> float:
-    return float(np.mean([rate for name, rate in rates.items() if name.startswith(prefix)]))
+    benches = [
+        (name, level, varied(phantom, parameters, level), "none")
+        for name, (parameters, levels) in VARIATIONS.items()
+        for level in levels
+    ]
+    benches += [(FAULTY, fault, phantom, fault) for fault in FAULTS]
+    for name, level, bench, fault in benches:
+        confusion = measure(bench, detector, templates, seeds, fault, runs)
+        yield {"variation": name, "level": level} | headline(confusion, paper)

@@ -2,9 +2,11 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
+from capsule.configuration import read_config_file
 from capsule.detectors.template import nearest_size, template_distances
 from capsule.geometry.origami import sensor_offsets
 from capsule.names import size_mm
@@ -13,10 +15,12 @@ from capsule.phantom.advance import first_arrival
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import SENSORS, Run, simulate_run
 from capsule.preprocessing import preprocess
+from capsule.project import CONFIG
 from capsule.seeding import generator
 from capsule.templates import TemplateSet, build_templates
-from phantom_study.paper_table import PaperTable, motion
+from phantom_study.paper_table import PaperTable
 
+DEFAULT_CONFIG = CONFIG / "config.yaml"
 SIZES_MM = (0, 1, 2, 3, 4, 5)
 
 
@@ -38,6 +42,12 @@ class DetectorSettings:
     preprocessing: Mapping
     fit: Mapping
     stride: int = 1
+
+
+def read_detector(config: Path = DEFAULT_CONFIG) -> DetectorSettings:
+    """Read the settings of the paper's detector from the project's configuration."""
+    settings = read_config_file(config)
+    return DetectorSettings(settings["preprocessing"], settings["fit"])
 
 
 def quick(detector: DetectorSettings) -> DetectorSettings:
@@ -75,12 +85,6 @@ def archive_matrices(
     return matrices
 
 
-def middle_recording(matrices: Mapping[str, np.ndarray]) -> str:
-    """Return the name of the recording whose matrix V has the median sum."""
-    names = list(matrices)
-    return names[int(np.argsort([matrix.sum() for matrix in matrices.values()])[len(names) // 2])]
-
-
 def passing_samples(run: Run, phantom: Phantom) -> np.ndarray:
     """Return the times from sensor to sensor over the nodule in samples, shape (S - 1,)."""
     behind_mm = sensor_offsets(phantom.origami, SENSORS)
@@ -90,12 +94,15 @@ def passing_samples(run: Run, phantom: Phantom) -> np.ndarray:
 def archive_motion(
     archive: Mapping[str, Run], phantom: Phantom, paper: PaperTable
 ) -> dict[str, float]:
-    """Return the share of runs over a nodule that move as in the paper, in percent."""
+    """Return the shares by the names of `PaperTable.motion`, in percent of runs over a nodule."""
     over_nodules = [run for run in archive.values() if run.nodule_mm > 0]
     longest = int(phantom.advance.longest_samples)
-    arrived = [run.time_s.size < longest for run in over_nodules]
-    passing = [passing_samples(run, phantom).mean() for run in over_nodules]
-    return motion(np.array(arrived), np.array(passing), paper)
+    arrived = np.array([run.time_s.size < longest for run in over_nodules])
+    passing = np.array([passing_samples(run, phantom).mean() for run in over_nodules])
+    low, high = paper.passing_samples
+    usual = (passing >= low) & (passing <= high)
+    shares = 100 * float(arrived.mean()), 100 * float(usual.mean())
+    return dict(zip(paper.motion, shares, strict=True))
 
 
 def fit_archive(
@@ -163,23 +170,21 @@ def classify(matrices: Mapping[str, np.ndarray], templates: TemplateSet) -> np.n
     return table
 
 
-def resubstitution(matrices: Mapping[str, np.ndarray], detector: DetectorSettings) -> np.ndarray:
-    """Return the confusion table of an archive with its own templates, as probably in the paper."""
-    return classify(matrices, learn(matrices, detector))
-
-
 def simulate_and_judge(
     phantom: Phantom, detector: DetectorSettings, paper: PaperTable, runs: int, seed: int
 ) -> tuple[np.ndarray, dict[str, float]]:
     """Simulate one archive with some runs of each size, and judge it as in the paper.
 
+    The templates come from the same runs, as probably in the paper.
+
     Returns
     -------
     confusion : (6, 6) array of int
-        Table from `resubstitution`.
+        Table from `classify`.
     motion : dict of str to float
         Shares from `archive_motion`.
     """
     archive = simulate_archive(phantom, seed, runs)
-    confusion = resubstitution(archive_matrices(archive, detector), detector)
+    matrices = archive_matrices(archive, detector)
+    confusion = classify(matrices, learn(matrices, detector))
     return confusion, archive_motion(archive, phantom, paper)

@@ -12,8 +12,9 @@ import numpy as np
 from capsule import files
 from capsule.arguments import natural
 from capsule.phantom.files import read_phantom
-from phantom_study import paper_table, simulated_archive
-from phantom_study.arguments import read_detector, read_paper_table
+from phantom_study import paper_table
+from phantom_study.paper_table import read_paper_table
+from phantom_study.simulated_archive import quick, read_detector, simulate_and_judge
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -39,10 +40,8 @@ def run(arguments: argparse.Namespace) -> None:
     """Write the paper's value, the mean and the central 95 % of each cell."""
     phantom = read_phantom(arguments.parameters, arguments.changes, arguments.bench)
     detector, paper = read_detector(arguments.config), read_paper_table()
-    detector = simulated_archive.quick(detector) if arguments.quick else detector
-    judge = functools.partial(
-        simulated_archive.simulate_and_judge, phantom, detector, paper, arguments.runs
-    )
+    detector = quick(detector) if arguments.quick else detector
+    judge = functools.partial(simulate_and_judge, phantom, detector, paper, arguments.runs)
     seeds = range(arguments.first_seed, arguments.first_seed + arguments.archives)
     tables, motions = [], []
     with ProcessPoolExecutor(arguments.jobs) as pool:

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import study_phantom
-from phantom_study import trials
-from phantom_study.arguments import read_paper_table
+from phantom_study import calibrate
+from phantom_study.paper_table import read_paper_table
 
 from capsule.errors import CapsuleError
 from capsule.files import read_csv
@@ -39,7 +39,7 @@ def test_the_values_that_ship_are_what_the_search_found(tmp_path, monkeypatch):
     def nothing_is_missing(*arguments):
         raise AssertionError(f"the log lacks a trial: {arguments}")
 
-    monkeypatch.setattr(trials, "try_out", nothing_is_missing)
+    monkeypatch.setattr(calibrate, "try_out", nothing_is_missing)
     log = tmp_path / "log.csv"
     log.write_bytes(LOG.read_bytes())
     shipped = DEFAULT_TABLE.read_text(encoding="utf-8")
@@ -59,7 +59,7 @@ def test_an_interrupted_search_goes_on_and_ends_the_same(tmp_path, monkeypatch, 
     )
     rows, paper = read_csv(log), read_paper_table()
     assert [row["stage"] for row in rows] == ["generation 1", "generation 1", "final 1 candidate 1"]
-    assert all(np.isfinite(trials.mean_distance([row], paper)) for row in rows)
+    assert all(np.isfinite(calibrate.mean_distance([row], paper)) for row in rows)
     whole = log.read_text(encoding="utf-8")
     log.write_text("".join(whole.splitlines(keepends=True)[:2]), encoding="utf-8")
     assert run(monkeypatch, log, tmp_path / "again.yaml", *options) == winner

@@ -1,0 +1,292 @@
+"""Draw the figures of the phantom's documentation, and compute their data.
+
+The study draws three figures as SVG. phantom-signals shows simulated runs. phantom-table shows the
+output of study_phantom.py judge. phantom-sensitivity shows how the rates change with the bench. The
+data of the first and the last figure are also written as CSV.
+"""
+
+import argparse
+import functools
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from capsule import files
+from capsule.arguments import natural
+from capsule.phantom.files import read_phantom
+from capsule.phantom.parameters import Phantom
+from capsule.phantom.simulation import Run
+from capsule.preprocessing import normalize, rms_envelope
+from capsule.templates import TemplateSet
+from phantom_study import simulated_archive
+from phantom_study.paper_table import read_paper_table
+from phantom_study.sensitivity import FAULTY, sweep
+from phantom_study.simulated_archive import passing_samples, read_detector
+
+# Sizes of the signals that are shown. One more size would make the page too wide.
+SHOWN_MM = (0, 2, 3, 4, 5)
+# Shade, line style and marker also differ, so the lines can be told apart without colour.
+STYLES = (
+    {"color": "#000000", "linestyle": "-", "marker": "o"},
+    {"color": "#0072b2", "linestyle": "--", "marker": "s"},
+    {"color": "#d55e00", "linestyle": "-.", "marker": "^"},
+    {"color": "#009e73", "linestyle": ":", "marker": "D"},
+    {"color": "#777777", "linestyle": "-", "marker": "v"},
+)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of this study."""
+    add = functools.partial(parser.add_argument, type=Path, required=True)
+    add("--table", metavar="FILE", help="the cells, from the output of judge")
+    add("--output", metavar="FOLDER", help="output: folder of the figures")
+    add = functools.partial(parser.add_argument, metavar="N", type=natural)
+    add("--archives", default=5, help="archives at each level of a disturbance (default: 5)")
+    add("--runs", default=20, help="runs of each size in such an archive (default: 20)")
+    seed = "random seed of the signals shown (default: 1)"
+    parser.add_argument("--seed", metavar="N", type=int, default=1, help=seed)
+
+
+def run(arguments: argparse.Namespace) -> None:
+    """Write the figures and the tables."""
+    # The same figure gives the same bytes, and text remains text.
+    mpl.rcParams.update({"svg.hashsalt": "phantom", "svg.fonttype": "none", "font.size": 9})
+    phantom = read_phantom(arguments.parameters, arguments.changes, arguments.bench)
+    detector, paper = read_detector(arguments.config), read_paper_table()
+    folder = arguments.output
+
+    archive = simulated_archive.simulate_archive(phantom, arguments.seed, paper.runs)
+    matrices = simulated_archive.archive_matrices(archive, detector)
+    shown = examples(archive, matrices, SHOWN_MM, detector.preprocessing["window"])
+    save(draw_signals(shown), folder / "phantom-signals.svg")
+    rows = describe(archive, matrices, simulated_archive.learn(matrices, detector), phantom)
+    files.write_csv(folder / "phantom-signals.csv", list(rows[0]), rows)
+
+    save(draw_cells(files.read_csv(arguments.table)), folder / "phantom-table.svg")
+
+    rows, quick = [], simulated_archive.quick(detector)
+    for row in sweep(phantom, quick, paper, arguments.archives, arguments.runs):
+        rows.append(row)
+        print(f"\rsensitivity: {row['variation']} {row['level']}  ", end="", file=sys.stderr)
+    print(file=sys.stderr)
+    files.write_csv(folder / "phantom-sensitivity.csv", list(rows[0]), rows)
+    save(draw_sensitivity(rows), folder / "phantom-sensitivity.svg")
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure as SVG without a date, so that the same figure gives the same bytes."""
+    with files.write_whole(path) as stream:
+        figure.savefig(stream, format="svg", metadata={"Date": None})
+
+
+@dataclass(frozen=True)
+class Example:
+    """A typical run: its title in the figure, its RMS envelope (S, K) and its matrix V (S, L)."""
+
+    title: str
+    run: Run
+    envelope: np.ndarray
+    matrix: np.ndarray
+
+
+def examples(
+    archive: Mapping[str, Run],
+    matrices: Mapping[str, np.ndarray],
+    sizes_mm: Sequence[float],
+    window: int,
+) -> list[Example]:
+    """Return, for each of some sizes, the run whose matrix has the median sum.
+
+    Parameters
+    ----------
+    archive
+        Runs by recording name, such as ``3mm/r07``.
+    matrices
+        Their matrices V, shape (S, L).
+    sizes_mm
+        The sizes; each has one example.
+    window
+        W of the RMS envelope, in samples.
+    """
+    chosen = []
+    for size in sizes_mm:
+        name = middle_recording({other: matrices[other] for other in _of_size(archive, size)})
+        envelope = rms_envelope(normalize(archive[name].counts.astype(np.float64)), window)
+        title = name if size > 0 else f"{name} (no nodule)"
+        chosen.append(Example(title, archive[name], envelope, matrices[name]))
+    return chosen
+
+
+def middle_recording(matrices: Mapping[str, np.ndarray]) -> str:
+    """Return the name of the recording whose matrix V has the median sum."""
+    names = list(matrices)
+    return names[int(np.argsort([matrix.sum() for matrix in matrices.values()])[len(names) // 2])]
+
+
+def describe(
+    archive: Mapping[str, Run],
+    matrices: Mapping[str, np.ndarray],
+    templates: TemplateSet,
+    phantom: Phantom,
+) -> list[dict]:
+    """Return a description of the runs of each size.
+
+    Parameters
+    ----------
+    archive
+        Runs by recording name, such as ``3mm/r07``.
+    matrices
+        Their matrices V, shape (S, L).
+    templates
+        Templates learned from the matrices.
+    phantom
+        The bench of the runs.
+
+    Returns
+    -------
+    list of dict
+        One row for each size:
+
+        - the lengths of the shortest and the longest run, in samples
+        - the number of runs that were stopped by hand
+        - the maximum of the matrix with the median sum, and of all matrices
+        - the 5 % and 95 % points of the times from sensor to sensor over the nodule, in samples
+        - the smallest and largest Delta mu and sigma_hor of the template, such as ``128-181``
+    """
+    by_size = zip(templates.sizes_mm, templates.totals, strict=True)
+    particles = {size: total.mean() for size, total in by_size if size > 0}
+    rows = []
+    for size in sorted({run.nodule_mm for run in archive.values()}):
+        runs = [archive[name] for name in _of_size(archive, size)]
+        of_size = {name: matrices[name] for name in _of_size(archive, size)}
+        lengths = [run.time_s.size for run in runs]
+        longest = int(phantom.advance.longest_samples)
+        low, high = np.percentile([passing_samples(run, phantom) for run in runs], [5, 95])
+        particle = particles.get(size)
+        spacing, spread = (
+            ("", "")
+            if particle is None
+            else (_span(particle.peak_spacing), _span(particle.horizontal_spread))
+        )
+        rows.append(
+            {
+                "size_mm": f"{size:g}",
+                "shortest_samples": min(lengths),
+                "longest_samples": max(lengths),
+                "stopped_by_hand": sum(length >= longest for length in lengths),
+                "middle_height": round(float(of_size[middle_recording(of_size)].max()), 2),
+                "highest": round(max(float(matrix.max()) for matrix in of_size.values()), 2),
+                "passing_low_samples": round(low),
+                "passing_high_samples": round(high),
+                "template_peak_spacing_samples": spacing,
+                "template_horizontal_spread_samples": spread,
+            }
+        )
+    return rows
+
+
+def _of_size(archive: Mapping[str, Run], size_mm: float) -> list[str]:
+    return [name for name, run in archive.items() if run.nodule_mm == size_mm]
+
+
+def _span(values: np.ndarray) -> str:
+    return f"{values.min():.0f}-{values.max():.0f}"
+
+
+def draw_signals(examples: Sequence[Example]) -> Figure:
+    """Draw each run in a column, from readings to matrix, as in the paper's figure."""
+    figure = Figure(figsize=(2.4 * len(examples), 5.6), layout="constrained")
+    axes = figure.subplots(3, len(examples), sharex=True, sharey="row", squeeze=False)
+    for (top, middle, bottom), example in zip(axes.T, examples, strict=True):
+        top.set_title(example.title)
+        _draw_sensors(top, middle, example)
+        rows = np.arange(1, len(example.matrix) + 1)
+        columns = np.arange(example.matrix.shape[1])
+        levels = np.arange(0.1, 1.6, 0.2)
+        bottom.contour(columns, rows, example.matrix, levels, cmap="Greys", vmin=-0.5, vmax=1.2)
+        bottom.set(yticks=rows, xlabel="sample (10 a second)", ylim=(rows[-1] + 0.5, 0.5))
+    axes[0, 0].set_ylabel("reading, counts\n(sensors set apart)")
+    axes[1, 0].set_ylabel("RMS envelope\n(standard deviations)")
+    axes[2, 0].set_ylabel("matrix V, sensor")
+    axes[1, -1].legend(fontsize=7, frameon=False)
+    return figure
+
+
+def _draw_sensors(readings_axes: Axes, envelope_axes: Axes, example: Example) -> None:
+    """Draw the readings of the sensors one below the other, and their envelopes."""
+    samples = np.arange(example.run.time_s.size)
+    for sensor, (counts, style) in enumerate(zip(example.run.counts, STYLES, strict=False)):
+        apart = counts - counts.mean() - 150 * sensor
+        readings_axes.plot(samples, apart, color=style["color"], linewidth=0.7)
+        line = style | {"marker": "", "linewidth": 1.2}
+        envelope_axes.plot(samples, example.envelope[sensor], label=f"sensor {sensor + 1}", **line)
+    envelope_axes.axhline(1.0, color="0.6", linewidth=0.8)
+
+
+def draw_cells(rows: Sequence[Mapping[str, str]]) -> Figure:
+    """Draw each cell of the paper's table over the range of the simulated archives.
+
+    Parameters
+    ----------
+    rows
+        Rows from `phantom_study.paper_table.summary`; numbers may be text.
+    """
+    figure = Figure(figsize=(7, 0.24 * len(rows) + 1.0), layout="constrained")
+    axes = figure.subplots()
+    heights = range(len(rows))
+    low, high, mean, paper = (
+        [float(row[key]) for row in rows] for key in ("low", "high", "mean", "paper")
+    )
+    axes.hlines(heights, low, high, color="0.7", linewidth=5, label="simulated, central 95 %")
+    axes.plot(mean, heights, "k|", markersize=9, label="simulated, mean")
+    axes.plot(paper, heights, "o", color="#d55e00", markersize=5, label="paper")
+    axes.set(yticks=heights, yticklabels=[row["cell"] for row in rows], xlabel="%", xlim=(-2, 102))
+    axes.invert_yaxis()
+    figure.legend(loc="outside upper center", ncols=3, fontsize=8, frameon=False)
+    return figure
+
+
+def draw_sensitivity(rows: Sequence[Mapping[str, str]]) -> Figure:
+    """Draw how the rates change with each disturbance.
+
+    Parameters
+    ----------
+    rows
+        One row for each disturbance and level, with ``variation``, ``level`` (a factor, or the
+        kind of a fault) and the rates in percent.
+    """
+    variations = list(dict.fromkeys(row["variation"] for row in rows))
+    figure = Figure(figsize=(9.5, 5.6), layout="constrained")
+    axes = figure.subplots(2, 3, sharey=True).ravel()
+    rates = [key for key in rows[0] if key not in ("variation", "level")]
+    for panel, variation in zip(axes, variations, strict=False):
+        chosen = [row for row in rows if row["variation"] == variation]
+        _panel(panel, variation, chosen, rates)
+    for panel in axes[len(variations) :]:
+        panel.axis("off")
+    handles, labels = axes[0].get_legend_handles_labels()
+    axes[-1].legend(handles, labels, loc="center", frameon=False)
+    for panel in (axes[0], axes[3]):
+        panel.set_ylabel("%")
+    return figure
+
+
+def _panel(axes: Axes, variation: str, rows: Sequence[Mapping[str, str]], rates: list[str]) -> None:
+    levels = [row["level"] for row in rows]
+    factors = variation != FAULTY
+    positions = [float(level) for level in levels] if factors else range(len(levels))
+    for rate, style in zip(rates, STYLES, strict=True):
+        drawn = style if factors else style | {"linestyle": "none"}
+        axes.plot(positions, [float(row[rate]) for row in rows], markersize=4, label=rate, **drawn)
+    axes.set(title=variation, ylim=(-3, 103))
+    if factors:
+        axes.set_xlabel("times the calibrated value")
+        axes.axvline(1.0, color="0.85", zorder=0)
+    else:
+        axes.set(xticks=list(positions), xticklabels=levels, xlim=(-0.5, len(levels) - 0.5))
