@@ -48,7 +48,8 @@ def main() -> None:
     arguments = build_parser().parse_args()
     try:
         import torch
-        from scorer_teaching.training_stages import network_weights, with_projection
+        from scorer_teaching.lesson import network_weights
+        from scorer_teaching.projection import with_projection
     except ModuleNotFoundError as error:
         if error.name != "torch":
             raise

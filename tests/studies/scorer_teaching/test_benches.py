@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scorer_teaching import episodes
-from scorer_teaching.bench_family import WAVE_FORMS, draw_bench
-from scorer_teaching.bench_recordings import simulate_bench
-from scorer_teaching.random_numbers import Streams, followed, jumps, smooth_noise
-from scorer_teaching.random_phantoms import draw_phantom
+from scorer_teaching.bench_family import WAVE_FORMS, Effect, draw_bench
+from scorer_teaching.bench_recordings import Streams, followed, jumps, simulate_bench, smooth_noise
+from scorer_teaching.episodes import draw_phantom
 
 from capsule.configuration import read_config_file
 from capsule.detectors.beats import SERIES, series_of
@@ -73,9 +72,7 @@ def test_a_high_nodule_makes_the_beats_deeper():
     lump = replace(
         drawn.lump,
         height=1.5,
-        adds=1.0,
-        multiplies=0.0,
-        lifts=0.0,
+        effect=Effect(adds=1.0, multiplies=0.0, lifts=0.0),
         miss_mm=0.0,
         untouched_share=0.0,
     )

@@ -1,6 +1,6 @@
 """The progress lines of the training are right."""
 
-from scorer_teaching.progress import Progress
+from scorer_teaching.episodes import Progress
 
 
 def test_the_time_left_follows_from_the_time_taken(capsys):

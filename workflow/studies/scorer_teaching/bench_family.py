@@ -3,24 +3,88 @@
 The models are simple and do not use the phantom's geometry, so that the scorer learns what nodules
 have in common, not one bench. Lengths are in pitches, times in samples, and heights in amplitudes
 of the wave at a sensor. A spread is the standard deviation of a logarithm. A share lies between 0
-and 1. A value of 0 switches a mechanism off.
+and 1. A value of 0 switches a mechanism off. Beside each parameter stands its distribution.
 """
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from typing import Annotated, Any, NamedTuple, TypeAlias, TypeVar, get_type_hints
 
 import numpy as np
 
 WAVE_FORMS = ("sine", "skewed", "power", "double")
 
+_Parameters = TypeVar("_Parameters")
+# A distribution: a function that draws a value.
+Draw: TypeAlias = Callable[[np.random.Generator], Any]
 
-@dataclass(frozen=True)
-class Wander:
+
+def between(low: float, high: float) -> Draw:
+    """Return the uniform distribution."""
+    return lambda numbers: numbers.uniform(low, high)
+
+
+def log(low: float, high: float) -> Draw:
+    """Return the distribution whose logarithm is uniform."""
+    return lambda numbers: float(np.exp(numbers.uniform(np.log(low), np.log(high))))
+
+
+def chance(share: float) -> Draw:
+    """Return the distribution that is True with the given probability."""
+    return lambda numbers: bool(numbers.random() < share)
+
+
+def maybe(share: float, draw: Draw) -> Draw:
+    """Return a distribution that holds with the given probability; the value is 0 otherwise."""
+
+    def drawn(numbers: np.random.Generator) -> float:
+        value = draw(numbers)
+        return value if numbers.random() < share else 0.0
+
+    return drawn
+
+
+class Wander(NamedTuple):
     """A slow random variation: standard deviation, time, kind (0 to 2), spread between runs."""
 
     size: float
     time: float
     kind: int
     run_spread: float
+
+
+def wander(low: float, high: float) -> Draw:
+    """Return the distribution of wanders with a standard deviation in the given range."""
+
+    def drawn(numbers: np.random.Generator) -> Wander:
+        spread = maybe(0.5, log(0.1, 0.9))(numbers)
+        size, time = log(low, high)(numbers), log(20, 400)(numbers)
+        return Wander(size, time, int(numbers.integers(3)), spread)
+
+    return drawn
+
+
+def _period(numbers: np.random.Generator) -> float:
+    near = float(32.0 * np.exp(numbers.normal(0, 0.03)))
+    return near if numbers.random() < 0.7 else log(24, 44)(numbers)
+
+
+class Effect(NamedTuple):
+    """The shares of a nodule's height by their effect.
+
+    They are added to the wall (`adds`), multiply the press (`multiplies`) or raise the press at all
+    times (`lifts`).
+    """
+
+    adds: float
+    multiplies: float
+    lifts: float
+
+
+def _effect(numbers: np.random.Generator) -> Effect:
+    mixed = numbers.dirichlet([0.5, 0.25, 0.12])
+    single = np.eye(3)[numbers.choice(3, p=[0.65, 0.27, 0.08])]
+    return Effect(*(mixed if numbers.random() < 0.5 else single).tolist())
 
 
 @dataclass(frozen=True)
@@ -32,20 +96,20 @@ class WaveTrain:
     `pitch_waves` is a pitch in wavelengths. With `both_walls`, the opposite wall presses too.
     """
 
-    period: float
-    period_jitter: float
-    missing_share: float
-    missing_height: float
-    common_beat_spread: float
-    own_beat_spread: float
-    form: str
-    form_value: float
-    form_angle: float
-    bias: float
-    softness: float
-    offset_waves: float
-    pitch_waves: float
-    both_walls: bool
+    period: Annotated[float, _period]
+    period_jitter: Annotated[float, maybe(0.5, log(0.003, 0.08))]
+    missing_share: Annotated[float, maybe(0.25, log(0.01, 0.08))]
+    missing_height: Annotated[float, between(0, 0.6)]
+    common_beat_spread: Annotated[float, log(0.002, 0.15)]
+    own_beat_spread: Annotated[float, log(0.002, 0.15)]
+    form: Annotated[str, lambda numbers: str(numbers.choice(WAVE_FORMS))]
+    form_value: Annotated[float, between(0, 1)]
+    form_angle: Annotated[float, between(0, 2 * np.pi)]
+    bias: Annotated[float, between(-0.4, 0.9)]
+    softness: Annotated[float, maybe(0.5, log(0.02, 0.5))]
+    offset_waves: Annotated[float, between(-0.12, 0.12)]
+    pitch_waves: Annotated[float, between(0.03, 0.15)]
+    both_walls: Annotated[bool, chance(0.5)]
 
 
 @dataclass(frozen=True)
@@ -59,45 +123,41 @@ class Way:
     after the last sensor has met it, or when the memory is full.
     """
 
-    lag: float
-    run_spread: float
-    stroke_spread: float
-    stroke_time: float
-    by_wave: bool
-    stick: float
-    grip: float
-    slip_back: float
-    snag: float
-    hold: float
-    lead: float
-    lead_spread: float
-    tail: float
-    until_full: bool
+    lag: Annotated[float, log(85, 240)]
+    run_spread: Annotated[float, log(0.02, 0.25)]
+    stroke_spread: Annotated[float, log(0.02, 0.6)]
+    stroke_time: Annotated[float, log(30, 300)]
+    by_wave: Annotated[bool, chance(0.6)]
+    stick: Annotated[float, maybe(0.5, between(0, 0.25))]
+    grip: Annotated[float, between(0.2, 1.0)]
+    slip_back: Annotated[float, maybe(0.3, log(0.02, 0.5))]
+    snag: Annotated[float, maybe(0.7, log(0.05, 0.7))]
+    hold: Annotated[float, maybe(0.4, log(10, 200))]
+    lead: Annotated[float, between(0.4, 1.6)]
+    lead_spread: Annotated[float, log(0.05, 0.5)]
+    tail: Annotated[float, between(0.3, 1.5)]
+    until_full: Annotated[bool, chance(0.3)]
 
 
 @dataclass(frozen=True)
 class Lump:
     """The parameters of a nodule: height at 3 mm, growth with size, distance, profile.
 
-    Shares of the height are added to the wall (`adds`), multiply the press (`multiplies`) or raise
-    the press at all times (`lifts`). `miss_mm` is the distance of a nodule from the line of the
-    sensors. `miss_alike` is the share of its variance that is common to all nodules of a size.
-    `strip_mm` is the width of a sensor.
+    `miss_mm` is the distance of a nodule from the line of the sensors. `miss_alike` is the share of
+    its variance that is common to all nodules of a size. `strip_mm` is the width of a sensor.
     """
 
-    height: float
-    growth: float
-    adds: float
-    multiplies: float
-    lifts: float
-    miss_mm: float
-    miss_alike: float
-    strip_mm: float
-    touch_spread: float
-    untouched_share: float
-    width: float
-    width_a_mm: float
-    flatness: float
+    effect: Annotated[Effect, _effect]
+    height: Annotated[float, log(0.08, 1.5)]
+    growth: Annotated[float, between(0.6, 2.0)]
+    miss_mm: Annotated[float, maybe(0.7, log(0.1, 1.2))]
+    miss_alike: Annotated[float, between(0, 0.8)]
+    strip_mm: Annotated[float, between(0.3, 1.5)]
+    touch_spread: Annotated[float, log(0.02, 0.6)]
+    untouched_share: Annotated[float, maybe(0.3, between(0, 0.2))]
+    width: Annotated[float, log(0.08, 0.4)]
+    width_a_mm: Annotated[float, between(0, 0.06)]
+    flatness: Annotated[float, between(2, 4)]
 
 
 @dataclass(frozen=True)
@@ -108,20 +168,20 @@ class Disturbances:
     over a run.
     """
 
-    common_strength: Wander
-    own_strength: Wander
-    seat: Wander
-    unevenness: float
-    unevenness_length: float
-    unevenness_multiplies: bool
-    seat_jumps: float
-    seat_jump: float
-    base_jumps: float
-    base_jump: float
-    drift: float
-    settling: float
-    settling_time: float
-    settling_alike: bool
+    common_strength: Annotated[Wander, wander(0.004, 0.3)]
+    own_strength: Annotated[Wander, wander(0.01, 0.4)]
+    seat: Annotated[Wander, wander(0.01, 0.4)]
+    unevenness: Annotated[float, log(0.003, 0.2)]
+    unevenness_length: Annotated[float, log(0.1, 1.5)]
+    unevenness_multiplies: Annotated[bool, chance(0.3)]
+    seat_jumps: Annotated[float, maybe(0.3, log(0.1, 3))]
+    seat_jump: Annotated[float, log(0.02, 0.4)]
+    base_jumps: Annotated[float, maybe(0.3, log(0.1, 3))]
+    base_jump: Annotated[float, log(0.05, 1.0)]
+    drift: Annotated[float, log(0.02, 2.0)]
+    settling: Annotated[float, maybe(0.6, log(0.05, 3.0))]
+    settling_time: Annotated[float, log(30, 300)]
+    settling_alike: Annotated[bool, chance(0.5)]
 
 
 @dataclass(frozen=True)
@@ -133,20 +193,20 @@ class Sensing:
     the resistor in series.
     """
 
-    limit: float
-    lag_time: float
-    creep: float
-    creep_time: float
-    echo: float
-    echo_waves: float
-    crosstalk: float
-    gain_spread: float
-    noise: float
-    spikes: float
-    counts: float
-    divider: bool
-    rest: float
-    rest_spread: float
+    limit: Annotated[float, log(0.8, 12)]
+    lag_time: Annotated[float, log(0.3, 8)]
+    creep: Annotated[float, maybe(0.6, between(0, 0.6))]
+    creep_time: Annotated[float, log(15, 200)]
+    echo: Annotated[float, maybe(0.3, between(0, 0.5))]
+    echo_waves: Annotated[float, between(0.2, 0.5)]
+    crosstalk: Annotated[float, maybe(0.4, log(0.01, 0.25))]
+    gain_spread: Annotated[float, log(0.02, 0.5)]
+    noise: Annotated[float, log(0.005, 0.4)]
+    spikes: Annotated[float, maybe(0.15, log(0.0005, 0.01))]
+    counts: Annotated[float, log(8, 250)]
+    divider: Annotated[bool, chance(0.8)]
+    rest: Annotated[float, lambda numbers: float(numbers.normal(0, 0.4))]
+    rest_spread: Annotated[float, log(0.02, 0.3)]
 
 
 @dataclass(frozen=True)
@@ -160,136 +220,13 @@ class RandomBench:
     sensing: Sensing
 
 
-class _Draw:
-    """A source of random values for the parameters of a bench."""
-
-    def __init__(self, numbers: np.random.Generator) -> None:
-        self.numbers = numbers
-        self.between = numbers.uniform
-
-    def log(self, low: float, high: float) -> float:
-        """Return a random number whose logarithm is uniform."""
-        return float(np.exp(self.numbers.uniform(np.log(low), np.log(high))))
-
-    def chance(self, share: float) -> bool:
-        """Return True with the given probability."""
-        return bool(self.numbers.random() < share)
-
-    def maybe(self, share: float, value: float) -> float:
-        """Return the value with the given probability, and otherwise 0."""
-        return value if self.chance(share) else 0.0
-
-    def wander(self, low: float, high: float) -> Wander:
-        """Return a random wander with a standard deviation in the given range."""
-        spread = self.maybe(0.5, self.log(0.1, 0.9))
-        return Wander(self.log(low, high), self.log(20, 400), int(self.numbers.integers(3)), spread)
-
-
 def draw_bench(numbers: np.random.Generator) -> RandomBench:
     """Return a random bench."""
-    draw = _Draw(numbers)
-    return RandomBench(
-        wave=_draw_wave(draw),
-        way=_draw_way(draw),
-        lump=_draw_lump(draw),
-        disturbances=_draw_disturbances(draw),
-        sensing=_draw_sensing(draw),
-    )
+    parts = get_type_hints(RandomBench)
+    return RandomBench(**{name: _drawn(kind, numbers) for name, kind in parts.items()})
 
 
-def _draw_wave(draw: _Draw) -> WaveTrain:
-    near = float(32.0 * np.exp(draw.numbers.normal(0, 0.03)))
-    return WaveTrain(
-        period=near if draw.chance(0.7) else draw.log(24, 44),
-        period_jitter=draw.maybe(0.5, draw.log(0.003, 0.08)),
-        missing_share=draw.maybe(0.25, draw.log(0.01, 0.08)),
-        missing_height=draw.between(0, 0.6),
-        common_beat_spread=draw.log(0.002, 0.15),
-        own_beat_spread=draw.log(0.002, 0.15),
-        form=str(draw.numbers.choice(WAVE_FORMS)),
-        form_value=draw.between(0, 1),
-        form_angle=draw.between(0, 2 * np.pi),
-        bias=draw.between(-0.4, 0.9),
-        softness=draw.maybe(0.5, draw.log(0.02, 0.5)),
-        offset_waves=draw.between(-0.12, 0.12),
-        pitch_waves=draw.between(0.03, 0.15),
-        both_walls=draw.chance(0.5),
-    )
-
-
-def _draw_way(draw: _Draw) -> Way:
-    return Way(
-        lag=draw.log(85, 240),
-        run_spread=draw.log(0.02, 0.25),
-        stroke_spread=draw.log(0.02, 0.6),
-        stroke_time=draw.log(30, 300),
-        by_wave=draw.chance(0.6),
-        stick=draw.maybe(0.5, draw.between(0, 0.25)),
-        grip=draw.between(0.2, 1.0),
-        slip_back=draw.maybe(0.3, draw.log(0.02, 0.5)),
-        snag=draw.maybe(0.7, draw.log(0.05, 0.7)),
-        hold=draw.maybe(0.4, draw.log(10, 200)),
-        lead=draw.between(0.4, 1.6),
-        lead_spread=draw.log(0.05, 0.5),
-        tail=draw.between(0.3, 1.5),
-        until_full=draw.chance(0.3),
-    )
-
-
-def _draw_lump(draw: _Draw) -> Lump:
-    mixed = draw.numbers.dirichlet([0.5, 0.25, 0.12])
-    single = np.eye(3)[draw.numbers.choice(3, p=[0.65, 0.27, 0.08])]
-    adds, multiplies, lifts = (mixed if draw.chance(0.5) else single).tolist()
-    return Lump(
-        height=draw.log(0.08, 1.5),
-        growth=draw.between(0.6, 2.0),
-        adds=adds,
-        multiplies=multiplies,
-        lifts=lifts,
-        miss_mm=draw.maybe(0.7, draw.log(0.1, 1.2)),
-        miss_alike=draw.between(0, 0.8),
-        strip_mm=draw.between(0.3, 1.5),
-        touch_spread=draw.log(0.02, 0.6),
-        untouched_share=draw.maybe(0.3, draw.between(0, 0.2)),
-        width=draw.log(0.08, 0.4),
-        width_a_mm=draw.between(0, 0.06),
-        flatness=draw.between(2, 4),
-    )
-
-
-def _draw_disturbances(draw: _Draw) -> Disturbances:
-    return Disturbances(
-        common_strength=draw.wander(0.004, 0.3),
-        own_strength=draw.wander(0.01, 0.4),
-        seat=draw.wander(0.01, 0.4),
-        unevenness=draw.log(0.003, 0.2),
-        unevenness_length=draw.log(0.1, 1.5),
-        unevenness_multiplies=draw.chance(0.3),
-        seat_jumps=draw.maybe(0.3, draw.log(0.1, 3)),
-        seat_jump=draw.log(0.02, 0.4),
-        base_jumps=draw.maybe(0.3, draw.log(0.1, 3)),
-        base_jump=draw.log(0.05, 1.0),
-        drift=draw.log(0.02, 2.0),
-        settling=draw.maybe(0.6, draw.log(0.05, 3.0)),
-        settling_time=draw.log(30, 300),
-        settling_alike=draw.chance(0.5),
-    )
-
-
-def _draw_sensing(draw: _Draw) -> Sensing:
-    return Sensing(
-        limit=draw.log(0.8, 12),
-        lag_time=draw.log(0.3, 8),
-        creep=draw.maybe(0.6, draw.between(0, 0.6)),
-        creep_time=draw.log(15, 200),
-        echo=draw.maybe(0.3, draw.between(0, 0.5)),
-        echo_waves=draw.between(0.2, 0.5),
-        crosstalk=draw.maybe(0.4, draw.log(0.01, 0.25)),
-        gain_spread=draw.log(0.02, 0.5),
-        noise=draw.log(0.005, 0.4),
-        spikes=draw.maybe(0.15, draw.log(0.0005, 0.01)),
-        counts=draw.log(8, 250),
-        divider=draw.chance(0.8),
-        rest=float(draw.numbers.normal(0, 0.4)),
-        rest_spread=draw.log(0.02, 0.3),
-    )
+def _drawn(kind: type[_Parameters], numbers: np.random.Generator) -> _Parameters:
+    """Return random parameters, drawn in the order of the fields from their distributions."""
+    hints = get_type_hints(kind, include_extras=True)
+    return kind(**{item.name: hints[item.name].__metadata__[0](numbers) for item in fields(kind)})

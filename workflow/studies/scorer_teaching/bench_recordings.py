@@ -1,26 +1,108 @@
-"""Simulate the recordings of a random bench: from wave, wall and nodule to counts."""
+"""Simulate the recordings of a random bench: from wave, way, wall and nodule to counts."""
+
+from dataclasses import dataclass
 
 import numpy as np
+from scipy.signal import lfilter
 
-from scorer_teaching.bench_family import RandomBench, WaveTrain
-from scorer_teaching.random_numbers import Streams, followed, jumps, wandering
-from scorer_teaching.travel import (
-    LONGEST,
-    SENSORS,
-    Nodules,
-    draw_nodules,
-    head_way,
-    wave_number,
-    wave_phase_of,
-)
+from capsule.seeding import generator
+from scorer_teaching.bench_family import RandomBench, Wander, WaveTrain, Way
 
-_FULL_SCALE = 1024
+SENSORS = 4
+LONGEST = 990
 _SHORTEST = 250
+_FULL_SCALE = 1024
+# At half of the scale, a relative change x of the resistance changes a reading by 256 x counts.
+_COUNTS_A_SHARE = 256
 _BEHIND = np.arange(SENSORS)[:, np.newaxis]
 # Number of cosines in the model of an uneven wall.
 _COSINES = 12
-# At half of the scale, a relative change x of the resistance changes a reading by 256 x counts.
-_COUNTS_A_SHARE = 256
+# Places along the gut, in pitches, for which `_spent` is computed.
+_FINE = np.linspace(0, 60, 2400)
+# Only a nodule higher than this holds a sensor.
+_HOLDS_FROM = 0.3
+
+
+class Streams:
+    """Random streams, one for each subject, so that the subjects do not affect one another.
+
+    Parameters
+    ----------
+    seed : int
+        Seed of the training.
+    *names : str
+        Names of the streams' purpose, such as the name of a bench.
+    """
+
+    def __init__(self, seed: int, *names: str) -> None:
+        self._seed, self._names = seed, names
+
+    def of(self, subject: str) -> np.random.Generator:
+        """Return the stream of a subject, from its beginning."""
+        return generator(self._seed, *self._names, subject)
+
+
+def smooth_noise(
+    numbers: np.random.Generator, shape: tuple[int, ...], count: int, time: float, kind: int
+) -> np.ndarray:
+    """Return random courses of unit variance.
+
+    Parameters
+    ----------
+    numbers : numpy.random.Generator
+        Random numbers.
+    shape : tuple of int
+        Numbers of courses along each axis.
+    count : int
+        Number of samples of each course.
+    time : float
+        Time within which a course changes, in samples.
+    kind : int
+        0: smooth (Gaussian spectrum), 1: rough (Ornstein-Uhlenbeck), 2: one over the frequency.
+
+    Returns
+    -------
+    (*shape, count) array
+    """
+    # The courses are twice as long as needed, since the Fourier transform joins their ends.
+    length = 2 * count
+    frequency = np.fft.rfftfreq(length)
+    if kind == 0:
+        gain = np.exp(-0.5 * (np.pi * frequency * time) ** 2)
+    elif kind == 1:
+        gain = 1 / np.sqrt(1 + (2 * np.pi * frequency * time) ** 2)
+    else:
+        gain = 1 / np.sqrt(np.maximum(frequency, 1 / count))
+        gain *= np.exp(-0.5 * (frequency * 20) ** 2)
+        gain[0] = 0
+    white = np.fft.rfft(numbers.standard_normal((*shape, length), dtype=np.float32), axis=-1)
+    values = np.fft.irfft(white * gain, length, axis=-1)[..., :count]
+    power = (gain[0] ** 2 + 2 * (gain[1:-1] ** 2).sum() + gain[-1] ** 2) / length
+    return values / np.sqrt(power)
+
+
+def wandering(
+    numbers: np.random.Generator, wander: Wander, shape: tuple[int, ...], count: int
+) -> np.ndarray:
+    """Return random courses of a bench's wander, (*shape, count); each run has its own size."""
+    runs = numbers.standard_normal((shape[0],) + (1,) * len(shape))
+    course = smooth_noise(numbers, shape, count, wander.time, wander.kind)
+    return wander.size * np.exp(wander.run_spread * runs) * course
+
+
+def jumps(
+    numbers: np.random.Generator, shape: tuple[int, ...], count: int, rate: float, size: float
+) -> np.ndarray:
+    """Return random courses (*shape, count) with `rate` sudden jumps in each on average."""
+    happens = numbers.random((*shape, count), dtype=np.float32) < rate / count
+    return np.cumsum(happens * numbers.normal(0, size, (*shape, count)), axis=-1)
+
+
+def followed(values: np.ndarray, time: float) -> np.ndarray:
+    """Return courses (..., K) after a first-order lag with a time constant in samples."""
+    decay = np.exp(-1 / time)
+    begin = values[..., :1]
+    return begin + lfilter([1 - decay], [1, -decay], values - begin, axis=-1)
 
 
 def simulate_bench(bench: RandomBench, sizes_mm: np.ndarray, streams: Streams) -> list[np.ndarray]:
@@ -29,7 +111,7 @@ def simulate_bench(bench: RandomBench, sizes_mm: np.ndarray, streams: Streams) -
     Parameters
     ----------
     bench : RandomBench
-        Bench from `scorer_teaching.bench_family.draw_bench`.
+        The bench.
     sizes_mm : (n,) array
         Size of the nodule in each recording, in mm; 0 for none.
     streams : Streams
@@ -41,9 +123,9 @@ def simulate_bench(bench: RandomBench, sizes_mm: np.ndarray, streams: Streams) -
         Readings of a 10 bit converter.
     """
     sizes_mm = np.asarray(sizes_mm, dtype=float)
-    nodules = draw_nodules(bench, sizes_mm, streams)
-    phase = wave_phase_of(bench.wave, sizes_mm.size, streams)
-    head = head_way(bench, nodules, phase, streams)
+    nodules = _draw_nodules(bench, sizes_mm, streams)
+    phase = _wave_phase_of(bench.wave, sizes_mm.size, streams)
+    head = _head_way(bench, nodules, phase, streams)
     press = _presses(bench, nodules, phase, head, streams)
     counts = _counts(bench, _sensed(bench, press), streams)
     beyond = nodules.lead + SENSORS - 1 + bench.way.tail
@@ -55,36 +137,136 @@ def simulate_bench(bench: RandomBench, sizes_mm: np.ndarray, streams: Streams) -
     return [row[:, :stop] for row, stop in zip(counts, end.tolist(), strict=True)]
 
 
+@dataclass(frozen=True)
+class Nodules:
+    """The nodules of a bench's runs, from its `Lump`, each (n,); `touch` is (n, S).
+
+    `height` is in amplitudes of the wave, and `touch` a factor on it at each sensor. `width` of the
+    profile and `lead`, the first sensor's distance at the start, are in pitches.
+    """
+
+    height: np.ndarray
+    touch: np.ndarray
+    width: np.ndarray
+    lead: np.ndarray
+
+
+def _draw_nodules(bench: RandomBench, sizes_mm: np.ndarray, streams: Streams) -> Nodules:
+    """Return random nodules of the given sizes (n,); size 0 has a place, but no height."""
+    lump, way, count = bench.lump, bench.way, len(sizes_mm)
+    known = {size: streams.of(f"size {size:g}").normal() for size in sorted(set(sizes_mm.tolist()))}
+    alike = np.array([known[size] for size in sizes_mm.tolist()])
+    own = streams.of("off").standard_normal(count)
+    off_mm = lump.miss_mm * (np.sqrt(lump.miss_alike) * alike + np.sqrt(1 - lump.miss_alike) * own)
+    met = np.exp(-0.5 * (off_mm / (0.5 * sizes_mm + 0.5 * lump.strip_mm)) ** 2)
+    numbers = streams.of("touch")
+    touch = np.exp(lump.touch_spread * numbers.standard_normal((count, SENSORS)))
+    touch *= numbers.random((count, SENSORS)) >= lump.untouched_share
+    lead = way.lead + way.lead_spread * streams.of("lead").standard_normal(count)
+    return Nodules(
+        height=lump.height * (sizes_mm / 3) ** lump.growth * met,
+        touch=touch,
+        width=lump.width + lump.width_a_mm * sizes_mm,
+        lead=np.maximum(lead, 0.05),
+    )
+
+
+def _wave_phase_of(wave: WaveTrain, runs: int, streams: Streams) -> np.ndarray:
+    """Return a random phase of the wave at the start of the gut, (n, K), in radians."""
+    numbers = streams.of("phase")
+    begin = numbers.uniform(0, 2 * np.pi, (runs, 1))
+    jitter = wave.period_jitter * smooth_noise(numbers, (runs,), LONGEST, 80, 0)
+    return begin + np.cumsum(2 * np.pi / wave.period * (1 + jitter), axis=1)
+
+
+def _wave_number(phase: np.ndarray) -> np.ndarray:
+    """Return the number of the wave at each sample (n, K), from 0."""
+    number = np.floor(phase / (2 * np.pi)).astype(int)
+    return number - number[:, :1]
+
+
+def _head_way(
+    bench: RandomBench, nodules: Nodules, phase: np.ndarray, streams: Streams
+) -> np.ndarray:
+    """Return the place of the first sensor at each sample, (n, K), in pitches.
+
+    The nodules slow the capsule; the phase is that of `_wave_phase_of`.
+    """
+    way, runs = bench.way, len(phase)
+    numbers = streams.of("pace")
+    pace = np.exp(way.run_spread * numbers.standard_normal((runs, 1))) / way.lag
+    free = _free_way(way, bench.wave.period, phase, streams.of("strokes")) * pace
+    numbers = streams.of("holds")
+    held = (numbers.random((runs, SENSORS)) < 0.5) * numbers.uniform(0, 2, (runs, SENSORS))
+    held = held * way.hold * pace
+    head = np.stack(
+        [np.interp(free[run], _spent(way, nodules, held[run], run), _FINE) for run in range(runs)]
+    )
+    return head - way.slip_back * pace * bench.wave.period * (phase / (2 * np.pi) % 1)
+
+
+def _free_way(
+    way: Way, period: float, phase: np.ndarray, numbers: np.random.Generator
+) -> np.ndarray:
+    """Return a random motion (n, K) without a nodule, at a mean pace of 1 for each sample."""
+    runs, count = phase.shape
+    if not way.by_wave:
+        pace = np.exp(way.stroke_spread * smooth_noise(numbers, (runs,), count, way.stroke_time, 1))
+        return np.cumsum(pace, axis=1)
+    number = _wave_number(phase)
+    waves = int(number.max()) + 1
+    stroke = np.exp(way.stroke_spread * numbers.standard_normal((runs, waves)))
+    stroke *= numbers.random((runs, waves)) >= way.stick
+    part = np.clip(phase / (2 * np.pi) % 1 / way.grip, 0, 1)
+    part = part**2 * (3 - 2 * part)
+    before = np.cumsum(stroke, axis=1) - stroke
+    strokes = np.take_along_axis(before, number, 1) + part * np.take_along_axis(stroke, number, 1)
+    return (strokes - strokes[:, :1]) * period
+
+
+def _spent(way: Way, nodules: Nodules, held: np.ndarray, run: int) -> np.ndarray:
+    """Return for each place of `_FINE` the way of a capsule without a nodule in the same time."""
+    height, width, lead = nodules.height[run], nodules.width[run], nodules.lead[run]
+    if height == 0:
+        return _FINE
+    off = ((_FINE - lead)[:, np.newaxis] - np.arange(SENSORS)) / width
+    climb = (-off * np.exp(-(off**2) / 2)).sum(axis=1)
+    cost = np.exp(way.snag * min(height, 2.0) * climb)
+    spent = np.concatenate([[0.0], np.cumsum(cost[1:] * np.diff(_FINE))])
+    if height > _HOLDS_FROM:
+        foot = lead + np.arange(SENSORS) - width
+        passed = np.clip((_FINE[:, np.newaxis] - foot) / 0.02, -50, 50)
+        spent = spent + (held / (1 + np.exp(-passed))).sum(axis=1)
+    return spent
+
+
 def _presses(
     bench: RandomBench, nodules: Nodules, phase: np.ndarray, head: np.ndarray, streams: Streams
 ) -> np.ndarray:
     """Return the press of the wall on each sensor, (n, S, K), in amplitudes of the wave."""
-    wave, lump, disturbances = bench.wave, bench.lump, bench.disturbances
+    wave, effect, disturbances = bench.wave, bench.lump.effect, bench.disturbances
     runs, count = phase.shape
     place = head[:, np.newaxis] - _BEHIND
     angle = phase[:, np.newaxis] + 2 * np.pi * (
         wave.offset_waves * _BEHIND - wave.pitch_waves * place
     )
-    strength = _strength(bench, wave_number(phase), streams)
+    strength = _strength(bench, _wave_number(phase), streams)
     reach = strength * (_wave_height(wave, angle) + wave.bias)
     seat = wandering(streams.of("seat"), disturbances.seat, (runs, SENSORS), count)
     if disturbances.seat_jumps:
-        seat = seat + jumps(
-            streams.of("seat jumps"),
-            (runs, SENSORS),
-            count,
-            disturbances.seat_jumps,
-            disturbances.seat_jump,
-        )
-    off = (place - nodules.lead[:, np.newaxis, np.newaxis]) / nodules.width[
-        :, np.newaxis, np.newaxis
-    ]
-    profile = np.exp(-0.5 * np.abs(off) ** lump.flatness)
-    nodule = (nodules.height[:, np.newaxis] * nodules.touch)[..., np.newaxis] * profile
-    near = reach + seat + lump.adds * nodule
+        rate, size = disturbances.seat_jumps, disturbances.seat_jump
+        seat = seat + jumps(streams.of("seat jumps"), (runs, SENSORS), count, rate, size)
+    lead, width, height = (
+        each[:, np.newaxis, np.newaxis] for each in (nodules.lead, nodules.width, nodules.height)
+    )
+    off = (place - lead) / width
+    profile = np.exp(-0.5 * np.abs(off) ** bench.lump.flatness)
+    nodule = height * nodules.touch[..., np.newaxis] * profile
+    near = reach + seat + effect.adds * nodule
     uneven = _unevenness(bench, place, streams.of("wall"))
     near = near * (1 + uneven) if disturbances.unevenness_multiplies else near + uneven
-    press = _touched(wave, near) * (1 + 1.5 * lump.multiplies * nodule) + 0.5 * lump.lifts * nodule
+    press = _touched(wave, near) * (1 + 1.5 * effect.multiplies * nodule)
+    press = press + 0.5 * effect.lifts * nodule
     return press + _touched(wave, reach - seat) if wave.both_walls else press
 
 

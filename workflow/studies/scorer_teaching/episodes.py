@@ -1,5 +1,7 @@
-"""Make the episodes of the training: the beats of one bench's recordings, padded to one length."""
+"""Simulate the lessons of the training: the beats of many random benches, padded to one length."""
 
+import sys
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -7,12 +9,10 @@ from functools import partial
 import numpy as np
 
 from capsule.detectors.beats import SERIES, series_of
-from capsule.phantom.parameters import Phantom
+from capsule.phantom.parameters import Phantom, value_of, with_values
+from capsule.phantom.simulation import simulate_run
 from scorer_teaching.bench_family import draw_bench
-from scorer_teaching.bench_recordings import simulate_bench
-from scorer_teaching.random_numbers import Streams
-from scorer_teaching.random_phantoms import draw_phantom, simulate_phantom
-from scorer_teaching.travel import SENSORS
+from scorer_teaching.bench_recordings import SENSORS, Streams, simulate_bench
 
 # A function that simulates the recordings of one bench.
 Maker = Callable[[], list[np.ndarray]]
@@ -30,6 +30,45 @@ _BENCH = {
     "wavelength_mm": 80.0,
     "wave_speed_mm_s": 25.0,
 }
+# Standard deviations of the logarithm of the factor on a phantom's parameters. A factor of 2 would
+# move the first five out of the model's range, so they vary less.
+_SPREADS = dict.fromkeys(
+    (
+        "contact.unit_stiffness_n_mm",
+        "contact.patch_mm2",
+        "contact.fold_limit_mm",
+        "advance.speed_mm_s",
+        "advance.lead_mm",
+    ),
+    0.2,
+) | dict.fromkeys(
+    (
+        "wall.unevenness_mm",
+        "wall.unevenness_length_mm",
+        "contact.reach_mm",
+        "contact.bearing_height_mm",
+        "contact.series_offset_mm",
+        "contact.height_offset_mm",
+        "contact.coupling_spread",
+        "contact.wander_mm",
+        "contact.wander_time_s",
+        "advance.speed_spread",
+        "advance.stroke_spread",
+        "advance.snag",
+        "advance.hold_waves",
+        "advance.lead_spread_mm",
+        "sensor.gauge_per_mm",
+        "sensor.saturation_mm",
+        "sensor.lag_s",
+        "sensor.creep_s",
+        "sensor.settling",
+        "sensor.settling_s",
+        "sensor.drift_per_s",
+        "sensor.noise",
+    ),
+    0.7,
+)
+_SECONDS_BETWEEN = 20.0
 
 
 @dataclass(frozen=True)
@@ -54,20 +93,7 @@ class Episodes:
 
 
 def episode(recordings: Sequence[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the recordings of one bench as an episode.
-
-    Parameters
-    ----------
-    recordings : sequence of n (4, K) arrays
-        Counts of the converter.
-
-    Returns
-    -------
-    series : (n, 4, 5, `LENGTH`) array of float16
-        Beats, as in `Episodes`.
-    counts : (n,) array of int64
-        Numbers of filled windows, as in `Episodes`.
-    """
+    """Return the series and counts, as in `Episodes`, of one bench's recordings, each (4, K)."""
     series = np.zeros((len(recordings), SENSORS, len(SERIES), LENGTH), np.float16)
     counts = np.zeros(len(recordings), np.int64)
     for place, counted in enumerate(recordings):
@@ -84,11 +110,24 @@ def random_recordings(seed: int, name: str) -> list[np.ndarray]:
     return simulate_bench(draw_bench(streams.of("bench")), SIZES_MM, streams)
 
 
+def draw_phantom(base: Phantom, numbers: np.random.Generator) -> Phantom:
+    """Return a random phantom: many parameters are multiplied by a random factor."""
+    values = {
+        name: value_of(base, name) * float(np.exp(numbers.normal(0, spread)))
+        for name, spread in _SPREADS.items()
+    }
+    return with_values(base, values)
+
+
 def phantom_recordings(base: Phantom, seed: int, name: str) -> list[np.ndarray]:
     """Return simulated recordings of a random phantom; seed and name determine the phantom."""
     numbers = Streams(seed, "random phantom", name).of("parameters")
     phantom = draw_phantom(base, numbers)
-    return simulate_phantom(phantom, SIZES_MM, int(numbers.integers(1 << 31)))
+    runs_seed = int(numbers.integers(1 << 31))
+    return [
+        simulate_run(phantom, size, runs_seed, f"{size:g}mm/r{number:02d}").counts
+        for number, size in enumerate(SIZES_MM.tolist())
+    ]
 
 
 def random_benches(seed: int, first: int, count: int, base: Phantom | None) -> list[Maker]:
@@ -136,3 +175,28 @@ def episodes_of(makers: Sequence[Maker], tell: Callable[[int, str], None]) -> Ep
         series[place], counts[place] = episode(make())
         tell(place + 1, f"bench {place + 1} of {len(makers)} simulated")
     return Episodes(series, counts)
+
+
+class Progress:
+    """A printer of progress lines, at intervals of at least 20 s.
+
+    Parameters
+    ----------
+    whole : float
+        Amount of the whole work, in the unit of `tell`.
+    clock : callable
+        Function that returns the time in seconds.
+    """
+
+    def __init__(self, whole: float, clock: Callable[[], float] = time.monotonic) -> None:
+        self._whole, self._clock = whole, clock
+        self._begin = self._last = clock()
+
+    def tell(self, done: float, text: str) -> None:
+        """Print the progress, unless the last line is less than 20 s old."""
+        now = self._clock()
+        if done <= 0 or now - self._last < _SECONDS_BETWEEN:
+            return
+        self._last = now
+        left_min = (now - self._begin) * (self._whole - done) / done / 60
+        print(f"{text}, about {left_min:.1f} min left", file=sys.stderr, flush=True)

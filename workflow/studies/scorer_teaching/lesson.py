@@ -14,9 +14,17 @@ import torch
 from torch import nn
 from torch.nn import functional
 
+from capsule.phantom.parameters import Phantom
 from capsule.seeding import generator
-from scorer_teaching.episodes import SIZES_MM, Episodes
-from scorer_teaching.network import Network, reversed_in_time
+from scorer_teaching.episodes import (
+    SIZES_MM,
+    Episodes,
+    Progress,
+    episodes_of,
+    held_out_benches,
+    random_benches,
+)
+from scorer_teaching.network import Network, checked_weights, reversed_in_time
 
 _EPISODES_A_STEP = 4
 _PEAK_RATE, _WARM_UP, _DECAY, _LONGEST_STEP = 4e-3, 0.05, 1e-3, 1.0
@@ -29,6 +37,9 @@ _SHARE_PLAIN, _SHARE_ODDS, _SHARE_SIZE = 0.3, 0.09, 0.5
 
 # A nodule should score by so many standard deviations above the healthy mean.
 _ABOVE, _STEEPNESS, _LEAST_SPREAD = 1.75, 1.5, 0.05
+
+# Number of benches that check the network.
+_HELD_OUT = 40
 
 _HEALTHY = SIZES_MM == 0
 SIZE_PLACE = torch.as_tensor(SIZES_MM).long()
@@ -203,3 +214,31 @@ def told_apart(scores: np.ndarray) -> np.ndarray:
     """Return the share of large nodules that score above all but one healthy recording, (B,)."""
     second = np.sort(scores[:, _HEALTHY], axis=1)[:, -2:-1]
     return (scores[:, SIZES_MM >= _SIFT_FROM_MM] > second).mean(axis=1)
+
+
+def network_weights(
+    seed: int, benches: int, rounds: int, base: Phantom | None
+) -> dict[str, np.ndarray]:
+    """Train the network on the first random benches, and check it on benches that taught nothing.
+
+    Parameters
+    ----------
+    seed : int
+        Random seed.
+    benches : int
+        Number of random benches.
+    rounds : int
+        As for `teach`.
+    base : Phantom or None
+        As for `scorer_teaching.episodes.random_benches`.
+
+    Returns
+    -------
+    dict of str to array
+        Weights without ``projection``.
+    """
+    makers = random_benches(seed, 0, benches, base)
+    episodes = episodes_of(makers, Progress(len(makers)).tell)
+    network = teach(episodes, rounds, seed, Progress(1.0).tell)
+    held_out = episodes_of(held_out_benches(seed, _HELD_OUT), Progress(_HELD_OUT).tell)
+    return checked_weights(network, held_out)

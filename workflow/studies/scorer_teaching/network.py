@@ -1,11 +1,14 @@
-"""Define the network of `capsule.detectors.network` in torch, for its training."""
+"""Define the network of `capsule.detectors.network` in torch, and check its weights there."""
 
 import numpy as np
 import torch
 from torch import nn
 from torch.nn import functional
 
+from capsule.detectors import network as detector
 from capsule.detectors.beats import SERIES
+from capsule.errors import CapsuleError
+from scorer_teaching.episodes import Episodes
 
 _SENSORS = 4
 _SEEN = 17
@@ -14,6 +17,10 @@ _DILATIONS = (1, 2, 4, 8, 4)
 # This is subtracted after the end of a recording, so that no maximum lies there.
 _FAR = 50.0
 _FEWEST = 8
+# Largest difference from the detector's scorer, and number of recordings of each held-out bench for
+# this comparison.
+_TOLERANCE = 1e-6
+_COMPARED = 2
 
 
 def standardised(series: torch.Tensor, counts: torch.Tensor) -> tuple[torch.Tensor, torch.Tensor]:
@@ -138,3 +145,58 @@ def _stored_shape(name: str, value: torch.Tensor) -> torch.Tensor:
     if name in ("mix.weight", "pool.weight"):
         return value[..., 0]
     return value[0] if name == "score.weight" else value
+
+
+def unprojected(weights: dict[str, np.ndarray]) -> detector.Scorer:
+    """Return the scorer of some weights, whose gradients are folded but not projected."""
+    return detector.Scorer({**weights, "projection": np.eye(detector.FOLDED)})
+
+
+def checked_weights(network: Network, held_out: Episodes) -> dict[str, np.ndarray]:
+    """Return the weights of a network; check them with the detector's scorer.
+
+    Parameters
+    ----------
+    network : Network
+        The trained network.
+    held_out : Episodes
+        Episodes of benches that were not used in the training.
+
+    Returns
+    -------
+    dict of str to array
+        Weights for `capsule.detectors.network.Scorer`, without ``projection``. ``gradient_scale``
+        is the square root of the median, over the benches, of the gradients' mean squared length.
+
+    Raises
+    ------
+    CapsuleError
+        The detector's scorer computes other scores or gradients than the network.
+    """
+    weights = network.stored() | {"gradient_scale": np.float32(1.0)}
+    scorer, exact = unprojected(weights), network.double()
+    mean_squares = []
+    for bench in range(len(held_out.counts)):
+        recordings = held_out.recordings(bench)
+        passes = [scorer.forward(detector.standardised(series)) for series in recordings]
+        gradients = [backward() for _, _, backward in passes]
+        compared = list(zip(recordings, passes, gradients, strict=True))[:_COMPARED]
+        for series, (score, _, _), gradient in compared:
+            _compare(exact, series, score, gradient)
+        if gradients:
+            mean_squares.append(np.mean([gradient @ gradient for gradient in gradients]))
+    weights["gradient_scale"] = np.float32(np.sqrt(np.median(mean_squares)))
+    return weights
+
+
+def _compare(network: Network, series: np.ndarray, score: float, gradient: np.ndarray) -> None:
+    """Raise an error if a score or gradient differs from the network's."""
+    true_score, true_gradient = network.gradient(series)
+    off_score = abs(score - true_score) / (1 + abs(true_score))
+    off = np.linalg.norm(gradient - true_gradient) / np.linalg.norm(true_gradient)
+    if not max(off_score, off) < _TOLERANCE:
+        raise CapsuleError(
+            "the scorer of the detector does not reproduce the trained network: its score is "
+            f"{score:.6g} instead of {true_score:.6g}, the "
+            f"relative difference of the gradients is {off:.2g}"
+        )

@@ -18,9 +18,12 @@ import torch
 from torch import nn
 
 from capsule.detectors.network import FOLDED, Scorer
+from capsule.kinds import Settings
+from capsule.phantom.parameters import Phantom
 from capsule.seeding import generator
-from scorer_teaching.episodes import SIZES_MM, Maker, episodes_of
+from scorer_teaching.episodes import SIZES_MM, Maker, Progress, episodes_of, random_benches
 from scorer_teaching.lesson import SIZE_PLACE, descend, freedom, missed
+from scorer_teaching.network import unprojected
 
 # Directions that are kept.
 KEPT = 128
@@ -34,6 +37,8 @@ _RISE_SIZES_MM = (0.0, 1.0, 2.0, 3.0)
 _RISES = ((0.0, 0.3, 0.7, 1.0), (0.0, 0.6, 0.9, 1.0), (0.0, 1.0, 1.0, 1.0))
 # How fast the weight of a regression falls with the nodules that it misses.
 _STRICTNESS = 0.3
+# Penalties that are tried in each episode.
+_PENALTIES = (1.0, 0.1, 0.01, 0.001)
 
 
 @dataclass(frozen=True)
@@ -62,7 +67,7 @@ def gradients_of(
     makers : sequence of callable
         Functions that simulate the recordings of one bench.
     scorer : Scorer
-        From `scorer_teaching.weights.unprojected`.
+        From `scorer_teaching.network.unprojected`.
     tell : callable
         Function that is called with the number of finished benches and a text.
 
@@ -172,3 +177,31 @@ def _widest(folded: np.ndarray) -> np.ndarray:
         centred -= centred.mean(axis=0)
         spread += centred.T @ centred
     return np.linalg.eigh(spread)[1][:, -KEPT:]
+
+
+def with_projection(
+    weights: dict[str, np.ndarray],
+    seed: int,
+    first: int,
+    count: int,
+    base: Phantom | None,
+    taught: Settings,
+) -> dict[str, np.ndarray]:
+    """Return the weights of a network with the projection, which further benches teach.
+
+    Parameters
+    ----------
+    weights : dict of str to array
+        From `scorer_teaching.lesson.network_weights`.
+    seed : int
+        Random seed.
+    first, count, base
+        As for `scorer_teaching.episodes.random_benches`; the first benches trained the network.
+    taught : mapping
+        Section ``taught`` of the configuration.
+    """
+    makers = random_benches(seed, first, count, base)
+    gradients = gradients_of(makers, unprojected(weights), Progress(len(makers)).tell)
+    height, penalties, progress = taught["height"], _PENALTIES, Progress(1.0)
+    projection = teach_projection(gradients, height, penalties, seed, progress.tell)
+    return weights | {"projection": projection}
