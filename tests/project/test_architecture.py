@@ -28,6 +28,8 @@ FLOORS = (
     "capsule.configuration",
     "capsule.phantom.command",
     "capsule.survey",
+    "capsule.figures.style",
+    "capsule.parts.drawings",
     "capsule.evaluation",
     "capsule.figures",
     "capsule.interface",

@@ -82,7 +82,7 @@ def fail(project, script):
         ("scripts/capsule/evaluation/intervals.py", once(*RATED)),
         ("scripts/detect.py", once("detect", "report")),
         ("scripts/capsule/figures/draw_rates.py", once("draw", "report")),
-        ("scripts/capsule/figures/capsule_views.py", once("draw", "report")),
+        ("scripts/capsule/parts/drawings.py", once("draw", "report")),
         ("scripts/capsule/page/cards.py", once("report")),
         ("report/report.css", once("report")),
         ("report/scripts/charts.js", once("report")),

@@ -7,12 +7,17 @@ import numpy as np
 import pytest
 
 from capsule.geometry.cam import follower_displacement, phase_step, steepest_overhang
-from capsule.geometry.distances import contains, cross, crosses_itself, gap
 from capsule.geometry.origami import pitch, vertices
-from capsule.geometry.pulley import belt_length, outer_radius, pulley_outline, shaft_distance
-from capsule.geometry.scale import scale_marks
-from capsule.geometry.stand import rectangle
+from capsule.geometry.stand import (
+    belt_length,
+    outer_radius,
+    pulley_outline,
+    rectangle,
+    scale_marks,
+    shaft_distance,
+)
 from capsule.geometry.substructure import (
+    cut_lines,
     folded,
     glue_faces,
     loop_length,
@@ -22,9 +27,10 @@ from capsule.geometry.substructure import (
     signed_area,
     spacing,
     top_mm,
+    wire_positions,
 )
-from capsule.geometry.wiring import cut_lines, wire_positions
 from capsule.parts.files import shipped_design
+from capsule.parts.refusals import contains, cross, crosses_itself, gap
 
 DESIGN = shipped_design()
 ORIGAMI, CHOICES = DESIGN.phantom.origami, DESIGN.parts.choice

@@ -12,15 +12,12 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from capsule.errors import CapsuleError
-from capsule.geometry.distances import gap
 from capsule.geometry.substructure import folded, outline, spacing, top_mm, wall_area
-from capsule.parts.all_parts import all_parts
-from capsule.parts.capsule_parts import assembly, substructure
+from capsule.parts.all_parts import all_parts, assembly, substructure
 from capsule.parts.command import read_design
-from capsule.parts.design import design_of, entries
+from capsule.parts.design import design_of, entries, volume
 from capsule.parts.files import read_parts_table
-from capsule.parts.part import volume
-from capsule.parts.refusals import check_design
+from capsule.parts.refusals import check_design, gap
 from capsule.phantom.contact import compression
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom
 from capsule.phantom.parameters import value_of, with_values

@@ -8,11 +8,10 @@ from scipy.interpolate import BSpline
 
 from capsule.geometry.cam import Cam
 from capsule.parts.all_parts import all_parts
-from capsule.parts.cam_surface import DEGREE, cam_surface
 from capsule.parts.command import read_design
+from capsule.parts.design import volume
+from capsule.parts.exact_faces import DEGREE, cam_surface, plane_faces
 from capsule.parts.files import shipped_design
-from capsule.parts.part import volume
-from capsule.parts.plane_faces import plane_faces
 
 pytestmark = pytest.mark.takes(0.1)
 

@@ -24,10 +24,10 @@ from OCP.TopoDS import TopoDS
 
 from capsule.geometry.stand import bore
 from capsule.geometry.substructure import outline
-from capsule.parts.capsule_parts import substructure
+from capsule.parts.all_parts import substructure
 from capsule.parts.command import read_design
+from capsule.parts.design import volume as parts_volume
 from capsule.parts.files import shipped_design
-from capsule.parts.part import volume as parts_volume
 from capsule.parts.step_files import step_bytes
 from support.command import CAPSULE
 from support.measured import read_stl

@@ -12,13 +12,22 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from capsule.figures.bench_views import draw_bench
-from capsule.figures.capsule_views import draw_readings, draw_row, draw_substructure
+from capsule.arrays import FloatArray
 from capsule.figures.inputs import Drawing, FigureInputs
-from capsule.figures.style import COLUMN_WIDTH_IN, PAGE_WIDTH_IN, figure_style
-from capsule.geometry.open_choices import Choices
-from capsule.geometry.substructure import outline, shape_of, spacing
+from capsule.figures.style import (
+    BLUE,
+    COLUMN_WIDTH_IN,
+    GREEN,
+    INK,
+    ORANGE,
+    PAGE_WIDTH_IN,
+    figure_style,
+)
+from capsule.geometry.origami import Origami
+from capsule.geometry.substructure import Choices, outline, shape_of, spacing
+from capsule.kinds import Look
 from capsule.parts.design import Design
+from capsule.parts.drawings import draw_bench, draw_row, draw_substructure, true_scale
 
 # Other choices that the paper's text allows, one change at a time.
 _OTHERS = (
@@ -154,3 +163,33 @@ def draw_other_readings(
         handles, _ = panels[0].get_legend_handles_labels()
         figure.legend(handles, ["chosen", "instead"], loc="lower center", ncols=2)
     return figure
+
+
+def draw_readings(axes: Axes, origami: Origami, readings: dict[str, Choices]) -> FloatArray:
+    """Draw the outlines of several readings of the paper's text, with point C at the same place.
+
+    Parameters
+    ----------
+    readings
+        Choices by their description; the first is the chosen reading.
+
+    Returns
+    -------
+    array of shape (2, 2)
+        Lowest and highest corner of the drawing, in mm.
+    """
+    looks: tuple[Look, ...] = (
+        {"color": INK, "linewidth": 1.6},
+        {"color": ORANGE, "linestyle": (0, (5, 1.5))},
+        {"color": BLUE, "linestyle": (0, (1.5, 1.2))},
+        {"color": GREEN, "linestyle": (0, (6, 1.5, 1.2, 1.5))},
+    )
+    for (words, choices), look in zip(readings.items(), looks, strict=False):
+        outer, inner = outline(shape_of(origami, choices))
+        for index, boundary in enumerate((outer, inner)):
+            closed = np.vstack([boundary, boundary[:1]])
+            axes.plot(*closed.T, **look, label=words if index == 0 else None)
+    corners = np.vstack([outline(shape_of(origami, each))[0] for each in readings.values()])
+    box = np.array([corners.min(axis=0) - 0.6, corners.max(axis=0) + 0.6])
+    true_scale(axes, tuple(box[:, 0]), tuple(box[:, 1]))
+    return box

@@ -1,4 +1,4 @@
-"""Compute the outlines of the bench's plates: followers, slides, platform and end plates.
+"""Compute the outlines of the bench's plates, its pulleys and belts, and the platform's scale.
 
 Coordinates: x runs along the gut, y across it, and z upwards. The axes of both cam shafts and the
 middle of the capsule are at z = 0. The middle of the gut is at y = 0. A follower's own coordinates
@@ -11,48 +11,27 @@ import numpy as np
 
 from capsule.arrays import FloatArray
 from capsule.geometry.cam import Cam, relief
-from capsule.geometry.pulley import shaft_distance
+
+# GT2, 2 mm: pitch; distance from the belt's pitch line to the pulley's outside; depth and radius of
+# a groove; half the width of its mouth, where the belt's tooth is 1.3 mm wide with rounded flanks.
+PITCH_MM = 2.0
+_PITCH_LINE_MM = 0.254
+_DEPTH_MM = 0.76
+_GROOVE_MM = 0.6
+_MOUTH_MM = 0.7
+# Width of a line, and the lengths of the lines at 1, 5 and 10 mm.
+LINE_MM = 0.4
+_LENGTHS_MM = {10: 4.0, 5: 3.0, 1: 2.0}
+_DIGIT_MM = (1.5, 3.0)
+# The bars of each digit, of seven: top, upper left, upper right, middle, lower left, lower right,
+# bottom.
+_BARS = ("1110111", "0010010", "1011101", "1011011", "0111010", "1101011", "1101111", "1010010",
+         "1111111", "1111011")  # fmt: skip
 
 
 @dataclass(frozen=True)
 class Bench:
-    """Dimensions of the bench that the paper leaves open; lengths in mm.
-
-    Attributes
-    ----------
-    length_mm
-        Length of the followers' row.
-    follower_mm
-        Thickness of a follower, and the pitch of the row.
-    follower_gap_mm
-        Difference between a follower's place in the row and its thickness.
-    cam_radius_mm
-        Radius of the cam's circle.
-    play_mm
-        Play between parts that slide, per side.
-    fit_mm
-        Play of a bore, per side.
-    bevel_deg
-        Angle of a window's edge from its ridge to the follower's faces.
-    frame_mm
-        Width of a follower's frame around its window.
-    shaft_distance_mm
-        Distance between the axes of the cam shafts.
-    rod_mm, rod_flat_mm
-        Diameter of the steel rod with a flat, and the depth of the flat.
-    bearing_mm
-        Outer diameter of the rod's bearings.
-    plate_mm, slide_mm
-        Thickness of end plates and of slides.
-    row_play_mm
-        Difference in length between the slides and the row.
-    platform_width_mm, platform_mm, platform_top_mm
-        Width and thickness of the platform, and the height of its upper side.
-    cam_teeth, motor_teeth
-        Teeth of the pulleys.
-    drive_belt_mm
-        Length of the belt between motor and cam shaft.
-    """
+    """Dimensions of the bench that the paper leaves open, as in config/parts.yaml."""
 
     length_mm: float
     follower_mm: float
@@ -250,3 +229,105 @@ def end_plate(bench: Bench, cam: Cam, front_mm: float) -> tuple[FloatArray, list
     holes.append(slot((shaft, motor), 10.0, 6.0))
     holes += [slot((shaft + side * 17.5, motor + 8.0), 4.2, 6.0) for side in (-1.0, 1.0)]
     return outline, [hole[::-1] for hole in holes]
+
+
+def pitch_radius(teeth: int) -> float:
+    """Return the radius of the belt's pitch line, in mm."""
+    return teeth * PITCH_MM / (2 * np.pi)
+
+
+def outer_radius(teeth: int) -> float:
+    """Return the radius of the pulley's outside, in mm."""
+    return pitch_radius(teeth) - _PITCH_LINE_MM
+
+
+def teeth_around(radius_mm: float) -> int:
+    """Return the least number of teeth of a pulley whose grooves stay outside a radius."""
+    return int(np.ceil((radius_mm + _DEPTH_MM + _PITCH_LINE_MM) * 2 * np.pi / PITCH_MM))
+
+
+def pulley_outline(teeth: int) -> FloatArray:
+    """Return a pulley's section, anticlockwise: shape (N, 2), in mm.
+
+    Each groove is a half circle with a mouth that widens a little. It is close to the standard, and
+    wide enough to print.
+    """
+    radius = outer_radius(teeth)
+    angles = np.linspace(np.pi, 2 * np.pi, 13)
+    across = np.concatenate([[-_MOUTH_MM], _GROOVE_MM * np.cos(angles), [_MOUTH_MM]])
+    height = -(_DEPTH_MM - _GROOVE_MM) + _GROOVE_MM * np.sin(angles)
+    height = np.concatenate([[0.0], height, [0.0]])
+    turns = 2 * np.pi * np.arange(teeth) / teeth
+    angle = turns[:, np.newaxis] + across / radius
+    points = (radius + height)[..., np.newaxis] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    outline: FloatArray = points.reshape(-1, 2)
+    return outline
+
+
+def belt_length(first_teeth: int, second_teeth: int, distance_mm: float) -> float:
+    """Return the length of an open belt around two pulleys, in mm."""
+    large, small = pitch_radius(first_teeth), pitch_radius(second_teeth)
+    lean = np.arcsin((large - small) / distance_mm)
+    straight = 2 * distance_mm * np.cos(lean)
+    return float(straight + np.pi * (large + small) + 2 * lean * (large - small))
+
+
+def shaft_distance(first_teeth: int, second_teeth: int, belt_mm: float) -> float:
+    """Return the distance of two shafts for a belt of a given length, in mm.
+
+    Raises
+    ------
+    ValueError
+        If the belt is too short for both pulleys.
+    """
+    low = pitch_radius(first_teeth) + pitch_radius(second_teeth)
+    high = belt_mm / 2
+    if high <= low or belt_length(first_teeth, second_teeth, low) > belt_mm:
+        raise ValueError(f"a belt of {belt_mm:g} mm is too short")
+    while high - low > 1e-9:
+        middle = (low + high) / 2
+        shorter = belt_length(first_teeth, second_teeth, middle) < belt_mm
+        low, high = (middle, high) if shorter else (low, middle)
+    return low
+
+
+def _digit(digit: int, left: float, low: float) -> list[FloatArray]:
+    wide, high = _DIGIT_MM
+    middle, line = high / 2, LINE_MM
+    bars = [
+        (0.0, high - line, wide, high),
+        (0.0, middle, line, high),
+        (wide - line, middle, wide, high),
+        (0.0, middle - line / 2, wide, middle + line / 2),
+        (0.0, 0.0, line, middle),
+        (wide - line, 0.0, wide, middle),
+        (0.0, 0.0, wide, line),
+    ]
+    drawn = [bar for bar, on in zip(bars, _BARS[digit], strict=True) if on == "1"]
+    return [rectangle(left + a, low + b, left + c, low + d) for a, b, c, d in drawn]
+
+
+def scale_marks(length_mm: float, width_mm: float) -> list[FloatArray]:
+    """Return the lines and digits of a scale, each a rectangle, in (x, y).
+
+    Parameters
+    ----------
+    length_mm
+        Length of the scale; it begins at ``-length_mm / 2``.
+    width_mm
+        Width of the platform; the lines begin at its edge.
+    """
+    marks = []
+    edge = -width_mm / 2
+    for position in range(round(length_mm) + 1):
+        at = position - length_mm / 2
+        length = next(size for step, size in _LENGTHS_MM.items() if position % step == 0)
+        # A line begins beyond the edge, so that its end is open there.
+        marks.append(rectangle(at - LINE_MM / 2, edge - 0.5, at + LINE_MM / 2, edge + length))
+        if position % 10 == 0:
+            text = str(position)
+            left = at - (len(text) * (_DIGIT_MM[0] + LINE_MM) - LINE_MM) / 2
+            for place, digit in enumerate(text):
+                offset = left + place * (_DIGIT_MM[0] + LINE_MM)
+                marks += _digit(int(digit), offset, edge + _LENGTHS_MM[10] + 0.6)
+    return marks

@@ -1,4 +1,4 @@
-"""Compute one substructure as a closed wall: middle lines, outline and length.
+"""Compute one substructure as a closed wall: middle lines, outline, length, cut and wires.
 
 Coordinates are as in `capsule.geometry.origami`. The module computes one half; the other half is
 its mirror image.
@@ -9,14 +9,29 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.arrays import FloatArray
-from capsule.geometry.open_choices import Choices
 from capsule.geometry.origami import Origami, half_width
 
+# A guide eyelet for folding cables (not in the paper): its bore, and its distance from the axis.
+EYELET_MM = 0.8
+EYELET_AT_MM = 1.0
 # Largest angle between points of an arc.
 _STEP_RAD = np.radians(6.0)
 # Angle of a curled awn's end, which points back into the lumen, away from the wall.
 _CURL_END_RAD = np.radians(135.0)
 _UP = np.array([0.0, 1.0])
+
+
+@dataclass(frozen=True)
+class Choices:
+    """The choices that the paper leaves open about one substructure, as in config/parts.yaml."""
+
+    fold_side: str
+    lower_corner_mm: float
+    corners: str
+    tip: str
+    current: str
+    cut: str
+    folding: str
 
 
 @dataclass(frozen=True)
@@ -283,3 +298,27 @@ def spacing(shape: Shape, adhesive_mm: float) -> float:
     """Return the distance along the axis from one substructure to the next, in mm."""
     faces = glue_faces(shape)
     return float(faces["head"][0, 0] - faces["tail"][0, 0]) + adhesive_mm
+
+
+def cut_lines(shape: Shape, choices: Choices) -> list[FloatArray]:
+    """Return the cuts along the axis through the flats, each of shape (2, 2), in mm."""
+    faces = glue_faces(shape)
+    inward = {"head": -shape.wall_mm, "tail": shape.wall_mm}
+    cut = ("tail", "head") if choices.current == "halves" else (choices.cut,)
+    return [
+        np.array([[faces[flat][0, 0], 0.0], [faces[flat][0, 0] + inward[flat], 0.0]])
+        for flat in cut
+    ]
+
+
+def wire_positions(shape: Shape, choices: Choices, beside_mm: float = 1.0) -> FloatArray:
+    """Return the points at which the two wires enter the wall: shape (2, 2), in mm.
+
+    With one cut, the wires are above and below it, and the current takes the whole loop. With both
+    flats cut, one wire is in each cut, and the current takes the two halves in parallel.
+    """
+    middles = [line.mean(axis=0) for line in cut_lines(shape, choices)]
+    if choices.current == "halves":
+        return np.array(middles)
+    positions: FloatArray = middles[0] + beside_mm * np.array([[0.0, 1.0], [0.0, -1.0]])
+    return positions

@@ -1,13 +1,32 @@
-"""Make all parts of capsule and bench."""
+"""Make all parts: those of the capsule, test coupons to print before it, and the bench's."""
 
 import numpy as np
+from manifold3d import Manifold
 
+from capsule.arrays import FloatArray
 from capsule.errors import CapsuleError
-from capsule.parts.bench_parts import bench_parts
-from capsule.parts.capsule_parts import assembly, substructure
-from capsule.parts.coupons import coupons
-from capsule.parts.design import Design
-from capsule.parts.part import Part, extent
+from capsule.geometry.cam import relief
+from capsule.geometry.stand import bore, circle, rectangle, window
+from capsule.geometry.substructure import (
+    EYELET_AT_MM,
+    EYELET_MM,
+    awn_end,
+    glue_faces,
+    loop_length,
+    named_corners,
+    outline,
+    spacing,
+    wall_area,
+)
+from capsule.parts import solids
+from capsule.parts.bench_parts import bench_parts, window_cut
+from capsule.parts.design import BENCH, CAPSULE, Design, Flat, Part, extent
+
+# Plays of the gauge's three windows, as multiples of the design's play.
+_PLAYS = (0.5, 1.0, 1.5)
+_HANDLE_MM = (8.0, 4.0)
+_PROBE_MM = 10.0
+_DISC_MM = 8.0
 
 
 def all_parts(design: Design, sensors: int) -> list[Part]:
@@ -42,3 +61,229 @@ def all_parts(design: Design, sensors: int) -> list[Part]:
                 f"room for at most {space} mm; reduce {part.limited_by}"
             )
     return parts
+
+
+def substructure_solid(design: Design) -> Manifold:
+    """Return one substructure, upright on its lower side."""
+    origami = design.phantom.origami
+    solid = solids.prism(outline(design.shape), origami.height_mm)
+    if design.parts.choice.folding == "eyelets":
+        length = float(np.ptp(outline(design.shape)[0][:, 0])) + 2.0
+        for side in (-1.0, 1.0):
+            eyelet = circle(EYELET_MM / 2, (side * EYELET_AT_MM, origami.height_mm / 2), points=32)
+            hole = solids.crossways([eyelet], 2 * length, "x")
+            solid = solid - hole
+    return solid
+
+
+def substructure(design: Design, sensors: int) -> Part:
+    """Return the substructure, which is printed once per sensor."""
+    origami, choices, shape = design.phantom.origami, design.parts.choice, design.shape
+    corner = named_corners(origami, choices)
+    faces = glue_faces(shape)
+    sizes = {
+        "width_mm": 2 * float(corner["D"][1]),
+        "height_mm": origami.height_mm,
+        "wall_mm": origami.wall_thickness_mm,
+        "fold_angle_deg": origami.fold_angle_deg,
+        "awn_tilt_deg": origami.awn_tilt_deg,
+        **{
+            f"{name}_{axis}_mm": float(corner[name][index])
+            for name in "ABCD"
+            for index, axis in enumerate("xy")
+        },
+        "flat_AA_mm": 2 * float(corner["A"][1]),
+        "flat_BB_mm": 2 * float(corner["B"][1]),
+        "flats_apart_mm": abs(float(corner["A"][0] - corner["B"][0])),
+        "face_to_face_mm": float(faces["head"][0, 0] - faces["tail"][0, 0]),
+        "loop_mm": loop_length(shape),
+        "wall_area_mm2": wall_area(shape),
+    }
+    return Part(
+        "substructure",
+        *solids.mesh(substructure_solid(design)),
+        sensors,
+        CAPSULE,
+        "One sensor: the hexagon with its two awns.",
+        "origami.fold_to_shoulder_mm",
+        flat=Flat(outline(shape)),
+        sizes=sizes,
+    )
+
+
+def assembly(design: Design, sensors: int) -> Part:
+    """Return the row of substructures, with sensor 1 at the head and without the adhesive."""
+    pitch = spacing(design.shape, design.phantom.origami.adhesive_mm)
+    unit = substructure_solid(design)
+    row = Manifold.compose([unit.translate((-pitch * n, 0.0, 0.0)) for n in range(sensors)])
+    face = float(glue_faces(design.shape)["head"][0, 0] - glue_faces(design.shape)["tail"][0, 0])
+    return Part(
+        "assembly",
+        *solids.mesh(row),
+        0,
+        CAPSULE,
+        "The substructures where they lie once they are glued; to look at, not to print.",
+        "origami.fold_to_shoulder_mm",
+        bodies=sensors,
+        sizes={
+            "pitch_mm": pitch,
+            "adhesive_mm": design.phantom.origami.adhesive_mm,
+            "faces_mm": face + (sensors - 1) * pitch,
+        },
+    )
+
+
+def coupons(design: Design) -> list[Part]:
+    """Return all coupons."""
+    return [*_bars(design), _strip(design), _tip(design), _glue(design), *_fit(design)]
+
+
+def _flat_coupon(
+    design: Design, name: str, shape: FloatArray, quantity: int, note: str, **sizes: float
+) -> Part:
+    height = design.phantom.origami.height_mm
+    return Part(
+        f"coupon-{name}",
+        *solids.mesh(solids.prism([shape], height)),
+        quantity,
+        CAPSULE,
+        note,
+        "origami.height_mm",
+        flat=Flat([shape]),
+        sizes={**sizes, "height_mm": height},
+    )
+
+
+def _bars(design: Design) -> list[Part]:
+    """Return bars as thick as the wall, thinner and thicker, but not thinner than the nozzle."""
+    wall, less = design.phantom.origami.wall_thickness_mm, design.parts.coupon.thinner_mm
+    length = design.parts.coupon.bar_mm
+    nozzle = design.parts.print.nozzle_mm
+    return [
+        _flat_coupon(
+            design,
+            f"wall-{width:.2f}",
+            rectangle(0.0, 0.0, length, width),
+            1,
+            "A straight wall: measure how thick it came out, and whether it is one line.",
+            length_mm=length,
+            wall_mm=width,
+        )
+        for width in (wall - less, wall, wall + less)
+        if width >= nozzle - 1e-9
+    ]
+
+
+def _strip(design: Design) -> Part:
+    wall = design.phantom.origami.wall_thickness_mm
+    length = loop_length(design.shape)
+    return _flat_coupon(
+        design,
+        "strip",
+        rectangle(0.0, 0.0, length, wall),
+        1,
+        "As long as the loop: its resistance from end to end gives the plastic's resistivity.",
+        length_mm=length,
+        wall_mm=wall,
+        resistance_ohm=design.resistivity_ohm_m
+        * 1e3
+        * length
+        / (wall * design.phantom.origami.height_mm),
+    )
+
+
+def _tip(design: Design) -> Part:
+    """Return the awn, from its shoulder to its end, upright on a handle."""
+    shape = design.shape
+    end = awn_end(shape)
+    foot = shape.shoulder
+    half = shape.wall_mm / 2 * shape.headward
+    wide, high = _HANDLE_MM
+    corners = [[-wide / 2, 0.0], [-wide / 2, -high], [wide / 2, -high], [wide / 2, 0.0]]
+    handle = foot + np.array(corners)
+    # The outline runs down the tail side, around the handle, and up the head side.
+    chain = np.vstack([end, foot - half, handle, foot + half])
+    chain[len(end), 1] = chain[-1, 1] = foot[1]
+    return _flat_coupon(
+        design,
+        "awn",
+        chain - foot,
+        1,
+        "The awn alone: its end has to come out round, without a thread or a gap.",
+        length_mm=design.phantom.origami.shoulder_to_tip_mm,
+        tip_radius_mm=shape.cap_radius_mm,
+    )
+
+
+def _glue(design: Design) -> Part:
+    """Return an angle: a flat to glue to a second angle, and a leg for the meter's probe."""
+    shape = design.shape
+    wall, flat = shape.wall_mm, 2 * float(shape.fold[1])
+    angle = np.array(
+        [[0.0, 0.0], [_PROBE_MM, 0.0], [_PROBE_MM, wall], [wall, wall], [wall, flat], [0.0, flat]]
+    )
+    return _flat_coupon(
+        design,
+        "glue",
+        angle,
+        2,
+        "Glue two by their flats as the substructures are: between the legs no current may flow.",
+        flat_mm=flat,
+        adhesive_mm=design.phantom.origami.adhesive_mm,
+    )
+
+
+def _fit(design: Design) -> list[Part]:
+    bench, cam = design.parts.bench, design.cam
+    opening = window(bench, cam)
+    thickness = bench.follower_mm - bench.follower_gap_mm
+    high = 2 * (cam.radius_mm + bench.play_mm)
+    bevel = relief(thickness, bench.bevel_deg)
+    widths = [cam.radius_mm + bench.play_mm * part for part in _PLAYS]
+    frame, at, centres = bench.frame_mm, 0.0, []
+    for half in widths:
+        centres.append(at + frame + half + bevel)
+        at += frame + 2 * (half + bevel)
+    right = at + frame
+    outer = rectangle(0.0, -high / 2 - frame, right, high / 2 + frame)
+    gauge = solids.prism([outer], thickness)
+    holes = []
+    for centre, half in zip(centres, widths, strict=True):
+        cut = window_cut(half, half + bevel, high / 2, thickness)
+        gauge = gauge - cut.translate((centre, 0.0, 0.0))
+        face = half + bevel
+        holes.append(rectangle(centre - face, -high / 2, centre + face, high / 2)[::-1])
+    # One, two or three notches in the lower edge number the windows.
+    for count, centre in enumerate(centres, start=1):
+        for notch in range(count):
+            left = centre + 2.0 * (notch - (count - 1) / 2) - 0.5
+            low = -high / 2 - frame
+            notched = rectangle(left, low - 1.0, left + 1.0, low + 1.0)
+            gauge = gauge - solids.prism([notched], thickness + 2.0, -1.0)
+    disc = solids.prism(
+        [circle(cam.radius_mm, (cam.eccentricity_mm, 0.0)), bore(bench)[::-1]], _DISC_MM
+    )
+    return [
+        Part(
+            "coupon-fit-window",
+            *solids.mesh(gauge),
+            1,
+            BENCH,
+            "Three windows with half, once and one and a half times the play; notches count them.",
+            "bench.cam_radius_mm",
+            sizes={
+                "thickness_mm": thickness,
+                **{f"window_{n}_mm": 2 * half for n, half in enumerate(widths, start=1)},
+                "ridge_mm": 2 * opening.ridge_mm,
+            },
+        ),
+        Part(
+            "coupon-fit-cam",
+            *solids.mesh(disc),
+            1,
+            BENCH,
+            "A piece of the cam for the three windows, and for the rod with its flat.",
+            "bench.cam_radius_mm",
+            sizes={"radius_mm": cam.radius_mm, "thickness_mm": _DISC_MM},
+        ),
+    ]

@@ -6,12 +6,9 @@ from manifold3d import Manifold
 from capsule.arrays import FloatArray
 from capsule.geometry import stand
 from capsule.geometry.cam import Cam, phase_step, steepest_overhang
-from capsule.geometry.pulley import outer_radius, pulley_outline
-from capsule.geometry.scale import scale_marks
-from capsule.geometry.stand import Bench
+from capsule.geometry.stand import Bench, outer_radius, pulley_outline, scale_marks
 from capsule.parts import solids
-from capsule.parts.design import Design
-from capsule.parts.part import BENCH, Flat, Part, Spiral
+from capsule.parts.design import BENCH, Design, Flat, Part, Spiral
 
 # Steps along a cam shaft's section, and corners of its circle: within 0.01 mm of the exact cam.
 _STEPS, _CORNERS = 160, 96

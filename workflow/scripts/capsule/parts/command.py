@@ -8,13 +8,19 @@ from pathlib import Path
 from capsule import files
 from capsule.configuration import read_settings
 from capsule.errors import CapsuleError
-from capsule.parts.design import LIMITS, Design, design_of, entries
+from capsule.parts.design import LIMITS, Design, Part, design_of, entries
 from capsule.parts.files import read_parts_table
-from capsule.parts.flat_files import dxf_text, svg_text
-from capsule.parts.mesh_files import split_bodies, stl_bytes, threemf_bytes
-from capsule.parts.part import Part
-from capsule.parts.part_lists import bill_of_materials, parts_table, title_lines
-from capsule.parts.print_profile import profile_text
+from capsule.parts.formats import (
+    bill_of_materials,
+    dxf_text,
+    parts_table,
+    profile_text,
+    split_bodies,
+    stl_bytes,
+    svg_text,
+    threemf_bytes,
+    title_lines,
+)
 from capsule.parts.refusals import check_design
 from capsule.parts.sheets import sheet_files, sheets
 from capsule.phantom.files import DEFAULT_TABLE, read_phantom

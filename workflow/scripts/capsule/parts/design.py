@@ -1,16 +1,19 @@
-"""Hold the design of all parts: the phantom's dimensions, and the choices of parts.yaml."""
+"""Hold the design of all parts, from the phantom's dimensions and parts.yaml, and each part."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from typing import Any, get_type_hints
 
+import numpy as np
+
+from capsule.arrays import FloatArray, IntArray
 from capsule.errors import CapsuleError
 from capsule.geometry.cam import Cam
-from capsule.geometry.open_choices import Choices
 from capsule.geometry.stand import Bench, front
-from capsule.geometry.substructure import Shape, loop_length, shape_of
+from capsule.geometry.substructure import Choices, Shape, loop_length, shape_of
 from capsule.phantom.parameters import Phantom, value_of
 
+CAPSULE, BENCH = "conductive TPU", "PLA"
 # The part of the table with limits instead of choices.
 LIMITS = "limits"
 
@@ -170,3 +173,88 @@ def resistance(resistivity_ohm_m: float, phantom: Phantom, choices: Choices) -> 
 def resistivity(phantom: Phantom, choices: Choices) -> float:
     """Return the resistivity in ohm metre for which a substructure has the phantom's resistance."""
     return phantom.sensor.resistance_ohm / resistance(1.0, phantom, choices)
+
+
+@dataclass(frozen=True)
+class Flat:
+    """The outline of a flat part, for a cutter.
+
+    Attributes
+    ----------
+    cuts
+        Closed outlines, each of shape (N, 2), in mm.
+    marks
+        Closed outlines to engrave instead of cutting them.
+    """
+
+    cuts: Sequence[FloatArray]
+    marks: Sequence[FloatArray] = ()
+
+
+@dataclass(frozen=True)
+class Spiral:
+    """The exact form of a cam shaft's section, which the mesh approximates.
+
+    Attributes
+    ----------
+    cam
+        The cam, whose circle turns once.
+    bore
+        The bore's outline, anticlockwise: shape (N, 2), in mm.
+    """
+
+    cam: Cam
+    bore: FloatArray
+
+
+@dataclass(frozen=True)
+class Part:
+    """A part in its pose for printing.
+
+    Attributes
+    ----------
+    name
+        Name of the part and of its files.
+    vertices, triangles
+        The mesh: shape (V, 3) in mm, and shape (T, 3), anticlockwise seen from outside.
+    quantity
+        Number of pieces for the whole experiment.
+    material
+        Material to print with.
+    note
+        Purpose, in one sentence.
+    limited_by
+        Name of the value to change if the part does not fit the printer.
+    bodies
+        Number of separate bodies in the mesh.
+    flat
+        Outline, if the part can be cut from a sheet.
+    spiral
+        Exact form, if not all faces are plane.
+    sizes
+        Dimensions for the list of parts, by name.
+    """
+
+    name: str
+    vertices: FloatArray
+    triangles: IntArray
+    quantity: int
+    material: str
+    note: str
+    limited_by: str
+    bodies: int = 1
+    flat: Flat | None = None
+    spiral: Spiral | None = None
+    sizes: dict[str, float] = field(default_factory=dict)
+
+
+def volume(part: Part) -> float:
+    """Return the volume that a mesh encloses, in mm3 (by the divergence theorem)."""
+    first, second, third = np.moveaxis(part.vertices[part.triangles], 1, 0)
+    return float(np.einsum("ij,ij->i", first, np.cross(second, third)).sum() / 6)
+
+
+def extent(part: Part) -> FloatArray:
+    """Return the lengths of the box around a part, along x, y and z: shape (3,)."""
+    lengths: FloatArray = np.ptp(part.vertices, axis=0)
+    return lengths

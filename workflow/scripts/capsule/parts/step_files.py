@@ -39,10 +39,9 @@ from OCP.TopoDS import (
 )
 
 from capsule.arrays import IntArray
-from capsule.parts.cam_surface import DEGREE, cam_surface
-from capsule.parts.mesh_files import split_bodies
-from capsule.parts.part import Part, Spiral
-from capsule.parts.plane_faces import plane_faces
+from capsule.parts.design import Part, Spiral
+from capsule.parts.exact_faces import DEGREE, cam_surface, plane_faces
+from capsule.parts.formats import split_bodies
 
 # A fixed date: the bytes must depend only on the part.
 _EPOCH = "1980-01-01T00:00:00"

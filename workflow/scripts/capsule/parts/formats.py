@@ -1,0 +1,323 @@
+"""Make the content of the parts' files: STL and 3MF, DXF and SVG, lists and print profile.
+
+The same part always gives the same bytes.
+"""
+
+import csv
+import io
+import zipfile
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from capsule.geometry.stand import belt_length, row_length
+from capsule.geometry.substructure import loop_length
+from capsule.parts.design import CAPSULE, Design, Flat, Part, Printing, extent, resistance, volume
+
+# A facet of binary STL: normal, three corners, two unused bytes.
+_FACET = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("unused", "<u2")])
+_HEADER_BYTES = 80
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+_CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
+_TYPES = (
+    '<?xml version="1.0" encoding="UTF-8"?>\n'
+    '<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">'
+    '<Default Extension="rels" '
+    'ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
+    '<Default Extension="model" '
+    'ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/></Types>\n'
+)
+_RELATIONS = (
+    '<?xml version="1.0" encoding="UTF-8"?>\n'
+    '<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">'
+    '<Relationship Target="/3D/3dmodel.model" Id="model" '
+    'Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>\n'
+)
+# Layers of the files, with the colour numbers of DXF: white (black on paper) and red.
+CUT, MARK = "CUT", "ENGRAVE"
+_COLOURS = {CUT: 7, MARK: 1}
+_STROKES = {CUT: "#000000", MARK: "#c00000"}
+_MARGIN_MM = 1.0
+# Columns of bom.csv.
+_COLUMNS = ("item", "quantity", "unit", "kind", "material", "note")
+_SHEET_HEIGHT_MM = 35.0
+
+
+def stl_bytes(name: str, vertices: np.ndarray, triangles: np.ndarray) -> bytes:
+    """Return a mesh as binary STL, in mm.
+
+    Parameters
+    ----------
+    name
+        Name in the header.
+    vertices, triangles
+        The mesh, in the form of `capsule.parts.design.Part`.
+    """
+    corners = vertices[triangles]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    facets = np.zeros(len(triangles), _FACET)
+    facets["normal"] = normal / np.linalg.norm(normal, axis=1, keepdims=True)
+    facets["corners"] = corners
+    header = f"{name}, mm".encode("ascii").ljust(_HEADER_BYTES)
+    return header + np.uint32(len(triangles)).tobytes() + facets.tobytes()
+
+
+def threemf_bytes(bodies: Sequence[tuple[str, np.ndarray, np.ndarray]]) -> bytes:
+    """Return meshes as 3MF, in mm; each mesh is one object.
+
+    Parameters
+    ----------
+    bodies
+        Name, vertices and triangles of each mesh.
+    """
+    objects = [
+        f'<object id="{number}" name="{name}" type="model"><mesh>\n<vertices>\n'
+        + "".join(f'<vertex x="{x:.6f}" y="{y:.6f}" z="{z:.6f}"/>\n' for x, y, z in vertices)
+        + "</vertices>\n<triangles>\n"
+        + "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>\n' for a, b, c in triangles)
+        + "</triangles>\n</mesh></object>\n"
+        for number, (name, vertices, triangles) in enumerate(bodies, start=1)
+    ]
+    items = "".join(f'<item objectid="{number}"/>\n' for number in range(1, len(bodies) + 1))
+    model = (
+        f'<?xml version="1.0" encoding="UTF-8"?>\n<model unit="millimeter" xmlns="{_CORE}">\n'
+        f"<resources>\n{''.join(objects)}</resources>\n<build>\n{items}</build>\n</model>\n"
+    )
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as package:
+        for path, text in (
+            ("[Content_Types].xml", _TYPES),
+            ("_rels/.rels", _RELATIONS),
+            ("3D/3dmodel.model", model),
+        ):
+            # A fixed date and system: the bytes must depend only on the mesh.
+            entry = zipfile.ZipInfo(path, _EPOCH)
+            entry.create_system, entry.compress_type = 3, zipfile.ZIP_DEFLATED
+            package.writestr(entry, text, compresslevel=6)
+    return stream.getvalue()
+
+
+def split_bodies(
+    name: str, vertices: np.ndarray, triangles: np.ndarray
+) -> list[tuple[str, np.ndarray, np.ndarray]]:
+    """Return the separate bodies of a mesh with their names; the one at the head is first."""
+    # The label of a body is the smallest number among its vertices.
+    label = np.arange(len(vertices))
+    while True:
+        lowest = label[triangles].min(axis=1)
+        spread = label.copy()
+        for corner in range(3):
+            np.minimum.at(spread, triangles[:, corner], lowest)
+        if np.array_equal(spread, label):
+            break
+        label = spread[spread]
+    bodies = []
+    for body in np.unique(label[triangles[:, 0]]):
+        chosen = triangles[label[triangles[:, 0]] == body]
+        used, renumbered = np.unique(chosen, return_inverse=True)
+        bodies.append((vertices[used], renumbered.reshape(-1, 3)))
+    if len(bodies) == 1:
+        return [(name, *bodies[0])]
+    bodies.sort(key=lambda each: -each[0][:, 0].max())
+    return [(f"{name} {number}", *body) for number, body in enumerate(bodies, start=1)]
+
+
+def dxf_text(flat: Flat) -> str:
+    """Return an outline as DXF (release 12, closed polylines, in mm, a layer for each kind)."""
+    layers = "".join(
+        _groups((0, "LAYER"), (2, name), (70, 0), (62, colour), (6, "CONTINUOUS"))
+        for name, colour in _COLOURS.items()
+    )
+    drawn = "".join(
+        _polyline(outline, layer) for layer, outlines in _by_layer(flat) for outline in outlines
+    )
+    return (
+        _groups((0, "SECTION"), (2, "HEADER"), (9, "$ACADVER"), (1, "AC1009"))
+        + _groups((9, "$INSUNITS"), (70, 4), (9, "$MEASUREMENT"), (70, 1), (0, "ENDSEC"))
+        + _groups((0, "SECTION"), (2, "TABLES"), (0, "TABLE"), (2, "LTYPE"), (70, 1))
+        + _groups((0, "LTYPE"), (2, "CONTINUOUS"), (70, 0), (3, "Solid line"), (72, 65), (73, 0))
+        + _groups((40, "0.0"), (0, "ENDTAB"))
+        + _groups((0, "TABLE"), (2, "LAYER"), (70, len(_COLOURS)))
+        + layers
+        + _groups((0, "ENDTAB"), (0, "ENDSEC"), (0, "SECTION"), (2, "ENTITIES"))
+        + drawn
+        + _groups((0, "ENDSEC"), (0, "EOF"))
+    )
+
+
+def _groups(*pairs: tuple[int, object]) -> str:
+    return "".join(f"{code}\n{value}\n" for code, value in pairs)
+
+
+def _polyline(outline: np.ndarray, layer: str) -> str:
+    head = _groups((0, "POLYLINE"), (8, layer), (66, 1), (70, 1), (10, 0.0), (20, 0.0), (30, 0.0))
+    corners = "".join(
+        _groups((0, "VERTEX"), (8, layer), (10, f"{x:.6f}"), (20, f"{y:.6f}"), (30, "0.0"))
+        for x, y in outline
+    )
+    return head + corners + _groups((0, "SEQEND"), (8, layer))
+
+
+def _by_layer(flat: Flat) -> list[tuple[str, Sequence[np.ndarray]]]:
+    return [(CUT, flat.cuts), (MARK, flat.marks)]
+
+
+def svg_text(name: str, flat: Flat) -> str:
+    """Return an outline as SVG at true size; as in the DXF, y points upwards."""
+    points = np.vstack(flat.cuts)
+    low, high = points.min(axis=0) - _MARGIN_MM, points.max(axis=0) + _MARGIN_MM
+    width, height = high - low
+    groups = []
+    for layer, outlines in _by_layer(flat):
+        path = " ".join(
+            "M" + " L".join(f"{x - low[0]:.6f},{high[1] - y:.6f}" for x, y in outline) + " Z"
+            for outline in outlines
+        )
+        if path:
+            groups.append(
+                f'<g id="{layer}" fill="none" stroke="{_STROKES[layer]}" stroke-width="0.1">'
+                f'<path d="{path}"/></g>\n'
+            )
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.6f}mm" height="{height:.6f}mm" '
+        f'viewBox="0 0 {width:.6f} {height:.6f}">\n<title>{name}, 1 : 1</title>\n'
+        + "".join(groups)
+        + "</svg>\n"
+    )
+
+
+def parts_table(design: Design, parts: Sequence[Part]) -> dict[str, Any]:
+    """Return the content of parts.json."""
+    bench = design.parts.bench
+    return {
+        "unit": "mm",
+        "capsule": {
+            "loop_mm": round(loop_length(design.shape), 4),
+            "resistance_ohm": round(
+                resistance(design.resistivity_ohm_m, design.phantom, design.parts.choice), 1
+            ),
+            "resistivity_ohm_m": round(design.resistivity_ohm_m, 4),
+            "current": design.parts.choice.current,
+        },
+        "bench": {
+            "waves": round(bench.length_mm / design.cam.lead_mm),
+            "waves_per_motor_turn": bench.motor_teeth / bench.cam_teeth,
+            "shaft_belt_mm": round(_shaft_belt(design), 3),
+            "drive_belt_mm": bench.drive_belt_mm,
+        },
+        "parts": {
+            part.name: {
+                "quantity": part.quantity,
+                "material": part.material,
+                "box_mm": [round(float(size), 4) for size in extent(part)],
+                "volume_mm3": round(volume(part), 3),
+                "mass_g": round(mass(design, part), 3),
+                "bodies": part.bodies,
+                "sizes": {name: round(float(value), 4) for name, value in part.sizes.items()},
+                "note": part.note,
+            }
+            for part in parts
+        },
+    }
+
+
+def mass(design: Design, part: Part) -> float:
+    """Return the mass of a solid part, in g."""
+    material = design.parts.material
+    dense = material.capsule_g_cm3 if part.material == CAPSULE else material.bench_g_cm3
+    return volume(part) * 1e-3 * dense
+
+
+def _shaft_belt(design: Design) -> float:
+    bench = design.parts.bench
+    return belt_length(bench.cam_teeth, bench.cam_teeth, bench.shaft_distance_mm)
+
+
+def bill_of_materials(design: Design, parts: Sequence[Part], sensors: int) -> str:
+    """Return the text of bom.csv: the parts to print, and the items to buy."""
+    bench, wall = design.parts.bench, design.phantom.wall
+    rod = row_length(bench) + 2 * (bench.plate_mm + 25.0)
+    sheet = f"{bench.length_mm:g} x {_SHEET_HEIGHT_MM:g} mm"
+    series = design.phantom.electronics.series_ohm
+    bought = [
+        ("filament, NinjaTek Eel, 1.75 mm", 1, "spool", "Shore 90 A, 18 % carbon black"),
+        ("enamelled copper wire, 0.1 mm", 2 * sensors, "lead", "two leads a substructure"),
+        ("cyanoacrylate adhesive", 1, "bottle", "cuts and glue faces, fully coated"),
+        (f"Ecoflex 00-10 wall, {wall.wall_mm:g} mm", 2, "sheet", sheet),
+        (f"Ecoflex 00-10 sheet, {wall.sheet_mm:g} mm", 2, "sheet", sheet),
+        ("rubber spheres of 1, 2, 3, 4, 5 mm", 1, "set", "PT Flex 60"),
+        (f"steel rod, {bench.rod_mm:g} mm with a flat", 2, "piece", f"{rod:g} mm long"),
+        (f"bearing, {bench.rod_mm:g} x {bench.bearing_mm:g} x 6 mm", 4, "piece", "626 for 6 mm"),
+        (f"belt GT2, 6 mm, {_shaft_belt(design):.0f} mm", 2, "piece", "joins the shafts"),
+        (f"belt GT2, 6 mm, {bench.drive_belt_mm:g} mm", 1, "piece", "motor to cam shaft"),
+        ("stepper motor 28BYJ-48 with ULN2003", 1, "piece", "docs/bench.md"),
+        ("Arduino UNO", 1, "piece", "turns the motor"),
+        ("Arduino Mega 2560", 1, "piece", "reads the sensors"),
+        (f"resistor {series:g} ohm, 1 %", sensors, "piece", "in series with each sensor"),
+        ("screw M4 x 12 with nut", 2, "piece", "motor"),
+    ]
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(_COLUMNS)
+    for part in parts:
+        if part.quantity:
+            grams = f"{mass(design, part):.2f} g each. {part.note}"
+            writer.writerow((part.name, part.quantity, "piece", "printed", part.material, grams))
+    for item, quantity, unit, note in bought:
+        writer.writerow((item, quantity, unit, "bought", "", note))
+    return stream.getvalue()
+
+
+def title_lines(design: Design) -> list[str]:
+    """Return the lines with the design's choices that every drawing shows."""
+    choices = design.parts.choice
+    return [
+        f"A at the {choices.fold_side} of BC; corners on the wall's {choices.corners}; "
+        f"tip: {choices.tip}",
+        f"current: {choices.current}; cut: {choices.cut}; folding: {choices.folding}",
+    ]
+
+
+def profile_text(printing: Printing) -> str:
+    """Return a profile that prints a wall of up to twice the nozzle's width as one line.
+
+    The generator Arachne makes a line as wide as its wall. The classic generator would print two
+    lines, or leave a gap. Support is off, since no part needs it.
+    """
+    x, y, z = printing.bed_x_mm, printing.bed_y_mm, printing.bed_z_mm
+    nozzle, layer = printing.nozzle_mm, printing.layer_mm
+    values = {
+        "bed_shape": f"0x0,{x:g}x0,{x:g}x{y:g},0x{y:g}",
+        "max_print_height": f"{z:g}",
+        "nozzle_diameter": f"{nozzle:g}",
+        "filament_diameter": "1.75",
+        "layer_height": f"{layer:g}",
+        "first_layer_height": f"{layer:g}",
+        "perimeter_generator": "arachne",
+        "perimeters": "2",
+        "extrusion_width": f"{1.125 * nozzle:g}",
+        "external_perimeter_extrusion_width": f"{1.125 * nozzle:g}",
+        "perimeter_extrusion_width": f"{1.125 * nozzle:g}",
+        "first_layer_extrusion_width": f"{1.125 * nozzle:g}",
+        "wall_transition_length": f"{nozzle:g}",
+        "min_bead_width": "85%",
+        "min_feature_size": "25%",
+        "fill_density": "20%",
+        "support_material": "0",
+        "brim_width": "0",
+        "skirts": "0",
+        "elefant_foot_compensation": "0",
+        "resolution": "0",
+        "gcode_resolution": "0.0125",
+        "gcode_comments": "0",
+        "temperature": "230",
+        "bed_temperature": "50",
+        "max_print_speed": "30",
+        "perimeter_speed": "20",
+        "external_perimeter_speed": "15",
+    }
+    lines = [f"{name} = {value}" for name, value in values.items()]
+    return "# PrusaSlicer: prusa-slicer --load print-profile.ini --export-gcode PART.stl\n" + (
+        "\n".join(lines) + "\n"
+    )
