@@ -11,14 +11,8 @@ from capsule.arrays import FloatArray
 class Cam:
     """One cam shaft.
 
-    Attributes
-    ----------
-    radius_mm
-        Radius of the circle.
-    eccentricity_mm
-        Distance of the circle's centre from the shaft's axis; equals the wave's amplitude.
-    lead_mm
-        Length along the shaft of one turn of the circle; equals the wavelength.
+    The circle's centre is the eccentricity, the wave's amplitude, away from the shaft's axis. The
+    lead, a wavelength, is the length along the shaft in which it turns once.
     """
 
     radius_mm: float

@@ -60,12 +60,8 @@ class Bench:
 class Window:
     """Half sizes of a follower's window, in mm.
 
-    Attributes
-    ----------
-    ridge_mm, face_mm
-        Half width at the follower's middle, where the window touches the cam, and at its faces.
-    height_mm
-        Half height.
+    The half width is least at the follower's middle, where the ridge touches the cam, and greatest
+    at its faces.
     """
 
     ridge_mm: float

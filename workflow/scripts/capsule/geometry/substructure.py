@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from capsule.arrays import FloatArray
-from capsule.geometry.origami import Origami, half_width
+from capsule.geometry.origami import Origami, half_width, vertices
 
 # A guide eyelet for folding cables (not in the paper): its bore, and its distance from the axis.
 EYELET_MM = 0.8
@@ -42,18 +42,12 @@ class Shape:
     ----------
     fold, lower, shoulder
         The corners A, B and C on the middle of the wall, each of shape (2,), in mm.
-    cap
-        Centre of the arc that ends the awn, shape (2,).
-    cap_radius_mm
-        Radius of that arc on its outer side.
-    tilt_rad
-        Tilt of the line BD to the tail.
-    wall_mm
-        Thickness of the wall.
-    tip
-        Form of the awn's end, as in `Choices`.
-    turn_rad
-        Angle by which the line BD has turned to the tail since rest.
+    cap, cap_radius_mm
+        Centre of the arc that ends the awn, shape (2,), and its radius on the outer side.
+    tilt_rad, turn_rad
+        Tilt of the line BD to the tail, and the part of it since rest.
+    wall_mm, tip
+        Thickness of the wall, and form of the awn's end, as in `Choices`.
     """
 
     fold: FloatArray
@@ -90,13 +84,10 @@ def named_corners(origami: Origami, choices: Choices) -> dict[str, FloatArray]:
     tilt, fold = np.radians(origami.awn_tilt_deg), np.radians(origami.fold_angle_deg)
     shoulder = origami.axis_to_fold_mm + origami.fold_to_shoulder_mm
     run = np.tan(fold + tilt) if choices.fold_side == "head" else -np.tan(fold - tilt)
-    return {
+    lower = choices.lower_corner_mm
+    return vertices(origami) | {
         "A": np.array([origami.fold_to_shoulder_mm * run, origami.axis_to_fold_mm]),
-        "B": np.array(
-            [(shoulder - choices.lower_corner_mm) * np.tan(tilt), choices.lower_corner_mm]
-        ),
-        "C": np.array([0.0, shoulder]),
-        "D": np.array([-origami.shoulder_to_tip_mm * np.tan(tilt), half_width(origami)]),
+        "B": np.array([(shoulder - lower) * np.tan(tilt), lower]),
     }
 
 

@@ -61,33 +61,31 @@ def main(arguments: argparse.Namespace) -> None:
     CapsuleError
         The design cannot be made, or a package is missing.
     """
-    all_parts = _maker_of_parts()
+    make = _maker_of_parts()
     design, sensors = read_design(arguments.changes, arguments.nozzle), read_sensors()
     step_bytes = step_writer() if arguments.step else None
-    parts, out = all_parts(design, sensors), arguments.out
+    parts, out = make(design, sensors), arguments.out
+
+    def write(name: str, content: str | bytes) -> None:
+        data = content.encode() if isinstance(content, str) else content
+        with files.write_whole(out / name, "wb") as stream:
+            stream.write(data)
+
     for part in parts:
         bodies = split_bodies(part.name, part.vertices, part.triangles)
-        with files.write_whole(out / f"{part.name}.stl", "wb") as stream:
-            stream.write(stl_bytes(part.name, part.vertices, part.triangles))
-        with files.write_whole(out / f"{part.name}.3mf", "wb") as stream:
-            stream.write(threemf_bytes(bodies))
+        write(f"{part.name}.stl", stl_bytes(part.name, part.vertices, part.triangles))
+        write(f"{part.name}.3mf", threemf_bytes(bodies))
         if step_bytes is not None:
-            with files.write_whole(out / f"{part.name}.step", "wb") as stream:
-                stream.write(step_bytes(part))
+            write(f"{part.name}.step", step_bytes(part))
         if part.flat is not None:
-            with files.write_whole(out / f"{part.name}.dxf") as stream:
-                stream.write(dxf_text(part.flat))
-            with files.write_whole(out / f"{part.name}.svg") as stream:
-                stream.write(svg_text(part.name, part.flat))
+            write(f"{part.name}.dxf", dxf_text(part.flat))
+            write(f"{part.name}.svg", svg_text(part.name, part.flat))
     for sheet in sheets(design, sensors):
         for kind, content in sheet_files(sheet, title_lines(design)).items():
-            with files.write_whole(out / "drawings" / f"{sheet.name}.{kind}", "wb") as stream:
-                stream.write(content)
+            write(f"drawings/{sheet.name}.{kind}", content)
     files.write_json(out / "parts.json", parts_table(design, parts))
-    with files.write_whole(out / "bom.csv") as stream:
-        stream.write(bill_of_materials(design, parts, sensors))
-    with files.write_whole(out / "print-profile.ini") as stream:
-        stream.write(profile_text(design.parts.print))
+    write("bom.csv", bill_of_materials(design, parts, sensors))
+    write("print-profile.ini", profile_text(design.parts.print))
     print(f"{len(parts)} parts in {out}/")
 
 
@@ -102,6 +100,26 @@ def _maker_of_parts() -> Callable[[Design, int], Sequence[Part]]:
             f"the parts need manifold3d, which is not installed; run {how_to_install('parts')}"
         ) from None
     return all_parts
+
+
+def step_writer() -> Callable[[Part], bytes]:
+    """Return the function that writes a part as STEP; only this function imports its large library.
+
+    Raises
+    ------
+    CapsuleError
+        The library is not installed; the message names the extra.
+    """
+    try:
+        from capsule.parts.step_files import step_bytes
+    except ModuleNotFoundError as error:
+        # Older releases of the library lack some of these modules.
+        if (error.name or "").partition(".")[0] != "OCP":
+            raise
+        raise CapsuleError(
+            f"--step needs Open CASCADE, which is not installed; run {how_to_install('cad')}"
+        ) from None
+    return step_bytes
 
 
 def read_design(changes: list[str], nozzle: str | None = None) -> Design:
@@ -140,26 +158,6 @@ def read_design(changes: list[str], nozzle: str | None = None) -> Design:
     design = design_of(table, own, read_phantom(DEFAULT_TABLE, of_phantom), unchanged)
     check_design(design)
     return design
-
-
-def step_writer() -> Callable[[Part], bytes]:
-    """Return the function that writes a part as STEP; only this function imports its large library.
-
-    Raises
-    ------
-    CapsuleError
-        The library is not installed; the message names the extra.
-    """
-    try:
-        from capsule.parts.step_files import step_bytes
-    except ModuleNotFoundError as error:
-        # Older releases of the library lack some of these modules.
-        if (error.name or "").partition(".")[0] != "OCP":
-            raise
-        raise CapsuleError(
-            f"--step needs Open CASCADE, which is not installed; run {how_to_install('cad')}"
-        ) from None
-    return step_bytes
 
 
 def read_sensors() -> int:

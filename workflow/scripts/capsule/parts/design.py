@@ -177,15 +177,7 @@ def resistivity(phantom: Phantom, choices: Choices) -> float:
 
 @dataclass(frozen=True)
 class Flat:
-    """The outline of a flat part, for a cutter.
-
-    Attributes
-    ----------
-    cuts
-        Closed outlines, each of shape (N, 2), in mm.
-    marks
-        Closed outlines to engrave instead of cutting them.
-    """
+    """The closed outlines of a flat part to cut and to engrave, each of shape (N, 2), in mm."""
 
     cuts: Sequence[FloatArray]
     marks: Sequence[FloatArray] = ()
@@ -195,12 +187,7 @@ class Flat:
 class Spiral:
     """The exact form of a cam shaft's section, which the mesh approximates.
 
-    Attributes
-    ----------
-    cam
-        The cam, whose circle turns once.
-    bore
-        The bore's outline, anticlockwise: shape (N, 2), in mm.
+    The cam's circle turns once. The bore's outline is anticlockwise: shape (N, 2), in mm.
     """
 
     cam: Cam
@@ -217,20 +204,14 @@ class Part:
         Name of the part and of its files.
     vertices, triangles
         The mesh: shape (V, 3) in mm, and shape (T, 3), anticlockwise seen from outside.
-    quantity
-        Number of pieces for the whole experiment.
-    material
-        Material to print with.
-    note
-        Purpose, in one sentence.
+    quantity, material, note
+        Number of pieces for the whole experiment, material, and purpose in one sentence.
     limited_by
         Name of the value to change if the part does not fit the printer.
     bodies
         Number of separate bodies in the mesh.
-    flat
-        Outline, if the part can be cut from a sheet.
-    spiral
-        Exact form, if not all faces are plane.
+    flat, spiral
+        Outline, if the part can be cut from a sheet; exact form, if not all faces are plane.
     sizes
         Dimensions for the list of parts, by name.
     """

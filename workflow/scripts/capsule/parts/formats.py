@@ -10,6 +10,8 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from capsule.geometry.stand import belt_length, row_length
 from capsule.geometry.substructure import loop_length
@@ -102,16 +104,9 @@ def split_bodies(
     name: str, vertices: np.ndarray, triangles: np.ndarray
 ) -> list[tuple[str, np.ndarray, np.ndarray]]:
     """Return the separate bodies of a mesh with their names; the one at the head is first."""
-    # The label of a body is the smallest number among its vertices.
-    label = np.arange(len(vertices))
-    while True:
-        lowest = label[triangles].min(axis=1)
-        spread = label.copy()
-        for corner in range(3):
-            np.minimum.at(spread, triangles[:, corner], lowest)
-        if np.array_equal(spread, label):
-            break
-        label = spread[spread]
+    ends = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+    edges = coo_array((np.ones(triangles.size), ends), shape=(len(vertices),) * 2)
+    _, label = connected_components(edges, directed=False)
     bodies = []
     for body in np.unique(label[triangles[:, 0]]):
         chosen = triangles[label[triangles[:, 0]] == body]
@@ -287,6 +282,7 @@ def profile_text(printing: Printing) -> str:
     """
     x, y, z = printing.bed_x_mm, printing.bed_y_mm, printing.bed_z_mm
     nozzle, layer = printing.nozzle_mm, printing.layer_mm
+    line = f"{1.125 * nozzle:g}"
     values = {
         "bed_shape": f"0x0,{x:g}x0,{x:g}x{y:g},0x{y:g}",
         "max_print_height": f"{z:g}",
@@ -296,10 +292,10 @@ def profile_text(printing: Printing) -> str:
         "first_layer_height": f"{layer:g}",
         "perimeter_generator": "arachne",
         "perimeters": "2",
-        "extrusion_width": f"{1.125 * nozzle:g}",
-        "external_perimeter_extrusion_width": f"{1.125 * nozzle:g}",
-        "perimeter_extrusion_width": f"{1.125 * nozzle:g}",
-        "first_layer_extrusion_width": f"{1.125 * nozzle:g}",
+        "extrusion_width": line,
+        "external_perimeter_extrusion_width": line,
+        "perimeter_extrusion_width": line,
+        "first_layer_extrusion_width": line,
         "wall_transition_length": f"{nozzle:g}",
         "min_bead_width": "85%",
         "min_feature_size": "25%",

@@ -2,18 +2,19 @@
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from capsule.arrays import BoolArray, FloatArray
 from capsule.errors import CapsuleError
 from capsule.geometry.cam import steepest_overhang
-from capsule.geometry.origami import Origami
 from capsule.geometry.stand import (
     belt_length,
     outer_radius,
     pitch_radius,
     slide_levels,
+    slide_span,
     teeth_around,
     window,
 )
@@ -52,56 +53,63 @@ def check_design(design: Design) -> None:
     _check_bench(design)
 
 
-def _refuse(name: str, value: float, limit: float, least: bool, reason: str) -> None:
-    if (value < limit - 1e-9) if least else (value > limit + 1e-9):
-        # Round to the allowed side, so that the limit in the message is allowed.
-        thousands = math.ceil(limit * 1e3 - 1e-6) if least else math.floor(limit * 1e3 + 1e-6)
-        rounded = thousands / 1e3
-        word = "at least" if least else "at most"
-        raise CapsuleError(f"{name} is {value:g}; it must be {word} {rounded:g}, so that {reason}")
+def _at_least(design: Design, name: str, limit: float, reason: str) -> None:
+    """Raise an error if a value of the design, by its name, is below a limit."""
+    if (value := _value_of(design, name)) < limit - 1e-9:
+        # Rounded to the allowed side, so that the limit in the message is allowed.
+        least = math.ceil(limit * 1e3 - 1e-6) / 1e3
+        raise CapsuleError(f"{name} is {value:g}; it must be at least {least:g}, so that {reason}")
+
+
+def _at_most(design: Design, name: str, limit: float, reason: str) -> None:
+    """Raise an error if a value of the design, by its name, is above a limit."""
+    if (value := _value_of(design, name)) > limit + 1e-9:
+        most = math.floor(limit * 1e3 + 1e-6) / 1e3
+        raise CapsuleError(f"{name} is {value:g}; it must be at most {most:g}, so that {reason}")
+
+
+def _value_of(design: Design, name: str) -> float:
+    part, key = name.split(".")
+    if hasattr(design.parts, part):
+        return float(getattr(getattr(design.parts, part), key))
+    return value_of(design.phantom, name)
 
 
 def _check_substructure(design: Design) -> None:
     origami, choices = design.phantom.origami, design.parts.choice
-    _check_angles_and_tip(origami, design)
-    lower, wall = choices.lower_corner_mm, origami.wall_thickness_mm
+    _check_angles_and_tip(design)
+    wall = origami.wall_thickness_mm
     shoulder = origami.axis_to_fold_mm + origami.fold_to_shoulder_mm
-    _refuse("choice.lower_corner_mm", lower, shoulder - 3 * wall, False, "B lies below C")
+    _at_most(design, "choice.lower_corner_mm", shoulder - 3 * wall, "B lies below C")
     if choices.folding == "eyelets":
-        reason = "the eyelets lie in the flats"
         least = EYELET_AT_MM + EYELET_MM / 2 + wall
-        _refuse("origami.axis_to_fold_mm", origami.axis_to_fold_mm, least, True, reason)
-        _refuse("choice.lower_corner_mm", lower, least, True, reason)
-        _refuse("origami.height_mm", origami.height_mm, 2 * EYELET_MM, True, reason)
+        for name in ("origami.axis_to_fold_mm", "choice.lower_corner_mm"):
+            _at_least(design, name, least, "the eyelets lie in the flats")
+        _at_least(design, "origami.height_mm", 2 * EYELET_MM, "the eyelets lie in the flats")
     for names, margin, reason in _TRIALS:
         _check_by_trial(design, names, margin, reason)
 
 
-def _check_angles_and_tip(origami: Origami, design: Design) -> None:
-    choices, nozzle = design.parts.choice, design.parts.print.nozzle_mm
+def _check_angles_and_tip(design: Design) -> None:
+    origami, choices = design.phantom.origami, design.parts.choice
+    nozzle, tilt = design.parts.print.nozzle_mm, origami.awn_tilt_deg
     reason = f"no wall is thinner than the nozzle (print.nozzle_mm = {nozzle:g})"
-    _refuse("origami.wall_thickness_mm", origami.wall_thickness_mm, nozzle, True, reason)
-    tilt, fold = origami.awn_tilt_deg, origami.fold_angle_deg
+    _at_least(design, "origami.wall_thickness_mm", nozzle, reason)
     if choices.fold_side == "head":
-        _refuse("origami.fold_angle_deg", fold, 85 - tilt, False, "the wall AC meets the axis")
+        _at_most(design, "origami.fold_angle_deg", 85 - tilt, "the wall AC meets the axis")
     else:
-        _refuse("origami.fold_angle_deg", fold, tilt + 5, True, "the wall AC leans from the flat A")
-    _check_tip(origami, choices)
-
-
-def _check_tip(origami: Origami, choices: Choices) -> None:
-    wall, tip = origami.wall_thickness_mm, origami.tip_radius_mm
+        reason = "the wall AC leans from the flat A"
+        _at_least(design, "origami.fold_angle_deg", tilt + 5, reason)
+    wall, name = origami.wall_thickness_mm, "origami.tip_radius_mm"
     room = origami.shoulder_to_tip_mm - wall
-    name = "origami.tip_radius_mm"
     if choices.tip == "bulb":
-        _refuse(name, tip, room / 2, False, "the bulb stands clear of the shoulder C")
-        _refuse(name, tip, wall / 2, True, "the bulb is as wide as the wall")
+        _at_most(design, name, room / 2, "the bulb stands clear of the shoulder C")
+        _at_least(design, name, wall / 2, "the bulb is as wide as the wall")
     elif choices.tip == "curl":
-        _refuse(name, tip, room, False, "the curl stands clear of the shoulder C")
-        _refuse(name, tip, 1.5 * wall, True, "the wall can bend that closely")
+        _at_most(design, name, room, "the curl stands clear of the shoulder C")
+        _at_least(design, name, 1.5 * wall, "the wall can bend that closely")
     else:
-        name = "origami.shoulder_to_tip_mm"
-        _refuse(name, origami.shoulder_to_tip_mm, 2 * wall, True, "there is an awn")
+        _at_least(design, "origami.shoulder_to_tip_mm", 2 * wall, "there is an awn")
 
 
 def _check_by_trial(design: Design, names: Sequence[str], margin: Margin, reason: str) -> None:
@@ -117,7 +125,7 @@ def _check_by_trial(design: Design, names: Sequence[str], margin: Margin, reason
 
         def allowed(tried: float, name: str = name) -> bool:
             phantom = with_values(design.phantom, {name: float(tried)})
-            return _is_simple(phantom.origami, design) and margin(phantom, choices) >= 0
+            return _is_simple(replace(design, phantom=phantom)) and margin(phantom, choices) >= 0
 
         tries = [each for each in np.linspace(*design.limits[name], _TRIES) if allowed(each)]
         if tries:
@@ -125,7 +133,7 @@ def _check_by_trial(design: Design, names: Sequence[str], margin: Margin, reason
             for _ in range(_HALVINGS):
                 middle = (good + bad) / 2
                 good, bad = (middle, bad) if allowed(middle) else (good, middle)
-            _refuse(name, value, float(good), good > value, reason)
+            (_at_least if good > value else _at_most)(design, name, float(good), reason)
     low, high = design.limits[names[0]]
     raise CapsuleError(
         f"{names[0]} is {value_of(design.phantom, names[0]):g}; no value from {low:g} to "
@@ -134,9 +142,9 @@ def _check_by_trial(design: Design, names: Sequence[str], margin: Margin, reason
     )
 
 
-def _is_simple(origami: Origami, design: Design) -> bool:
+def _is_simple(design: Design) -> bool:
     try:
-        _check_angles_and_tip(origami, design)
+        _check_angles_and_tip(design)
     except CapsuleError:
         return False
     return True
@@ -227,18 +235,16 @@ _TRIALS: tuple[tuple[tuple[str, ...], Margin, str], ...] = (
 def _check_bench(design: Design) -> None:
     bench, cam, wall = design.parts.bench, design.cam, design.phantom.wall
     printing = design.parts.print
-    steep = steepest_overhang(cam)
     most = np.tan(np.radians(printing.overhang_deg)) * cam.lead_mm / (2 * np.pi)
     reason = f"the cam overhangs by {printing.overhang_deg:g} degrees at most"
-    _refuse("wall.amplitude_mm", wall.amplitude_mm, float(most), False, reason)
+    _at_most(design, "wall.amplitude_mm", float(most), reason)
     reason = "the window touches the cam at its ridge alone"
-    _refuse("bench.bevel_deg", bench.bevel_deg, steep, True, reason)
+    _at_least(design, "bench.bevel_deg", steepest_overhang(cam), reason)
     reason = "a section of the cam shaft fits the printer"
-    _refuse("wall.wavelength_mm", wall.wavelength_mm, printing.bed_z_mm, False, reason)
+    _at_most(design, "wall.wavelength_mm", printing.bed_z_mm, reason)
     room = printing.bed_x_mm - 2 * bench.plate_mm - bench.row_play_mm
-    reason = "platform and slides fit the printer"
-    longest = np.floor(room / cam.lead_mm) * cam.lead_mm
-    _refuse("bench.length_mm", bench.length_mm, float(longest), False, reason)
+    longest = float(np.floor(room / cam.lead_mm) * cam.lead_mm)
+    _at_most(design, "bench.length_mm", longest, "platform and slides fit the printer")
     steps = {"wall.wavelength_mm": cam.lead_mm, "bench.follower_mm": bench.follower_mm}
     for name, size in steps.items():
         if abs(bench.length_mm / size - round(bench.length_mm / size)) > 1e-9:
@@ -246,37 +252,31 @@ def _check_bench(design: Design) -> None:
                 f"bench.length_mm is {bench.length_mm:g}; it must be a multiple of {name} "
                 f"({size:g}), at most {longest:g}"
             )
-    thinnest = bench.follower_mm - bench.follower_gap_mm
-    reason = "a follower is thicker than two nozzles"
-    _refuse("bench.follower_mm", thinnest, 2 * printing.nozzle_mm, True, reason)
+    least = 2 * printing.nozzle_mm + bench.follower_gap_mm
+    _at_least(design, "bench.follower_mm", least, "a follower is thicker than two nozzles")
     least = cam.eccentricity_mm + bench.rod_mm / 2 + bench.fit_mm + _LEFT_MM
-    reason = "a wall is left between rod and flank"
-    _refuse("bench.cam_radius_mm", bench.cam_radius_mm, least, True, reason)
-    face = window(bench, cam).face_mm
+    _at_least(design, "bench.cam_radius_mm", least, "a wall is left between rod and flank")
     silicone = wall.wall_mm + wall.sheet_mm
-    least = 2 * (face + 2 * _LEFT_MM + silicone) + wall.lumen_mm
+    least = 2 * (window(bench, cam).face_mm + 2 * _LEFT_MM + silicone) + wall.lumen_mm
     reason = "a follower's frame closes in front of its window"
-    _refuse("bench.shaft_distance_mm", bench.shaft_distance_mm, least, True, reason)
+    _at_least(design, "bench.shaft_distance_mm", least, reason)
     narrowest = wall.lumen_mm - 2 * wall.amplitude_mm - _LEFT_MM
     reason = "the walls do not touch the platform"
-    _refuse("bench.platform_width_mm", bench.platform_width_mm, narrowest, False, reason)
+    _at_most(design, "bench.platform_width_mm", narrowest, reason)
     _check_end_plate(design)
 
 
 def _check_end_plate(design: Design) -> None:
     bench, cam, printing = design.parts.bench, design.cam, design.parts.print
     low, high = slide_levels(bench, cam)
-    shaft = bench.shaft_distance_mm / 2
-    aside = shaft - bench.platform_width_mm / 2 - bench.play_mm
+    aside = (bench.shaft_distance_mm - bench.platform_width_mm) / 2 - bench.play_mm
     most = 2 * (min(low - bench.play_mm, aside) - _LEFT_MM - bench.fit_mm)
     reason = "the end plate's openings stay apart"
-    _refuse("bench.bearing_mm", bench.bearing_mm, most, False, reason)
-    under = low - bench.play_mm - _LEFT_MM
-    most = under + bench.platform_top_mm - bench.play_mm
-    _refuse("bench.platform_mm", bench.platform_mm, most, False, reason)
+    _at_most(design, "bench.bearing_mm", most, reason)
+    most = low - _LEFT_MM + bench.platform_top_mm - 2 * bench.play_mm
+    _at_most(design, "bench.platform_mm", most, reason)
     least: float = teeth_around(bench.rod_mm / 2 + bench.fit_mm + _LEFT_MM)
-    reason = "a wall is left between rod and teeth"
-    _refuse("bench.cam_teeth", bench.cam_teeth, least, True, reason)
+    _at_least(design, "bench.cam_teeth", least, "a wall is left between rod and teeth")
     # The motor's body is above the upper slide, and the pulleys do not touch each other.
     clear = max(
         high + bench.plate_mm + 10.0,
@@ -284,20 +284,13 @@ def _check_end_plate(design: Design) -> None:
         abs(pitch_radius(bench.motor_teeth) - pitch_radius(bench.cam_teeth)) + _LEFT_MM,
     )
     least = belt_length(bench.motor_teeth, bench.cam_teeth, clear)
-    reason = "the motor clears the slides"
-    _refuse("bench.drive_belt_mm", bench.drive_belt_mm, least, True, reason)
+    _at_least(design, "bench.drive_belt_mm", least, "the motor clears the slides")
     tallest = printing.bed_y_mm - high - 2 * bench.plate_mm - 24.0
     most = belt_length(bench.motor_teeth, bench.cam_teeth, max(tallest, clear))
-    reason = "an end plate fits the printer"
-    _refuse("bench.drive_belt_mm", bench.drive_belt_mm, most, False, reason)
-    most = printing.bed_x_mm - 2 * (face_back(design) + bench.plate_mm)
-    _refuse("bench.shaft_distance_mm", bench.shaft_distance_mm, most, False, reason)
-
-
-def face_back(design: Design) -> float:
-    """Return the distance from a cam shaft to the slides' back, in mm."""
-    bench, cam = design.parts.bench, design.cam
-    return window(bench, cam).face_mm + bench.frame_mm + cam.eccentricity_mm
+    _at_most(design, "bench.drive_belt_mm", most, "an end plate fits the printer")
+    back = -slide_span(bench, cam, design.front_mm)[0]
+    most = printing.bed_x_mm - 2 * (back + bench.plate_mm)
+    _at_most(design, "bench.shaft_distance_mm", most, "an end plate fits the printer")
 
 
 def _edges(polygon: FloatArray) -> tuple[FloatArray, FloatArray]:
