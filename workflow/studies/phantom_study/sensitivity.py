@@ -1,12 +1,12 @@
 """Measure how the detector's rates change if the bench changes after the templates were made."""
 
+import functools
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from capsule.phantom.parameters import Phantom, value_of, with_values
 from capsule.seeding import generator
-from capsule.templates import TemplateSet
 from phantom_study.paper_table import PaperTable, cells
 from phantom_study.simulated_archive import (
     SIZES_MM,
@@ -84,48 +84,6 @@ def with_fault(
     return changed
 
 
-def measure(
-    phantom: Phantom,
-    detector: DetectorSettings,
-    templates: TemplateSet,
-    seeds: Sequence[int],
-    fault: str,
-    runs: int,
-) -> np.ndarray:
-    """Return the added confusion tables of new archives of a bench, with given templates.
-
-    Parameters
-    ----------
-    phantom
-        The bench, usually a `varied` one.
-    detector
-        The settings of the detector.
-    templates
-        Templates of the calibrated bench; a laboratory makes its templates once.
-    seeds
-        Seeds of the archives.
-    fault
-        One of `FAULTS`; the faulty sensor of each run is chosen at random.
-    runs
-        Number of runs of each size in an archive.
-
-    Returns
-    -------
-    (6, 6) array of int
-        Runs of true size (row) classified as size (column), 0..5 mm.
-    """
-    table = np.zeros((len(SIZES_MM), len(SIZES_MM)), dtype=int)
-    for seed in seeds:
-
-        def spoil(counts: np.ndarray, name: str, seed: int = seed) -> np.ndarray:
-            numbers = generator(seed, "fault", name)
-            return with_fault(counts, fault, int(numbers.integers(len(counts))), numbers)
-
-        archive = simulate_archive(phantom, seed, runs)
-        table += classify(archive_matrices(archive, detector, spoil), templates)
-    return table
-
-
 def headline(confusion: np.ndarray, paper: PaperTable) -> dict[str, float]:
     """Return the rates that the sensitivity figure shows, in percent.
 
@@ -165,9 +123,9 @@ def sweep(
     dict
         ``variation``, ``level`` and the rates of `headline`.
     """
-    taught = archive_matrices(simulate_archive(phantom, _TEMPLATE_SEED, runs), detector)
-    templates = learn(taught, detector)
-    seeds = range(_FIRST_SEED, _FIRST_SEED + archives)
+    first = archive_matrices(simulate_archive(phantom, _TEMPLATE_SEED, runs), detector)
+    # A laboratory makes its templates once.
+    templates = learn(first, detector)
     benches = [
         (name, level, varied(phantom, parameters, level), "none")
         for name, (parameters, levels) in VARIATIONS.items()
@@ -175,5 +133,15 @@ def sweep(
     ]
     benches += [(FAULTY, fault, phantom, fault) for fault in FAULTS]
     for name, level, bench, fault in benches:
-        confusion = measure(bench, detector, templates, seeds, fault, runs)
+        confusion = np.zeros((len(SIZES_MM), len(SIZES_MM)), dtype=int)
+        for seed in range(_FIRST_SEED, _FIRST_SEED + archives):
+            spoil = functools.partial(_with_fault_by_chance, fault, seed)
+            matrices = archive_matrices(simulate_archive(bench, seed, runs), detector, spoil)
+            confusion += classify(matrices, templates)
         yield {"variation": name, "level": level} | headline(confusion, paper)
+
+
+def _with_fault_by_chance(fault: str, seed: int, counts: np.ndarray, name: str) -> np.ndarray:
+    """Return the readings of a run with a fault in a random sensor."""
+    numbers = generator(seed, "fault", name)
+    return with_fault(counts, fault, int(numbers.integers(len(counts))), numbers)
