@@ -10,33 +10,35 @@ from capsule.configuration import read_config_file
 from capsule.detectors.template import nearest_size, template_distances
 from capsule.geometry.origami import sensor_offsets
 from capsule.names import size_mm
-from capsule.particle import ParameterSpace, Particle, fit_particle
+from capsule.particle import Particle, fit_options, fit_particle
 from capsule.phantom.advance import first_arrival
 from capsule.phantom.parameters import Phantom
 from capsule.phantom.simulation import SENSORS, Run, simulate_run
 from capsule.preprocessing import preprocess
 from capsule.project import CONFIG
 from capsule.seeding import generator
-from capsule.templates import TemplateSet, build_templates
+from capsule.templates import TemplateSet, build_templates, by_size
 from phantom_study.paper_table import PaperTable
 
 DEFAULT_CONFIG = CONFIG / "config.yaml"
+# The envelope is smooth over W = 84 columns, so this stride hardly changes a table of `quick`, and
+# saves most of the time.
+_STRIDE = 10
 SIZES_MM = (0, 1, 2, 3, 4, 5)
 
 
 @dataclass(frozen=True)
 class DetectorSettings:
-    """The settings of the paper's detector, and a stride that makes it faster.
+    """The settings of the paper's detector.
 
     Attributes
     ----------
     preprocessing
         Arguments of `capsule.preprocessing.preprocess`.
     fit
-        The section ``fit`` of the configuration.
+        The section ``fit`` of the configuration; its times count in the columns that are used.
     stride
-        Distance of the columns of a matrix that are used. The envelope is smooth over W = 84
-        columns, so a stride of 10 hardly changes a table and saves most of the time.
+        Distance of the columns of a matrix that are used.
     """
 
     preprocessing: Mapping
@@ -52,9 +54,11 @@ def read_detector(config: Path = DEFAULT_CONFIG) -> DetectorSettings:
 
 def quick(detector: DetectorSettings) -> DetectorSettings:
     """Return the settings for a search: every tenth column, 300 particles, 400 iterations."""
-    return DetectorSettings(
-        detector.preprocessing, {**detector.fit, "particles": 300, "iterations": 400}, stride=10
-    )
+    fit = {**detector.fit, "particles": 300, "iterations": 400}
+    fit["first_peak"] //= _STRIDE
+    for key in ("peak_spacing_range", "horizontal_spread_range"):
+        fit[key] = [max(value // _STRIDE, 1) for value in fit[key]]
+    return DetectorSettings(detector.preprocessing, fit, _STRIDE)
 
 
 def simulate_archive(phantom: Phantom, seed: int, runs: int) -> dict[str, Run]:
@@ -118,17 +122,9 @@ def fit_archive(
     matrices
         The matrices V by recording name, such as ``3mm/r07``.
     """
-    settings, stride = dict(detector.fit), detector.stride
-    seed = settings.pop("seed")
-    first_peak = settings.pop("first_peak") // stride
-    counts = {key: settings.pop(key) for key in ("particles", "iterations")}
-    for key in ("peak_spacing_range", "horizontal_spread_range"):
-        settings[key] = [max(value // stride, 1) for value in settings[key]]
-    space = ParameterSpace(**settings)
+    seed, options = detector.fit["seed"], fit_options(detector.fit)
     return {
-        name: fit_particle(
-            matrix, generator(seed, "fit", name), **counts, first_peak=first_peak, space=space
-        ).particle
+        name: fit_particle(matrix, generator(seed, "fit", name), **options).particle
         for name, matrix in matrices.items()
         if size_mm(name) > 0
     }
@@ -148,11 +144,9 @@ def average_fits(
     length
         Number of columns of the fitted matrices.
     """
-    by_size = {float(size): [] for size in SIZES_MM if size > 0}
-    for name, particle in particles.items():
-        by_size[size_mm(name)].append(particle)
-    first_peak = detector.fit["first_peak"] // detector.stride
-    return build_templates(by_size, sensors=SENSORS, first_peak=first_peak, length=length)
+    first_peak = detector.fit["first_peak"]
+    groups = by_size(particles)
+    return build_templates(groups, sensors=SENSORS, first_peak=first_peak, length=length)
 
 
 def learn(matrices: Mapping[str, np.ndarray], detector: DetectorSettings) -> TemplateSet:
